@@ -1,0 +1,208 @@
+"""What an effect is: the place where physics acts, its parameters, a worked example, a source.
+
+One file in ``planner/power/effects/`` declares one effect::
+
+    class ViscousDrag(Effect):
+        slug = "viscous_drag"
+        title = "viscous drag of motor and gear"
+        viscous_torque = Parameter(unit="N·m·s", default=2.3e-6, null=0.0, bounds=(0, 1e-3), doc=...)
+
+        @staticmethod
+        def motor_torque(motor_speed, viscous_torque):
+            return viscous_torque * motor_speed
+
+The name of a static method is the *hook*: it says at which stage of the pipeline the effect acts
+(``HOOKS`` lists them in the order of the physics). The names of a hook's arguments say what it
+reads: a parameter of the effect, a quantity of ``planner.quantities``, or a value that the pipeline
+has computed before that stage. Any other name fails at import. Formulas use only arithmetic and
+``planner.power.kernel_math``, so that one text serves the compiled planning kernel, its exact
+derivatives, the documentation and the forms of the service.
+
+At the *null values* of its parameters an effect changes nothing: comparing models is then always
+comparing nested ones.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal
+
+from planner.quantities import INDEX
+
+Stage = Literal["body force", "wheel load", "contact", "drive", "driver", "bus", "supply"]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number of an effect.
+
+    Attributes:
+        unit: SI unit, "1" for a pure number.
+        default: value when neither vehicle nor model gives one.
+        bounds: physically possible range; a fit stays inside, a TOML value outside is refused.
+        doc: one sentence.
+        null: value at which the effect is absent; None in the base model's effects and in
+            parameters that only shape an effect.
+        fitted: whether a fit may change it; False for what is given or scanned on ``grid``.
+        grid: values to scan for a shape parameter that exists only beside the effect.
+        per: "wheel" or "surface" where each wheel or each surface label has a value of its own.
+        spread: relative standard deviation of the value before any calibration.
+    """
+
+    unit: str
+    default: float
+    bounds: tuple[float, float]
+    doc: str
+    null: float | None = None
+    fitted: bool = True
+    grid: tuple[float, ...] = ()
+    per: Literal["wheel", "surface"] | None = None
+    spread: float = 0.15
+
+
+@dataclass(frozen=True)
+class WorkedExample:
+    """A hook's value computed by hand, with numbers chosen so that swapped arguments fail."""
+
+    hook: str
+    given: Mapping[str, float]
+    result: float | tuple[float, ...]
+    source: str
+
+
+@dataclass(frozen=True)
+class Hook:
+    """A place in the pipeline: its stage, what it may read, and how its result enters."""
+
+    stage: Stage
+    reads: tuple[str, ...]
+    returns: tuple[str, ...]
+    combine: Literal["add", "multiply", "replace"]
+    doc: str
+
+
+_BODY = ("mass", "speed")
+_WHEEL = (*_BODY, "wheel", "wheel_count", "rim_speed", "roller_speed", "wheel_radius", "nominal_load")
+_CONTACT = (*_WHEEL, "load")
+_AXLE = (*_CONTACT, "axis_force", "wheel_acceleration")
+_DRIVE = (
+    *("wheel_radius", "wheel_count", "wheel_torque", "wheel_speed", "wheel_acceleration"),
+    *("motor_speed", "motor_acceleration", "gear_ratio", "load"),
+)
+_MOTOR = (*_DRIVE, "motor_torque_in", "resistance_now", "torque_constant_now", "current")
+
+HOOKS: dict[str, Hook] = {
+    "centre_of_mass": Hook(
+        "wheel load", _BODY, ("x", "y"), "add", "m, the centre of mass from the geometric centre"
+    ),
+    "body_force": Hook(
+        "body force",
+        (*_BODY, "centre_x", "centre_y"),
+        ("fx", "fy", "mz"),
+        "add",
+        "N, N, N·m that the wheels must supply",
+    ),
+    "contact_factor": Hook(
+        "contact", _CONTACT, ("factor",), "multiply", "factor on rolling and roller drag of a wheel"
+    ),
+    "wheel_drag": Hook(
+        "contact", _CONTACT, ("force",), "add", "N at the rim, ≥ 0, against the wheel's rolling"
+    ),
+    "roller_drag": Hook(
+        "contact", _CONTACT, ("force",), "add", "N, signed as the roller's surface speed"
+    ),
+    "circulation": Hook(
+        "contact", _BODY, ("force",), "add", "N per wheel of the force mode in which wheels fight"
+    ),
+    "axle_torque": Hook(
+        "contact", _AXLE, ("torque",), "add", "N·m at the wheel's axle, signed as the wheel's speed"
+    ),
+    "gear_return": Hook(
+        "drive", _DRIVE, ("share",), "add", "change of the gear's efficiency when driven backwards"
+    ),
+    "gear": Hook(
+        "drive",
+        (*_DRIVE, "gear_return"),
+        ("torque",),
+        "replace",
+        "N·m at the motor's side of the gear for the wheel's torque",
+    ),
+    "static_torque": Hook(
+        "drive", _DRIVE, ("torque",), "add", "N·m at the motor that friction can hold at rest"
+    ),
+    "motor_torque": Hook(
+        "drive", (*_DRIVE, "motor_torque_in"), ("torque",), "add", "N·m added at the motor's shaft"
+    ),
+    "winding": Hook(
+        "drive", _DRIVE, ("resistance", "constant"), "multiply", "factors on R and on k_t"
+    ),
+    "winding_resistance": Hook("drive", (), ("ohm",), "add", "Ω of one motor when cold"),
+    "motor_constant": Hook("drive", (), ("constant",), "add", "N·m/A of one motor when cold"),
+    "motor_loss": Hook("drive", _MOTOR, ("watts",), "add", "W lost in one motor"),
+    "motor_power": Hook(
+        "driver", ("motor_watts",), ("watts",), "add", "W added to one motor's terminal power"
+    ),
+    "driver": Hook("driver", (*_MOTOR, "active"), ("watts",), "add", "W of one motor's bridge"),
+    "electronics": Hook("bus", _BODY, ("watts",), "add", "W of control and sensors"),
+    "converter": Hook(
+        "bus", ("electronics_watts",), ("watts",), "add", "W lost in feeding the electronics"
+    ),
+    "bus": Hook("bus", (*_BODY, "motors_watts"), ("watts",), "add", "W of anything else on the bus"),
+    "supply": Hook(
+        "supply", ("bus_watts",), ("watts",), "add", "W between the bus and what the source gives"
+    ),
+}
+"""Hooks in the order in which the pipeline calls them."""
+
+
+class Effect:
+    """Base of all effects; subclasses are declarations and are never instantiated."""
+
+    slug: ClassVar[str]
+    title: ClassVar[str]
+    base: ClassVar[bool] = False
+    """True for the effects of the base model, which is always there and has no null values."""
+    exchange: ClassVar[bool] = False
+    """True where energy is stored and given back (height, motion) rather than lost."""
+    examples: ClassVar[tuple[WorkedExample, ...]] = ()
+
+    parameters: ClassVar[dict[str, Parameter]] = {}
+    hooks: ClassVar[dict[str, Callable[..., Any]]] = {}
+    reads: ClassVar[frozenset[str]] = frozenset()
+    """Quantities that the formulas read."""
+
+    def __init_subclass__(cls) -> None:
+        """Collect parameters and hooks, and refuse names that nobody defined."""
+        super().__init_subclass__()
+        own = vars(cls)
+        cls.parameters = {k: v for k, v in own.items() if isinstance(v, Parameter)}
+        cls.hooks = {k: v.__func__ for k, v in own.items() if isinstance(v, staticmethod)}
+        reads: set[str] = set()
+        for name, formula in cls.hooks.items():
+            if name not in HOOKS:
+                raise TypeError(f"{cls.__name__}.{name}: no such hook; there are {', '.join(HOOKS)}")
+            for argument in inspect.signature(formula).parameters:
+                if argument in INDEX:
+                    reads.add(argument)
+                elif argument not in cls.parameters and argument not in HOOKS[name].reads:
+                    raise TypeError(
+                        f"{cls.__name__}.{name}: argument {argument!r} is neither a parameter of "
+                        f"this effect, nor a quantity, nor one of {', '.join(HOOKS[name].reads)}"
+                    )
+        cls.reads = frozenset(reads)
+        if not cls.base and not any(p.null is not None for p in cls.parameters.values()):
+            raise TypeError(f"{cls.__name__}: an effect beside the base model needs a null value")
+
+    @classmethod
+    def stages(cls) -> tuple[Stage, ...]:
+        """Stages at which the effect acts, in the order of the pipeline."""
+        seen = dict.fromkeys(HOOKS[name].stage for name in HOOKS if name in cls.hooks)
+        return tuple(seen)
+
+    @classmethod
+    def summary(cls) -> str:
+        """First paragraph of the module's head."""
+        module = inspect.getmodule(cls)
+        return inspect.cleandoc(module.__doc__ or "").split("\n\n")[0] if module else ""

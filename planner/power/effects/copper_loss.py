@@ -1,0 +1,52 @@
+"""Copper loss: current through the windings.
+
+    I = τ_shaft / k_t        P = Σ I²·R
+
+Sign
+    a loss; summed motor by motor, since (ΣI)²·R would be n times too much.
+Source
+    permanent-magnet motor; data sheet of the Pittman 9233S013 as a stand-in for 36-40 mm motors.
+Holds for
+    25 °C; motor_heating moves R and k_t with temperature.
+"""
+
+from planner.power.effect import Effect, Parameter, WorkedExample
+
+
+class CopperLoss(Effect):
+    """Resistive loss of the motors."""
+
+    slug = "copper_loss"
+    title = "motor windings"
+    base = True
+
+    resistance = Parameter(
+        unit="Ω", default=3.94, bounds=(1e-3, 100.0), doc="Of one motor at 25 °C.", spread=0.1
+    )
+    torque_constant = Parameter(
+        unit="N·m/A",
+        default=0.0373,
+        bounds=(1e-4, 10.0),
+        fitted=False,
+        doc="Of one motor at 25 °C; only R/k_t² shows without currents or temperatures.",
+        spread=0.05,
+    )
+
+    @staticmethod
+    def winding_resistance(resistance):
+        """Ω of one motor, cold."""
+        return resistance
+
+    @staticmethod
+    def motor_constant(torque_constant):
+        """N·m/A of one motor, cold."""
+        return torque_constant
+
+    @staticmethod
+    def motor_loss(current, resistance_now):
+        """W lost in one winding."""
+        return resistance_now * current * current
+
+    examples = (
+        WorkedExample("motor_loss", {"current": 0.5, "resistance_now": 4}, 1.0, "4·0.5²"),
+    )

@@ -1,0 +1,382 @@
+"""The power model's stages in their physical order, written out as one compiled function.
+
+``kernel_source`` takes the active effects and writes a plain Python module: the order of its lines
+is the order of the physics, and each effect is called at the place that its hooks name::
+
+    centre of mass → forces on the body → load of each wheel → rolling and roller drag
+    → axle force of each wheel → hub torque → gear → motor → bridge → bus → source
+
+numba can cache compiled code on disk only for functions that stand in a file, so the module is
+written to a cache folder under a name that is the hash of everything it is made of
+(``compile_kernel``). A model seen before so starts without compiling.
+
+    evaluate(row, parameters, body, wheels, account, per_wheel) → W at the supply
+
+    row         (ROW_LENGTH,) float64, quantities in the order of planner.quantities
+    parameters  (P,) values of all effects' parameters; complex for derivatives
+    body        (len(BODY),) float64, mass and geometry
+    wheels      (n, COLUMNS) float64, planner.power.kinematics
+    account     (ACCOUNT_LENGTH,) written: sums and limits, the columns below
+    per_wheel   (n, len(PER_WHEEL)) written: what each wheel carries and draws
+
+Signs: power is positive when it leaves the battery. Wheel fighting (``circulation``) acts with both
+signs of its mode and counts their mean, since nobody knows which pair of wheels leads.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Sequence
+
+from planner.power.effect import HOOKS, Effect, Parameter
+from planner.quantities import INDEX
+
+BODY = ("mass", "centre_height", "wheel_radius", "gear_ratio", "traction")
+PER_WHEEL = (
+    *("load", "wheel_speed", "roller_speed", "axis_force", "wheel_torque", "motor_torque"),
+    *("current", "voltage", "motor_watts"),
+)
+ACCOUNT = (
+    # W; parts of the balance
+    *("supply", "bus", "terminal", "shaft", "copper", "driver", "electronics"),
+    # limits: N, A, V, N·m, share of the traction limit that is left
+    *("least_load", "current", "voltage", "motor_torque", "traction_left"),
+)
+BASE_EFFECTS = (
+    *("electronics", "gravity", "inertia", "wheel_rolling", "roller_drag", "gear_loss"),
+    *("copper_loss", "coulomb_drag"),
+)
+ACCOUNT_LENGTH = len(ACCOUNT) + len(BASE_EFFECTS)
+"""Behind the named columns follow the watts of the base effects, each by its own balance."""
+
+REST_SPEED = 2.0  # rad/s at the motor below which static friction helps to hold (physics: 2.3.3)
+
+
+def parameter_slots(
+    effects: Sequence[type[Effect]], *, wheel_count: int, surface_count: int
+) -> list[tuple[type[Effect], str, Parameter, int]]:
+    """One entry for every number in the parameter array: effect, name, declaration, element.
+
+    The element counts the wheels or surface labels of a parameter that has one value for each.
+    """
+    slots = []
+    for effect in effects:
+        for name, parameter in effect.parameters.items():
+            count = {None: 1, "wheel": wheel_count, "surface": surface_count}[parameter.per]
+            slots += [(effect, name, parameter, element) for element in range(count)]
+    return slots
+
+
+def kernel_source(
+    effects: Sequence[type[Effect]], *, wheel_count: int, surface_count: int, number: str
+) -> str:
+    """Text of the module that evaluates a model of these effects.
+
+    Args:
+        effects: active effects in the order of the catalogue.
+        wheel_count: number of wheels of the layout.
+        surface_count: number of surface labels that the model tells apart.
+        number: "float64" for planning, "complex128" for derivatives.
+    """
+    return _Writer(effects, wheel_count, surface_count, number).module()
+
+
+class _Writer:
+    def __init__(
+        self, effects: Sequence[type[Effect]], wheel_count: int, surface_count: int, number: str
+    ) -> None:
+        self.effects = effects
+        self.wheel_count = wheel_count
+        self.surface_count = surface_count
+        self.number = number
+        self.offset: dict[tuple[str, str], int] = {}
+        slots = parameter_slots(effects, wheel_count=wheel_count, surface_count=surface_count)
+        for place, (effect, name, _, element) in enumerate(slots):
+            if element == 0:
+                self.offset[effect.slug, name] = place
+        self.lines: list[str] = []
+
+    def module(self) -> str:
+        imports = [
+            line
+            for effect in self.effects
+            for line in (
+                f"from {effect.__module__} import {effect.__name__}",
+                *(
+                    f"{effect.slug}__{hook} = njit({effect.__name__}.{hook})"
+                    for hook in effect.hooks
+                ),
+            )
+        ]
+        numeric = f"types.{self.number}"
+        head = [
+            '"""Power model written out by planner.power.pipeline; not to be edited."""',
+            "from numba import njit, types",
+            "import numpy as np",
+            "from planner.power.kernel_math import SLIDING_SPEED, absolute, sign, smaller, still",
+            *imports,
+            "",
+            f"SIGNATURE = {numeric}(types.Array(types.float64, 1, 'C'),"
+            f" types.Array({numeric}, 1, 'C'), types.Array(types.float64, 1, 'C'),"
+            f" types.Array(types.float64, 2, 'C'), types.Array({numeric}, 1, 'C'),"
+            f" types.Array({numeric}, 2, 'C'))",
+            "",
+            "@njit(SIGNATURE, cache=True, error_model='numpy')",
+            "def evaluate(row, parameters, body, wheels, account, per_wheel):",
+        ]
+        self._body()
+        return "\n".join([*head, *("    " + line for line in self.lines), ""])
+
+    # The stages, in the order of the physics.
+
+    def _body(self) -> None:
+        self._inputs()
+        self._forces()
+        self._loads_and_rollers()
+        self._wheels_and_motors()
+        self._bus_and_supply()
+
+    def _inputs(self) -> None:
+        put = self.lines.append
+        for name in ("vx", "vy", "wz", "ax", "ay", "yaw_acceleration"):
+            put(f"{name} = row[{INDEX[name]}]")
+        for name in ("gravity_x", "gravity_y", "gravity_normal"):
+            put(f"{name} = row[{INDEX[name]}]")
+        put("wheel_count = wheels.shape[0]")
+        put(f"mass = body[0] + row[{INDEX['payload']}]")
+        put("wheel_radius = body[2]; gear_ratio = body[3]")
+        put("speed = np.sqrt(vx * vx + vy * vy)")
+        # Wheels turn with the change of body velocity, not with inertial acceleration.
+        put("change_x = ax + wz * vy; change_y = ay - wz * vx")
+        put(f"zero = {'0j' if self.number == 'complex128' else '0.0'}")
+        for slug in BASE_EFFECTS:
+            put(f"watts_{slug} = zero")
+        for effect in self.effects:
+            for name, parameter in effect.parameters.items():
+                if parameter.per == "wheel":
+                    start = self.offset[effect.slug, name]
+                    put(f"mean_{effect.slug}_{name} = zero")
+                    put(f"for i in range({self.wheel_count}):")
+                    put(f"    mean_{effect.slug}_{name} += parameters[{start} + i] / wheel_count")
+
+    def _forces(self) -> None:
+        put = self.lines.append
+        put("centre_x = zero; centre_y = zero")
+        for call, _ in self._calls("centre_of_mass"):
+            put(f"dx, dy = {call}")
+            put("centre_x += dx; centre_y += dy")
+        put("force_x = zero; force_y = zero; moment = zero")
+        for call, effect in self._calls("body_force"):
+            put(f"fx, fy, mz = {call}")
+            put("force_x += fx; force_y += fy; moment += mz")
+            self._book(effect, "fx * vx + fy * vy + mz * wz")
+        put("circulation = zero")
+        for call, _ in self._calls("circulation"):
+            put(f"circulation += {call}")
+
+    def _wheel_state(self) -> None:
+        put = self.lines.append
+        put("    rim_speed = wheels[i, 2] * vx + wheels[i, 3] * vy + wheels[i, 4] * wz")
+        put("    roller_speed = wheels[i, 5] * vx + wheels[i, 6] * vy + wheels[i, 7] * wz")
+        put("    load = weight * (wheels[i, 16] + wheels[i, 17] * press_x + wheels[i, 18] * press_y)")
+        put(f"    factor = zero + row[{INDEX['rolling_factor']}]")
+        for call, _ in self._calls("contact_factor"):
+            put(f"    factor *= {call}")
+        put("    roller_force = zero")
+        for call, effect in self._calls("roller_drag"):
+            put(f"    part = factor * {call}")
+            put("    roller_force += part")
+            if self.pass_number == 2:
+                self._book(effect, "part * roller_speed", "    ")
+
+    def _loads_and_rollers(self) -> None:
+        put = self.lines.append
+        self.pass_number = 1
+        put("weight = mass * gravity_normal")
+        put("nominal_load = body[0] * 9.80665 / wheel_count")
+        put("press_x = centre_x + body[1] * (gravity_x - ax) / gravity_normal")
+        put("press_y = centre_y + body[1] * (gravity_y - ay) / gravity_normal")
+        put("for i in range(wheel_count):")
+        put("    wheel = i")
+        self._wheel_state()
+        # Roller drag pushes against the motion; what it takes, the axles must supply as well.
+        put("    force_x += roller_force * wheels[i, 11]")
+        put("    force_y += roller_force * wheels[i, 12]")
+        put("    moment += roller_force * wheels[i, 13]")
+
+    def _wheels_and_motors(self) -> None:
+        put = self.lines.append
+        self.pass_number = 2
+        for name in ("terminal", "shaft", "copper", "driver"):
+            put(f"{name}_watts = zero")
+        put("cold_resistance = zero; cold_constant = zero")
+        for call, _ in self._calls("winding_resistance"):
+            put(f"cold_resistance += {call}")
+        for call, _ in self._calls("motor_constant"):
+            put(f"cold_constant += {call}")
+        put("least_load = np.inf; most_current = 0.0; most_voltage = 0.0; most_torque = 0.0")
+        put("slack_low = -np.inf; slack_high = np.inf; slack = np.inf")
+        put(f"traction = body[4] * row[{INDEX['traction_factor']}]")
+        put("for i in range(wheel_count):")
+        put("    wheel = i")
+        self._wheel_state()
+        put("    drag = zero")
+        put("    rolling_sign = sign(rim_speed, SLIDING_SPEED)")
+        for call, effect in self._calls("wheel_drag"):
+            put(f"    part = factor * {call}")
+            put("    drag += part")
+            self._book(effect, "part * rolling_sign * rim_speed", "    ")
+        put("    axis_force_0 = (wheels[i, 8] * force_x + wheels[i, 9] * force_y")
+        put("                    + wheels[i, 10] * moment)")
+        self._traction()
+        put("    wheel_speed = rim_speed / wheel_radius")
+        put("    wheel_acceleration = (wheels[i, 2] * change_x + wheels[i, 3] * change_y")
+        put("                          + wheels[i, 4] * yaw_acceleration) / wheel_radius")
+        put("    motor_speed = gear_ratio * wheel_speed")
+        put("    motor_acceleration = gear_ratio * wheel_acceleration")
+        put(f"    rest = still(motor_speed, {REST_SPEED})")
+        fights = any("circulation" in effect.hooks for effect in self.effects)
+        put(f"    for leading in {'(1.0, -1.0)' if fights else '(1.0,)'}:")
+        share = "0.5 * " if fights else ""
+        put("        axis_force = axis_force_0 + leading * circulation * wheels[i, 19]")
+        put("        wheel_torque = wheel_radius * (axis_force * wheels[i, 14]")
+        put("                       - roller_force * wheels[i, 15] + drag * rolling_sign)")
+        for call, effect in self._calls("axle_torque"):
+            put(f"        part = {call}")
+            put("        wheel_torque += part")
+            self._book(effect, f"{share}part * wheel_speed", "        ")
+        self._motor(share)
+
+    def _traction(self) -> None:
+        put = self.lines.append
+        put("    least_load = min(least_load, load.real)")
+        put("    grip = traction * load.real")
+        put("    mode = wheels[i, 19]")
+        put("    if mode != 0.0:")
+        put("        low = (-grip - axis_force_0.real) / mode")
+        put("        high = (grip - axis_force_0.real) / mode")
+        put("        slack_low = max(slack_low, min(low, high))")
+        put("        slack_high = min(slack_high, max(low, high))")
+        put("    else:")
+        put("        slack = min(slack, grip - abs(axis_force_0.real))")
+
+    def _motor(self, share: str) -> None:
+        def put(line: str) -> None:
+            self.lines.append("        " + line)
+
+        deep = "        "
+        put("gear_return = zero")
+        for call, _ in self._calls("gear_return"):
+            put(f"gear_return += {call}")
+        gears = self._calls("gear")
+        put(f"geared_torque = {gears[0][0] if gears else 'wheel_torque / gear_ratio'}")
+        if gears:
+            self._book(
+                gears[0][1],
+                f"{share}(gear_ratio * geared_torque - wheel_torque) * wheel_speed",
+                deep,
+            )
+        put("motor_torque_in = geared_torque")
+        put("motor_torque = geared_torque")
+        for call, effect in self._calls("static_torque"):
+            put(f"part = -rest * smaller(absolute(geared_torque), {call})")
+            put("part = part if geared_torque.real >= 0.0 else -part")
+            put("motor_torque += part")
+            self._book(effect, f"{share}part * motor_speed", deep)
+        for call, effect in self._calls("motor_torque"):
+            put(f"part = {call}")
+            put("motor_torque += part")
+            self._book(effect, f"{share}part * motor_speed", deep)
+        put("resistance_now = cold_resistance; torque_constant_now = cold_constant")
+        for call, _ in self._calls("winding"):
+            put(f"warm_resistance, warm_constant = {call}")
+            put("resistance_now *= warm_resistance; torque_constant_now *= warm_constant")
+        put("current = motor_torque / torque_constant_now")
+        put("shaft_part = current * torque_constant_now * motor_speed")
+        put("motor_watts = shaft_part")
+        for call, effect in self._calls("motor_loss"):
+            put(f"part = {call}")
+            put("motor_watts += part")
+            put(f"copper_watts += {share}part")
+            self._book(effect, f"{share}part", deep)
+        for call, _ in self._calls("motor_power"):
+            put(f"motor_watts += {call}")
+        put("active = 1.0 - rest * still(wheel_torque, 0.01)")
+        for call, _ in self._calls("driver"):
+            put(f"driver_watts += {share}{call}")
+        put(f"terminal_watts += {share}motor_watts")
+        put(f"shaft_watts += {share}wheel_torque * wheel_speed")
+        put("voltage = current * resistance_now + torque_constant_now * motor_speed")
+        put("most_current = max(most_current, abs(current.real))")
+        put("most_voltage = max(most_voltage, abs(voltage.real))")
+        put("most_torque = max(most_torque, abs(motor_torque.real))")
+        values = ("load", "wheel_speed", "roller_speed", "axis_force", "wheel_torque")
+        values += ("motor_torque", "current", "voltage", "motor_watts")
+        for column, value in enumerate(values):
+            put(f"per_wheel[i, {column}] = {value}")
+
+    def _bus_and_supply(self) -> None:
+        put = self.lines.append
+        put("electronics_watts = zero")
+        for call, effect in self._calls("electronics"):
+            put(f"part = {call}")
+            put("electronics_watts += part")
+            self._book(effect, "part")
+        for call, _ in self._calls("converter"):
+            put(f"electronics_watts += {call}")
+        put("motors_watts = terminal_watts + driver_watts")
+        put("bus_watts = motors_watts + electronics_watts")
+        for call, _ in self._calls("bus"):
+            put(f"bus_watts += {call}")
+        put("account[1] = bus_watts")
+        for call, _ in self._calls("supply"):
+            put(f"bus_watts += {call}")
+        put("if slack_high < np.inf:")
+        put("    slack = min(slack, 0.5 * (slack_high - slack_low))")
+        put("account[0] = bus_watts")
+        written = ("terminal_watts", "shaft_watts", "copper_watts", "driver_watts")
+        written += ("electronics_watts", "least_load", "most_current", "most_voltage")
+        written += ("most_torque", "slack / (traction * weight / wheel_count).real")
+        for column, name in enumerate(written, start=2):
+            put(f"account[{column}] = {name}")
+        for column, slug in enumerate(BASE_EFFECTS, start=len(ACCOUNT)):
+            put(f"account[{column}] = watts_{slug}")
+        put("return bus_watts")
+
+    # How a hook is called and booked.
+
+    def _book(self, effect: type[Effect], watts: str, indent: str = "") -> None:
+        if effect.slug in BASE_EFFECTS:
+            self.lines.append(f"{indent}watts_{effect.slug} += {watts}")
+
+    def _calls(self, hook: str) -> list[tuple[str, type[Effect]]]:
+        return [
+            (f"{effect.slug}__{hook}({', '.join(self._arguments(effect, hook))})", effect)
+            for effect in self.effects
+            if hook in effect.hooks
+        ]
+
+    def _arguments(self, effect: type[Effect], hook: str) -> list[str]:
+        found = []
+        for name in inspect.signature(effect.hooks[hook]).parameters:
+            if name in effect.parameters:
+                found.append(self._parameter(effect, name))
+            elif name in INDEX:
+                found.append(f"row[{INDEX[name]}]")
+            else:
+                assert name in HOOKS[hook].reads
+                found.append(name)
+        return found
+
+    def _parameter(self, effect: type[Effect], name: str) -> str:
+        start = self.offset[effect.slug, name]
+        parameter = effect.parameters[name]
+        if parameter.per == "wheel":
+            return f"(parameters[{start} + i] - mean_{effect.slug}_{name})"
+        if parameter.per == "surface":
+            label = f"row[{INDEX['surface']}]"
+            return (
+                f"(parameters[{start} + int({label})] if {label} >= 0.0"
+                f" else zero + {parameter.null!r})"
+            )
+        return f"parameters[{start}]"

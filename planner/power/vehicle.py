@@ -1,0 +1,347 @@
+"""A vehicle: its TOML file read, checked and turned into SI numbers with their sources.
+
+    vehicle = load_vehicle("minibalance")          # a name of planner/power/vehicles, or a path
+
+Every value is a number in SI or ``{ value, unit, source }``. Unknown keys are refused with the
+nearest known one; a missing key takes its default, and ``defaults_taken`` names it.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from planner.errors import VehicleError
+from planner.power.catalogue import all_effects
+from planner.power.effect import Parameter
+from planner.power.kinematics import WheelLayout, mecanum, omni
+
+VEHICLE_FOLDER = Path(__file__).parent / "vehicles"
+
+# Keys of the TOML that are parameters of an effect of the base model.
+_EFFECT_KEYS: dict[tuple[str, str], tuple[str, str]] = {
+    ("body", "yaw_inertia"): ("inertia", "yaw_inertia"),
+    ("wheels", "inertia"): ("inertia", "wheel_inertia"),
+    ("drive", "rotor_inertia"): ("inertia", "rotor_inertia"),
+    ("drive", "gear_efficiency"): ("gear_loss", "efficiency"),
+    ("drive", "torque_constant"): ("copper_loss", "torque_constant"),
+    ("drive", "resistance"): ("copper_loss", "resistance"),
+    ("drive", "coulomb_torque"): ("coulomb_drag", "coulomb_torque"),
+    ("contact", "rolling"): ("wheel_rolling", "rolling"),
+    ("contact", "roller_drag"): ("roller_drag", "roller"),
+    ("contact", "roller_viscous"): ("roller_drag", "roller_viscous"),
+    ("electronics", "power"): ("electronics", "power"),
+}
+
+# Other numbers: key, unit, default (None = required), smallest, largest.
+_NUMBERS: dict[str, tuple[tuple[str, str, float | None, float, float], ...]] = {
+    "body": (
+        ("mass", "kg", None, 1e-3, 1e5),
+        ("length", "m", None, 1e-2, 50.0),
+        ("width", "m", None, 1e-2, 50.0),
+        ("com_height", "m", 0.1, 0.0, 10.0),
+    ),
+    "wheels": (
+        ("half_wheelbase", "m", None, 1e-3, 20.0),
+        ("half_track", "m", None, 1e-3, 20.0),
+        ("base_radius", "m", None, 1e-3, 20.0),
+        ("radius", "m", None, 1e-3, 5.0),
+        ("roller_angle", "rad", math.nan, 0.1, math.pi / 2),
+    ),
+    "drive": (("gear_ratio", "1", 1.0, 1e-2, 1e5),),
+    "contact": (("traction", "1", 0.6, 1e-2, 5.0),),
+    "limits": (
+        ("speed", "m/s", 1.0, 1e-2, 100.0),
+        ("yaw_rate", "rad/s", 1.0, 1e-2, 100.0),
+        ("acceleration", "m/s²", 1.0, 1e-2, 100.0),
+        ("current", "A", math.inf, 1e-3, 1e6),
+        ("voltage", "V", math.inf, 1e-1, 1e5),
+        ("continuous_torque", "N·m", math.inf, 1e-6, 1e6),
+        ("clearance", "m", 0.05, 0.0, 10.0),
+    ),
+    "battery": (
+        ("voltage", "V", 24.0, 1.0, 1e5),
+        ("resistance", "Ω", 0.0, 0.0, 100.0),
+        ("capacity", "J", math.inf, 1.0, 1e12),
+    ),
+    "electronics": (),
+}
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What the vehicle must not exceed; SI."""
+
+    speed: float
+    yaw_rate: float
+    acceleration: float
+    current: float
+    voltage: float
+    continuous_torque: float
+    clearance: float
+
+
+@dataclass(frozen=True)
+class Battery:
+    """What feeds the vehicle: V, Ω, J."""
+
+    voltage: float
+    resistance: float
+    capacity: float
+
+
+@dataclass(frozen=True)
+class Vehicle:
+    """A robot's geometry, limits and the values of every effect that its source knows.
+
+    Attributes:
+        parameters: by effect slug and parameter name; a list for one value a wheel, a mapping for
+            one value a surface label.
+        active: slugs of the effects that planning uses, base model included.
+        sources: by "table.key", where a value comes from.
+        defaults_taken: keys that the file does not give.
+    """
+
+    name: str
+    title: str
+    mass: float
+    length: float
+    width: float
+    com_height: float
+    layout: WheelLayout
+    gear_ratio: float
+    traction: float
+    limits: Limits
+    battery: Battery
+    parameters: Mapping[str, Mapping[str, Any]]
+    active: tuple[str, ...]
+    sources: Mapping[str, str] = field(default_factory=dict)
+    defaults_taken: tuple[str, ...] = ()
+
+
+def list_vehicles() -> list[dict[str, object]]:
+    """Name, title, mass, size and active effects of every vehicle that is installed."""
+    found = []
+    for path in sorted(VEHICLE_FOLDER.glob("*.toml")):
+        vehicle = load_vehicle(path.stem)
+        found.append(
+            {
+                "name": vehicle.name,
+                "title": vehicle.title,
+                "mass_kg": vehicle.mass,
+                "length_m": vehicle.length,
+                "width_m": vehicle.width,
+                "wheels": vehicle.layout.wheel_count,
+                "effects": list(vehicle.active),
+                "battery_j": vehicle.battery.capacity,
+            }
+        )
+    return found
+
+
+def load_vehicle(name: str) -> Vehicle:
+    """The vehicle of this name, or in the TOML file at this path.
+
+    Raises:
+        VehicleError: no such vehicle, or a value in its file cannot be used.
+    """
+    known = sorted(path.stem for path in VEHICLE_FOLDER.glob("*.toml"))
+    path = VEHICLE_FOLDER / f"{name}.toml" if name in known else Path(name)
+    if name not in known and (path.suffix != ".toml" or not path.is_file()):
+        raise VehicleError(
+            "vehicle", "no such vehicle", value=name, accepted=f"{', '.join(known)}, a .toml path"
+        )
+    stat = path.stat()
+    return _load(path, stat.st_mtime_ns)
+
+
+@lru_cache(maxsize=64)
+def _load(path: Path, _changed: int) -> Vehicle:
+    try:
+        document = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise VehicleError(str(path), f"not TOML: {error}", accepted="a vehicle's TOML") from error
+    return _Reader(str(path), document).vehicle()
+
+
+class _Reader:
+    def __init__(self, place: str, document: dict[str, Any]) -> None:
+        self.place = place
+        self.document = document
+        self.sources: dict[str, str] = {}
+        self.defaults: list[str] = []
+        self.parameters: dict[str, dict[str, Any]] = {}
+
+    def vehicle(self) -> Vehicle:
+        tables = {*_NUMBERS, "name", "title", "effects"}
+        self._refuse_unknown(self.document, tables, "")
+        for table in _NUMBERS:
+            known = {key for key, *_ in _NUMBERS[table]}
+            known |= {key for owner, key in _EFFECT_KEYS if owner == table}
+            if table == "wheels":
+                known |= {"layout", "angles"}
+            self._refuse_unknown(self._table(table), known, f"[{table}] ")
+        for (table, key), (slug, parameter) in _EFFECT_KEYS.items():
+            self._base_parameter(table, key, slug, parameter)
+        active = self._effects()
+        body = {key: self._number("body", key) for key, *_ in _NUMBERS["body"]}
+        return Vehicle(
+            name=str(self.document.get("name", Path(self.place).stem)),
+            title=str(self.document.get("title", self.document.get("name", ""))),
+            mass=body["mass"],
+            length=body["length"],
+            width=body["width"],
+            com_height=body["com_height"],
+            layout=self._layout(),
+            gear_ratio=self._number("drive", "gear_ratio"),
+            traction=self._number("contact", "traction"),
+            limits=Limits(**{key: self._number("limits", key) for key, *_ in _NUMBERS["limits"]}),
+            battery=Battery(
+                **{key: self._number("battery", key) for key, *_ in _NUMBERS["battery"]}
+            ),
+            parameters=self.parameters,
+            active=active,
+            sources=self.sources,
+            defaults_taken=tuple(self.defaults),
+        )
+
+    def _table(self, name: str) -> dict[str, Any]:
+        table = self.document.get(name, {})
+        if not isinstance(table, dict):
+            raise VehicleError(f"{self.place} [{name}]", "not a table", accepted=f"[{name}] …")
+        return table
+
+    def _refuse_unknown(self, table: dict[str, Any], known: set[str], place: str) -> None:
+        for key in table:
+            if key not in known:
+                near = difflib.get_close_matches(key, known, 1)
+                hint = f"{near[0]!r}? one of " if near else ""
+                raise VehicleError(
+                    f"{self.place} {place}{key}",
+                    "unknown key",
+                    accepted=hint + ", ".join(sorted(known)),
+                )
+
+    def _value(self, place: str, raw: Any, unit: str, low: float, high: float) -> float:
+        if isinstance(raw, dict):
+            self._refuse_unknown(raw, {"value", "unit", "source"}, place + " ")
+            given = str(raw.get("unit", unit))
+            if given != unit:
+                raise VehicleError(
+                    f"{self.place} {place}", "unit is not SI", value=given, accepted=unit
+                )
+            if "source" in raw:
+                self.sources[place] = str(raw["source"])
+            raw = raw.get("value")
+        number = isinstance(raw, int | float) and not isinstance(raw, bool)
+        if not number or not low <= float(raw) <= high:
+            raise VehicleError(
+                f"{self.place} {place}",
+                "out of range" if number else "not a number",
+                value=raw,
+                accepted=f"{low:g} to {high:g} {unit}",
+            )
+        return float(raw)
+
+    def _number(self, table: str, key: str) -> float:
+        unit, default, low, high = next(row[1:] for row in _NUMBERS[table] if row[0] == key)
+        raw = self._table(table).get(key)
+        if raw is None:
+            if default is None:
+                raise VehicleError(
+                    f"{self.place} [{table}] {key}",
+                    "missing",
+                    accepted=f"a number in {unit}, {low:g} to {high:g}",
+                )
+            self.defaults.append(f"{table}.{key}")
+            return default
+        return self._value(f"{table}.{key}", raw, unit, low, high)
+
+    def _base_parameter(self, table: str, key: str, slug: str, name: str) -> None:
+        parameter = all_effects()[slug].parameters[name]
+        raw = self._table(table).get(key)
+        if raw is None:
+            self.defaults.append(f"{table}.{key}")
+            value = parameter.default
+        else:
+            value = self._value(f"{table}.{key}", raw, parameter.unit, *parameter.bounds)
+        self.parameters.setdefault(slug, {})[name] = value
+
+    def _effects(self) -> tuple[str, ...]:
+        effects = dict(self._table("effects"))
+        named = effects.pop("active", [])
+        catalogue = all_effects()
+        candidates = {slug for slug, effect in catalogue.items() if not effect.base}
+        self._refuse_unknown(effects, candidates, "[effects] ")
+        for slug, table in effects.items():
+            if not isinstance(table, dict):
+                raise VehicleError(
+                    f"{self.place} [effects.{slug}]", "not a table", accepted="parameters"
+                )
+            declared = catalogue[slug].parameters
+            self._refuse_unknown(table, set(declared), f"[effects.{slug}] ")
+            for key, raw in table.items():
+                self.parameters.setdefault(slug, {})[key] = self._effect_value(
+                    f"effects.{slug}.{key}", raw, declared[key]
+                )
+        if not isinstance(named, list) or not set(map(str, named)) <= set(catalogue):
+            wrong = [n for n in named if n not in catalogue] if isinstance(named, list) else named
+            raise VehicleError(
+                f"{self.place} [effects] active",
+                "not a list of effects",
+                value=wrong,
+                accepted=", ".join(sorted(candidates)),
+            )
+        return tuple(s for s, e in catalogue.items() if e.base or s in named)
+
+    def _effect_value(self, place: str, raw: Any, parameter: Parameter) -> Any:
+        if parameter.per == "wheel" and isinstance(raw, list):
+            return [self._value(place, v, parameter.unit, *parameter.bounds) for v in raw]
+        if parameter.per == "surface" and isinstance(raw, dict):
+            return {
+                str(label): self._value(f"{place}.{label}", v, parameter.unit, *parameter.bounds)
+                for label, v in raw.items()
+            }
+        return self._value(place, raw, parameter.unit, *parameter.bounds)
+
+    def _layout(self) -> WheelLayout:
+        wheels = self._table("wheels")
+        kind = wheels.get("layout", "mecanum")
+        radius = self._number("wheels", "radius")
+        angle = self._number("wheels", "roller_angle")
+        if kind == "mecanum":
+            return mecanum(
+                half_wheelbase=self._number("wheels", "half_wheelbase"),
+                half_track=self._number("wheels", "half_track"),
+                radius=radius,
+                roller_angle=math.pi / 4 if math.isnan(angle) else angle,
+            )
+        if kind == "omni":
+            raw = wheels.get("angles")
+            if isinstance(raw, dict):
+                raw = raw.get("value")
+            if not isinstance(raw, list) or len(raw) < 3:
+                raise VehicleError(
+                    f"{self.place} [wheels] angles",
+                    "not a list of wheel angles",
+                    value=raw,
+                    accepted="three or more angles in rad",
+                )
+            return omni(
+                base_radius=self._number("wheels", "base_radius"),
+                angles=tuple(self._value("wheels.angles", v, "rad", -10.0, 10.0) for v in raw),
+                radius=radius,
+                roller_angle=math.pi / 2 if math.isnan(angle) else angle,
+            )
+        raise VehicleError(
+            f"{self.place} [wheels] layout",
+            "unknown wheel layout",
+            value=kind,
+            accepted="mecanum, omni",
+        )
