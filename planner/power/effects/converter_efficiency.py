@@ -1,0 +1,42 @@
+"""Converter efficiency: the regulator between the bus and the electronics.
+
+    P = P_el·(1/η_dc - 1)
+
+Sign
+    a loss, ≥ 0, added to what the electronics draw at their rail.
+Source
+    definition of efficiency; 0.85-0.92 is usual for step-down converters of this size (prior).
+Holds for
+    loads near the converter's rating.
+Left out
+    efficiency falling at light load. With a constant electronics load this effect is the same as a
+    larger constant; only a load that varies (sensor_rate) or a measurement on both sides of the
+    converter tells them apart.
+"""
+
+from planner.power.effect import Effect, Parameter, WorkedExample
+
+
+class ConverterEfficiency(Effect):
+    """Loss of the converter that feeds control and sensors."""
+
+    slug = "converter_efficiency"
+    title = "voltage converter"
+
+    efficiency = Parameter(
+        unit="1",
+        default=0.88,
+        null=1.0,
+        bounds=(0.3, 1.0),
+        doc="Share of the bus power that reaches the electronics.",
+        spread=0.05,
+    )
+
+    @staticmethod
+    def converter(electronics_watts, efficiency):
+        """W lost in the converter."""
+        return electronics_watts * (1.0 / efficiency - 1.0)
+
+    examples = (
+        WorkedExample("converter", {"electronics_watts": 6, "efficiency": 0.8}, 1.5, "6·(1.25 - 1)"),
+    )
