@@ -38,5 +38,7 @@ class ConverterEfficiency(Effect):
         return electronics_watts * (1.0 / efficiency - 1.0)
 
     examples = (
-        WorkedExample("converter", {"electronics_watts": 6, "efficiency": 0.8}, 1.5, "6·(1.25 - 1)"),
+        WorkedExample(
+            "converter", {"electronics_watts": 6, "efficiency": 0.8}, 1.5, "6·(1.25 - 1)"
+        ),
     )

@@ -47,6 +47,4 @@ class CopperLoss(Effect):
         """W lost in one winding."""
         return resistance_now * current * current
 
-    examples = (
-        WorkedExample("motor_loss", {"current": 0.5, "resistance_now": 4}, 1.0, "4·0.5²"),
-    )
+    examples = (WorkedExample("motor_loss", {"current": 0.5, "resistance_now": 4}, 1.0, "4·0.5²"),)
