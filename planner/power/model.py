@@ -1,0 +1,363 @@
+"""The power model of one vehicle: which effects act, with which parameters.
+
+    model = PowerModel.from_vehicle(load_vehicle("minibalance"))
+    rows = rows_from(vx=[0.5], gravity_x=[-1.7], gravity_normal=[9.66])
+    model.watts(rows)                 # (n,) W at the supply terminals
+    model.watts_by_effect(rows)       # {slug: (n,) W}, adds up to the same
+
+How watts are shared out: the eight effects of the base model by their physical balance, with all
+other effects switched off; every other effect by the change that it makes when it is switched on,
+in the order of the catalogue. The sum is the model's power, whatever the effects do to each other.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numba import njit, types
+from numpy.typing import ArrayLike, NDArray
+
+from planner.errors import ModelError
+from planner.power.catalogue import all_effects
+from planner.power.compile_kernel import KERNEL, compile_kernel
+from planner.power.effect import Effect
+from planner.power.pipeline import (
+    ACCOUNT,
+    ACCOUNT_LENGTH,
+    BASE_EFFECTS,
+    PER_WHEEL,
+    parameter_slots,
+)
+from planner.power.vehicle import Vehicle, load_vehicle
+from planner.quantities import DEFAULT_ROW, INDEX
+
+Array = NDArray[np.float64]
+FORMAT = "joulepath-model/1"
+
+_F1 = types.Array(types.float64, 1, "C")
+_F2 = types.Array(types.float64, 2, "C")
+
+
+@njit(types.void(KERNEL, _F2, _F1, _F1, _F2, _F2, _F2), cache=True, error_model="numpy")
+def _evaluate_rows(
+    kernel: Any, rows: Any, parameters: Any, body: Any, wheels: Any, accounts: Any, per_wheel: Any
+) -> None:
+    for k in range(rows.shape[0]):
+        kernel(rows[k], parameters, body, wheels, accounts[k], per_wheel)
+
+
+def rows_from(**columns: ArrayLike) -> Array:
+    """Rows for the model from columns named as in planner.quantities; the rest takes its default.
+
+    Args:
+        columns: each a number or (n,) values in SI.
+
+    Returns:
+        (n, ROW_LENGTH) float64.
+
+    Raises:
+        ModelError: a name is no quantity.
+    """
+    arrays = {name: np.atleast_1d(np.asarray(v, float)) for name, v in columns.items()}
+    for name in arrays:
+        if name not in INDEX:
+            raise ModelError(name, "no such quantity", accepted=", ".join(INDEX))
+    count = max((len(values) for values in arrays.values()), default=1)
+    rows = np.tile(np.array(DEFAULT_ROW), (count, 1))
+    for name, values in arrays.items():
+        rows[:, INDEX[name]] = values
+    return rows
+
+
+def gravity_columns(roll: ArrayLike, pitch: ArrayLike, *, gravity: float) -> dict[str, Array]:
+    """Columns of gravity in the body frame for roll and pitch in rad (REP-103), each (n,)."""
+    roll, pitch = np.asarray(roll, float), np.asarray(pitch, float)
+    return {
+        "gravity_x": gravity * np.sin(pitch),
+        "gravity_y": -gravity * np.cos(pitch) * np.sin(roll),
+        "gravity_normal": gravity * np.cos(pitch) * np.cos(roll),
+    }
+
+
+@dataclass(frozen=True)
+class PowerModel:
+    """Effects, their parameters and the vehicle that they describe; never changed in place.
+
+    Attributes:
+        vehicle: geometry and limits.
+        effects: active effects in the order of the catalogue.
+        parameters: (P,) values, in the order of ``slots``.
+        kind: "sound", or "printed/A" and "printed/B" for the source paper's equations.
+        surfaces: labels that parameters given for each surface refer to.
+        stderr: (P,) standard errors from a fit; NaN where the value was never calibrated.
+        name, version, parent: which model this is and which one it was made from.
+        history: what was adopted, from which data, with which error before and after.
+    """
+
+    vehicle: Vehicle
+    effects: tuple[type[Effect], ...]
+    parameters: Array
+    kind: str = "sound"
+    surfaces: tuple[str, ...] = ()
+    stderr: Array | None = None
+    name: str = ""
+    version: int = 1
+    parent: str | None = None
+    history: tuple[Mapping[str, Any], ...] = field(default=())
+
+    @classmethod
+    def from_vehicle(
+        cls,
+        vehicle: Vehicle,
+        *,
+        effects: Sequence[str] | None = None,
+        kind: str = "sound",
+        surfaces: Sequence[str] = (),
+    ) -> PowerModel:
+        """The model that a vehicle's file describes.
+
+        Args:
+            vehicle: from load_vehicle.
+            effects: slugs beside the base model; None takes the vehicle's active ones.
+            kind: "sound", "printed/A" or "printed/B".
+            surfaces: labels beside those that the vehicle's file names.
+        """
+        if kind not in ("sound", "printed/A", "printed/B"):
+            raise ModelError(
+                "kind", "no such model", value=kind, accepted="sound, printed/A, printed/B"
+            )
+        wanted = set(vehicle.active if effects is None else effects)
+        catalogue = all_effects()
+        for slug in wanted - set(catalogue):
+            raise ModelError("effects", "no such effect", value=slug, accepted=", ".join(catalogue))
+        active = tuple(e for s, e in catalogue.items() if e.base or s in wanted)
+        named = _surface_labels(vehicle, active)
+        labels = tuple(dict.fromkeys([*named, *surfaces]))
+        model = cls(vehicle, active, np.zeros(0), kind, labels, name=vehicle.name)
+        values = [
+            _given(vehicle, effect.slug, name, parameter.default, element, labels)
+            for effect, name, parameter, element in model.slots
+        ]
+        return replace(model, parameters=np.array(values, float))
+
+    @cached_property
+    def slots(self) -> list[tuple[type[Effect], str, Any, int]]:
+        """Effect, parameter name, declaration and element of every number in ``parameters``."""
+        return parameter_slots(
+            self.effects,
+            wheel_count=self.vehicle.layout.wheel_count,
+            surface_count=max(1, len(self.surfaces)),
+        )
+
+    @cached_property
+    def body(self) -> Array:
+        """(len(BODY),) mass and geometry as the kernel reads them."""
+        v = self.vehicle
+        return np.array([v.mass, v.com_height, v.layout.radius, v.gear_ratio, v.traction])
+
+    @property
+    def wheels(self) -> Array:
+        """(n, COLUMNS) wheel table as the kernel reads it."""
+        return self.vehicle.layout.table
+
+    @cached_property
+    def kernel(self) -> Callable[..., Any]:
+        """Compiled model for real parameters, see planner.power.pipeline."""
+        return self._compile("float64")
+
+    def _compile(self, number: str) -> Callable[..., Any]:
+        return compile_kernel(
+            self.effects,
+            wheel_count=self.vehicle.layout.wheel_count,
+            surface_count=max(1, len(self.surfaces)),
+            number=number,
+        )
+
+    def evaluate(self, rows: Array) -> tuple[Array, Array]:
+        """Accounts (n, ACCOUNT_LENGTH) of all rows, and per-wheel values of the last row."""
+        rows = np.ascontiguousarray(rows, dtype=float)
+        accounts = np.empty((len(rows), ACCOUNT_LENGTH))
+        per_wheel = np.empty((len(self.wheels), len(PER_WHEEL)))
+        _evaluate_rows(
+            self.kernel, rows, self.parameters, self.body, self.wheels, accounts, per_wheel
+        )
+        return accounts, per_wheel
+
+    def account(self, rows: Array) -> dict[str, Array]:
+        """Balance and limits by the names of planner.power.pipeline.ACCOUNT, each (n,)."""
+        accounts, _ = self.evaluate(rows)
+        return {name: accounts[:, column] for column, name in enumerate(ACCOUNT)}
+
+    def watts(self, rows: Array) -> Array:
+        """Power at the supply terminals, W, shape (n,)."""
+        accounts, _ = self.evaluate(rows)
+        return accounts[:, 0].copy()
+
+    def watts_by_effect(self, rows: Array) -> dict[str, Array]:
+        """Share of every active effect, W, each (n,); adds up to ``watts``."""
+        current = self.without_candidates()
+        accounts, _ = current.evaluate(rows)
+        shares = {
+            slug: accounts[:, len(ACCOUNT) + column].copy()
+            for column, slug in enumerate(BASE_EFFECTS)
+        }
+        before = accounts[:, 0]
+        for effect in self.effects:
+            if effect.base:
+                continue
+            # The same kernel with one more effect away from its null values.
+            current = replace(current, parameters=self._switch_on(current.parameters, effect))
+            after = current.watts(rows)
+            shares[effect.slug] = after - before
+            before = after
+        return shares
+
+    def without_candidates(self) -> PowerModel:
+        """The same model with every effect beside the base at its null values."""
+        values = self.parameters.copy()
+        for place, (effect, _, parameter, _) in enumerate(self.slots):
+            if not effect.base and parameter.null is not None:
+                values[place] = parameter.null
+        return replace(self, parameters=values)
+
+    def _switch_on(self, values: Array, effect: type[Effect]) -> Array:
+        mine = np.array([slot[0] is effect for slot in self.slots])
+        return np.where(mine, self.parameters, values)
+
+    def jacobian(self, rows: Array, step: float = 1e-20) -> Array:
+        """Derivative of the power by every parameter, by complex step, shape (n, P)."""
+        rows = np.ascontiguousarray(rows, dtype=float)
+        kernel = self._compile("complex128")
+        account = np.empty(ACCOUNT_LENGTH, complex)
+        per_wheel = np.empty((len(self.wheels), len(PER_WHEEL)), complex)
+        result = np.empty((len(rows), len(self.parameters)))
+        for column in range(len(self.parameters)):
+            values = self.parameters.astype(complex)
+            values[column] += 1j * step
+            for k, row in enumerate(rows):
+                watts = kernel(row, values, self.body, self.wheels, account, per_wheel)
+                result[k, column] = watts.imag / step
+        return result
+
+    @cached_property
+    def uncertainty(self) -> Array:
+        """(P,) standard deviation of every parameter: of the fit, or its prior spread."""
+        prior = np.array(
+            [abs(v) * s[2].spread for v, s in zip(self.parameters, self.slots, strict=True)]
+        )
+        if self.stderr is None:
+            return prior
+        return np.where(np.isnan(self.stderr), prior, self.stderr)
+
+    def describe(self) -> dict[str, Any]:
+        """Name, version, effects and parameters, ready for JSON."""
+        effects: dict[str, dict[str, Any]] = {effect.slug: {} for effect in self.effects}
+        for (effect, name, parameter, element), value in zip(
+            self.slots, self.parameters, strict=True
+        ):
+            if parameter.per is None:
+                effects[effect.slug][name] = float(value)
+            elif parameter.per == "wheel":
+                effects[effect.slug].setdefault(name, []).append(float(value))
+            elif self.surfaces:
+                effects[effect.slug].setdefault(name, {})[self.surfaces[element]] = float(value)
+        return {
+            "name": self.name,
+            "version": self.version,
+            "kind": self.kind,
+            "vehicle": self.vehicle.name,
+            "parent": self.parent,
+            "effects": effects,
+        }
+
+    def save(self, path: str | Path) -> None:
+        """Write the model as JSON; ``load`` reads it back bit by bit."""
+        document = {
+            "format": FORMAT,
+            **self.describe(),
+            "surfaces": list(self.surfaces),
+            "stderr": None
+            if self.stderr is None
+            else [None if np.isnan(v) else float(v) for v in self.stderr],
+            "history": list(self.history),
+        }
+        Path(path).write_text(json.dumps(document, indent=2, ensure_ascii=False) + "\n", "utf-8")
+
+    @classmethod
+    def load(cls, path: str | Path) -> PowerModel:
+        """Read a saved model.
+
+        Raises:
+            ModelError: not a model's file, or it names effects or parameters that do not exist.
+            VehicleError: its vehicle is not installed.
+        """
+        accepted = "a file that `joulepath adopt` or PowerModel.save wrote"
+        try:
+            document = json.loads(Path(path).read_text("utf-8"))
+        except OSError as error:
+            raise ModelError(str(path), f"cannot be read: {error}", accepted=accepted) from error
+        except ValueError as error:
+            raise ModelError(str(path), f"not JSON: {error}", accepted=accepted) from error
+        if not isinstance(document, dict) or document.get("format") != FORMAT:
+            raise ModelError(str(path), "not a joulepath model", accepted=accepted)
+        try:
+            effects = document["effects"]
+            model = cls.from_vehicle(
+                load_vehicle(document["vehicle"]),
+                effects=list(effects),
+                kind=document["kind"],
+                surfaces=document["surfaces"],
+            )
+            model = replace(model, surfaces=tuple(document["surfaces"]))
+            values = [
+                _element(effects[effect.slug][name], parameter.per, element, model.surfaces)
+                for effect, name, parameter, element in model.slots
+            ]
+            stderr = document["stderr"]
+            return replace(
+                model,
+                parameters=np.array(values, float),
+                stderr=None
+                if stderr is None
+                else np.array([np.nan if v is None else v for v in stderr], float),
+                name=document["name"],
+                version=document["version"],
+                parent=document["parent"],
+                history=tuple(document["history"]),
+            )
+        except (KeyError, TypeError, IndexError, ValueError) as error:
+            raise ModelError(str(path), f"incomplete: {error!r}", accepted=accepted) from error
+
+
+def _surface_labels(vehicle: Vehicle, effects: Sequence[type[Effect]]) -> list[str]:
+    labels: list[str] = []
+    for effect in effects:
+        for value in vehicle.parameters.get(effect.slug, {}).values():
+            if isinstance(value, dict):
+                labels += list(value)
+    return labels
+
+
+def _given(
+    vehicle: Vehicle, slug: str, name: str, default: float, element: int, labels: Sequence[str]
+) -> float:
+    value = vehicle.parameters.get(slug, {}).get(name, default)
+    if isinstance(value, dict):
+        return float(value.get(labels[element], default))
+    if isinstance(value, list):
+        return float(value[element])
+    return float(value)
+
+
+def _element(value: Any, per: str | None, element: int, surfaces: Sequence[str]) -> float:
+    if per is None:
+        return float(value)
+    if per == "wheel":
+        return float(value[element])
+    return float(value[surfaces[element]]) if surfaces else 0.0
