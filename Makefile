@@ -1,0 +1,60 @@
+# Every target sets up what it needs: `make demo` in a fresh clone is enough.
+
+.DEFAULT_GOAL := help
+SHELL := /bin/bash
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+
+# The first interpreter that runs and is new enough (a pyenv shim may exist and not run).
+PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3; do \
+	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { echo $$p; break; }; done)
+
+.PHONY: help setup demo test check bench serve lock clean
+
+help: ## List the targets
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+setup: $(READY) ## Create .venv with the locked versions and joulepath in it
+
+$(READY): pyproject.toml requirements/dev.txt
+	@test -n "$(PYTHON)" || { echo "joulepath needs Python 3.11 or newer, and none was found. On Debian or Ubuntu: apt-get install python3 python3-venv"; exit 1; }
+	@test -x $(BIN)/python || $(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { echo "$(PYTHON) cannot make a virtual environment (ensurepip is missing). On Debian or Ubuntu: apt-get install python3-venv"; exit 1; }
+	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/dev.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --config-settings editable_mode=compat -e .
+	@touch $(READY)
+
+demo: $(READY) ## Plan on real relief and in a warehouse; writes demo/report.html
+	$(BIN)/python -m service.demo
+
+test: $(READY) ## Run the tests
+	$(BIN)/python -m pytest -n 2 -m "not bench and not nightly" tests
+
+check: $(READY) ## Style, types, layers, documentation
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	$(BIN)/interrogate --quiet planner service maps
+	$(BIN)/hadolint Dockerfile
+	$(BIN)/python -m pytest -q tests/test_documented.py
+
+bench: $(READY) ## Measure speed and route quality
+	$(BIN)/python -m tests.benchmarks
+
+serve: $(READY) ## Serve HTTP and the page on 127.0.0.1:8000
+	$(BIN)/joulepath serve
+
+COMPILE := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
+	--no-header --no-emit-index-url --no-emit-find-links --upgrade
+
+lock: $(READY) ## Resolve the newest versions again and lock them with hashes
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check uv
+	$(COMPILE) pyproject.toml -o requirements/lock.txt
+	$(COMPILE) pyproject.toml --extra dev -c requirements/lock.txt -o requirements/dev.txt
+	echo "setuptools>=77" | $(COMPILE) - -c requirements/dev.txt -o requirements/build.txt
+
+clean: ## Remove what the targets make, the virtual environment included
+	rm -rf $(VENV) build dist demo .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis *.egg-info
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

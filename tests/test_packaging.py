@@ -1,0 +1,66 @@
+"""What is installed is what the repository says: names, versions, locked files, no addresses."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+LOCKS = ("lock.txt", "dev.txt", "build.txt")
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+
+
+def locked(name: str) -> dict[str, list[str]]:
+    """Requirement name -> its lines (one per environment marker), hashes left out."""
+    found: dict[str, list[str]] = {}
+    for line in (ROOT / "requirements" / name).read_text().splitlines():
+        if match := re.match(r"([a-z0-9._-]+)==\S+", line):
+            found.setdefault(match[1], []).append(line)
+    return found
+
+
+def test_the_command_and_the_distribution_are_installed() -> None:
+    distribution = importlib.metadata.distribution("joulepath")
+    assert distribution.version == PROJECT["version"]
+    commands = {e.name: e.value for e in distribution.entry_points if e.group == "console_scripts"}
+    assert commands == PROJECT["scripts"]
+
+
+@pytest.mark.parametrize("name", LOCKS)
+def test_every_locked_requirement_has_a_hash(name: str) -> None:
+    text = (ROOT / "requirements" / name).read_text()
+    requirements = re.split(r"\n(?=[a-z0-9])", text.strip())
+    assert requirements
+    assert [r for r in requirements if "--hash=sha256:" not in r] == []
+
+
+@pytest.mark.parametrize("name", LOCKS)
+def test_locks_name_no_address(name: str) -> None:
+    text = (ROOT / "requirements" / name).read_text()
+    assert not re.search(r"://|--(extra-)?index-url|--find-links|file:", text)
+
+
+def test_every_declared_dependency_is_locked() -> None:
+    def names(requirements: list[str]) -> set[str]:
+        return {re.split(r"[<>=!~ \[;]", r)[0].lower() for r in requirements}
+
+    runtime = names(PROJECT["dependencies"])
+    assert runtime <= set(locked("lock.txt"))
+    assert runtime | names(PROJECT["optional-dependencies"]["dev"]) <= set(locked("dev.txt"))
+
+
+def test_development_runs_the_versions_that_users_get() -> None:
+    def versions(lines: list[str] | None) -> set[str]:
+        return {line.split(" ")[0] for line in lines or []}
+
+    runtime, development = locked("lock.txt"), locked("dev.txt")
+    different = {
+        name: (versions(lines), versions(development.get(name)))
+        for name, lines in runtime.items()
+        if versions(lines) != versions(development.get(name))
+    }
+    assert different == {}
