@@ -41,8 +41,8 @@ class RollerDrag(Effect):
     examples = (
         WorkedExample(
             "roller_drag",
-            {"load": 30, "roller_speed": -0.8, "roller": 0.05, "roller_viscous": 2},
+            {"load": 30, "roller_speed": -80.0, "roller": 0.05, "roller_viscous": 0.02},
             -3.1,
-            "-(0.05·30) - 2·0.8; the sign is smooth to 2e-5",
+            "-0.05·30 - 0.02·80; so fast that the smooth sign is -1",
         ),
     )

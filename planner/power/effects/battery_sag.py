@@ -1,0 +1,80 @@
+"""Battery sag: what the battery loses inside itself.
+
+    I = 2·P / (V + √(V² - 4·R_b·P))        loss = R_b·I²
+
+the smaller root of V·I - R_b·I² = P, written so that R_b = 0 is no special case.
+
+Sign
+    P is the power that leaves the battery's terminals; charging loses too.
+Source
+    internal-resistance model, own solution of the quadratic.
+Holds for
+    power at the source: with a log measured at the terminals the loss happens before the meter and
+    cannot be seen. V is ``battery_voltage`` where known, otherwise the open-circuit value; taking a
+    voltage under load for the open one changes the loss by the relative sag, under 2 % here. Beyond
+    P = V²/(4·R_b) the battery cannot deliver, and the current stays at 2·P/V.
+Left out
+    polarisation, state of charge, temperature of the cells.
+"""
+
+from planner.power.effect import Effect, Parameter, WorkedExample
+from planner.power.kernel_math import known, larger, root
+
+
+class BatterySag(Effect):
+    """Loss in the internal resistance of the battery."""
+
+    slug = "battery_sag"
+    title = "inside the battery"
+
+    internal_resistance = Parameter(
+        unit="Ω",
+        default=0.08,
+        null=0.0,
+        bounds=(0.0, 10.0),
+        doc="Of the battery with its wiring.",
+        spread=0.5,
+    )
+    open_circuit_voltage = Parameter(
+        unit="V",
+        default=25.2,
+        bounds=(1.0, 1e5),
+        fitted=False,
+        doc="Voltage without load where none is measured.",
+    )
+
+    @staticmethod
+    def supply(bus_watts, battery_voltage, internal_resistance, open_circuit_voltage):
+        """W lost in the battery."""
+        if known(battery_voltage):
+            voltage = battery_voltage + 0.0 * open_circuit_voltage
+        else:
+            voltage = 1.0 * open_circuit_voltage
+        spare = larger(voltage * voltage - 4.0 * internal_resistance * bus_watts, 0.0)
+        current = 2.0 * bus_watts / (voltage + root(spare))
+        return internal_resistance * current * current
+
+    examples = (
+        WorkedExample(
+            "supply",
+            {
+                "bus_watts": 16,
+                "battery_voltage": float("nan"),
+                "internal_resistance": 1,
+                "open_circuit_voltage": 10,
+            },
+            4.0,
+            "√(100 - 64) = 6, I = 32/16 = 2 A, 1·2²",
+        ),
+        WorkedExample(
+            "supply",
+            {
+                "bus_watts": -11,
+                "battery_voltage": 10,
+                "internal_resistance": 1,
+                "open_circuit_voltage": 12,
+            },
+            1.0,
+            "charging: √(100 + 44) = 12, I = -22/22 = -1 A",
+        ),
+    )

@@ -1,0 +1,87 @@
+"""Cold grease: drag that is high in the cold and falls as the gear warms up.
+
+    τ = b·exp(-q·(T - 25 °C))·ω_m
+
+Sign
+    a loss. Its power falls with temperature, against motor_heating, whose power rises.
+Source
+    exponential law of viscosity against temperature (Reynolds, 1886); q about 0.03 1/K for gear
+    greases (prior).
+Holds for
+    T = ``motor_temp``, else ``ambient_temp``, else 25 °C.
+Left out
+    channelling of the grease and shear thinning. At one temperature it is viscous_drag.
+"""
+
+from planner.power.effect import Effect, Parameter, WorkedExample
+from planner.power.kernel_math import exponential, known
+
+
+class ColdGrease(Effect):
+    """Viscous drag that follows temperature."""
+
+    slug = "cold_grease"
+    title = "grease of the gears"
+
+    viscosity = Parameter(
+        unit="N·m·s",
+        default=2e-6,
+        null=0.0,
+        bounds=(0.0, 1.0),
+        doc="Drag torque of one motor per rad/s of its shaft at 25 °C.",
+        spread=0.5,
+    )
+    temperature_rate = Parameter(
+        unit="1/K",
+        default=0.03,
+        bounds=(0.0, 0.2),
+        fitted=False,
+        grid=(0.01, 0.02, 0.03, 0.05, 0.08),
+        doc="Relative fall of the viscosity per kelvin.",
+    )
+
+    @staticmethod
+    def motor_torque(motor_speed, motor_temp, ambient_temp, viscosity, temperature_rate):
+        """N·m against the motor's rotation."""
+        ambient = ambient_temp if known(ambient_temp) else 25.0
+        temperature = motor_temp if known(motor_temp) else ambient
+        return viscosity * exponential(-temperature_rate * (temperature - 25.0)) * motor_speed
+
+    examples = (
+        WorkedExample(
+            "motor_torque",
+            {
+                "motor_speed": -200,
+                "motor_temp": 5.0,
+                "ambient_temp": 60.0,
+                "viscosity": 2e-6,
+                "temperature_rate": 0.05,
+            },
+            -1.0873127314e-3,
+            "-2e-6·200·e^(0.05·20) = -4e-4·2.718281828",
+        ),
+        WorkedExample(
+            "motor_torque",
+            {
+                "motor_speed": 200,
+                "motor_temp": float("nan"),
+                "ambient_temp": 45.0,
+                "viscosity": 2e-6,
+                "temperature_rate": 0.05,
+            },
+            1.4715177647e-4,
+            "air instead of motor: 4e-4/e",
+        ),
+        WorkedExample(
+            "motor_torque",
+            {
+                "motor_speed": 200,
+                "motor_temp": float("nan"),
+                "ambient_temp": float("nan"),
+                "viscosity": 2e-6,
+                "temperature_rate": 0.05,
+            },
+            4e-4,
+            "no temperature known: 2e-6·200",
+        ),
+    )

@@ -1,0 +1,40 @@
+"""Gear asymmetry: teeth that lose more, or less, when the load drives the motor.
+
+    η_b = 2 - 1/η + δ
+
+Sign
+    δ < 0: less of the braking power comes back than symmetric tooth friction says.
+Source
+    definition; helical and worm gears depart from the symmetric law, spur and planetary gears
+    hardly do.
+Holds for
+    η_b between 0 (self-locking) and 1; the gear limits it to that range.
+Left out
+    drag without load. Braking power that is lost in the driver or refused by the source looks alike
+    (regeneration_limit); it shows on negative power only, while δ acts on every wheel that brakes.
+"""
+
+from planner.power.effect import Effect, Parameter, WorkedExample
+
+
+class GearAsymmetry(Effect):
+    """Efficiency of the gear when driven backwards."""
+
+    slug = "gear_asymmetry"
+    title = "gear driven backwards"
+
+    return_change = Parameter(
+        unit="1",
+        default=-0.1,
+        null=0.0,
+        bounds=(-0.8, 0.5),
+        doc="Departure of the back-driven efficiency from 2 - 1/η.",
+        spread=0.5,
+    )
+
+    @staticmethod
+    def gear_return(return_change):
+        """Change of the back-driven efficiency."""
+        return return_change
+
+    examples = (WorkedExample("gear_return", {"return_change": -0.08}, -0.08, "the change itself"),)

@@ -1,0 +1,86 @@
+"""Motor heating: warm copper resists more, warm magnets pull less.
+
+    R   = R_25·(1 + α·(T - 25 °C))
+    k_t = k_25·(1 + β·s·(T - 25 °C))
+
+s is the rise of the magnets as a share of the rise that is measured.
+
+Sign
+    α > 0, β < 0: a warm motor needs more current for the same torque and loses more with it, so
+    both raise the power at a given load. A motor colder than 25 °C gains.
+Source
+    α = 0.00393 1/K, annealed copper (IEC 60028); β = -0.0020 1/K, remanence of ferrite magnets
+    (data-sheet value; -0.0012 1/K for NdFeB). The source paper names the first and describes the
+    second in words.
+Holds for
+    temperatures short of demagnetisation; ``motor_temp`` is that of the windings. Without the
+    column nothing is changed.
+Left out
+    how the temperature comes about (a heat balance along the route) and the different rises of the
+    motors of one robot.
+"""
+
+from planner.power.effect import Effect, Parameter, WorkedExample
+from planner.power.kernel_math import known
+
+
+class MotorHeating(Effect):
+    """Resistance and torque constant that follow the motors' temperature."""
+
+    slug = "motor_heating"
+    title = "heat of the motors"
+
+    copper_coefficient = Parameter(
+        unit="1/K",
+        default=0.00393,
+        null=0.0,
+        bounds=(0.0, 0.02),
+        doc="Relative rise of the winding's resistance per kelvin.",
+        spread=0.1,
+    )
+    magnet_coefficient = Parameter(
+        unit="1/K",
+        default=-0.0020,
+        null=0.0,
+        bounds=(-0.005, 0.0),
+        doc="Relative change of the torque constant per kelvin.",
+        spread=0.3,
+    )
+    magnet_share = Parameter(
+        unit="1",
+        default=1.0,
+        bounds=(0.0, 1.5),
+        fitted=False,
+        doc="Temperature rise of the magnets as a share of motor_temp's.",
+    )
+
+    @staticmethod
+    def winding(motor_temp, copper_coefficient, magnet_coefficient, magnet_share):
+        """Factors on resistance and torque constant."""
+        rise = motor_temp - 25.0 if known(motor_temp) else 0.0
+        return 1.0 + copper_coefficient * rise, 1.0 + magnet_coefficient * magnet_share * rise
+
+    examples = (
+        WorkedExample(
+            "winding",
+            {
+                "motor_temp": 75,
+                "copper_coefficient": 0.004,
+                "magnet_coefficient": -0.002,
+                "magnet_share": 0.5,
+            },
+            (1.2, 0.95),
+            "1 + 0.004·50; 1 - 0.002·0.5·50",
+        ),
+        WorkedExample(
+            "winding",
+            {
+                "motor_temp": float("nan"),
+                "copper_coefficient": 0.004,
+                "magnet_coefficient": -0.002,
+                "magnet_share": 0.5,
+            },
+            (1.0, 1.0),
+            "temperature not known",
+        ),
+    )

@@ -1,0 +1,44 @@
+"""Wear: treads and bushes that roll worse with every metre.
+
+    factor = 1 + w·d        d: distance driven, ``odometer``
+
+Sign
+    w ≥ 0: drag rises with distance.
+Source
+    own; 5-20 % over the life of rollers and treads (prior).
+Holds for
+    small total change. The odometer starts at zero with the log or the route, so that the model's
+    coefficients are those of its beginning.
+Left out
+    running-in, the shrinking radius, replacement of parts. Anything else that drifts during a log
+    (warming grease, dust) looks alike; reference laps weeks apart part them.
+"""
+
+from planner.power.effect import Effect, Parameter, WorkedExample
+
+
+class Wear(Effect):
+    """Drag that rises with distance driven."""
+
+    slug = "wear"
+    title = "wear"
+
+    wear_rate = Parameter(
+        unit="1/m",
+        default=1e-6,
+        null=0.0,
+        bounds=(0.0, 0.1),
+        doc="Relative rise of rolling and roller drag per metre.",
+        spread=1.0,
+    )
+
+    @staticmethod
+    def contact_factor(odometer, wear_rate):
+        """Factor on the drag of every wheel."""
+        return 1.0 + wear_rate * odometer
+
+    examples = (
+        WorkedExample(
+            "contact_factor", {"odometer": 2500.0, "wear_rate": 4e-5}, 1.1, "1 + 4e-5·2500"
+        ),
+    )

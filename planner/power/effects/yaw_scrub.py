@@ -1,0 +1,48 @@
+"""Yaw scrub: a moment that every turn has to overcome.
+
+    M = M_s·sgn(ω_z)        P = M_s·|ω_z|
+
+Sign
+    against the yaw rate; a loss.
+Source
+    own; what rolling and roller drag do on a turn is in the base model, through the kinematics of
+    each wheel. This is what contact patches of finite width add.
+Holds for
+    a hard floor and loads near the nominal one.
+Left out
+    dependence on load and on the radius of the turn (Dogru & Marques, 2017, for skid steering).
+"""
+
+from planner.power.effect import Effect, Parameter, WorkedExample
+from planner.power.kernel_math import sign
+
+
+class YawScrub(Effect):
+    """Additional moment of scrubbing contacts."""
+
+    slug = "yaw_scrub"
+    title = "scrub in turns"
+
+    scrub_moment = Parameter(
+        unit="N·m",
+        default=1.0,
+        null=0.0,
+        bounds=(0.0, 1e4),
+        doc="Moment against the yaw rate beside that of rolling.",
+        spread=1.0,
+    )
+
+    @staticmethod
+    def body_force(wz, scrub_moment):
+        """N, N, N·m that the wheels must supply."""
+        moment = scrub_moment * sign(wz, 0.01)
+        return 0.0 * moment, 0.0 * moment, moment
+
+    examples = (
+        WorkedExample(
+            "body_force",
+            {"wz": -100.0, "scrub_moment": 1.5},
+            (0.0, 0.0, -1.5),
+            "-M_s; the sign is smooth within 0.01 rad/s of rest",
+        ),
+    )
