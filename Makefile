@@ -22,7 +22,7 @@ $(READY): pyproject.toml requirements/dev.txt
 	@test -x $(BIN)/python || $(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { echo "$(PYTHON) cannot make a virtual environment (ensurepip is missing). On Debian or Ubuntu: apt-get install python3-venv"; exit 1; }
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/dev.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --config-settings editable_mode=compat -e .
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 	@touch $(READY)
 
 demo: $(READY) ## Plan on real relief and in a warehouse; writes demo/report.html
@@ -53,7 +53,7 @@ lock: $(READY) ## Resolve the newest versions again and lock them with hashes
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check uv
 	$(COMPILE) pyproject.toml -o requirements/lock.txt
 	$(COMPILE) pyproject.toml --extra dev -c requirements/lock.txt -o requirements/dev.txt
-	echo "setuptools>=77" | $(COMPILE) - -c requirements/dev.txt -o requirements/build.txt
+	echo "hatchling>=1.26" | $(COMPILE) - -c requirements/dev.txt -o requirements/build.txt
 
 clean: ## Remove what the targets make, the virtual environment included
 	rm -rf $(VENV) build dist demo .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis *.egg-info
