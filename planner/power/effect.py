@@ -5,7 +5,7 @@ One file in ``planner/power/effects/`` declares one effect::
     class ViscousDrag(Effect):
         slug = "viscous_drag"
         title = "viscous drag of motor and gear"
-        viscous_torque = Parameter(unit="N·m·s", default=2.3e-6, null=0.0, bounds=(0, 1e-3), doc=...)
+        viscous_torque = Parameter(unit="N·m·s", default=2.3e-6, null=0.0, bounds=(0, 1), doc=...)
 
         @staticmethod
         def motor_torque(motor_speed, viscous_torque):
@@ -84,7 +84,15 @@ class Hook:
 
 
 _BODY = ("mass", "speed")
-_WHEEL = (*_BODY, "wheel", "wheel_count", "rim_speed", "roller_speed", "wheel_radius", "nominal_load")
+_WHEEL = (
+    *_BODY,
+    "wheel",
+    "wheel_count",
+    "rim_speed",
+    "roller_speed",
+    "wheel_radius",
+    "nominal_load",
+)
 _CONTACT = (*_WHEEL, "load")
 _AXLE = (*_CONTACT, "axis_force", "wheel_acceleration")
 _DRIVE = (
@@ -96,6 +104,9 @@ _MOTOR = (*_DRIVE, "motor_torque_in", "resistance_now", "torque_constant_now", "
 HOOKS: dict[str, Hook] = {
     "centre_of_mass": Hook(
         "wheel load", _BODY, ("x", "y"), "add", "m, the centre of mass from the geometric centre"
+    ),
+    "centre_spread": Hook(
+        "wheel load", (), ("x", "y"), "add", "m ≥ 0, the same towards a side that nobody knows"
     ),
     "body_force": Hook(
         "body force",
@@ -149,7 +160,9 @@ HOOKS: dict[str, Hook] = {
     "converter": Hook(
         "bus", ("electronics_watts",), ("watts",), "add", "W lost in feeding the electronics"
     ),
-    "bus": Hook("bus", (*_BODY, "motors_watts"), ("watts",), "add", "W of anything else on the bus"),
+    "bus": Hook(
+        "bus", (*_BODY, "motors_watts"), ("watts",), "add", "W of anything else on the bus"
+    ),
     "supply": Hook(
         "supply", ("bus_watts",), ("watts",), "add", "W between the bus and what the source gives"
     ),
@@ -182,7 +195,9 @@ class Effect:
         reads: set[str] = set()
         for name, formula in cls.hooks.items():
             if name not in HOOKS:
-                raise TypeError(f"{cls.__name__}.{name}: no such hook; there are {', '.join(HOOKS)}")
+                raise TypeError(
+                    f"{cls.__name__}.{name}: no such hook; there are {', '.join(HOOKS)}"
+                )
             for argument in inspect.signature(formula).parameters:
                 if argument in INDEX:
                     reads.add(argument)

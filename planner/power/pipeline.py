@@ -20,7 +20,9 @@ written to a cache folder under a name that is the hash of everything it is made
     per_wheel   (n, len(PER_WHEEL)) written: what each wheel carries and draws
 
 Signs: power is positive when it leaves the battery. Wheel fighting (``circulation``) acts with both
-signs of its mode and counts their mean, since nobody knows which pair of wheels leads.
+signs of its mode and counts their mean, since nobody knows which pair of wheels leads. A centre of
+mass on an unknown side (``centre_spread``) likewise counts the mean over its sides, and the worst
+side for the limits; per_wheel then shows one of them.
 """
 
 from __future__ import annotations
@@ -42,6 +44,7 @@ ACCOUNT = (
     # limits: N, A, V, N·m, share of the traction limit that is left
     *("least_load", "current", "voltage", "motor_torque", "traction_left"),
 )
+_LOW, _HIGH = ("least_load", "traction_left"), ("current", "voltage", "motor_torque")
 BASE_EFFECTS = (
     *("electronics", "gravity", "inertia", "wheel_rolling", "roller_drag", "gear_loss"),
     *("copper_loss", "coulomb_drag"),
@@ -113,7 +116,8 @@ class _Writer:
             '"""Power model written out by planner.power.pipeline; not to be edited."""',
             "from numba import njit, types",
             "import numpy as np",
-            "from planner.power.kernel_math import SLIDING_SPEED, absolute, sign, smaller, still",
+            "from planner.power.kernel_math import SLIDING_SPEED, absolute, larger, sign, smaller",
+            "from planner.power.kernel_math import still",
             *imports,
             "",
             f"SIGNATURE = {numeric}(types.Array(types.float64, 1, 'C'),"
@@ -131,10 +135,54 @@ class _Writer:
 
     def _body(self) -> None:
         self._inputs()
+        spread = self._calls("centre_spread")
+        if not spread:
+            self.lines.append("centre_x = zero; centre_y = zero")
+            self._stages()
+            self.lines.append("return bus_watts")
+            return
+        outer, self.lines = self.lines, []
+        self._stages()
+        self.lines = outer + self._sides(spread, self.lines)
+
+    def _stages(self) -> None:
         self._forces()
         self._loads_and_rollers()
         self._wheels_and_motors()
         self._bus_and_supply()
+
+    def _sides(self, spread: list[tuple[str, type[Effect]]], stages: list[str]) -> list[str]:
+        """The stages for each side of an unknown offset: mean of the watts, worst of the limits."""
+        # Sums stand in variables of their own: an array would take longer to compile than the rest.
+        first, after = [], []
+        for column in range(ACCOUNT_LENGTH):
+            here, kept = f"account[{column}]", f"kept_{column}"
+            name = ACCOUNT[column] if column < len(ACCOUNT) else ""
+            worse = "smaller" if name in _LOW else "larger" if name in _HIGH else ""
+            mean = f"{kept} + 0.25 * {here}"
+            first.append(f"{kept} = zero" if not worse else f"{kept} = {here} + zero")
+            after.append(f"{kept} = {worse}({kept}, {here})" if worse else f"{kept} = {mean}")
+        return [
+            "spread_x = zero; spread_y = zero",
+            *(
+                line
+                for call, _ in spread
+                for line in (f"dx, dy = {call}", "spread_x += dx; spread_y += dy")
+            ),
+            "sides = 1 if spread_x == 0.0 and spread_y == 0.0 else 4",
+            *(f"kept_{column} = zero" for column in range(ACCOUNT_LENGTH)),
+            "for side in range(sides):",
+            "    centre_x = spread_x if side < 2 else -spread_x",
+            "    centre_y = spread_y if side % 2 == 0 else -spread_y",
+            *("    " + line for line in stages),
+            "    if sides == 1:",
+            "        return bus_watts",
+            "    if side == 0:",
+            *("        " + line for line in first),
+            *("    " + line for line in after),
+            *(f"account[{column}] = kept_{column}" for column in range(ACCOUNT_LENGTH)),
+            "return kept_0",
+        ]
 
     def _inputs(self) -> None:
         put = self.lines.append
@@ -149,8 +197,6 @@ class _Writer:
         # Wheels turn with the change of body velocity, not with inertial acceleration.
         put("change_x = ax + wz * vy; change_y = ay - wz * vx")
         put(f"zero = {'0j' if self.number == 'complex128' else '0.0'}")
-        for slug in BASE_EFFECTS:
-            put(f"watts_{slug} = zero")
         for effect in self.effects:
             for name, parameter in effect.parameters.items():
                 if parameter.per == "wheel":
@@ -161,7 +207,8 @@ class _Writer:
 
     def _forces(self) -> None:
         put = self.lines.append
-        put("centre_x = zero; centre_y = zero")
+        for slug in BASE_EFFECTS:
+            put(f"watts_{slug} = zero")
         for call, _ in self._calls("centre_of_mass"):
             put(f"dx, dy = {call}")
             put("centre_x += dx; centre_y += dy")
@@ -178,7 +225,8 @@ class _Writer:
         put = self.lines.append
         put("    rim_speed = wheels[i, 2] * vx + wheels[i, 3] * vy + wheels[i, 4] * wz")
         put("    roller_speed = wheels[i, 5] * vx + wheels[i, 6] * vy + wheels[i, 7] * wz")
-        put("    load = weight * (wheels[i, 16] + wheels[i, 17] * press_x + wheels[i, 18] * press_y)")
+        put("    load = weight * (wheels[i, 16] + wheels[i, 17] * press_x")
+        put("                     + wheels[i, 18] * press_y)")
         put(f"    factor = zero + row[{INDEX['rolling_factor']}]")
         for call, _ in self._calls("contact_factor"):
             put(f"    factor *= {call}")
@@ -309,7 +357,8 @@ class _Writer:
         put("voltage = current * resistance_now + torque_constant_now * motor_speed")
         put("most_current = max(most_current, abs(current.real))")
         put("most_voltage = max(most_voltage, abs(voltage.real))")
-        put("most_torque = max(most_torque, abs(motor_torque.real))")
+        # A data sheet's continuous torque leaves the shaft; the motor's own friction is inside it.
+        put("most_torque = max(most_torque, abs(geared_torque.real))")
         values = ("load", "wheel_speed", "roller_speed", "axis_force", "wheel_torque")
         values += ("motor_torque", "current", "voltage", "motor_watts")
         for column, value in enumerate(values):
@@ -341,7 +390,6 @@ class _Writer:
             put(f"account[{column}] = {name}")
         for column, slug in enumerate(BASE_EFFECTS, start=len(ACCOUNT)):
             put(f"account[{column}] = watts_{slug}")
-        put("return bus_watts")
 
     # How a hook is called and booked.
 
@@ -376,7 +424,7 @@ class _Writer:
         if parameter.per == "surface":
             label = f"row[{INDEX['surface']}]"
             return (
-                f"(parameters[{start} + int({label})] if {label} >= 0.0"
+                f"(parameters[{start} + int({label})] if 0.0 <= {label} < {self.surface_count}"
                 f" else zero + {parameter.null!r})"
             )
         return f"parameters[{start}]"

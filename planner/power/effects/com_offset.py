@@ -1,21 +1,25 @@
 """Centre of mass off the centre: unequal wheel loads, and a yaw moment on slopes.
 
-    x_c = gain·com_x,  y_c = gain·com_y
+    known     x_c = gain·com_x,  y_c = gain·com_y
+    unknown   |x_c| = √(offset_x²),  |y_c| = √(offset_y²)
 
 Sign
-    forward and left are positive; loads rise on the side of the offset. The power can rise or fall
-    at single wheels, and rises in sum on the flat.
+    com_x forward, com_y left; loads rise on the side of the offset. Single motors may gain, in sum
+    an offset costs on the flat. Where the column is not known the offset may be to either side, and
+    the power is the mean over the sides. It then depends on the square of the offset only, which is
+    why the square is the parameter: at its null value the derivative is finite and not zero.
 Source
     exact statics of a rigid body on equal springs (planner.power.kinematics); gain = 1 is the
     physics, gain = 0 the model with the mass in the middle.
 Holds for
     offsets inside the wheels' polygon; com_x and com_y are of robot and payload together.
 Left out
-    sloshing or swinging loads. Nothing where the columns are not known.
+    sloshing or swinging loads. On slopes the power also has a part that is odd in an offset; with a
+    known offset it is there, in the mean over the sides it is not.
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample
-from planner.power.kernel_math import known
+from planner.power.kernel_math import known, root
 
 
 class ComOffset(Effect):
@@ -32,6 +36,22 @@ class ComOffset(Effect):
         doc="Factor on the given centre of mass; 1 is exact statics.",
         spread=0.1,
     )
+    offset_x_squared = Parameter(
+        unit="m²",
+        default=0.0,
+        null=0.0,
+        bounds=(0.0, 4.0),
+        doc="Square of the offset forward or backward where com_x is not known.",
+        spread=1.0,
+    )
+    offset_y_squared = Parameter(
+        unit="m²",
+        default=0.0,
+        null=0.0,
+        bounds=(0.0, 4.0),
+        doc="Square of the offset to the left or right where com_y is not known.",
+        spread=1.0,
+    )
 
     @staticmethod
     def centre_of_mass(com_x, com_y, gain):
@@ -40,11 +60,40 @@ class ComOffset(Effect):
         y = com_y if known(com_y) else 0.0
         return gain * x, gain * y
 
+    @staticmethod
+    def centre_spread(com_x, com_y, offset_x_squared, offset_y_squared):
+        """m, along each axis, to an unknown side."""
+        x = 0.0 * offset_x_squared if known(com_x) else root(offset_x_squared)
+        y = 0.0 * offset_y_squared if known(com_y) else root(offset_y_squared)
+        return x, y
+
     examples = (
         WorkedExample(
             "centre_of_mass",
             {"com_x": -0.1, "com_y": 0.04, "gain": 0.5},
             (-0.05, 0.02),
             "half of the given offset",
+        ),
+        WorkedExample(
+            "centre_spread",
+            {
+                "com_x": float("nan"),
+                "com_y": 0.04,
+                "offset_x_squared": 0.01,
+                "offset_y_squared": 0.0025,
+            },
+            (0.1, 0.0),
+            "√0.01; y is known",
+        ),
+        WorkedExample(
+            "centre_spread",
+            {
+                "com_x": -0.1,
+                "com_y": float("nan"),
+                "offset_x_squared": 0.01,
+                "offset_y_squared": 0.0025,
+            },
+            (0.0, 0.05),
+            "x is known; √0.0025",
         ),
     )

@@ -42,7 +42,7 @@ class CoulombDrag(Effect):
 
     examples = (
         WorkedExample(
-            "motor_torque", {"motor_speed": -500, "coulomb_torque": 0.004}, -0.004, "-τ_c"
+            "motor_torque", {"motor_speed": -1e5, "coulomb_torque": 0.004}, -0.004, "-τ_c"
         ),
         WorkedExample("static_torque", {"coulomb_torque": 0.004}, 0.004, "τ_c"),
     )

@@ -17,7 +17,7 @@ A wheel at rest counts as back-driven: teeth friction then helps to hold the loa
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample
-from planner.power.kernel_math import larger, sign
+from planner.power.kernel_math import larger, sign, smaller
 
 
 class GearLoss(Effect):
@@ -34,7 +34,8 @@ class GearLoss(Effect):
     @staticmethod
     def gear(wheel_torque, motor_speed, gear_ratio, gear_return, efficiency):
         """N·m at the motor's side."""
-        backward = larger(2.0 - 1.0 / efficiency + gear_return, 0.0)
+        # Between a gear that locks itself and one without loss; beyond, it would create energy.
+        backward = smaller(larger(2.0 - 1.0 / efficiency + gear_return, 0.0), 1.0)
         direction = 1.0 if wheel_torque.real >= 0.0 else -1.0
         driving = larger(sign(motor_speed * direction, 2.0), 0.0)
         return wheel_torque / gear_ratio * (backward + (1.0 / efficiency - backward) * driving)
