@@ -25,6 +25,7 @@ from numba import types
 
 from planner.power import effect as effect_module
 from planner.power import kernel_math
+from planner.power import printed as printed_module
 from planner.power.effect import Effect
 from planner.power.pipeline import kernel_source
 
@@ -55,7 +56,12 @@ def _temporary_folder() -> str:
 
 
 def compile_kernel(
-    effects: Sequence[type[Effect]], *, wheel_count: int, surface_count: int, number: str
+    effects: Sequence[type[Effect]],
+    *,
+    wheel_count: int,
+    surface_count: int,
+    number: str,
+    printed: str | None = None,
 ) -> Callable[..., Any]:
     """Compiled ``evaluate`` of planner.power.pipeline for these effects.
 
@@ -64,14 +70,19 @@ def compile_kernel(
         wheel_count: number of wheels.
         surface_count: number of surface labels told apart, at least 1.
         number: "float64" or "complex128".
+        printed: "A" or "B" for the source paper's motor power, None for the sound model.
     """
     source = kernel_source(
-        effects, wheel_count=wheel_count, surface_count=surface_count, number=number
+        effects,
+        wheel_count=wheel_count,
+        surface_count=surface_count,
+        number=number,
+        printed=printed,
     )
     digest = hashlib.sha256(numba.__version__.encode())
     for text in (source, *(inspect.getsource(sys.modules[e.__module__]) for e in effects)):
         digest.update(text.encode())
-    for module in (kernel_math, effect_module):
+    for module in (kernel_math, effect_module, printed_module):
         digest.update(inspect.getsource(module).encode())
     name = f"joulepath_kernel_{digest.hexdigest()[:20]}"
     return _load(name, source)

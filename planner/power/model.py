@@ -177,6 +177,7 @@ class PowerModel:
             wheel_count=self.vehicle.layout.wheel_count,
             surface_count=max(1, len(self.surfaces)),
             number=number,
+            printed=self.kind.partition("/")[2] or None,
         )
 
     def evaluate(self, rows: Array) -> tuple[Array, Array]:
@@ -229,6 +230,12 @@ class PowerModel:
     def _switch_on(self, values: Array, effect: type[Effect]) -> Array:
         mine = np.array([slot[0] is effect for slot in self.slots])
         return np.where(mine, self.parameters, values)
+
+    def with_parameter(self, place: int, value: float) -> PowerModel:
+        """The same model with one number of ``parameters`` replaced."""
+        values = self.parameters.copy()
+        values[place] = value
+        return replace(self, parameters=values)
 
     def jacobian(self, rows: Array, step: float = 1e-20) -> Array:
         """Derivative of the power by every parameter, by complex step, shape (n, P)."""

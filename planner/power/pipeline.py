@@ -71,7 +71,12 @@ def parameter_slots(
 
 
 def kernel_source(
-    effects: Sequence[type[Effect]], *, wheel_count: int, surface_count: int, number: str
+    effects: Sequence[type[Effect]],
+    *,
+    wheel_count: int,
+    surface_count: int,
+    number: str,
+    printed: str | None = None,
 ) -> str:
     """Text of the module that evaluates a model of these effects.
 
@@ -80,18 +85,26 @@ def kernel_source(
         wheel_count: number of wheels of the layout.
         surface_count: number of surface labels that the model tells apart.
         number: "float64" for planning, "complex128" for derivatives.
+        printed: "A" or "B" puts the source paper's motor power (planner.power.printed) in the place
+            of the motors' and drivers' watts; loads and limits stay those of the sound model.
     """
-    return _Writer(effects, wheel_count, surface_count, number).module()
+    return _Writer(effects, wheel_count, surface_count, number, printed).module()
 
 
 class _Writer:
     def __init__(
-        self, effects: Sequence[type[Effect]], wheel_count: int, surface_count: int, number: str
+        self,
+        effects: Sequence[type[Effect]],
+        wheel_count: int,
+        surface_count: int,
+        number: str,
+        printed: str | None,
     ) -> None:
         self.effects = effects
         self.wheel_count = wheel_count
         self.surface_count = surface_count
         self.number = number
+        self.printed = printed
         self.offset: dict[tuple[str, str], int] = {}
         slots = parameter_slots(effects, wheel_count=wheel_count, surface_count=surface_count)
         for place, (effect, name, _, element) in enumerate(slots):
@@ -118,6 +131,7 @@ class _Writer:
             "import numpy as np",
             "from planner.power.kernel_math import SLIDING_SPEED, absolute, larger, sign, smaller",
             "from planner.power.kernel_math import still",
+            *(["from planner.power import printed"] if self.printed else []),
             *imports,
             "",
             f"SIGNATURE = {numeric}(types.Array(types.float64, 1, 'C'),"
@@ -149,6 +163,8 @@ class _Writer:
         self._forces()
         self._loads_and_rollers()
         self._wheels_and_motors()
+        if self.printed:
+            self._printed_motors()
         self._bus_and_supply()
 
     def _sides(self, spread: list[tuple[str, type[Effect]]], stages: list[str]) -> list[str]:
@@ -363,6 +379,30 @@ class _Writer:
         values += ("motor_torque", "current", "voltage", "motor_watts")
         for column, value in enumerate(values):
             put(f"per_wheel[i, {column}] = {value}")
+
+    def _printed_motors(self) -> None:
+        put = self.lines.append
+        rolling = f"parameters[{self.offset['wheel_rolling', 'rolling']}]"
+        roller = f"parameters[{self.offset['roller_drag', 'roller']}]"
+        put("loads = zero; load_times_speed = zero; wheel_speeds = 0.0")
+        put("for i in range(wheel_count):")
+        put("    rim = abs(wheels[i, 2] * vx + wheels[i, 3] * vy + wheels[i, 4] * wz)")
+        put("    loads += per_wheel[i, 0]; wheel_speeds += rim")
+        put("    load_times_speed += per_wheel[i, 0] * rim")
+        put(f"cosine, sine = printed.printed_direction(vx, vy, {self.printed == 'B'})")
+        put("climbing, rubbing = printed.printed_forces(mass, gravity_x, gravity_y,")
+        put(f"    gravity_normal, vx, vy, sine, {rolling})")
+        put("cos_slope = gravity_normal / np.sqrt(")
+        put("    gravity_x * gravity_x + gravity_y * gravity_y + gravity_normal * gravity_normal)")
+        put("along = (ax * vx + ay * vy) / speed if speed > 0.0 else 0.0")
+        put("copper_watts, iron, mechanical, watts_roller_drag = printed.printed_watts(")
+        put("    climbing + rubbing, speed, cosine, cos_slope, load_times_speed, loads,")
+        put(f"    wheel_speeds, along, row[{INDEX['time_since_start']}], {rolling}, {roller})")
+        put("terminal_watts = copper_watts + iron + mechanical + watts_roller_drag")
+        put("driver_watts = zero; watts_inertia = zero")
+        put("watts_gravity = climbing * speed; watts_wheel_rolling = rubbing * speed")
+        put("watts_gear_loss = mechanical - (climbing + rubbing) * speed")
+        put("watts_copper_loss = copper_watts; watts_coulomb_drag = zero + iron")
 
     def _bus_and_supply(self) -> None:
         put = self.lines.append
