@@ -1,0 +1,93 @@
+"""What a request's circumstances mean for the power model: mass, rows by ground class, limits."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.power.model import PowerModel, rows_from
+from planner.quantities import INDEX
+from planner.search.request import PlanRequest
+from planner.search.steady import DIRECTIONS, limit_values, set_motion
+from planner.terrain.heightmap import Terrain
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Circumstances:
+    """A model, and everything about a request that is the same all along the route.
+
+    Attributes:
+        model: with the height of the centre of mass that the payload makes.
+        class_rows: (classes, ROW_LENGTH) one row of conditions for each ground class of the map.
+        limits: [speed, current, voltage, continuous torque, mass, largest tan(slope), yaw rate].
+        wind: (2,) m/s in the map's frame.
+    """
+
+    model: PowerModel
+    class_rows: Array
+    limits: Array
+    wind: Array
+
+    @property
+    def mass(self) -> float:
+        """kg, robot and payload."""
+        return float(self.limits[4])
+
+    def wind_by_direction(self) -> Array:
+        """(DIRECTIONS,) J that wind adds to a level metre, by azimuth of travel."""
+        extra = np.zeros(DIRECTIONS)
+        if not self.wind.any():
+            return extra
+        row = self.class_rows[:1].copy()
+        speed = float(self.limits[0])
+        still = 0.0
+        for k in range(-1, DIRECTIONS):
+            azimuth = 2.0 * math.pi * k / DIRECTIONS
+            set_motion(row[0], 0.0, 0.0, 0.0, 0.0, speed)
+            if k >= 0:
+                c, s = math.cos(azimuth), math.sin(azimuth)
+                row[0, INDEX["wind_x"]] = c * self.wind[0] + s * self.wind[1]
+                row[0, INDEX["wind_y"]] = c * self.wind[1] - s * self.wind[0]
+            watts = float(self.model.watts(row)[0])
+            if k < 0:
+                still = watts
+            else:
+                extra[k] = (watts - still) / speed
+        return extra
+
+
+def circumstances(request: PlanRequest, model: PowerModel, terrain: Terrain) -> Circumstances:
+    """Work out what a request's payload, conditions and ground mean for the model."""
+    vehicle = model.vehicle
+    payload = request.payload
+    mass = vehicle.mass + payload.mass
+    columns: dict[str, float] = {"payload": payload.mass}
+    if payload.mass > 0.0:
+        columns["com_x"] = payload.mass * payload.x / mass
+        columns["com_y"] = payload.mass * payload.y / mass
+        if payload.height is not None:
+            height = (vehicle.mass * vehicle.com_height + payload.mass * payload.height) / mass
+            model = replace(model, vehicle=replace(vehicle, com_height=height))
+    for name in ("motor_temp", "ambient_temp", "sensor_rate", "battery_voltage"):
+        value = getattr(request.conditions, name)
+        if value is not None:
+            columns[name] = value
+    rows = np.vstack(
+        [
+            rows_from(
+                **columns,
+                surface=model.surfaces.index(ground.name) if ground.name in model.surfaces else -1,
+                rolling_factor=ground.rolling,
+                traction_factor=ground.traction,
+            )
+            for ground in terrain.ground_classes
+        ]
+    )
+    limits = np.append(limit_values(model, payload.mass), vehicle.limits.yaw_rate)
+    wind = request.conditions.wind
+    return Circumstances(model, rows, limits, np.array([wind.x, wind.y]))

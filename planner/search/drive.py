@@ -1,0 +1,236 @@
+"""From a path to a route that a robot drives: corners, yaw, speed, energy, in this order.
+
+    route = drive(ground, field, around, legs, yaws, ...)      # a Route, or a Stuck that says where
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.quantities import STANDARD_GRAVITY
+from planner.search.bound import lower_bound
+from planner.search.conditions import Circumstances
+from planner.search.edge_energy import (
+    Motion,
+    assemble,
+    motion_rows,
+    sample_surface,
+    speed_programme,
+)
+from planner.search.ground import CostField
+from planner.search.route import Battery, Route
+from planner.search.track import Track, lay_track
+from planner.search.yaw import YawProfile, yaw_programme
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Stuck:
+    """Where along a path the robot cannot go on, and what does not work there."""
+
+    x: float
+    y: float
+    what: str
+
+
+def pose_spacing(cell: float) -> float:
+    """Largest distance of poses: one cell up to 0.5 m; a tenth of a cell on coarse maps."""
+    return min(cell, 0.5) if cell <= 5.0 else cell / 10.0
+
+
+def drive(
+    field: CostField,
+    around: Circumstances,
+    legs: Sequence[Array],
+    yaws: Sequence[float | None],
+    *,
+    objective: int,
+    charge: float | None = None,
+) -> Route | Stuck:
+    """The best motion along a path and its energy.
+
+    Args:
+        field: map and costs.
+        around: model and conditions.
+        legs: polylines from one fixed point to the next.
+        yaws: yaw asked for at every fixed point, None where it is free.
+        objective: 1 minimises time, anything else energy.
+        charge: share of the battery's capacity that is left; None counts it as full.
+    """
+    model = around.model
+    vehicle = model.vehicle
+    spacing = pose_spacing(min(field.dx, field.dy))
+    track = lay_track(
+        field,
+        list(legs),
+        spacing=spacing,
+        speed=vehicle.limits.speed,
+        acceleration=vehicle.limits.acceleration,
+    )
+    middle = 0.5 * (track.points[1:] + track.points[:-1])
+    _, slopes = sample_surface(field, middle)
+    grounds = ground_classes(field, middle)
+    yaw = _yaw_through(field, around, track, slopes, grounds, yaws, objective)
+    if isinstance(yaw, Stuck):
+        return yaw
+    speeds, broken_at = speed_programme(
+        model,
+        track,
+        yaw,
+        slopes,
+        grounds,
+        around.class_rows,
+        around.limits,
+        around.wind,
+        objective,
+    )
+    if speeds is None:
+        x, y = track.points[broken_at]
+        return Stuck(float(x), float(y), "no speed keeps to all limits")
+    motion = assemble(field, track, yaw, speeds, vehicle.limits.yaw_rate)
+    return price(field, around, motion, charge=charge)
+
+
+def ground_classes(field: CostField, points: Array) -> NDArray[np.int64]:
+    """Ground class (n,) of the cells under points (n, 2)."""
+    ny, nx = field.ground.shape
+    i = np.clip(np.floor((points[:, 0] - field.x0) / field.dx + 0.5).astype(int), 0, nx - 1)
+    j = np.clip(np.floor((points[:, 1] - field.y0) / field.dy + 0.5).astype(int), 0, ny - 1)
+    return field.ground[j, i].astype(np.int64)
+
+
+def _yaw_through(
+    field: CostField,
+    around: Circumstances,
+    track: Track,
+    slopes: Array,
+    grounds: NDArray[np.int64],
+    yaws: Sequence[float | None],
+    objective: int,
+) -> YawProfile | Stuck:
+    """Yaw along the whole track; a via point with a yaw of its own parts the programme in two."""
+    fixed = [k for k, yaw in enumerate(yaws) if yaw is not None and 0 < k < len(yaws) - 1]
+    cuts = [0, *(track.marks[k] for k in fixed), len(track.points) - 1]
+    wanted = [yaws[0], *(yaws[k] for k in fixed), yaws[-1]]
+    arriving, leaving, cost = [], [], 0.0
+    for part, (a, b) in enumerate(zip(cuts[:-1], cuts[1:], strict=True)):
+        piece = Track(
+            track.points[a : b + 1],
+            track.directions[a:b],
+            track.lengths[a:b],
+            track.curvatures[a:b],
+            track.stops[a : b + 1],
+            (0, b - a),
+        )
+        profile = yaw_programme(
+            around.model,
+            field,
+            piece,
+            slopes[a:b],
+            grounds[a:b],
+            around.class_rows,
+            around.limits,
+            around.wind,
+            objective=objective,
+            start_yaw=wanted[part],
+            goal_yaw=wanted[part + 1],
+        )
+        if profile is None:
+            x, y = track.points[a]
+            return Stuck(float(x), float(y), "the body cannot turn as the way would need it")
+        offset = 0.0
+        if part > 0:
+            # Keep yaw continuous: the pieces may differ by whole turns.
+            offset = leaving[-1][-1] - profile.arriving[0]
+            offset = 2.0 * math.pi * round(offset / (2.0 * math.pi))
+        arriving.append(profile.arriving[(0 if part == 0 else 1) :] + offset)
+        if part > 0:
+            leaving[-1][-1] = profile.leaving[0] + offset
+        leaving.append(profile.leaving[(0 if part == 0 else 1) :] + offset)
+        cost += profile.cost
+    return YawProfile(np.concatenate(arriving), np.concatenate(leaving), cost)
+
+
+def price(
+    field: CostField, around: Circumstances, motion: Motion, *, charge: float | None = None
+) -> Route:
+    """The energy of a finished motion, by effect and with its interval."""
+    model = around.model
+    rows, seconds, owner = motion_rows(field, motion, around.class_rows, around.wind)
+    shares = model.watts_by_effect(rows)
+    steps = len(motion.x) - 1
+    durations = np.diff(motion.time)
+    by_step = {
+        slug: np.bincount(owner, watts * seconds, minlength=steps) for slug, watts in shares.items()
+    }
+    joules = np.sum(list(by_step.values()), axis=0)
+    energy = float(joules.sum())
+    breakdown = {slug: float(values.sum()) for slug, values in by_step.items()}
+    first = np.zeros(1)
+    arrays = {
+        "x": motion.x,
+        "y": motion.y,
+        "z": motion.heights,
+        "yaw": motion.yaw,
+        "t": motion.time,
+        "speed": motion.speed,
+        "energy_j": np.concatenate([first, np.cumsum(joules)]),
+        "watts": np.concatenate([first, joules / durations]),
+    }
+    # The sum in another order may differ in the last digit; the account must close exactly.
+    arrays["energy_j"][-1] = energy
+    climb = float(motion.heights[-1] - motion.heights[0])
+    distance = math.hypot(motion.x[-1] - motion.x[0], motion.y[-1] - motion.y[0])
+    bound = min(energy, lower_bound(around, distance, climb, float(field.limit.max())))
+    dissipated = energy - around.mass * STANDARD_GRAVITY * climb
+    half = 1.96 * _standard_deviation(around, rows, seconds)
+    surface = np.sqrt(np.diff(motion.x) ** 2 + np.diff(motion.y) ** 2 + np.diff(motion.heights) ** 2)
+    return Route(
+        energy_j=energy,
+        lower_bound_j=bound,
+        gap=(energy - bound) / dissipated if dissipated > 0.0 else 0.0,
+        duration_s=float(motion.time[-1]),
+        length_m=float(surface.sum()),
+        energy_interval_j=(energy - half, energy + half),
+        breakdown_j=breakdown,
+        arrays=arrays,
+        watts_by_effect={
+            slug: np.concatenate([first, values / durations]) for slug, values in by_step.items()
+        },
+        battery=_battery(model.vehicle.battery.capacity, charge, energy),
+    )
+
+
+def _battery(capacity: float, charge: float | None, energy: float) -> Battery | None:
+    if not math.isfinite(capacity):
+        return None
+    available = capacity * (1.0 if charge is None else charge)
+    share = energy / available if available > 0.0 else math.inf
+    return Battery(available, share if math.isfinite(share) else 1e9, energy <= available)
+
+
+def _standard_deviation(around: Circumstances, rows: Array, seconds: Array) -> float:
+    """J, from the parameters' uncertainties taken as independent, by finite differences."""
+    model = around.model
+    # A few hundred rows stand for the route: the uncertainty needs no more digits than that.
+    stride = max(1, len(rows) // 600)
+    rows, seconds = rows[::stride], seconds[::stride] * (seconds.sum() / seconds[::stride].sum())
+    base = float(model.watts(rows) @ seconds)
+    variance = 0.0
+    for place, (spread, (_, _, parameter, _)) in enumerate(
+        zip(model.uncertainty, model.slots, strict=True)
+    ):
+        if spread <= 0.0:
+            continue
+        value = float(model.parameters[place])
+        # Stay inside the physical range: the step goes to the side where there is room.
+        step = spread if value + spread <= parameter.bounds[1] else -spread
+        moved = model.with_parameter(place, value + step)
+        variance += (float(moved.watts(rows) @ seconds) - base) ** 2
+    return math.sqrt(variance)

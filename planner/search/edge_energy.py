@@ -1,0 +1,446 @@
+"""Speed along a track with known yaw, and the energy of the motion that results.
+
+``speed_programme`` chooses the speed at every station by dynamic programming: squared speed on an
+even grid, constant acceleration between stations, limits and kinetic energy counted, so ramps at
+start, stop and corners are paid for. ``integrate`` then goes along the finished motion in fine
+steps and shares its energy out by physical effect. What happens between two stations is the same
+in both, and the same as a reader of the poses would assume: position, yaw and speed change evenly
+in time.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit, types
+from numpy.typing import NDArray
+
+from planner.power.compile_kernel import KERNEL
+from planner.power.model import PowerModel
+from planner.power.pipeline import ACCOUNT_LENGTH, PER_WHEEL
+from planner.quantities import INDEX, ROW_LENGTH
+from planner.search.ground import CostField
+from planner.search.steady import broken_limit, set_motion
+from planner.search.track import Track
+from planner.search.yaw import YawProfile, set_wind
+from planner.terrain.heightmap import interpolate
+
+Array = NDArray[np.float64]
+LEVELS = 21
+REACH = 7
+"""Largest change of level between stations."""
+
+_F1 = types.Array(types.float64, 1, "C")
+_F2 = types.Array(types.float64, 2, "C")
+_I1 = types.Array(types.int64, 1, "C")
+_B1 = types.Array(types.boolean, 1, "C")
+_VX, _VY, _WZ = INDEX["vx"], INDEX["vy"], INDEX["wz"]
+_AX, _AY, _YAW_ACCELERATION = INDEX["ax"], INDEX["ay"], INDEX["yaw_acceleration"]
+_SLOPE_RATE, _ODOMETER = INDEX["slope_rate"], INDEX["odometer"]
+_TIME = INDEX["time_since_start"]
+# Gauss-Legendre nodes and weights on [0, 1], exact for cubics and for quintics.
+_TWO = ((0.5 - math.sqrt(3) / 6, 0.5), (0.5 + math.sqrt(3) / 6, 0.5))
+_THREE = (
+    (0.5 - math.sqrt(0.15), 5 / 18),
+    (0.5, 8 / 18),
+    (0.5 + math.sqrt(0.15), 5 / 18),
+)
+
+
+@njit(
+    types.void(_F1, types.float64, types.float64, types.float64, types.float64, types.float64),
+    cache=True,
+    error_model="numpy",
+)
+def set_acceleration(
+    row: Any, along: float, centripetal: float, vx: float, vy: float, speed: float
+) -> None:
+    """Write accelerations along and across the direction (vx, vy)/speed into a row."""
+    cx, cy = vx / speed, vy / speed
+    row[_AX] = along * cx - centripetal * cy
+    row[_AY] = along * cy + centripetal * cx
+
+
+@njit(
+    types.float64(
+        *(KERNEL, _F1, _F1, _F2, _F1, _F1, _F1),
+        *(types.float64,) * 8,
+        *(types.int64, _F1, _F2),
+    ),
+    cache=True,
+    error_model="numpy",
+)
+def _ramp_cost(
+    kernel: Any,
+    parameters: Any,
+    body: Any,
+    wheels: Any,
+    row: Any,
+    unit: Any,
+    limits: Any,
+    surface: float,
+    turn: float,
+    curvature: float,
+    speed_a: float,
+    speed_b: float,
+    slope_change: float,
+    most_acceleration: float,
+    weight_of_time: float,
+    objective: int,
+    account: Any,
+    per_wheel: Any,
+) -> float:
+    """Cost of one step between two speeds; infinity where a limit is broken."""
+    acceleration = (speed_b * speed_b - speed_a * speed_a) / (2.0 * surface)
+    if abs(acceleration) > most_acceleration:
+        return np.inf
+    time = 2.0 * surface / (speed_a + speed_b)
+    if abs(turn) > limits[6] * time * (1.0 + 1e-6):
+        return np.inf
+    faster = max(speed_a, speed_b)
+    if faster * faster * abs(curvature) > most_acceleration * 1.1:
+        return np.inf
+    row[_WZ] = turn / time
+    row[_SLOPE_RATE] = slope_change / time
+    total = 0.0
+    for at, share in _TWO:
+        speed = speed_a + (speed_b - speed_a) * at
+        row[_VX], row[_VY] = unit[0] * speed, unit[1] * speed
+        set_acceleration(row, acceleration, speed * speed * curvature, unit[0], unit[1], 1.0)
+        watts = kernel(row, parameters, body, wheels, account, per_wheel)
+        broken = broken_limit(account, limits)
+        # The continuous torque is a thermal limit: a ramp of a second may exceed it.
+        if broken >= 0 and not (broken == 4 and abs(acceleration) > 0.05 * most_acceleration):
+            return np.inf
+        total += share * watts * time
+    if objective == 1:
+        return time + 1e-6 * total
+    return total + weight_of_time * time
+
+
+@njit(
+    types.Tuple((_F1, types.float64))(
+        *(KERNEL, _F1, _F1, _F2, _F2, _F1, _F1),
+        *(_F1, _F1, _F1, _F2, _F1, _F1, _I1, _B1),
+        *(types.float64, types.int64),
+    ),
+    cache=True,
+    error_model="numpy",
+)
+def _speeds(
+    kernel: Any,
+    parameters: Any,
+    body: Any,
+    wheels: Any,
+    class_rows: Any,
+    limits: Any,
+    wind: Any,
+    directions: Any,
+    lengths: Any,
+    curvatures: Any,
+    slopes: Any,
+    yaw: Any,
+    turns: Any,
+    ground: Any,
+    stops: Any,
+    most_acceleration: float,
+    objective: int,
+) -> Any:
+    account = np.empty(ACCOUNT_LENGTH)
+    per_wheel = np.empty((wheels.shape[0], len(PER_WHEEL)))
+    steps = lengths.shape[0]
+    cost = np.full((steps + 1, LEVELS), np.inf)
+    came = np.full((steps + 1, LEVELS), -1, np.int64)
+    level = np.empty(LEVELS)
+    for q in range(LEVELS):
+        level[q] = limits[0] * math.sqrt(q / (LEVELS - 1))
+    cost[0, 0] = 0.0
+    unit = np.empty(2)
+    for j in range(steps):
+        row = class_rows[ground[j]].copy()
+        stretch = set_motion(row, slopes[j, 0], slopes[j, 1], yaw[j], directions[j], 1.0)
+        unit[0], unit[1] = row[_VX], row[_VY]
+        set_wind(row, wind, yaw[j])
+        change = 0.0
+        if j + 1 < steps:
+            change = math.hypot(slopes[j + 1, 0] - slopes[j, 0], slopes[j + 1, 1] - slopes[j, 1])
+        # Long steps of coarse maps allow any change; short ones only what acceleration reaches.
+        for a in range(LEVELS):
+            if cost[j, a] == np.inf:
+                continue
+            for b in range(max(0, a - REACH), min(LEVELS, a + REACH + 1)):
+                if a + b == 0 or (stops[j + 1] and b > 0):
+                    continue
+                c = cost[j, a] + _ramp_cost(
+                    kernel,
+                    parameters,
+                    body,
+                    wheels,
+                    row,
+                    unit,
+                    limits,
+                    lengths[j] * stretch,
+                    turns[j],
+                    curvatures[j],
+                    level[a],
+                    level[b],
+                    change,
+                    most_acceleration,
+                    0.0,
+                    objective,
+                    account,
+                    per_wheel,
+                )
+                if c < cost[j + 1, b]:
+                    cost[j + 1, b] = c
+                    came[j + 1, b] = a
+    speeds = np.zeros(steps + 1)
+    best = cost[steps, 0]
+    if best < np.inf:
+        q = 0
+        for j in range(steps, 0, -1):
+            speeds[j] = level[q]
+            q = came[j, q]
+    else:
+        # Tell how far the motion came, so that the caller can say where it broke off.
+        furthest = 0
+        for j in range(steps + 1):
+            if cost[j].min() < np.inf:
+                furthest = j
+        speeds[0] = furthest
+    return speeds, best
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A finished motion: stations in time, with turns on the spot as stations of their own.
+
+    Attributes:
+        x, y, yaw, time, speed: (n,) at every station, SI; speed along the surface.
+        heights: (n,) m at which the robot rides.
+        curvatures: (n - 1,) 1/m of every step.
+    """
+
+    x: Array
+    y: Array
+    heights: Array
+    yaw: Array
+    time: Array
+    speed: Array
+    curvatures: Array
+    yaw_accelerations: Array
+
+
+def speed_programme(
+    model: PowerModel,
+    track: Track,
+    yaw: YawProfile,
+    slopes: Array,
+    grounds: NDArray[np.int64],
+    class_rows: Array,
+    limits: Array,
+    wind: Array,
+    objective: int,
+) -> tuple[Array | None, int]:
+    """Speed (n,) at every station, or None and the station where no speed leads further."""
+    stops = track.stops | (np.abs(yaw.leaving - yaw.arriving) > 1e-9)
+    turns = yaw.arriving[1:] - yaw.leaving[:-1]
+    speeds, cost = _speeds(
+        model.kernel,
+        model.parameters,
+        model.body,
+        model.wheels,
+        class_rows,
+        limits,
+        wind,
+        track.directions,
+        track.lengths,
+        track.curvatures,
+        slopes,
+        yaw.leaving[:-1] + 0.5 * turns,
+        turns,
+        grounds,
+        stops,
+        model.vehicle.limits.acceleration,
+        objective,
+    )
+    if not math.isfinite(cost):
+        return None, int(speeds[0])
+    return speeds, -1
+
+
+def assemble(
+    field: CostField, track: Track, yaw: YawProfile, speeds: Array, yaw_rate: float
+) -> Motion:
+    """Put stations, yaw and speed into time; a turn on the spot ramps its yaw rate up and down."""
+    heights, _ = sample_surface(field, track.points)
+    surface = np.hypot(track.lengths, np.diff(heights))
+    out: dict[str, list[float]] = {k: [] for k in ("x", "y", "z", "yaw", "t", "v", "k", "a")}
+    time = 0.0
+
+    def put(place: int, angle: float, speed: float) -> None:
+        out["x"].append(float(track.points[place, 0]))
+        out["y"].append(float(track.points[place, 1]))
+        out["z"].append(float(heights[place]))
+        out["yaw"].append(float(angle))
+        out["t"].append(time)
+        out["v"].append(float(speed))
+
+    for place in range(len(track.points)):
+        if place > 0:
+            time += 2.0 * surface[place - 1] / (speeds[place - 1] + speeds[place])
+            out["k"].append(float(track.curvatures[place - 1]))
+            out["a"].append(0.0)
+        put(place, yaw.arriving[place], speeds[place])
+        spin = yaw.leaving[place] - yaw.arriving[place]
+        if abs(spin) > 1e-9:
+            for angle, after, acceleration in _turn_on_the_spot(spin, yaw_rate):
+                time += after
+                out["k"].append(0.0)
+                out["a"].append(acceleration)
+                put(place, yaw.arriving[place] + angle, 0.0)
+    return Motion(
+        *(np.array(out[k]) for k in ("x", "y", "z", "yaw", "t", "v", "k", "a")),
+    )
+
+
+def _turn_on_the_spot(spin: float, rate: float) -> list[tuple[float, float, float]]:
+    """(angle so far, s since the point before, rad/s²) with half a second to full yaw rate."""
+    acceleration = 2.0 * rate
+    ramp = min(rate / acceleration, math.sqrt(abs(spin) / acceleration))
+    top = acceleration * ramp
+    cruise = (abs(spin) - top * ramp) / top
+    side = math.copysign(1.0, spin)
+    parts, angle = [], 0.0
+    for k in range(4):
+        angle += top * ramp / 4 * (2 * k + 1) / 8
+        parts.append((side * angle, ramp / 4, side * acceleration))
+    if cruise > 1e-9:
+        angle += top * cruise
+        parts.append((side * angle, cruise, 0.0))
+    for k in range(4):
+        angle += top * ramp / 4 * (7 - 2 * k) / 8
+        parts.append((side * angle, ramp / 4, -side * acceleration))
+    return parts
+
+
+@njit(cache=True, error_model="numpy")
+def _surface(field: Any, points: Any) -> Any:
+    out = np.empty((points.shape[0], 3))
+    for k in range(points.shape[0]):
+        z, px, py = interpolate(
+            field.heights, field.x0, field.y0, field.dx, field.dy, points[k, 0], points[k, 1]
+        )
+        out[k, 0], out[k, 1], out[k, 2] = z, px, py
+    return out
+
+
+def sample_surface(field: CostField, points: Array) -> tuple[Array, Array]:
+    """Height (n,) and gradient (n, 2) at which the robot rides over points (n, 2)."""
+    values = _surface(field, np.ascontiguousarray(points, dtype=float))
+    return values[:, 0].copy(), np.ascontiguousarray(values[:, 1:])
+
+
+@njit(cache=True, error_model="numpy")
+def _motion_rows(field: Any, motion: Any, class_rows: Any, wind: Any, pieces: Any) -> Any:
+    x, y, z, yaw, time, speed, curvatures, yaw_accelerations = motion
+    steps = x.shape[0] - 1
+    total = 0
+    for j in range(steps):
+        total += 3 * pieces[j]
+    rows = np.empty((total, ROW_LENGTH))
+    seconds = np.empty(total)
+    owner = np.empty(total, np.int64)
+    ny, nx = field.heights.shape
+    n = 0
+    odometer = 0.0
+    for j in range(steps):
+        duration = time[j + 1] - time[j]
+        ex, ey, ez = x[j + 1] - x[j], y[j + 1] - y[j], z[j + 1] - z[j]
+        surface = math.sqrt(ex * ex + ey * ey + ez * ez)
+        moving = surface > 1e-9
+        direction = math.atan2(ey, ex) if moving else yaw[j]
+        turn = yaw[j + 1] - yaw[j]
+        # Constant acceleration between the stations' speeds.
+        acceleration = (speed[j + 1] - speed[j]) / duration
+        mean = 0.5 * (speed[j] + speed[j + 1])
+        for piece in range(pieces[j]):
+            for at, share in _THREE:
+                w = (piece + at) / pieces[j]
+                here = speed[j] + (speed[j + 1] - speed[j]) * w
+                # Share of the way after a share w of the time.
+                way = w
+                if moving:
+                    way = w * (speed[j] + 0.5 * (speed[j + 1] - speed[j]) * w) / mean
+                px, py = x[j] + ex * way, y[j] + ey * way
+                i = min(max(int(math.floor((px - field.x0) / field.dx + 0.5)), 0), nx - 1)
+                k = min(max(int(math.floor((py - field.y0) / field.dy + 0.5)), 0), ny - 1)
+                rows[n] = class_rows[field.ground[k, i]]
+                _, slope_x, slope_y = interpolate(
+                    field.heights, field.x0, field.y0, field.dx, field.dy, px, py
+                )
+                angle = yaw[j] + turn * way
+                rate = turn / duration
+                if moving:
+                    rate = turn * here / surface
+                else:
+                    rate += yaw_accelerations[j] * (w - 0.5) * duration
+                    angle = yaw[j] + turn * w
+                set_motion(rows[n], slope_x, slope_y, angle, direction, here if moving else 0.0)
+                if moving:
+                    set_acceleration(
+                        rows[n],
+                        acceleration,
+                        here * here * curvatures[j],
+                        rows[n, _VX],
+                        rows[n, _VY],
+                        max(here, 1e-12),
+                    )
+                rows[n, _WZ] = rate
+                rows[n, _YAW_ACCELERATION] = yaw_accelerations[j]
+                set_wind(rows[n], wind, angle)
+                rows[n, _TIME] = time[j] + w * duration
+                rows[n, _ODOMETER] = odometer + surface * way
+                seconds[n] = share * duration / pieces[j]
+                owner[n] = j
+                n += 1
+        odometer += surface
+    # How fast the slope changes, from the samples on either side.
+    gx, gy = INDEX["gravity_x"], INDEX["gravity_y"]
+    for n in range(total):
+        a, b = max(0, n - 1), min(total - 1, n + 1)
+        apart = rows[b, _TIME] - rows[a, _TIME]
+        if apart > 1e-9 and owner[a] + 1 >= owner[b]:
+            lean = math.sqrt(rows[a, gx] ** 2 + rows[a, gy] ** 2)
+            rows[n, _SLOPE_RATE] = (
+                abs(math.sqrt(rows[b, gx] ** 2 + rows[b, gy] ** 2) - lean)
+                / apart
+                / rows[n, INDEX["gravity_normal"]]
+            )
+    return rows, seconds, owner
+
+
+def motion_rows(
+    field: CostField, motion: Motion, class_rows: Array, wind: Array, *, fineness: float = 0.5
+) -> tuple[Array, Array, NDArray[np.int64]]:
+    """Rows of the power model along a motion, the time each stands for, and its step.
+
+    Args:
+        field: map; heights and ground classes are read.
+        motion: from ``assemble``.
+        class_rows: (classes, ROW_LENGTH) conditions.
+        wind: (2,) m/s in the map's frame.
+        fineness: three samples at least every ``fineness`` cells.
+    """
+    length = np.hypot(np.diff(motion.x), np.diff(motion.y))
+    cell = min(field.dx, field.dy)
+    pieces = np.maximum(1, np.ceil(length / (fineness * cell))).astype(np.int64)
+    arrays = (
+        *(motion.x, motion.y, motion.heights, motion.yaw, motion.time, motion.speed),
+        *(motion.curvatures, motion.yaw_accelerations),
+    )
+    rows, seconds, owner = _motion_rows(field, arrays, class_rows, wind, pieces)
+    return rows, seconds, owner

@@ -1,0 +1,194 @@
+"""Why a start is refused and why there is no route, in one sentence that names the place."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from planner.errors import RequestError
+from planner.search.conditions import Circumstances
+from planner.search.cost_to_go import cost_field_to
+from planner.search.ground import ALL_YAWS, CostField, DrivingGround, slope_at
+from planner.search.request import PoseRequest
+from planner.search.steady import DIRECTIONS, LIMIT_NAMES, broken_limit, set_motion
+from planner.terrain.obstacles import rectangle_free, why_blocked
+
+YAW_TRIES = 64
+
+
+def check_place(
+    name: str, pose: PoseRequest, ground: DrivingGround, field: CostField, around: Circumstances
+) -> None:
+    """Refuse a start, goal or via point at which the robot cannot stand.
+
+    Raises:
+        RequestError: naming the field, the place and what would be accepted.
+    """
+    terrain = ground.terrain
+    x, y = pose.x, pose.y
+    west, south, east, north = terrain.extent
+    if not terrain.contains(x, y):
+        raise RequestError(
+            name,
+            "outside the map",
+            value=(x, y),
+            accepted=f"x from {west:g} to {east:g}, y from {south:g} to {north:g} m",
+        )
+    j, i = _node(field, x, y)
+    if ground.blocked[j, i]:
+        what = why_blocked(terrain, ground.step_height, j, i)
+        article = {"obstacle": "on an obstacle", "hole": "on a hole (height unknown)"}
+        raise RequestError(
+            name,
+            article.get(what, f"on a {what}"),
+            value=(x, y),
+            accepted=_nearest_free(ground, field, x, y),
+        )
+    yaws = _tried(pose.yaw)
+    if not any(_fits(field, x, y, yaw) for yaw in yaws):
+        at = "with this yaw" if pose.yaw is not None else "with any yaw"
+        raise RequestError(
+            name,
+            f"the body with {around.model.vehicle.limits.clearance:g} m clearance touches "
+            f"something {at}",
+            value=(x, y) if pose.yaw is None else (x, y, pose.yaw),
+            accepted=_nearest_free(ground, field, x, y),
+        )
+    _check_hold(name, pose, yaws, field, around)
+
+
+def _check_hold(
+    name: str, pose: PoseRequest, yaws: list[float], field: CostField, around: Circumstances
+) -> None:
+    px, py = slope_at(field, pose.x, pose.y)
+    row = around.class_rows[field.ground[_node(field, pose.x, pose.y)]].copy()
+    broken = 0
+    for yaw in yaws:
+        set_motion(row, px, py, yaw, 0.0, 0.0)
+        accounts, _ = around.model.evaluate(row[None])
+        broken = broken_limit(accounts[0], around.limits)
+        if broken < 0:
+            return
+    raise RequestError(
+        name,
+        f"the slope of {math.degrees(math.atan(math.hypot(px, py))):.1f}° there cannot be held: "
+        f"{LIMIT_NAMES[broken]}",
+        value=(pose.x, pose.y),
+        accepted=f"a slope of at most {_limit_degrees(field, pose.x, pose.y):.1f}°",
+    )
+
+
+def explain_no_route(
+    ground: DrivingGround,
+    field: CostField,
+    start: tuple[float, float],
+    goal: tuple[float, float],
+) -> str:
+    """What blocks the way: the narrowest gap between what start and goal can reach, and why."""
+    to_goal = np.isfinite(cost_field_to(field, goal, start, whole=True))
+    to_start = np.isfinite(cost_field_to(field, start, goal, whole=True))
+    for reach, name, (x, y) in ((to_goal, "goal", goal), (to_start, "start", start)):
+        if not reach.any():
+            what, bx, by = _blocking(ground, field, _ring(field, x, y))
+            return f"the {name} cannot be left or reached: {what} at x {bx:.2f}, y {by:.2f}"
+    distance, nearest = ndimage.distance_transform_edt(
+        ~to_goal, sampling=(field.dy, field.dx), return_indices=True
+    )
+    distance = np.where(to_start, distance, np.inf)
+    j, i = np.unravel_index(int(np.argmin(distance)), distance.shape)
+    j2, i2 = nearest[0][j, i], nearest[1][j, i]
+    count = 2 * int(max(abs(j2 - j), abs(i2 - i))) + 1
+    line = [
+        (field.x0 + field.dx * (i + (i2 - i) * w), field.y0 + field.dy * (j + (j2 - j) * w))
+        for w in np.linspace(0.0, 1.0, count)
+    ]
+    what, bx, by = _blocking(ground, field, line)
+    return (
+        f"no way from start to goal: between x {line[0][0]:.2f}, y {line[0][1]:.2f} and "
+        f"x {line[-1][0]:.2f}, y {line[-1][1]:.2f} blocks {what} at x {bx:.2f}, y {by:.2f}"
+    )
+
+
+def _blocking(
+    ground: DrivingGround, field: CostField, points: list[tuple[float, float]]
+) -> tuple[str, float, float]:
+    """The worst thing along points: something solid, then too little room, then a slope."""
+    steep, narrow = (-math.inf, "a slope", *points[0]), None
+    for x, y in points:
+        j, i = _node(field, x, y)
+        if ground.blocked[j, i]:
+            what = why_blocked(ground.terrain, ground.step_height, j, i)
+            return f"an {what}" if what[0] in "aeiou" else f"a {what}", x, y
+        if ground.mask[j, i] != ALL_YAWS and narrow is None:
+            needed = 2.0 * ground.half_width
+            narrow = (f"a passage too narrow for the body ({needed:.2f} m with clearance)", x, y)
+        px, py = slope_at(field, x, y)
+        steepness = math.hypot(px, py)
+        limit = math.tan(math.radians(_limit_degrees(field, x, y)))
+        excess = steepness / max(limit, 1e-6)
+        if excess > steep[0]:
+            text = (
+                f"a slope of {math.degrees(math.atan(steepness)):.1f}° > "
+                f"{math.degrees(math.atan(limit)):.1f}° limit for climbing or crossing it"
+            )
+            steep = (excess, text, x, y)
+    if steep[0] <= 1.0 and narrow is not None:
+        return narrow
+    return steep[1], steep[2], steep[3]
+
+
+def _limit_degrees(field: CostField, x: float, y: float) -> float:
+    """Slope that can be driven in every direction with a fitting yaw."""
+    ground = field.ground[_node(field, x, y)]
+    least = float(field.limit[ground, : DIRECTIONS // 2].min()) * field.margin
+    return math.degrees(math.atan(max(least, 0.0)))
+
+
+def _tried(yaw: float | None) -> list[float]:
+    if yaw is not None:
+        return [yaw]
+    return [2.0 * math.pi * k / YAW_TRIES for k in range(YAW_TRIES)]
+
+
+def _node(field: CostField, x: float, y: float) -> tuple[int, int]:
+    ny, nx = field.heights.shape
+    i = min(max(math.floor((x - field.x0) / field.dx + 0.5), 0), nx - 1)
+    j = min(max(math.floor((y - field.y0) / field.dy + 0.5), 0), ny - 1)
+    return j, i
+
+
+def _ring(field: CostField, x: float, y: float) -> list[tuple[float, float]]:
+    return [(x, y)] + [
+        (x + field.dx * a, y + field.dy * b) for a in (-1, 0, 1) for b in (-1, 0, 1) if a or b
+    ]
+
+
+def _fits(field: CostField, x: float, y: float, yaw: float) -> bool:
+    return bool(
+        rectangle_free(
+            field.blocked,
+            field.x0,
+            field.y0,
+            field.dx,
+            field.dy,
+            x,
+            y,
+            yaw,
+            field.half_length,
+            field.half_width,
+        )
+    )
+
+
+def _nearest_free(ground: DrivingGround, field: CostField, x: float, y: float) -> str:
+    """The nearest place with room for the body, in words."""
+    free: NDArray[np.bool_] = ground.mask != 0
+    if not free.any():
+        return "a map with room for the robot somewhere"
+    j, i = np.nonzero(free)
+    px, py = field.x0 + field.dx * i, field.y0 + field.dy * j
+    k = int(np.argmin((px - x) ** 2 + (py - y) ** 2))
+    return f"free ground, the nearest at x {px[k]:.2f}, y {py[k]:.2f}"

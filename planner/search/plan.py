@@ -1,0 +1,363 @@
+"""Plan a route: from a request to an answer.
+
+    answer = plan_route({"map": "warehouse", "start": {"x": 2, "y": 2}, "goal": {"x": 27, "y": 17}})
+
+The way of a request: map and model → costs of steady driving → the least-cost field on the grid →
+OMPL in a tube round the field's path → refinement → yaw → speed → energy. Baselines (shortest,
+fastest) and alternatives go the same way with other costs, and all are priced by one model.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.errors import Cancelled
+from planner.power.model import PowerModel
+from planner.power.vehicle import Vehicle, load_vehicle
+from planner.search.alternatives import find_alternatives
+from planner.search.conditions import Circumstances, circumstances
+from planner.search.cost_to_go import cost_field_to, grid_path
+from planner.search.drive import Stuck, drive
+from planner.search.explain import check_place, explain_no_route
+from planner.search.ground import CostField, DrivingGround, driving_ground
+from planner.search.refine import refine
+from planner.search.request import DEFAULT_VEHICLE, PlanRequest
+from planner.search.route import Answer, Baseline, Route
+from planner.search.steady import MARGIN, OBJECTIVES, steady_costs
+from planner.terrain.catalogue import open_map
+from planner.terrain.heightmap import Terrain
+
+Array = NDArray[np.float64]
+Progress = Callable[[str, float], None]
+
+KINDS = ("sound", "printed/A", "printed/B")
+RETRIES = (MARGIN, 0.93, 0.85)
+"""Shares of the slope limit to search with, until the finished motion keeps to all limits."""
+
+
+@dataclass
+class _Run:
+    """What the steps of one request share."""
+
+    request: PlanRequest
+    ground: DrivingGround
+    around: Circumstances
+    progress: Progress
+    cancelled: Callable[[], bool]
+
+    def step(self, what: str, share: float) -> None:
+        """Tell how far it is, and stop if the caller wants to."""
+        self.check()
+        self.progress(what, share)
+
+    def check(self) -> None:
+        """Stop if the caller wants to."""
+        if self.cancelled():
+            raise Cancelled("cancelled by the caller")
+
+    @property
+    def places(self) -> list[tuple[float, float]]:
+        """Start, via points and goal."""
+        r = self.request
+        return [(p.x, p.y) for p in (r.start, *r.via, r.goal)]
+
+    @property
+    def yaws(self) -> list[float | None]:
+        """Yaw asked for at each of them."""
+        r = self.request
+        return [p.yaw for p in (r.start, *r.via, r.goal)]
+
+    def field(self, objective: str, margin: float, factor: Array | None = None) -> CostField:
+        """Map and costs for an objective."""
+        costs = steady_costs(self.around.model, self.around.class_rows, objective)
+        extra = self.around.wind_by_direction() if objective == "energy" else None
+        return self.ground.field(costs, extra=extra, factor=factor, margin=margin)
+
+
+def plan_route(
+    request: PlanRequest | Mapping[str, Any] | None = None,
+    *,
+    progress: Progress | None = None,
+    cancelled: Callable[[], bool] | None = None,
+    **fields: Any,
+) -> Answer:
+    """Plan the route that costs least energy.
+
+    Args:
+        request: a PlanRequest, or a mapping with its fields (REQUEST.json); or give the fields as
+            keyword arguments.
+        progress: called with what is being done and the share done, 0 to 1.
+        cancelled: asked often; True raises Cancelled.
+        fields: fields of the request, over those of ``request``.
+
+    Returns:
+        An Answer of status "ok", or "no_route" with the reason.
+
+    Raises:
+        RequestError, MapError, VehicleError, ModelError: something given cannot be used.
+        Cancelled: ``cancelled`` returned True.
+    """
+    if not isinstance(request, PlanRequest):
+        request = PlanRequest.from_json({**(request or {}), **fields})
+    elif fields:
+        request = PlanRequest.from_json({**request.model_dump(exclude_unset=True), **fields})
+    say = progress or (lambda _what, _share: None)
+    say("reading map and model", 0.0)
+    model = load_model(request)
+    terrain = open_map(request.map)
+    ground = _ground(terrain, model.vehicle)
+    around = circumstances(request, model, terrain)
+    run = _Run(request, ground, around, say, cancelled or (lambda: False))
+    return _plan(run)
+
+
+def load_model(request: PlanRequest) -> PowerModel:
+    """The power model that a request names: a vehicle, a saved model, or a kind of model."""
+    if request.model is None:
+        return PowerModel.from_vehicle(load_vehicle(request.vehicle or DEFAULT_VEHICLE))
+    if request.model in KINDS:
+        return PowerModel.from_vehicle(load_vehicle(DEFAULT_VEHICLE), kind=request.model)
+    return PowerModel.load(Path(request.model))
+
+
+_grounds: dict[tuple[str, str], DrivingGround] = {}
+
+
+def _ground(terrain: Terrain, vehicle: Vehicle) -> DrivingGround:
+    """The driving ground, kept for the last few maps and vehicles of this process."""
+    shape = (vehicle.length, vehicle.width, vehicle.limits.clearance, vehicle.layout.radius)
+    key = (terrain.fingerprint, repr((shape, vehicle.layout.table.tolist())))
+    if key not in _grounds:
+        if len(_grounds) >= 4:
+            _grounds.pop(next(iter(_grounds)))
+        _grounds[key] = driving_ground(terrain, vehicle)
+    return _grounds[key]
+
+
+def _plan(run: _Run) -> Answer:
+    request = run.request
+    run.step("costs of steady driving", 0.05)
+    field = run.field(request.objective, MARGIN)
+    names = ["start", *(f"via[{k}]" for k in range(len(request.via))), "goal"]
+    for name, pose in zip(names, (request.start, *request.via, request.goal), strict=True):
+        check_place(name, pose, run.ground, field, run.around)
+    blank = Answer(
+        "no_route",
+        run.ground.terrain,
+        run.around.model.describe(),
+        {"name": request.planner, "seed": request.seed},
+        notes=_notes(run),
+    )
+    best, planner, reason = _best_route(run, field)
+    if best is None:
+        return replace(blank, reason=reason, planner=planner)
+    run.step("shortest and fastest route", 0.8)
+    others = {name: _baseline(run, name, best) for name in ("shortest", "fastest")}
+    if request.objective == "energy":
+        # A baseline that happens to cost less is itself the better answer.
+        for other in others.values():
+            if other.energy_j < best.energy_j:
+                best = other
+    routes, notes = (best,), list(blank.notes)
+    if request.alternatives > 1:
+        run.step("alternatives", 0.9)
+        routes, note = find_alternatives(
+            best,
+            request.alternatives,
+            lambda factor: _grid_route(run, request.objective, factor)[0],
+            field,
+        )
+        notes += [note] if note else []
+    run.step("done", 1.0)
+    return replace(
+        blank,
+        status="ok",
+        routes=routes,
+        baselines={
+            name: Baseline(route, route.energy_j / best.energy_j - 1.0 if best.energy_j else 0.0)
+            for name, route in others.items()
+        },
+        planner=planner,
+        notes=tuple(notes),
+    )
+
+
+def _notes(run: _Run) -> tuple[str, ...]:
+    notes = []
+    defaults = run.around.model.vehicle.defaults_taken
+    if defaults:
+        notes.append(f"defaults taken for {', '.join(defaults)}")
+    return tuple(notes)
+
+
+def _best_route(run: _Run, field: CostField) -> tuple[Route | None, dict[str, Any], str]:
+    """The main route, how it was found, and the reason if there is none."""
+    objective = run.request.objective
+    planner: dict[str, Any] = {"name": run.request.planner, "seed": run.request.seed}
+    reason = ""
+    for margin in RETRIES:
+        field = field._replace(margin=margin)
+        paths = _grid_paths(run, field)
+        if paths is None:
+            if not reason:
+                reason = _why_not(run, field)
+            break
+        candidates, found = _search(run, field, paths)
+        planner |= found
+        run.step("yaw, speed and energy", 0.7)
+        driven = [_drive(run, field, legs, objective) for legs in candidates.values()]
+        routes = {
+            name: route
+            for name, route in zip(candidates, driven, strict=True)
+            if isinstance(route, Route)
+        }
+        for name, route in routes.items():
+            planner[f"{name}_energy_j"] = route.energy_j
+        if routes:
+            name = min(routes, key=lambda n: _value(routes[n], objective))
+            planner["chosen"] = name
+            planner["slope_margin"] = margin
+            return routes[name], planner, ""
+        stuck = next(route for route in driven if isinstance(route, Stuck))
+        reason = f"a way was found, but at x {stuck.x:.2f}, y {stuck.y:.2f} {stuck.what}"
+    return None, planner, reason
+
+
+def _value(route: Route, objective: str) -> float:
+    return {"energy": route.energy_j, "time": route.duration_s, "length": route.length_m}[objective]
+
+
+def _why_not(run: _Run, field: CostField) -> str:
+    for a, b in zip(run.places[:-1], run.places[1:], strict=True):
+        if grid_path(field, cost_field_to(field, b, a), a, b) is None:
+            return explain_no_route(run.ground, field, a, b)
+    return "no way from start to goal"
+
+
+def _grid_paths(run: _Run, field: CostField) -> list[Array] | None:
+    """One polyline for each leg from the exhaustive grid, or None if a leg has no way."""
+    run.step("least-cost field", 0.1)
+    legs = []
+    for a, b in zip(run.places[:-1], run.places[1:], strict=True):
+        path = grid_path(field, cost_field_to(field, b, a), a, b)
+        if path is None:
+            return None
+        legs.append(path)
+    return legs
+
+
+def _search(
+    run: _Run, field: CostField, paths: list[Array]
+) -> tuple[dict[str, list[Array]], dict[str, Any]]:
+    """Refined paths by the planner that found them, and what there is to say about the search."""
+    request = run.request
+    refined = [refine(field, path, check=run.check) for path in paths]
+    candidates = {"grid": [path for path, _ in refined]}
+    said: dict[str, Any] = {"grid_cost": sum(cost for _, cost in refined)}
+    if request.planner == "grid":
+        return candidates, said
+    # OMPL is slow to import and leaves objects behind at exit: only where it is used.
+    from planner.search.objective import Plane, Tube, WholeMap
+    from planner.search.ompl_planner import solve
+
+    run.step("OMPL", 0.2)
+    cheapest = float(field.best[np.isfinite(field.best)].min()) + min(0.0, float(field.extra.min()))
+    cheapest = max(cheapest, 0.0)
+    legs, cost, iterations, evaluations = [], 0.0, 0, 0
+    for path, (fine, fine_cost), a, b in zip(
+        paths, refined, run.places[:-1], run.places[1:], strict=True
+    ):
+        plane: Plane
+        if request.planner == "tube":
+            plane = Tube(field, path, cheapest)
+        else:
+            plane = WholeMap(field, a, b, cheapest)
+        result = solve(
+            plane,
+            seed=request.seed,
+            seconds=request.time_budget_s / len(paths),
+            iterations=request.iterations,
+            cancelled=run.cancelled,
+        )
+        run.check()
+        iterations += result.iterations
+        evaluations += result.evaluations
+        if result.path is None or not math.isfinite(result.cost):
+            legs.append(fine)
+            cost += fine_cost
+            said.setdefault("legs_without_ompl", 0)
+            said["legs_without_ompl"] += 1
+            continue
+        polyline = result.path.copy()
+        polyline[0], polyline[-1] = a, b
+        path_refined, path_cost = refine(field, polyline, check=run.check)
+        if math.isfinite(path_cost):
+            legs.append(path_refined)
+            cost += path_cost
+        else:
+            legs.append(fine)
+            cost += fine_cost
+    said |= {
+        "library": "OMPL BIT*",
+        "space": request.planner,
+        "iterations": iterations,
+        "edges_evaluated": evaluations,
+        "ompl_cost": cost,
+    }
+    candidates["ompl"] = legs
+    return candidates, said
+
+
+def _drive(run: _Run, field: CostField, legs: list[Array], objective: str) -> Route | Stuck:
+    run.check()
+    return drive(
+        field,
+        run.around,
+        legs,
+        run.yaws,
+        objective=OBJECTIVES[objective],
+        charge=run.request.conditions.battery_charge,
+    )
+
+
+def _grid_route(
+    run: _Run, objective: str, factor: Array | None = None
+) -> tuple[Route | None, CostField]:
+    """The best route that the grid with refinement finds for an objective."""
+    for margin in RETRIES:
+        field = run.field(objective, margin, factor)
+        paths = _grid_paths(run, field)
+        if paths is None:
+            break
+        legs = [refine(field, path, check=run.check)[0] for path in paths]
+        route = _drive(run, field, legs, objective)
+        if isinstance(route, Route):
+            return route, field
+    return None, field
+
+
+def _baseline(run: _Run, name: str, best: Route) -> Route:
+    """The shortest or fastest route, driven as well as it can be; the best where none is found."""
+    objective = {"shortest": "length", "fastest": "time"}[name]
+    if objective == run.request.objective:
+        return best
+    route, _ = _grid_route(run, objective)
+    if route is None or _value(best, objective) < _value(route, objective):
+        return best
+    return route
+
+
+@lru_cache(maxsize=1)
+def warm_up() -> None:
+    """Load everything a first request would load; for workers that wait for one."""
+    import planner.search.ompl_planner  # noqa: F401
+
+    PowerModel.from_vehicle(load_vehicle(DEFAULT_VEHICLE)).kernel  # noqa: B018

@@ -1,0 +1,153 @@
+"""Refinement: from a path on the grid, or from OMPL, to the best polyline in its neighbourhood.
+
+    shortcut    keep only the knots that pay for themselves (exact dynamic programming)
+    band        move every knot across the path, a row of offsets each, and choose the cheapest
+                combination (dynamic programming over the rows), with ever finer offsets
+
+Both minimise the same yaw-free cost as the search (planner.search.ground), so a grid of 16
+directions loses nothing in the end that a local change could win back.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from planner.search.ground import CostField, polyline_cost, segment_cost
+
+Path = NDArray[np.float64]
+
+KNOT_CELLS = 4.0
+"""Distance of knots in cells: short enough to bend round an obstacle, long enough to stay smooth."""
+BANDS = ((2.0, 5, 5), (0.7, 5, 6), (0.25, 4, 8))
+"""Offset step in cells, offsets to each side, largest change of offset between knots."""
+
+
+def resample(path: Path, spacing: float) -> Path:
+    """The same polyline with its corners kept and no piece longer than ``spacing``."""
+    pieces = [path[:1]]
+    for a, b in zip(path[:-1], path[1:], strict=True):
+        count = max(1, math.ceil(float(np.hypot(*(b - a))) / spacing - 1e-9))
+        pieces.append(a + (b - a) * (np.arange(1, count + 1) / count)[:, None])
+    return np.vstack(pieces)
+
+
+def even(path: Path, spacing: float) -> Path:
+    """Points at even distances along the polyline; corners are cut, ends are kept."""
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
+    count = max(1, round(along[-1] / spacing))
+    at = np.linspace(0.0, along[-1], count + 1)
+    return np.column_stack([np.interp(at, along, path[:, k]) for k in (0, 1)])
+
+
+@njit(cache=True, error_model="numpy")
+def _shortcut(field: Any, path: Any, reach: int, step: float, toll: float) -> Any:
+    count = path.shape[0]
+    cost = np.full(count, np.inf)
+    came = np.zeros(count, np.int64)
+    cost[0] = 0.0
+    for k in range(1, count):
+        for q in range(k - 1, max(-1, k - 1 - reach), -1):
+            if cost[q] == np.inf:
+                continue
+            c = (
+                cost[q]
+                + toll
+                + segment_cost(field, path[q, 0], path[q, 1], path[k, 0], path[k, 1], step, True)
+            )
+            if c < cost[k]:
+                cost[k], came[k] = c, q
+    kept = np.empty(count, np.int64)
+    size, k = 0, count - 1
+    while k > 0:
+        kept[size] = k
+        size += 1
+        k = came[k]
+    kept[size] = 0
+    return kept[: size + 1][::-1].copy(), cost[count - 1]
+
+
+def shortcut(field: CostField, path: Path, *, reach: int = 30) -> Path:
+    """The cheapest polyline over a subset of the knots; never dearer than the path itself."""
+    step = 0.5 * min(field.dx, field.dy)
+    whole = polyline_cost(field, path, step, True)
+    if not math.isfinite(whole):
+        return path
+    # A tiny toll for each knot: on even ground a straight line then has no knots at all.
+    kept, cost = _shortcut(field, path, reach, step, 1e-6 * whole)
+    return path[kept] if math.isfinite(cost) else path
+
+
+@njit(cache=True, error_model="numpy")
+def _band(field: Any, path: Any, delta: float, side: int, window: int, step: float) -> Any:
+    count = path.shape[0]
+    wide = 2 * side + 1
+    ny, nx = field.heights.shape
+    west, east = field.x0 - 0.5 * field.dx, field.x0 + (nx - 0.5) * field.dx
+    south, north = field.y0 - 0.5 * field.dy, field.y0 + (ny - 0.5) * field.dy
+    xs = np.empty((count, wide))
+    ys = np.empty((count, wide))
+    for k in range(count):
+        a, b = max(0, k - 1), min(count - 1, k + 1)
+        tx, ty = path[b, 0] - path[a, 0], path[b, 1] - path[a, 1]
+        length = math.sqrt(tx * tx + ty * ty) + 1e-12
+        for m in range(wide):
+            offset = (m - side) * delta if 0 < k < count - 1 else 0.0
+            xs[k, m] = min(max(path[k, 0] - ty / length * offset, west), east)
+            ys[k, m] = min(max(path[k, 1] + tx / length * offset, south), north)
+    cost = np.full((count, wide), np.inf)
+    came = np.zeros((count, wide), np.int64)
+    cost[0, side] = 0.0
+    for k in range(count - 1):
+        for m in range(wide):
+            if k + 1 == count - 1 and m != side:
+                continue
+            for q in range(max(0, m - window), min(wide, m + window + 1)):
+                if cost[k, q] == np.inf:
+                    continue
+                c = cost[k, q] + segment_cost(
+                    field, xs[k, q], ys[k, q], xs[k + 1, m], ys[k + 1, m], step, True
+                )
+                if c < cost[k + 1, m]:
+                    cost[k + 1, m], came[k + 1, m] = c, q
+    result = np.empty((count, 2))
+    m = side
+    for k in range(count - 1, -1, -1):
+        result[k, 0], result[k, 1] = xs[k, m], ys[k, m]
+        m = came[k, m]
+    return result, cost[count - 1, side]
+
+
+def refine(
+    field: CostField, path: Path, *, check: Callable[[], None] = lambda: None
+) -> tuple[Path, float]:
+    """The cheapest polyline found near a path, and its cost.
+
+    Args:
+        field: map and costs.
+        path: (k, 2) polyline whose cost is finite.
+        check: called between rounds; may raise to stop.
+    """
+    cell = min(field.dx, field.dy)
+    step = 0.5 * cell
+    best, least = path, polyline_cost(field, path, step, True)
+    knots = even(shortcut(field, resample(path, KNOT_CELLS * cell)), KNOT_CELLS * cell)
+    if not math.isfinite(polyline_cost(field, knots, step, True)):
+        knots = resample(path, KNOT_CELLS * cell)
+    for delta, side, window in BANDS:
+        for _ in range(2):
+            check()
+            moved, cost = _band(field, knots, delta * cell, side, window, step)
+            if math.isfinite(cost):
+                knots = moved
+    for candidate in (shortcut(field, knots), knots):
+        cost = polyline_cost(field, candidate, step, True)
+        # The straighter of two equally cheap paths: corners cost time that is not counted here.
+        if cost < least * (1.0 + 1e-5) and (cost < least or len(candidate) < len(best)):
+            best, least = candidate, cost
+    return best, float(least)

@@ -1,0 +1,369 @@
+"""Steady driving: what a metre costs on a slope, for every heading of the body, tabulated once.
+
+On a plane of gradient ∇z, a robot that drives along the horizontal unit vector d with its body
+turned by θ from d dissipates, per horizontal metre,
+
+    D = min over v of  P(v, θ, ∇z)·√(1 + m²)/v - M·g·m          m = ∇z·d
+
+where P is the compiled power model and M the mass with payload. D ≥ 0 by the second law, which is
+what search needs; the energy of a route is ΣD plus M·g times the climb. Only speeds within all
+limits count: wheel load, traction, current, voltage, continuous torque.
+
+Three numbers fix D: θ, the direction φ of the gradient seen from d, and its steepness. The tables
+are polar in the last two, with steepness as a share of the largest one that can be driven, so that
+every entry is finite and the limit itself is exact to the bisection:
+
+    by_yaw[c, θ, φ, s]   yaw_limit[c, θ, φ]      c counts the ground classes of the map
+    best[c, φ, s]        limit[c, φ]             the same with the best θ
+
+Looking up replaces 1 µs of model by 0.05 µs, and yaw is gone from the search.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit, types
+from numpy.typing import NDArray
+
+from planner.power.compile_kernel import KERNEL
+from planner.power.model import PowerModel
+from planner.power.pipeline import ACCOUNT, ACCOUNT_LENGTH, PER_WHEEL
+from planner.quantities import INDEX, STANDARD_GRAVITY
+
+YAWS, DIRECTIONS, STEEPNESSES = 32, 72, 17
+SPEEDS = 8
+MARGIN = 0.985
+"""Share of the true slope limit that search may use, so that what it finds stays drivable."""
+
+_F1 = types.Array(types.float64, 1, "C")
+_F2 = types.Array(types.float64, 2, "C")
+_F3 = types.Array(types.float64, 3, "C")
+_F4 = types.Array(types.float64, 4, "C")
+_VX, _VY, _WZ = INDEX["vx"], INDEX["vy"], INDEX["wz"]
+_GX, _GY, _GN = INDEX["gravity_x"], INDEX["gravity_y"], INDEX["gravity_normal"]
+_LOAD, _CURRENT, _VOLTAGE, _TORQUE, _GRIP = (
+    ACCOUNT.index(name)
+    for name in ("least_load", "current", "voltage", "motor_torque", "traction_left")
+)
+_WHEEL_COLUMNS = len(PER_WHEEL)
+LIMIT_NAMES = ("wheel load", "traction", "current", "voltage", "continuous torque")
+
+
+@njit(cache=True, error_model="numpy")
+def set_motion(
+    row: Any, slope_x: float, slope_y: float, yaw: float, direction: float, speed: float
+) -> float:
+    """Write velocity and gravity in the body frame for driving on a plane; exact for any slope.
+
+    Args:
+        row: one row of the power model, written in place.
+        slope_x, slope_y: gradient of the height.
+        yaw: rad, of the body, in the same frame.
+        direction: rad, of the horizontal travel.
+        speed: m/s along the surface.
+
+    Returns:
+        Metres driven along the surface for each horizontal metre.
+    """
+    c, s = math.cos(yaw), math.sin(yaw)
+    ux, uy = math.cos(direction), math.sin(direction)
+    ahead = slope_x * c + slope_y * s
+    left = slope_y * c - slope_x * s
+    along = slope_x * ux + slope_y * uy
+    stretch = math.sqrt(1.0 + along * along)
+    length_x = math.sqrt(1.0 + ahead * ahead)
+    normal = math.sqrt(1.0 + slope_x * slope_x + slope_y * slope_y)
+    row[_GX] = -STANDARD_GRAVITY * ahead / length_x
+    row[_GY] = -STANDARD_GRAVITY * left / (normal * length_x)
+    row[_GN] = STANDARD_GRAVITY / normal
+    row[_VX] = speed * (ux * c + uy * s + along * ahead) / (stretch * length_x)
+    row[_VY] = (
+        speed
+        * (ux * (-slope_y * ahead - s) + uy * (c + slope_x * ahead) + along * left)
+        / (stretch * normal * length_x)
+    )
+    return stretch
+
+
+@njit(cache=True)
+def broken_limit(account: Any, limits: Any) -> int:
+    """Number of the first limit that an account breaks (LIMIT_NAMES), or -1.
+
+    ``limits`` is [speed, current, voltage, continuous torque, ...].
+    """
+    if account[_LOAD] <= 0.0:
+        return 0
+    if account[_GRIP] < 0.0:
+        return 1
+    if account[_CURRENT] > limits[1]:
+        return 2
+    if account[_VOLTAGE] > limits[2]:
+        return 3
+    if account[_TORQUE] > limits[3]:
+        return 4
+    return -1
+
+
+@njit(
+    types.float64(KERNEL, _F1, _F1, _F2, _F1, _F1, types.float64, types.int64, _F1, _F2),
+    cache=True,
+    error_model="numpy",
+)
+def _cost_at_speed(
+    kernel: Any,
+    parameters: Any,
+    body: Any,
+    wheels: Any,
+    row: Any,
+    limits: Any,
+    speed: float,
+    objective: int,
+    account: Any,
+    per_wheel: Any,
+) -> float:
+    """Cost per metre along the surface, or infinity where a limit is broken. Row is for 1 m/s."""
+    vx, vy = row[_VX], row[_VY]
+    row[_VX], row[_VY] = vx * speed, vy * speed
+    watts = kernel(row, parameters, body, wheels, account, per_wheel)
+    row[_VX], row[_VY] = vx, vy
+    if broken_limit(account, limits) >= 0:
+        return np.inf
+    if objective == 1:
+        return 1.0 / speed
+    return watts / speed
+
+
+@njit(
+    types.float64(KERNEL, _F1, _F1, _F2, _F1, _F1, types.int64, _F1, _F2),
+    cache=True,
+    error_model="numpy",
+)
+def _best_cost(
+    kernel: Any,
+    parameters: Any,
+    body: Any,
+    wheels: Any,
+    row: Any,
+    limits: Any,
+    objective: int,
+    account: Any,
+    per_wheel: Any,
+) -> float:
+    """Least cost per metre along the surface over all speeds; the fastest one is bisected."""
+    best, fastest, refused = np.inf, 0.0, 0.0
+    for k in range(SPEEDS, 0, -1):
+        speed = limits[0] * k / SPEEDS
+        cost = _cost_at_speed(
+            kernel, parameters, body, wheels, row, limits, speed, objective, account, per_wheel
+        )
+        best = min(best, cost)
+        if cost == np.inf and fastest == 0.0:
+            refused = speed
+        elif fastest == 0.0:
+            fastest = speed
+    if fastest > 0.0 and refused > 0.0:
+        for _ in range(4):
+            speed = 0.5 * (fastest + refused)
+            cost = _cost_at_speed(
+                kernel, parameters, body, wheels, row, limits, speed, objective, account, per_wheel
+            )
+            best = min(best, cost)
+            if cost == np.inf:
+                refused = speed
+            else:
+                fastest = speed
+    return best
+
+
+@njit(
+    types.void(KERNEL, _F1, _F1, _F2, _F2, _F1, types.int64, _F4, _F3),
+    cache=True,
+    error_model="numpy",
+)
+def _fill(
+    kernel: Any,
+    parameters: Any,
+    body: Any,
+    wheels: Any,
+    class_rows: Any,
+    limits: Any,
+    objective: int,
+    by_yaw: Any,
+    yaw_limit: Any,
+) -> None:
+    account = np.empty(ACCOUNT_LENGTH)
+    per_wheel = np.empty((wheels.shape[0], _WHEEL_COLUMNS))
+    weight = limits[4] * STANDARD_GRAVITY
+    crawl = limits[0] / SPEEDS
+    for c in range(by_yaw.shape[0]):
+        row = class_rows[c].copy()
+        for t in range(YAWS):
+            yaw = 2.0 * math.pi * t / YAWS
+            for f in range(DIRECTIONS):
+                azimuth = 2.0 * math.pi * f / DIRECTIONS
+                px, py = math.cos(azimuth), math.sin(azimuth)
+                low, high = 0.0, limits[5]
+                for _ in range(14):
+                    middle = 0.5 * (low + high)
+                    set_motion(row, px * middle, py * middle, yaw, 0.0, crawl)
+                    kernel(row, parameters, body, wheels, account, per_wheel)
+                    if broken_limit(account, limits) >= 0:
+                        high = middle
+                    else:
+                        low = middle
+                set_motion(row, 0.0, 0.0, yaw, 0.0, crawl)
+                kernel(row, parameters, body, wheels, account, per_wheel)
+                level = broken_limit(account, limits) < 0
+                yaw_limit[c, t, f] = low if level else -1.0
+                for s in range(STEEPNESSES):
+                    # Just inside the limit, where the speed is not yet squeezed to a crawl.
+                    steepness = low * (1.0 - 1e-3) * s / (STEEPNESSES - 1)
+                    along = steepness * px
+                    stretch = set_motion(row, along, steepness * py, yaw, 0.0, 1.0)
+                    cost = np.inf
+                    if level:
+                        cost = 1.0
+                        if objective != 2:
+                            cost = _best_cost(
+                                kernel,
+                                parameters,
+                                body,
+                                wheels,
+                                row,
+                                limits,
+                                objective,
+                                account,
+                                per_wheel,
+                            )
+                    cost *= stretch
+                    if objective == 0:
+                        cost = max(cost - weight * along, 1e-3)
+                    by_yaw[c, t, f, s] = cost
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _polar(
+    table: Any, edge: Any, azimuth: float, steepness: float, directions: int, levels: int
+) -> float:
+    """Bilinear in direction (periodic) and share of the limit; infinity beyond the limit."""
+    a = azimuth / (2.0 * math.pi) * directions
+    a -= directions * math.floor(a / directions)
+    f0 = int(a)
+    w = a - f0
+    if f0 >= directions:
+        f0 = 0
+    f1 = f0 + 1 if f0 + 1 < directions else 0
+    largest = min(edge[f0], edge[f1])
+    if w == 0.0:
+        largest = edge[f0]
+    if steepness > largest:
+        return np.inf
+    value = 0.0
+    for f, weight in ((f0, 1.0 - w), (f1, w)):
+        if weight == 0.0:
+            continue
+        u = steepness / edge[f] * (levels - 1) if edge[f] > 0.0 else 0.0
+        k = min(int(u), levels - 2)
+        u -= k
+        value += weight * ((1.0 - u) * table[f, k] + u * table[f, k + 1])
+    return value
+
+
+@njit(cache=True, error_model="numpy")
+def cost_for_yaw(
+    by_yaw: Any, yaw_limit: Any, ground: int, turn: int, azimuth: float, steepness: float
+) -> float:
+    """Cost per horizontal metre with the body turned by ``turn`` bins from the travel."""
+    return _polar(
+        by_yaw[ground, turn], yaw_limit[ground, turn], azimuth, steepness, DIRECTIONS, STEEPNESSES
+    )
+
+
+@njit(cache=True, error_model="numpy")
+def cost_for_best_yaw(
+    best: Any, limit: Any, ground: int, azimuth: float, steepness: float
+) -> float:
+    """Cost per horizontal metre with the body turned as is cheapest."""
+    return _polar(best[ground], limit[ground], azimuth, steepness, DIRECTIONS, STEEPNESSES)
+
+
+@njit(cache=True, error_model="numpy")
+def _minimise_over_yaw(by_yaw: Any, yaw_limit: Any, best: Any, limit: Any) -> None:
+    for c in range(best.shape[0]):
+        for f in range(DIRECTIONS):
+            azimuth = 2.0 * math.pi * f / DIRECTIONS
+            limit[c, f] = yaw_limit[c, :, f].max()
+            for s in range(STEEPNESSES):
+                steepness = max(limit[c, f], 0.0) * s / (STEEPNESSES - 1)
+                least = np.inf
+                for t in range(YAWS):
+                    if yaw_limit[c, t, f] >= steepness:
+                        cost = cost_for_yaw(by_yaw, yaw_limit, c, t, azimuth, steepness)
+                        least = min(least, cost)
+                best[c, f, s] = least
+
+
+@dataclass(frozen=True)
+class SteadyCosts:
+    """Tables of the least cost per horizontal metre; see the module's head for their axes."""
+
+    by_yaw: NDArray[np.float64]
+    yaw_limit: NDArray[np.float64]
+    best: NDArray[np.float64]
+    limit: NDArray[np.float64]
+
+    def cheapest(self) -> float:
+        """Least cost of a horizontal metre anywhere."""
+        return float(self.best[np.isfinite(self.best)].min(initial=math.inf))
+
+
+OBJECTIVES = {"energy": 0, "time": 1, "length": 2}
+
+
+def limit_values(model: PowerModel, payload: float) -> NDArray[np.float64]:
+    """[speed, current, voltage, continuous torque, mass with payload, largest tan(slope)]."""
+    limits = model.vehicle.limits
+    return np.array(
+        [
+            limits.speed,
+            limits.current,
+            limits.voltage,
+            limits.continuous_torque,
+            model.vehicle.mass + payload,
+            math.tan(math.radians(60.0)),
+        ]
+    )
+
+
+def steady_costs(
+    model: PowerModel, class_rows: NDArray[np.float64], objective: str = "energy"
+) -> SteadyCosts:
+    """Tabulate steady driving for a model.
+
+    Args:
+        model: the power model.
+        class_rows: (classes, ROW_LENGTH) conditions, one row for each ground class of the map.
+        objective: "energy" (dissipated J/m), "time" (s/m) or "length" (m/m).
+    """
+    classes = len(class_rows)
+    by_yaw = np.empty((classes, YAWS, DIRECTIONS, STEEPNESSES))
+    yaw_limit = np.empty((classes, YAWS, DIRECTIONS))
+    _fill(
+        model.kernel,
+        model.parameters,
+        model.body,
+        model.wheels,
+        np.ascontiguousarray(class_rows, dtype=float),
+        limit_values(model, float(class_rows[0, INDEX["payload"]])),
+        OBJECTIVES[objective],
+        by_yaw,
+        yaw_limit,
+    )
+    best = np.empty((classes, DIRECTIONS, STEEPNESSES))
+    limit = np.empty((classes, DIRECTIONS))
+    _minimise_over_yaw(by_yaw, yaw_limit, best, limit)
+    return SteadyCosts(by_yaw, yaw_limit, best, limit)

@@ -1,0 +1,170 @@
+"""A polyline made drivable: corners rounded, stations close enough to integrate along.
+
+    track = lay_track(field, points, spacing=..., speed=..., acceleration=...)
+
+A robot cannot change the direction of its velocity at once. Every corner gets an arc with the
+radius at which full speed just keeps to the allowed acceleration, R = v²/a, or with what room and
+neighbouring corners allow: the arc stays within ``deviation`` of the corner and where the body is
+free. Where no arc fits, the robot stops at the corner.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.search.ground import CostField, polyline_cost
+
+Array = NDArray[np.float64]
+ARC_STEP = math.radians(8.0)
+"""Largest change of direction between two chords of an arc."""
+STRAIGHT = math.radians(0.5)
+"""Changes of direction below this one need no arc: the tyres' creep takes them."""
+
+
+@dataclass(frozen=True)
+class Track:
+    """Stations along the route, in the horizontal plane.
+
+    Attributes:
+        points: (n, 2) m.
+        directions: (n - 1,) rad, azimuth of each step.
+        lengths: (n - 1,) m, horizontal.
+        curvatures: (n - 1,) 1/m, positive to the left; of the arc that the step belongs to.
+        stops: (n,) True where the robot must stand still: start, goal, corners without room.
+        marks: station of every fixed point (start, via points, goal).
+    """
+
+    points: Array
+    directions: Array
+    lengths: Array
+    curvatures: Array
+    stops: NDArray[np.bool_]
+    marks: tuple[int, ...]
+
+
+def lay_track(
+    field: CostField,
+    legs: list[Array],
+    *,
+    spacing: float,
+    speed: float,
+    acceleration: float,
+) -> Track:
+    """Round the corners of a route and space out its stations.
+
+    Args:
+        field: map and costs, to see whether an arc is free.
+        legs: polylines (k, 2), each from one fixed point to the next.
+        spacing: m, largest distance of stations.
+        speed: m/s, the vehicle's limit.
+        acceleration: m/s², the vehicle's limit.
+    """
+    points: list[Array] = [legs[0][:1]]
+    curvatures: list[float] = []
+    stops = [True]
+    marks = [0]
+    deviation = min(0.5, max(0.05, 0.25 * min(field.dx, field.dy)))
+    radius = speed * speed / acceleration
+    ramp = radius / 2.0  # distance to reach full speed, v²/2a
+    for leg in legs:
+        pieces = _rounded(field, leg, radius, deviation)
+        for number, (end, curvature, stop) in enumerate(pieces):
+            begin = points[-1][-1]
+            first, last = number == 0, number == len(pieces) - 1
+            added = _stations(begin, end, spacing, ramp, near_start=first, near_end=last or stop)
+            points.append(added)
+            curvatures += [curvature] * len(added)
+            stops += [False] * (len(added) - 1) + [stop]
+        marks.append(len(stops) - 1)
+    stops[-1] = True
+    stacked = np.vstack(points)
+    steps = np.diff(stacked, axis=0)
+    return Track(
+        stacked,
+        np.arctan2(steps[:, 1], steps[:, 0]),
+        np.hypot(steps[:, 0], steps[:, 1]),
+        np.array(curvatures),
+        np.array(stops),
+        tuple(marks),
+    )
+
+
+def _rounded(
+    field: CostField, leg: Array, radius: float, deviation: float
+) -> list[tuple[Array, float, bool]]:
+    """Straight pieces and chords: end point, curvature, whether the robot stops there."""
+    apart = np.hypot(*np.diff(leg, axis=0).T) > 1e-9
+    leg = leg[np.concatenate([[True], apart])]
+    if len(leg) == 1:
+        return []
+    lengths = np.hypot(*np.diff(leg, axis=0).T)
+    directions = np.arctan2(*np.diff(leg, axis=0).T[::-1])
+    pieces: list[tuple[Array, float, bool]] = []
+    for k in range(1, len(leg) - 1):
+        turn = math.remainder(float(directions[k] - directions[k - 1]), 2.0 * math.pi)
+        room = 0.48 * min(lengths[k - 1], lengths[k])
+        arc = _arc(field, leg[k], float(directions[k - 1]), turn, radius, room, deviation)
+        if arc is None:
+            pieces.append((leg[k], 0.0, abs(turn) > STRAIGHT))
+            continue
+        chords, bend = arc
+        pieces.append((chords[0], 0.0, False))
+        pieces += [(point, bend, False) for point in chords[1:]]
+    pieces.append((leg[-1], 0.0, False))
+    return pieces
+
+
+def _arc(
+    field: CostField,
+    corner: Array,
+    direction: float,
+    turn: float,
+    radius: float,
+    room: float,
+    deviation: float,
+) -> tuple[Array, float] | None:
+    """Points of the arc that replaces a corner and its curvature; None if the corner stays."""
+    half = abs(turn) / 2.0
+    if abs(turn) <= STRAIGHT or half > math.radians(85.0):
+        return None
+    # Tangent length R·tan(half) must fit the pieces; the arc passes R·(1/cos(half) - 1) inside.
+    radius = min(radius, room / math.tan(half), deviation / (1.0 / math.cos(half) - 1.0))
+    side = math.copysign(1.0, turn)
+    count = max(1, math.ceil(abs(turn) / ARC_STEP))
+    for _ in range(4):
+        tangent = radius * math.tan(half)
+        begin = corner - tangent * np.array([math.cos(direction), math.sin(direction)])
+        centre = begin + side * radius * np.array([-math.sin(direction), math.cos(direction)])
+        angles = direction - side * math.pi / 2.0 + turn * np.arange(count + 1) / count
+        points = centre + radius * np.column_stack([np.cos(angles), np.sin(angles)])
+        step = 0.5 * min(field.dx, field.dy)
+        if math.isfinite(polyline_cost(field, points, step, True)):
+            return points, side / radius
+        radius /= 2.0
+    return None
+
+
+def _stations(
+    begin: Array, end: Array, spacing: float, ramp: float, *, near_start: bool, near_end: bool
+) -> Array:
+    """Points after ``begin`` up to ``end``, closer where the robot gathers or loses speed."""
+    length = float(np.hypot(*(end - begin)))
+    if length < 1e-9:
+        return end[None, :]
+    count = max(1, math.ceil(length / spacing - 1e-9))
+    at = length * np.arange(1, count + 1) / count
+    fine = ramp * np.array([0.03, 0.1, 0.2, 0.35, 0.5, 0.7, 0.85, 1.0, 1.3])
+    if near_start:
+        at = np.concatenate([at, fine])
+    if near_end:
+        at = np.concatenate([at, length - fine])
+    at = np.unique(np.round(at[(at > 1e-6) & (at <= length)], 9))
+    keep = np.diff(at, append=np.inf) > 0.25 * min(spacing, 0.1 * ramp)
+    keep[-1] = True
+    at = at[keep]
+    at[-1] = length
+    return begin + (end - begin) * (at / length)[:, None]
