@@ -27,47 +27,31 @@ side for the limits; per_wheel then shows one of them.
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Sequence
 
-from planner.power.effect import HOOKS, Effect, Parameter
+from planner.power.effect import Effect
+from planner.power.kernel_writer import (
+    ACCOUNT,
+    ACCOUNT_LENGTH,
+    BASE_EFFECTS,
+    BODY,
+    PER_WHEEL,
+    KernelWriter,
+    parameter_slots,
+)
 from planner.quantities import INDEX
 
-BODY = ("mass", "centre_height", "wheel_radius", "gear_ratio", "traction")
-PER_WHEEL = (
-    *("load", "wheel_speed", "roller_speed", "axis_force", "wheel_torque", "motor_torque"),
-    *("current", "voltage", "motor_watts"),
-)
-ACCOUNT = (
-    # W; parts of the balance
-    *("supply", "bus", "terminal", "shaft", "copper", "driver", "electronics"),
-    # limits: N, A, V, N·m, share of the traction limit that is left
-    *("least_load", "current", "voltage", "motor_torque", "traction_left"),
-)
-_LOW, _HIGH = ("least_load", "traction_left"), ("current", "voltage", "motor_torque")
-BASE_EFFECTS = (
-    *("electronics", "gravity", "inertia", "wheel_rolling", "roller_drag", "gear_loss"),
-    *("copper_loss", "coulomb_drag"),
-)
-ACCOUNT_LENGTH = len(ACCOUNT) + len(BASE_EFFECTS)
-"""Behind the named columns follow the watts of the base effects, each by its own balance."""
+__all__ = [
+    "ACCOUNT",
+    "ACCOUNT_LENGTH",
+    "BASE_EFFECTS",
+    "BODY",
+    "PER_WHEEL",
+    "kernel_source",
+    "parameter_slots",
+]
 
 REST_SPEED = 2.0  # rad/s at the motor below which static friction helps to hold (physics: 2.3.3)
-
-
-def parameter_slots(
-    effects: Sequence[type[Effect]], *, wheel_count: int, surface_count: int
-) -> list[tuple[type[Effect], str, Parameter, int]]:
-    """One entry for every number in the parameter array: effect, name, declaration, element.
-
-    The element counts the wheels or surface labels of a parameter that has one value for each.
-    """
-    slots = []
-    for effect in effects:
-        for name, parameter in effect.parameters.items():
-            count = {None: 1, "wheel": wheel_count, "surface": surface_count}[parameter.per]
-            slots += [(effect, name, parameter, element) for element in range(count)]
-    return slots
 
 
 def kernel_source(
@@ -88,77 +72,10 @@ def kernel_source(
         printed: "A" or "B" puts the source paper's motor power (planner.power.printed) in the place
             of the motors' and drivers' watts; loads and limits stay those of the sound model.
     """
-    return _Writer(effects, wheel_count, surface_count, number, printed).module()
+    return _Pipeline(effects, wheel_count, surface_count, number, printed).module()
 
 
-class _Writer:
-    def __init__(
-        self,
-        effects: Sequence[type[Effect]],
-        wheel_count: int,
-        surface_count: int,
-        number: str,
-        printed: str | None,
-    ) -> None:
-        self.effects = effects
-        self.wheel_count = wheel_count
-        self.surface_count = surface_count
-        self.number = number
-        self.printed = printed
-        self.offset: dict[tuple[str, str], int] = {}
-        slots = parameter_slots(effects, wheel_count=wheel_count, surface_count=surface_count)
-        for place, (effect, name, _, element) in enumerate(slots):
-            if element == 0:
-                self.offset[effect.slug, name] = place
-        self.lines: list[str] = []
-
-    def module(self) -> str:
-        imports = [
-            line
-            for effect in self.effects
-            for line in (
-                f"from {effect.__module__} import {effect.__name__}",
-                *(
-                    f"{effect.slug}__{hook} = njit({effect.__name__}.{hook})"
-                    for hook in effect.hooks
-                ),
-            )
-        ]
-        numeric = f"types.{self.number}"
-        head = [
-            '"""Power model written out by planner.power.pipeline; not to be edited."""',
-            "from numba import njit, types",
-            "import numpy as np",
-            "from planner.power.kernel_math import SLIDING_SPEED, absolute, larger, sign, smaller",
-            "from planner.power.kernel_math import still",
-            *(["from planner.power import printed"] if self.printed else []),
-            *imports,
-            "",
-            f"SIGNATURE = {numeric}(types.Array(types.float64, 1, 'C'),"
-            f" types.Array({numeric}, 1, 'C'), types.Array(types.float64, 1, 'C'),"
-            f" types.Array(types.float64, 2, 'C'), types.Array({numeric}, 1, 'C'),"
-            f" types.Array({numeric}, 2, 'C'))",
-            "",
-            "@njit(SIGNATURE, cache=True, error_model='numpy')",
-            "def evaluate(row, parameters, body, wheels, account, per_wheel):",
-        ]
-        self._body()
-        return "\n".join([*head, *("    " + line for line in self.lines), ""])
-
-    # The stages, in the order of the physics.
-
-    def _body(self) -> None:
-        self._inputs()
-        spread = self._calls("centre_spread")
-        if not spread:
-            self.lines.append("centre_x = zero; centre_y = zero")
-            self._stages()
-            self.lines.append("return bus_watts")
-            return
-        outer, self.lines = self.lines, []
-        self._stages()
-        self.lines = outer + self._sides(spread, self.lines)
-
+class _Pipeline(KernelWriter):
     def _stages(self) -> None:
         self._forces()
         self._loads_and_rollers()
@@ -166,39 +83,6 @@ class _Writer:
         if self.printed:
             self._printed_motors()
         self._bus_and_supply()
-
-    def _sides(self, spread: list[tuple[str, type[Effect]]], stages: list[str]) -> list[str]:
-        """The stages for each side of an unknown offset: mean of the watts, worst of the limits."""
-        # Sums stand in variables of their own: an array would take longer to compile than the rest.
-        first, after = [], []
-        for column in range(ACCOUNT_LENGTH):
-            here, kept = f"account[{column}]", f"kept_{column}"
-            name = ACCOUNT[column] if column < len(ACCOUNT) else ""
-            worse = "smaller" if name in _LOW else "larger" if name in _HIGH else ""
-            mean = f"{kept} + 0.25 * {here}"
-            first.append(f"{kept} = zero" if not worse else f"{kept} = {here} + zero")
-            after.append(f"{kept} = {worse}({kept}, {here})" if worse else f"{kept} = {mean}")
-        return [
-            "spread_x = zero; spread_y = zero",
-            *(
-                line
-                for call, _ in spread
-                for line in (f"dx, dy = {call}", "spread_x += dx; spread_y += dy")
-            ),
-            "sides = 1 if spread_x == 0.0 and spread_y == 0.0 else 4",
-            *(f"kept_{column} = zero" for column in range(ACCOUNT_LENGTH)),
-            "for side in range(sides):",
-            "    centre_x = spread_x if side < 2 else -spread_x",
-            "    centre_y = spread_y if side % 2 == 0 else -spread_y",
-            *("    " + line for line in stages),
-            "    if sides == 1:",
-            "        return bus_watts",
-            "    if side == 0:",
-            *("        " + line for line in first),
-            *("    " + line for line in after),
-            *(f"account[{column}] = kept_{column}" for column in range(ACCOUNT_LENGTH)),
-            "return kept_0",
-        ]
 
     def _inputs(self) -> None:
         put = self.lines.append
@@ -375,7 +259,13 @@ class _Writer:
         put("most_voltage = max(most_voltage, abs(voltage.real))")
         # A data sheet's continuous torque leaves the shaft; the motor's own friction is inside it.
         put("most_torque = max(most_torque, abs(geared_torque.real))")
-        values = ("load", "wheel_speed", "roller_speed", "axis_force", "wheel_torque")
+        values: tuple[str, ...] = (
+            "load",
+            "wheel_speed",
+            "roller_speed",
+            "axis_force",
+            "wheel_torque",
+        )
         values += ("motor_torque", "current", "voltage", "motor_watts")
         for column, value in enumerate(values):
             put(f"per_wheel[i, {column}] = {value}")
@@ -423,48 +313,10 @@ class _Writer:
         put("if slack_high < np.inf:")
         put("    slack = min(slack, 0.5 * (slack_high - slack_low))")
         put("account[0] = bus_watts")
-        written = ("terminal_watts", "shaft_watts", "copper_watts", "driver_watts")
+        written: tuple[str, ...] = ("terminal_watts", "shaft_watts", "copper_watts", "driver_watts")
         written += ("electronics_watts", "least_load", "most_current", "most_voltage")
         written += ("most_torque", "slack / (traction * weight / wheel_count).real")
         for column, name in enumerate(written, start=2):
             put(f"account[{column}] = {name}")
         for column, slug in enumerate(BASE_EFFECTS, start=len(ACCOUNT)):
             put(f"account[{column}] = watts_{slug}")
-
-    # How a hook is called and booked.
-
-    def _book(self, effect: type[Effect], watts: str, indent: str = "") -> None:
-        if effect.slug in BASE_EFFECTS:
-            self.lines.append(f"{indent}watts_{effect.slug} += {watts}")
-
-    def _calls(self, hook: str) -> list[tuple[str, type[Effect]]]:
-        return [
-            (f"{effect.slug}__{hook}({', '.join(self._arguments(effect, hook))})", effect)
-            for effect in self.effects
-            if hook in effect.hooks
-        ]
-
-    def _arguments(self, effect: type[Effect], hook: str) -> list[str]:
-        found = []
-        for name in inspect.signature(effect.hooks[hook]).parameters:
-            if name in effect.parameters:
-                found.append(self._parameter(effect, name))
-            elif name in INDEX:
-                found.append(f"row[{INDEX[name]}]")
-            else:
-                assert name in HOOKS[hook].reads
-                found.append(name)
-        return found
-
-    def _parameter(self, effect: type[Effect], name: str) -> str:
-        start = self.offset[effect.slug, name]
-        parameter = effect.parameters[name]
-        if parameter.per == "wheel":
-            return f"(parameters[{start} + i] - mean_{effect.slug}_{name})"
-        if parameter.per == "surface":
-            label = f"row[{INDEX['surface']}]"
-            return (
-                f"(parameters[{start} + int({label})] if 0.0 <= {label} < {self.surface_count}"
-                f" else zero + {parameter.null!r})"
-            )
-        return f"parameters[{start}]"
