@@ -17,10 +17,12 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from planner.errors import VehicleError
 from planner.power.catalogue import all_effects
 from planner.power.effect import Parameter
-from planner.power.kinematics import WheelLayout, mecanum, omni
+from planner.power.kinematics import RIM, WheelLayout, mecanum, omni
 
 VEHICLE_FOLDER = Path(__file__).parent / "vehicles"
 
@@ -189,7 +191,8 @@ class _Reader:
             self._refuse_unknown(self._table(table), known, f"[{table}] ")
         for (table, key), (slug, parameter) in _EFFECT_KEYS.items():
             self._base_parameter(table, key, slug, parameter)
-        active = self._effects()
+        layout = self._layout()
+        active = self._effects(layout.wheel_count)
         body = {key: self._number("body", key) for key, *_ in _NUMBERS["body"]}
         return Vehicle(
             name=str(self.document.get("name", Path(self.place).stem)),
@@ -198,7 +201,7 @@ class _Reader:
             length=body["length"],
             width=body["width"],
             com_height=body["com_height"],
-            layout=self._layout(),
+            layout=layout,
             gear_ratio=self._number("drive", "gear_ratio"),
             traction=self._number("contact", "traction"),
             limits=Limits(**{key: self._number("limits", key) for key, *_ in _NUMBERS["limits"]}),
@@ -230,14 +233,7 @@ class _Reader:
 
     def _value(self, place: str, raw: Any, unit: str, low: float, high: float) -> float:
         if isinstance(raw, dict):
-            self._refuse_unknown(raw, {"value", "unit", "source"}, place + " ")
-            given = str(raw.get("unit", unit))
-            if given != unit:
-                raise VehicleError(
-                    f"{self.place} {place}", "unit is not SI", value=given, accepted=unit
-                )
-            if "source" in raw:
-                self.sources[place] = str(raw["source"])
+            self._described(place, raw, unit)
             raw = raw.get("value")
         number = isinstance(raw, int | float) and not isinstance(raw, bool)
         if not number or not low <= float(raw) <= high:
@@ -248,6 +244,16 @@ class _Reader:
                 accepted=f"{low:g} to {high:g} {unit}",
             )
         return float(raw)
+
+    def _described(self, place: str, raw: dict[str, Any], unit: str) -> None:
+        self._refuse_unknown(raw, {"value", "unit", "source"}, place + " ")
+        given = str(raw.get("unit", unit))
+        if given != unit:
+            raise VehicleError(
+                f"{self.place} {place}", "unit is not the SI one", value=given, accepted=unit
+            )
+        if "source" in raw:
+            self.sources[place] = str(raw["source"])
 
     def _number(self, table: str, key: str) -> float:
         unit, default, low, high = next(row[1:] for row in _NUMBERS[table] if row[0] == key)
@@ -273,7 +279,7 @@ class _Reader:
             value = self._value(f"{table}.{key}", raw, parameter.unit, *parameter.bounds)
         self.parameters.setdefault(slug, {})[name] = value
 
-    def _effects(self) -> tuple[str, ...]:
+    def _effects(self, wheels: int) -> tuple[str, ...]:
         effects = dict(self._table("effects"))
         named = effects.pop("active", [])
         catalogue = all_effects()
@@ -288,7 +294,7 @@ class _Reader:
             self._refuse_unknown(table, set(declared), f"[effects.{slug}] ")
             for key, raw in table.items():
                 self.parameters.setdefault(slug, {})[key] = self._effect_value(
-                    f"effects.{slug}.{key}", raw, declared[key]
+                    f"effects.{slug}.{key}", raw, declared[key], wheels
                 )
         if not isinstance(named, list) or not set(map(str, named)) <= set(catalogue):
             wrong = [n for n in named if n not in catalogue] if isinstance(named, list) else named
@@ -300,8 +306,15 @@ class _Reader:
             )
         return tuple(s for s, e in catalogue.items() if e.base or s in named)
 
-    def _effect_value(self, place: str, raw: Any, parameter: Parameter) -> Any:
+    def _effect_value(self, place: str, raw: Any, parameter: Parameter, wheels: int) -> Any:
         if parameter.per == "wheel" and isinstance(raw, list):
+            if len(raw) != wheels:
+                raise VehicleError(
+                    f"{self.place} {place}",
+                    "not one value a wheel",
+                    value=raw,
+                    accepted=f"a list of {wheels} numbers in {parameter.unit}",
+                )
             return [self._value(place, v, parameter.unit, *parameter.bounds) for v in raw]
         if parameter.per == "surface" and isinstance(raw, dict):
             return {
@@ -311,6 +324,18 @@ class _Reader:
         return self._value(place, raw, parameter.unit, *parameter.bounds)
 
     def _layout(self) -> WheelLayout:
+        layout = self._wheels()
+        # Axle forces that cannot push and turn the body in every direction leave it adrift.
+        if np.linalg.matrix_rank(layout.table[:, RIM : RIM + 3], tol=1e-6) < 3:
+            raise VehicleError(
+                f"{self.place} [wheels]",
+                "the wheels cannot move the robot in every direction",
+                value=self._table("wheels"),
+                accepted="wheels and rollers that together act along x, along y and about z",
+            )
+        return layout
+
+    def _wheels(self) -> WheelLayout:
         wheels = self._table("wheels")
         kind = wheels.get("layout", "mecanum")
         radius = self._number("wheels", "radius")
@@ -325,6 +350,7 @@ class _Reader:
         if kind == "omni":
             raw = wheels.get("angles")
             if isinstance(raw, dict):
+                self._described("wheels.angles", raw, "rad")
                 raw = raw.get("value")
             if not isinstance(raw, list) or len(raw) < 3:
                 raise VehicleError(
