@@ -69,7 +69,8 @@ def drive(
     track = lay_track(
         field,
         list(legs),
-        spacing=spacing,
+        # The speed's grid needs some way to change by one level.
+        spacing=max(spacing, 0.06 * vehicle.limits.speed**2 / vehicle.limits.acceleration),
         speed=vehicle.limits.speed,
         acceleration=vehicle.limits.acceleration,
     )
@@ -93,7 +94,9 @@ def drive(
     if speeds is None:
         x, y = track.points[broken_at]
         return Stuck(float(x), float(y), "no speed keeps to all limits")
-    motion = assemble(field, track, yaw, speeds, vehicle.limits.yaw_rate)
+    motion = assemble(
+        field, track, yaw, speeds, yaw_rate=vehicle.limits.yaw_rate, spacing=spacing
+    )
     return price(field, around, motion, charge=charge)
 
 

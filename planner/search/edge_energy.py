@@ -30,6 +30,7 @@ from planner.terrain.heightmap import interpolate
 
 Array = NDArray[np.float64]
 LEVELS = 21
+_WHEEL_COLUMNS = len(PER_WHEEL)
 REACH = 7
 """Largest change of level between stations."""
 
@@ -41,6 +42,7 @@ _VX, _VY, _WZ = INDEX["vx"], INDEX["vy"], INDEX["wz"]
 _AX, _AY, _YAW_ACCELERATION = INDEX["ax"], INDEX["ay"], INDEX["yaw_acceleration"]
 _SLOPE_RATE, _ODOMETER = INDEX["slope_rate"], INDEX["odometer"]
 _TIME = INDEX["time_since_start"]
+_GX, _GY, _GN = INDEX["gravity_x"], INDEX["gravity_y"], INDEX["gravity_normal"]
 # Gauss-Legendre nodes and weights on [0, 1], exact for cubics and for quintics.
 _TWO = ((0.5 - math.sqrt(3) / 6, 0.5), (0.5 + math.sqrt(3) / 6, 0.5))
 _THREE = (
@@ -95,7 +97,7 @@ def _ramp_cost(
 ) -> float:
     """Cost of one step between two speeds; infinity where a limit is broken."""
     acceleration = (speed_b * speed_b - speed_a * speed_a) / (2.0 * surface)
-    if abs(acceleration) > most_acceleration:
+    if abs(acceleration) > most_acceleration * (1.0 + 1e-6):
         return np.inf
     time = 2.0 * surface / (speed_a + speed_b)
     if abs(turn) > limits[6] * time * (1.0 + 1e-6):
@@ -150,7 +152,7 @@ def _speeds(
     objective: int,
 ) -> Any:
     account = np.empty(ACCOUNT_LENGTH)
-    per_wheel = np.empty((wheels.shape[0], len(PER_WHEEL)))
+    per_wheel = np.empty((wheels.shape[0], _WHEEL_COLUMNS))
     steps = lengths.shape[0]
     cost = np.full((steps + 1, LEVELS), np.inf)
     came = np.full((steps + 1, LEVELS), -1, np.int64)
@@ -273,9 +275,23 @@ def speed_programme(
 
 
 def assemble(
-    field: CostField, track: Track, yaw: YawProfile, speeds: Array, yaw_rate: float
+    field: CostField,
+    track: Track,
+    yaw: YawProfile,
+    speeds: Array,
+    *,
+    yaw_rate: float,
+    spacing: float,
 ) -> Motion:
-    """Put stations, yaw and speed into time; a turn on the spot ramps its yaw rate up and down."""
+    """Put stations, yaw and speed into time; a turn on the spot ramps its yaw rate up and down.
+
+    Args:
+        field: map.
+        track, yaw, speeds: stations, and yaw and speed there.
+        yaw_rate: rad/s of a turn on the spot.
+        spacing: m, largest distance of the motion's own stations.
+    """
+    track, yaw, speeds = _closer(track, yaw, speeds, spacing)
     heights, _ = sample_surface(field, track.points)
     surface = np.hypot(track.lengths, np.diff(heights))
     out: dict[str, list[float]] = {k: [] for k in ("x", "y", "z", "yaw", "t", "v", "k", "a")}
@@ -305,6 +321,45 @@ def assemble(
     return Motion(
         *(np.array(out[k]) for k in ("x", "y", "z", "yaw", "t", "v", "k", "a")),
     )
+
+
+def _closer(
+    track: Track, yaw: YawProfile, speeds: Array, spacing: float
+) -> tuple[Track, YawProfile, Array]:
+    """The same motion with stations no further apart than ``spacing``."""
+    counts = np.maximum(1, np.ceil(track.lengths / spacing - 1e-9)).astype(np.int64)
+    if (counts == 1).all():
+        return track, yaw, speeds
+    step = np.repeat(np.arange(len(counts)), counts)
+    share = np.concatenate([np.arange(1, count + 1) / count for count in counts])
+    last = share == 1.0
+
+    def spread(before: Array, after: Array) -> Array:
+        return np.concatenate([before[:1], before[step] + (after[step] - before[step]) * share])
+
+    points = np.vstack(
+        [
+            track.points[:1],
+            track.points[step] + (track.points[step + 1] - track.points[step]) * share[:, None],
+        ]
+    )
+    arriving = spread(yaw.leaving[:-1], yaw.arriving[1:])
+    arriving[0] = yaw.arriving[0]
+    leaving = arriving.copy()
+    leaving[0] = yaw.leaving[0]
+    leaving[1:][last] = yaw.leaving[1:]
+    stops = np.concatenate([track.stops[:1], last & track.stops[step + 1]])
+    closer = Track(
+        points,
+        track.directions[step],
+        track.lengths[step] / counts[step],
+        track.curvatures[step],
+        stops,
+        track.marks,
+    )
+    # Acceleration is constant on a step, so it is the squared speed that is even in distance.
+    squared = spread(speeds[:-1] ** 2, speeds[1:] ** 2)
+    return closer, YawProfile(arriving, leaving, yaw.cost), np.sqrt(squared)
 
 
 def _turn_on_the_spot(spin: float, rate: float) -> list[tuple[float, float, float]]:
@@ -409,16 +464,15 @@ def _motion_rows(field: Any, motion: Any, class_rows: Any, wind: Any, pieces: An
                 n += 1
         odometer += surface
     # How fast the slope changes, from the samples on either side.
-    gx, gy = INDEX["gravity_x"], INDEX["gravity_y"]
     for n in range(total):
         a, b = max(0, n - 1), min(total - 1, n + 1)
         apart = rows[b, _TIME] - rows[a, _TIME]
         if apart > 1e-9 and owner[a] + 1 >= owner[b]:
-            lean = math.sqrt(rows[a, gx] ** 2 + rows[a, gy] ** 2)
+            lean = math.sqrt(rows[a, _GX] ** 2 + rows[a, _GY] ** 2)
             rows[n, _SLOPE_RATE] = (
-                abs(math.sqrt(rows[b, gx] ** 2 + rows[b, gy] ** 2) - lean)
+                abs(math.sqrt(rows[b, _GX] ** 2 + rows[b, _GY] ** 2) - lean)
                 / apart
-                / rows[n, INDEX["gravity_normal"]]
+                / rows[n, _GN]
             )
     return rows, seconds, owner
 

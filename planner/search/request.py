@@ -226,8 +226,14 @@ class PlanRequest(_Part):
             raise _too_deep() from None
 
     @classmethod
-    def from_text(cls, text: str | bytes) -> PlanRequest:
+    def from_text(
+        cls, text: str | bytes, overrides: Mapping[str, Any] | None = None
+    ) -> PlanRequest:
         """Check a request given as JSON text.
+
+        Args:
+            text: one JSON object, UTF-8.
+            overrides: fields that replace those of the text.
 
         Raises:
             RequestError: not JSON, a field given twice, or a field that cannot be used.
@@ -254,7 +260,15 @@ class PlanRequest(_Part):
             ) from None
         except RecursionError:
             raise _too_deep() from None
+        if overrides and isinstance(document, dict):
+            document = _override(document, overrides)
         return cls.from_json(document)
+
+
+def _override(document: dict[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
+    """A vehicle given over a model, or the other way round, replaces it."""
+    replaced = {"vehicle", "model"} if {"vehicle", "model"} & overrides.keys() else set()
+    return {k: v for k, v in document.items() if k not in replaced} | dict(overrides)
 
 
 def _too_deep() -> RequestError:

@@ -21,6 +21,8 @@ from planner.search.ground import CostField, polyline_cost
 Array = NDArray[np.float64]
 ARC_STEP = math.radians(8.0)
 """Largest change of direction between two chords of an arc."""
+TIGHTEST = 0.06
+"""Smallest radius as a share of the one for full speed; below it the robot stops to turn."""
 STRAIGHT = math.radians(0.5)
 """Changes of direction below this one need no arc: the tyres' creep takes them."""
 
@@ -67,7 +69,7 @@ def lay_track(
     curvatures: list[float] = []
     stops = [True]
     marks = [0]
-    deviation = min(0.5, max(0.05, 0.25 * min(field.dx, field.dy)))
+    deviation = min(0.5, max(0.15, 0.5 * min(field.dx, field.dy)))
     radius = speed * speed / acceleration
     ramp = radius / 2.0  # distance to reach full speed, v²/2a
     for leg in legs:
@@ -132,10 +134,13 @@ def _arc(
     if abs(turn) <= STRAIGHT or half > math.radians(85.0):
         return None
     # Tangent length R·tan(half) must fit the pieces; the arc passes R·(1/cos(half) - 1) inside.
+    full = radius
     radius = min(radius, room / math.tan(half), deviation / (1.0 / math.cos(half) - 1.0))
     side = math.copysign(1.0, turn)
     count = max(1, math.ceil(abs(turn) / ARC_STEP))
     for _ in range(4):
+        if radius < TIGHTEST * full:
+            return None
         tangent = radius * math.tan(half)
         begin = corner - tangent * np.array([math.cos(direction), math.sin(direction)])
         centre = begin + side * radius * np.array([-math.sin(direction), math.cos(direction)])
@@ -157,13 +162,13 @@ def _stations(
         return end[None, :]
     count = max(1, math.ceil(length / spacing - 1e-9))
     at = length * np.arange(1, count + 1) / count
-    fine = ramp * np.array([0.03, 0.1, 0.2, 0.35, 0.5, 0.7, 0.85, 1.0, 1.3])
+    fine = ramp * np.array([0.05, 0.15, 0.3, 0.5, 0.75, 1.0, 1.3])
     if near_start:
         at = np.concatenate([at, fine])
     if near_end:
         at = np.concatenate([at, length - fine])
     at = np.unique(np.round(at[(at > 1e-6) & (at <= length)], 9))
-    keep = np.diff(at, append=np.inf) > 0.25 * min(spacing, 0.1 * ramp)
+    keep = np.diff(at, prepend=0.0) >= 0.045 * ramp
     keep[-1] = True
     at = at[keep]
     at[-1] = length

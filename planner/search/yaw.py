@@ -32,12 +32,13 @@ STATES = 64
 WINDOW = 8
 """Largest change of the angle to the travel between knots, in states (45°)."""
 MOST_KNOTS = 240
+_WHEEL_COLUMNS = len(PER_WHEEL)
 
 _F1 = types.Array(types.float64, 1, "C")
 _F2 = types.Array(types.float64, 2, "C")
 _I1 = types.Array(types.int64, 1, "C")
 _B2 = types.Array(types.boolean, 2, "C")
-_WZ = INDEX["wz"]
+_VX, _VY, _WZ = INDEX["vx"], INDEX["vy"], INDEX["wz"]
 _WIND_X, _WIND_Y = INDEX["wind_x"], INDEX["wind_y"]
 
 
@@ -83,7 +84,7 @@ def _step_cost(
 ) -> float:
     """Cost of one straight step during which the body turns by ``turn``; infinity if impossible."""
     stretch = set_motion(row, slope_x, slope_y, yaw, direction, 1.0)
-    vx, vy = row[INDEX_VX], row[INDEX_VY]
+    vx, vy = row[_VX], row[_VY]
     set_wind(row, wind, yaw)
     surface = length * stretch
     speed = limits[0]
@@ -92,7 +93,7 @@ def _step_cost(
     best = np.inf
     for _ in range(7):
         time = surface / speed
-        row[INDEX_VX], row[INDEX_VY] = vx * speed, vy * speed
+        row[_VX], row[_VY] = vx * speed, vy * speed
         row[_WZ] = turn / time
         watts = kernel(row, parameters, body, wheels, account, per_wheel)
         if broken_limit(account, limits) < 0:
@@ -105,14 +106,11 @@ def _step_cost(
     return best
 
 
-INDEX_VX, INDEX_VY = INDEX["vx"], INDEX["vy"]
-
-
 @njit(
     types.Tuple((_I1, types.float64))(
         *(KERNEL, _F1, _F1, _F2, _F2, _F1, _F1, types.int64),
-        *(_I1, _F1, _F1, _F1, _F1, _I1),  # knots, knot directions, steps: direction, length, slopes
-        *(_F1, _B2, _F2, types.float64, types.float64, types.float64),
+        *(_I1, _F1, _F1, _F1, _F1, _F1, _I1),  # knots and their directions; steps
+        *(_B2, _F2, types.float64, types.float64, types.float64),
     ),
     cache=True,
     error_model="numpy",
@@ -131,8 +129,8 @@ def _programme(
     directions: Any,
     lengths: Any,
     slope_x: Any,
-    ground: Any,
     slope_y: Any,
+    ground: Any,
     free: Any,
     spin_cost: Any,
     stop_cost: float,
@@ -140,7 +138,7 @@ def _programme(
     goal_yaw: float,
 ) -> Any:
     account = np.empty(ACCOUNT_LENGTH)
-    per_wheel = np.empty((wheels.shape[0], len(PER_WHEEL)))
+    per_wheel = np.empty((wheels.shape[0], _WHEEL_COLUMNS))
     rows = class_rows.copy()
     count = knots.shape[0]
     width = 2.0 * math.pi / STATES
@@ -303,8 +301,8 @@ def yaw_programme(
         track.directions,
         track.lengths,
         np.ascontiguousarray(slopes[:, 0]),
-        grounds,
         np.ascontiguousarray(slopes[:, 1]),
+        grounds,
         free,
         spin,
         stop,
