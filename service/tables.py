@@ -1,0 +1,158 @@
+"""A ROUTE.json document as tables for a terminal: the comparison and the energy account."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+# Energy that goes in and comes out again: signed, and no loss.
+EXCHANGE = ("gravity", "inertia")
+
+Document = Mapping[str, Any]
+
+
+def joules(value: float) -> str:
+    """Energy with a unit that keeps three to five digits: 812 J, 12.3 kJ, 1.24 MJ."""
+    for scale, unit in ((1e6, "MJ"), (1e3, "kJ")):
+        if abs(value) >= 10 * scale or (scale == 1e6 and abs(value) >= scale):
+            return f"{value / scale:,.2f} {unit}"
+    return f"{value:,.0f} J" if abs(value) >= 1000 else f"{value:.1f} J"
+
+
+def seconds(value: float) -> str:
+    """A duration as a person says it: 42.0 s, 3 min 05 s, 2 h 14 min."""
+    if value < 60:
+        return f"{value:.1f} s"
+    minutes, rest = divmod(round(value), 60)
+    if minutes < 60:
+        return f"{minutes} min {rest:02d} s"
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours} h {minutes:02d} min"
+
+
+def metres(value: float) -> str:
+    """A length: 12.30 m, 1,204 m."""
+    return f"{value:.2f} m" if value < 100 else f"{value:,.0f} m"
+
+
+def extra_cost(energy: float, best: float) -> str:
+    """How a baseline's energy compares with the route's."""
+    if best <= 0:
+        return f"costs {joules(energy - best)} more"
+    share = energy / best - 1
+    if share < 0.0005:
+        return "costs the same"
+    return f"costs {100 * share:.{0 if share >= 0.1 else 1}f} % more"
+
+
+def compared(document: Document) -> Iterator[tuple[str, Document]]:
+    """The best route, its alternatives and the baselines, each with what to call it."""
+    for number, route in enumerate(document["routes"]):
+        yield ("route" if number == 0 else f"alternative {number}"), route
+    for name, route in document.get("baselines", {}).items():
+        yield name, route
+
+
+def comparison(document: Document, title: str | None = None) -> Table:
+    """Energy, length and duration of every route in the document."""
+    objective = document["planner"].get("objective", "energy")
+    table = Table(title=title, title_justify="left", header_style="bold")
+    table.add_column("")
+    for heading in ("energy", "", "length", "duration", "mean power"):
+        table.add_column(heading, justify="right")
+    best = document["routes"][0]["energy_j"]
+    for number, (name, route) in enumerate(compared(document)):
+        energy, duration = route["energy_j"], route["duration_s"]
+        table.add_row(
+            f"{name} (least {objective})" if number == 0 else name,
+            joules(energy),
+            "" if number == 0 else extra_cost(energy, best),
+            metres(route["length_m"]),
+            seconds(duration),
+            f"{energy / duration:.1f} W" if duration > 0 else "",
+            style="bold" if number == 0 else "",
+        )
+    return table
+
+
+def account(document: Document, titles: Mapping[str, str] | None = None) -> Table:
+    """Energy by physical effect, for the route and its baselines, largest first.
+
+    Args:
+        document: ROUTE.json.
+        titles: what to call an effect, by slug; the slug itself where it is missing.
+    """
+    routes = [(n, r) for n, r in compared(document) if r.get("breakdown_j")]
+    table = Table(header_style="bold", show_footer=True)
+    table.add_column("where the energy goes", footer="all")
+    best = routes[0][1]
+    total = best["energy_j"]
+    table.add_column("route", footer=joules(total), justify="right")
+    table.add_column("share", footer="100 %", justify="right")
+    for name, route in routes[1:]:
+        table.add_column(name, footer=joules(route["energy_j"]), justify="right")
+    slugs = sorted(best["breakdown_j"], key=lambda s: -abs(best["breakdown_j"][s]))
+    for slug in sorted(slugs, key=lambda s: s in EXCHANGE):
+        name = (titles or {}).get(slug, slug)
+        value = best["breakdown_j"][slug]
+        cells = [joules(value), f"{100 * value / total:.1f} %" if total else ""]
+        cells += [joules(route["breakdown_j"].get(slug, 0.0)) for _, route in routes[1:]]
+        exchange = slug in EXCHANGE
+        table.add_row(
+            f"{name} (exchange)" if exchange else name, *cells, style="dim" if exchange else ""
+        )
+    return table
+
+
+def remarks(document: Document) -> Iterator[str]:
+    """The battery, how good the route is known to be, what the model leaves open."""
+    best = document["routes"][0]
+    low, high = best["energy_interval_j"]
+    yield f"Energy is known to {joules(low)} … {joules(high)} from the parameters' uncertainty."
+    yield (
+        f"No feasible route of this motion model costs less than {joules(best['lower_bound_j'])}; "
+        f"the gap is {100 * best['gap']:.1f} % of the dissipated energy."
+    )
+    battery = best.get("battery")
+    if battery and battery.get("share") is not None:
+        fits = "fits" if battery.get("fits", True) else "DOES NOT FIT"
+        yield f"The battery gives {100 * battery['share']:.1f} % of its charge: the route {fits}."
+    yield from document.get("warnings", ())
+
+
+def report(document: Document, titles: Mapping[str, str] | None = None) -> RenderableType:
+    """All that `joulepath plan` says about an answer."""
+    if document["status"] != "ok":
+        return Text(f"No route: {document.get('reason')}")
+    lines = [Text(remark) for remark in remarks(document)]
+    return Group(comparison(document), account(document, titles), *lines)
+
+
+def catalogue(entries: list[dict[str, Any]], columns: Mapping[str, str], title: str) -> Table:
+    """A catalogue as a table.
+
+    Args:
+        entries: objects that have a ``name``.
+        columns: key in an entry -> heading.
+        title: above the table.
+    """
+    table = Table(title=title, title_justify="left", header_style="bold")
+    for heading in columns.values():
+        table.add_column(heading)
+    for entry in entries:
+        table.add_row(*(_cell(entry.get(key)) for key in columns))
+    return table
+
+
+def _cell(value: Any) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "yes" if value else ""
+    if isinstance(value, list | tuple):
+        return ", ".join(_cell(item) for item in value)
+    return f"{value:g}" if isinstance(value, float) else str(value)
