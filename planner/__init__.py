@@ -1,6 +1,6 @@
 """joulepath: routes that cost a wheeled robot least energy, with the account by physical effect.
 
-    from planner import plan_route
+from planner import plan_route
 """
 
 from __future__ import annotations

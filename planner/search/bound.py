@@ -17,8 +17,8 @@ import math
 
 import numpy as np
 
-from planner.power.kinematics import RIM
 from planner.power.kernel_math import SLIDING_SPEED
+from planner.power.kinematics import RIM
 from planner.power.model import PowerModel
 from planner.power.pipeline import REST_SPEED
 from planner.quantities import INDEX, STANDARD_GRAVITY
@@ -27,9 +27,7 @@ from planner.search.conditions import Circumstances
 SAMPLES = 720
 
 
-def lower_bound(
-    around: Circumstances, distance: float, climb: float, steepest: float
-) -> float:
+def lower_bound(around: Circumstances, distance: float, climb: float, steepest: float) -> float:
     """J that every route needs at least.
 
     Args:

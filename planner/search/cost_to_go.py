@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 from planner.search.ground import (
     ALL_YAWS,
     CostField,
-    cost_for_best_yaw,
     masked_cost,
     segment_cost,
     wind_cost,
 )
+from planner.search.steady import cost_for_best_yaw
 
 _GENERATORS = {
     8: ((1, 0), (1, 1)),
@@ -75,9 +75,7 @@ def move_cost(field: Any, j: int, i: int, dj: int, di: int, dx: float, dy: float
         if mask == ALL_YAWS:
             cost = cost_for_best_yaw(field.best, field.limit, ground, azimuth, steepness)
         else:
-            cost = masked_cost(
-                field, ground, mask, direction, azimuth, steepness, 0.0, 0.0, False
-            )
+            cost = masked_cost(field, ground, mask, direction, azimuth, steepness, 0.0, 0.0, False)
         if cost == np.inf:
             return np.inf
         if field.factor.shape[0] > 1:
@@ -132,7 +130,13 @@ def _surrounding(field: Any, x: float, y: float) -> tuple[int, int, int, int]:
 
 @njit(cache=True, error_model="numpy")
 def _solve(
-    field: Any, moves: Any, goal_x: float, goal_y: float, start_x: float, start_y: float, whole: bool
+    field: Any,
+    moves: Any,
+    goal_x: float,
+    goal_y: float,
+    start_x: float,
+    start_y: float,
+    whole: bool,
 ) -> Any:
     ny, nx = field.heights.shape
     values = np.full((ny, nx), np.inf)
@@ -255,6 +259,7 @@ def grid_path(
         return None if math.isinf(direct) else np.array([start, goal], float)
     nodes = _descend(field, offsets, values, *entry)
     inner = np.column_stack([field.x0 + nodes[:, 0] * field.dx, field.y0 + nodes[:, 1] * field.dy])
-    path = np.vstack([start, inner, goal])
+    path: NDArray[np.float64] = np.vstack([start, inner, goal])
     apart = np.hypot(*np.diff(path, axis=0).T) > 1e-9
-    return path[np.concatenate([[True], apart])]
+    kept: NDArray[np.float64] = path[np.concatenate([[True], apart])]
+    return kept

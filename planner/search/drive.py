@@ -1,6 +1,6 @@
 """From a path to a route that a robot drives: corners, yaw, speed, energy, in this order.
 
-    route = drive(ground, field, around, legs, yaws, ...)      # a Route, or a Stuck that says where
+route = drive(ground, field, around, legs, yaws, ...)      # a Route, or a Stuck that says where
 """
 
 from __future__ import annotations
@@ -94,9 +94,7 @@ def drive(
     if speeds is None:
         x, y = track.points[broken_at]
         return Stuck(float(x), float(y), "no speed keeps to all limits")
-    motion = assemble(
-        field, track, yaw, speeds, yaw_rate=vehicle.limits.yaw_rate, spacing=spacing
-    )
+    motion = assemble(field, track, yaw, speeds, yaw_rate=vehicle.limits.yaw_rate, spacing=spacing)
     return price(field, around, motion, charge=charge)
 
 
@@ -105,7 +103,8 @@ def ground_classes(field: CostField, points: Array) -> NDArray[np.int64]:
     ny, nx = field.ground.shape
     i = np.clip(np.floor((points[:, 0] - field.x0) / field.dx + 0.5).astype(int), 0, nx - 1)
     j = np.clip(np.floor((points[:, 1] - field.y0) / field.dy + 0.5).astype(int), 0, ny - 1)
-    return field.ground[j, i].astype(np.int64)
+    classes: NDArray[np.int64] = field.ground[j, i].astype(np.int64)
+    return classes
 
 
 def _yaw_through(
@@ -121,7 +120,9 @@ def _yaw_through(
     fixed = [k for k, yaw in enumerate(yaws) if yaw is not None and 0 < k < len(yaws) - 1]
     cuts = [0, *(track.marks[k] for k in fixed), len(track.points) - 1]
     wanted = [yaws[0], *(yaws[k] for k in fixed), yaws[-1]]
-    arriving, leaving, cost = [], [], 0.0
+    arriving: list[Array] = []
+    leaving: list[Array] = []
+    cost = 0.0
     for part, (a, b) in enumerate(zip(cuts[:-1], cuts[1:], strict=True)):
         piece = Track(
             track.points[a : b + 1],
@@ -193,7 +194,9 @@ def price(
     bound = min(energy, lower_bound(around, distance, climb, float(field.limit.max())))
     dissipated = energy - around.mass * STANDARD_GRAVITY * climb
     half = 1.96 * _standard_deviation(around, rows, seconds)
-    surface = np.sqrt(np.diff(motion.x) ** 2 + np.diff(motion.y) ** 2 + np.diff(motion.heights) ** 2)
+    surface = np.sqrt(
+        np.diff(motion.x) ** 2 + np.diff(motion.y) ** 2 + np.diff(motion.heights) ** 2
+    )
     return Route(
         energy_j=energy,
         lower_bound_j=bound,

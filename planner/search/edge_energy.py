@@ -124,10 +124,10 @@ def _ramp_cost(
 
 
 @njit(
-    types.Tuple((_F1, types.float64))(
+    types.float64(
         *(KERNEL, _F1, _F1, _F2, _F2, _F1, _F1),
         *(_F1, _F1, _F1, _F2, _F1, _F1, _I1, _B1),
-        *(types.float64, types.int64),
+        *(types.float64, types.int64, _F1),
     ),
     cache=True,
     error_model="numpy",
@@ -150,7 +150,9 @@ def _speeds(
     stops: Any,
     most_acceleration: float,
     objective: int,
+    speeds: Any,
 ) -> Any:
+    """Cost of the best speeds; without any, speeds[0] is the station where none leads on."""
     account = np.empty(ACCOUNT_LENGTH)
     per_wheel = np.empty((wheels.shape[0], _WHEEL_COLUMNS))
     steps = lengths.shape[0]
@@ -199,7 +201,6 @@ def _speeds(
                 if c < cost[j + 1, b]:
                     cost[j + 1, b] = c
                     came[j + 1, b] = a
-    speeds = np.zeros(steps + 1)
     best = cost[steps, 0]
     if best < np.inf:
         q = 0
@@ -207,13 +208,12 @@ def _speeds(
             speeds[j] = level[q]
             q = came[j, q]
     else:
-        # Tell how far the motion came, so that the caller can say where it broke off.
         furthest = 0
         for j in range(steps + 1):
             if cost[j].min() < np.inf:
                 furthest = j
         speeds[0] = furthest
-    return speeds, best
+    return best
 
 
 @dataclass(frozen=True)
@@ -250,7 +250,8 @@ def speed_programme(
     """Speed (n,) at every station, or None and the station where no speed leads further."""
     stops = track.stops | (np.abs(yaw.leaving - yaw.arriving) > 1e-9)
     turns = yaw.arriving[1:] - yaw.leaving[:-1]
-    speeds, cost = _speeds(
+    speeds = np.zeros(len(track.points))
+    cost = _speeds(
         model.kernel,
         model.parameters,
         model.body,
@@ -268,6 +269,7 @@ def speed_programme(
         stops,
         model.vehicle.limits.acceleration,
         objective,
+        speeds,
     )
     if not math.isfinite(cost):
         return None, int(speeds[0])
@@ -470,9 +472,7 @@ def _motion_rows(field: Any, motion: Any, class_rows: Any, wind: Any, pieces: An
         if apart > 1e-9 and owner[a] + 1 >= owner[b]:
             lean = math.sqrt(rows[a, _GX] ** 2 + rows[a, _GY] ** 2)
             rows[n, _SLOPE_RATE] = (
-                abs(math.sqrt(rows[b, _GX] ** 2 + rows[b, _GY] ** 2) - lean)
-                / apart
-                / rows[n, _GN]
+                abs(math.sqrt(rows[b, _GX] ** 2 + rows[b, _GY] ** 2) - lean) / apart / rows[n, _GN]
             )
     return rows, seconds, owner
 

@@ -39,7 +39,7 @@ def check_place(
         )
     j, i = _node(field, x, y)
     if ground.blocked[j, i]:
-        what = why_blocked(terrain, ground.step_height, j, i)
+        what = why_blocked(terrain, ground.step_height, j, i) or "edge"
         article = {"obstacle": "on an obstacle", "hole": "on a hole (height unknown)"}
         raise RequestError(
             name,
@@ -120,7 +120,7 @@ def _blocking(
     for x, y in points:
         j, i = _node(field, x, y)
         if ground.blocked[j, i]:
-            what = why_blocked(ground.terrain, ground.step_height, j, i)
+            what = why_blocked(ground.terrain, ground.step_height, j, i) or "edge"
             return f"an {what}" if what[0] in "aeiou" else f"a {what}", x, y
         if ground.mask[j, i] != ALL_YAWS and narrow is None:
             needed = 2.0 * ground.half_width

@@ -142,9 +142,7 @@ class Tube:
 
     def cost(self, a0: float, a1: float, b0: float, b1: float) -> float:
         """Cost of a motion that is straight in the strip, driven in chords."""
-        return float(
-            _tube_cost(self.field, self.line, self.spacing, a0, a1, b0, b1, self.chord)
-        )
+        return float(_tube_cost(self.field, self.line, self.spacing, a0, a1, b0, b1, self.chord))
 
     def valid(self, a0: float, a1: float) -> bool:
         """Whether any direction can be driven there."""
@@ -176,20 +174,20 @@ class DissipatedEnergy(ob.OptimizationObjective):  # type: ignore[misc]
         self.plane = plane
         self.evaluations = 0
 
-    def stateCost(self, _state: Any) -> Any:  # noqa: N802 - OMPL's name
+    def stateCost(self, _state: Any) -> Any:
         """Being somewhere costs nothing."""
         return ob.Cost(0.0)
 
-    def motionCost(self, a: Any, b: Any) -> Any:  # noqa: N802
+    def motionCost(self, a: Any, b: Any) -> Any:
         """Cost of the straight motion."""
         self.evaluations += 1
         return ob.Cost(self.plane.cost(a[0], a[1], b[0], b[1]))
 
-    def motionCostHeuristic(self, a: Any, b: Any) -> Any:  # noqa: N802
+    def motionCostHeuristic(self, a: Any, b: Any) -> Any:
         """A lower bound of the motion's cost."""
         return ob.Cost(self.plane.floor(a[0], a[1], b[0], b[1]))
 
-    def isSymmetric(self) -> bool:  # noqa: N802
+    def isSymmetric(self) -> bool:
         """Uphill is not downhill."""
         return False
 
@@ -201,6 +199,6 @@ class Driveable(ob.MotionValidator):  # type: ignore[misc]
         super().__init__(information)
         self.plane = plane
 
-    def checkMotion(self, a: Any, b: Any, *_last: Any) -> bool:  # noqa: N802
+    def checkMotion(self, a: Any, b: Any, *_last: Any) -> bool:
         """Whether the straight motion can be driven."""
         return math.isfinite(self.plane.cost(a[0], a[1], b[0], b[1]))

@@ -74,9 +74,7 @@ def solve(
     information.setup()
     objective = DissipatedEnergy(information, plane)
     problem = ob.ProblemDefinition(information)
-    problem.setStartAndGoalStates(
-        _state(space, plane.start), _state(space, plane.goal), 1e-6
-    )
+    problem.setStartAndGoalStates(_state(space, plane.start), _state(space, plane.goal), 1e-6)
     problem.setOptimizationObjective(objective)
     planner = og.BITstar(information)
     planner.setProblemDefinition(problem)
@@ -97,9 +95,7 @@ def solve(
     if problem.hasExactSolution():
         states = np.array([(s[0], s[1]) for s in problem.getSolutionPath().getStates()])
         path = plane.path(states)
-        cost = sum(
-            plane.cost(*a, *b) for a, b in zip(states[:-1], states[1:], strict=True)
-        )
+        cost = sum(plane.cost(*a, *b) for a, b in zip(states[:-1], states[1:], strict=True))
     return OmplResult(path, cost, asked, objective.evaluations, elapsed)
 
 

@@ -166,7 +166,8 @@ def _plan(run: _Run) -> Answer:
         for other in others.values():
             if other.energy_j < best.energy_j:
                 best = other
-    routes, notes = (best,), list(blank.notes)
+    routes: tuple[Route, ...] = (best,)
+    notes = list(blank.notes)
     if request.alternatives > 1:
         run.step("alternatives", 0.9)
         routes, note = find_alternatives(

@@ -23,7 +23,7 @@ from planner.search.ground import CostField, polyline_cost, segment_cost
 Path = NDArray[np.float64]
 
 KNOT_CELLS = 4.0
-"""Distance of knots in cells: short enough to bend round an obstacle, long enough to stay smooth."""
+"""Distance of knots in cells: bends round an obstacle, stays smooth."""
 BANDS = ((2.0, 5, 5), (0.7, 5, 6), (0.25, 4, 8))
 """Offset step in cells, offsets to each side, largest change of offset between knots."""
 

@@ -78,7 +78,8 @@ class Route:
         """Every pose of the route."""
         names = ("x", "y", "z", "yaw", "t", "speed", "energy_j")
         return [
-            Pose(*map(float, values)) for values in zip(*(self.arrays[n] for n in names), strict=True)
+            Pose(*map(float, values))
+            for values in zip(*(self.arrays[n] for n in names), strict=True)
         ]
 
     @property

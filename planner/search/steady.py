@@ -128,7 +128,7 @@ def _cost_at_speed(
     """Cost per metre along the surface, or infinity where a limit is broken. Row is for 1 m/s."""
     vx, vy = row[_VX], row[_VY]
     row[_VX], row[_VY] = vx * speed, vy * speed
-    watts = kernel(row, parameters, body, wheels, account, per_wheel)
+    watts: float = kernel(row, parameters, body, wheels, account, per_wheel)
     row[_VX], row[_VY] = vx, vy
     if broken_limit(account, limits) >= 0:
         return np.inf

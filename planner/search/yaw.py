@@ -107,10 +107,10 @@ def _step_cost(
 
 
 @njit(
-    types.Tuple((_I1, types.float64))(
+    types.float64(
         *(KERNEL, _F1, _F1, _F2, _F2, _F1, _F1, types.int64),
         *(_I1, _F1, _F1, _F1, _F1, _F1, _I1),  # knots and their directions; steps
-        *(_B2, _F2, types.float64, types.float64, types.float64),
+        *(_B2, _F2, types.float64, types.float64, types.float64, _I1),
     ),
     cache=True,
     error_model="numpy",
@@ -136,7 +136,9 @@ def _programme(
     stop_cost: float,
     start_yaw: float,
     goal_yaw: float,
+    states: Any,
 ) -> Any:
+    """Cost of the best yaw; ``states`` (2·knots,) gets the state before and after each knot."""
     account = np.empty(ACCOUNT_LENGTH)
     per_wheel = np.empty((wheels.shape[0], _WHEEL_COLUMNS))
     rows = class_rows.copy()
@@ -229,14 +231,13 @@ def _programme(
     else:
         at = int(round(wrap(goal_yaw - knot_directions[last]) / width)) % STATES
         best = cost[last, at]
-    states = np.full(2 * count, -1, np.int64)
     if best < np.inf:
         for k in range(last, -1, -1):
             states[2 * k + 1] = at
             at = spun[k, at]
             states[2 * k] = at
             at = came[k, at]
-    return states, best
+    return best
 
 
 @dataclass(frozen=True)
@@ -287,7 +288,8 @@ def yaw_programme(
     free, spin, stop = _free_and_spin(
         model, field, track, knots, directions, slopes, grounds, class_rows, limits, objective
     )
-    states, cost = _programme(
+    states = np.full(2 * len(knots), -1, np.int64)
+    cost = _programme(
         model.kernel,
         model.parameters,
         model.body,
@@ -308,6 +310,7 @@ def yaw_programme(
         stop,
         math.nan if start_yaw is None else start_yaw,
         math.nan if goal_yaw is None else goal_yaw,
+        states,
     )
     if not math.isfinite(cost):
         return None
