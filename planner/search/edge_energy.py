@@ -100,9 +100,9 @@ def _ramp_cost(
     if abs(acceleration) > most_acceleration * (1.0 + 1e-6):
         return np.inf
     time = 2.0 * surface / (speed_a + speed_b)
-    if abs(turn) > limits[6] * time * (1.0 + 1e-6):
-        return np.inf
     faster = max(speed_a, speed_b)
+    if abs(turn) * faster > limits[6] * surface * (1.0 + 1e-6):
+        return np.inf
     if faster * faster * abs(curvature) > most_acceleration * 1.1:
         return np.inf
     row[_WZ] = turn / time

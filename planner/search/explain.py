@@ -39,7 +39,7 @@ def check_place(
         )
     j, i = _node(field, x, y)
     if ground.blocked[j, i]:
-        what = why_blocked(terrain, ground.step_height, j, i) or "edge"
+        what = _what_blocks(ground, x, y)
         article = {"obstacle": "on an obstacle", "hole": "on a hole (height unknown)"}
         raise RequestError(
             name,
@@ -120,7 +120,7 @@ def _blocking(
     for x, y in points:
         j, i = _node(field, x, y)
         if ground.blocked[j, i]:
-            what = why_blocked(ground.terrain, ground.step_height, j, i) or "edge"
+            what = _what_blocks(ground, x, y)
             return f"an {what}" if what[0] in "aeiou" else f"a {what}", x, y
         if ground.mask[j, i] != ALL_YAWS and narrow is None:
             needed = 2.0 * ground.half_width
@@ -138,6 +138,13 @@ def _blocking(
     if steep[0] <= 1.0 and narrow is not None:
         return narrow
     return steep[1], steep[2], steep[3]
+
+
+def _what_blocks(ground: DrivingGround, x: float, y: float) -> str:
+    terrain = ground.terrain
+    i = math.floor((x - terrain.origin[0]) / terrain.cell[0] + 0.5)
+    j = math.floor((y - terrain.origin[1]) / terrain.cell[1] + 0.5)
+    return why_blocked(terrain, ground.step_height, j, i) or "ledge"
 
 
 def _limit_degrees(field: CostField, x: float, y: float) -> float:

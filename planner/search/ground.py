@@ -30,11 +30,13 @@ from planner.search.steady import (
     cost_for_best_yaw,
     cost_for_yaw,
 )
-from planner.terrain.heightmap import Terrain
+from planner.terrain.heightmap import Terrain, interpolate_many
 from planner.terrain.obstacles import blocked_cells, rectangle_free, yaw_mask
 
 YAW_BINS = 32
 """Bins of the body's yaw in the mask; its rectangle looks the same after half a turn."""
+MOST_NODES = 4_000_000
+"""Nodes that dividing cells may lead to."""
 ALL_YAWS = np.uint64((1 << YAW_BINS) - 1)
 
 
@@ -69,7 +71,12 @@ class CostField(NamedTuple):
 class DrivingGround:
     """A terrain seen from one vehicle.
 
+    Where the map has cells too coarse for the body to find its way between obstacles, they are
+    divided, and all arrays here are of the finer grid.
+
     Attributes:
+        origin, cell: m, centre of node [0, 0] and distance of the nodes.
+        ground: (ny, nx) ground class of the cells.
         heights: (ny, nx) m, averaged over the footprint: the height at which the robot rides.
         slope_x, slope_y: (ny, nx) gradient of ``heights`` at the nodes.
         blocked: (ny, nx) cells that no part of the body may cover.
@@ -79,6 +86,9 @@ class DrivingGround:
     """
 
     terrain: Terrain
+    origin: tuple[float, float]
+    cell: tuple[float, float]
+    ground: NDArray[np.uint8]
     heights: NDArray[np.float64]
     slope_x: NDArray[np.float64]
     slope_y: NDArray[np.float64]
@@ -97,18 +107,17 @@ class DrivingGround:
         margin: float = MARGIN,
     ) -> CostField:
         """What the compiled search reads, with these tables of steady costs."""
-        t = self.terrain
         return CostField(
             self.heights,
             self.slope_x,
             self.slope_y,
             self.mask,
             self.blocked,
-            t.ground,
-            float(t.origin[0]),
-            float(t.origin[1]),
-            float(t.cell[0]),
-            float(t.cell[1]),
+            self.ground,
+            float(self.origin[0]),
+            float(self.origin[1]),
+            float(self.cell[0]),
+            float(self.cell[1]),
             self.half_length,
             self.half_width,
             costs.by_yaw,
@@ -131,24 +140,55 @@ def driving_ground(terrain: Terrain, vehicle: Vehicle) -> DrivingGround:
     table = vehicle.layout.table
     half_footprint = 0.5 * (np.abs(table[:, X]).max() + np.abs(table[:, Y]).max())
     heights = np.ascontiguousarray(terrain.riding_surface(half_footprint))
-    dx, dy = terrain.cell
-    slope_y, slope_x = np.gradient(heights, dy, dx)
     blocked = blocked_cells(terrain, step_height(vehicle))
     clearance = vehicle.limits.clearance
     half_length = 0.5 * vehicle.length + clearance
     half_width = 0.5 * vehicle.width + clearance
-    mask = yaw_mask(blocked, dx, dy, half_length, half_width, YAW_BINS)
+    parts = _division(blocked, terrain.cell, half_width, vehicle.length)
+    origin, cell, ground = terrain.origin, terrain.cell, terrain.ground
+    if parts > 1:
+        origin = (
+            origin[0] - 0.5 * cell[0] * (1.0 - 1.0 / parts),
+            origin[1] - 0.5 * cell[1] * (1.0 - 1.0 / parts),
+        )
+        ny, nx = heights.shape
+        x = origin[0] + cell[0] / parts * np.arange(nx * parts)
+        y = origin[1] + cell[1] / parts * np.arange(ny * parts)
+        grid_x, grid_y = np.meshgrid(x, y)
+        heights = interpolate_many(
+            heights, *terrain.origin, *terrain.cell, grid_x.ravel(), grid_y.ravel()
+        )[0].reshape(grid_x.shape)
+        blocked = blocked.repeat(parts, 0).repeat(parts, 1)
+        ground = ground.repeat(parts, 0).repeat(parts, 1)
+        cell = (cell[0] / parts, cell[1] / parts)
+    slope_y, slope_x = np.gradient(heights, cell[1], cell[0])
     return DrivingGround(
         terrain,
-        heights,
+        origin,
+        cell,
+        np.ascontiguousarray(ground),
+        np.ascontiguousarray(heights),
         np.ascontiguousarray(slope_x),
         np.ascontiguousarray(slope_y),
-        blocked,
-        mask,
+        np.ascontiguousarray(blocked),
+        yaw_mask(blocked, *cell, half_length, half_width, YAW_BINS),
         half_length,
         half_width,
         step_height(vehicle),
     )
+
+
+def _division(
+    blocked: NDArray[np.bool_], cell: tuple[float, float], half_width: float, length: float
+) -> int:
+    """Into how many parts to divide a cell's sides, so that the body finds gaps between cells."""
+    coarse = max(cell)
+    if not blocked.any() or coarse > 2.0 * length:
+        return 1
+    parts = math.ceil(coarse / (0.5 * half_width) - 1e-9)
+    while parts > 1 and blocked.size * parts**2 > MOST_NODES:
+        parts -= 1
+    return parts
 
 
 @njit(cache=True, error_model="numpy", inline="always")

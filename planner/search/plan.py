@@ -85,6 +85,8 @@ class _Run:
 def plan_route(
     request: PlanRequest | Mapping[str, Any] | None = None,
     *,
+    terrain: Terrain | None = None,
+    model: PowerModel | None = None,
     progress: Progress | None = None,
     cancelled: Callable[[], bool] | None = None,
     **fields: Any,
@@ -94,6 +96,8 @@ def plan_route(
     Args:
         request: a PlanRequest, or a mapping with its fields (REQUEST.json); or give the fields as
             keyword arguments.
+        terrain: a terrain that is already there, instead of the request's ``map``.
+        model: a power model that is already there, instead of the request's vehicle or model.
         progress: called with what is being done and the share done, 0 to 1.
         cancelled: asked often; True raises Cancelled.
         fields: fields of the request, over those of ``request``.
@@ -105,14 +109,16 @@ def plan_route(
         RequestError, MapError, VehicleError, ModelError: something given cannot be used.
         Cancelled: ``cancelled`` returned True.
     """
+    if terrain is not None:
+        fields = {"map": terrain.name, **fields}
     if not isinstance(request, PlanRequest):
         request = PlanRequest.from_json({**(request or {}), **fields})
     elif fields:
         request = PlanRequest.from_json({**request.model_dump(exclude_unset=True), **fields})
     say = progress or (lambda _what, _share: None)
     say("reading map and model", 0.0)
-    model = load_model(request)
-    terrain = open_map(request.map)
+    model = load_model(request) if model is None else model
+    terrain = open_map(request.map) if terrain is None else terrain
     ground = _ground(terrain, model.vehicle)
     around = circumstances(request, model, terrain)
     run = _Run(request, ground, around, say, cancelled or (lambda: False))

@@ -2,10 +2,10 @@
 
     track = lay_track(field, points, spacing=..., speed=..., acceleration=...)
 
-A robot cannot change the direction of its velocity at once. Every corner gets an arc with the
-radius at which full speed just keeps to the allowed acceleration, R = v²/a, or with what room and
-neighbouring corners allow: the arc stays within ``deviation`` of the corner and where the body is
-free. Where no arc fits, the robot stops at the corner.
+A robot cannot change the direction of its velocity at once. Every corner gets the widest arc that
+room and neighbouring corners allow: it stays within ``deviation`` of the corner and where the body
+is free. Wider is cheaper, since wheels fight a sideways force. Where no arc of a useful radius
+fits, the robot stops at the corner.
 """
 
 from __future__ import annotations
@@ -135,9 +135,9 @@ def _arc(
         return None
     # Tangent length R·tan(half) must fit the pieces; the arc passes R·(1/cos(half) - 1) inside.
     full = radius
-    radius = min(radius, room / math.tan(half), deviation / (1.0 / math.cos(half) - 1.0))
+    radius = min(room / math.tan(half), deviation / (1.0 / math.cos(half) - 1.0))
     side = math.copysign(1.0, turn)
-    count = max(1, math.ceil(abs(turn) / ARC_STEP))
+    count = max(2, math.ceil(abs(turn) / ARC_STEP))
     for _ in range(4):
         if radius < TIGHTEST * full:
             return None
