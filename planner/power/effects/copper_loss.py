@@ -8,6 +8,8 @@ Source
     permanent-magnet motor; data sheet of the Pittman 9233S013 as a stand-in for 36-40 mm motors.
 Holds for
     25 °C; motor_heating moves R and k_t with temperature.
+Left out
+    inductance, and the drop at the brushes beside what the data sheet's resistance contains.
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample
@@ -47,4 +49,8 @@ class CopperLoss(Effect):
         """W lost in one winding."""
         return resistance_now * current * current
 
-    examples = (WorkedExample("motor_loss", {"current": 0.5, "resistance_now": 4}, 1.0, "4·0.5²"),)
+    examples = (
+        WorkedExample("winding_resistance", {"resistance": 3.9}, 3.9, "the value itself"),
+        WorkedExample("motor_constant", {"torque_constant": 0.037}, 0.037, "the value itself"),
+        WorkedExample("motor_loss", {"current": 0.5, "resistance_now": 4}, 1.0, "4·0.5²"),
+    )

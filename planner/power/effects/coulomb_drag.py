@@ -7,6 +7,8 @@ Sign
     exceeds it.
 Source
     no-load current of the motor's data sheet (0.113 A · 0.0373 N·m/A = 4.2 mN·m).
+Holds for
+    a motor that turns; the sign is smooth within 2 rad/s of the shaft.
 Left out
     what grows with speed (viscous_drag).
 """

@@ -7,6 +7,8 @@ Sign
 Source
     Mei et al., "A case study of mobile robot's energy consumption and conservation techniques",
     2005: a constant controller power beside the motors.
+Holds for
+    a controller that does the same work at rest and in motion.
 Left out
     what rises with the sampling rate (sensor_rate) and the regulator's loss (converter_efficiency).
 """

@@ -9,6 +9,8 @@ Source
     exact projection on the body axes of the surface, no small angles.
 Holds for
     a rigid body on the plane through its wheel contacts.
+Left out
+    what a suspension that gives way does to the body's attitude.
 """
 
 from planner.power.effect import Effect, WorkedExample

@@ -9,6 +9,9 @@ Sign
 Source
     Newton and Euler; the rotors count n² times at the wheel, which makes 12 kg behave as 15 kg
     (physics of the 1:27 gear, own).
+Holds for
+    acceleration given as inertial, so that a turn at speed v carries ω_z·v; the wheels follow the
+    change of the velocity as the body sees it.
 Left out
     gyroscopic moments; a centre of mass off the centre in centripetal terms (second order here).
 """

@@ -11,6 +11,8 @@ Sign
 Source
     derived from the kinematics; c_r 0.03-0.08 for a roller on a plain bush (bush friction 0.15 at a
     quarter of the roller's radius plus tread hysteresis).
+Holds for
+    Mecanum and omni wheels whose contact roller turns freely about its own axle.
 Left out
     static friction of a roller that does not turn (it helps forward traction a little).
 """
