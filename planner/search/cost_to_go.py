@@ -137,7 +137,9 @@ def _solve(
     start_x: float,
     start_y: float,
     whole: bool,
+    onward: bool,
 ) -> Any:
+    """Costs to the goal; with ``onward`` costs from it, driving every move the other way."""
     ny, nx = field.heights.shape
     values = np.full((ny, nx), np.inf)
     done = np.zeros((ny, nx), np.bool_)
@@ -149,9 +151,11 @@ def _solve(
     j0, j1, i0, i1 = _surrounding(field, goal_x, goal_y)
     for j in range(j0, j1 + 1):
         for i in range(i0, i1 + 1):
-            cost = segment_cost(
-                field, field.x0 + i * field.dx, field.y0 + j * field.dy, goal_x, goal_y, step, True
-            )
+            x, y = field.x0 + i * field.dx, field.y0 + j * field.dy
+            if onward:
+                cost = segment_cost(field, goal_x, goal_y, x, y, step, True)
+            else:
+                cost = segment_cost(field, x, y, goal_x, goal_y, step, True)
             if cost < np.inf:
                 values[j, i] = cost
                 size = _push(keys, items, size, cost, j * nx + i)
@@ -176,7 +180,10 @@ def _solve(
                 continue
             if values[b, a] <= value:
                 continue
-            cost = value + move_cost(field, b, a, dj, di, field.dx, field.dy)
+            if onward:
+                cost = value + move_cost(field, j, i, -dj, -di, field.dx, field.dy)
+            else:
+                cost = value + move_cost(field, b, a, dj, di, field.dx, field.dy)
             if cost < values[b, a]:
                 values[b, a] = cost
                 if size == capacity:
@@ -222,6 +229,7 @@ def cost_field_to(
     *,
     moves: int = 16,
     whole: bool = False,
+    onward: bool = False,
 ) -> NDArray[np.float64]:
     """Least cost (ny, nx) from every node to the goal; infinity where there is no way.
 
@@ -230,8 +238,9 @@ def cost_field_to(
         goal, start: x, y in the map's frame, m.
         moves: 8, 16 or 32.
         whole: fill the whole map instead of stopping once the start is settled.
+        onward: least cost from ``goal`` to every node instead.
     """
-    values: NDArray[np.float64] = _solve(field, grid_moves(moves), *goal, *start, whole)
+    values: NDArray[np.float64] = _solve(field, grid_moves(moves), *goal, *start, whole, onward)
     return values
 
 

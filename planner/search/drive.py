@@ -74,6 +74,8 @@ def drive(
         speed=vehicle.limits.speed,
         acceleration=vehicle.limits.acceleration,
     )
+    if not len(track.lengths):
+        return price(field, around, _turn_only(field, around, track, yaws, spacing), charge=charge)
     middle = 0.5 * (track.points[1:] + track.points[:-1])
     _, slopes = sample_surface(field, middle)
     grounds = ground_classes(field, middle)
@@ -96,6 +98,22 @@ def drive(
         return Stuck(float(x), float(y), "no speed keeps to all limits")
     motion = assemble(field, track, yaw, speeds, yaw_rate=vehicle.limits.yaw_rate, spacing=spacing)
     return price(field, around, motion, charge=charge)
+
+
+def _turn_only(
+    field: CostField,
+    around: Circumstances,
+    track: Track,
+    yaws: Sequence[float | None],
+    spacing: float,
+) -> Motion:
+    """The motion where start and goal are one place: at most a turn on the spot."""
+    begin, end = yaws[0], yaws[-1]
+    begin = (end or 0.0) if begin is None else begin
+    turn = 0.0 if end is None else math.remainder(end - begin, 2.0 * math.pi)
+    profile = YawProfile(np.array([begin]), np.array([begin + turn]), 0.0)
+    rate = around.model.vehicle.limits.yaw_rate
+    return assemble(field, track, profile, np.zeros(1), yaw_rate=rate, spacing=spacing)
 
 
 def ground_classes(field: CostField, points: Array) -> NDArray[np.int64]:
@@ -223,6 +241,8 @@ def _battery(capacity: float, charge: float | None, energy: float) -> Battery | 
 
 def _standard_deviation(around: Circumstances, rows: Array, seconds: Array) -> float:
     """J, from the parameters' uncertainties taken as independent, by finite differences."""
+    if not len(rows):
+        return 0.0
     model = around.model
     # A few hundred rows stand for the route: the uncertainty needs no more digits than that.
     stride = max(1, len(rows) // 600)

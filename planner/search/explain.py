@@ -89,23 +89,29 @@ def explain_no_route(
 ) -> str:
     """What blocks the way: the narrowest gap between what start and goal can reach, and why."""
     to_goal = np.isfinite(cost_field_to(field, goal, start, whole=True))
-    to_start = np.isfinite(cost_field_to(field, start, goal, whole=True))
-    for reach, name, (x, y) in ((to_goal, "goal", goal), (to_start, "start", start)):
+    from_start = np.isfinite(cost_field_to(field, start, goal, whole=True, onward=True))
+    straight = math.atan2(goal[1] - start[1], goal[0] - start[0])
+    for reach, words, (x, y) in (
+        (to_goal, "the goal cannot be reached", goal),
+        (from_start, "the start cannot be left", start),
+    ):
         if not reach.any():
-            what, bx, by = _blocking(ground, field, _ring(field, x, y))
-            return f"the {name} cannot be left or reached: {what} at x {bx:.2f}, y {by:.2f}"
+            what, bx, by = _blocking(ground, field, _ring(field, x, y), straight)
+            return f"{words}: {what} at x {bx:.2f}, y {by:.2f}"
     distance, nearest = ndimage.distance_transform_edt(
         ~to_goal, sampling=(field.dy, field.dx), return_indices=True
     )
-    distance = np.where(to_start, distance, np.inf)
+    distance = np.where(from_start, distance, np.inf)
     j, i = np.unravel_index(int(np.argmin(distance)), distance.shape)
     j2, i2 = nearest[0][j, i], nearest[1][j, i]
     count = 2 * int(max(abs(j2 - j), abs(i2 - i))) + 1
+    if count > 1:
+        straight = math.atan2(field.dy * (j2 - j), field.dx * (i2 - i))
     line = [
         (field.x0 + field.dx * (i + (i2 - i) * w), field.y0 + field.dy * (j + (j2 - j) * w))
         for w in np.linspace(0.0, 1.0, count)
     ]
-    what, bx, by = _blocking(ground, field, line)
+    what, bx, by = _blocking(ground, field, line, straight)
     return (
         f"no way from start to goal: between x {line[0][0]:.2f}, y {line[0][1]:.2f} and "
         f"x {line[-1][0]:.2f}, y {line[-1][1]:.2f} blocks {what} at x {bx:.2f}, y {by:.2f}"
@@ -113,9 +119,12 @@ def explain_no_route(
 
 
 def _blocking(
-    ground: DrivingGround, field: CostField, points: list[tuple[float, float]]
+    ground: DrivingGround,
+    field: CostField,
+    points: list[tuple[float, float]],
+    direction: float,
 ) -> tuple[str, float, float]:
-    """The worst thing along points: something solid, then too little room, then a slope."""
+    """The worst thing along points driven in a direction: something solid, a slope, no room."""
     steep, narrow = (-math.inf, "a slope", *points[0]), None
     for x, y in points:
         j, i = _node(field, x, y)
@@ -127,12 +136,13 @@ def _blocking(
             narrow = (f"a passage too narrow for the body ({needed:.2f} m with clearance)", x, y)
         px, py = slope_at(field, x, y)
         steepness = math.hypot(px, py)
-        limit = math.tan(math.radians(_limit_degrees(field, x, y)))
-        excess = steepness / max(limit, 1e-6)
+        uphill = math.atan2(py, px) - direction
+        limit = float(field.limit[field.ground[j, i], _direction_bin(uphill)])
+        excess = steepness / max(limit * field.margin, 1e-6)
         if excess > steep[0]:
             text = (
                 f"a slope of {math.degrees(math.atan(steepness)):.1f}° > "
-                f"{math.degrees(math.atan(limit)):.1f}° limit for climbing or crossing it"
+                f"{math.degrees(math.atan(limit)):.1f}° limit in this direction"
             )
             steep = (excess, text, x, y)
     if steep[0] <= 1.0 and narrow is not None:
@@ -152,6 +162,10 @@ def _limit_degrees(field: CostField, x: float, y: float) -> float:
     ground = field.ground[_node(field, x, y)]
     least = float(field.limit[ground, : DIRECTIONS // 2].min()) * field.margin
     return math.degrees(math.atan(max(least, 0.0)))
+
+
+def _direction_bin(azimuth: float) -> int:
+    return round(azimuth / (2.0 * math.pi) * DIRECTIONS) % DIRECTIONS
 
 
 def _tried(yaw: float | None) -> list[float]:
