@@ -1,0 +1,15 @@
+"""Terrain: heights with their gradient, obstacles, ground classes, file formats, the catalogue."""
+
+from planner.terrain.heightmap import Terrain, interpolate
+from planner.terrain.obstacles import blocked_cells, rectangle_free, why_blocked, yaw_mask
+from planner.terrain.surface import GroundClass
+
+__all__ = [
+    "GroundClass",
+    "Terrain",
+    "blocked_cells",
+    "interpolate",
+    "rectangle_free",
+    "why_blocked",
+    "yaw_mask",
+]

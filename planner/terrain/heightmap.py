@@ -1,0 +1,409 @@
+"""The ground: heights on a grid, with a gradient that is exactly their derivative.
+
+Row 0 of every array is the SOUTH row; x grows with the column, y with the row. Node [j, i] is the
+centre of a cell, at x = x0 + i dx, y = y0 + j dy; dx and dy may differ. The map covers the nodes
+and half a cell around them.
+
+Between nodes the height is a cubic convolution (a = -1/2) in each axis,
+
+    z(x, y) = sum_m sum_n w_m(v) w_n(u) Z[j + m, i + n],   m, n = -1 .. 2,
+    w_-1 = (-t^3 + 2 t^2 - t)/2     w_0 = (3 t^3 - 5 t^2 + 2)/2
+    w_1  = (-3 t^3 + 4 t^2 + t)/2   w_2 = (t^3 - t^2)/2,
+
+and the gradient is its analytic derivative. So the height gained along any path is the line
+integral of the slope, and energy spent against gravity cannot depend on the path. The surface runs
+through the nodes, has a continuous gradient and reproduces planes and quadratics exactly (within a
+cell of the border: planes). Beyond the border nodes the grid is continued along a straight line.
+
+Source: R. G. Keys, Cubic convolution interpolation for digital image processing, IEEE Trans.
+Acoustics, Speech, and Signal Processing 29(6), 1981, doi:10.1109/TASSP.1981.1163711.
+Left out: overhangs, and the sharp edge of a step, which the cubic rounds over two cells and
+overshoots by up to 7 % of its height beside it; steps are obstacles.py's business.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, overload
+
+import numba
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from planner.errors import MapError
+from planner.terrain.surface import PLAIN_GROUND, GroundClass, footprint_heights
+
+# The cubic needs four nodes in each axis.
+SMALLEST_SIDE = 4
+
+
+@numba.njit("UniTuple(float64, 8)(float64)", cache=True, inline="always")
+def _weights(t: float) -> tuple[float, float, float, float, float, float, float, float]:
+    """Four weights of the cubic convolution at t in [0, 1), then their derivatives."""
+    t2 = t * t
+    t3 = t2 * t
+    return (
+        0.5 * (-t3 + 2.0 * t2 - t),
+        0.5 * (3.0 * t3 - 5.0 * t2 + 2.0),
+        0.5 * (-3.0 * t3 + 4.0 * t2 + t),
+        0.5 * (t3 - t2),
+        0.5 * (-3.0 * t2 + 4.0 * t - 1.0),
+        0.5 * (9.0 * t2 - 10.0 * t),
+        0.5 * (-9.0 * t2 + 8.0 * t + 1.0),
+        0.5 * (3.0 * t2 - 2.0 * t),
+    )
+
+
+@numba.njit("float64(float64[:, ::1], int64, int64)", cache=True)
+def _along_row(heights: NDArray[np.float64], j: int, i: int) -> float:
+    """Height at column i of row j, continued along a straight line beyond the border."""
+    last = heights.shape[1] - 1
+    if i < 0:
+        return float(heights[j, 0] + i * (heights[j, 1] - heights[j, 0]))
+    if i > last:
+        step = heights[j, last] - heights[j, last - 1]
+        return float(heights[j, last] + (i - last) * step)
+    return float(heights[j, i])
+
+
+@numba.njit("float64(float64[:, ::1], int64, int64)", cache=True)
+def _continued(heights: NDArray[np.float64], j: int, i: int) -> float:
+    last = heights.shape[0] - 1
+    if j < 0:
+        edge: float = _along_row(heights, 0, i)
+        return edge + j * (_along_row(heights, 1, i) - edge)
+    if j > last:
+        edge = _along_row(heights, last, i)
+        return edge + (j - last) * (edge - _along_row(heights, last - 1, i))
+    inner: float = _along_row(heights, j, i)
+    return inner
+
+
+@numba.njit(
+    "UniTuple(float64, 3)(float64[:, ::1], float64, float64, float64, float64, float64, float64)",
+    cache=True,
+)
+def interpolate(
+    heights: NDArray[np.float64],
+    x0: float,
+    y0: float,
+    dx: float,
+    dy: float,
+    x: float,
+    y: float,
+) -> tuple[float, float, float]:
+    """Height and gradient at one point, for use inside compiled loops.
+
+    Args:
+        heights: (ny, nx) m, row 0 the south row, at least 4 by 4, C order.
+        x0, y0: position of node [0, 0], m.
+        dx, dy: cell size, m.
+        x, y: the point, m; anywhere, beyond the border the ground goes on straight.
+
+    Returns:
+        z (m), dz/dx, dz/dy (dimensionless); NaN for a point that is not finite or further than
+        a thousand million cells away.
+    """
+    u = (x - x0) / dx
+    v = (y - y0) / dy
+    # Written so that NaN fails it too: no index may be taken from such a number.
+    if not (abs(u) < 1e9 and abs(v) < 1e9):
+        return math.nan, math.nan, math.nan
+    i = int(math.floor(u))
+    j = int(math.floor(v))
+    a0, a1, a2, a3, da0, da1, da2, da3 = _weights(u - i)
+    b0, b1, b2, b3, db0, db1, db2, db3 = _weights(v - j)
+    b = (b0, b1, b2, b3)
+    db = (db0, db1, db2, db3)
+    z = 0.0
+    gx = 0.0
+    gy = 0.0
+    if 1 <= i < heights.shape[1] - 2 and 1 <= j < heights.shape[0] - 2:
+        for m in range(4):
+            h0 = heights[j + m - 1, i - 1]
+            h1 = heights[j + m - 1, i]
+            h2 = heights[j + m - 1, i + 1]
+            h3 = heights[j + m - 1, i + 2]
+            row = a0 * h0 + a1 * h1 + a2 * h2 + a3 * h3
+            z += b[m] * row
+            gx += b[m] * (da0 * h0 + da1 * h1 + da2 * h2 + da3 * h3)
+            gy += db[m] * row
+    else:
+        for m in range(4):
+            h0 = _continued(heights, j + m - 1, i - 1)
+            h1 = _continued(heights, j + m - 1, i)
+            h2 = _continued(heights, j + m - 1, i + 1)
+            h3 = _continued(heights, j + m - 1, i + 2)
+            row = a0 * h0 + a1 * h1 + a2 * h2 + a3 * h3
+            z += b[m] * row
+            gx += b[m] * (da0 * h0 + da1 * h1 + da2 * h2 + da3 * h3)
+            gy += db[m] * row
+    return z, gx / dx, gy / dy
+
+
+@numba.njit(
+    "float64[:, ::1](float64[:, ::1], float64, float64, float64, float64, "
+    "float64[::1], float64[::1])",
+    cache=True,
+)
+def interpolate_many(
+    heights: NDArray[np.float64],
+    x0: float,
+    y0: float,
+    dx: float,
+    dy: float,
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """`interpolate` at n points: (3, n) with the rows z, dz/dx, dz/dy."""
+    out = np.empty((3, x.size))
+    for k in range(x.size):
+        out[0, k], out[1, k], out[2, k] = interpolate(heights, x0, y0, dx, dy, x[k], y[k])
+    return out
+
+
+@dataclass(frozen=True, eq=False)
+class Terrain:
+    """A map: heights, holes, obstacles and ground classes on one grid.
+
+    Make one with `Terrain.from_arrays`, which checks and fills. The arrays are shared, not copied:
+    treat them as read-only.
+
+    Attributes:
+        name: what the map is called.
+        heights: (ny, nx) m; holes carry the nearest known height, so no NaN is ever met.
+        known: (ny, nx) False = hole, nobody measured there; unknown is not ground.
+        obstacles: (ny, nx) True = something stands there.
+        ground: (ny, nx) index into ground_classes.
+        ground_classes: the kinds of ground, at least one.
+        origin: x, y of node [0, 0], m, in the map's frame.
+        cell: dx, dy, m.
+        crs: coordinate reference system, "EPSG:32613"; None = a local frame.
+        source: where it came from, and what was converted on reading.
+    """
+
+    name: str
+    heights: NDArray[np.float64]
+    known: NDArray[np.bool_]
+    obstacles: NDArray[np.bool_]
+    ground: NDArray[np.uint8]
+    ground_classes: tuple[GroundClass, ...]
+    origin: tuple[float, float]
+    cell: tuple[float, float]
+    crs: str | None
+    source: str
+
+    @classmethod
+    def from_arrays(
+        cls,
+        heights: ArrayLike,
+        *,
+        cell: tuple[float, float],
+        origin: tuple[float, float] = (0.0, 0.0),
+        name: str = "terrain",
+        known: ArrayLike | None = None,
+        obstacles: ArrayLike | None = None,
+        ground: ArrayLike | None = None,
+        ground_classes: tuple[GroundClass, ...] = PLAIN_GROUND,
+        crs: str | None = None,
+        source: str = "arrays",
+    ) -> Terrain:
+        """A checked terrain from arrays; NaN heights and `known` = False are holes.
+
+        Args:
+            heights: (ny, nx) m, row 0 the south row, at least 4 by 4.
+            cell: dx, dy, m, both above 0.
+            origin: x, y of node [0, 0], m.
+            name: what the map is called.
+            known: (ny, nx) bool; everywhere by default.
+            obstacles: (ny, nx) bool; nowhere by default.
+            ground: (ny, nx) index into ground_classes; 0 by default.
+            ground_classes: the kinds of ground.
+            crs: coordinate reference system or None.
+            source: where the arrays came from.
+
+        Raises:
+            MapError: a shape, cell size, index or height cannot be used, or nothing is known.
+        """
+        z = np.array(heights, dtype=np.float64, order="C")
+        _check_grid(name, z, cell, origin)
+        shape = (z.shape[0], z.shape[1])
+        is_known = np.isfinite(z)
+        if known is not None:
+            is_known &= _layer(name, "known", known, shape).astype(np.bool_)
+        if not is_known.any():
+            raise MapError(
+                "map",
+                f"{name} holds no known height",
+                accepted="a grid with at least one height that is neither nodata nor NaN",
+            )
+        stands = np.zeros(shape, dtype=np.bool_)
+        if obstacles is not None:
+            stands |= _layer(name, "obstacles", obstacles, shape).astype(np.bool_)
+        kinds = np.zeros(shape, dtype=np.uint8)
+        if ground is not None:
+            kinds += _layer(name, "ground", ground, shape).astype(np.uint8)
+        _check_ground(name, kinds, ground_classes)
+        if not is_known.all():
+            _fill_holes(z, is_known, cell)
+        return cls(
+            name=name,
+            heights=z,
+            known=is_known,
+            obstacles=stands,
+            ground=kinds,
+            ground_classes=tuple(ground_classes),
+            origin=(float(origin[0]), float(origin[1])),
+            cell=(float(cell[0]), float(cell[1])),
+            crs=crs,
+            source=source,
+        )
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """sha256 over all arrays, the geometry and the ground classes; not over name or source."""
+        digest = hashlib.sha256()
+        digest.update(repr((self.heights.shape, self.origin, self.cell, self.crs)).encode())
+        digest.update(repr(self.ground_classes).encode())
+        for layer in (self.heights, self.known, self.obstacles, self.ground):
+            digest.update(np.ascontiguousarray(layer).tobytes())
+        return digest.hexdigest()
+
+    @property
+    def extent(self) -> tuple[float, float, float, float]:
+        """xmin, ymin, xmax, ymax of the cells' outer edges, m."""
+        (x0, y0), (dx, dy) = self.origin, self.cell
+        ny, nx = self.heights.shape
+        return x0 - dx / 2, y0 - dy / 2, x0 + (nx - 0.5) * dx, y0 + (ny - 0.5) * dy
+
+    def contains(self, x: float, y: float) -> bool:
+        """Whether the point lies on the map, its outer edge included."""
+        xmin, ymin, xmax, ymax = self.extent
+        return bool(xmin <= x <= xmax and ymin <= y <= ymax)
+
+    def cell_index(self, x: float, y: float) -> tuple[int, int]:
+        """Row j and column i of the cell that holds a point of the map.
+
+        Raises:
+            ValueError: the point is not on the map.
+        """
+        if not self.contains(x, y):
+            raise ValueError(f"({x}, {y}) is not on map {self.name}")
+        ny, nx = self.heights.shape
+        i = math.floor((x - self.origin[0]) / self.cell[0] + 0.5)
+        j = math.floor((y - self.origin[1]) / self.cell[1] + 0.5)
+        return min(max(j, 0), ny - 1), min(max(i, 0), nx - 1)
+
+    @overload
+    def height(self, x: float, y: float) -> float: ...
+    @overload
+    def height(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]: ...
+    def height(self, x: ArrayLike, y: ArrayLike) -> float | NDArray[np.float64]:
+        """Height at x, y (m, broadcast together), m."""
+        z: float | NDArray[np.float64] = self._sample(x, y)[0][()]
+        return z
+
+    @overload
+    def gradient(self, x: float, y: float) -> tuple[float, float]: ...
+    @overload
+    def gradient(
+        self, x: ArrayLike, y: ArrayLike
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+    def gradient(self, x: ArrayLike, y: ArrayLike) -> object:
+        """dz/dx and dz/dy at x, y (m, broadcast together): the exact derivative of `height`."""
+        _, gx, gy = self._sample(x, y)
+        return gx[()], gy[()]
+
+    def riding_surface(self, half_length: float) -> NDArray[np.float64]:
+        """Heights as a footprint of half length `half_length` (m) feels them; (ny, nx) m.
+
+        The gradient of this surface is what the robot climbs; see surface.py.
+        """
+        return footprint_heights(self.heights, half_length=half_length, cell=self.cell)
+
+    def _sample(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
+        xs, ys = np.broadcast_arrays(np.asarray(x, np.float64), np.asarray(y, np.float64))
+        flat_x, flat_y = np.array(xs, order="C").ravel(), np.array(ys, order="C").ravel()
+        values: NDArray[np.float64] = interpolate_many(
+            self.heights, *self.origin, *self.cell, flat_x, flat_y
+        )
+        return values.reshape(3, *xs.shape)
+
+
+def _check_grid(
+    name: str, z: NDArray[np.float64], cell: tuple[float, float], origin: tuple[float, float]
+) -> None:
+    if z.ndim != 2 or min(z.shape) < SMALLEST_SIDE:
+        raise MapError(
+            "map",
+            f"{name} has heights of shape {z.shape}",
+            accepted=f"two dimensions, at least {SMALLEST_SIDE} by {SMALLEST_SIDE} cells",
+        )
+    if len(cell) != 2 or not all(math.isfinite(d) and d > 0 for d in cell):
+        raise MapError(
+            "map",
+            f"{name} has a cell size that is not a length",
+            value=cell,
+            accepted="dx, dy in metres, both above 0",
+        )
+    if len(origin) != 2 or not all(math.isfinite(c) for c in origin):
+        raise MapError(
+            "map",
+            f"{name} has an origin that is not a point",
+            value=origin,
+            accepted="x, y of the south-west cell's centre in metres, both finite",
+        )
+
+
+def _layer(name: str, what: str, values: ArrayLike, shape: tuple[int, int]) -> NDArray[Any]:
+    layer = np.asarray(values)
+    if layer.shape != shape:
+        raise MapError(
+            "map",
+            f"{name} has a layer '{what}' of shape {layer.shape}",
+            accepted=f"the shape of its heights, {shape}",
+        )
+    if layer.dtype.kind not in "biu" or layer.min() < 0 or layer.max() > 255:
+        raise MapError(
+            "map",
+            f"{name} has a layer '{what}' that is not made of whole numbers from 0 to 255",
+            accepted="true or false, for ground the index of a ground class",
+        )
+    return layer
+
+
+def _check_ground(
+    name: str, ground: NDArray[np.uint8], ground_classes: tuple[GroundClass, ...]
+) -> None:
+    highest = int(ground.max())
+    if highest >= len(ground_classes):
+        raise MapError(
+            "map",
+            f"{name} names ground class {highest}",
+            accepted=f"indices below {len(ground_classes)}, the number of ground classes given",
+        )
+    for kind in ground_classes:
+        rolling_ok = math.isfinite(kind.rolling) and kind.rolling >= 0
+        if not (rolling_ok and math.isfinite(kind.traction) and kind.traction > 0):
+            raise MapError(
+                "map",
+                f"{name} has a ground class with an impossible factor",
+                value=kind,
+                accepted="rolling 0 or more, traction above 0, both finite",
+            )
+
+
+def _fill_holes(
+    z: NDArray[np.float64], known: NDArray[np.bool_], cell: tuple[float, float]
+) -> None:
+    # Only so that the interpolation beside a hole meets a number; a hole is never ridden over.
+    from scipy.ndimage import distance_transform_edt
+
+    rows, columns = distance_transform_edt(
+        ~known, sampling=(cell[1], cell[0]), return_distances=False, return_indices=True
+    )
+    hole = ~known
+    z[hole] = z[rows[hole], columns[hole]]
