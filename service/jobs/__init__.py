@@ -1,0 +1,1 @@
+"""Solving away from the event loop: worker processes and what runs in them."""

@@ -1,0 +1,123 @@
+"""What the service answers, as models for the OpenAPI document.
+
+Routes come out of a worker as finished JSON text and are passed on as they are; these models
+describe them, and the tests hold the text against them.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class Problem(BaseModel):
+    """An error, after RFC 9457."""
+
+    type: str = Field(examples=["urn:joulepath:problem:bad-input"])
+    title: str = Field(examples=["Unprocessable Content"])
+    status: int = Field(examples=[422])
+    detail: str = Field(
+        examples=["start.x: is not a finite number (got nan); accepted: metres in the map's frame"]
+    )
+    field: str | None = Field(default=None, examples=["start.x"])
+    accepted: str | None = Field(default=None, examples=["metres in the map's frame"])
+    id: str | None = Field(default=None, description="of an unexpected failure in the log")
+
+
+class Pose(BaseModel):
+    """Position, yaw and speed change evenly in t from one pose to the next."""
+
+    x: float = Field(description="m, the map's frame")
+    y: float = Field(description="m, the map's frame")
+    z: float = Field(description="m, height at which the robot rides")
+    yaw: float = Field(description="rad, counter-clockwise from the map's x axis")
+    t: float = Field(description="s since the start")
+    speed: float = Field(description="m/s along the surface")
+    energy_j: float = Field(description="J drawn since the start")
+
+
+class Battery(BaseModel):
+    """Whether the route's energy fits the battery."""
+
+    available_j: float
+    share: float = Field(description="of what is available")
+    fits: bool
+
+
+class RouteSummary(BaseModel):
+    """Energy of a route and its account."""
+
+    energy_j: float
+    lower_bound_j: float = Field(description="no feasible route of the motion model costs less")
+    gap: float = Field(description="(energy - bound) as a share of the dissipated energy")
+    duration_s: float
+    length_m: float
+    energy_interval_j: tuple[float, float] = Field(description="95 %, from the parameters")
+    breakdown_j: dict[str, float] = Field(
+        description="J by effect; adds up to energy_j; gravity and inertia are exchange"
+    )
+    battery: Battery | None = None
+
+
+class Route(RouteSummary):
+    """A route with its poses."""
+
+    poses: list[Pose]
+
+
+class BaselineSummary(RouteSummary):
+    """The shortest or the fastest route, priced by the same model."""
+
+    extra_share: float = Field(description="energy beyond the answer's: 0.23 costs 23 % more")
+
+
+class RouteAnswer(BaseModel):
+    """ROUTE.json."""
+
+    status: Literal["ok", "no_route"]
+    reason: str | None = Field(default=None, description="what blocks, when there is no route")
+    routes: list[Route] = Field(description="best first")
+    baselines: dict[str, BaselineSummary]
+    planner: dict[str, Any] = Field(description="how the route was found")
+    model: dict[str, Any] = Field(description="name, version and effects of the power model")
+    notes: list[str] = Field(default=[], description="what was assumed or could not be done")
+
+
+class Entry(BaseModel):
+    """An entry of a catalogue."""
+
+    model_config = ConfigDict(extra="allow")
+
+    name: str = Field(description="what a request calls it")
+    title: str | None = None
+
+
+class Relief(BaseModel):
+    """Heights of a map, thinned out for a picture."""
+
+    name: str
+    columns: int
+    rows: int
+    origin: tuple[float, float] = Field(description="x, y of the first height, m")
+    cell: tuple[float, float] = Field(description="dx, dy between heights, m")
+    extent: tuple[float, float, float, float] = Field(description="xmin, ymin, xmax, ymax, m")
+    heights: list[float | None] = Field(description="m, row by row from the south")
+    blocked: list[int] = Field(description="1 where an obstacle stands")
+
+
+class WorkersHealth(BaseModel):
+    """How busy the workers are."""
+
+    alive: bool
+    workers: int
+    busy: int
+    waiting: int
+
+
+class Health(BaseModel):
+    """Whether the service can plan."""
+
+    status: Literal["ok", "failing"]
+    version: str
+    workers: WorkersHealth

@@ -1,0 +1,48 @@
+"""How the service runs: every setting is an environment variable JOULEPATH_*, see docs."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Literal
+
+from pydantic import Field
+from pydantic_settings import BaseSettings, SettingsConfigDict
+
+
+class Settings(BaseSettings):
+    """Settings of ``joulepath serve``, read from the environment."""
+
+    model_config = SettingsConfigDict(env_prefix="JOULEPATH_", frozen=True, extra="ignore")
+
+    host: str = Field(default="127.0.0.1", description="address to listen on")
+    port: int = Field(default=8000, ge=0, le=65535, description="port to listen on; 0 picks one")
+    workers: int = Field(
+        default_factory=lambda: os.cpu_count() or 1,
+        ge=1,
+        le=256,
+        description="processes that plan at the same time; by default one for each core",
+    )
+    queue: int = Field(
+        default=16, ge=0, le=10_000, description="requests that may wait for a worker; more get 503"
+    )
+    time_limit_s: float = Field(
+        default=120.0, gt=0, le=3600, description="seconds after which a request is ended with 504"
+    )
+    max_time_budget_s: float = Field(
+        default=60.0, gt=0, le=600, description="largest time_budget_s that a request may ask for"
+    )
+    max_body_bytes: int = Field(
+        default=65_536, ge=1024, description="largest request body in bytes; more gets 413"
+    )
+    memory_limit_mb: int = Field(
+        default=8192, ge=512, description="address space that a worker may use, in MiB"
+    )
+    data_dir: Path | None = Field(
+        default=None,
+        description="folder with maps, vehicles and models that requests may name beside the "
+        "catalogues; without it they can name catalogue entries only",
+    )
+    log_level: Literal["debug", "info", "warning", "error"] = Field(
+        default="info", description="least severity that is logged"
+    )
