@@ -163,7 +163,7 @@ class _Pipeline(KernelWriter):
         for call, _ in self._calls("motor_constant"):
             put(f"cold_constant += {call}")
         put("least_load = np.inf; most_current = 0.0; most_voltage = 0.0; most_torque = 0.0")
-        put("slack_low = -np.inf; slack_high = np.inf; slack = np.inf")
+        put("slack_low = -np.inf; slack_high = np.inf; slack = np.inf; mode_size = 0.0")
         put(f"traction = body[4] * row[{INDEX['traction_factor']}]")
         put("for i in range(wheel_count):")
         put("    wheel = i")
@@ -201,6 +201,7 @@ class _Pipeline(KernelWriter):
         put("    grip = traction * load.real")
         put("    mode = wheels[i, 19]")
         put("    if mode != 0.0:")
+        put("        mode_size = max(mode_size, abs(mode))")
         put("        low = (-grip - axis_force_0.real) / mode")
         put("        high = (grip - axis_force_0.real) / mode")
         put("        slack_low = max(slack_low, min(low, high))")
@@ -311,7 +312,7 @@ class _Pipeline(KernelWriter):
         for call, _ in self._calls("supply"):
             put(f"bus_watts += {call}")
         put("if slack_high < np.inf:")
-        put("    slack = min(slack, 0.5 * (slack_high - slack_low))")
+        put("    slack = min(slack, 0.5 * mode_size * (slack_high - slack_low))")
         put("account[0] = bus_watts")
         written: tuple[str, ...] = ("terminal_watts", "shaft_watts", "copper_watts", "driver_watts")
         written += ("electronics_watts", "least_load", "most_current", "most_voltage")

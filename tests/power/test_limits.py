@@ -1,0 +1,165 @@
+"""What the robot can do at all: traction, torque, tipping and voltage by slope and heading.
+
+Closed forms of docs/physics.md: a roller pushes along its axle only, so that with ideal sharing
+
+    tan γ_max = μ / (√2·(|cos ψ| + |sin ψ|))        ψ: uphill seen from the body's x axis
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner.power.model import PowerModel, rows_from
+from planner.power.vehicle import load_vehicle
+from tests.power.states import Array, changed, model_with, plane_gravity
+
+
+@pytest.fixture(scope="module")
+def model() -> PowerModel:
+    return model_with()
+
+
+def steepest(possible: Callable[[float], bool]) -> float:
+    """Largest slope in degrees at which something is possible, by bisection."""
+    low, high = 0.0, 60.0
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if possible(middle) else (low, middle)
+    return low
+
+
+def on_slope(degrees: float, uphill: float, **more: float) -> Array:
+    return rows_from(**plane_gravity(np.radians(degrees), uphill), **more)
+
+
+def grip_limit(model: PowerModel, uphill: float, factor: float = 1.0) -> float:
+    """Degrees at which standing still uses up all traction."""
+    return steepest(
+        lambda degrees: (
+            model.account(on_slope(degrees, uphill, traction_factor=factor))["traction_left"][0]
+            >= 0.0
+        )
+    )
+
+
+@pytest.mark.parametrize(
+    ("mu", "forward", "diagonal"),
+    [
+        (0.3, 12.0, 8.5),
+        (0.4, 15.8, 11.3),
+        (0.5, 19.5, 14.0),
+        (0.6, 23.0, 16.7),
+        (0.7, 26.3, 19.3),
+        (0.8, 29.5, 21.8),
+    ],
+)
+def test_traction_by_heading(model: PowerModel, mu: float, forward: float, diagonal: float) -> None:
+    assert grip_limit(model, 0.0, mu / 0.6) == pytest.approx(forward, abs=0.1)
+    assert grip_limit(model, np.pi / 2, mu / 0.6) == pytest.approx(forward, abs=0.1)
+    assert grip_limit(model, np.pi / 4, mu / 0.6) == pytest.approx(diagonal, abs=0.1)
+
+
+@pytest.mark.parametrize("degrees", [0, 15, 30, 45, 60, 75, 90, 130, 200, -50])
+def test_traction_closed_form(model: PowerModel, degrees: float) -> None:
+    uphill = np.radians(degrees)
+    closed = 0.6 / (np.sqrt(2.0) * (abs(np.cos(uphill)) + abs(np.sin(uphill))))
+    assert grip_limit(model, uphill) == pytest.approx(np.degrees(np.arctan(closed)), abs=0.1)
+
+
+def test_a_mecanum_robot_holds_less_than_an_ordinary_one(model: PowerModel) -> None:
+    # Four plain wheels hold tan γ = μ: 31.0°.
+    assert grip_limit(model, 0.0) < np.degrees(np.arctan(0.6)) - 7.0
+
+
+def test_traction_left_is_a_share_of_the_limit(model: PowerModel) -> None:
+    # On the flat at rest nothing is used; on half the limiting tangent, half.
+    account = model.account(on_slope(0.0, 0.0))
+    assert account["traction_left"][0] == pytest.approx(1.0, abs=1e-9)
+    half = np.degrees(np.arctan(0.5 * 0.6 / np.sqrt(2.0)))
+    assert model.account(on_slope(half, 0.0))["traction_left"][0] == pytest.approx(0.5, abs=0.01)
+
+
+@pytest.mark.parametrize(("payload", "degrees"), [(0.0, 16.4), (10.0, 7.9), (30.0, 3.2)])
+def test_continuous_torque(model: PowerModel, payload: float, degrees: float) -> None:
+    # T_cont·n·η at four wheels is 37.3 N; the load transfer on a slope does not change the mean,
+    # so that the height of the mass is put to zero to leave the wheels equal.
+    flat = replace(model, vehicle=replace(model.vehicle, com_height=0.0))
+    limit = flat.vehicle.limits.continuous_torque
+    found = steepest(
+        lambda angle: (
+            flat.account(on_slope(angle, 0.0, vx=0.5, payload=payload))["motor_torque"][0] <= limit
+        )
+    )
+    assert found == pytest.approx(degrees, abs=0.12)
+
+
+def test_a_wheel_lifts_where_the_mass_passes_the_axle(model: PowerModel) -> None:
+    # Level ground: loads vanish where x_c/a = 1; on a slope earlier by h·tan γ.
+    flat = model.account(rows_from(com_x=[-0.213, -0.215], com_y=0.0))["least_load"]
+    assert flat[0] > 0.0 > flat[1]
+    tangent = (0.214 - 0.15) / 0.12
+    angle = np.degrees(np.arctan(tangent))
+    for degrees, lifted in ((angle - 0.1, False), (angle + 0.1, True)):
+        account = model.account(on_slope(degrees, 0.0, com_x=-0.15, com_y=0.0))
+        assert (account["least_load"][0] < 0.0) == lifted
+
+
+def test_twenty_percent_of_the_load_moves_at_twenty_degrees(model: PowerModel) -> None:
+    _, wheels = model.evaluate(on_slope(20.0, 0.0))
+    rear, front = wheels[2:, 0].sum(), wheels[:2, 0].sum()
+    assert (rear - front) / (rear + front) == pytest.approx(0.204, abs=0.001)
+
+
+@pytest.mark.parametrize(("heading", "speed"), [(0.0, 1.66), (np.pi / 2, 1.60), (np.pi / 4, 1.13)])
+def test_voltage_limits_the_speed_most_on_the_diagonal(
+    model: PowerModel, heading: float, speed: float
+) -> None:
+    # (0.95·24 V - R·I)/(k_t·n/r), and a wheel runs √2·v on the diagonal. docs/physics.md rounds the
+    # first two to 1.6 m/s; forward the current is 0.24 A, sideways 0.42 A.
+    low, high = 0.1, 3.0
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        rows = rows_from(vx=middle * np.cos(heading), vy=middle * np.sin(heading))
+        enough = model.account(rows)["voltage"][0] <= model.vehicle.limits.voltage
+        low, high = (middle, high) if enough else (low, middle)
+    assert low == pytest.approx(speed, rel=0.01)
+
+
+def test_parking_on_a_slope_costs_current_beyond_friction(model: PowerModel) -> None:
+    # Gear and motor friction hold up to some degrees; then the bus shows it: 6.25, 6.9, 7.4, 8.5 W.
+    watts = model.watts(np.vstack([on_slope(degrees, 0.0) for degrees in (0.0, 5.0, 10.0, 15.0)]))
+    assert watts == pytest.approx([6.25, 6.87, 7.35, 8.48], rel=0.01)
+    # On 2° the friction of the motors holds the robot, and no current flows.
+    assert model.account(on_slope(2.0, 0.0))["current"][0] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_limits_of_an_unknown_centre_are_those_of_its_worst_side() -> None:
+    # 5 cm to the front or to the rear, nobody knows: the worse of the two known cases.
+    unknown = changed(model_with(), com_offset__offset_x_squared=0.05**2)
+    known = model_with()
+    slope = {"vx": 0.5, "com_y": 0.0}
+    both = [known.account(on_slope(10.0, 0.0, com_x=x, **slope)) for x in (0.05, -0.05)]
+    found = unknown.account(on_slope(10.0, 0.0, **slope))
+    for name, worst in (("least_load", min), ("traction_left", min), ("current", max)):
+        assert found[name][0] == pytest.approx(worst(account[name][0] for account in both))
+    mean = 0.5 * sum(account["supply"][0] for account in both)
+    assert found["supply"][0] == pytest.approx(mean, rel=1e-12)
+
+
+def test_limits_of_every_vehicle_are_met_on_level_ground() -> None:
+    for name in ("minibalance", "robotino"):
+        vehicle = load_vehicle(name)
+        robot = PowerModel.from_vehicle(vehicle)
+        for heading in np.linspace(0.0, np.pi, 7):
+            speed = 0.9 * vehicle.limits.speed
+            account = robot.account(
+                rows_from(vx=speed * np.cos(heading), vy=speed * np.sin(heading))
+            )
+            assert account["voltage"][0] <= vehicle.limits.voltage
+            assert account["current"][0] <= vehicle.limits.current
+            assert account["motor_torque"][0] <= vehicle.limits.continuous_torque
+            assert account["traction_left"][0] > 0.5
