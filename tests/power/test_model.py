@@ -1,0 +1,195 @@
+"""PowerModel: rows, shares, derivatives, saving and loading, and compiled code on disk."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planner.errors import ModelError
+from planner.power.catalogue import all_effects
+from planner.power.compile_kernel import cache_folder, compile_kernel
+from planner.power.model import PowerModel, gravity_columns, rows_from
+from planner.power.pipeline import kernel_source
+from planner.power.vehicle import load_vehicle
+from planner.quantities import INDEX, QUANTITIES, ROW_LENGTH
+from tests.power.states import column, model_with, random_columns
+
+
+def test_vocabulary_has_every_name_once() -> None:
+    assert len(INDEX) == len(QUANTITIES) == ROW_LENGTH
+    assert all(quantity.meaning and quantity.unit for quantity in QUANTITIES)
+
+
+def test_unknown_column() -> None:
+    with pytest.raises(ModelError, match=r"speed.*no such quantity.*vx"):
+        rows_from(speed=1.0)
+
+
+@pytest.mark.parametrize(
+    ("roll", "pitch", "expected"),
+    [
+        (0.0, 0.0, (0.0, 0.0, 1.0)),
+        # Nose down by 30°: gravity pulls forward. Left side up by 30°: it pulls to the right.
+        (0.0, np.pi / 6, (0.5, 0.0, np.sqrt(0.75))),
+        (np.pi / 6, 0.0, (0.0, -0.5, np.sqrt(0.75))),
+    ],
+)
+def test_gravity_of_roll_and_pitch(
+    roll: float, pitch: float, expected: tuple[float, float, float]
+) -> None:
+    columns = gravity_columns(roll, pitch, gravity=10.0)
+    assert [float(value) for value in columns.values()] == pytest.approx(
+        [10.0 * part for part in expected], abs=1e-12
+    )
+
+
+def test_one_row_at_a_time_or_all_at_once() -> None:
+    model = model_with()
+    rows = rows_from(**random_columns(20, seed=16))
+    single = [model.watts(row[None])[0] for row in rows]
+    assert np.array_equal(model.watts(rows), single)
+    assert model.watts(rows[:0]).shape == (0,)
+
+
+def test_jacobian_shape_and_a_derivative_by_hand() -> None:
+    # dP/dP_0 is 1/η of the converter; dP/d(b) is Σω² plus the current it takes.
+    model = model_with()
+    rows = rows_from(vx=[0.3, 0.6])
+    slopes = model.jacobian(rows)
+    assert slopes.shape == (2, len(model.parameters))
+    names = [(effect.slug, name) for effect, name, _, _ in model.slots]
+    electronics = slopes[:, names.index(("electronics", "power"))]
+    assert electronics == pytest.approx([1.0 / 0.88] * 2, rel=1e-12)
+    viscous = slopes[:, names.index(("viscous_drag", "viscous_torque"))]
+    assert np.all(viscous > 4.0 * (26.85 * np.array([0.3, 0.6]) / 0.076) ** 2)
+
+
+def test_saved_and_loaded_bit_by_bit(tmp_path: Path) -> None:
+    model = model_with("wheel_imbalance", "surface_rolling", "stiction")
+    values = np.random.default_rng(17).uniform(0.6, 0.9, len(model.parameters))
+    stderr = np.where(np.arange(len(values)) % 2 == 0, 0.01, np.nan)
+    model = replace(model, parameters=values, stderr=stderr, version=3, parent="minibalance 2")
+    model.save(tmp_path / "model.json")
+    back = PowerModel.load(tmp_path / "model.json")
+    assert np.array_equal(back.parameters, model.parameters)
+    assert back.stderr is not None
+    assert np.array_equal(back.stderr, stderr, equal_nan=True)
+    assert (back.version, back.parent, back.surfaces) == (3, "minibalance 2", ("hard", "carpet"))
+    rows = rows_from(**random_columns(20, seed=18))
+    assert np.array_equal(back.watts(rows), model.watts(rows))
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (None, "cannot be read"),
+        ("{", "not JSON"),
+        ("[]", "not a joulepath model"),
+        ('{"format": "joulepath-model/9"}', "not a joulepath model"),
+        ('{"format": "joulepath-model/1"}', "incomplete"),
+    ],
+)
+def test_what_is_wrong_with_a_model_file(tmp_path: Path, text: str | None, words: str) -> None:
+    path = tmp_path / "model.json"
+    if text is not None:
+        path.write_text(text)
+    with pytest.raises(ModelError, match=words) as caught:
+        PowerModel.load(path)
+    assert "accepted:" in str(caught.value)
+
+
+def test_a_model_file_with_an_unknown_effect(tmp_path: Path) -> None:
+    model_with().save(tmp_path / "model.json")
+    document = json.loads((tmp_path / "model.json").read_text())
+    document["effects"]["ether_drag"] = {}
+    (tmp_path / "model.json").write_text(json.dumps(document))
+    with pytest.raises(ModelError, match="ether_drag"):
+        PowerModel.load(tmp_path / "model.json")
+
+
+def test_uncertainty_is_the_prior_spread_until_fitted() -> None:
+    model = model_with()
+    place = next(k for k, slot in enumerate(model.slots) if slot[1] == "rolling")
+    assert model.uncertainty[place] == pytest.approx(0.25 * 0.035)
+    stderr = np.full(len(model.parameters), math.nan)
+    stderr[place] = 0.001
+    assert replace(model, stderr=stderr).uncertainty[place] == 0.001
+
+
+def test_default_surface_and_labels_beyond_the_model() -> None:
+    model = model_with("surface_rolling", surface_rolling__excess=0.5)
+    inside, none, beyond, unknown = model.watts(
+        rows_from(vx=0.5, surface=[1.0, -1.0, 7.0, math.nan])
+    )
+    assert inside > none
+    assert none == beyond == unknown
+
+
+def test_same_effects_same_text_other_effects_other_text() -> None:
+    effects = list(all_effects().values())
+    text = kernel_source(effects, wheel_count=4, surface_count=1, number="float64")
+    assert text == kernel_source(effects, wheel_count=4, surface_count=1, number="float64")
+    assert text != kernel_source(effects[:-1], wheel_count=4, surface_count=1, number="float64")
+    assert text != kernel_source(effects, wheel_count=3, surface_count=1, number="float64")
+
+
+def test_a_kernel_is_compiled_once() -> None:
+    effects = [all_effects()[slug] for slug in load_vehicle("minibalance").active]
+    options = {"wheel_count": 4, "surface_count": 1, "number": "float64"}
+    assert compile_kernel(effects, **options) is compile_kernel(effects, **options)
+
+
+START = """
+import time
+from planner.power.model import PowerModel, rows_from
+from planner.power.vehicle import load_vehicle
+model = PowerModel.from_vehicle(load_vehicle("minibalance"), effects=["vibration"])
+before = time.perf_counter()
+print(model.watts(rows_from(vx=0.5))[0], time.perf_counter() - before)
+"""
+
+
+def test_a_model_seen_before_starts_without_compiling(tmp_path: Path) -> None:
+    environment = {**os.environ, "JOULEPATH_CACHE_DIR": str(tmp_path)}
+    answers = []
+    for _ in range(2):
+        done = subprocess.run(
+            [sys.executable, "-c", START],
+            env=environment,
+            cwd=Path(__file__).resolve().parents[2],
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        answers.append(done.stdout.split())
+    files = sorted(path.name for path in (tmp_path / "kernels").glob("*.py"))
+    assert len(files) == 1
+    assert answers[0][0] == answers[1][0]
+    assert float(answers[1][1]) < 1.0
+
+
+def test_a_cache_that_cannot_be_written_is_no_failure(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").write_text("in the way")
+    monkeypatch.setenv("JOULEPATH_CACHE_DIR", str(tmp_path / "file"))
+    folder = cache_folder()
+    assert folder.is_dir()
+    assert os.access(folder, os.W_OK)
+
+
+def test_payload_counts_in_mass_and_loads() -> None:
+    model = model_with()
+    rows = rows_from(vx=0.5, payload=[0.0, 6.0])
+    account = model.account(rows)
+    assert account["least_load"] == pytest.approx(np.array([12.0, 18.0]) * 9.80665 / 4.0)
+    assert account["shaft"][1] / account["shaft"][0] == pytest.approx(1.5, rel=1e-9)
+    assert column(rows, "payload")[1] == 6.0
