@@ -9,44 +9,9 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-# Energy that goes in and comes out again: signed, and no loss.
-EXCHANGE = ("gravity", "inertia")
+from planner.search.wording import EXCHANGE, extra_cost, joules, metres, seconds
 
 Document = Mapping[str, Any]
-
-
-def joules(value: float) -> str:
-    """Energy with a unit that keeps three to five digits: 812 J, 12.3 kJ, 1.24 MJ."""
-    for scale, unit in ((1e6, "MJ"), (1e3, "kJ")):
-        if abs(value) >= 10 * scale or (scale == 1e6 and abs(value) >= scale):
-            return f"{value / scale:,.2f} {unit}"
-    return f"{value:,.0f} J" if abs(value) >= 1000 else f"{value:.1f} J"
-
-
-def seconds(value: float) -> str:
-    """A duration as a person says it: 42.0 s, 3 min 05 s, 2 h 14 min."""
-    if value < 60:
-        return f"{value:.1f} s"
-    minutes, rest = divmod(round(value), 60)
-    if minutes < 60:
-        return f"{minutes} min {rest:02d} s"
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours} h {minutes:02d} min"
-
-
-def metres(value: float) -> str:
-    """A length: 12.30 m, 1,204 m."""
-    return f"{value:.2f} m" if value < 100 else f"{value:,.0f} m"
-
-
-def extra_cost(energy: float, best: float) -> str:
-    """How a baseline's energy compares with the route's."""
-    if best <= 0:
-        return f"costs {joules(energy - best)} more"
-    share = energy / best - 1
-    if share < 0.0005:
-        return "costs the same"
-    return f"costs {100 * share:.{0 if share >= 0.1 else 1}f} % more"
 
 
 def compared(document: Document) -> Iterator[tuple[str, Document]]:
@@ -117,11 +82,11 @@ def remarks(document: Document) -> Iterator[str]:
         f"No feasible route of this motion model costs less than {joules(best['lower_bound_j'])}; "
         f"the gap is {100 * best['gap']:.1f} % of the dissipated energy."
     )
-    battery = best.get("battery")
-    if battery and battery.get("share") is not None:
-        fits = "fits" if battery.get("fits", True) else "DOES NOT FIT"
-        yield f"The battery gives {100 * battery['share']:.1f} % of its charge: the route {fits}."
-    yield from document.get("warnings", ())
+    if battery := best.get("battery"):
+        share = f"{100 * battery['share']:.2g} % of the {joules(battery['available_j'])}"
+        fits = "fits the battery" if battery["fits"] else "DOES NOT FIT the battery"
+        yield f"It {fits}: {share} that are in it."
+    yield from document.get("notes", ())
 
 
 def report(document: Document, titles: Mapping[str, str] | None = None) -> RenderableType:

@@ -1,0 +1,42 @@
+"""How quantities of a route are written for people, the same in terminals, pages and notebooks."""
+
+from __future__ import annotations
+
+# Energy that goes in and comes out again: signed, and no loss.
+EXCHANGE = ("gravity", "inertia")
+
+
+def joules(value: float) -> str:
+    """Energy with a unit that keeps three to five digits: 812.0 J, 12.30 kJ, 1.24 MJ."""
+    for scale, unit in ((1e6, "MJ"), (1e3, "kJ")):
+        if abs(value) >= (scale if unit == "MJ" else 10 * scale):
+            return f"{value / scale:,.2f} {unit}"
+    return f"{value:,.0f} J" if abs(value) >= 1000 else f"{value:.1f} J"
+
+
+def seconds(value: float) -> str:
+    """A duration as a person says it: 42.0 s, 3 min 05 s, 2 h 14 min."""
+    if value < 60:
+        return f"{value:.1f} s"
+    minutes, rest = divmod(round(value), 60)
+    if minutes < 60:
+        return f"{minutes} min {rest:02d} s"
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours} h {minutes:02d} min"
+
+
+def metres(value: float) -> str:
+    """A length: 12.30 m, 1,204 m."""
+    return f"{value:.2f} m" if value < 100 else f"{value:,.0f} m"
+
+
+def extra_cost(energy: float, best: float) -> str:
+    """How another route's energy compares with that of the best: "costs 23 % more"."""
+    if best <= 0:
+        return f"costs {joules(energy - best)} more"
+    share = energy / best - 1
+    if abs(share) < 0.0005:
+        return "costs the same"
+    word = "more" if share > 0 else "less"
+    digits = 0 if abs(share) >= 0.1 else 1
+    return f"costs {100 * abs(share):.{digits}f} % {word}"
