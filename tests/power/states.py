@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.power.catalogue import all_effects
 from planner.power.model import PowerModel
 from planner.power.vehicle import load_vehicle
 from planner.quantities import INDEX, STANDARD_GRAVITY
@@ -71,15 +72,20 @@ def random_columns(count: int, seed: int, *, moving: bool = True) -> dict[str, A
 def model_with(*effects: str, vehicle: str = "minibalance", **values: float) -> PowerModel:
     """The vehicle's active model with more effects; values by "slug__parameter" replace the file's.
 
+    All other effects are there at their null values: one compiled model serves most tests, and they
+    see that nothing comes from effects that are switched off.
+
     Args:
         effects: slugs beside the vehicle's active ones.
         vehicle: name of an installed vehicle.
         values: a value for every element of that parameter.
     """
     known = load_vehicle(vehicle)
-    model = PowerModel.from_vehicle(
-        known, effects=(*known.active, *effects), surfaces=("hard", "carpet")
-    )
+    active = {*known.active, *effects}
+    model = PowerModel.from_vehicle(known, effects=list(all_effects()), surfaces=("hard", "carpet"))
+    for place, (effect, _, parameter, _) in enumerate(model.slots):
+        if effect.slug not in active and parameter.null is not None:
+            model = model.with_parameter(place, parameter.null)
     return changed(model, **values)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from planner.power.model import PowerModel, rows_from
+from planner.power.vehicle import load_vehicle
 from tests.power.states import Array, changed, column, model_with, plane_gravity
 
 FORWARD, DIAGONAL, SIDEWAYS = 0.0, np.pi / 4, np.pi / 2
@@ -51,7 +52,7 @@ def motors(model: PowerModel, rows: Array) -> float:
 @pytest.fixture(scope="module")
 def minibalance() -> PowerModel:
     """The vehicle as it stands in its file."""
-    return model_with()
+    return PowerModel.from_vehicle(load_vehicle("minibalance"))
 
 
 @pytest.fixture(scope="module")
