@@ -25,6 +25,9 @@ from planner.search.ground import (
 )
 from planner.search.steady import cost_for_best_yaw
 
+NODE_SLACK = 0.97
+"""Share of the limit that slopes at nodes may use: between the nodes it is a little steeper."""
+
 _GENERATORS = {
     8: ((1, 0), (1, 1)),
     16: ((1, 0), (1, 1), (2, 1)),
@@ -70,7 +73,7 @@ def move_cost(field: Any, j: int, i: int, dj: int, di: int, dx: float, dy: float
             mask &= field.mask[b0, a0] & field.mask[b1, a1]
         if mask == np.uint64(0):
             return np.inf
-        steepness = math.sqrt(px * px + py * py) / field.margin
+        steepness = math.sqrt(px * px + py * py) / (field.margin * NODE_SLACK)
         azimuth = math.atan2(py, px) - direction
         if mask == ALL_YAWS:
             cost = cost_for_best_yaw(field.best, field.limit, ground, azimuth, steepness)

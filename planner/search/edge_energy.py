@@ -23,7 +23,7 @@ from planner.power.model import PowerModel
 from planner.power.pipeline import ACCOUNT_LENGTH, PER_WHEEL
 from planner.quantities import INDEX, ROW_LENGTH
 from planner.search.ground import CostField
-from planner.search.steady import broken_limit, set_motion
+from planner.search.steady import BRIEFLY, broken_limit, set_motion
 from planner.search.track import Track
 from planner.search.yaw import YawProfile, set_wind
 from planner.terrain.heightmap import interpolate
@@ -105,6 +105,7 @@ def _ramp_cost(
         return np.inf
     if faster * faster * abs(curvature) > most_acceleration * 1.1:
         return np.inf
+    brief = turn != 0.0 or curvature != 0.0 or abs(acceleration) > 0.05 * most_acceleration
     row[_WZ] = turn / time
     row[_SLOPE_RATE] = slope_change / time
     total = 0.0
@@ -113,9 +114,7 @@ def _ramp_cost(
         row[_VX], row[_VY] = unit[0] * speed, unit[1] * speed
         set_acceleration(row, acceleration, speed * speed * curvature, unit[0], unit[1], 1.0)
         watts = kernel(row, parameters, body, wheels, account, per_wheel)
-        broken = broken_limit(account, limits)
-        # The continuous torque is a thermal limit: a ramp of a second may exceed it.
-        if broken >= 0 and not (broken == 4 and abs(acceleration) > 0.05 * most_acceleration):
+        if broken_limit(account, limits, BRIEFLY if brief else 1.0) >= 0:
             return np.inf
         total += share * watts * time
     if objective == 1:

@@ -69,7 +69,7 @@ def _check_hold(
     for yaw in yaws:
         set_motion(row, px, py, yaw, 0.0, 0.0)
         accounts, _ = around.model.evaluate(row[None])
-        broken = broken_limit(accounts[0], around.limits)
+        broken = broken_limit(accounts[0], around.limits, 1.0)
         if broken < 0:
             return
     raise RequestError(

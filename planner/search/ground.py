@@ -30,7 +30,7 @@ from planner.search.steady import (
     cost_for_best_yaw,
     cost_for_yaw,
 )
-from planner.terrain.heightmap import Terrain, interpolate_many
+from planner.terrain.heightmap import Terrain, interpolate, interpolate_many
 from planner.terrain.obstacles import blocked_cells, rectangle_free, yaw_mask
 
 YAW_BINS = 32
@@ -283,11 +283,18 @@ def wind_cost(field: Any, direction: float) -> float:
 
 @njit(cache=True, error_model="numpy")
 def travel_cost(field: Any, x: float, y: float, direction: float, exact: bool) -> float:
-    """Cost per horizontal metre at a point when driving in a direction; infinity if impossible."""
+    """Cost per horizontal metre at a point when driving in a direction; infinity if impossible.
+
+    ``exact`` takes slope and room at the point itself instead of those of the nodes round it.
+    """
     ny, nx = field.heights.shape
     i = _node(x - field.x0, field.dx, nx)
     j = _node(y - field.y0, field.dy, ny)
-    px, py = slope_at(field, x, y)
+    if exact:
+        # The very slope that the finished motion is checked on.
+        _, px, py = interpolate(field.heights, field.x0, field.y0, field.dx, field.dy, x, y)
+    else:
+        px, py = slope_at(field, x, y)
     steepness = math.sqrt(px * px + py * py) / field.margin
     azimuth = math.atan2(py, px) - direction
     ground = field.ground[j, i]

@@ -39,7 +39,7 @@ Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 
 KINDS = ("sound", "printed/A", "printed/B")
-RETRIES = (MARGIN, 0.93, 0.85)
+RETRIES = (MARGIN, 0.95, 0.9, 0.8)
 """Shares of the slope limit to search with, until the finished motion keeps to all limits."""
 
 
@@ -209,33 +209,39 @@ def _best_route(run: _Run, field: CostField) -> tuple[Route | None, dict[str, An
     """The main route, how it was found, and the reason if there is none."""
     objective = run.request.objective
     planner: dict[str, Any] = {"name": run.request.planner, "seed": run.request.seed}
+    paths, refined, route = None, [], None
     reason = ""
     for margin in RETRIES:
         field = field._replace(margin=margin)
-        paths = _grid_paths(run, field)
-        if paths is None:
-            if not reason:
-                reason = _why_not(run, field)
+        found = _grid_paths(run, field)
+        if found is None:
+            reason = reason or _why_not(run, field)
             break
-        candidates, found = _search(run, field, paths)
-        planner |= found
+        paths = found
+        refined = [refine(field, path, check=run.check) for path in paths]
+        driven = _drive(run, field, [path for path, _ in refined], objective)
+        planner["slope_margin"] = margin
+        if isinstance(driven, Route):
+            route = driven
+            break
+        reason = f"a way was found, but at x {driven.x:.2f}, y {driven.y:.2f} {driven.what}"
+    if paths is None or (route is None and run.request.planner == "grid"):
+        return None, planner, reason
+    planner["grid_cost"] = sum(cost for _, cost in refined)
+    candidates = {} if route is None else {"grid": route}
+    if run.request.planner != "grid":
+        legs, said = _ompl_paths(run, field, paths, refined)
+        planner |= said
         run.step("yaw, speed and energy", 0.7)
-        driven = [_drive(run, field, legs, objective) for legs in candidates.values()]
-        routes = {
-            name: route
-            for name, route in zip(candidates, driven, strict=True)
-            if isinstance(route, Route)
-        }
-        for name, route in routes.items():
-            planner[f"{name}_energy_j"] = route.energy_j
-        if routes:
-            name = min(routes, key=lambda n: _value(routes[n], objective))
-            planner["chosen"] = name
-            planner["slope_margin"] = margin
-            return routes[name], planner, ""
-        stuck = next(route for route in driven if isinstance(route, Stuck))
-        reason = f"a way was found, but at x {stuck.x:.2f}, y {stuck.y:.2f} {stuck.what}"
-    return None, planner, reason
+        driven = _drive(run, field, legs, objective)
+        if isinstance(driven, Route):
+            candidates["ompl"] = driven
+    if not candidates:
+        return None, planner, reason
+    planner |= {f"{name}_energy_j": found.energy_j for name, found in candidates.items()}
+    chosen = min(candidates, key=lambda name: _value(candidates[name], objective))
+    planner["chosen"] = chosen
+    return candidates[chosen], planner, ""
 
 
 def _value(route: Route, objective: str) -> float:
@@ -261,27 +267,23 @@ def _grid_paths(run: _Run, field: CostField) -> list[Array] | None:
     return legs
 
 
-def _search(
-    run: _Run, field: CostField, paths: list[Array]
-) -> tuple[dict[str, list[Array]], dict[str, Any]]:
-    """Refined paths by the planner that found them, and what there is to say about the search."""
-    request = run.request
-    refined = [refine(field, path, check=run.check) for path in paths]
-    candidates = {"grid": [path for path, _ in refined]}
-    said: dict[str, Any] = {"grid_cost": sum(cost for _, cost in refined)}
-    if request.planner == "grid":
-        return candidates, said
+def _ompl_paths(
+    run: _Run, field: CostField, paths: list[Array], refined: list[tuple[Array, float]]
+) -> tuple[list[Array], dict[str, Any]]:
+    """OMPL's refined paths, one for each leg, and what there is to say about its search.
+
+    Where OMPL finds nothing in its time, the grid's refined path stands in and is counted.
+    """
     # OMPL is slow to import and leaves objects behind at exit: only where it is used.
     from planner.search.objective import Plane, Tube, WholeMap
     from planner.search.ompl_planner import solve
 
-    run.step("OMPL", 0.2)
+    request = run.request
+    run.step("OMPL", 0.3)
     cheapest = float(field.best[np.isfinite(field.best)].min()) + min(0.0, float(field.extra.min()))
     cheapest = max(cheapest, 0.0)
-    legs, cost, iterations, evaluations = [], 0.0, 0, 0
-    for path, (fine, fine_cost), a, b in zip(
-        paths, refined, run.places[:-1], run.places[1:], strict=True
-    ):
+    legs, cost, iterations, evaluations, without = [], 0.0, 0, 0, 0
+    for path, own, a, b in zip(paths, refined, run.places[:-1], run.places[1:], strict=True):
         plane: Plane
         if request.planner == "tube":
             plane = Tube(field, path, cheapest)
@@ -297,30 +299,25 @@ def _search(
         run.check()
         iterations += result.iterations
         evaluations += result.evaluations
-        if result.path is None or not math.isfinite(result.cost):
-            legs.append(fine)
-            cost += fine_cost
-            said.setdefault("legs_without_ompl", 0)
-            said["legs_without_ompl"] += 1
-            continue
-        polyline = result.path.copy()
-        polyline[0], polyline[-1] = a, b
-        path_refined, path_cost = refine(field, polyline, check=run.check)
-        if math.isfinite(path_cost):
-            legs.append(path_refined)
-            cost += path_cost
-        else:
-            legs.append(fine)
-            cost += fine_cost
-    said |= {
+        best = own
+        if result.path is not None:
+            polyline = result.path.copy()
+            polyline[0], polyline[-1] = a, b
+            best = refine(field, polyline, check=run.check)
+        if result.path is None or not math.isfinite(best[1]):
+            best = own
+            without += 1
+        legs.append(best[0])
+        cost += best[1]
+    said = {
         "library": "OMPL BIT*",
         "space": request.planner,
         "iterations": iterations,
         "edges_evaluated": evaluations,
         "ompl_cost": cost,
+        "legs_without_ompl": without,
     }
-    candidates["ompl"] = legs
-    return candidates, said
+    return legs, said
 
 
 def _drive(run: _Run, field: CostField, legs: list[Array], objective: str) -> Route | Stuck:

@@ -50,6 +50,8 @@ _LOAD, _CURRENT, _VOLTAGE, _TORQUE, _GRIP = (
     for name in ("least_load", "current", "voltage", "motor_torque", "traction_left")
 )
 _WHEEL_COLUMNS = len(PER_WHEEL)
+BRIEFLY = 1.3
+"""Share of the continuous torque allowed on bends and ramps: a motor warms up in a minute."""
 LIMIT_NAMES = ("wheel load", "traction", "current", "voltage", "continuous torque")
 
 
@@ -90,10 +92,14 @@ def set_motion(
 
 
 @njit(cache=True)
-def broken_limit(account: Any, limits: Any) -> int:
+def broken_limit(account: Any, limits: Any, ease: float) -> int:
     """Number of the first limit that an account breaks (LIMIT_NAMES), or -1.
 
-    ``limits`` is [speed, current, voltage, continuous torque, ...].
+    Args:
+        account: what the power model wrote.
+        limits: [speed, current, voltage, continuous torque, ...].
+        ease: factor on the continuous torque, which is a thermal limit: 1 on the straight,
+            BRIEFLY on what lasts a few seconds.
     """
     if account[_LOAD] <= 0.0:
         return 0
@@ -103,7 +109,7 @@ def broken_limit(account: Any, limits: Any) -> int:
         return 2
     if account[_VOLTAGE] > limits[2]:
         return 3
-    if account[_TORQUE] > limits[3]:
+    if account[_TORQUE] > limits[3] * ease:
         return 4
     return -1
 
@@ -130,7 +136,7 @@ def _cost_at_speed(
     row[_VX], row[_VY] = vx * speed, vy * speed
     watts: float = kernel(row, parameters, body, wheels, account, per_wheel)
     row[_VX], row[_VY] = vx, vy
-    if broken_limit(account, limits) >= 0:
+    if broken_limit(account, limits, 1.0) >= 0:
         return np.inf
     if objective == 1:
         return 1.0 / speed
@@ -211,13 +217,13 @@ def _fill(
                     middle = 0.5 * (low + high)
                     set_motion(row, px * middle, py * middle, yaw, 0.0, crawl)
                     kernel(row, parameters, body, wheels, account, per_wheel)
-                    if broken_limit(account, limits) >= 0:
+                    if broken_limit(account, limits, 1.0) >= 0:
                         high = middle
                     else:
                         low = middle
                 set_motion(row, 0.0, 0.0, yaw, 0.0, crawl)
                 kernel(row, parameters, body, wheels, account, per_wheel)
-                level = broken_limit(account, limits) < 0
+                level = broken_limit(account, limits, 1.0) < 0
                 yaw_limit[c, t, f] = low if level else -1.0
                 for s in range(STEEPNESSES):
                     # Just inside the limit, where the speed is not yet squeezed to a crawl.

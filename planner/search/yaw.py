@@ -23,7 +23,7 @@ from planner.power.model import PowerModel
 from planner.power.pipeline import ACCOUNT_LENGTH, PER_WHEEL
 from planner.quantities import INDEX
 from planner.search.ground import YAW_BINS, CostField
-from planner.search.steady import broken_limit, set_motion
+from planner.search.steady import BRIEFLY, broken_limit, set_motion
 from planner.search.track import Track
 from planner.terrain.obstacles import rectangle_free
 
@@ -90,20 +90,19 @@ def _step_cost(
     speed = limits[0]
     if abs(turn) > 1e-12:
         speed = min(speed, limits[6] * surface / abs(turn))
-    best = np.inf
+    cost = np.inf
+    # As fast as the limits let it: the speed programme finds the best speed afterwards.
     for _ in range(7):
         time = surface / speed
         row[_VX], row[_VY] = vx * speed, vy * speed
         row[_WZ] = turn / time
         watts = kernel(row, parameters, body, wheels, account, per_wheel)
-        if broken_limit(account, limits) < 0:
+        if broken_limit(account, limits, BRIEFLY if turn != 0.0 else 1.0) < 0:
             cost = time if objective == 1 else watts * time
-            if cost >= best:
-                break
-            best = cost
+            break
         speed *= 0.85
     row[_WZ] = 0.0
-    return best
+    return cost
 
 
 @njit(
