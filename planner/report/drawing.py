@@ -1,0 +1,265 @@
+"""Charts of a route as SVG: height and power along the way, energy by effect side by side.
+
+Power and energy are stacked with what is drawn above zero and what is given back below it, so that
+the difference of both is the total. Effects that never matter are drawn together as "other".
+"""
+
+from __future__ import annotations
+
+import html
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.search.pictures import BASELINE_COLOURS
+from planner.search.route import Route
+from planner.search.wording import joules
+
+Array = NDArray[np.float64]
+
+# Related effects have related colours: electronics grey to blue, resistance of the wheels green,
+# drive orange to red, exchange violet, wind and ground teal.
+COLOURS = {
+    "electronics": "#64748b",
+    "sensor_rate": "#94a3b8",
+    "converter_efficiency": "#475569",
+    "driver_loss": "#3b82c4",
+    "wheel_rolling": "#4d9a51",
+    "roller_drag": "#8cc152",
+    "load_dependent_rolling": "#2f7d4f",
+    "surface_rolling": "#b5cc6a",
+    "gear_loss": "#f0a63c",
+    "copper_loss": "#d9622b",
+    "coulomb_drag": "#c2413b",
+    "viscous_drag": "#e58a6f",
+    "regeneration_limit": "#9c2f6b",
+    "gravity": "#7c5cc4",
+    "inertia": "#b39ddb",
+    "air_drag": "#2a9d8f",
+    "com_offset": "#a1887f",
+}
+_SPARE = ("#8d6e63", "#26a69a", "#ab47bc", "#78909c", "#d4a017", "#5c6bc0")
+OTHER = "other"
+_OTHER_COLOUR = "#cbd5e1"
+
+LEFT, RIGHT, TOP, BOTTOM = 52, 12, 10, 26
+
+
+def colour_of(effect: str) -> str:
+    """Colour of an effect, the same in every chart."""
+    if effect == OTHER:
+        return _OTHER_COLOUR
+    spare = _SPARE[sum(map(ord, effect)) % len(_SPARE)]
+    return COLOURS.get(effect, spare)
+
+
+def main_effects(routes: Sequence[Route], *, least_share: float = 0.012) -> list[str]:
+    """Effects that move a visible share of any of the routes' energy, largest first.
+
+    Energy that comes back counts too, so that speeding up and slowing down are seen although they
+    cancel over the whole route.
+    """
+    share: dict[str, float] = {}
+    for route in routes:
+        steps = np.diff(route.arrays["t"], prepend=0.0)
+        moved = {e: float(np.abs(w) @ steps) for e, w in route.watts_by_effect.items()}
+        whole = sum(moved.values()) or 1.0
+        for effect, value in moved.items():
+            share[effect] = max(share.get(effect, 0.0), value / whole)
+    return [e for e in sorted(share, key=lambda e: -share[e]) if share[e] >= least_share]
+
+
+def grouped(values: Mapping[str, Array], effects: Sequence[str]) -> dict[str, Array]:
+    """The chosen effects' values, and the sum of all others as "other" where it is not zero."""
+    result = {effect: np.asarray(values[effect], float) for effect in effects if effect in values}
+    rest = [np.asarray(value, float) for effect, value in values.items() if effect not in result]
+    other = np.sum(rest, axis=0) if rest else np.zeros(1)
+    if np.any(np.abs(other) > 1e-9):
+        result[OTHER] = other
+    return result
+
+
+def nice_ticks(low: float, high: float, count: int = 5) -> list[float]:
+    """Round numbers from low to high, about ``count`` of them."""
+    span = high - low
+    if not span > 0:
+        return [low]
+    raw = span / count
+    power = 10.0 ** math.floor(math.log10(raw))
+    step = next(m * power for m in (1, 2, 2.5, 5, 10) if m * power >= raw * 0.999)
+    first = math.ceil(low / step - 1e-9)
+    last = math.floor(high / step + 1e-9)
+    return [k * step for k in range(first, last + 1)]
+
+
+@dataclass(frozen=True)
+class Axes:
+    """Maps a chart's numbers to its pixels."""
+
+    width: int
+    height: int
+    x_range: tuple[float, float]
+    y_range: tuple[float, float]
+
+    def x(self, value: Array | float) -> Array:
+        """Pixels from the left."""
+        low, high = self.x_range
+        inner = self.width - LEFT - RIGHT
+        return LEFT + (np.asarray(value, float) - low) / (high - low or 1.0) * inner
+
+    def y(self, value: Array | float) -> Array:
+        """Pixels from the top."""
+        low, high = self.y_range
+        inner = self.height - TOP - BOTTOM
+        return TOP + (high - np.asarray(value, float)) / (high - low or 1.0) * inner
+
+    def points(self, xs: Array, ys: Array) -> str:
+        """A polyline's points."""
+        return " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(self.x(xs), self.y(ys), strict=True))
+
+    def frame(self, x_label: str, y_label: str) -> str:
+        """Grid, numbers and labels."""
+        parts = []
+        for value in nice_ticks(*self.y_range, count=4):
+            y = float(self.y(value))
+            parts.append(
+                f'<line x1="{LEFT}" x2="{self.width - RIGHT}" y1="{y:.1f}" y2="{y:.1f}" '
+                f'class="{"zero" if value == 0 else "grid"}"/>'
+                f'<text x="{LEFT - 6}" y="{y + 3.5:.1f}" text-anchor="end">{value:g}</text>'
+            )
+        for value in nice_ticks(*self.x_range, count=8):
+            x = float(self.x(value))
+            parts.append(
+                f'<text x="{x:.1f}" y="{self.height - 10}" text-anchor="middle">{value:g}</text>'
+            )
+        middle = TOP + (self.height - TOP - BOTTOM) / 2
+        parts.append(
+            f'<text class="label" transform="translate(11 {middle:.0f}) rotate(-90)" '
+            f'text-anchor="middle">{html.escape(y_label)}</text>'
+            f'<text class="label" x="{self.width - RIGHT}" y="{self.height}" '
+            f'text-anchor="end">{html.escape(x_label)}</text>'
+        )
+        return "".join(parts)
+
+    def svg(self, content: str, title: str) -> str:
+        """The finished chart."""
+        (x0, x1), (y0, y1) = self.x_range, self.y_range
+        inner = f"{LEFT},{TOP},{self.width - RIGHT},{self.height - BOTTOM}"
+        return (
+            f'<svg class="chart" viewBox="0 0 {self.width} {self.height + 4}" role="img" '
+            f'data-range="{x0},{x1},{y0},{y1}" data-inner="{inner}">'
+            f"<title>{html.escape(title)}</title>{content}</svg>"
+        )
+
+
+def _padded(low: float, high: float, share: float = 0.08) -> tuple[float, float]:
+    room = max(share * (high - low), 1e-6)
+    return low - room, high + room
+
+
+def height_chart(routes: Mapping[str, Route], *, width: int = 1000, height: int = 190) -> str:
+    """Height along the way, of the route and of the others."""
+    z = np.concatenate([route.arrays["z"] for route in routes.values()])
+    low, high = float(z.min()), float(z.max())
+    # Flat ground shall look flat, not like a mountain of rounding errors.
+    room = max(0.0, 0.1 - (high - low)) / 2
+    longest = max(float(route.distance_m[-1]) for route in routes.values())
+    axes = Axes(width, height, (0.0, longest), _padded(low - room, high + room))
+    parts = [axes.frame("distance (m)", "height (m)")]
+    for name, route in reversed([*routes.items()]):
+        line = axes.points(route.distance_m, route.arrays["z"])
+        if name == "route":
+            floor = height - BOTTOM
+            first, last = axes.x(0.0), axes.x(route.distance_m[-1])
+            area = f"{first:.1f},{floor} {line} {last:.1f},{floor}"
+            parts.append(f'<polygon points="{area}" class="ground"/>')
+            parts.append(f'<polyline points="{line}" class="route"/>')
+        else:
+            dash = "7 5" if name == "shortest" else "2 4"
+            parts.append(
+                f'<polyline points="{line}" fill="none" stroke-width="1.6" '
+                f'stroke="{BASELINE_COLOURS.get(name, "#5b3a8c")}" stroke-dasharray="{dash}"/>'
+            )
+    return axes.svg("".join(parts), "Height along the routes")
+
+
+def power_chart(route: Route, effects: Sequence[str], *, width: int = 1000) -> str:
+    """Power along the way, stacked by effect, and its total as a line."""
+    height = 270
+    along = route.distance_m
+    shares = grouped(route.watts_by_effect, effects)
+    above = {e: np.maximum(v, 0.0) for e, v in shares.items()}
+    below = {e: np.minimum(v, 0.0) for e, v in shares.items()}
+    total = route.arrays["watts"]
+    drawn, returned = (np.sum([*layer.values()], axis=0)[1:] for layer in (above, below))
+    high = float(max(np.quantile(drawn, 0.995), total[1:].max() * 0.8, 1e-6))
+    low = float(np.quantile(returned, 0.005))
+    axes = Axes(width, height, (0.0, float(along[-1])), _padded(low, high, 0.04))
+    parts = [axes.frame("distance (m)", "power (W)")]
+    for layers in (above, below):
+        base = np.zeros(len(along))
+        for effect, values in layers.items():
+            if not np.any(values):
+                continue
+            top = base + values
+            band = f"{_steps(axes, along, top)} {_steps(axes, along, base, backwards=True)}"
+            parts.append(
+                f'<polygon points="{band}" fill="{colour_of(effect)}" class="band">'
+                f"<title>{html.escape(effect)}</title></polygon>"
+            )
+            base = top
+    parts.append(f'<polyline points="{_steps(axes, along, total)}" class="total"/>')
+    return axes.svg("".join(parts), "Power along the route by effect")
+
+
+def _steps(axes: Axes, along: Array, values: Array, *, backwards: bool = False) -> str:
+    """A step line: a value at a pose is the mean since the pose before."""
+    xs = np.repeat(along, 2)[1:-1]
+    ys = np.clip(np.repeat(values[1:], 2), *axes.y_range)
+    return axes.points(xs[::-1], ys[::-1]) if backwards else axes.points(xs, ys)
+
+
+def energy_bars(
+    routes: Mapping[str, Route], effects: Sequence[str], titles: Mapping[str, str]
+) -> str:
+    """Energy of every route as a bar of its effects; what is given back lies left of zero."""
+    width, bar, gap, left = 1000, 34, 16, 110
+    stacks = {n: grouped(_as_arrays(r.breakdown_j), effects) for n, r in routes.items()}
+    most = max(sum(max(float(v), 0.0) for v in s.values()) for s in stacks.values())
+    least = min(sum(min(float(v), 0.0) for v in s.values()) for s in stacks.values())
+    scale = (width - left - 90) / ((most - least) or 1.0)
+    zero = left - least * scale
+    height = len(routes) * (bar + gap) + 8
+    parts = [f'<line x1="{zero:.1f}" x2="{zero:.1f}" y1="0" y2="{height}" class="zero"/>']
+    for row, (name, stack) in enumerate(stacks.items()):
+        y = 6 + row * (bar + gap)
+        parts.append(
+            f'<text x="{left - 60}" y="{y + bar / 2 + 4:.1f}" text-anchor="end">{name}</text>'
+        )
+        right = left_end = zero
+        for effect, value in stack.items():
+            size = abs(float(value)) * scale
+            if size < 0.05:
+                continue
+            x = right if value > 0 else left_end - size
+            right, left_end = (right + size, left_end) if value > 0 else (right, left_end - size)
+            what = html.escape(f"{titles.get(effect, effect)}: {joules(float(value))}")
+            parts.append(
+                f'<rect x="{x:.1f}" y="{y}" width="{size:.1f}" height="{bar}" '
+                f'fill="{colour_of(effect)}" class="band"><title>{what}</title></rect>'
+            )
+        parts.append(
+            f'<text x="{right + 8:.1f}" y="{y + bar / 2 + 4:.1f}" class="strong">'
+            f"{joules(routes[name].energy_j)}</text>"
+        )
+    return (
+        f'<svg class="chart bars" viewBox="0 0 {width} {height}" role="img">'
+        f"<title>Energy by effect</title>{''.join(parts)}</svg>"
+    )
+
+
+def _as_arrays(values: Mapping[str, float]) -> dict[str, Array]:
+    return {name: np.asarray(value, float) for name, value in values.items()}
