@@ -160,6 +160,17 @@ def test_contour_is_cheapest_at_45_degrees(origin: PowerModel) -> None:
     assert cost[SIDEWAYS] == pytest.approx(50.0, rel=0.01)
 
 
+@pytest.mark.parametrize("degrees", [0, 15, 30, 45, 60, 75, 90, -120])
+def test_resistance_by_heading(minibalance: PowerModel, degrees: float) -> None:
+    # μ_eff = c_w·max(|cos θ|, |sin θ|) + √2·c_r·|sin θ|, from 0.035 forward to 0.099 sideways.
+    angle = np.radians(degrees)
+    rows = rows_from(vx=0.5 * np.cos(angle), vy=0.5 * np.sin(angle))
+    resistance = minibalance.account(rows)["shaft"][0] / (0.5 * 12.0 * 9.80665)
+    law = 0.035 * max(abs(np.cos(angle)), abs(np.sin(angle)))
+    law += np.sqrt(2.0) * 0.045 * abs(np.sin(angle))
+    assert resistance == pytest.approx(law, rel=2e-3)
+
+
 def test_turning(origin: PowerModel) -> None:
     in_place = origin.watts(rows_from(wz=1.0))[0]
     straight_on = origin.watts(rows_from(vx=0.5))[0]
