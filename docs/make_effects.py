@@ -17,8 +17,9 @@ PAGE = Path(__file__).with_name("effects.md")
 HEAD = """# Effects of the power model
 
 Written by `python -m docs.make_effects` from the files in `planner/power/effects/`. How an effect
-is declared: `planner/power/effect.py`; why so: [decisions/0002](decisions/0002-effects-as-hooks.md);
-what the source paper says about them: [physics.md](physics.md).
+is declared: `planner/power/effect.py`; why so:
+[decisions/0002](decisions/0002-effects-as-hooks.md); what the source paper says about them:
+[physics.md](physics.md).
 
 The eight effects of the **base model** are always there. All others are **candidates**: at their
 null values they change nothing. A parameter marked "given" is not fitted, one marked "scanned" is

@@ -51,7 +51,7 @@ __all__ = [
     "parameter_slots",
 ]
 
-REST_SPEED = 2.0  # rad/s at the motor below which static friction helps to hold (physics: 2.3.3)
+REST_SPEED = 2.0  # rad/s at the motor below which static friction helps to hold (docs/physics.md)
 
 
 def kernel_source(

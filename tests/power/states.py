@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,7 @@ def column(rows: Array, name: str) -> Array:
     return rows[:, INDEX[name]]
 
 
-def plane_gravity(slope: Array, uphill: Array) -> dict[str, Array]:
+def plane_gravity(slope: float | Array, uphill: float | Array) -> dict[str, Any]:
     """Columns of gravity on slopes in rad whose uphill direction is seen from the body's x axis."""
     return {
         "gravity_x": -STANDARD_GRAVITY * np.sin(slope) * np.cos(uphill),
@@ -69,18 +70,17 @@ def random_columns(count: int, seed: int, *, moving: bool = True) -> dict[str, A
     return columns
 
 
-def model_with(*effects: str, vehicle: str = "minibalance", **values: float) -> PowerModel:
-    """The vehicle's active model with more effects; values by "slug__parameter" replace the file's.
+def model_with(*effects: str, **values: float) -> PowerModel:
+    """Minibalance's active model with more effects; "slug__parameter" replaces the file's values.
 
     All other effects are there at their null values: one compiled model serves most tests, and they
     see that nothing comes from effects that are switched off.
 
     Args:
         effects: slugs beside the vehicle's active ones.
-        vehicle: name of an installed vehicle.
         values: a value for every element of that parameter.
     """
-    known = load_vehicle(vehicle)
+    known = load_vehicle("minibalance")
     active = {*known.active, *effects}
     model = PowerModel.from_vehicle(known, effects=list(all_effects()), surfaces=("hard", "carpet"))
     for place, (effect, _, parameter, _) in enumerate(model.slots):

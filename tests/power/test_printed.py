@@ -56,11 +56,12 @@ def test_readings_turn_the_angle() -> None:
 
 def test_gravity_in_reading_a_acts_sideways_only() -> None:
     # Straight up a slope of 10° reading A sees no weight at all; reading B sees m·g·sin γ.
-    slope = {key: float(v) for key, v in plane_gravity(np.radians(10.0), 0.0).items()}
+    slope = plane_gravity(np.radians(10.0), 0.0)
+    along, normal = slope["gravity_x"], slope["gravity_normal"]
     weight = 12.0 * 9.80665 * np.sin(np.radians(10.0))
     for reading_b, expected in ((False, 0.0), (True, weight)):
         _, sine = printed_direction(0.5, 0.0, reading_b)
-        climbing, _ = printed_forces(12.0, *slope.values(), 0.5, 0.0, sine, 0.035)
+        climbing, _ = printed_forces(12.0, along, 0.0, normal, 0.5, 0.0, sine, 0.035)
         assert climbing == pytest.approx(expected, abs=1e-12)
 
 

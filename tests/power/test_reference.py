@@ -22,7 +22,7 @@ EXPONENT = 0.4
 def random_states(faster: float) -> list[State]:
     """States on real slopes with offsets, payload, acceleration and temperature."""
     random = np.random.default_rng(6)
-    states = []
+    states: list[State] = []
     while len(states) < COUNT:
         velocity = random.uniform((-1.2, -1.2, -1.0), (1.2, 1.2, 1.0))
         steepness, direction = random.uniform(0.0, 0.36), random.uniform(-np.pi, np.pi)
