@@ -105,13 +105,13 @@ def plan(
         answer = plan_route(asked, progress=progress, cancelled=cancelled)
     document = answer.to_json()
     if out is not None:
-        documents.write_whole(out, documents.strict(document) + "\n")
+        documents.write_whole(out, documents.route_text(document) + "\n")
     if report is not None:
         from planner.report import write_report
 
         write_report([answer], report, f"Route over {asked.map}")
     if json_:
-        typer.echo(documents.strict(document))
+        typer.echo(documents.route_text(document))
         return
     from planner.power.catalogue import all_effects
     from service import tables

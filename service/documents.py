@@ -33,6 +33,15 @@ def strict(document: Any) -> str:
     return json.dumps(document, allow_nan=False, ensure_ascii=False)
 
 
+def route_text(document: dict[str, Any]) -> str:
+    """ROUTE.json as text; what its planner says of itself may hold infinities, the route may not.
+
+    Raises:
+        ValueError: a number of the route is not finite.
+    """
+    return strict({**document, "planner": finite(document["planner"])})
+
+
 def write_whole(path: Path, text: str) -> None:
     """Write a file so that a reader sees all of it or none of it."""
     path.parent.mkdir(parents=True, exist_ok=True)

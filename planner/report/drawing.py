@@ -237,7 +237,7 @@ def energy_bars(
     for row, (name, stack) in enumerate(stacks.items()):
         y = 6 + row * (bar + gap)
         parts.append(
-            f'<text x="{left - 60}" y="{y + bar / 2 + 4:.1f}" text-anchor="end">{name}</text>'
+            f'<text x="{left - 12}" y="{y + bar / 2 + 4:.1f}" text-anchor="end">{name}</text>'
         )
         right = left_end = zero
         for effect, value in stack.items():

@@ -13,6 +13,8 @@ from __future__ import annotations
 import asyncio
 import importlib
 import multiprocessing
+import resource
+import signal
 from concurrent.futures import TimeoutError as DeadlineError
 from typing import Any, Protocol
 
@@ -40,21 +42,36 @@ class Workers(Protocol):
         """How busy the workers are."""
 
 
-def _perform(job: str, memory_limit_mb: int, arguments: tuple[Any, ...]) -> Any:
+def _perform(module: str, job: str, memory_limit_mb: int, arguments: tuple[Any, ...]) -> Any:
+    _settle_in(memory_limit_mb)
     # Imported by name: the service's own process never loads the planner.
-    worker = importlib.import_module(WORKER_MODULE)
-    worker.settle_in(memory_limit_mb)
-    return getattr(worker, job)(*arguments)
+    return getattr(importlib.import_module(module), job)(*arguments)
+
+
+def _settle_in(memory_limit_mb: int) -> None:
+    """Prepare a new process: bounded memory, and Ctrl-C is for the service to handle."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _, most = resource.getrlimit(resource.RLIMIT_AS)
+    wanted = memory_limit_mb * 1024 * 1024
+    soft = wanted if most == resource.RLIM_INFINITY else min(wanted, most)
+    resource.setrlimit(resource.RLIMIT_AS, (soft, most))
 
 
 class WorkerPool:
     """Fresh processes from a fork server that has everything loaded."""
 
     def __init__(
-        self, *, workers: int, queue: int, time_limit_s: float, memory_limit_mb: int
+        self,
+        *,
+        workers: int,
+        queue: int,
+        time_limit_s: float,
+        memory_limit_mb: int,
+        module: str = WORKER_MODULE,
     ) -> None:
         context = multiprocessing.get_context("forkserver")
-        context.set_forkserver_preload([WORKER_MODULE])
+        context.set_forkserver_preload([module])
+        self._module = module
         self._pool = ProcessPool(max_workers=workers, max_tasks=1, context=context)
         self._workers = workers
         self._queue = queue
@@ -89,7 +106,9 @@ class WorkerPool:
         self._taken += 1
         try:
             future = self._pool.schedule(
-                _perform, (job, self._memory_limit_mb, arguments), timeout=self._time_limit_s
+                _perform,
+                (self._module, job, self._memory_limit_mb, arguments),
+                timeout=self._time_limit_s,
             )
             result = await asyncio.wrap_future(future)
         except DeadlineError:

@@ -7,8 +7,6 @@ border cheaply; a refusal is returned and not raised, so that it arrives without
 
 from __future__ import annotations
 
-import resource
-import signal
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,7 +17,7 @@ from planner.power.catalogue import list_effects
 from planner.power.vehicle import list_vehicles
 from planner.search.plan import KINDS, plan_route, warm_up
 from planner.search.request import PlanRequest
-from service.documents import finite, strict
+from service.documents import finite, route_text, strict
 from service.jobs.relief import relief_of
 
 warm_up()
@@ -35,16 +33,6 @@ class Catalogues:
     kinds: tuple[str, ...]
 
 
-def settle_in(memory_limit_mb: int) -> None:
-    """Prepare a new process: bounded memory, and Ctrl-C is for the service to handle."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _, most = resource.getrlimit(resource.RLIMIT_AS)
-    wanted = memory_limit_mb * 1024 * 1024
-    resource.setrlimit(
-        resource.RLIMIT_AS, (wanted if most == resource.RLIM_INFINITY else min(wanted, most), most)
-    )
-
-
 def catalogues() -> Catalogues:
     """Lists of what is installed, ready for JSON."""
     return Catalogues(
@@ -55,7 +43,7 @@ def catalogues() -> Catalogues:
 def solve(request: PlanRequest) -> str | InputError:
     """ROUTE.json of a request, or why the request cannot be used."""
     try:
-        return strict(plan_route(request).to_json())
+        return route_text(plan_route(request).to_json())
     except InputError as error:
         return error
 

@@ -1,0 +1,291 @@
+"""Endpoints answer as the contract says, and every error is one problem document."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from typing import Any
+
+import jsonschema
+import pytest
+
+from planner.errors import MapError
+from service.app import create_app
+from service.problems import Busy, TookTooLong, WorkerLost
+from service.settings import Settings
+from tests.service.conftest import Http, ScriptedWorkers
+from tests.service.route_documents import answer
+
+GOOD: dict[str, Any] = {
+    "map": "warehouse",
+    "vehicle": "minibalance",
+    "start": {"x": 1.5, "y": 2},
+    "goal": {"x": 8, "y": 9},
+}
+TEXT = json.dumps(GOOD)
+JSON = {"content-type": "application/json"}
+
+
+def expect_problem(response: Any, status: int) -> dict[str, Any]:
+    """The problem document of a response, after checking that it is one."""
+    assert response.status_code == status
+    assert response.headers["content-type"] == "application/problem+json"
+    document = response.json()
+    assert document["status"] == status
+    assert document["type"].startswith("urn:joulepath:problem:")
+    assert document["title"]
+    assert document["detail"]
+    # What comes back must be JSON for strict readers too.
+    json.loads(response.text, parse_constant=lambda name: pytest.fail(f"{name} in JSON"))
+    return dict(document)
+
+
+def test_a_route_is_passed_on_as_the_worker_wrote_it(http: Http, workers: ScriptedWorkers) -> None:
+    response = http.post("/v1/routes", json=GOOD)
+    assert response.status_code == 200
+    assert response.json() == answer()
+    job, (request,) = workers.asked[-1]
+    assert job == "solve"
+    assert (request.map, request.start.x) == ("warehouse", 1.5)
+
+
+def test_no_route_is_an_answer(http: Http, workers: ScriptedWorkers) -> None:
+    workers.work = lambda *_: json.dumps({**answer(), "status": "no_route", "reason": "a wall"})
+    response = http.post("/v1/routes", json=GOOD)
+    assert response.status_code == 200
+    assert response.json()["reason"] == "a wall"
+
+
+@pytest.mark.parametrize(
+    ("body", "field"),
+    [
+        (TEXT.replace("1.5", "NaN"), "start.x"),
+        (TEXT.replace("1.5", "Infinity"), "start.x"),
+        (TEXT.replace("1.5", "1e400"), "start.x"),
+        (TEXT.replace("1.5", '"1.5"'), "start.x"),
+        (TEXT.replace("1.5", "true"), "start.x"),
+        (TEXT.replace("warehouse", "\\ud800"), "map"),
+        (TEXT.replace("warehouse", "ware\\u0000house"), "map"),
+        (TEXT.replace('"start"', '"\\udfff"'), "request"),
+        (TEXT.replace('"start"', '"strat"'), "strat"),
+        (TEXT[:-1] + ', "map": "other"}', "map"),
+        (TEXT[:-1] + ', "time_budget_s": 11}', "time_budget_s"),
+        (TEXT[:-1] + ', "seed": ' + "9" * 1500 + "}", "seed"),
+        ("[" * 2000, "request"),
+        ("", "request"),
+        ("nothing", "request"),
+        ("null", "request"),
+        (b"\xff\xfe\x00", "request"),
+    ],
+)
+def test_a_hostile_body_is_one_problem_and_reaches_no_worker(
+    http: Http, workers: ScriptedWorkers, body: str | bytes, field: str
+) -> None:
+    document = expect_problem(http.post("/v1/routes", content=body, headers=JSON), 422)
+    assert document["field"] == field
+    assert document["accepted"]
+    assert workers.asked == []
+
+
+def test_a_body_that_is_too_large_is_refused(http: Http) -> None:
+    padded = TEXT + " " * 3000
+    expect_problem(http.post("/v1/routes", content=padded, headers=JSON), 413)
+
+
+def test_a_body_that_is_not_said_to_be_json_is_refused(http: Http) -> None:
+    expect_problem(
+        http.post("/v1/routes", content=TEXT, headers={"content-type": "text/plain"}), 415
+    )
+    expect_problem(http.post("/v1/routes", data={"map": "warehouse"}), 415)
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "status"),
+    [
+        ("GET", "/v1/routes", 405),
+        ("DELETE", "/v1/maps", 405),
+        ("GET", "/v1/nothing", 404),
+        ("GET", "/static/nothing.js", 404),
+        ("GET", "/static/../settings.py", 404),
+        ("GET", "/v1/maps/atlantis/relief", 404),
+        ("GET", "/v1/maps/..%2Fsecret.tif/relief", 404),
+        ("GET", "/v1/maps/warehouse/relief?most=1e9", 422),
+        ("GET", "/v1/maps/warehouse/relief?most=NaN", 422),
+    ],
+)
+def test_other_errors_are_problems_too(http: Http, method: str, path: str, status: int) -> None:
+    expect_problem(http.request(method, path), status)
+
+
+def test_a_refusal_of_the_planner_names_its_field(http: Http, workers: ScriptedWorkers) -> None:
+    def refuse(*_: Any) -> Any:
+        raise MapError("map", "holds no heights", value="warehouse", accepted="a GeoTIFF")
+
+    workers.work = refuse
+    document = expect_problem(http.post("/v1/routes", json=GOOD), 422)
+    assert (document["field"], document["accepted"]) == ("map", "a GeoTIFF")
+
+
+def test_a_full_queue_says_when_to_come_back(http: Http, workers: ScriptedWorkers) -> None:
+    def refuse(*_: Any) -> Any:
+        raise Busy(retry_after_s=8)
+
+    workers.work = refuse
+    response = http.post("/v1/routes", json=GOOD)
+    expect_problem(response, 503)
+    assert response.headers["retry-after"] == "8"
+
+
+@pytest.mark.parametrize(("error", "status"), [(TookTooLong("2 s"), 504), (WorkerLost("x"), 500)])
+def test_an_ended_job_is_said(
+    http: Http, workers: ScriptedWorkers, error: Exception, status: int
+) -> None:
+    def fail(*_: Any) -> Any:
+        raise error
+
+    workers.work = fail
+    expect_problem(http.post("/v1/routes", json=GOOD), status)
+
+
+def test_an_unexpected_failure_has_a_number_and_no_details(
+    http: Http, workers: ScriptedWorkers, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fail(*_: Any) -> Any:
+        raise ZeroDivisionError("secret detail")
+
+    workers.work = fail
+    document = expect_problem(http.post("/v1/routes", json=GOOD), 500)
+    assert "secret" not in json.dumps(document)
+    assert document["id"] in document["detail"]
+    captured = capsys.readouterr()
+    assert document["id"] in captured.out + captured.err
+
+
+@pytest.mark.parametrize(
+    ("field", "name"),
+    [
+        ("map", "/etc/passwd"),
+        ("map", "../secret.tif"),
+        ("map", "site/../../secret.tif"),
+        ("map", "leak.tif"),
+        ("map", "cart.toml"),
+        ("map", "data/site/yard.tif"),
+        ("vehicle", "site/yard.tif"),
+        ("vehicle", "planner/power/vehicles/minibalance.toml"),
+    ],
+)
+def test_requests_reach_no_file_outside_the_folder(
+    http: Http, workers: ScriptedWorkers, field: str, name: str
+) -> None:
+    document = expect_problem(http.post("/v1/routes", json={**GOOD, field: name}), 422)
+    assert document["field"] == field
+    assert workers.asked == []
+
+
+def test_files_in_the_folder_are_named_by_their_place_in_it(
+    http: Http, workers: ScriptedWorkers, settings: Settings
+) -> None:
+    names = [entry["name"] for entry in http.get("/v1/maps").json()]
+    assert names == ["warehouse", "site/yard.tif"]
+    http.post("/v1/routes", json={**GOOD, "map": "site/yard.tif", "vehicle": "cart.toml"})
+    _, (request,) = workers.asked[-1]
+    folder = settings.data_dir
+    assert folder is not None
+    assert request.map == str(folder.resolve() / "site" / "yard.tif")
+    assert request.vehicle == str(folder.resolve() / "cart.toml")
+
+
+def test_catalogues_list_names(http: Http) -> None:
+    assert http.get("/v1/vehicles").json()[0] == {
+        "name": "minibalance",
+        "title": None,
+        "battery_j": None,
+    }
+    assert http.get("/v1/effects").json()[0]["name"] == "gravity"
+
+
+def test_relief_is_read_by_a_worker(http: Http, workers: ScriptedWorkers) -> None:
+    workers.work = lambda job, arguments: json.dumps({"job": job, "arguments": arguments})
+    response = http.get("/v1/maps/site/yard.tif/relief", params={"most": 64})
+    assert response.json()["job"] == "relief"
+    assert response.json()["arguments"][1] == 64
+
+
+def test_health_answers_without_a_worker(http: Http, workers: ScriptedWorkers) -> None:
+    assert http.get("/healthz").json()["status"] == "ok"
+    assert workers.asked == []
+    workers.alive = False
+    response = http.get("/healthz")
+    assert (response.status_code, response.json()["status"]) == (503, "failing")
+
+
+def test_every_response_forbids_foreign_scripts(http: Http) -> None:
+    for path in ("/", "/v1/maps", "/v1/nothing"):
+        policy = http.get(path).headers["content-security-policy"]
+        assert "default-src 'none'" in policy
+        assert "unsafe" not in policy
+
+
+def test_openapi_describes_request_answer_and_problem(http: Http) -> None:
+    document = http.get("/openapi.json").json()
+    plan = document["paths"]["/v1/routes"]["post"]
+    request = plan["requestBody"]["content"]["application/json"]
+    schemas = document["components"]["schemas"]
+
+    def check(instance: Any, name: str) -> None:
+        schema = {"$ref": f"#/components/schemas/{name}", "components": {"schemas": schemas}}
+        jsonschema.validate(instance, schema)
+
+    check(request["example"], "PlanRequest")
+    check(answer(), "RouteAnswer")
+    with pytest.raises(jsonschema.ValidationError):
+        check({**GOOD, "strat": 1}, "PlanRequest")
+    assert {"200", "413", "415", "422", "500", "503", "504"} <= set(plan["responses"])
+
+
+def test_a_client_that_hangs_up_ends_its_job(settings: Settings, workers: ScriptedWorkers) -> None:
+    """Spoken to as a server would: the body comes, then the news that the client is gone."""
+
+    async def talk() -> list[dict[str, Any]]:
+        app = create_app(settings, workers)
+        sent: list[dict[str, Any]] = []
+        begun = asyncio.Event()
+
+        async def never() -> str:
+            begun.set()
+            await asyncio.Event().wait()
+            return ""
+
+        workers.work = lambda *_: never()
+        told = iter([{"type": "http.request", "body": TEXT.encode(), "more_body": False}])
+
+        async def receive() -> dict[str, Any]:
+            message = next(told, None)
+            if message is not None:
+                return message
+            await begun.wait()
+            return {"type": "http.disconnect"}
+
+        async def send(message: Any) -> None:
+            sent.append(message)
+
+        scope = {
+            "type": "http",
+            "asgi": {"version": "3.0"},
+            "http_version": "1.1",
+            "method": "POST",
+            "scheme": "http",
+            "path": "/v1/routes",
+            "raw_path": b"/v1/routes",
+            "query_string": b"",
+            "headers": [(b"content-type", b"application/json")],
+            "client": ("127.0.0.1", 1),
+            "server": ("127.0.0.1", 8000),
+        }
+        async with app.router.lifespan_context(app):
+            await asyncio.wait_for(app(scope, receive, send), timeout=10)
+            await asyncio.sleep(0)
+        return sent
+
+    asyncio.run(talk())
+    assert workers.cancelled == 1
