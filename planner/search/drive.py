@@ -20,10 +20,10 @@ from planner.search.edge_energy import (
     assemble,
     motion_rows,
     sample_surface,
-    speed_programme,
 )
 from planner.search.ground import CostField
 from planner.search.route import Battery, Route
+from planner.search.speed import speed_programme
 from planner.search.track import Track, lay_track
 from planner.search.yaw import YawProfile, yaw_programme
 

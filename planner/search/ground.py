@@ -30,7 +30,8 @@ from planner.search.steady import (
     cost_for_best_yaw,
     cost_for_yaw,
 )
-from planner.terrain.heightmap import Terrain, interpolate, interpolate_many
+from planner.terrain.heightmap import Terrain
+from planner.terrain.interpolation import interpolate, interpolate_many
 from planner.terrain.obstacles import blocked_cells, rectangle_free, yaw_mask
 
 YAW_BINS = 32
@@ -278,7 +279,8 @@ def wind_cost(field: Any, direction: float) -> float:
     a -= DIRECTIONS * math.floor(a / DIRECTIONS)
     k = int(a) % DIRECTIONS
     w = a - int(a)
-    return (1.0 - w) * field.extra[k] + w * field.extra[(k + 1) % DIRECTIONS]
+    extra: float = (1.0 - w) * field.extra[k] + w * field.extra[(k + 1) % DIRECTIONS]
+    return extra
 
 
 @njit(cache=True, error_model="numpy")

@@ -43,7 +43,9 @@ _F1 = types.Array(types.float64, 1, "C")
 _F2 = types.Array(types.float64, 2, "C")
 _F3 = types.Array(types.float64, 3, "C")
 _F4 = types.Array(types.float64, 4, "C")
-_VX, _VY, _WZ = INDEX["vx"], INDEX["vy"], INDEX["wz"]
+_VX, _VY = INDEX["vx"], INDEX["vy"]
+_AX, _AY = INDEX["ax"], INDEX["ay"]
+_WIND_X, _WIND_Y = INDEX["wind_x"], INDEX["wind_y"]
 _GX, _GY, _GN = INDEX["gravity_x"], INDEX["gravity_y"], INDEX["gravity_normal"]
 _LOAD, _CURRENT, _VOLTAGE, _TORQUE, _GRIP = (
     ACCOUNT.index(name)
@@ -89,6 +91,24 @@ def set_motion(
         / (stretch * normal * length_x)
     )
     return stretch
+
+
+@njit(cache=True, error_model="numpy")
+def set_acceleration(
+    row: Any, along: float, centripetal: float, vx: float, vy: float, speed: float
+) -> None:
+    """Write accelerations along and across the direction (vx, vy)/speed into a row."""
+    cx, cy = vx / speed, vy / speed
+    row[_AX] = along * cx - centripetal * cy
+    row[_AY] = along * cy + centripetal * cx
+
+
+@njit(cache=True)
+def set_wind(row: Any, wind: Any, yaw: float) -> None:
+    """Write a wind given in the map's frame into a row, seen from the body."""
+    c, s = math.cos(yaw), math.sin(yaw)
+    row[_WIND_X] = c * wind[0] + s * wind[1]
+    row[_WIND_Y] = c * wind[1] - s * wind[0]
 
 
 @njit(cache=True)
