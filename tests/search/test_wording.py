@@ -1,0 +1,49 @@
+"""What people read is the number that was meant."""
+
+import pytest
+
+from planner.search.wording import extra_cost, joules, metres, seconds
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.0, "0.0 J"),
+        (812.04, "812.0 J"),
+        (-13.0, "-13.0 J"),
+        (1118.4, "1,118 J"),
+        (12_340.0, "12.34 kJ"),
+        (432_000.0, "432.00 kJ"),
+        (1_240_000.0, "1.24 MJ"),
+        (-25_000.0, "-25.00 kJ"),
+    ],
+)
+def test_joules(value: float, text: str) -> None:
+    assert joules(value) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(42.0, "42.0 s"), (185.0, "3 min 05 s"), (8040.0, "2 h 14 min"), (3599.9, "1 h 00 min")],
+)
+def test_seconds(value: float, text: str) -> None:
+    assert seconds(value) == text
+
+
+def test_metres() -> None:
+    assert (metres(12.3), metres(1204.2)) == ("12.30 m", "1,204 m")
+
+
+@pytest.mark.parametrize(
+    ("energy", "best", "text"),
+    [
+        (246.0, 200.0, "costs 23 % more"),
+        (204.0, 200.0, "costs 2.0 % more"),
+        (200.05, 200.0, "costs the same"),
+        (150.0, 200.0, "costs 25 % less"),
+        # Downhill with recovery the best route gives energy back: no share of it makes sense.
+        (50.0, -100.0, "costs 150.0 J more"),
+    ],
+)
+def test_extra_cost(energy: float, best: float, text: str) -> None:
+    assert extra_cost(energy, best) == text
