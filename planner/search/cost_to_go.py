@@ -139,10 +139,14 @@ def _solve(
     goal_y: float,
     start_x: float,
     start_y: float,
-    whole: bool,
+    floor: float,
     onward: bool,
 ) -> Any:
-    """Costs to the goal; with ``onward`` costs from it, driving every move the other way."""
+    """Costs to the goal; with ``onward`` costs from it, driving every move the other way.
+
+    ``floor`` is a cost per metre that no move undercuts: nodes are taken up in the order of their
+    cost plus the floor to the start (A*), and the search ends with the start. 0 fills the map.
+    """
     ny, nx = field.heights.shape
     values = np.full((ny, nx), np.inf)
     done = np.zeros((ny, nx), np.bool_)
@@ -161,7 +165,8 @@ def _solve(
                 cost = segment_cost(field, x, y, goal_x, goal_y, step, True)
             if cost < np.inf:
                 values[j, i] = cost
-                size = _push(keys, items, size, cost, j * nx + i)
+                key = cost + floor * math.hypot(x - start_x, y - start_y)
+                size = _push(keys, items, size, key, j * nx + i)
     sj0, sj1, si0, si1 = _surrounding(field, start_x, start_y)
     wanted = (sj1 - sj0 + 1) * (si1 - si0 + 1)
     while size > 0:
@@ -174,7 +179,7 @@ def _solve(
         value = values[j, i]
         if sj0 <= j <= sj1 and si0 <= i <= si1:
             wanted -= 1
-            if wanted == 0 and not whole:
+            if wanted == 0 and floor > 0.0:
                 break
         for m in range(moves.shape[0]):
             di, dj = moves[m, 0], moves[m, 1]
@@ -183,6 +188,9 @@ def _solve(
                 continue
             if values[b, a] <= value:
                 continue
+            ahead = floor * math.hypot(
+                field.x0 + a * field.dx - start_x, field.y0 + b * field.dy - start_y
+            )
             if onward:
                 cost = value + move_cost(field, j, i, -dj, -di, field.dx, field.dy)
             else:
@@ -196,7 +204,7 @@ def _solve(
                     more_items[:capacity] = items
                     keys, items = more_keys, more_items
                     capacity *= 2
-                size = _push(keys, items, size, cost, b * nx + a)
+                size = _push(keys, items, size, cost + ahead, b * nx + a)
     return values
 
 
@@ -225,6 +233,13 @@ def _descend(field: Any, moves: Any, values: Any, j: int, i: int) -> Any:
         j += moves[at, 1]
 
 
+def cost_floor(field: CostField) -> float:
+    """A cost per horizontal metre that nothing on the map undercuts."""
+    least = float(field.best[np.isfinite(field.best)].min(initial=math.inf))
+    least = least * float(field.factor.min()) + min(0.0, float(field.extra.min()))
+    return max(least, 1e-3) if math.isfinite(least) else 1e-3
+
+
 def cost_field_to(
     field: CostField,
     goal: tuple[float, float],
@@ -243,7 +258,8 @@ def cost_field_to(
         whole: fill the whole map instead of stopping once the start is settled.
         onward: least cost from ``goal`` to every node instead.
     """
-    values: NDArray[np.float64] = _solve(field, grid_moves(moves), *goal, *start, whole, onward)
+    floor = 0.0 if whole else cost_floor(field)
+    values: NDArray[np.float64] = _solve(field, grid_moves(moves), *goal, *start, floor, onward)
     return values
 
 

@@ -24,7 +24,7 @@ from planner.power.model import PowerModel
 from planner.power.vehicle import Vehicle, load_vehicle
 from planner.search.alternatives import find_alternatives
 from planner.search.conditions import Circumstances, circumstances
-from planner.search.cost_to_go import cost_field_to, grid_path
+from planner.search.cost_to_go import cost_field_to, cost_floor, grid_path
 from planner.search.drive import Stuck, drive
 from planner.search.explain import check_place, explain_no_route
 from planner.search.ground import CostField, DrivingGround, driving_ground
@@ -280,8 +280,7 @@ def _ompl_paths(
 
     request = run.request
     run.step("OMPL", 0.3)
-    cheapest = float(field.best[np.isfinite(field.best)].min()) + min(0.0, float(field.extra.min()))
-    cheapest = max(cheapest, 0.0)
+    cheapest = cost_floor(field)
     legs, cost, iterations, evaluations, without = [], 0.0, 0, 0, 0
     for path, own, a, b in zip(paths, refined, run.places[:-1], run.places[1:], strict=True):
         plane: Plane
