@@ -38,6 +38,8 @@ Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout,
 Verbose = Annotated[bool, typer.Option("--verbose", help="Show where an error came from.")]
 
 VERBOSE = "--verbose"
+# Typer turns an interrupt into this exit status.
+_INTERRUPTED = 130
 
 
 def _print_version(wanted: bool) -> None:
@@ -264,6 +266,8 @@ def run(arguments: Sequence[str]) -> int:
     """
     try:
         status = app(list(arguments), prog_name="joulepath", standalone_mode=False)
+        if status == _INTERRUPTED:
+            raise KeyboardInterrupt
         return status if isinstance(status, int) else 0
     except typer.TyperException as error:
         # A bare `joulepath` raises this with the help text that was already shown.
