@@ -4,21 +4,11 @@ Row 0 of every array is the SOUTH row; x grows with the column, y with the row. 
 centre of a cell, at x = x0 + i dx, y = y0 + j dy; dx and dy may differ. The map covers the nodes
 and half a cell around them.
 
-Between nodes the height is a cubic convolution (a = -1/2) in each axis,
+Between nodes the height is a cubic convolution and the gradient its exact derivative
+(interpolation.py). Holes carry the nearest known height, only so that the interpolation beside
+them meets a number; `known` says that nobody may ride there.
 
-    z(x, y) = sum_m sum_n w_m(v) w_n(u) Z[j + m, i + n],   m, n = -1 .. 2,
-    w_-1 = (-t^3 + 2 t^2 - t)/2     w_0 = (3 t^3 - 5 t^2 + 2)/2
-    w_1  = (-3 t^3 + 4 t^2 + t)/2   w_2 = (t^3 - t^2)/2,
-
-and the gradient is its analytic derivative. So the height gained along any path is the line
-integral of the slope, and energy spent against gravity cannot depend on the path. The surface runs
-through the nodes, has a continuous gradient and reproduces planes and quadratics exactly (within a
-cell of the border: planes). Beyond the border nodes the grid is continued along a straight line.
-
-Source: R. G. Keys, Cubic convolution interpolation for digital image processing, IEEE Trans.
-Acoustics, Speech, and Signal Processing 29(6), 1981, doi:10.1109/TASSP.1981.1163711.
-Left out: overhangs, and the sharp edge of a step, which the cubic rounds over two cells and
-overshoots by up to 7 % of its height beside it; steps are obstacles.py's business.
+Left out: overhangs; anything that stands on the ground and is not a height (obstacles.py).
 """
 
 from __future__ import annotations
@@ -29,140 +19,17 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, overload
 
-import numba
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from planner.errors import MapError
+from planner.terrain.interpolation import interpolate, interpolate_many
 from planner.terrain.surface import PLAIN_GROUND, GroundClass, footprint_heights
+
+__all__ = ["SMALLEST_SIDE", "Terrain", "interpolate"]
 
 # The cubic needs four nodes in each axis.
 SMALLEST_SIDE = 4
-
-
-@numba.njit("UniTuple(float64, 8)(float64)", cache=True, inline="always")
-def _weights(t: float) -> tuple[float, float, float, float, float, float, float, float]:
-    """Four weights of the cubic convolution at t in [0, 1), then their derivatives."""
-    t2 = t * t
-    t3 = t2 * t
-    return (
-        0.5 * (-t3 + 2.0 * t2 - t),
-        0.5 * (3.0 * t3 - 5.0 * t2 + 2.0),
-        0.5 * (-3.0 * t3 + 4.0 * t2 + t),
-        0.5 * (t3 - t2),
-        0.5 * (-3.0 * t2 + 4.0 * t - 1.0),
-        0.5 * (9.0 * t2 - 10.0 * t),
-        0.5 * (-9.0 * t2 + 8.0 * t + 1.0),
-        0.5 * (3.0 * t2 - 2.0 * t),
-    )
-
-
-@numba.njit("float64(float64[:, ::1], int64, int64)", cache=True)
-def _along_row(heights: NDArray[np.float64], j: int, i: int) -> float:
-    """Height at column i of row j, continued along a straight line beyond the border."""
-    last = heights.shape[1] - 1
-    if i < 0:
-        return float(heights[j, 0] + i * (heights[j, 1] - heights[j, 0]))
-    if i > last:
-        step = heights[j, last] - heights[j, last - 1]
-        return float(heights[j, last] + (i - last) * step)
-    return float(heights[j, i])
-
-
-@numba.njit("float64(float64[:, ::1], int64, int64)", cache=True)
-def _continued(heights: NDArray[np.float64], j: int, i: int) -> float:
-    last = heights.shape[0] - 1
-    if j < 0:
-        edge: float = _along_row(heights, 0, i)
-        return edge + j * (_along_row(heights, 1, i) - edge)
-    if j > last:
-        edge = _along_row(heights, last, i)
-        return edge + (j - last) * (edge - _along_row(heights, last - 1, i))
-    inner: float = _along_row(heights, j, i)
-    return inner
-
-
-@numba.njit(
-    "UniTuple(float64, 3)(float64[:, ::1], float64, float64, float64, float64, float64, float64)",
-    cache=True,
-)
-def interpolate(
-    heights: NDArray[np.float64],
-    x0: float,
-    y0: float,
-    dx: float,
-    dy: float,
-    x: float,
-    y: float,
-) -> tuple[float, float, float]:
-    """Height and gradient at one point, for use inside compiled loops.
-
-    Args:
-        heights: (ny, nx) m, row 0 the south row, at least 4 by 4, C order.
-        x0, y0: position of node [0, 0], m.
-        dx, dy: cell size, m.
-        x, y: the point, m; anywhere, beyond the border the ground goes on straight.
-
-    Returns:
-        z (m), dz/dx, dz/dy (dimensionless); NaN for a point that is not finite or further than
-        a thousand million cells away.
-    """
-    u = (x - x0) / dx
-    v = (y - y0) / dy
-    # Written so that NaN fails it too: no index may be taken from such a number.
-    if not (abs(u) < 1e9 and abs(v) < 1e9):
-        return math.nan, math.nan, math.nan
-    i = int(math.floor(u))
-    j = int(math.floor(v))
-    a0, a1, a2, a3, da0, da1, da2, da3 = _weights(u - i)
-    b0, b1, b2, b3, db0, db1, db2, db3 = _weights(v - j)
-    b = (b0, b1, b2, b3)
-    db = (db0, db1, db2, db3)
-    z = 0.0
-    gx = 0.0
-    gy = 0.0
-    if 1 <= i < heights.shape[1] - 2 and 1 <= j < heights.shape[0] - 2:
-        for m in range(4):
-            h0 = heights[j + m - 1, i - 1]
-            h1 = heights[j + m - 1, i]
-            h2 = heights[j + m - 1, i + 1]
-            h3 = heights[j + m - 1, i + 2]
-            row = a0 * h0 + a1 * h1 + a2 * h2 + a3 * h3
-            z += b[m] * row
-            gx += b[m] * (da0 * h0 + da1 * h1 + da2 * h2 + da3 * h3)
-            gy += db[m] * row
-    else:
-        for m in range(4):
-            h0 = _continued(heights, j + m - 1, i - 1)
-            h1 = _continued(heights, j + m - 1, i)
-            h2 = _continued(heights, j + m - 1, i + 1)
-            h3 = _continued(heights, j + m - 1, i + 2)
-            row = a0 * h0 + a1 * h1 + a2 * h2 + a3 * h3
-            z += b[m] * row
-            gx += b[m] * (da0 * h0 + da1 * h1 + da2 * h2 + da3 * h3)
-            gy += db[m] * row
-    return z, gx / dx, gy / dy
-
-
-@numba.njit(
-    "float64[:, ::1](float64[:, ::1], float64, float64, float64, float64, "
-    "float64[::1], float64[::1])",
-    cache=True,
-)
-def interpolate_many(
-    heights: NDArray[np.float64],
-    x0: float,
-    y0: float,
-    dx: float,
-    dy: float,
-    x: NDArray[np.float64],
-    y: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """`interpolate` at n points: (3, n) with the rows z, dz/dx, dz/dy."""
-    out = np.empty((3, x.size))
-    for k in range(x.size):
-        out[0, k], out[1, k], out[2, k] = interpolate(heights, x0, y0, dx, dy, x[k], y[k])
-    return out
 
 
 @dataclass(frozen=True, eq=False)

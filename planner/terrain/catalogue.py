@@ -1,0 +1,185 @@
+"""Maps by name: those in maps/catalogue.toml, each checked against its sha256 when opened.
+
+Three kinds of entry:
+
+    file        a drawn map in maps/fixed; sha256 over the .asc and, if any, its .layers.toml
+    fractal     computed by maps.make_fixed_maps; sha256 over the heights in whole mm (int32)
+    jacksboro   the real relief in matplotlib's sample data; sha256 over the array of heights
+
+Jacksboro's file names its rows' latitudes wrongly: `ymin` = 36.733 is larger than `ymax` = 36.446,
+and neither order fits the ground. The first row is the NORTH row at latitude `ymax`, and the south
+edge lies 344 rows below it, at 36.160: only then do the highest point (1076 m, Cross Mountain at
+36.198 N, 84.231 W, 1077 m) and the lowest (the Clinch River below Norris Dam) lie where they are.
+Its 3 arc seconds become metres by the radii of curvature of the WGS 84 ellipsoid at the map's
+middle latitude,
+
+    dy = M(phi) dphi,   dx = N(phi) cos(phi) dlambda,
+    N = a / sqrt(1 - e^2 sin^2 phi),   M = a (1 - e^2) / (1 - e^2 sin^2 phi)^(3/2),
+
+which leaves the cells longer than they are wide. Left out: the convergence of the meridians; from
+the middle to the north or south edge dx changes by 0.2 %. The map reduced 1:100 divides all three
+axes alike, so slopes are those of the ground and a small robot meets them at its own size.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import importlib.util
+import math
+import os
+import tomllib
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from planner.errors import MapError
+from planner.terrain.formats import load_terrain
+from planner.terrain.heightmap import Terrain
+
+_MAPS = Path(__file__).resolve().parents[2] / "maps"
+_LISTED = ("name", "title", "size", "cell", "crs", "source", "licence", "sha256")
+
+# WGS 84 (NIMA TR8350.2): semi-major axis, m, and first eccentricity squared.
+_SEMI_MAJOR_AXIS = 6_378_137.0
+_ECCENTRICITY_SQUARED = 6.694_379_990_14e-3
+# The true north edge of Jacksboro's first row, and the spacing of its rows and columns, degrees.
+_JACKSBORO_NORTH = 36.44625
+_ARC_SECONDS_3 = 3.0 / 3600.0
+
+
+def open_map(name_or_path: str | Path) -> Terrain:
+    """The map of a catalogue name, otherwise the one in a file.
+
+    Args:
+        name_or_path: a name that `list_maps` lists, or a path to a heightmap (see formats.py).
+
+    Raises:
+        MapError: neither a name nor a file, a catalogue map whose bytes have changed, or what
+            `load_terrain` raises.
+    """
+    entry = _entries().get(str(name_or_path))
+    if entry is None:
+        text = str(name_or_path)
+        if not text.strip() or "\0" in text or not os.path.exists(text):
+            raise MapError(
+                "map",
+                "there is no map and no file of that name",
+                value=text,
+                accepted=f"one of {', '.join(_entries())}, or a path to a heightmap "
+                "(.tif, .asc, .npz, .npy, .yaml, .png)",
+            )
+        return load_terrain(Path(text))
+    return {"file": _open_file, "fractal": _open_fractal, "jacksboro": _open_jacksboro}[
+        entry["kind"]
+    ](entry)
+
+
+def list_maps() -> list[dict[str, Any]]:
+    """The catalogue, one dict a map.
+
+    Returns:
+        name, title, size [x, y] m, cell [dx, dy] m, crs ("local" or a code), source, licence,
+        sha256.
+    """
+    return [{key: entry[key] for key in _LISTED} for entry in _entries().values()]
+
+
+@cache
+def _entries() -> dict[str, dict[str, Any]]:
+    content = tomllib.loads((_MAPS / "catalogue.toml").read_text(encoding="utf-8"))
+    return {entry["name"]: entry for entry in content["map"]}
+
+
+def _open_file(entry: dict[str, Any]) -> Terrain:
+    file = _MAPS / entry["file"]
+    layers = file.with_name(file.stem + ".layers.toml")
+    try:
+        digest = hashlib.sha256(file.read_bytes())
+        if layers.exists():
+            digest.update(layers.read_bytes())
+    except OSError as problem:
+        raise MapError(
+            "map",
+            f"{entry['name']} is listed, but its file {file.name} cannot be read",
+            accepted="a complete installation of joulepath",
+        ) from problem
+    _verify(entry, digest.hexdigest())
+    return _named(entry, load_terrain(file))
+
+
+def _open_fractal(entry: dict[str, Any]) -> Terrain:
+    from maps.make_fixed_maps import FRACTAL_CELL, fractal_heights
+
+    heights = fractal_heights()
+    millimetres = np.round(heights * 1000).astype("<i4")
+    _verify(entry, hashlib.sha256(millimetres.tobytes()).hexdigest())
+    terrain = Terrain.from_arrays(
+        heights,
+        cell=(FRACTAL_CELL, FRACTAL_CELL),
+        origin=(0.5 * FRACTAL_CELL, 0.5 * FRACTAL_CELL),
+    )
+    return _named(entry, terrain)
+
+
+def _open_jacksboro(entry: dict[str, Any]) -> Terrain:
+    # Found without importing matplotlib, which would cost more than the planning.
+    package = importlib.util.find_spec("matplotlib")
+    folders = (package.submodule_search_locations if package else None) or []
+    files = [
+        Path(folder) / "mpl-data" / "sample_data" / "jacksboro_fault_dem.npz" for folder in folders
+    ]
+    file = next((file for file in files if file.is_file()), None)
+    if file is None:
+        raise MapError(
+            "map",
+            f"{entry['name']} comes with matplotlib's sample data, which is not installed",
+            accepted="matplotlib installed with its sample data (pip install matplotlib)",
+        )
+    with np.load(file, allow_pickle=False) as archive:
+        elevation = archive["elevation"]
+    _verify(entry, hashlib.sha256(elevation.astype("<i2").tobytes()).hexdigest())
+    ny = elevation.shape[0]
+    dx, dy = local_scale(_JACKSBORO_NORTH - 0.5 * ny * _ARC_SECONDS_3, _ARC_SECONDS_3)
+    reduction = float(entry["reduction"])
+    dx, dy = dx / reduction, dy / reduction
+    terrain = Terrain.from_arrays(
+        elevation[::-1].astype(np.float64) / reduction,
+        cell=(dx, dy),
+        origin=(0.5 * dx, 0.5 * dy),
+    )
+    return _named(entry, terrain)
+
+
+def local_scale(latitude: float, spacing: float) -> tuple[float, float]:
+    """Metres east and north that a small angle spans on the WGS 84 ellipsoid.
+
+    Args:
+        latitude: where, degrees north.
+        spacing: the angle in longitude and latitude, degrees.
+
+    Returns:
+        dx, dy in m.
+    """
+    phi, angle = math.radians(latitude), math.radians(spacing)
+    root = 1.0 - _ECCENTRICITY_SQUARED * math.sin(phi) ** 2
+    across = _SEMI_MAJOR_AXIS / math.sqrt(root)
+    along = _SEMI_MAJOR_AXIS * (1.0 - _ECCENTRICITY_SQUARED) / root**1.5
+    return across * math.cos(phi) * angle, along * angle
+
+
+def _named(entry: dict[str, Any], terrain: Terrain) -> Terrain:
+    return dataclasses.replace(terrain, name=entry["name"], source=f"catalogue: {entry['source']}")
+
+
+def _verify(entry: dict[str, Any], found: str) -> None:
+    if found != entry["sha256"]:
+        raise MapError(
+            "map",
+            f"{entry['name']} is not the map that the catalogue describes: its sha256 differs",
+            value=found,
+            accepted=f"sha256 {entry['sha256']}; install joulepath anew, or give a changed map "
+            "as a path of its own",
+        )

@@ -1,0 +1,219 @@
+"""GeoTIFF through rasterio, with the format fixed to GTiff.
+
+Read: one band of heights (a second one may be alpha), north-up or south-up, cells of any two
+sizes, in a projected coordinate system in metres or in no coordinate system. Nodata, mask, scale
+and offset are honoured. Heights in feet, said by the band's unit or by the vertical part of a
+compound coordinate system, are converted to metres and `Terrain.source` says so.
+
+Refused: degrees (with the gdalwarp command for the UTM zone of the map), horizontal feet, rotated
+or mirrored grids, no georeference, several bands, more cells than allowed (before reading).
+
+The driver is named because GDAL otherwise opens a VRT called .tif and follows it to other files.
+"""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from planner.errors import MapError
+from planner.terrain.grid_checks import (
+    check_cells,
+    check_heights,
+    check_not_degrees,
+    degrees_refused,
+    utm_code,
+)
+from planner.terrain.heightmap import Terrain
+
+_METRE_NAMES = {"", "m", "metre", "metres", "meter", "meters"}
+# International foot: exactly 0.3048 m. US survey foot: exactly 1200/3937 m.
+_FOOT_NAMES = {
+    "ft": 0.3048,
+    "foot": 0.3048,
+    "feet": 0.3048,
+    "international foot": 0.3048,
+    "us survey foot": 1200 / 3937,
+    "us-ft": 1200 / 3937,
+    "ftus": 1200 / 3937,
+    "us survey feet": 1200 / 3937,
+}
+
+
+def read_geotiff(file: Path, *, max_cells: int) -> Terrain:
+    """The terrain in a GeoTIFF.
+
+    Args:
+        file: the .tif file.
+        max_cells: refuse larger rasters before reading them.
+
+    Raises:
+        MapError: see the module's head; also for a damaged or cut-off file.
+    """
+    import rasterio
+    from rasterio.errors import NotGeoreferencedWarning, RasterioError
+
+    try:
+        with warnings.catch_warnings():
+            # A raster without georeference is refused below, in a sentence.
+            warnings.simplefilter("ignore", NotGeoreferencedWarning)
+            with rasterio.open(file, driver="GTiff", sharing=False) as dataset:
+                return _read(file, dataset, max_cells)
+    except RasterioError as problem:
+        raise MapError(
+            "map",
+            f"{file.name} cannot be read as a GeoTIFF, it is damaged or cut off",
+            value=str(file),
+            accepted="a complete GeoTIFF that gdalinfo reads",
+        ) from problem
+
+
+def _read(file: Path, dataset: Any, max_cells: int) -> Terrain:
+    nx, ny = int(dataset.width), int(dataset.height)
+    check_cells(file, nx, ny, max_cells)
+    _check_bands(file, dataset)
+    transform = dataset.transform
+    _check_transform(file, dataset)
+    dx, dy = float(transform.a), abs(float(transform.e))
+    west, first_edge = float(transform.c), float(transform.f)
+    north_up = transform.e < 0
+    south = first_edge - ny * dy if north_up else first_edge
+    centre = (west + 0.5 * nx * dx, south + 0.5 * ny * dy)
+    if dataset.crs is None:
+        crs = None
+        check_not_degrees(file, (dx, dy), (west, south), nx, ny)
+    else:
+        crs = checked_crs(file, dataset.crs, centre)
+    factor, unit = _vertical_unit(file, dataset)
+    band = dataset.read(1, masked=True)
+    heights = band.astype(np.float64).filled(np.nan)
+    heights[~np.isfinite(heights)] = np.nan
+    heights = (heights * float(dataset.scales[0]) + float(dataset.offsets[0])) * factor
+    check_heights(file, heights, nodata_declared=dataset.nodata is not None)
+    source = str(file)
+    if factor != 1.0:
+        source += f" (heights converted from {unit} to metres, times {factor:.9g})"
+    return Terrain.from_arrays(
+        heights[::-1] if north_up else heights,
+        cell=(dx, dy),
+        origin=(west + 0.5 * dx, south + 0.5 * dy),
+        name=file.stem,
+        crs=crs,
+        source=source,
+    )
+
+
+def _check_bands(file: Path, dataset: Any) -> None:
+    from rasterio.enums import ColorInterp
+
+    has_alpha = dataset.count == 2 and dataset.colorinterp[1] == ColorInterp.alpha
+    if dataset.count != 1 and not has_alpha:
+        raise MapError(
+            "map",
+            f"{file.name} has {dataset.count} bands; one must be the height",
+            value=str(file),
+            accepted=f"one band of heights, for example after: gdal_translate -b 1 {file.name} "
+            f"{file.stem}_height.tif",
+        )
+    if dataset.dtypes[0].startswith("complex"):
+        raise MapError(
+            "map",
+            f"{file.name} holds complex numbers",
+            value=str(file),
+            accepted="heights as integers or floating-point numbers",
+        )
+
+
+def _check_transform(file: Path, dataset: Any) -> None:
+    transform = dataset.transform
+    if transform.is_identity or dataset.gcps[0]:
+        raise MapError(
+            "map",
+            f"{file.name} does not say where its corners lie, so its cell size is unknown",
+            value=str(file),
+            accepted="a georeferenced GeoTIFF, for example after: gdal_translate -a_ullr WEST "
+            f"NORTH EAST SOUTH {file.name} {file.stem}_placed.tif (metres)",
+        )
+    if transform.b != 0 or transform.d != 0 or transform.a <= 0 or transform.e == 0:
+        raise MapError(
+            "map",
+            f"{file.name} has a rotated or mirrored grid",
+            value=str(file),
+            accepted="rows from west to east, for example after: "
+            f"gdalwarp -r cubic {file.name} {file.stem}_north_up.tif",
+        )
+
+
+def checked_crs(file: Path, given: Any, centre: tuple[float, float]) -> str:
+    """The coordinate system's short name, once it is known to be a plane one in metres.
+
+    Args:
+        file: the map's file, for the sentence.
+        given: a rasterio CRS, or its text.
+        centre: the map's centre in that coordinate system.
+
+    Returns:
+        "EPSG:32613", or the WKT where no authority knows it.
+
+    Raises:
+        MapError: the system is geographic, not in metres or not understood.
+    """
+    from rasterio.crs import CRS
+    from rasterio.errors import CRSError
+    from rasterio.warp import transform
+
+    try:
+        crs = given if isinstance(given, CRS) else CRS.from_user_input(given)
+    except CRSError as problem:
+        raise MapError(
+            "map",
+            f"{file.name} has a coordinate system that is not understood",
+            value=str(given),
+            accepted="a projected coordinate system in metres",
+        ) from problem
+    if crs.is_geographic:
+        name = crs.to_string() if crs.to_epsg() else "its coordinate system"
+        raise degrees_refused(file, centre[0], centre[1], f"is in degrees ({name})")
+    unit, factor = crs.linear_units_factor if crs.is_projected else (crs.linear_units, 1.0)
+    if abs(float(factor) - 1.0) > 1e-9:
+        longitude, latitude = transform(crs, CRS.from_epsg(4326), [centre[0]], [centre[1]])
+        code = utm_code(longitude[0], latitude[0])
+        raise MapError(
+            "map",
+            f"{file.name} has x and y in {unit}, not in metres",
+            value=crs.to_string()[:60],
+            accepted="metres, for example after: "
+            f"gdalwarp -t_srs EPSG:{code} -r cubic {file.name} {file.stem}_utm.tif",
+        )
+    epsg = crs.to_epsg()
+    return f"EPSG:{epsg}" if epsg else str(crs.to_wkt())
+
+
+def _vertical_unit(file: Path, dataset: Any) -> tuple[float, str]:
+    """Factor from the file's heights to metres, and their unit's name."""
+    unit = str(dataset.units[0] or "").strip()
+    if not unit and dataset.crs is not None:
+        unit = _unit_of_vertical_crs(dataset.crs.to_wkt())
+    plain = unit.lower().replace("_", " ")
+    if plain in _METRE_NAMES:
+        return 1.0, "metre"
+    if plain in _FOOT_NAMES:
+        return _FOOT_NAMES[plain], unit
+    raise MapError(
+        "map",
+        f"{file.name} has heights in an unknown unit",
+        value=unit,
+        accepted="metre, foot or US survey foot",
+    )
+
+
+def _unit_of_vertical_crs(wkt: str) -> str:
+    """Name of the unit in the VERT_CS of a compound coordinate system's WKT 1, else ''."""
+    start = wkt.find("VERT_CS[")
+    unit = wkt.find('UNIT["', start)
+    if start < 0 or unit < 0:
+        return ""
+    return wkt[unit + len('UNIT["') :].split('"', 1)[0]

@@ -1,0 +1,109 @@
+"""Checks that every raster format shares: number of cells, degrees, undeclared nodata.
+
+The sentences name the file, what is wrong and the command or entry that mends it.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.errors import MapError
+
+# A cell below this many metres is not a survey but a grid in degrees: 5 mm against 18" = 0.005.
+SMALLEST_PLAUSIBLE_CELL = 0.005
+# Ground on Earth lies between the Challenger Deep, -10,935 m, and Everest, 8,849 m.
+LOWEST_GROUND, HIGHEST_GROUND = -12_000.0, 10_000.0
+USUAL_NODATA = (-9999.0, -32768.0, -32767.0)
+
+
+def check_cells(file: Path, nx: int, ny: int, max_cells: int) -> None:
+    """Refuse a header that claims more cells than allowed, or none.
+
+    Raises:
+        MapError: nx * ny is above max_cells, or a side is below 1.
+    """
+    if nx < 1 or ny < 1:
+        raise MapError(
+            "map",
+            f"{file.name} says that it has {nx} columns and {ny} rows",
+            value=str(file),
+            accepted="at least 4 columns and 4 rows",
+        )
+    if nx * ny > max_cells:
+        raise MapError(
+            "map",
+            f"{file.name} says that it has {nx} by {ny} = {nx * ny:,} cells",
+            value=str(file),
+            accepted=f"at most {max_cells:,} cells; cut it (gdal_translate -srcwin) "
+            "or make the cells larger (gdalwarp -tr)",
+        )
+
+
+def utm_code(longitude: float, latitude: float) -> int:
+    """EPSG code of the UTM zone (WGS 84) that holds a point in degrees."""
+    zone = min(60, max(1, math.floor((longitude + 180.0) / 6.0) + 1))
+    return (32600 if latitude >= 0 else 32700) + zone
+
+
+def degrees_refused(file: Path, longitude: float, latitude: float, why: str) -> MapError:
+    """The error for a grid in degrees, with the command that reprojects it."""
+    code = utm_code(longitude, latitude)
+    return MapError(
+        "map",
+        f"{file.name} {why}; a degree of longitude is not a degree of latitude, "
+        "so slopes would be wrong",
+        value=str(file),
+        accepted="metres, for example after: "
+        f"gdalwarp -t_srs EPSG:{code} -r cubic {file.name} {file.stem}_utm.tif",
+    )
+
+
+def check_not_degrees(
+    file: Path, cell: tuple[float, float], origin: tuple[float, float], nx: int, ny: int
+) -> None:
+    """Refuse a grid without a coordinate system whose numbers can only be degrees.
+
+    Raises:
+        MapError: a cell is below 5 mm.
+    """
+    if 0 < min(cell) < SMALLEST_PLAUSIBLE_CELL:
+        longitude = origin[0] + 0.5 * nx * cell[0]
+        latitude = origin[1] + 0.5 * ny * cell[1]
+        raise degrees_refused(
+            file, longitude, latitude, f"has cells of {cell[0]:g} by {cell[1]:g}: that is degrees"
+        )
+
+
+def check_heights(file: Path, heights: NDArray[np.float64], *, nodata_declared: bool) -> None:
+    """Refuse heights that can only be an undeclared nodata value.
+
+    Args:
+        file: the map's file.
+        heights: (ny, nx) m, NaN where nodata.
+        nodata_declared: whether the file names a nodata value.
+
+    Raises:
+        MapError: a height beyond any ground on Earth, or a usual nodata value undeclared.
+    """
+    if not np.isfinite(heights).any():
+        return  # Terrain.from_arrays says that nothing is known.
+    lowest, highest = float(np.nanmin(heights)), float(np.nanmax(heights))
+    suspect: float | None = None
+    if lowest < LOWEST_GROUND:
+        suspect = lowest
+    elif highest > HIGHEST_GROUND:
+        suspect = highest
+    elif not nodata_declared and lowest in USUAL_NODATA:
+        suspect = lowest
+    if suspect is not None:
+        raise MapError(
+            "map",
+            f"{file.name} holds heights of {suspect:g} m, a nodata value that it does not declare",
+            value=str(file),
+            accepted=f"heights from {LOWEST_GROUND:g} to {HIGHEST_GROUND:g} m and the nodata value "
+            f"declared, for a GeoTIFF: gdal_edit.py -a_nodata {suspect:.9g} {file.name}",
+        )

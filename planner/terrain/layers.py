@@ -1,0 +1,141 @@
+"""Obstacles and ground classes drawn over a heightmap, in a text file beside it.
+
+NAME.layers.toml belongs to NAME.asc, NAME.tif or any other format:
+
+    rows = ["####", "#..#", "#.c#", "####"]     # the NORTH row first, one character a cell
+
+    [legend]                                    # what each character means
+    "#" = "obstacle"
+    "?" = "hole"
+    "." = "concrete"
+    "c" = "carpet"
+
+    [ground.carpet]                             # classes not listed have the factors 1, 1
+    rolling = 2.3
+    traction = 0.9
+
+"obstacle" and "hole" are the two words with a meaning of their own; any other word is a ground
+class. Left out: obstacles of limited height, cells of more than one class.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from planner.errors import MapError
+from planner.terrain.heightmap import Terrain
+from planner.terrain.surface import PLAIN_GROUND, GroundClass
+
+
+def add_layers(terrain: Terrain, file: Path) -> Terrain:
+    """The terrain with the layers drawn in the sidecar of its file, if there is one.
+
+    Raises:
+        MapError: the sidecar is not TOML, does not fit the map or uses an unknown character.
+    """
+    sidecar = file.with_name(file.stem + ".layers.toml")
+    if not sidecar.is_file():
+        return terrain
+    rows, legend, ground = _parse(sidecar, read_toml(sidecar), terrain.heights.shape)
+    classes: dict[str, GroundClass] = {}
+    for meaning in legend.values():
+        if meaning not in ("obstacle", "hole") and meaning not in classes:
+            classes[meaning] = _ground_class(sidecar, meaning, ground.get(meaning, {}))
+    picture = np.array([list(row) for row in rows])[::-1]
+    order = list(classes)
+    obstacles = terrain.obstacles.copy()
+    known = terrain.known.copy()
+    kinds = np.zeros(picture.shape, dtype=np.uint8)
+    for character, meaning in legend.items():
+        here = picture == character
+        if meaning == "obstacle":
+            obstacles |= here
+        elif meaning == "hole":
+            known &= ~here
+        else:
+            kinds[here] = order.index(meaning)
+    if not known.any():
+        raise _refused(sidecar, "makes every cell a hole", "at least one cell of known height")
+    return dataclasses.replace(
+        terrain,
+        obstacles=obstacles,
+        known=known,
+        ground=kinds,
+        ground_classes=tuple(classes.values()) or PLAIN_GROUND,
+    )
+
+
+def read_toml(file: Path) -> dict[str, Any]:
+    """A TOML file's content.
+
+    Raises:
+        MapError: the file is not TOML, with the place where it goes wrong.
+    """
+    try:
+        return tomllib.loads(file.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as problem:
+        raise _refused(file, f"is not TOML: {problem}", "a TOML file in UTF-8") from problem
+
+
+def _parse(
+    sidecar: Path, content: dict[str, Any], shape: tuple[int, ...]
+) -> tuple[list[str], dict[str, str], dict[str, Any]]:
+    unknown = set(content) - {"rows", "legend", "ground"}
+    if unknown:
+        raise _refused(
+            sidecar, f"has the unknown entry '{min(unknown)}'", "'rows', 'legend' and 'ground'"
+        )
+    rows, legend, ground = (content.get(key) for key in ("rows", "legend", "ground"))
+    ground = {} if ground is None else ground
+    ny, nx = shape
+    if not isinstance(rows, list) or not all(isinstance(row, str) for row in rows):
+        raise _refused(sidecar, "has no list of 'rows'", f"{ny} strings, the north row first")
+    if len(rows) != ny:
+        raise _refused(sidecar, f"draws {len(rows)} rows", f"{ny} rows, as the heights have")
+    for number, row in enumerate(rows):
+        if len(row) != nx:
+            raise _refused(
+                sidecar,
+                f"draws {len(row)} characters in row {number}",
+                f"{nx} characters, one for each column of the heights",
+            )
+    if not isinstance(legend, dict) or not all(
+        len(key) == 1 and isinstance(meaning, str) for key, meaning in legend.items()
+    ):
+        raise _refused(
+            sidecar, "has no [legend] of single characters", '"#" = "obstacle" and so on'
+        )
+    unexplained = set().union(*rows) - set(legend)
+    if unexplained:
+        raise _refused(
+            sidecar,
+            f"draws the character '{min(unexplained)}'",
+            "characters of its legend: " + " ".join(sorted(legend)),
+        )
+    if not isinstance(ground, dict) or set(ground) - set(legend.values()):
+        raise _refused(
+            sidecar, "has a [ground] class that its legend does not use", "classes of the legend"
+        )
+    return rows, legend, ground
+
+
+def _ground_class(sidecar: Path, name: str, factors: Any) -> GroundClass:
+    accepted = f"[ground.{name}] with rolling (0 or more) and traction (above 0)"
+    if not isinstance(factors, dict) or set(factors) - {"rolling", "traction"}:
+        raise _refused(sidecar, f"has a ground class '{name}' with unknown entries", accepted)
+    values = [factors.get("rolling", 1.0), factors.get("traction", 1.0)]
+    if not all(isinstance(v, int | float) and not isinstance(v, bool) for v in values):
+        raise _refused(sidecar, f"has a ground class '{name}' without numbers", accepted)
+    rolling, traction = (float(v) for v in values)
+    if not (0 <= rolling < np.inf and 0 < traction < np.inf):
+        raise _refused(sidecar, f"has a ground class '{name}' with an impossible factor", accepted)
+    return GroundClass(name, rolling=rolling, traction=traction)
+
+
+def _refused(file: Path, problem: str, accepted: str) -> MapError:
+    return MapError("map", f"{file.name} {problem}", value=str(file), accepted=accepted)

@@ -1,0 +1,225 @@
+"""Pictures with a YAML file: occupancy grids as ROS's map_server, heights as grid_map pictures.
+
+Occupancy (the floor is flat, at height 0):
+
+    image: floor.png          # .png or .pgm beside the YAML; its top row is the north row
+    resolution: 0.05          # m a pixel
+    origin: [-10.0, -5.0, 0]  # lower left corner of the picture; its yaw must be 0
+    occupied_thresh: 0.65
+    free_thresh: 0.196
+    negate: 0
+
+With p = (white - gray) / white, or gray / white if negate: p above occupied_thresh is an obstacle,
+p below free_thresh is free, anything between is unknown.
+
+Heights (no thresholds):
+
+    image: elevation.png
+    resolution: 0.04
+    origin: [0.0, 0.0, 0]
+    height_max: 2.78          # height of white, m; or height_scale: m a gray step
+    height_min: 0.0           # height of black, m
+    unknown: 0                # gray value of cells that nobody measured; may be left out
+
+white is 255, or 65535 in a 16-bit picture. The fourth channel of a colour picture is ignored, the
+others are averaged. Source: ROS wiki, map_server, "Map format"; grid_map_cv, GridMapCvConverter.
+Left out: map_server's modes scale and raw.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.errors import MapError
+from planner.terrain.grid_checks import check_cells
+from planner.terrain.heightmap import Terrain
+
+_COMMON = {"image", "resolution", "origin"}
+_OCCUPANCY = {"occupied_thresh", "free_thresh", "negate", "mode"}
+_HEIGHTS = {"height_min", "height_max", "height_scale", "unknown"}
+
+_EXAMPLE = (
+    "a YAML file beside it, for heights: 'image: {0}', 'resolution: 0.04' (m a pixel), "
+    "'origin: [0, 0, 0]', 'height_max: 2.78' (m, white), 'unknown: 0'; for a floor plan: "
+    "'image', 'resolution', 'origin', 'occupied_thresh: 0.65', 'free_thresh: 0.196', 'negate: 0'"
+)
+
+
+def read_picture(file: Path, *, max_cells: int) -> Terrain:
+    """The terrain in a picture whose YAML has the same name.
+
+    Raises:
+        MapError: there is no such YAML, or what `read_picture_yaml` raises.
+    """
+    for ending in (".yaml", ".yml"):
+        description = file.with_suffix(ending)
+        if description.is_file():
+            return read_picture_yaml(description, max_cells=max_cells)
+    raise _refused(file, "is a picture without a scale in metres", _EXAMPLE.format(file.name))
+
+
+def read_picture_yaml(file: Path, *, max_cells: int) -> Terrain:
+    """The terrain that a YAML file and its picture describe.
+
+    Raises:
+        MapError: an entry is missing, unknown or impossible, or the picture cannot be read.
+    """
+    entries = _read_yaml(file)
+    resolution = _number(file, entries, "resolution")
+    if resolution <= 0:
+        raise _refused(file, "has a bad 'resolution'", "metres a pixel, above 0")
+    west, south = _origin(file, entries)
+    gray, white = _read_gray(file, _image_path(file, entries), max_cells)
+    gray = gray[::-1]
+    if _HEIGHTS & set(entries):
+        heights, known = _heights(file, entries, gray, white)
+        obstacles = np.zeros(gray.shape, dtype=np.bool_)
+    else:
+        heights = np.zeros(gray.shape)
+        known, obstacles = _occupancy(file, entries, gray, white)
+    return Terrain.from_arrays(
+        heights,
+        cell=(resolution, resolution),
+        origin=(west + 0.5 * resolution, south + 0.5 * resolution),
+        name=file.stem,
+        known=known,
+        obstacles=obstacles,
+        source=str(file),
+    )
+
+
+def _read_yaml(file: Path) -> dict[str, Any]:
+    import yaml
+
+    try:
+        entries = yaml.safe_load(file.read_text(encoding="utf-8"))
+    except (yaml.YAMLError, UnicodeDecodeError, RecursionError) as problem:
+        raise _refused(file, "is not YAML", "lines of 'key: value'") from problem
+    accepted = _EXAMPLE.format("NAME.png")
+    if not isinstance(entries, dict):
+        raise _refused(file, "holds no entries", accepted)
+    unknown = {str(key) for key in entries} - _COMMON - _OCCUPANCY - _HEIGHTS
+    if unknown:
+        raise _refused(file, f"has the unknown entry '{min(unknown)}'", accepted)
+    for key in ("image", "resolution", "origin"):
+        if key not in entries:
+            raise _refused(file, f"has no '{key}'", accepted)
+    both = sorted(_HEIGHTS & set(entries)), sorted(_OCCUPANCY & set(entries))
+    if both[0] and both[1]:
+        raise _refused(
+            file,
+            f"has '{both[0][0]}' and '{both[1][0]}'",
+            "either a picture of heights or a floor plan",
+        )
+    return entries
+
+
+def _number(file: Path, entries: dict[str, Any], key: str, default: float | None = None) -> float:
+    value = entries.get(key, default)
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        number = float(value)
+        if math.isfinite(number):
+            return number
+    raise _refused(file, f"has a bad '{key}', {str(value)[:40]!r}", "a finite number")
+
+
+def _origin(file: Path, entries: dict[str, Any]) -> tuple[float, float]:
+    origin = entries["origin"]
+    if not isinstance(origin, list) or len(origin) not in (2, 3):
+        raise _refused(file, "has a bad 'origin'", "[x, y, 0] of the lower left corner in metres")
+    numbers = [_number(file, {"origin": value}, "origin") for value in origin]
+    if len(numbers) == 3 and numbers[2] != 0:
+        raise _refused(file, "has a rotated 'origin'", "a yaw of 0; rotate the picture instead")
+    return numbers[0], numbers[1]
+
+
+def _image_path(file: Path, entries: dict[str, Any]) -> Path:
+    image = entries["image"]
+    name = PurePosixPath(image) if isinstance(image, str) else PurePosixPath()
+    # A map from someone else must not be able to point at other files of this machine.
+    if not name.parts or name.is_absolute() or ".." in name.parts:
+        raise _refused(file, "has a bad 'image'", "the name of a picture in the folder of the YAML")
+    path = file.parent / name
+    if not path.is_file():
+        raise _refused(file, f"names the picture {name}, which is absent", "a picture beside it")
+    if not path.resolve().is_relative_to(file.parent.resolve()):
+        raise _refused(file, "has an 'image' that leads elsewhere", "a picture beside it")
+    return path
+
+
+def _read_gray(file: Path, path: Path, max_cells: int) -> tuple[NDArray[np.float64], float]:
+    import warnings
+
+    from PIL import Image
+
+    try:
+        with warnings.catch_warnings():
+            # Pillow warns of large pictures; the check of cells below decides instead.
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            with Image.open(path, formats=("PNG", "PPM")) as opened:
+                check_cells(path, opened.width, opened.height, max_cells)
+                plain = {"P": "RGB", "PA": "RGB", "1": "L"}
+                picture = opened.convert(plain.get(opened.mode, opened.mode))
+                mode = picture.mode
+                values = np.asarray(picture, dtype=np.float64)
+    except Image.DecompressionBombError as problem:
+        raise _refused(path, "is too large a picture", f"at most {max_cells:,} pixels") from problem
+    except (OSError, SyntaxError, ValueError) as problem:
+        raise _refused(
+            path, "is not a readable picture, or is cut off", "a PNG or PGM picture"
+        ) from problem
+    if values.ndim == 3:
+        channels = values.shape[2] - (1 if mode.endswith("A") else 0)
+        values = values[:, :, :channels].mean(axis=2)
+    return values, 65535.0 if mode.startswith("I") else 255.0
+
+
+def _heights(
+    file: Path, entries: dict[str, Any], gray: NDArray[np.float64], white: float
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    if ("height_max" in entries) == ("height_scale" in entries):
+        raise _refused(
+            file,
+            "does not say once how high white is",
+            "'height_max' (m, white) or 'height_scale' (m a gray step)",
+        )
+    lowest = _number(file, entries, "height_min", 0.0)
+    if "height_max" in entries:
+        scale = (_number(file, entries, "height_max") - lowest) / white
+    else:
+        scale = _number(file, entries, "height_scale")
+    if scale <= 0:
+        raise _refused(file, "has white no higher than black", "a scale above 0")
+    known = np.ones(gray.shape, dtype=np.bool_)
+    if "unknown" in entries:
+        known = gray != _number(file, entries, "unknown")
+    return lowest + gray * scale, known
+
+
+def _occupancy(
+    file: Path, entries: dict[str, Any], gray: NDArray[np.float64], white: float
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    if str(entries.get("mode", "trinary")) != "trinary":
+        raise _refused(file, f"has the mode '{entries['mode']}'", "trinary")
+    occupied = _number(file, entries, "occupied_thresh", 0.65)
+    free = _number(file, entries, "free_thresh", 0.196)
+    if not 0 <= free < occupied <= 1:
+        raise _refused(
+            file, "has thresholds out of order", "0 <= free_thresh < occupied_thresh <= 1"
+        )
+    negate = entries.get("negate", 0)
+    if negate not in (0, 1, False, True):
+        raise _refused(file, "has a bad 'negate'", "0 or 1")
+    probability = gray / white if negate else (white - gray) / white
+    obstacles = probability > occupied
+    # What is unknown is neither: an obstacle is known to stand on the floor.
+    return obstacles | (probability < free), obstacles
+
+
+def _refused(file: Path, problem: str, accepted: str) -> MapError:
+    return MapError("map", f"{file.name} {problem}", value=str(file), accepted=accepted)
