@@ -1,16 +1,53 @@
-"""Every command, setting and HTTP route that users meet is named in docs/."""
+"""Commands, options, settings and HTTP routes that users meet are named in docs/; links hold."""
 
 from __future__ import annotations
 
+import inspect
+import re
 from pathlib import Path
 
 import pytest
 
+from service.app import create_app
+from service.cli import app as commands
+from service.settings import Settings
+
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = {path.name: path.read_text() for path in sorted((ROOT / "docs").glob("*.md"))}
+COMMANDS = {c.callback.__name__: c.callback for c in commands.registered_commands if c.callback}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_command_is_documented(command: str) -> None:
+    assert re.search(rf"joulepath (\w+, )*{command}|, {command}\b", DOCS["cli.md"])
+
+
+def test_every_option_of_plan_is_documented() -> None:
+    arguments = set(inspect.signature(COMMANDS["plan"]).parameters) - {"request"}
+    options = {"--" + name.rstrip("_").replace("_", "-") for name in arguments}
+    assert {option for option in options if f"`{option}`" not in DOCS["cli.md"]} == set()
+
+
+@pytest.mark.parametrize("setting", Settings.model_fields)
+def test_setting_is_documented(setting: str) -> None:
+    assert f"`JOULEPATH_{setting.upper()}`" in DOCS["configuration.md"]
+
+
+def test_every_route_is_documented() -> None:
+    for path, methods in create_app(Settings()).openapi()["paths"].items():
+        for method in methods:
+            assert f"`{method.upper()} {path}`" in DOCS["http.md"]
 
 
 @pytest.mark.parametrize("target", ["demo", "test", "check", "bench", "serve", "setup", "lock"])
 def test_make_target_is_documented(target: str) -> None:
-    text = DOCS["development.md"] + (ROOT / "README.md").read_text()
-    assert f"make {target}" in text
+    assert f"`make {target}`" in DOCS["development.md"]
+    assert re.search(rf"^{target}:", (ROOT / "Makefile").read_text(), re.MULTILINE)
+
+
+@pytest.mark.parametrize("name", [*DOCS, "../README.md", "../CHANGELOG.md"])
+def test_links_between_documents_hold(name: str) -> None:
+    document = (ROOT / "docs" / name).resolve()
+    links = re.findall(r"\]\(([^)#]+)", document.read_text())
+    local = [link for link in links if "://" not in link]
+    assert [link for link in local if not (document.parent / link).exists()] == []
