@@ -1,0 +1,29 @@
+// How quantities are written for people; the same rules as on the command line.
+
+const grouped = (value, digits) => value.toLocaleString("en", { minimumFractionDigits: digits, maximumFractionDigits: digits });
+
+export function joules(value) {
+  const size = Math.abs(value);
+  if (size >= 1e6) return `${grouped(value / 1e6, 2)} MJ`;
+  if (size >= 1e4) return `${grouped(value / 1e3, 2)} kJ`;
+  return size >= 1000 ? `${grouped(value, 0)} J` : `${value.toFixed(1)} J`;
+}
+
+export function metres(value) {
+  return value < 100 ? `${value.toFixed(2)} m` : `${grouped(value, 0)} m`;
+}
+
+export function seconds(value) {
+  if (value < 60) return `${value.toFixed(1)} s`;
+  const whole = Math.round(value);
+  if (whole < 3600) return `${Math.floor(whole / 60)} min ${String(whole % 60).padStart(2, "0")} s`;
+  return `${Math.floor(whole / 3600)} h ${String(Math.floor(whole / 60) % 60).padStart(2, "0")} min`;
+}
+
+export function extraCost(energy, best) {
+  if (best <= 0) return `costs ${joules(energy - best)} more`;
+  const share = energy / best - 1;
+  if (Math.abs(share) < 0.0005) return "costs the same";
+  const digits = Math.abs(share) >= 0.1 ? 0 : 1;
+  return `costs ${(100 * Math.abs(share)).toFixed(digits)} % ${share > 0 ? "more" : "less"}`;
+}
