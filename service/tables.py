@@ -45,7 +45,9 @@ def comparison(document: Document, title: str | None = None) -> Table:
 
 
 def account(document: Document, titles: Mapping[str, str] | None = None) -> Table:
-    """Energy by physical effect, for the route and its baselines, largest first.
+    """Energy by physical effect, largest first, for the route and its baselines.
+
+    What rounds to nothing everywhere is left out.
 
     Args:
         document: ROUTE.json.
@@ -64,6 +66,8 @@ def account(document: Document, titles: Mapping[str, str] | None = None) -> Tabl
     for slug in sorted(slugs, key=lambda s: s in EXCHANGE):
         name = (titles or {}).get(slug, slug)
         value = best["breakdown_j"][slug]
+        if all(joules(route["breakdown_j"].get(slug, 0.0)) == joules(0.0) for _, route in routes):
+            continue
         cells = [joules(value), f"{100 * value / total:.1f} %" if total else ""]
         cells += [joules(route["breakdown_j"].get(slug, 0.0)) for _, route in routes[1:]]
         exchange = slug in EXCHANGE
@@ -86,7 +90,8 @@ def remarks(document: Document) -> Iterator[str]:
         share = f"{100 * battery['share']:.2g} % of the {joules(battery['available_j'])}"
         fits = "fits the battery" if battery["fits"] else "DOES NOT FIT the battery"
         yield f"It {fits}: {share} that are in it."
-    yield from document.get("notes", ())
+    for note in document.get("notes", ()):
+        yield f"Note: {note}."
 
 
 def report(document: Document, titles: Mapping[str, str] | None = None) -> RenderableType:

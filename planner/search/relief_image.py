@@ -65,7 +65,10 @@ def relief_image(terrain: Terrain, window: Window, *, pixels: int = 900) -> Imag
     u = (x0 + (np.arange(columns) + 0.5) / scale - terrain.origin[0]) / terrain.cell[0]
     v = (y1 - (np.arange(rows) + 0.5) / scale - terrain.origin[1]) / terrain.cell[1]
     places = np.meshgrid(v, u, indexing="ij")
-    heights = ndimage.map_coordinates(terrain.heights, places, order=3, mode="nearest")
+    # Without its prefilter the spline smooths a little and does not ring beside ledges.
+    heights = ndimage.map_coordinates(
+        terrain.heights, places, order=3, mode="nearest", prefilter=False
+    )
     j = np.clip(np.rint(v), 0, terrain.heights.shape[0] - 1).astype(int)
     i = np.clip(np.rint(u), 0, terrain.heights.shape[1] - 1).astype(int)
     cells = np.ix_(j, i)

@@ -8,6 +8,7 @@ EXCHANGE = ("gravity", "inertia")
 
 def joules(value: float) -> str:
     """Energy with a unit that keeps three to five digits: 812.0 J, 12.30 kJ, 1.24 MJ."""
+    value = 0.0 if abs(value) < 0.05 else value  # no "-0.0 J"
     for scale, unit in ((1e6, "MJ"), (1e3, "kJ")):
         if abs(value) >= (scale if unit == "MJ" else 10 * scale):
             return f"{value / scale:,.2f} {unit}"

@@ -9,6 +9,7 @@ from planner.search.wording import extra_cost, joules, metres, seconds
     ("value", "text"),
     [
         (0.0, "0.0 J"),
+        (-0.01, "0.0 J"),
         (812.04, "812.0 J"),
         (-13.0, "-13.0 J"),
         (1118.4, "1,118 J"),
