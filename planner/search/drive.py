@@ -37,6 +37,7 @@ class Stuck:
     x: float
     y: float
     what: str
+    for_want_of_room: bool = False
 
 
 def pose_spacing(cell: float) -> float:
@@ -165,7 +166,7 @@ def _yaw_through(
         )
         if profile is None:
             x, y = track.points[a]
-            return Stuck(float(x), float(y), "the body cannot turn as the way would need it")
+            return Stuck(float(x), float(y), "the body cannot turn as the way would need it", True)
         offset = 0.0
         if part > 0:
             # Keep yaw continuous: the pieces may differ by whole turns.

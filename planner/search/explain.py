@@ -22,7 +22,7 @@ YAW_TRIES = 64
 def check_place(
     name: str, pose: PoseRequest, ground: DrivingGround, field: CostField, around: Circumstances
 ) -> None:
-    """Refuse a start, goal or via point at which the robot cannot stand.
+    """Refuse a start, goal or via point at which there is no room for the robot.
 
     Raises:
         RequestError: naming the field, the place and what would be accepted.
@@ -57,16 +57,18 @@ def check_place(
             value=(x, y) if pose.yaw is None else (x, y, pose.yaw),
             accepted=_nearest_free(ground, field, x, y),
         )
-    _check_hold(name, pose, yaws, field, around)
 
 
-def _check_hold(
-    name: str, pose: PoseRequest, yaws: list[float], field: CostField, around: Circumstances
-) -> None:
+def check_hold(name: str, pose: PoseRequest, field: CostField, around: Circumstances) -> None:
+    """Refuse a place at which the robot cannot stand still on the slope.
+
+    Raises:
+        RequestError: naming the field, the slope and what would be accepted.
+    """
     px, py = slope_at(field, pose.x, pose.y)
     row = around.class_rows[field.ground[_node(field, pose.x, pose.y)]].copy()
     broken = 0
-    for yaw in yaws:
+    for yaw in _tried(pose.yaw):
         set_motion(row, px, py, yaw, 0.0, 0.0)
         accounts, _ = around.model.evaluate(row[None])
         broken = broken_limit(accounts[0], around.limits, 1.0)

@@ -99,6 +99,11 @@ class DrivingGround:
     half_width: float
     step_height: float
 
+    def preferring_room(self, weight: float) -> NDArray[np.float64]:
+        """Factor (ny, nx) on the cost: 1 in the open, 1 + weight where hardly any yaw fits."""
+        free = np.bitwise_count(self.mask).astype(np.float64) / YAW_BINS
+        return np.asarray(1.0 + weight * (1.0 - free))
+
     def field(
         self,
         costs: SteadyCosts,

@@ -19,14 +19,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.errors import Cancelled
+from planner.errors import Cancelled, RequestError
 from planner.power.model import PowerModel
 from planner.power.vehicle import Vehicle, load_vehicle
 from planner.search.alternatives import find_alternatives
 from planner.search.conditions import Circumstances, circumstances
 from planner.search.cost_to_go import cost_field_to, cost_floor, grid_path
 from planner.search.drive import Stuck, drive
-from planner.search.explain import check_place, explain_no_route
+from planner.search.explain import check_hold, check_place, explain_no_route
 from planner.search.ground import CostField, DrivingGround, driving_ground
 from planner.search.refine import refine
 from planner.search.request import DEFAULT_VEHICLE, PlanRequest
@@ -39,8 +39,10 @@ Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
 
 KINDS = ("sound", "printed/A", "printed/B")
-RETRIES = (MARGIN, 0.95, 0.9, 0.8)
+MARGINS = (MARGIN, 0.95, 0.9, 0.8)
 """Shares of the slope limit to search with, until the finished motion keeps to all limits."""
+ROOMS = (0.0, 1.0, 4.0, 16.0)
+"""How much dearer ground gets where the body fits with hardly a yaw, until it can turn in time."""
 
 
 @dataclass
@@ -155,6 +157,7 @@ def _plan(run: _Run) -> Answer:
     names = ["start", *(f"via[{k}]" for k in range(len(request.via))), "goal"]
     for name, pose in zip(names, (request.start, *request.via, request.goal), strict=True):
         check_place(name, pose, run.ground, field, run.around)
+    check_hold("start", request.start, field, run.around)
     blank = Answer(
         "no_route",
         run.ground.terrain,
@@ -162,6 +165,12 @@ def _plan(run: _Run) -> Answer:
         {"name": request.planner, "seed": request.seed},
         notes=_notes(run),
     )
+    try:
+        for name, pose in zip(names[1:], (*request.via, request.goal), strict=True):
+            check_hold(name, pose, field, run.around)
+    except RequestError as error:
+        # Where it stands is for the user to say; where it can get to is for the answer.
+        return replace(blank, reason=f"{error.field}: {error.problem}")
     best, planner, reason = _best_route(run, field)
     if best is None:
         return replace(blank, reason=reason, planner=planner)
@@ -179,7 +188,7 @@ def _plan(run: _Run) -> Answer:
         routes, note = find_alternatives(
             best,
             request.alternatives,
-            lambda factor: _grid_route(run, request.objective, factor)[0],
+            lambda factor: _grid_route(run, request.objective, factor),
             field,
         )
         notes += [note] if note else []
@@ -205,39 +214,66 @@ def _notes(run: _Run) -> tuple[str, ...]:
     return tuple(notes)
 
 
+@dataclass(frozen=True)
+class _Attempt:
+    """What the grid with refinement came to: a route, or paths that none drives, or neither."""
+
+    field: CostField
+    paths: list[Array] | None = None
+    refined: list[tuple[Array, float]] | None = None
+    route: Route | None = None
+    reason: str = ""
+
+
+def _on_grid(run: _Run, field: CostField, objective: str) -> _Attempt:
+    """Search, refine and drive; where the motion does not come out, search more cautiously.
+
+    A speed that breaks a limit on a bend asks for less steep ground, a body that cannot turn in
+    time for ways with more room.
+    """
+    plain = field.factor
+    tries, rooms = list(MARGINS), list(ROOMS) if run.ground.blocked.any() else [0.0]
+    attempt = _Attempt(field)
+    while tries and rooms:
+        factor = plain if rooms[0] == 0.0 else plain * run.ground.preferring_room(rooms[0])
+        field = field._replace(margin=tries[0], factor=np.ascontiguousarray(factor))
+        paths = _grid_paths(run, field)
+        if paths is None:
+            return replace(attempt, reason=attempt.reason or _why_not(run, field))
+        refined = [refine(field, path, check=run.check) for path in paths]
+        driven = _drive(run, field, [path for path, _ in refined], objective)
+        if isinstance(driven, Route):
+            return _Attempt(field, paths, refined, driven)
+        reason = f"a way was found, but at x {driven.x:.2f}, y {driven.y:.2f} {driven.what}"
+        attempt = _Attempt(field, paths, refined, None, reason)
+        if driven.for_want_of_room and len(rooms) > 1:
+            rooms.pop(0)
+        else:
+            tries.pop(0)
+    return attempt
+
+
 def _best_route(run: _Run, field: CostField) -> tuple[Route | None, dict[str, Any], str]:
     """The main route, how it was found, and the reason if there is none."""
     objective = run.request.objective
     planner: dict[str, Any] = {"name": run.request.planner, "seed": run.request.seed}
-    paths, refined, route = None, [], None
-    reason = ""
-    for margin in RETRIES:
-        field = field._replace(margin=margin)
-        found = _grid_paths(run, field)
-        if found is None:
-            reason = reason or _why_not(run, field)
-            break
-        paths = found
-        refined = [refine(field, path, check=run.check) for path in paths]
-        driven = _drive(run, field, [path for path, _ in refined], objective)
-        planner["slope_margin"] = margin
-        if isinstance(driven, Route):
-            route = driven
-            break
-        reason = f"a way was found, but at x {driven.x:.2f}, y {driven.y:.2f} {driven.what}"
-    if paths is None or (route is None and run.request.planner == "grid"):
-        return None, planner, reason
-    planner["grid_cost"] = sum(cost for _, cost in refined)
-    candidates = {} if route is None else {"grid": route}
+    run.step("least-cost field", 0.1)
+    attempt = _on_grid(run, field, objective)
+    field = attempt.field
+    if attempt.paths is None or attempt.refined is None:
+        return None, planner, attempt.reason
+    planner["slope_margin"] = field.margin
+    planner["grid_cost"] = sum(cost for _, cost in attempt.refined)
+    candidates = {} if attempt.route is None else {"grid": attempt.route}
     if run.request.planner != "grid":
-        legs, said = _ompl_paths(run, field, paths, refined)
+        legs, said = _ompl_paths(run, field, attempt.paths, attempt.refined)
         planner |= said
         run.step("yaw, speed and energy", 0.7)
         driven = _drive(run, field, legs, objective)
         if isinstance(driven, Route):
             candidates["ompl"] = driven
     if not candidates:
-        return None, planner, reason
+        return None, planner, attempt.reason
     planner |= {f"{name}_energy_j": found.energy_j for name, found in candidates.items()}
     chosen = min(candidates, key=lambda name: _value(candidates[name], objective))
     planner["chosen"] = chosen
@@ -257,7 +293,7 @@ def _why_not(run: _Run, field: CostField) -> str:
 
 def _grid_paths(run: _Run, field: CostField) -> list[Array] | None:
     """One polyline for each leg from the exhaustive grid, or None if a leg has no way."""
-    run.step("least-cost field", 0.1)
+    run.check()
     legs = []
     for a, b in zip(run.places[:-1], run.places[1:], strict=True):
         path = grid_path(field, cost_field_to(field, b, a), a, b)
@@ -331,20 +367,9 @@ def _drive(run: _Run, field: CostField, legs: list[Array], objective: str) -> Ro
     )
 
 
-def _grid_route(
-    run: _Run, objective: str, factor: Array | None = None
-) -> tuple[Route | None, CostField]:
+def _grid_route(run: _Run, objective: str, factor: Array | None = None) -> Route | None:
     """The best route that the grid with refinement finds for an objective."""
-    for margin in RETRIES:
-        field = run.field(objective, margin, factor)
-        paths = _grid_paths(run, field)
-        if paths is None:
-            break
-        legs = [refine(field, path, check=run.check)[0] for path in paths]
-        route = _drive(run, field, legs, objective)
-        if isinstance(route, Route):
-            return route, field
-    return None, field
+    return _on_grid(run, run.field(objective, MARGIN, factor), objective).route
 
 
 def _baseline(run: _Run, name: str, best: Route) -> Route:
@@ -352,7 +377,7 @@ def _baseline(run: _Run, name: str, best: Route) -> Route:
     objective = {"shortest": "length", "fastest": "time"}[name]
     if objective == run.request.objective:
         return best
-    route, _ = _grid_route(run, objective)
+    route = _grid_route(run, objective)
     if route is None or _value(best, objective) < _value(route, objective):
         return best
     return route

@@ -18,13 +18,22 @@ from planner.power.compile_kernel import KERNEL
 from planner.power.model import PowerModel
 from planner.power.pipeline import ACCOUNT_LENGTH, PER_WHEEL
 from planner.quantities import INDEX
-from planner.search.steady import BRIEFLY, broken_limit, set_acceleration, set_motion, set_wind
+from planner.search.steady import (
+    BRIEFLY,
+    SLOWEST,
+    broken_limit,
+    set_acceleration,
+    set_motion,
+    set_wind,
+)
 from planner.search.track import Track
 from planner.search.yaw import YawProfile
 
 Array = NDArray[np.float64]
-LEVELS = 21
-REACH = 7
+_CREEP = (0.0, SLOWEST, 0.1, 0.16)
+LEVELS = len(_CREEP) + 20
+"""Standstill, three speeds to creep round corners, and an even grid of the squared speed."""
+REACH = 9
 """Largest change of level between stations."""
 
 _WHEEL_COLUMNS = len(PER_WHEEL)
@@ -131,7 +140,8 @@ def _speeds(
     came = np.full((steps + 1, LEVELS), -1, np.int64)
     level = np.empty(LEVELS)
     for q in range(LEVELS):
-        level[q] = limits[0] * math.sqrt(q / (LEVELS - 1))
+        even = (q - len(_CREEP) + 1) / (LEVELS - len(_CREEP))
+        level[q] = limits[0] * (_CREEP[q] if q < len(_CREEP) else math.sqrt(even))
     cost[0, 0] = 0.0
     unit = np.empty(2)
     for j in range(steps):

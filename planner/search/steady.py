@@ -36,6 +36,8 @@ from planner.quantities import INDEX, STANDARD_GRAVITY
 
 YAWS, DIRECTIONS, STEEPNESSES = 32, 72, 17
 SPEEDS = 8
+SLOWEST = 0.05
+"""Share of full speed below which the robot stops rather than creeps."""
 MARGIN = 0.985
 """Share of the true slope limit that search may use, so that what it finds stays drivable."""
 

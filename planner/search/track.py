@@ -23,6 +23,8 @@ ARC_STEP = math.radians(8.0)
 """Largest change of direction between two chords of an arc."""
 TIGHTEST = 0.06
 """Smallest radius as a share of the one for full speed; below it the robot stops to turn."""
+SHORTEST = 0.04
+"""m, length of an arc's chords where the bend allows it."""
 STRAIGHT = math.radians(0.5)
 """Changes of direction below this one need no arc: the tyres' creep takes them."""
 
@@ -137,10 +139,12 @@ def _arc(
     full = radius
     radius = min(room / math.tan(half), deviation / (1.0 / math.cos(half) - 1.0))
     side = math.copysign(1.0, turn)
-    count = max(2, math.ceil(abs(turn) / ARC_STEP))
     for _ in range(4):
         if radius < TIGHTEST * full:
             return None
+        # Chords short enough for the bend, long enough for yaw and speed to change on them.
+        count = math.ceil(abs(turn) / ARC_STEP)
+        count = max(2, min(count, int(radius * abs(turn) / SHORTEST)))
         tangent = radius * math.tan(half)
         begin = corner - tangent * np.array([math.cos(direction), math.sin(direction)])
         centre = begin + side * radius * np.array([-math.sin(direction), math.cos(direction)])

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from planner.power.model import PowerModel
 from planner.quantities import INDEX
-from planner.search.ground import YAW_BINS, CostField
+from planner.search.ground import ALL_YAWS, CostField
 from planner.search.steady import set_motion
 from planner.search.track import Track
 from planner.search.yaw_kernel import STATES, programme
@@ -75,7 +75,7 @@ def yaw_programme(
         objective: 1 minimises time, anything else energy.
         start_yaw, goal_yaw: rad; None leaves them free.
     """
-    knots = _knots(track)
+    knots = _knots(track, _crowded(field, track.points))
     directions = _knot_directions(track, knots)
     free, spin, stop = _free_and_spin(
         model, field, track, knots, directions, slopes, grounds, class_rows, limits, objective
@@ -109,15 +109,23 @@ def yaw_programme(
     return _spread(track, knots, directions, states, cost, start_yaw, goal_yaw)
 
 
-def _knots(track: Track) -> NDArray[np.int64]:
-    """Stations at which yaw is decided: all fixed ones, others at even distances."""
+def _knots(track: Track, crowded: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Stations at which yaw is decided: all where room is scarce, others at even distances."""
     along = np.concatenate([[0.0], np.cumsum(track.lengths)])
     spacing = max(0.2, along[-1] / MOST_KNOTS)
     chosen = [0]
     for k in range(1, len(along) - 1):
-        if along[k] - along[chosen[-1]] >= spacing or track.stops[k]:
+        if along[k] - along[chosen[-1]] >= spacing or track.stops[k] or crowded[k]:
             chosen.append(k)
     return np.array([*chosen, len(along) - 1], np.int64)
+
+
+def _crowded(field: CostField, points: Array) -> NDArray[np.bool_]:
+    """Whether some yaw does not fit at points (n, 2)."""
+    ny, nx = field.mask.shape
+    i = np.clip(np.floor((points[:, 0] - field.x0) / field.dx + 0.5).astype(int), 0, nx - 1)
+    j = np.clip(np.floor((points[:, 1] - field.y0) / field.dy + 0.5).astype(int), 0, ny - 1)
+    return np.asarray(field.mask[j, i] != ALL_YAWS)
 
 
 def _knot_directions(track: Track, knots: NDArray[np.int64]) -> Array:
@@ -173,12 +181,11 @@ def _free_and_spin(
 def _free_states(field: Any, points: Any, directions: Any, width: float) -> Any:
     ny, nx = field.heights.shape
     free = np.ones((points.shape[0], STATES), np.bool_)
-    whole = np.uint64((1 << YAW_BINS) - 1)
     for k in range(points.shape[0]):
         x, y = points[k]
         i = min(max(int(math.floor((x - field.x0) / field.dx + 0.5)), 0), nx - 1)
         j = min(max(int(math.floor((y - field.y0) / field.dy + 0.5)), 0), ny - 1)
-        if field.mask[j, i] == whole:
+        if field.mask[j, i] == ALL_YAWS:
             continue
         for s in range(STATES):
             free[k, s] = rectangle_free(

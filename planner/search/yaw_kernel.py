@@ -11,7 +11,7 @@ from numba import njit, types
 from planner.power.compile_kernel import KERNEL
 from planner.power.pipeline import ACCOUNT_LENGTH, PER_WHEEL
 from planner.quantities import INDEX
-from planner.search.steady import BRIEFLY, broken_limit, set_motion, set_wind
+from planner.search.steady import BRIEFLY, SLOWEST, broken_limit, set_motion, set_wind
 
 STATES = 64
 """Angles to the travel at which the body may stand."""
@@ -66,6 +66,8 @@ def _step_cost(
     speed = limits[0]
     if abs(turn) > 1e-12:
         speed = min(speed, limits[6] * surface / abs(turn))
+        if speed < 1.1 * SLOWEST * limits[0]:
+            return np.inf
     cost = np.inf
     # As fast as the limits let it: the speed programme finds the best speed afterwards.
     for _ in range(7):
