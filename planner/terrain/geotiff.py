@@ -156,7 +156,8 @@ def checked_crs(file: Path, given: Any, centre: tuple[float, float]) -> str:
         centre: the map's centre in that coordinate system.
 
     Returns:
-        "EPSG:32613", or the WKT where no authority knows it.
+        "EPSG:32613", or the WKT where no authority knows it; of a compound system the horizontal
+        part.
 
     Raises:
         MapError: the system is geographic, not in metres or not understood.
@@ -188,8 +189,9 @@ def checked_crs(file: Path, given: Any, centre: tuple[float, float]) -> str:
             accepted="metres, for example after: "
             f"gdalwarp -t_srs EPSG:{code} -r cubic {file.name} {file.stem}_utm.tif",
         )
-    epsg = crs.to_epsg()
-    return f"EPSG:{epsg}" if epsg else str(crs.to_wkt())
+    horizontal = CRS.from_wkt(_part_of_wkt(crs.to_wkt(), "PROJCS[") or crs.to_wkt())
+    epsg = horizontal.to_epsg()
+    return f"EPSG:{epsg}" if epsg else str(horizontal.to_wkt())
 
 
 def _vertical_unit(file: Path, dataset: Any) -> tuple[float, str]:
@@ -211,9 +213,19 @@ def _vertical_unit(file: Path, dataset: Any) -> tuple[float, str]:
 
 
 def _unit_of_vertical_crs(wkt: str) -> str:
-    """Name of the unit in the VERT_CS of a compound coordinate system's WKT 1, else ''."""
-    start = wkt.find("VERT_CS[")
-    unit = wkt.find('UNIT["', start)
-    if start < 0 or unit < 0:
+    """Name of the unit in the vertical part of a compound coordinate system's WKT 1, else ''."""
+    vertical = _part_of_wkt(wkt, "VERT_CS[")
+    return vertical.split('UNIT["')[1].split('"')[0] if 'UNIT["' in vertical else ""
+
+
+def _part_of_wkt(wkt: str, opening: str) -> str:
+    """The part of a WKT text that begins with `opening` and ends with its bracket, else ''."""
+    start = wkt.find(opening)
+    if start < 0:
         return ""
-    return wkt[unit + len('UNIT["') :].split('"', 1)[0]
+    depth = 0
+    for position in range(start, len(wkt)):
+        depth += {"[": 1, "]": -1}.get(wkt[position], 0)
+        if depth == 0 and wkt[position] == "]":
+            return wkt[start : position + 1]
+    return ""

@@ -49,16 +49,26 @@ def utm_code(longitude: float, latitude: float) -> int:
     return (32600 if latitude >= 0 else 32700) + zone
 
 
-def degrees_refused(file: Path, longitude: float, latitude: float, why: str) -> MapError:
-    """The error for a grid in degrees, with the command that reprojects it."""
+def degrees_refused(
+    file: Path, longitude: float, latitude: float, why: str, *, undeclared: bool = False
+) -> MapError:
+    """The error for a grid in degrees, with the command that reprojects it.
+
+    Args:
+        file: the map's file.
+        longitude, latitude: the map's centre, degrees.
+        why: how it is known, "is in degrees (EPSG:4326)".
+        undeclared: the file names no coordinate system, so the command has to.
+    """
     code = utm_code(longitude, latitude)
+    given = "-s_srs EPSG:4326 " if undeclared else ""
     return MapError(
         "map",
         f"{file.name} {why}; a degree of longitude is not a degree of latitude, "
         "so slopes would be wrong",
         value=str(file),
         accepted="metres, for example after: "
-        f"gdalwarp -t_srs EPSG:{code} -r cubic {file.name} {file.stem}_utm.tif",
+        f"gdalwarp {given}-t_srs EPSG:{code} -r cubic {file.name} {file.stem}_utm.tif",
     )
 
 
@@ -73,9 +83,8 @@ def check_not_degrees(
     if 0 < min(cell) < SMALLEST_PLAUSIBLE_CELL:
         longitude = origin[0] + 0.5 * nx * cell[0]
         latitude = origin[1] + 0.5 * ny * cell[1]
-        raise degrees_refused(
-            file, longitude, latitude, f"has cells of {cell[0]:g} by {cell[1]:g}: that is degrees"
-        )
+        why = f"has cells of {cell[0]:g} by {cell[1]:g}: that is degrees"
+        raise degrees_refused(file, longitude, latitude, why, undeclared=True)
 
 
 def check_heights(file: Path, heights: NDArray[np.float64], *, nodata_declared: bool) -> None:

@@ -69,19 +69,24 @@ def footprint_kernel(*, half_length: float, cell: tuple[float, float]) -> NDArra
     if reach_x == 0 and reach_y == 0:
         return np.ones((1, 1))
     # With x = l sin(a) the integral over y is an arcsine and the integrand over a is bounded: the
-    # square root's pole at the rim is gone. Gauss-Legendre in a, one quarter; the rest is symmetry.
-    nodes, shares = np.polynomial.legendre.leggauss(64)
-    columns = np.arange(reach_x + 1)
-    first = np.arcsin(np.clip((columns - 0.5) * dx / half_length, 0.0, 1.0))
-    last = np.arcsin(np.clip((columns + 0.5) * dx / half_length, 0.0, 1.0))
-    half_width = 0.5 * (last - first)
-    angle = 0.5 * (first + last)[:, None] + half_width[:, None] * nodes
-    chord = half_length * np.cos(angle)
+    # square root's pole at the rim is gone. One quarter is integrated, the rest is symmetry.
+    edges_x = (np.arange(reach_x + 1) + 0.5) * dx
+    edges_y = (np.arange(reach_y + 1) + 0.5) * dy
+    # Between these angles a chord lies in one column and crosses one set of rows: no kinks.
+    at_columns = np.arcsin(np.minimum(edges_x / half_length, 1.0))
+    at_rows = np.arccos(np.minimum(edges_y / half_length, 1.0))
+    breaks = np.unique(np.concatenate([[0.0, 0.5 * np.pi], at_columns, at_rows]))
+    nodes, shares = np.polynomial.legendre.leggauss(24)
+    middle, half = 0.5 * (breaks[1:] + breaks[:-1]), 0.5 * np.diff(breaks)
+    angle = middle[:, None] + half[:, None] * nodes
     # Share of each chord's weight with |y| below a row's upper edge; the cosine is dx / da.
-    edges = (np.arange(reach_y + 1) + 0.5) * dy
-    inside = np.arcsin(np.minimum(edges[:, None, None] / chord, 1.0)) * np.cos(angle)
-    below = inside @ shares * half_width
-    quarter = np.diff(below, axis=0, prepend=0.0)
+    chord = half_length * np.cos(angle)
+    inside = np.arcsin(np.minimum(edges_y[:, None, None] / chord, 1.0)) * np.cos(angle)
+    per_piece = np.diff(inside @ shares * half, axis=0, prepend=0.0)
+    column = np.searchsorted(edges_x, half_length * np.sin(middle))
+    quarter = np.zeros((reach_y + 1, reach_x + 1))
+    for piece, i in enumerate(column):
+        quarter[:, i] += per_piece[:, piece]
     # A row or column off the axis stands for two; the centre ones are shared by both halves.
     quarter[1:, :] *= 0.5
     quarter[:, 1:] *= 0.5
