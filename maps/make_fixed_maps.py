@@ -102,7 +102,7 @@ def saddle() -> Heights:
     """Two hills at (20, 9) and (20, 31), joined by a ridge with a pass at (20, 20); 40 m.
 
     The ridge runs from border to border. Its flanks reach 30 degrees and more except at the pass,
-    1.2 m high, where they stay below 11 degrees.
+    1.2 m high, where they stay below 11 degrees; the way over is some 4 m wide for the robot.
     """
     x, y = centres(160, 160, 0.25)
     from_pass = np.abs(y - 20.0)
