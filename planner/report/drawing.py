@@ -160,6 +160,11 @@ def _padded(low: float, high: float, share: float = 0.08) -> tuple[float, float]
     return low - room, high + room
 
 
+def thinned(count: int, most: int = 1200) -> NDArray[np.int64]:
+    """At most ``most`` of ``count`` indices, the first and the last among them."""
+    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(np.int64))
+
+
 def height_chart(routes: Mapping[str, Route], *, width: int = 1000, height: int = 190) -> str:
     """Height along the way, of the route and of the others."""
     z = np.concatenate([route.arrays["z"] for route in routes.values()])
@@ -170,7 +175,8 @@ def height_chart(routes: Mapping[str, Route], *, width: int = 1000, height: int 
     axes = Axes(width, height, (0.0, longest), _padded(low - room, high + room))
     parts = [axes.frame("distance (m)", "height (m)")]
     for name, route in reversed([*routes.items()]):
-        line = axes.points(route.distance_m, route.arrays["z"])
+        shown = thinned(len(route.distance_m))
+        line = axes.points(route.distance_m[shown], route.arrays["z"][shown])
         if name == "route":
             floor = height - BOTTOM
             first, last = axes.x(0.0), axes.x(route.distance_m[-1])
@@ -186,28 +192,57 @@ def height_chart(routes: Mapping[str, Route], *, width: int = 1000, height: int 
     return axes.svg("".join(parts), "Height along the routes")
 
 
+def mean_power(route: Route, *, most: int = 360) -> tuple[Array, dict[str, Array]]:
+    """Power by effect over even pieces of the way, so that a long route can be drawn.
+
+    Args:
+        route: the route.
+        most: largest number of pieces.
+
+    Returns:
+        (n + 1,) m where the pieces begin and end, and W by effect, each (n,): the energy spent on
+        a piece divided by the time spent on it, standing and turning included.
+    """
+    along, t = route.distance_m, route.arrays["t"]
+    edges = np.linspace(0.0, along[-1], min(most, max(1, len(along) - 1)) + 1)
+    # Where the robot turns on the spot several moments share a place; the last one counts.
+    last = np.append(np.diff(along) > 0, True)
+    last[0] = True
+
+    def at_edges(values: Array) -> Array:
+        result: Array = np.interp(edges, along[last], values[last])
+        return result
+
+    times = np.diff(at_edges(t))
+    steps = np.diff(t, prepend=t[0])
+    return edges, {
+        effect: np.diff(at_edges(np.cumsum(watts * steps))) / np.where(times > 0, times, 1.0)
+        for effect, watts in route.watts_by_effect.items()
+    }
+
+
 def power_chart(route: Route, effects: Sequence[str], *, width: int = 1000) -> str:
     """Power along the way, stacked by effect, and its total as a line."""
     height = 270
-    along = route.distance_m
-    shares = grouped(route.watts_by_effect, effects)
+    along, watts = mean_power(route)
+    shares = grouped(watts, effects)
     above = {e: np.maximum(v, 0.0) for e, v in shares.items()}
     below = {e: np.minimum(v, 0.0) for e, v in shares.items()}
-    total = route.arrays["watts"]
-    drawn, returned = (np.sum([*layer.values()], axis=0)[1:] for layer in (above, below))
-    high = float(max(np.quantile(drawn, 0.995), total[1:].max() * 0.8, 1e-6))
+    total = np.sum([*shares.values()], axis=0)
+    drawn, returned = (np.sum([*layer.values()], axis=0) for layer in (above, below))
+    high = float(max(np.quantile(drawn, 0.995), total.max() * 0.8, 1e-6))
     low = float(np.quantile(returned, 0.005))
     axes = Axes(width, height, (0.0, float(along[-1])), _padded(low, high, 0.04))
     parts = [axes.frame("distance (m)", "power (W)")]
     for layers in (above, below):
-        base = np.zeros(len(along))
+        base = np.zeros(len(total))
         for effect, values in layers.items():
             if not np.any(values):
                 continue
             top = base + values
             band = f"{_steps(axes, along, top)} {_steps(axes, along, base, backwards=True)}"
             parts.append(
-                f'<polygon points="{band}" fill="{colour_of(effect)}" class="band">'
+                f'<polygon points="{band}" fill="{colour_of(effect)}">'
                 f"<title>{html.escape(effect)}</title></polygon>"
             )
             base = top
@@ -215,10 +250,10 @@ def power_chart(route: Route, effects: Sequence[str], *, width: int = 1000) -> s
     return axes.svg("".join(parts), "Power along the route by effect")
 
 
-def _steps(axes: Axes, along: Array, values: Array, *, backwards: bool = False) -> str:
-    """A step line: a value at a pose is the mean since the pose before."""
-    xs = np.repeat(along, 2)[1:-1]
-    ys = np.clip(np.repeat(values[1:], 2), *axes.y_range)
+def _steps(axes: Axes, edges: Array, values: Array, *, backwards: bool = False) -> str:
+    """A step line of values between edges."""
+    xs = np.repeat(edges, 2)[1:-1]
+    ys = np.clip(np.repeat(values, 2), *axes.y_range)
     return axes.points(xs[::-1], ys[::-1]) if backwards else axes.points(xs, ys)
 
 

@@ -11,8 +11,6 @@ from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
 
-import numpy as np
-
 from planner.power.catalogue import all_effects
 from planner.report.drawing import (
     OTHER,
@@ -21,6 +19,7 @@ from planner.report.drawing import (
     height_chart,
     main_effects,
     power_chart,
+    thinned,
 )
 from planner.search.pictures import (
     GIVEN_BACK,
@@ -195,9 +194,10 @@ def _account(routes: Mapping[str, Route], titles: Mapping[str, str]) -> str:
 
 
 def _poses(route: Route) -> str:
+    names = ("x", "y", "z", "t", "speed", "watts", "energy_j")
+    arrays = {name: route.arrays[name] for name in names} | {"distance": route.distance_m}
+    shown = thinned(len(route.distance_m))
     columns = {
-        name: [float(f"{value:.5g}") for value in route.arrays[name]]
-        for name in ("x", "y", "z", "t", "speed", "watts", "energy_j")
+        name: [float(f"{value:.5g}") for value in values[shown]] for name, values in arrays.items()
     }
-    columns["distance"] = [float(f"{value:.5g}") for value in np.asarray(route.distance_m)]
     return json.dumps(columns, separators=(",", ":"))

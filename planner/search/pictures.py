@@ -209,8 +209,8 @@ def figure(answer: Answer) -> Figure:
     route = named["route"]
     line = np.column_stack([route.arrays["x"], route.arrays["y"]])
     low, high = power_range(route.arrays["watts"])
-    colours = LinearSegmentedColormap.from_list("power", np.array(POWER_COLOURS) / 255.0)
-    colours.set_under("#{:02x}{:02x}{:02x}".format(*GIVEN_BACK))
+    scale = LinearSegmentedColormap.from_list("power", np.array(POWER_COLOURS) / 255.0)
+    colours = scale.with_extremes(under="#{:02x}{:02x}{:02x}".format(*GIVEN_BACK))
     ground.plot(line[:, 0], line[:, 1], color="white", linewidth=5, solid_capstyle="round")
     pieces = LineCollection(
         list(np.stack([line[:-1], line[1:]], axis=1)), cmap=colours, linewidth=3
