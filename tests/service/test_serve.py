@@ -1,0 +1,80 @@
+"""The whole way: the installed command serves, the client asks, a worker plans, Ctrl-C ends it."""
+
+from __future__ import annotations
+
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from service.client import JoulepathClient, ServiceProblem
+
+JOULEPATH = Path(sys.executable).parent / "joulepath"
+WAY: dict[str, Any] = {
+    "map": "test-bench",
+    "start": {"x": 1.0, "y": 1.5},
+    "goal": {"x": 13.0, "y": 1.5},
+    "seed": 3,
+    "iterations": 200,
+}
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[tuple[subprocess.Popen[str], str]]:
+    """A server of its own on a free port; must end without complaint when interrupted."""
+    process = subprocess.Popen(
+        [JOULEPATH, "serve", "--port", "0"], stderr=subprocess.PIPE, text=True
+    )
+    assert process.stderr is not None
+    said = ""
+    while not (found := re.search(r"running on (http://[\d.:]+)", said)):
+        line = process.stderr.readline()
+        assert line, said
+        said += line
+    yield process, found[1]
+    process.send_signal(signal.SIGINT)
+    _, rest = process.communicate(timeout=30)
+    assert "Traceback" not in said + rest
+    assert "nanobind" not in said + rest
+
+
+@pytest.fixture(scope="module")
+def client(server: tuple[subprocess.Popen[str], str]) -> Iterator[JoulepathClient]:
+    """A client of that server."""
+    with JoulepathClient(server[1]) as made:
+        yield made
+
+
+def test_a_route_is_planned_and_its_account_adds_up(client: JoulepathClient) -> None:
+    answer = client.plan(WAY)
+    assert answer["status"] == "ok"
+    route = answer["routes"][0]
+    assert sum(route["breakdown_j"].values()) == pytest.approx(route["energy_j"], rel=1e-6)
+    assert route["poses"][0]["x"] == 1.0
+    assert route["poses"][-1]["x"] == pytest.approx(13.0)
+
+
+def test_the_same_request_gets_the_same_answer(client: JoulepathClient) -> None:
+    with ThreadPoolExecutor(2) as threads:
+        one, other = threads.map(lambda _: client.plan(WAY), range(2))
+    assert one == other
+
+
+def test_a_refusal_comes_all_the_way_from_the_planner(client: JoulepathClient) -> None:
+    with pytest.raises(ServiceProblem) as caught:
+        client.plan(WAY, start={"x": -5.0, "y": 1.5})
+    assert caught.value.status == 422
+    assert caught.value.field == "start"
+
+
+def test_the_service_knows_what_is_installed(client: JoulepathClient) -> None:
+    assert "test-bench" in {entry["name"] for entry in client.maps()}
+    assert "minibalance" in {entry["name"] for entry in client.vehicles()}
+    assert "gravity" in {entry["name"] for entry in client.effects()}
+    assert client.health()["status"] == "ok"
