@@ -8,8 +8,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from planner.quantities import STANDARD_GRAVITY
@@ -21,11 +23,12 @@ from planner.search.edge_energy import (
     motion_rows,
     sample_surface,
 )
-from planner.search.ground import CostField
+from planner.search.ground import SPARE, CostField
 from planner.search.route import Battery, Route
 from planner.search.speed import speed_programme
 from planner.search.track import Track, lay_track
 from planner.search.yaw import YawProfile, yaw_programme
+from planner.terrain.obstacles import rectangle_free
 
 Array = NDArray[np.float64]
 
@@ -98,7 +101,39 @@ def drive(
         x, y = track.points[broken_at]
         return Stuck(float(x), float(y), "no speed keeps to all limits")
     motion = assemble(field, track, yaw, speeds, yaw_rate=vehicle.limits.yaw_rate, spacing=spacing)
+    touched = first_contact(field, motion)
+    if touched >= 0:
+        x, y = motion.x[touched], motion.y[touched]
+        return Stuck(float(x), float(y), "the body touches something", True)
     return price(field, around, motion, charge=charge)
+
+
+def first_contact(field: CostField, motion: Motion) -> int:
+    """The first pose at which, or on the way from which, the clearance is not free; -1 if none."""
+    return int(_contact(field, motion.x, motion.y, motion.yaw))
+
+
+@njit(cache=True, error_model="numpy")
+def _contact(field: Any, x: Any, y: Any, yaw: Any) -> int:
+    for k in range(x.shape[0]):
+        following = min(k + 1, x.shape[0] - 1)
+        for w in (0.0, 0.5):
+            px = x[k] + w * (x[following] - x[k])
+            py = y[k] + w * (y[following] - y[k])
+            if not rectangle_free(
+                field.blocked,
+                field.x0,
+                field.y0,
+                field.dx,
+                field.dy,
+                px,
+                py,
+                yaw[k] + w * (yaw[following] - yaw[k]),
+                field.half_length - SPARE,
+                field.half_width - SPARE,
+            ):
+                return k
+    return -1
 
 
 def _turn_only(

@@ -11,7 +11,7 @@ from scipy import ndimage
 from planner.errors import RequestError
 from planner.search.conditions import Circumstances
 from planner.search.cost_to_go import cost_field_to
-from planner.search.ground import ALL_YAWS, CostField, DrivingGround, slope_at
+from planner.search.ground import ALL_YAWS, SPARE, CostField, DrivingGround, slope_at
 from planner.search.request import PoseRequest
 from planner.search.steady import DIRECTIONS, LIMIT_NAMES, broken_limit, set_motion
 from planner.terrain.obstacles import rectangle_free, why_blocked
@@ -134,7 +134,7 @@ def _blocking(
             what = _what_blocks(ground, x, y)
             return f"an {what}" if what[0] in "aeiou" else f"a {what}", x, y
         if ground.mask[j, i] != ALL_YAWS and narrow is None:
-            needed = 2.0 * ground.half_width
+            needed = 2.0 * (ground.half_width - SPARE)
             narrow = (f"a passage too narrow for the body ({needed:.2f} m with clearance)", x, y)
         px, py = slope_at(field, x, y)
         steepness = math.hypot(px, py)

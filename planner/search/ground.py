@@ -36,6 +36,8 @@ from planner.terrain.obstacles import blocked_cells, rectangle_free, yaw_mask
 
 YAW_BINS = 32
 """Bins of the body's yaw in the mask; its rectangle looks the same after half a turn."""
+SPARE = 0.01
+"""m beyond the clearance that the search keeps, for what happens between its samples."""
 MOST_NODES = 4_000_000
 """Nodes that dividing cells may lead to."""
 ALL_YAWS = np.uint64((1 << YAW_BINS) - 1)
@@ -82,7 +84,7 @@ class DrivingGround:
         slope_x, slope_y: (ny, nx) gradient of ``heights`` at the nodes.
         blocked: (ny, nx) cells that no part of the body may cover.
         mask: (ny, nx) bit k is set where the body fits with yaw k·π/YAW_BINS.
-        half_length, half_width: m, of the body with clearance.
+        half_length, half_width: m, of the body with clearance and ``SPARE``.
         step_height: m, edge that counts as a ledge.
     """
 
@@ -148,8 +150,8 @@ def driving_ground(terrain: Terrain, vehicle: Vehicle) -> DrivingGround:
     heights = np.ascontiguousarray(terrain.riding_surface(half_footprint))
     blocked = blocked_cells(terrain, step_height(vehicle))
     clearance = vehicle.limits.clearance
-    half_length = 0.5 * vehicle.length + clearance
-    half_width = 0.5 * vehicle.width + clearance
+    half_length = 0.5 * vehicle.length + clearance + SPARE
+    half_width = 0.5 * vehicle.width + clearance + SPARE
     parts = _division(blocked, terrain.cell, half_width, vehicle.length)
     origin, cell, ground = terrain.origin, terrain.cell, terrain.ground
     if parts > 1:

@@ -35,13 +35,20 @@ def wall_with_gap(cells: int, *, cell: float = 0.1):
 
 
 def every_pose_is_free(answer, ground) -> bool:
-    """The body with 4 of its 5 cm of clearance touches nothing, at poses and between them."""
+    """The body with its clearance, but for a millimetre, touches nothing, at poses and between them."""
     a = answer.routes[0].arrays
     for k in range(len(a["x"]) - 1):
         for w in np.linspace(0.0, 1.0, 4):
             x, y, yaw = (a[n][k] + w * (a[n][k + 1] - a[n][k]) for n in ("x", "y", "yaw"))
             if not rectangle_free(
-                ground.obstacles, *ground.origin, *ground.cell, x, y, yaw, 0.43 + 0.04, 0.26 + 0.04
+                ground.obstacles,
+                *ground.origin,
+                *ground.cell,
+                x,
+                y,
+                yaw,
+                0.43 + 0.049,
+                0.26 + 0.049,
             ):
                 return False
     return True
