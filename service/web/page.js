@@ -2,7 +2,7 @@
 
 import { drawLegend, drawMarkers, drawProfile, drawRoute, svg } from "./drawing.js";
 import { drawRelief, frameOf } from "./relief.js";
-import { extraCost, joules, metres, seconds } from "./words.js";
+import { extraCost, extraShare, joules, metres, seconds } from "./words.js";
 
 const EXCHANGE = ["gravity", "inertia"];
 const byId = (id) => document.getElementById(id);
@@ -39,6 +39,8 @@ function clearAnswer() {
 
 async function showMap() {
   const name = byId("map").value;
+  state.frame = null;
+  say("Loading the map …");
   const relief = await fetchJson(`/v1/maps/${name.split("/").map(encodeURIComponent).join("/")}/relief`);
   if (byId("map").value !== name) return;
   state.frame = frameOf(relief);
@@ -49,6 +51,7 @@ async function showMap() {
   byId("relief").style.aspectRatio = `${width} / ${height}`;
   clearAnswer();
   showPlaces();
+  byId("choices").disabled = false;
   say("Choose a start and a goal.");
 }
 
@@ -89,7 +92,7 @@ function showAnswer(answer) {
   const comparison = byId("comparison").tBodies[0];
   comparison.replaceChildren();
   for (const [name, route] of [["route", best], ...others]) {
-    row(comparison, [name, joules(route.energy_j), name === "route" ? "" : extraCost(route.energy_j, best.energy_j), metres(route.length_m), seconds(route.duration_s)]);
+    row(comparison, [name, joules(route.energy_j), name === "route" ? "" : extraShare(route.energy_j, best.energy_j), metres(route.length_m), seconds(route.duration_s)]);
   }
   showAccount(best);
   drawProfile(byId("profile"), best);

@@ -27,3 +27,10 @@ export function extraCost(energy, best) {
   const digits = Math.abs(share) >= 0.1 ? 0 : 1;
   return `costs ${(100 * Math.abs(share)).toFixed(digits)} % ${share > 0 ? "more" : "less"}`;
 }
+
+// The same in a table: +14 %.
+export function extraShare(energy, best) {
+  if (best <= 0) return `+${joules(energy - best)}`;
+  const share = 100 * (energy / best - 1);
+  return `${share < 0 ? "−" : "+"}${Math.abs(share).toFixed(Math.abs(share) >= 10 ? 0 : 1)} %`;
+}
