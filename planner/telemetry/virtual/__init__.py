@@ -1,0 +1,1 @@
+"""Parts of the virtual robot: chassis, hidden effects, equations of motion, profiles, sensors."""

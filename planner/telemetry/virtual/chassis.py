@@ -1,0 +1,188 @@
+"""What the virtual robot is made of: masses, wheels, motors and battery, from a vehicle's TOML.
+
+Only numbers are taken over. How wheels and rollers turn, how the suspension carries the robot and
+how contacts share a force is worked out here from the places and axles of the wheels:
+
+    ground velocity under hub i      c = (vx - wz·y, vy + wz·x)
+    wheel and roller                 c = s·e + u·p      e rolling direction, p free direction
+    so, with z-components of cross products
+    rim speed                        s = (c × p)/(e × p)
+    roller speed                     u = (e × c)/(e × p)
+
+Suspension: the chassis is a plane on n equal springs, so N_i = k·(z0 + z1·x_i + z2·y_i), with z
+from equilibrium of force and moments. Contacts: n equal tangential springs along the roller axles
+displaced by a common rigid motion δ, f_i = W_i·δ with Σ f_i·W_iᵀ = resultant; the stiffness
+cancels. With four wheels one pattern of forces is left that moves nothing (``fight``).
+
+Left out: unequal springs, wheel contact that wanders from roller to roller.
+"""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.power.vehicle import VEHICLE_FOLDER, Vehicle, load_vehicle
+
+Array = NDArray[np.float64]
+
+
+class Chassis(NamedTuple):
+    """Constants of one robot, SI; per-wheel arrays have shape (n,) or (n, 3)."""
+
+    mass: float
+    yaw_inertia: float
+    com_height: float
+    wheel_radius: float
+    wheel_inertia: float
+    gear_ratio: float
+    mesh_friction: float
+    torque_constant: float
+    resistance: float
+    rotor_inertia: float
+    coulomb_torque: float
+    rolling: float
+    roller: float
+    roller_viscous: float
+    electronics: float
+    highest_voltage: float
+    highest_current: float
+    battery_voltage: float
+    battery_resistance: float
+    battery_charge: float
+    x: Array
+    y: Array
+    rim: Array
+    """(n, 3): rim speed of a body velocity (vx, vy, wz)."""
+    spin: Array
+    """(n, 3): surface speed of the contact roller."""
+    pull: Array
+    """(n, 3): force and moment on the body of one newton along the roller's axle."""
+    drag: Array
+    """(n, 3): force and moment on the body of one newton along the roller's free direction."""
+    axle_on_rim: Array
+    drag_on_rim: Array
+    """(n,): part of such a newton that the hub's torque has to hold."""
+    spring_plane: Array
+    """(3, 3): plane of spring forces from weight and its two moments."""
+    stiffness: Array
+    """(3, 3): rigid motion of the contacts from the resultant."""
+    fight: Array
+    """(n,): force along each roller's axle that adds up to nothing, one newton at the rim."""
+
+
+def build_chassis(vehicle: Vehicle, wheels: dict[str, Any]) -> Chassis:
+    """The chassis of a vehicle.
+
+    Args:
+        vehicle: its checked numbers.
+        wheels: the table [wheels] of its TOML, each value a number or {value, ...}.
+    """
+    places, directions, axles = _wheels(wheels)
+    n = len(places)
+    free = np.stack([-axles[:, 1], axles[:, 0]], axis=1)
+    ground = np.zeros((n, 2, 3))  # velocity of the ground point under a hub, per (vx, vy, wz)
+    ground[:, 0, 0] = ground[:, 1, 1] = 1.0
+    ground[:, 0, 2], ground[:, 1, 2] = -places[:, 1], places[:, 0]
+    lever = _cross(directions, free)[:, None]
+    rim = (ground[:, 0] * free[:, 1:] - ground[:, 1] * free[:, :1]) / lever
+    spin = (directions[:, :1] * ground[:, 1] - directions[:, 1:] * ground[:, 0]) / lever
+    pull = np.einsum("nk,nkj->nj", axles, ground)
+    drag = np.einsum("nk,nkj->nj", free, ground)
+    on_rim = np.sum(axles * directions, axis=1)
+    plane = np.column_stack([np.ones(n), places])
+    value = vehicle.parameters
+    return Chassis(
+        mass=vehicle.mass,
+        yaw_inertia=float(value["inertia"]["yaw_inertia"]),
+        com_height=vehicle.com_height,
+        wheel_radius=_number(wheels, "radius"),
+        wheel_inertia=float(value["inertia"]["wheel_inertia"]),
+        gear_ratio=vehicle.gear_ratio,
+        mesh_friction=1.0 / float(value["gear_loss"]["efficiency"]) - 1.0,
+        torque_constant=float(value["copper_loss"]["torque_constant"]),
+        resistance=float(value["copper_loss"]["resistance"]),
+        rotor_inertia=float(value["inertia"]["rotor_inertia"]),
+        coulomb_torque=float(value["coulomb_drag"]["coulomb_torque"]),
+        rolling=float(value["wheel_rolling"]["rolling"]),
+        roller=float(value["roller_drag"]["roller"]),
+        roller_viscous=float(value["roller_drag"]["roller_viscous"]),
+        electronics=float(value["electronics"]["power"]),
+        highest_voltage=vehicle.limits.voltage,
+        highest_current=vehicle.limits.current,
+        battery_voltage=vehicle.battery.voltage,
+        battery_resistance=vehicle.battery.resistance,
+        battery_charge=vehicle.battery.capacity / vehicle.battery.voltage,
+        x=np.ascontiguousarray(places[:, 0]),
+        y=np.ascontiguousarray(places[:, 1]),
+        rim=np.ascontiguousarray(rim),
+        spin=np.ascontiguousarray(spin),
+        pull=np.ascontiguousarray(pull),
+        drag=np.ascontiguousarray(drag),
+        axle_on_rim=on_rim,
+        drag_on_rim=np.sum(free * directions, axis=1),
+        spring_plane=np.linalg.inv(plane.T @ plane),
+        stiffness=np.linalg.inv(pull.T @ pull),
+        fight=_fighting_pattern(pull, on_rim),
+    )
+
+
+def read_vehicle(name: str) -> tuple[Vehicle, Chassis]:
+    """Vehicle and chassis of an installed name or a TOML file.
+
+    Raises:
+        VehicleError: there is no such vehicle, or its file cannot be used.
+    """
+    vehicle = load_vehicle(name)
+    path = VEHICLE_FOLDER / f"{name}.toml"
+    text = (path if path.is_file() else Path(name)).read_text(encoding="utf-8")
+    return vehicle, build_chassis(vehicle, tomllib.loads(text)["wheels"])
+
+
+def _number(table: dict[str, Any], key: str, default: float = math.nan) -> float:
+    raw = table.get(key, default)
+    return float(raw["value"] if isinstance(raw, dict) else raw)
+
+
+def _wheels(table: dict[str, Any]) -> tuple[Array, Array, Array]:
+    """Place, rolling direction and roller axle of every wheel, each (n, 2)."""
+    kind = table["layout"]
+    if isinstance(kind, dict):
+        kind = kind["value"]
+    if kind == "mecanum":
+        a, b = _number(table, "half_wheelbase"), _number(table, "half_track")
+        angle = _number(table, "roller_angle", math.pi / 4)
+        corners = np.array([(1, 1), (1, -1), (-1, 1), (-1, -1)], dtype=float)
+        # Lines of the contact rollers' axles pass round the centre like an O.
+        axles = np.column_stack(
+            [np.full(4, math.sin(angle)), -corners[:, 0] * corners[:, 1] * math.cos(angle)]
+        )
+        return corners * (a, b), np.tile([1.0, 0.0], (4, 1)), axles
+    angles = table["angles"]
+    bearing = np.array(angles["value"] if isinstance(angles, dict) else angles, dtype=float)
+    angle = _number(table, "roller_angle", math.pi / 2)
+    outward = np.column_stack([np.cos(bearing), np.sin(bearing)])
+    tangent = np.column_stack([-np.sin(bearing), np.cos(bearing)])
+    axles = math.sin(angle) * tangent + math.cos(angle) * outward
+    return _number(table, "base_radius") * outward, tangent, axles
+
+
+def _cross(u: Array, v: Array) -> Array:
+    product: Array = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+    return product
+
+
+def _fighting_pattern(pull: Array, on_rim: Array) -> Array:
+    """Cofactors of the 4 × 3 table of pulls: orthogonal to each of its columns."""
+    if len(pull) != 4:
+        return np.zeros(len(pull))
+    pattern = np.array(
+        [(-1) ** i * np.linalg.det(np.delete(pull, i, axis=0)) for i in range(4)], dtype=float
+    )
+    largest = np.abs(pattern * on_rim).max()
+    return pattern / largest if largest > 0.0 else pattern
