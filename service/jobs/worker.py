@@ -10,13 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from planner.terrain.catalogue import list_maps
-
 from planner.errors import InputError
 from planner.power.catalogue import list_effects
 from planner.power.vehicle import list_vehicles
 from planner.search.plan import KINDS, plan_route, warm_up
 from planner.search.request import PlanRequest
+from planner.terrain.catalogue import list_maps
 from service.documents import finite, route_text, strict
 from service.jobs.relief import relief_of
 
