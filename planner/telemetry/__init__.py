@@ -1,0 +1,1 @@
+"""Measured logs: reading them, comparing them with a power model, naming what is missing."""

@@ -1,0 +1,106 @@
+"""Which columns a telemetry log may have: names, units, and values that cannot be.
+
+The vocabulary is that of planner.quantities; besides, a log has the columns of ``LOG_ONLY``. A
+value outside ``POSSIBLE`` is no measurement of a ground robot but a fault or another unit.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from collections.abc import Iterable
+
+from planner.quantities import QUANTITIES
+
+LOG_ONLY: dict[str, str] = {
+    "run": "text",
+    "time": "s",
+    "power": "W",
+    "roll": "rad",
+    "pitch": "rad",
+    "battery_current": "A",
+}
+UNITS: dict[str, str] = {
+    **{quantity.name: quantity.unit for quantity in QUANTITIES},
+    **LOG_ONLY,
+    "surface": "text",
+}
+TEXT = ("run", "surface")
+REQUIRED = ("run", "time", "vx", "vy", "wz", "power")
+MAY_BE_UNKNOWN = ("com_x", "com_y", "motor_temp", "ambient_temp", "battery_voltage", "sensor_rate")
+"""Quantities for which a row may say that they were not measured (NaN)."""
+
+_ANGLE = (-0.5 * math.pi, 0.5 * math.pi)
+POSSIBLE: dict[str, tuple[float, float]] = {
+    "vx": (-50.0, 50.0),
+    "vy": (-50.0, 50.0),
+    "wz": (-50.0, 50.0),
+    "ax": (-200.0, 200.0),
+    "ay": (-200.0, 200.0),
+    "yaw_acceleration": (-2000.0, 2000.0),
+    "roll": _ANGLE,
+    "pitch": _ANGLE,
+    "gravity_x": (-10.0, 10.0),
+    "gravity_y": (-10.0, 10.0),
+    "gravity_normal": (0.0, 10.0),
+    "power": (-1e6, 1e6),
+    "payload": (0.0, 1e5),
+    "com_x": (-10.0, 10.0),
+    "com_y": (-10.0, 10.0),
+    "motor_temp": (-80.0, 400.0),
+    "ambient_temp": (-90.0, 100.0),
+    "battery_voltage": (0.0, 2000.0),
+    "battery_current": (-1e4, 1e4),
+    "wind_x": (-100.0, 100.0),
+    "wind_y": (-100.0, 100.0),
+    "sensor_rate": (0.0, 1e7),
+    "rolling_factor": (0.0, 1e3),
+    "traction_factor": (0.0, 1e2),
+    "slope_rate": (0.0, 1e3),
+}
+OFTEN_MISTAKEN: dict[str, str] = {
+    "vx": "mm/s, cm/s or km/h",
+    "vy": "mm/s, cm/s or km/h",
+    "wz": "deg/s",
+    "roll": "degrees",
+    "pitch": "degrees",
+    "power": "mW",
+    "motor_temp": "kelvin",
+    "ambient_temp": "kelvin or °F",
+    "com_x": "mm",
+    "com_y": "mm",
+    "battery_voltage": "mV",
+    "battery_current": "mA",
+}
+_WHEEL_CURRENT = re.compile(r"wheel_current_([1-9][0-9]?)")
+
+
+def wheel_number(name: str) -> int | None:
+    """The n of "wheel_current_n", None for any other name."""
+    match = _WHEEL_CURRENT.fullmatch(name)
+    return int(match[1]) if match else None
+
+
+def is_quantity(name: str) -> bool:
+    """True for a name that a column of a log may have."""
+    return name in UNITS or wheel_number(name) is not None
+
+
+def unit_of(name: str) -> str:
+    """SI unit of a log's quantity ("text" for labels)."""
+    return "A" if wheel_number(name) else UNITS[name]
+
+
+def closest(name: str, known: Iterable[str]) -> str | None:
+    """The known name that a misspelt one most likely stands for."""
+    known = list(known)
+    folded = {_fold(candidate): candidate for candidate in known}
+    if _fold(name) in folded:
+        return folded[_fold(name)]
+    found = difflib.get_close_matches(_fold(name), list(folded), n=1, cutoff=0.7)
+    return folded[found[0]] if found else None
+
+
+def _fold(name: str) -> str:
+    return re.sub(r"\[.*?\]|\(.*?\)|[^a-z0-9]", "", name[:80].lower())

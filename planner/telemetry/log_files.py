@@ -1,0 +1,362 @@
+"""Open a telemetry log and read it block by block: CSV (gzip, any common separator) and Parquet.
+
+A block holds the columns that are wanted as float64 arrays (NaN where a cell is empty) and the text
+columns (``run``, ``surface``) as codes into their labels. Nothing of the physics is known here.
+
+Row numbers count the samples of the file: row 1 is the first line below the heading.
+"""
+
+from __future__ import annotations
+
+import csv
+import gzip
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+import pyarrow.csv as pa_csv
+import pyarrow.parquet as pq
+from numpy.typing import NDArray
+
+from planner.errors import LogError
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+ACCEPTED = "a CSV (UTF-8, one line of headings, one row a sample; may be gzipped) or a Parquet file"
+MISSING_CELLS = ("", "NaN", "nan", "-nan", "NA", "N/A", "#N/A", "null", "NULL", "None", "n/a")
+MOST_COLUMNS = 2_000
+LONGEST_HEADER = 1_000_000  # bytes
+_BLOCK = 1 << 23  # bytes of CSV parsed at a time; a line must fit into it
+
+
+@dataclass
+class Block:
+    """Some consecutive rows of a log.
+
+    Attributes:
+        numbers: column name to (n,) values, NaN where the cell is empty.
+        labels: column name to ((n,) codes with -1 for an empty cell, labels of the codes).
+        rows: (n,) numbers of the rows in the file, from 1.
+    """
+
+    numbers: dict[str, Floats]
+    labels: dict[str, tuple[Integers, list[str]]]
+    rows: Integers
+
+
+@dataclass
+class LogFile:
+    """An opened log: its headings, and how it was read.
+
+    Attributes:
+        path: the file.
+        kind: "csv" or "parquet".
+        columns: headings, without blanks around them.
+        notes: what was found about the format, in sentences (separator, byte-order mark ...).
+        ragged: rows of the file that have too few or too many cells, filled while reading.
+    """
+
+    path: Path
+    kind: str
+    columns: list[str]
+    notes: list[str] = field(default_factory=list)
+    ragged: list[int] = field(default_factory=list)
+    separator: str = ","
+    decimal: str = "."
+    gzipped: bool = False
+    headings_as_written: list[str] = field(default_factory=list)
+
+    def blocks(self, numeric: Sequence[str], text: Sequence[str], rows: int) -> Iterator[Block]:
+        """The wanted columns in blocks of at most ``rows`` rows.
+
+        Raises:
+            LogError: a cell is no number, or the file breaks off.
+        """
+        batches = self._csv(numeric, text) if self.kind == "csv" else self._parquet(numeric, text)
+        first = 1
+        try:
+            for batch in batches:
+                for start in range(0, batch.num_rows, rows):
+                    part = batch.slice(start, rows)
+                    yield self._block(part, numeric, text, first)
+                    first += part.num_rows
+        except (pa.ArrowException, OSError, EOFError, ValueError) as error:
+            if isinstance(error, LogError):
+                raise
+            raise self._broken(error, first, numeric) from error
+
+    def _csv(self, numeric: Sequence[str], text: Sequence[str]) -> Iterator[Any]:
+        def skip(row: Any) -> str:
+            self.ragged.append(int(row.number or 0) - 1)
+            return "skip"
+
+        types = {name: pa.float64() for name in numeric} | {name: pa.string() for name in text}
+        reader = pa_csv.open_csv(
+            _stream(self.path, self.gzipped),
+            read_options=pa_csv.ReadOptions(
+                use_threads=False, block_size=_BLOCK, skip_rows=1, column_names=self.columns
+            ),
+            parse_options=pa_csv.ParseOptions(
+                delimiter=self.separator, invalid_row_handler=skip, ignore_empty_lines=True
+            ),
+            convert_options=pa_csv.ConvertOptions(
+                column_types=types,
+                include_columns=[*numeric, *text],
+                null_values=list(MISSING_CELLS),
+                strings_can_be_null=True,
+                decimal_point=self.decimal,
+            ),
+        )
+        yield from reader
+
+    def _parquet(self, numeric: Sequence[str], text: Sequence[str]) -> Iterator[Any]:
+        written = dict(zip(self.columns, self.headings_as_written, strict=True))
+        wanted = [written[name] for name in (*numeric, *text)]
+        with pq.ParquetFile(self.path) as file:
+            for batch in file.iter_batches(batch_size=65_536, columns=wanted):
+                yield pa.RecordBatch.from_arrays(
+                    [batch.column(batch.schema.get_field_index(name)) for name in wanted],
+                    names=[*numeric, *text],
+                )
+
+    def _block(self, batch: Any, numeric: Sequence[str], text: Sequence[str], first: int) -> Block:
+        numbers = {
+            name: _floats(batch.column(batch.schema.get_field_index(name)), self.path, name)
+            for name in numeric
+        }
+        labels = {name: _codes(batch.column(batch.schema.get_field_index(name))) for name in text}
+        rows = np.arange(first, first + batch.num_rows, dtype=np.int64)
+        if self.ragged:  # Skipped rows still count as rows of the file.
+            skipped = np.array(self.ragged) - np.arange(len(self.ragged))
+            rows += np.searchsorted(skipped, rows, side="right")
+        return Block(numbers, labels, rows)
+
+    def _broken(self, error: Exception, row: int, numeric: Sequence[str]) -> LogError:
+        message = " ".join(str(error).split())
+        where = str(self.path)
+        if "utf8" in message.lower() or "utf-8" in message.lower():
+            return LogError(where, "is not UTF-8 text throughout", accepted=ACCEPTED)
+        if "conversion error" in message.lower() and self.kind == "csv":
+            found = self._bad_cell(numeric)
+            if found:
+                column, at, cell = found
+                return LogError(
+                    where,
+                    f"column {column!r} has a cell that is no number in row {at}",
+                    value=cell,
+                    accepted="numbers with a decimal point; empty, NaN or NA where nothing was "
+                    "measured",
+                )
+        if "straddling" in message or "block" in message.lower():
+            return LogError(where, f"a line after row {row} is too long", accepted=ACCEPTED)
+        return LogError(where, f"breaks off or is damaged after row {row - 1}", accepted=ACCEPTED)
+
+    def _bad_cell(self, numeric: Sequence[str]) -> tuple[str, int, str] | None:
+        wanted = [(self.columns.index(name), name) for name in numeric]
+        opener: Any = gzip.open if self.gzipped else open
+        with opener(self.path, "rt", encoding="utf-8-sig", errors="replace", newline="") as lines:
+            reader = csv.reader(lines, delimiter=self.separator)
+            next(reader, None)
+            at = 0
+            for cells in reader:
+                if not cells:
+                    continue
+                at += 1
+                if len(cells) != len(self.columns):
+                    continue
+                for place, name in wanted:
+                    cell = cells[place].strip()
+                    if cell in MISSING_CELLS:
+                        continue
+                    try:
+                        float(cell.replace(self.decimal, ".") if self.decimal != "." else cell)
+                    except ValueError:
+                        return name, at, cell
+        return None
+
+
+def open_log(path: Path) -> LogFile:
+    """Look at a file's first bytes and headings.
+
+    Raises:
+        LogError: it cannot be opened, or is no table.
+    """
+    where = str(path)
+    try:
+        if path.is_dir():
+            raise LogError(where, "is a folder", accepted=ACCEPTED)
+        with path.open("rb") as file:
+            start = file.read(16)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "not a path"
+        raise LogError(where, f"cannot be opened: {reason}", accepted=ACCEPTED) from error
+    if not start:
+        raise LogError(where, "is empty", accepted=ACCEPTED)
+    if start[:4] == b"PAR1":
+        return _open_parquet(path)
+    for magic, name in _OTHER_FORMATS.items():
+        if start.startswith(magic):
+            raise LogError(where, f"is {name}", accepted=ACCEPTED)
+    return _open_csv(path, gzipped=start[:2] == b"\x1f\x8b")
+
+
+_OTHER_FORMATS = {
+    b"PK\x03\x04": "a ZIP archive or a spreadsheet",
+    b"\xd0\xcf\x11\xe0": "an old spreadsheet",
+    b"\x89HDF": "an HDF5 file",
+    b"\x93NUMPY": "a NumPy file",
+    b"%PDF": "a PDF document",
+    b"\x89PNG": "a picture",
+    b"MATLAB": "a MATLAB file",
+    b"ARROW1": "an Arrow (Feather) file",
+    b"\xff\xfe": "UTF-16 text",
+    b"\xfe\xff": "UTF-16 text",
+    b"BZh": "compressed with bzip2",
+    b"\xfd7zXZ": "compressed with xz",
+    b"\x28\xb5\x2f\xfd": "compressed with Zstandard",
+    b"SQLite format 3": "an SQLite database that is not named .db3",
+}
+
+
+def _open_parquet(path: Path) -> LogFile:
+    where = str(path)
+    try:
+        with pq.ParquetFile(path) as file:
+            schema, count = file.schema_arrow, file.metadata.num_rows
+    except (pa.ArrowException, OSError, ValueError) as error:
+        raise LogError(
+            where, "is a Parquet file that is cut off or damaged", accepted=ACCEPTED
+        ) from error
+    if count == 0:
+        raise LogError(where, "has headings and no rows", accepted=ACCEPTED)
+    _check_width(where, len(schema.names))
+    names = [name.strip() for name in schema.names]
+    _check_doubles(where, names)
+    return LogFile(path, "parquet", names, headings_as_written=list(schema.names))
+
+
+def _open_csv(path: Path, *, gzipped: bool) -> LogFile:
+    where = str(path)
+    opener: Any = gzip.open if gzipped else open
+    try:
+        with opener(path, "rb") as file:
+            header = file.readline(LONGEST_HEADER)
+            sample = file.read(20_000)
+    except (OSError, EOFError) as error:
+        raise LogError(where, "is a gzip file that is damaged", accepted=ACCEPTED) from error
+    if len(header) >= LONGEST_HEADER:
+        raise LogError(
+            where, f"its first line is longer than {LONGEST_HEADER} bytes", accepted=ACCEPTED
+        )
+    if b"\x00" in header + sample:
+        raise LogError(where, "is not text (it has zero bytes)", accepted=ACCEPTED)
+    notes = ["gzip"] if gzipped else []
+    try:
+        line = header.decode("utf-8").rstrip("\r\n")
+    except UnicodeDecodeError as error:
+        raise LogError(where, "its headings are not UTF-8", accepted=ACCEPTED) from error
+    if line.startswith("\ufeff"):
+        line = line[1:]
+        notes.append("byte-order mark")
+    if "\r" in line:
+        raise LogError(
+            where, "its lines end with a carriage return alone", accepted="line ends LF or CR LF"
+        )
+    if line.lstrip().startswith(("{", "[", "<")):
+        raise LogError(where, "is JSON, XML or HTML, not a table", accepted=ACCEPTED)
+    if not line.strip():
+        raise LogError(where, "its first line is blank", accepted="headings in the first line")
+    separator = max(",;\t|", key=line.count)
+    if line.count(separator) == 0:
+        raise LogError(
+            where,
+            "its first line has no separator, so it is no table",
+            value=line[:60],
+            accepted="headings separated by comma, semicolon, tab or bar",
+        )
+    if separator != ",":
+        notes.append(f"separator {separator!r}")
+    body = sample.decode("utf-8", "replace")
+    decimal = "."
+    if separator != "," and re.search(r"\d,\d", body) and not re.search(r"\d\.\d", body):
+        decimal = ","
+        notes.append("decimal commas")
+    names = [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
+    _check_width(where, len(names))
+    if all(_is_number(name) for name in names):
+        raise LogError(
+            where,
+            "its first line holds numbers where headings belong",
+            value=line[:60],
+            accepted="the names of the columns in the first line",
+        )
+    _check_doubles(where, names)
+    if not sample.strip():
+        raise LogError(where, "has headings and no rows", accepted=ACCEPTED)
+    return LogFile(path, "csv", names, notes, [], separator, decimal, gzipped, names)
+
+
+def _check_width(where: str, count: int) -> None:
+    if count > MOST_COLUMNS:
+        raise LogError(
+            where, "has too many columns", value=count, accepted=f"at most {MOST_COLUMNS}"
+        )
+
+
+def _check_doubles(where: str, names: Sequence[str]) -> None:
+    seen: set[str] = set()
+    for name in names:
+        if name and name in seen:
+            raise LogError(
+                where, "two columns have the same heading", value=name, accepted="distinct headings"
+            )
+        seen.add(name)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _stream(path: Path, gzipped: bool) -> Any:
+    return pa.input_stream(str(path), compression="gzip" if gzipped else None)
+
+
+def _floats(column: Any, path: Path, name: str) -> Floats:
+    kind = column.type
+    if pa.types.is_timestamp(kind) or pa.types.is_duration(kind):
+        per_second = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}[kind.unit]
+        ticks = column.cast(pa.int64())
+        return _floats(ticks, path, name) / per_second
+    if not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind)):
+        if pa.types.is_null(kind):
+            return np.full(len(column), np.nan)
+        raise LogError(
+            str(path), f"column {name!r} holds {kind}, not numbers", accepted="a numeric column"
+        )
+    # safe=False: an integer beyond 2**53 (time in ns since 1970) may lose its last digits.
+    return np.array(
+        pc.fill_null(pc.cast(column, pa.float64(), safe=False), np.nan).to_numpy(
+            zero_copy_only=False
+        ),
+        dtype=np.float64,
+    )
+
+
+def _codes(column: Any) -> tuple[Integers, list[str]]:
+    if pa.types.is_dictionary(column.type):
+        column = pc.cast(column, column.type.value_type)
+    if not pa.types.is_string(column.type):
+        column = pc.cast(column, pa.string())
+    encoded = column.dictionary_encode()
+    codes = pc.fill_null(encoded.indices, -1).to_numpy(zero_copy_only=False).astype(np.int64)
+    return codes, [str(label).strip() for label in encoded.dictionary.to_pylist()]
