@@ -1,7 +1,7 @@
 """A client for the service; needs httpx and nothing of the planner.
 
 with JoulepathClient("http://127.0.0.1:8000") as client:
-    answer = client.plan(map="warehouse", start={"x": 2, "y": 2}, goal={"x": 27, "y": 17})
+    answer = client.plan(map="warehouse", start={"x": 1.5, "y": 2}, goal={"x": 27, "y": 17})
     print(answer["routes"][0]["energy_j"])
 """
 

@@ -53,14 +53,14 @@ WAREHOUSE = (
         "Through a warehouse, up to the dock",
         "Shelves, a passage narrower than the robot is long, carpet, a wet patch and two ramps of "
         "different steepness.",
-        {"map": "warehouse", "start": {"x": 2.75, "y": 3.25}, "goal": {"x": 27, "y": 17}},
+        {"map": "warehouse", "start": {"x": 1.5, "y": 2}, "goal": {"x": 27, "y": 17}},
     ),
     Question(
         "The same with 20 kg on board",
         "The load presses on the wheels, and the hill takes it at its full price.",
         {
             "map": "warehouse",
-            "start": {"x": 2.75, "y": 3.25},
+            "start": {"x": 1.5, "y": 2},
             "goal": {"x": 27, "y": 17},
             "payload": {"mass": 20},
         },
