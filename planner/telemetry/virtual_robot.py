@@ -69,8 +69,8 @@ __all__ = [
 ]
 
 _SIZE_ROUNDS = 6
-_SIZE_TOLERANCE = 0.003
-_SIZE_RUNS = 8
+_SIZE_TOLERANCE = 0.01
+_FEW_RUNS = 8
 
 
 @dataclass(frozen=True)
@@ -134,6 +134,8 @@ class VirtualRobot:
         effects: "base" for a robot with the effects of the base model alone, "active" for one that
             also has those that the vehicle's file makes active; ``hidden`` comes on top.
         seed: of the profiles and the noise.
+        even_heat: True gives all motors one temperature. Otherwise each has its own, of which the
+            log's motor_temp is the mean: a motor that works harder is also hotter than it says.
 
     Raises:
         VehicleError: the vehicle cannot be used.
@@ -147,10 +149,11 @@ class VirtualRobot:
         hidden: Mapping[str, Mapping[str, Any]] | None = None,
         effects: str = "base",
         seed: int = 0,
+        even_heat: bool = False,
     ) -> None:
         if effects not in ("base", "active"):
             raise InputError("effects", "unknown", value=effects, accepted="base, active")
-        self.vehicle, self.chassis = read_vehicle(vehicle)
+        self.vehicle, self.chassis = read_vehicle(vehicle, even_heat=even_heat)
         self.seed = seed
         self.wheels = len(self.chassis.x)
         known = self.vehicle.parameters
@@ -260,26 +263,38 @@ class VirtualRobot:
         """Settings without ``size``, and the sizes reached where one was asked for."""
         settings: Settings = {**self._own}
         sizes: dict[str, float] = {}
-        few = drive
-        if len(drive.labels) > _SIZE_RUNS:
-            step = len(drive.labels) / _SIZE_RUNS
-            few = drive.runs([int(k * step) for k in range(_SIZE_RUNS)])
         bare = {slug: values for slug, values in self._own.items() if slug not in self.hidden}
         for slug, values in self.hidden.items():
+            settings[slug] = {name: value for name, value in values.items() if name != "size"}
             if "size" not in values:
-                settings[slug] = values
                 continue
-            wanted = values["size"]
-            plain = {name: value for name, value in values.items() if name != "size"}
-            settings[slug], sizes[slug] = self._sized(few, bare, slug, plain, wanted)
+            scale = 1.0
+            # The scale is sought on few runs and corrected on all.
+            stages = [(drive, _SIZE_TOLERANCE)]
+            if len(drive.labels) > _FEW_RUNS:
+                step = len(drive.labels) / _FEW_RUNS
+                some = drive.runs([int(k * step) for k in range(_FEW_RUNS)])
+                stages.insert(0, (some, 5.0 * _SIZE_TOLERANCE))
+            for part, tolerance in stages:
+                scale, sizes[slug] = self._sized(
+                    part, bare, slug, settings[slug], values["size"], scale, tolerance
+                )
+            settings[slug] = scaled(settings[slug], slug, scale)
         return settings, sizes
 
     def _sized(
-        self, drive: Profile, bare: Settings, slug: str, values: dict[str, Any], wanted: float
-    ) -> tuple[dict[str, Any], float]:
-        """Strength of one effect whose rms change of power is ``wanted`` of the mean power."""
+        self,
+        drive: Profile,
+        bare: Settings,
+        slug: str,
+        values: dict[str, Any],
+        wanted: float,
+        scale: float,
+        tolerance: float,
+    ) -> tuple[float, float]:
+        """Scale of one effect whose rms change of power is ``wanted`` of the mean power."""
         if wanted == 0.0:
-            return scaled(values, slug, 0.0), 0.0
+            return 0.0, 0.0
         before = rows_of(self.simulate(drive, bare)[0], drive.row)[:, :, MEANS.index("power")]
 
         def share(scale: float) -> float:
@@ -289,23 +304,23 @@ class VirtualRobot:
             return float(np.sqrt(np.mean(change * change)) / abs(np.mean(before)))
 
         largest = LARGEST_SCALE.get(slug, np.inf)
-        scale = min(1.0, largest)
+        scale = min(scale, largest)
         reached = share(scale)
-        if reached == 0.0:
-            raise InputError(
-                f"hidden {slug} size",
-                "the effect does nothing on this profile",
-                value=wanted,
-                accepted="a profile on which it acts",
-            )
         power = 1.0  # exponent of the growth of size with strength, learnt on the way
         for _ in range(_SIZE_ROUNDS):
-            if abs(reached / wanted - 1.0) < _SIZE_TOLERANCE:
-                break
+            if reached == 0.0:
+                raise InputError(
+                    f"hidden {slug} size",
+                    "the effect does nothing on this profile",
+                    value=wanted,
+                    accepted="a profile on which it acts",
+                )
             new = min(scale * (wanted / reached) ** (1.0 / power), largest)
-            if new == scale:
+            if abs(reached / wanted - 1.0) < tolerance or new == scale:
                 break
             next_reached = share(new)
-            power = float(np.clip(np.log(next_reached / reached) / np.log(new / scale), 0.3, 4.0))
+            if next_reached > 0.0:
+                growth = np.log(next_reached / reached) / np.log(new / scale)
+                power = float(np.clip(growth, 0.3, 4.0))
             scale, reached = new, next_reached
-        return scaled(values, slug, scale), reached
+        return scale, reached

@@ -55,6 +55,8 @@ class Chassis(NamedTuple):
     battery_voltage: float
     battery_resistance: float
     battery_charge: float
+    even_heat: bool
+    """True: all motors have one temperature, as on a common mount."""
     x: Array
     y: Array
     rim: Array
@@ -76,12 +78,13 @@ class Chassis(NamedTuple):
     """(n,): force along each roller's axle that adds up to nothing, one newton at the rim."""
 
 
-def build_chassis(vehicle: Vehicle, wheels: dict[str, Any]) -> Chassis:
+def build_chassis(vehicle: Vehicle, wheels: dict[str, Any], *, even_heat: bool) -> Chassis:
     """The chassis of a vehicle.
 
     Args:
         vehicle: its checked numbers.
         wheels: the table [wheels] of its TOML, each value a number or {value, ...}.
+        even_heat: whether all motors share one temperature.
     """
     places, directions, axles = _wheels(wheels)
     n = len(places)
@@ -118,6 +121,7 @@ def build_chassis(vehicle: Vehicle, wheels: dict[str, Any]) -> Chassis:
         battery_voltage=vehicle.battery.voltage,
         battery_resistance=vehicle.battery.resistance,
         battery_charge=vehicle.battery.capacity / vehicle.battery.voltage,
+        even_heat=even_heat,
         x=np.ascontiguousarray(places[:, 0]),
         y=np.ascontiguousarray(places[:, 1]),
         rim=np.ascontiguousarray(rim),
@@ -132,7 +136,7 @@ def build_chassis(vehicle: Vehicle, wheels: dict[str, Any]) -> Chassis:
     )
 
 
-def read_vehicle(name: str) -> tuple[Vehicle, Chassis]:
+def read_vehicle(name: str, *, even_heat: bool = False) -> tuple[Vehicle, Chassis]:
     """Vehicle and chassis of an installed name or a TOML file.
 
     Raises:
@@ -141,7 +145,7 @@ def read_vehicle(name: str) -> tuple[Vehicle, Chassis]:
     vehicle = load_vehicle(name)
     path = VEHICLE_FOLDER / f"{name}.toml"
     text = (path if path.is_file() else Path(name)).read_text(encoding="utf-8")
-    return vehicle, build_chassis(vehicle, tomllib.loads(text)["wheels"])
+    return vehicle, build_chassis(vehicle, tomllib.loads(text)["wheels"], even_heat=even_heat)
 
 
 def _number(table: dict[str, Any], key: str, default: float = math.nan) -> float:

@@ -302,8 +302,10 @@ def integrate(
                     if not imposed:
                         inward = (winding[i] - housing[i]) / _R_WINDING
                         outward = (housing[i] - start[3]) / _R_HOUSING
-                        warming = draws[i, _COPPER_OF] - inward
-                        drag = draws[i, _FRICTION_OF]
+                        heat, drag = draws[i, _COPPER_OF], draws[i, _FRICTION_OF]
+                        if chassis.even_heat:
+                            heat, drag = flows[_COPPER] / n, flows[_FRICTION] / n
+                        warming = heat - inward
                         winding[i] += STEP * warming / _C_WINDING
                         housing[i] += STEP * (inward + drag - outward) / _C_HOUSING
                         book[run, _STORED] += STEP * (warming + inward + drag - outward)

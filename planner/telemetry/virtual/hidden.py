@@ -219,6 +219,8 @@ def check_settings(
                 usual = {"carpet": strength.usual, "asphalt": -0.25 * strength.usual}
             elif name in known.get(slug, {}):
                 usual = known[slug][name]
+                if "size" in given and usual == strength.null and strength.scaled:
+                    usual = strength.usual  # nothing there that a size could scale
             if given and "size" not in given and strength.scaled and name not in given:
                 # A caller who states one strength of an effect means that one alone.
                 stated = [n for n in given if n in declared and declared[n].scaled]
