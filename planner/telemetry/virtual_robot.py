@@ -41,6 +41,8 @@ from planner.telemetry.virtual.profiles import (
     ROW,
     Gradient,
     Profile,
+    Scalar,
+    footprint_gradient,
     planned_route,
     profile,
     steady,
@@ -63,6 +65,7 @@ __all__ = [
     "Sensors",
     "VirtualLog",
     "VirtualRobot",
+    "footprint_gradient",
     "planned_route",
     "profile",
     "steady",
@@ -235,6 +238,7 @@ class VirtualRobot:
         route: Mapping[str, Any],
         *,
         gradient: Gradient | None = None,
+        ground: Scalar | None = None,
         settings: Mapping[str, float] | None = None,
         noise: Noise | Mapping[str, Any] | None = None,
         row: float = ROW,
@@ -244,6 +248,7 @@ class VirtualRobot:
         Args:
             route: one route of a ROUTE.json, or the whole document (its first route is taken).
             gradient: (x, y) → slopes under the robot; see ``planned_route``.
+            ground: (x, y) → factor of the ground on rolling and roller drag.
             settings: payload, ambient and the like; names of ``virtual.dynamics.START`` or AROUND.
             noise: scatter of the log; the energy is that of the clean power.
             row: s, interval of a row.
@@ -255,7 +260,7 @@ class VirtualRobot:
             if not route["routes"]:
                 raise InputError("route", "holds no route", accepted="a ROUTE.json of status ok")
             route = route["routes"][0]
-        path = planned_route(route, gradient=gradient, row=row, settings=settings)
+        path = planned_route(route, gradient=gradient, ground=ground, row=row, settings=settings)
         log = self.drive(path, noise=noise)
         return log.truth["energy"]["route"]["supply"], log
 

@@ -35,6 +35,7 @@ BIN = STEP * STEPS_PER_BIN
 MOTION: tuple[str, ...] = ("vx", "vy", "wz", "roll", "pitch")
 # Columns of the surroundings, per run and bin.
 AROUND: tuple[str, ...] = ("slope_rate", "wind_x", "wind_y", "sensor_rate", "surface", "motor_temp")
+AROUND += ("rolling_factor",)
 # Columns of what a run carries and starts with.
 START: tuple[str, ...] = (
     "payload",
@@ -121,7 +122,8 @@ def _wheels(
     z2 = chassis.spring_plane[2, 0] * weight
     z2 += chassis.spring_plane[2, 1] * tip_x + chassis.spring_plane[2, 2] * tip_y
     nominal = chassis.mass * STANDARD_GRAVITY / n
-    ground = (1.0 + hidden.surface_excess[int(around[4])]) * (1.0 + hidden.wear_rate * odometer)
+    ground = around[6] * (1.0 + hidden.surface_excess[int(around[4])])
+    ground *= 1.0 + hidden.wear_rate * odometer
     for i in range(n):
         rim = chassis.rim[i, 0] * v[0] + chassis.rim[i, 1] * v[1] + chassis.rim[i, 2] * v[2]
         spin = chassis.spin[i, 0] * v[0] + chassis.spin[i, 1] * v[1] + chassis.spin[i, 2] * v[2]

@@ -34,6 +34,7 @@ class Hidden(NamedTuple):
     """(labels,) relative drag of each ground."""
     copper_coefficient: float = 0.0
     magnet_coefficient: float = 0.0
+    magnet_share: float = 1.0
     exponent: float = 0.0
     gain: float = 0.0
     offset_x: float = 0.0
@@ -96,6 +97,7 @@ CATALOGUE: dict[str, dict[str, Strength]] = {
     "motor_heating": {
         "copper_coefficient": Strength("copper_coefficient", 0.00393),
         "magnet_coefficient": Strength("magnet_coefficient", -0.0020),
+        "magnet_share": _shape("magnet_share", 1.0),
     },
     "load_dependent_rolling": {"exponent": Strength("exponent", 0.3)},
     "com_offset": {
@@ -203,7 +205,7 @@ def check_settings(
             )
         declared = EFFECTS[slug]
         for name in given:
-            if name not in declared and name not in ("size", "magnet_share"):
+            if name not in declared and name != "size":
                 raise InputError(
                     f"hidden {slug}",
                     "no such parameter",
@@ -282,7 +284,5 @@ def strengths(settings: Settings, wheels: int, surfaces: Sequence[str]) -> Hidde
                         accepted=f"{wheels} numbers",
                     )
                 value = value - value.mean()
-            elif name == "magnet_coefficient":
-                value = float(value) * float(values.get("magnet_share", 1.0))
             numbers[strength.field] = value if isinstance(value, np.ndarray) else float(value)
     return Hidden(**numbers)

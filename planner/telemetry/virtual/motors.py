@@ -75,7 +75,8 @@ def drive_wheel(
     torque = load + turning * mesh + own - rest * held + chassis.rotor_inertia * speed_change
     rise = temperature - REFERENCE_TEMPERATURE
     resistance = chassis.resistance * (1.0 + hidden.copper_coefficient * rise)
-    constant = chassis.torque_constant * (1.0 + hidden.magnet_coefficient * rise)
+    weaker = hidden.magnet_coefficient * hidden.magnet_share * rise
+    constant = chassis.torque_constant * (1.0 + weaker)
     current = torque / constant
     copper = resistance * current * current * (1.0 + hidden.ripple_squared)
     terminal = constant * current * speed + copper

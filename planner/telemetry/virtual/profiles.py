@@ -28,6 +28,7 @@ from planner.power.vehicle import Vehicle
 from planner.telemetry.virtual.dynamics import AROUND, BIN, MOTION, START
 
 Array = NDArray[np.float64]
+Scalar = Callable[[Array, Array], Array]
 Gradient = Callable[[Array, Array], tuple[Array, Array]]
 
 DESIGNS = ("rich", "speed_heats_motor", "one_heading", "one_load", "flat")
@@ -188,6 +189,7 @@ def planned_route(
     route: Mapping[str, Any],
     *,
     gradient: Gradient | None = None,
+    ground: Scalar | None = None,
     row: float = ROW,
     settings: Mapping[str, float] | None = None,
 ) -> Profile:
@@ -197,6 +199,8 @@ def planned_route(
         route: one entry of ``routes`` in a ROUTE.json, with its ``poses``.
         gradient: (x, y) → slopes (dz/dx, dz/dy) under the robot. Without it the slope along the
             path is taken from the poses' heights and the slope across it is zero.
+            ``footprint_gradient`` makes one from a terrain.
+        ground: (x, y) → factor of the ground on rolling and roller drag; 1 without it.
         row: s, interval of a row.
         settings: names of ``AROUND`` or ``START`` → value.
 
@@ -237,12 +241,38 @@ def planned_route(
     motion[0, :, 3], motion[0, :, 4] = attitude(p, q, yaws)
     around, starts = _still_air(1, bins), _starts(1)
     around[0, :, 0] = _tilting(p, q)
+    if ground is not None:
+        middle = edges[:-1] + 0.5 * BIN
+        around[0, :, 6] = ground(np.interp(middle, t, x), np.interp(middle, t, y))
     for name, value in (settings or {}).items():
         if name in AROUND:
             around[0, :, AROUND.index(name)] = value
         else:
             starts[0, START.index(name)] = value
     return Profile("planned_route", motion, around, starts, SURFACES, ("route",), (), row)
+
+
+def footprint_gradient(height: Scalar, half_length: float, contacts: int = 16) -> Gradient:
+    """Slopes of the plane that lies best on a ring of contacts around the robot's centre.
+
+    Args:
+        height: (x, y) → z in m, for arrays; a terrain's ``height`` method.
+        half_length: m, radius of the ring: half the wheelbase.
+        contacts: number of points on it, at equal angles.
+    """
+    angles = 2.0 * math.pi * np.arange(contacts) / contacts
+
+    def gradient(x: Array, y: Array) -> tuple[Array, Array]:
+        p, q = np.zeros_like(x), np.zeros_like(y)
+        for angle in angles:
+            c, s = math.cos(angle), math.sin(angle)
+            z = height(x + half_length * c, y + half_length * s)
+            # Σ cos² = contacts/2, and cos, sin and 1 are orthogonal on the ring.
+            p += 2.0 * c * z / (contacts * half_length)
+            q += 2.0 * s * z / (contacts * half_length)
+        return p, q
+
+    return gradient
 
 
 def attitude(gradient_x: Array, gradient_y: Array, yaw: Array) -> tuple[Array, Array]:
@@ -278,6 +308,7 @@ def _bins(row: float) -> int:
 def _still_air(runs: int, bins: int) -> Array:
     around = np.zeros((runs, bins, len(AROUND)))
     around[:, :, 3] = around[:, :, 5] = np.nan
+    around[:, :, 6] = 1.0
     return around
 
 
