@@ -180,6 +180,10 @@ class Effect:
     exchange: ClassVar[bool] = False
     """True where energy is stored and given back (height, motion) rather than lost."""
     examples: ClassVar[tuple[WorkedExample, ...]] = ()
+    definition: ClassVar[Mapping[str, Any] | None] = None
+    """What a custom effect was made of (planner.power.custom), None for those of the catalogue."""
+    kernel_text: ClassVar[Mapping[str, str]] = {}
+    """Hook to the text of its compiled function, for effects that are not written as a file."""
 
     parameters: ClassVar[dict[str, Parameter]] = {}
     hooks: ClassVar[dict[str, Callable[..., Any]]] = {}

@@ -87,3 +87,51 @@ def power_of(x: Any, exponent: Any) -> Any:
 def known(x: float) -> bool:
     """True unless x is NaN, which is how a row says that a quantity was not measured."""
     return x == x
+
+
+@njit(cache=True)
+def sine(x: Any) -> Any:
+    """Sine of an angle in rad."""
+    return np.sin(x)
+
+
+@njit(cache=True)
+def cosine(x: Any) -> Any:
+    """Cosine of an angle in rad."""
+    return np.cos(x)
+
+
+@njit(cache=True)
+def saturating(x: Any) -> Any:
+    """Hyperbolic tangent; the library's complex one is NaN for large arguments."""
+    if x.real >= 0.0:
+        fading = np.exp(-2.0 * x)
+        return (1.0 - fading) / (1.0 + fading)
+    fading = np.exp(2.0 * x)
+    return (fading - 1.0) / (fading + 1.0)
+
+
+@njit(cache=True)
+def bell(x: Any, centre: Any, width: Any) -> Any:
+    """exp(-((x - centre) / width)²); 0 for a width of 0."""
+    apart = x - centre
+    return np.exp(-apart * apart / (width * width + 1e-300))
+
+
+@njit(cache=True)
+def whole_power(x: Any, exponent: int) -> Any:
+    """Power by multiplication; the library's complex power blurs an imaginary step at x < 0."""
+    result = 1.0 + 0.0 * x
+    for _ in range(abs(exponent)):
+        result = result * x
+    if exponent < 0:
+        return 1.0 / result
+    return result
+
+
+@njit(cache=True)
+def real_power(x: Any, exponent: float) -> Any:
+    """X to a broken exponent for x > 0, otherwise 0."""
+    if x.real <= 0.0:
+        return 0.0 * x
+    return np.exp(exponent * np.log(x))

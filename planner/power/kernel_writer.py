@@ -31,6 +31,11 @@ BASE_EFFECTS = (
     *("electronics", "gravity", "inertia", "wheel_rolling", "roller_drag", "gear_loss"),
     *("copper_loss", "coulomb_drag"),
 )
+FORMULA_FUNCTIONS = (
+    *("bell", "cosine", "exponential", "positive", "real_power", "root", "saturating", "sine"),
+    "whole_power",
+)
+"""Functions of planner.power.kernel_math that the formulas of custom effects call besides."""
 ACCOUNT_LENGTH = len(ACCOUNT) + len(BASE_EFFECTS)
 """Behind the named columns follow the watts of the base effects, each by its own balance."""
 
@@ -83,17 +88,18 @@ class KernelWriter:
 
     def module(self) -> str:
         """Text of the whole module."""
-        imports = [
-            line
-            for effect in self.effects
-            for line in (
-                f"from {effect.__module__} import {effect.__name__}",
-                *(
+        imports = []
+        for effect in self.effects:
+            if effect.definition is None:
+                imports.append(f"from {effect.__module__} import {effect.__name__}")
+                imports += [
                     f"{effect.slug}__{hook} = njit({effect.__name__}.{hook})"
                     for hook in effect.hooks
-                ),
-            )
-        ]
+                ]
+        if any(effect.definition is not None for effect in self.effects):
+            imports.append(f"from planner.power.kernel_math import {', '.join(FORMULA_FUNCTIONS)}")
+            for effect in self.effects:
+                imports += effect.kernel_text.values()
         numeric = f"types.{self.number}"
         head = [
             '"""Power model written out by planner.power.pipeline; not to be edited."""',

@@ -26,6 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 from planner.errors import ModelError
 from planner.power.catalogue import all_effects
 from planner.power.compile_kernel import KERNEL, compile_kernel
+from planner.power.custom import effect_from_definition
 from planner.power.effect import Effect
 from planner.power.pipeline import (
     ACCOUNT,
@@ -116,7 +117,7 @@ class PowerModel:
         cls,
         vehicle: Vehicle,
         *,
-        effects: Sequence[str] | None = None,
+        effects: Sequence[str | type[Effect]] | None = None,
         kind: str = "sound",
         surfaces: Sequence[str] = (),
     ) -> PowerModel:
@@ -124,7 +125,8 @@ class PowerModel:
 
         Args:
             vehicle: from load_vehicle.
-            effects: slugs beside the base model; None takes the vehicle's active ones.
+            effects: slugs beside the base model, or effects (custom ones, planner.power.custom);
+                None takes the vehicle's active ones.
             kind: "sound", "printed/A" or "printed/B".
             surfaces: labels beside those that the vehicle's file names.
         """
@@ -132,11 +134,14 @@ class PowerModel:
             raise ModelError(
                 "kind", "no such model", value=kind, accepted="sound, printed/A, printed/B"
             )
-        wanted = set(vehicle.active if effects is None else effects)
+        chosen = vehicle.active if effects is None else effects
+        custom = [e for e in chosen if not isinstance(e, str) and e.definition is not None]
+        wanted = {e if isinstance(e, str) else e.slug for e in chosen if e not in custom}
         catalogue = all_effects()
         for slug in wanted - set(catalogue):
             raise ModelError("effects", "no such effect", value=slug, accepted=", ".join(catalogue))
         active = tuple(e for s, e in catalogue.items() if e.base or s in wanted)
+        active += tuple(dict.fromkeys(custom))
         named = _surface_labels(vehicle, active)
         labels = tuple(dict.fromkeys([*named, *surfaces]))
         model = cls(vehicle, active, np.zeros(0), kind, labels, name=vehicle.name)
@@ -288,6 +293,7 @@ class PowerModel:
         document = {
             "format": FORMAT,
             **self.describe(),
+            "custom": [e.definition for e in self.effects if e.definition is not None],
             "surfaces": list(self.surfaces),
             "stderr": None
             if self.stderr is None
@@ -315,9 +321,11 @@ class PowerModel:
             raise ModelError(str(path), "not a joulepath model", accepted=accepted)
         try:
             effects = document["effects"]
+            made = [effect_from_definition(entry) for entry in document.get("custom", [])]
+            custom = {effect.slug: effect for effect in made}
             model = cls.from_vehicle(
                 load_vehicle(document["vehicle"]),
-                effects=list(effects),
+                effects=[custom.get(slug, slug) for slug in effects],
                 kind=document["kind"],
                 surfaces=document["surfaces"],
             )
