@@ -11,6 +11,8 @@ T is the torque that the hub asks for, ω the motor's speed, n the ratio of the 
 changes sign as tanh(ω/1.5 rad/s). Heat flows winding → housing → air (two nodes, values of a small
 ferrite motor).
 
+numba keeps compiled code by the file of the caller: after a change here, save dynamics.py too.
+
 Left out: inductance, the bridges' switching frequency, motors that differ.
 """
 
