@@ -131,7 +131,7 @@ def _surrounding(field: Any, x: float, y: float) -> tuple[int, int, int, int]:
     return j0, min(j0 + 1, ny - 1), i0, min(i0 + 1, nx - 1)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _solve(
     field: Any,
     moves: Any,

@@ -38,7 +38,7 @@ YAW_BINS = 32
 """Bins of the body's yaw in the mask; its rectangle looks the same after half a turn."""
 SPARE = 0.01
 """m beyond the clearance that the search keeps, for what happens between its samples."""
-MOST_NODES = 4_000_000
+MOST_NODES = 1_000_000
 """Nodes that dividing cells may lead to."""
 ALL_YAWS = np.uint64((1 << YAW_BINS) - 1)
 

@@ -45,7 +45,7 @@ def even(path: Path, spacing: float) -> Path:
     return np.column_stack([np.interp(at, along, path[:, k]) for k in (0, 1)])
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _shortcut(field: Any, path: Any, reach: int, step: float, toll: float) -> Any:
     count = path.shape[0]
     cost = np.full(count, np.inf)
@@ -83,7 +83,7 @@ def shortcut(field: CostField, path: Path, *, reach: int = 30) -> Path:
     return path[kept] if math.isfinite(cost) else path
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _band(field: Any, path: Any, delta: float, side: int, window: int, step: float) -> Any:
     count = path.shape[0]
     wide = 2 * side + 1
@@ -140,11 +140,15 @@ def refine(
     if not math.isfinite(polyline_cost(field, knots, step, True)):
         knots = resample(path, KNOT_CELLS * cell)
     for delta, side, window in BANDS:
+        before = math.inf
         for _ in range(2):
             check()
             moved, cost = _band(field, knots, delta * cell, side, window, step)
             if math.isfinite(cost):
                 knots = moved
+            if cost > before * (1.0 - 5e-4):
+                break
+            before = cost
     for candidate in (shortcut(field, knots), knots):
         cost = polyline_cost(field, candidate, step, True)
         # The straighter of two equally cheap paths: corners cost time that is not counted here.

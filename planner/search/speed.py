@@ -91,6 +91,9 @@ def _ramp_cost(
     row[_SLOPE_RATE] = slope_change / time
     total = 0.0
     for at, share in _TWO:
+        if speed_a == speed_b and at > 0.5:
+            total *= 2.0  # at even speed both nodes see the same
+            break
         speed = speed_a + (speed_b - speed_a) * at
         row[_VX], row[_VY] = unit[0] * speed, unit[1] * speed
         set_acceleration(row, acceleration, speed * speed * curvature, unit[0], unit[1], 1.0)
@@ -111,6 +114,7 @@ def _ramp_cost(
     ),
     cache=True,
     error_model="numpy",
+    nogil=True,
 )
 def _speeds(
     kernel: Any,
@@ -143,6 +147,9 @@ def _speeds(
         even = (q - len(_CREEP) + 1) / (LEVELS - len(_CREEP))
         level[q] = limits[0] * (_CREEP[q] if q < len(_CREEP) else math.sqrt(even))
     cost[0, 0] = 0.0
+    lag = 4.0 * limits[4] * limits[0] * limits[0]
+    if objective == 1:
+        lag = 4.0 * limits[0] / most_acceleration
     unit = np.empty(2)
     for j in range(steps):
         row = class_rows[ground[j]].copy()
@@ -152,12 +159,17 @@ def _speeds(
         change = 0.0
         if j + 1 < steps:
             change = math.hypot(slopes[j + 1, 0] - slopes[j, 0], slopes[j + 1, 1] - slopes[j, 1])
-        # Long steps of coarse maps allow any change; short ones only what acceleration reaches.
+        # Over steps longer than a whole ramp every third level will do.
+        long = lengths[j] * most_acceleration > limits[0] * limits[0] and not stops[j + 1]
+        # A speed that is behind by more than any change of speed costs cannot catch up again.
+        hopeless = cost[j].min() + lag
         for a in range(LEVELS):
-            if cost[j, a] == np.inf:
+            if cost[j, a] > hopeless or cost[j, a] == np.inf:
                 continue
             for b in range(max(0, a - REACH), min(LEVELS, a + REACH + 1)):
                 if a + b == 0 or (stops[j + 1] and b > 0):
+                    continue
+                if long and b > 0 and (LEVELS - 1 - b) % 3:
                     continue
                 c = cost[j, a] + _ramp_cost(
                     kernel,

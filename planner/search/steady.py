@@ -211,6 +211,7 @@ def _best_cost(
     types.void(KERNEL, _F1, _F1, _F2, _F2, _F1, types.int64, _F4, _F3),
     cache=True,
     error_model="numpy",
+    nogil=True,
 )
 def _fill(
     kernel: Any,

@@ -15,6 +15,8 @@ from planner.search.steady import BRIEFLY, SLOWEST, broken_limit, set_motion, se
 
 STATES = 64
 """Angles to the travel at which the body may stand."""
+MOST_SAMPLES = 2
+"""Steps that stand for those between two knots, where there are more than three."""
 WINDOW = 8
 """Largest change of the angle to the travel between knots, in states (45°)."""
 
@@ -91,6 +93,7 @@ def _step_cost(
     ),
     cache=True,
     error_model="numpy",
+    nogil=True,
 )
 def programme(
     kernel: Any,
@@ -133,6 +136,17 @@ def programme(
             driven[0, s] = np.inf
         nearest = int(round(wrap(start_yaw - knot_directions[0]) / width)) % STATES
         driven[0, nearest] = 0.0
+    # Where knots lie far apart, a few steps stand for all between them.
+    stride = np.ones(count, np.int64)
+    scale = np.ones(count)
+    for k in range(count - 1):
+        stride[k] = max(1, (knots[k + 1] - knots[k]) // MOST_SAMPLES)
+        whole, taken = 0.0, 0.0
+        for j in range(knots[k], knots[k + 1]):
+            whole += lengths[j]
+            if (j - knots[k] - (stride[k] - 1) // 2) % stride[k] == 0:
+                taken += lengths[j]
+        scale[k] = whole / taken
     for k in range(count):
         # Turning on the spot: cheapest way round the ring, both ways, stopping once.
         for s in range(STATES):
@@ -172,8 +186,8 @@ def programme(
                 turn = bend + w * width
                 total = cost[k, s]
                 done = 0.0
-                for j in range(knots[k], knots[k + 1]):
-                    share = lengths[j] / span
+                for j in range(knots[k] + (stride[k] - 1) // 2, knots[k + 1], stride[k]):
+                    share = lengths[j] * scale[k] / span
                     yaw = yaw_a + turn * (done + 0.5 * share)
                     done += share
                     total += _step_cost(
@@ -188,7 +202,7 @@ def programme(
                         slope_y[j],
                         yaw,
                         directions[j],
-                        lengths[j],
+                        lengths[j] * scale[k],
                         turn * share,
                         objective,
                         account,
