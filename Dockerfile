@@ -13,10 +13,11 @@ RUN pip wheel --no-deps --no-build-isolation --wheel-dir /tmp/wheel . \
  && /opt/joulepath/bin/pip install --no-deps /tmp/wheel/*.whl
 
 FROM python:3.11-slim
-# numba writes compiled kernels where the user may write, so that workers start warm.
+# Compiled kernels and fonts are kept where the user may write.
 ENV PATH=/opt/joulepath/bin:$PATH \
     PYTHONUNBUFFERED=1 \
     NUMBA_CACHE_DIR=/var/cache/joulepath/numba \
+    JOULEPATH_CACHE_DIR=/var/cache/joulepath \
     MPLCONFIGDIR=/var/cache/joulepath/matplotlib \
     JOULEPATH_DATA_DIR=/data
 # rasterio's wheel expects the system's expat. Any version that the base image offers will do.
@@ -29,6 +30,8 @@ RUN useradd --system --uid 10001 --no-create-home joulepath \
  && chown joulepath /var/cache/joulepath
 COPY --from=build /opt/joulepath /opt/joulepath
 USER 10001
+# Compile now what every worker needs, so that the container starts warm.
+RUN python -c "import service.jobs.worker"
 EXPOSE 8000
 HEALTHCHECK --interval=30s --timeout=5s --start-period=60s \
     CMD ["python", "-c", "import urllib.request as u; u.urlopen('http://127.0.0.1:8000/healthz', timeout=4)"]

@@ -33,6 +33,13 @@ def test_setting_is_documented(setting: str) -> None:
     assert f"`JOULEPATH_{setting.upper()}`" in DOCS["configuration.md"]
 
 
+def test_variable_read_elsewhere_is_documented() -> None:
+    sources = [p.read_text() for top in ("planner", "service") for p in (ROOT / top).rglob("*.py")]
+    named = {name for source in sources for name in re.findall(r"JOULEPATH_[A-Z_]+[A-Z]", source)}
+    assert "JOULEPATH_CACHE_DIR" in named
+    assert {name for name in named if f"`{name}`" not in DOCS["configuration.md"]} == set()
+
+
 def test_every_route_is_documented() -> None:
     for path, methods in create_app(Settings()).openapi()["paths"].items():
         for method in methods:
