@@ -47,7 +47,7 @@ __all__ = ["Finding", "Telemetry"]
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-MOST_ROWS = 20_000_000
+MOST_ROWS = 5_000_000
 """Rows that ``read`` takes into memory (240 bytes each); longer logs are read in chunks."""
 _RECORDINGS = (".db3", ".mcap")
 

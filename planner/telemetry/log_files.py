@@ -8,8 +8,10 @@ Row numbers count the samples of the file: row 1 is the first line below the hea
 
 from __future__ import annotations
 
+import codecs
 import csv
 import gzip
+import io
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -31,7 +33,11 @@ Integers = NDArray[np.int64]
 ACCEPTED = "a CSV (UTF-8, one line of headings, one row a sample; may be gzipped) or a Parquet file"
 MISSING_CELLS = ("", "NaN", "nan", "-nan", "NA", "N/A", "#N/A", "null", "NULL", "None", "n/a")
 MOST_COLUMNS = 2_000
+MOST_COMMENTS = 1_000  # lines that begin with # above the headings
 LONGEST_HEADER = 1_000_000  # bytes
+_NUMBER = re.compile(
+    r"[+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?|[+-]?(inf|infinity|nan)", re.IGNORECASE
+)
 _BLOCK = 1 << 23  # bytes of CSV parsed at a time; a line must fit into it
 
 
@@ -71,6 +77,7 @@ class LogFile:
     decimal: str = "."
     gzipped: bool = False
     headings_as_written: list[str] = field(default_factory=list)
+    comments: int = 0
 
     def blocks(self, numeric: Sequence[str], text: Sequence[str], rows: int) -> Iterator[Block]:
         """The wanted columns in blocks of at most ``rows`` rows.
@@ -97,10 +104,14 @@ class LogFile:
             return "skip"
 
         types = {name: pa.float64() for name in numeric} | {name: pa.string() for name in text}
+        file = _Utf8(self.path, self.gzipped)
         reader = pa_csv.open_csv(
-            _stream(self.path, self.gzipped),
+            pa.PythonFile(file, mode="r"),
             read_options=pa_csv.ReadOptions(
-                use_threads=False, block_size=_BLOCK, skip_rows=1, column_names=self.columns
+                use_threads=False,
+                block_size=_BLOCK,
+                skip_rows=1 + self.comments,
+                column_names=self.columns,
             ),
             parse_options=pa_csv.ParseOptions(
                 delimiter=self.separator, invalid_row_handler=skip, ignore_empty_lines=True
@@ -113,7 +124,10 @@ class LogFile:
                 decimal_point=self.decimal,
             ),
         )
-        yield from reader
+        try:
+            yield from reader
+        finally:
+            file.close()
 
     def _parquet(self, numeric: Sequence[str], text: Sequence[str]) -> Iterator[Any]:
         written = dict(zip(self.columns, self.headings_as_written, strict=True))
@@ -162,7 +176,8 @@ class LogFile:
         opener: Any = gzip.open if self.gzipped else open
         with opener(self.path, "rt", encoding="utf-8-sig", errors="replace", newline="") as lines:
             reader = csv.reader(lines, delimiter=self.separator)
-            next(reader, None)
+            for _ in range(self.comments + 1):
+                next(reader, None)
             at = 0
             for cells in reader:
                 if not cells:
@@ -174,9 +189,7 @@ class LogFile:
                     cell = cells[place].strip()
                     if cell in MISSING_CELLS:
                         continue
-                    try:
-                        float(cell.replace(self.decimal, ".") if self.decimal != "." else cell)
-                    except ValueError:
+                    if not _NUMBER.fullmatch(cell.replace(self.decimal, ".")):
                         return name, at, cell
         return None
 
@@ -246,7 +259,9 @@ def _open_csv(path: Path, *, gzipped: bool) -> LogFile:
     opener: Any = gzip.open if gzipped else open
     try:
         with opener(path, "rb") as file:
-            header = file.readline(LONGEST_HEADER)
+            header, comments = file.readline(LONGEST_HEADER), 0
+            while header.lstrip(b"\xef\xbb\xbf").startswith(b"#") and comments < MOST_COMMENTS:
+                header, comments = file.readline(LONGEST_HEADER), comments + 1
             sample = file.read(20_000)
     except (OSError, EOFError) as error:
         raise LogError(where, "is a gzip file that is damaged", accepted=ACCEPTED) from error
@@ -257,6 +272,8 @@ def _open_csv(path: Path, *, gzipped: bool) -> LogFile:
     if b"\x00" in header + sample:
         raise LogError(where, "is not text (it has zero bytes)", accepted=ACCEPTED)
     notes = ["gzip"] if gzipped else []
+    if comments:
+        notes.append(f"{comments} comment lines above the headings")
     try:
         line = header.decode("utf-8").rstrip("\r\n")
     except UnicodeDecodeError as error:
@@ -299,7 +316,7 @@ def _open_csv(path: Path, *, gzipped: bool) -> LogFile:
     _check_doubles(where, names)
     if not sample.strip():
         raise LogError(where, "has headings and no rows", accepted=ACCEPTED)
-    return LogFile(path, "csv", names, notes, [], separator, decimal, gzipped, names)
+    return LogFile(path, "csv", names, notes, [], separator, decimal, gzipped, names, comments)
 
 
 def _check_width(where: str, count: int) -> None:
@@ -327,8 +344,29 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def _stream(path: Path, gzipped: bool) -> Any:
-    return pa.input_stream(str(path), compression="gzip" if gzipped else None)
+def _opened(path: Path, gzipped: bool) -> Any:
+    return gzip.open(path, "rb") if gzipped else path.open("rb")
+
+
+class _Utf8(io.RawIOBase):
+    """Bytes of a file, unzipped; raises where they are no UTF-8, which the parser would skip."""
+
+    def __init__(self, path: Path, gzipped: bool) -> None:
+        super().__init__()
+        self._file = _opened(path, gzipped)
+        self._decoder = codecs.getincrementaldecoder("utf-8")()
+
+    def readable(self) -> bool:
+        return True
+
+    def read(self, size: int = -1) -> bytes:
+        part: bytes = self._file.read(size)
+        self._decoder.decode(part, final=not part)
+        return part
+
+    def close(self) -> None:
+        self._file.close()
+        super().close()
 
 
 def _floats(column: Any, path: Path, name: str) -> Floats:
