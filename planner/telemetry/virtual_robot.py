@@ -39,14 +39,11 @@ from planner.telemetry.virtual.hidden import (
 )
 from planner.telemetry.virtual.profiles import (
     ROW,
-    Gradient,
     Profile,
-    Scalar,
-    footprint_gradient,
-    planned_route,
     profile,
     steady,
 )
+from planner.telemetry.virtual.routes import planned_route
 from planner.telemetry.virtual.sensors import (
     QUIET,
     Columns,
@@ -57,6 +54,7 @@ from planner.telemetry.virtual.sensors import (
     measured_columns,
     rows_of,
 )
+from planner.terrain.heightmap import Terrain
 
 __all__ = [
     "QUIET",
@@ -65,7 +63,6 @@ __all__ = [
     "Sensors",
     "VirtualLog",
     "VirtualRobot",
-    "footprint_gradient",
     "planned_route",
     "profile",
     "steady",
@@ -237,8 +234,7 @@ class VirtualRobot:
         self,
         route: Mapping[str, Any],
         *,
-        gradient: Gradient | None = None,
-        ground: Scalar | None = None,
+        terrain: Terrain | None = None,
         settings: Mapping[str, float] | None = None,
         noise: Noise | Mapping[str, Any] | None = None,
         row: float = ROW,
@@ -247,8 +243,7 @@ class VirtualRobot:
 
         Args:
             route: one route of a ROUTE.json, or the whole document (its first route is taken).
-            gradient: (x, y) → slopes under the robot; see ``planned_route``.
-            ground: (x, y) → factor of the ground on rolling and roller drag.
+            terrain: the map that it leads over; without it the slope across the path is zero.
             settings: payload, ambient and the like; names of ``virtual.dynamics.START`` or AROUND.
             noise: scatter of the log; the energy is that of the clean power.
             row: s, interval of a row.
@@ -260,7 +255,8 @@ class VirtualRobot:
             if not route["routes"]:
                 raise InputError("route", "holds no route", accepted="a ROUTE.json of status ok")
             route = route["routes"][0]
-        path = planned_route(route, gradient=gradient, ground=ground, row=row, settings=settings)
+        half = float(np.abs(self.chassis.x).max())
+        path = planned_route(route, terrain=terrain, half_length=half, row=row, settings=settings)
         log = self.drive(path, noise=noise)
         return log.truth["energy"]["route"]["supply"], log
 

@@ -14,7 +14,8 @@ import pytest
 from planner.telemetry.virtual.dynamics import BOOK, MEANS
 from planner.telemetry.virtual.motors import HOUSING_TO_AIR, WINDING_TO_HOUSING
 from planner.telemetry.virtual.profiles import attitude
-from planner.telemetry.virtual_robot import VirtualRobot, footprint_gradient, steady
+from planner.telemetry.virtual_robot import VirtualRobot, steady
+from planner.terrain.heightmap import GroundClass, Terrain
 
 SLOPE_5, SLOPE_10 = math.radians(5.0), math.radians(10.0)
 DIAGONAL = math.sqrt(0.5)
@@ -182,14 +183,28 @@ def test_routes_are_driven():
     assert energy == pytest.approx(33.8 * duration, rel=0.02)
     assert log.columns["pitch"][10] == pytest.approx(-SLOPE_10, abs=0.003)
     points = [(x, y, z, 0.0) for x, y, z, _ in points]
-    plane = footprint_gradient(lambda x, y: 0.0 * x + rise * y, 0.2)
-    energy, _ = robot.drive_route(route_of(points, 0.5), gradient=plane)
+    # The same ramp as a map, with heights that the poses' own cannot tell from a cross-slope.
+    y = np.linspace(-1.0, 13.0, 57)
+    ramp = np.tile((rise * y)[:, None], (1, 12))
+    kinds = (GroundClass("hard"), GroundClass("gravel", rolling=2.0))
+    plane = Terrain.from_arrays(ramp, cell=(0.25, 0.25), origin=(-1.375, -1.0))
+    energy, _ = robot.drive_route(route_of(points, 0.5), terrain=plane)
     assert energy == pytest.approx(42.8 * duration, rel=0.02)
-    # Ground that rolls twice as badly: 12 kg at 0.5 m/s roll off 2.06 W more, and 4 of 5 parts of
-    # what the gear takes in reach the wheel.
-    rough, _ = robot.drive_route(flat, ground=lambda x, y: 2.0 + 0.0 * x)
-    even, _ = robot.drive_route(flat)
-    assert rough - even > 0.035 * 12.0 * 9.80665 * 15.0 / 0.8
+    # Ground that rolls twice as badly takes the rolling work of 12 kg over 12 m once more.
+    gravel = Terrain.from_arrays(
+        ramp,
+        cell=(0.25, 0.25),
+        origin=(-1.375, -1.0),
+        ground=np.ones_like(ramp, dtype=np.uint8),
+        ground_classes=kinds,
+    )
+    straight = route_of([(x, y, z, math.pi / 2) for x, y, z, _ in points], 0.5)
+    _, hard = robot.drive_route(straight, terrain=plane)
+    _, rough = robot.drive_route(straight, terrain=gravel)
+    more = rough.truth["energy"]["route"]["rolling"] - hard.truth["energy"]["route"]["rolling"]
+    # Horizontal length times weight: the load is m·g·cos, the path 12 m/cos.
+    assert more == pytest.approx(0.035 * 12.0 * 9.80665 * 12.0, rel=0.02)
+    assert set(rough.columns["surface"]) == {"gravel"}
 
 
 def test_no_formula_is_shared_with_the_power_model():

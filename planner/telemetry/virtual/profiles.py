@@ -6,7 +6,6 @@
     profile("one_load", vehicle)            no payload, centre of mass in the middle
     profile("flat", vehicle)                as rich, on a level floor
     steady(vx=0.5, pitch=-0.17, ...)        one constant motion a run
-    planned_route(route, ...)               poses of a planned route
 
 A run is a chain of segments of a few seconds, each with a speed, a heading, a yaw rate and a slope
 of its own; between them commands change along smooth ramps. Slopes are planes in the world: when
@@ -16,9 +15,8 @@ the robot turns on one, its roll and pitch change. Commands stand 0.1 s apart.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,8 +26,6 @@ from planner.power.vehicle import Vehicle
 from planner.telemetry.virtual.dynamics import AROUND, BIN, MOTION, START
 
 Array = NDArray[np.float64]
-Scalar = Callable[[Array, Array], Array]
-Gradient = Callable[[Array, Array], tuple[Array, Array]]
 
 DESIGNS = ("rich", "speed_heats_motor", "one_heading", "one_load", "flat")
 SURFACES = ("hard", "carpet", "asphalt")
@@ -100,14 +96,14 @@ def profile(
     if design not in DESIGNS:
         raise InputError("profile", "no such design", value=design, accepted=", ".join(DESIGNS))
     rng = np.random.default_rng([seed, 1])
-    bins = rows * _bins(row)
+    bins = rows * bins_of(row)
     top = 0.65 * vehicle.limits.speed
     motion = np.zeros((runs, bins + 1, len(MOTION)))
-    around = _still_air(runs, bins)
-    starts = _starts(runs)
+    around = still_air(runs, bins)
+    starts = unladen(runs)
     turn = 0.6 * vehicle.limits.yaw_rate
     for k in range(runs):
-        pieces = _segments(rng, bins, _bins(row))
+        pieces = _segments(rng, bins, bins_of(row))
         count = len(pieces)
         speed = top * rng.uniform(0.12, 1.0, count) * (rng.random(count) > 0.07)
         heading = rng.uniform(-math.pi, math.pi, count)
@@ -127,7 +123,7 @@ def profile(
         gradient_y = _ramps(pieces, np.tan(steep) * np.sin(uphill), bins)
         yaws = rng.uniform(-math.pi, math.pi) + _integral(motion[k, :, 2])
         motion[k, :, 3], motion[k, :, 4] = attitude(gradient_x, gradient_y, yaws)
-        around[k, :, 0] = _tilting(gradient_x, gradient_y)
+        around[k, :, 0] = tilting(gradient_x, gradient_y)
         _weather(rng, around[k], yaws)
         around[k, :, 4] = _steps(pieces, rng.integers(0, len(SURFACES), count), bins)
         _load(rng, starts[k], vehicle, empty=design == "one_load")
@@ -171,7 +167,7 @@ def steady(
     motion = np.zeros((runs, bins + 1, len(MOTION)))
     for column, values in enumerate(given):
         motion[:, :, column] = np.broadcast_to(values, (runs,))[:, None]
-    around, starts = _still_air(runs, bins), _starts(runs)
+    around, starts = still_air(runs, bins), unladen(runs)
     for name, values in extra.items():
         if name in AROUND:
             around[:, :, AROUND.index(name)] = np.broadcast_to(values, (runs,))[:, None]
@@ -185,105 +181,15 @@ def steady(
     return Profile("steady", motion, around, starts, SURFACES, labels, (), row)
 
 
-def planned_route(
-    route: Mapping[str, Any],
-    *,
-    gradient: Gradient | None = None,
-    ground: Scalar | None = None,
-    row: float = ROW,
-    settings: Mapping[str, float] | None = None,
-) -> Profile:
-    """A profile of one run that drives the poses of a planned route.
-
-    Args:
-        route: one entry of ``routes`` in a ROUTE.json, with its ``poses``.
-        gradient: (x, y) → slopes (dz/dx, dz/dy) under the robot. Without it the slope along the
-            path is taken from the poses' heights and the slope across it is zero.
-            ``footprint_gradient`` makes one from a terrain.
-        ground: (x, y) → factor of the ground on rolling and roller drag; 1 without it.
-        row: s, interval of a row.
-        settings: names of ``AROUND`` or ``START`` → value.
-
-    Raises:
-        InputError: the route has fewer than two poses.
-    """
-    poses = list(route.get("poses", ()))
-    if len(poses) < 2:
-        raise InputError("route poses", "too few", value=len(poses), accepted="two or more")
-    t, x, y, z, yaw, speed = (
-        np.array([float(pose[key]) for pose in poses])
-        for key in ("t", "x", "y", "z", "yaw", "speed")
-    )
-    later = np.concatenate([[True], np.diff(t) > 1e-9])
-    t, x, y, z, yaw, speed = (q[later] for q in (t - t[0], x, y, z, np.unwrap(yaw), speed))
-    # A last part of a row is filled up by standing at the goal.
-    bins = _bins(row) * math.ceil(t[-1] / row + 1e-9)
-    edges = np.arange(bins + 1) * BIN
-    step = np.hypot(np.diff(x), np.diff(y))
-    going = np.arctan2(np.diff(y), np.diff(x))
-    rise = np.divide(np.diff(z), step, out=np.zeros_like(step), where=step > 1e-9)
-    piece = np.clip(np.searchsorted(t, edges, side="right") - 1, 0, len(step) - 1)
-    yaws = np.interp(edges, t, yaw)
-    if gradient is None:
-        p, q = rise[piece] * np.cos(going[piece]), rise[piece] * np.sin(going[piece])
-    else:
-        p, q = gradient(np.interp(edges, t, x), np.interp(edges, t, y))
-    motion = np.zeros((1, bins + 1, len(MOTION)))
-    pace = np.where(edges <= t[-1] + BIN, np.interp(edges, t, speed), 0.0)
-    # Along the surface: horizontal direction lifted onto the plane, then seen by the body.
-    ux, uy = np.cos(going[piece]), np.sin(going[piece])
-    along = np.stack([ux, uy, p * ux + q * uy])
-    along *= pace / np.linalg.norm(along, axis=0)
-    forward, left = _axes(p, q, yaws)
-    motion[0, :, 0] = np.sum(along * forward, axis=0)
-    motion[0, :, 1] = np.sum(along * left, axis=0)
-    motion[0, :, 2] = np.interp(edges + 0.5 * BIN, edges[1:], np.diff(yaws) / BIN)
-    motion[0, :, 3], motion[0, :, 4] = attitude(p, q, yaws)
-    around, starts = _still_air(1, bins), _starts(1)
-    around[0, :, 0] = _tilting(p, q)
-    if ground is not None:
-        middle = edges[:-1] + 0.5 * BIN
-        around[0, :, 6] = ground(np.interp(middle, t, x), np.interp(middle, t, y))
-    for name, value in (settings or {}).items():
-        if name in AROUND:
-            around[0, :, AROUND.index(name)] = value
-        else:
-            starts[0, START.index(name)] = value
-    return Profile("planned_route", motion, around, starts, SURFACES, ("route",), (), row)
-
-
-def footprint_gradient(height: Scalar, half_length: float, contacts: int = 16) -> Gradient:
-    """Slopes of the plane that lies best on a ring of contacts around the robot's centre.
-
-    Args:
-        height: (x, y) → z in m, for arrays; a terrain's ``height`` method.
-        half_length: m, radius of the ring: half the wheelbase.
-        contacts: number of points on it, at equal angles.
-    """
-    angles = 2.0 * math.pi * np.arange(contacts) / contacts
-
-    def gradient(x: Array, y: Array) -> tuple[Array, Array]:
-        p, q = np.zeros_like(x), np.zeros_like(y)
-        for angle in angles:
-            c, s = math.cos(angle), math.sin(angle)
-            z = height(x + half_length * c, y + half_length * s)
-            # Σ cos² = contacts/2, and cos, sin and 1 are orthogonal on the ring.
-            p += 2.0 * c * z / (contacts * half_length)
-            q += 2.0 * s * z / (contacts * half_length)
-        return p, q
-
-    return gradient
-
-
 def attitude(gradient_x: Array, gradient_y: Array, yaw: Array) -> tuple[Array, Array]:
     """Roll and pitch in rad of a robot on a plane with these slopes, turned by ``yaw``."""
-    forward, left = _axes(gradient_x, gradient_y, yaw)
+    forward, left = axes(gradient_x, gradient_y, yaw)
     # Gravity is -g times the vertical part of each axis: sin(pitch) and -cos(pitch)·sin(roll).
     pitch = np.arcsin(-forward[2])
     return np.arcsin(np.clip(left[2] / np.cos(pitch), -1.0, 1.0)), pitch
 
 
-def _axes(p: Array, q: Array, yaw: Array) -> tuple[Array, Array]:
+def axes(p: Array, q: Array, yaw: Array) -> tuple[Array, Array]:
     """Body axes in the world, (3, k) each: forward above the yaw direction, left square to it."""
     c, s = np.cos(yaw), np.sin(yaw)
     forward = np.stack([c, s, p * c + q * s])
@@ -293,26 +199,29 @@ def _axes(p: Array, q: Array, yaw: Array) -> tuple[Array, Array]:
     return forward, np.cross(normal, forward, axis=0)
 
 
-def _tilting(p: Array, q: Array) -> Array:
+def tilting(p: Array, q: Array) -> Array:
     """Rate of the angle between the surface and the level, rad/s, from slopes at bin edges."""
     return np.abs(np.diff(np.arctan(np.hypot(p, q)))) / BIN
 
 
-def _bins(row: float) -> int:
+def bins_of(row: float) -> int:
+    """Number of 0.1 s bins in a row of ``row`` s; InputError where it is not whole."""
     count = round(row / BIN)
     if count < 1 or abs(count * BIN - row) > 1e-9:
         raise InputError("row", "not a multiple of 0.1 s", value=row, accepted="0.1, 0.2, 0.5, …")
     return count
 
 
-def _still_air(runs: int, bins: int) -> Array:
+def still_air(runs: int, bins: int) -> Array:
+    """Surroundings (runs, bins, len(AROUND)) of level calm, left to themselves."""
     around = np.zeros((runs, bins, len(AROUND)))
     around[:, :, 3] = around[:, :, 5] = np.nan
     around[:, :, 6] = 1.0
     return around
 
 
-def _starts(runs: int) -> Array:
+def unladen(runs: int) -> Array:
+    """Starts (runs, len(START)) without load, at 25 °C, with a full battery."""
     starts = np.zeros((runs, len(START)))
     starts[:, 3:6] = 25.0
     starts[:, 6] = 1.0
