@@ -39,7 +39,8 @@ from planner.telemetry.log_columns import (
     is_quantity,
     wheel_number,
 )
-from planner.telemetry.log_files import Block, LogFile, open_log
+from planner.telemetry.log_files import Block, LogFile
+from planner.telemetry.log_formats import open_log
 from planner.telemetry.log_mapping import Column, Mapping, read_mapping
 
 __all__ = ["Finding", "Telemetry"]
