@@ -34,7 +34,10 @@ LONGEST = 500
 MOST_NODES = 200
 DEEPEST = 20
 LARGEST_EXPONENT = 4.0
-_ALLOWED = re.compile(r"[A-Za-z0-9_+\-*/(),. ]*")
+_TOKEN = re.compile(
+    r" +|[A-Za-z_][A-Za-z0-9_]*|[-+*/(),]|(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
+    r"(?![A-Za-z0-9_.])"
+)
 
 
 FUNCTIONS: dict[str, tuple[int, int]] = {
@@ -108,10 +111,12 @@ def check_formula(
         raise ModelError(
             field, "is too long", value=len(text), accepted=f"at most {LONGEST} characters"
         )
-    good = _ALLOWED.match(text)
-    end = good.end() if good else 0
-    if end < len(text):
-        raise _refusal(field, "has a sign that no formula needs", end, text[end])
+    place = 0
+    while place < len(text):
+        token = _TOKEN.match(text, place)
+        if token is None:
+            raise _refusal(field, "has a sign that no formula needs", place, text[place])
+        place = token.end()
     depth = 0
     for place, letter in enumerate(text):
         depth += (letter == "(") - (letter == ")")

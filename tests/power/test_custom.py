@@ -70,6 +70,11 @@ HOSTILE = [
     "(k := 3)",
     "lambda: k",
     "k if k else k",
+    "1if k else k",
+    "1or k",
+    "0x1for k",
+    "k*1_0",
+    "1.k",
     "k and k",
     "not k",
     "k < 3",
@@ -531,6 +536,7 @@ def test_a_formula_of_the_search_for_unknown_effects_is_planned_with(tmp_path: P
     assert answer.status == "ok"
     route = answer.routes[0]
     assert "resonance" in route.breakdown_j
+    assert route.lower_bound_j <= route.energy_j
     assert sum(route.breakdown_j.values()) == pytest.approx(route.energy_j, rel=1e-6)
     speeds = np.array([pose.speed for pose in route.poses])
     # 200 W at 0.6 m/s: the planner drives faster or slower than that where it can.
