@@ -18,7 +18,7 @@ centred whatever the columns say.
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -67,6 +67,8 @@ __all__ = [
     "profile",
     "steady",
 ]
+
+Array = NDArray[np.float64]
 
 _SIZE_ROUNDS = 6
 _SIZE_TOLERANCE = 0.01
@@ -166,6 +168,7 @@ class VirtualRobot:
             }
         self._own = check_settings(own, known, self.wheels)
         self.hidden = check_settings(hidden or {}, known, self.wheels)
+        self._last: tuple[Profile, tuple[Settings, dict[str, float]]] | None = None
 
     def profile(self, design: str, **options: Any) -> Profile:
         """A profile for this vehicle with the robot's seed; see ``virtual.profiles.profile``."""
@@ -262,66 +265,69 @@ class VirtualRobot:
 
     def _found(self, drive: Profile) -> tuple[Settings, dict[str, float]]:
         """Settings without ``size``, and the sizes reached where one was asked for."""
+        if self._last is not None and self._last[0] is drive:
+            return self._last[1]
         settings: Settings = {**self._own}
         sizes: dict[str, float] = {}
         bare = {slug: values for slug, values in self._own.items() if slug not in self.hidden}
-        for slug, values in self.hidden.items():
-            settings[slug] = {name: value for name, value in values.items() if name != "size"}
-            if "size" not in values:
-                continue
-            scale = 1.0
+        stages: list[tuple[Profile, Array, float]] = []
+        if any("size" in values for values in self.hidden.values()):
             # The scale is sought on few runs and corrected on all.
-            stages = [(drive, _SIZE_TOLERANCE)]
             if len(drive.labels) > _FEW_RUNS:
                 step = len(drive.labels) / _FEW_RUNS
-                some = drive.runs([int(k * step) for k in range(_FEW_RUNS)])
-                stages.insert(0, (some, 5.0 * _SIZE_TOLERANCE))
-            for part, tolerance in stages:
-                scale, sizes[slug] = self._sized(
-                    part, bare, slug, settings[slug], values["size"], scale, tolerance
-                )
-            settings[slug] = scaled(settings[slug], slug, scale)
+                few = drive.runs([int(k * step) for k in range(_FEW_RUNS)])
+                stages.append((few, self._row_power(few, bare), 5.0 * _SIZE_TOLERANCE))
+            stages.append((drive, self._row_power(drive, bare), _SIZE_TOLERANCE))
+        for slug, values in self.hidden.items():
+            plain = {name: value for name, value in values.items() if name != "size"}
+            scale = 1.0
+            for part, before, tolerance in stages if "size" in values else ():
+
+                def share(
+                    scale: float,
+                    slug: str = slug,
+                    plain: dict[str, Any] = plain,
+                    part: Profile = part,
+                    before: Array = before,
+                ) -> float:
+                    with_it: Settings = {**bare, slug: scaled(plain, slug, scale)}
+                    change = self._row_power(part, with_it) - before
+                    return float(np.sqrt(np.mean(change * change)) / abs(np.mean(before)))
+
+                scale, sizes[slug] = _sized(share, slug, values["size"], scale, tolerance)
+            settings[slug] = scaled(plain, slug, scale) if slug in sizes else plain
+        self._last = drive, (settings, sizes)
         return settings, sizes
 
-    def _sized(
-        self,
-        drive: Profile,
-        bare: Settings,
-        slug: str,
-        values: dict[str, Any],
-        wanted: float,
-        scale: float,
-        tolerance: float,
-    ) -> tuple[float, float]:
-        """Scale of one effect whose rms change of power is ``wanted`` of the mean power."""
-        if wanted == 0.0:
-            return 0.0, 0.0
-        before = rows_of(self.simulate(drive, bare)[0], drive.row)[:, :, MEANS.index("power")]
+    def _row_power(self, drive: Profile, settings: Settings) -> Array:
+        """Clean power by row, (runs, rows) W."""
+        return rows_of(self.simulate(drive, settings)[0], drive.row)[:, :, MEANS.index("power")]
 
-        def share(scale: float) -> float:
-            with_it: Settings = {**bare, slug: scaled(values, slug, scale)}
-            after = rows_of(self.simulate(drive, with_it)[0], drive.row)[:, :, MEANS.index("power")]
-            change = after - before
-            return float(np.sqrt(np.mean(change * change)) / abs(np.mean(before)))
 
-        largest = LARGEST_SCALE.get(slug, np.inf)
-        scale = min(scale, largest)
-        reached = share(scale)
-        power = 1.0  # exponent of the growth of size with strength, learnt on the way
-        for _ in range(_SIZE_ROUNDS):
-            if reached == 0.0:
-                raise InputError(
-                    f"hidden {slug} size",
-                    "the effect does nothing on this profile",
-                    value=wanted,
-                    accepted="a profile on which it acts",
-                )
-            new = min(scale * (wanted / reached) ** (1.0 / power), largest)
-            if abs(reached / wanted - 1.0) < tolerance or new == scale:
-                break
-            next_reached = share(new)
-            if next_reached > 0.0:
-                growth = np.log(next_reached / reached) / np.log(new / scale)
-                power = float(np.clip(growth, 0.3, 4.0))
-            scale, reached = new, next_reached
-        return scale, reached
+def _sized(
+    share: Callable[[float], float], slug: str, wanted: float, scale: float, tolerance: float
+) -> tuple[float, float]:
+    """Scale of an effect at which ``share(scale)`` is ``wanted``, and the share reached."""
+    if wanted == 0.0:
+        return 0.0, 0.0
+    largest = LARGEST_SCALE.get(slug, np.inf)
+    scale = min(scale, largest)
+    reached = share(scale)
+    power = 1.0  # exponent of the growth of size with strength, learnt on the way
+    for _ in range(_SIZE_ROUNDS):
+        if reached == 0.0:
+            raise InputError(
+                f"hidden {slug} size",
+                "the effect does nothing on this profile",
+                value=wanted,
+                accepted="a profile on which it acts",
+            )
+        new = min(scale * (wanted / reached) ** (1.0 / power), largest)
+        if abs(reached / wanted - 1.0) < tolerance or new == scale:
+            break
+        next_reached = share(new)
+        if next_reached > 0.0:
+            growth = np.log(next_reached / reached) / np.log(new / scale)
+            power = float(np.clip(growth, 0.3, 4.0))
+        scale, reached = new, next_reached
+    return scale, reached
