@@ -162,15 +162,15 @@ class Assembler:
         self.checks.leave_out("doubled", "time", rows[repeated].astype(np.int64))
         starts = np.flatnonzero(~same)
         known = self._last[0]
-        for k in starts:
-            if run[k] <= known:
+        for start in starts:
+            if run[start] <= known:
                 raise LogError(
                     f"{self.checks.where}: run",
-                    f"the rows of run {names[int(run[k])]!r} are not consecutive: it comes again "
-                    f"in row {int(rows[k])}",
+                    f"the rows of run {names[int(run[start])]!r} are not consecutive: it comes again "
+                    f"in row {int(rows[start])}",
                     accepted="all rows of a run one behind the other",
                 )
-            known = int(run[k])
+            known = int(run[start])
         forward = same & (step > 0.0)
         self.checks.add_intervals(step[forward], rows[forward].astype(np.int64))
         self._last = (int(run[-1]), float(time[-1]))
