@@ -166,8 +166,8 @@ class Assembler:
             if run[start] <= known:
                 raise LogError(
                     f"{self.checks.where}: run",
-                    f"the rows of run {names[int(run[start])]!r} are not consecutive: it comes again "
-                    f"in row {int(rows[start])}",
+                    f"the rows of run {names[int(run[start])]!r} are not consecutive: it comes "
+                    f"again in row {int(rows[start])}",
                     accepted="all rows of a run one behind the other",
                 )
             known = int(run[start])

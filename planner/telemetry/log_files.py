@@ -35,6 +35,7 @@ MISSING_CELLS = ("", "NaN", "nan", "-nan", "NA", "N/A", "#N/A", "null", "NULL", 
 _NUMBER = re.compile(
     r"[+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?|[+-]?(inf|infinity|nan)", re.IGNORECASE
 )
+_MOST_AT_ONCE = 500_000  # rows of Parquet read at a time
 _BLOCK = 1 << 23  # bytes of CSV parsed at a time; a line must fit into it
 
 
@@ -82,7 +83,10 @@ class LogFile:
         Raises:
             LogError: a cell is no number, or the file breaks off.
         """
-        batches = self._csv(numeric, text) if self.kind == "csv" else self._parquet(numeric, text)
+        if self.kind == "csv":
+            batches = self._csv(numeric, text)
+        else:
+            batches = self._parquet(numeric, text, min(rows, _MOST_AT_ONCE))
         first = 1
         try:
             for batch in batches:
@@ -126,11 +130,12 @@ class LogFile:
         finally:
             file.close()
 
-    def _parquet(self, numeric: Sequence[str], text: Sequence[str]) -> Iterator[Any]:
+    def _parquet(self, numeric: Sequence[str], text: Sequence[str], rows: int) -> Iterator[Any]:
         written = dict(zip(self.columns, self.headings_as_written, strict=True))
         wanted = [written[name] for name in (*numeric, *text)]
-        with pq.ParquetFile(self.path) as file:
-            for batch in file.iter_batches(batch_size=65_536, columns=wanted):
+        # Buffers read ahead would be kept until the end of the file.
+        with pq.ParquetFile(self.path, pre_buffer=False) as file:
+            for batch in file.iter_batches(batch_size=rows, columns=wanted):
                 yield pa.RecordBatch.from_arrays(
                     [batch.column(batch.schema.get_field_index(name)) for name in wanted],
                     names=[*numeric, *text],
