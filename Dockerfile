@@ -16,7 +16,6 @@ FROM python:3.11-slim
 # Compiled kernels and fonts are kept where the user may write.
 ENV PATH=/opt/joulepath/bin:$PATH \
     PYTHONUNBUFFERED=1 \
-    NUMBA_CACHE_DIR=/var/cache/joulepath/numba \
     JOULEPATH_CACHE_DIR=/var/cache/joulepath \
     MPLCONFIGDIR=/var/cache/joulepath/matplotlib \
     JOULEPATH_DATA_DIR=/data

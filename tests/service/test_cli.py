@@ -93,6 +93,18 @@ def test_stdin_is_read_and_checked(text: str, word: str) -> None:
     expect_refusal(joulepath("plan", "-", "--json", text=text), word)
 
 
+def test_a_real_plan_is_one_document_and_the_same_in_fresh_processes() -> None:
+    way = ("--map", "test-bench", "--start", "1,1.5", "--goal", "13,1.5,0")
+    asked = ("plan", *way, "--seed", "5", "--iterations", "300", "--json")
+    one, other = joulepath(*asked), joulepath(*asked)
+    # OMPL's bindings would complain here at exit.
+    assert (one.returncode, one.stderr) == (0, "")
+    document = json.loads(one.stdout, parse_constant=lambda name: pytest.fail(name))
+    route = document["routes"][0]
+    assert sum(route["breakdown_j"].values()) == pytest.approx(route["energy_j"], rel=1e-9)
+    assert document["routes"] == json.loads(other.stdout)["routes"]
+
+
 class Fake:
     """Stands where the planner would and remembers the request."""
 
