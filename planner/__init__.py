@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from planner import compiled_code as _compiled_code
+
 if TYPE_CHECKING:
     from planner.search.plan import plan_route
     from planner.search.request import PlanRequest
@@ -14,6 +16,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Answer", "PlanRequest", "Route", "plan_route"]
 __version__ = "0.1.0"
+
+_compiled_code.settle()
 
 _HOMES = {
     "plan_route": "planner.search.plan",

@@ -39,7 +39,7 @@ RELIEF = (
         "Across measured relief",
         "The Jacksboro fault in Tennessee, reduced 1:100, so that a robot of 12 kg meets real "
         "valleys and ridges at its own size. Straight ahead is short and steep.",
-        {"map": "jacksboro-1to100", "start": {"x": 40, "y": 175}, "goal": {"x": 250, "y": 250}},
+        {"map": "jacksboro-1to100", "start": {"x": 160, "y": 175}, "goal": {"x": 295, "y": 30}},
     ),
     Question(
         "The same fault at its own scale",
@@ -56,13 +56,13 @@ WAREHOUSE = (
         {"map": "warehouse", "start": {"x": 1.5, "y": 2}, "goal": {"x": 27, "y": 17}},
     ),
     Question(
-        "The same with 20 kg on board",
+        "The same with 10 kg on board",
         "The load presses on the wheels, and the hill takes it at its full price.",
         {
             "map": "warehouse",
             "start": {"x": 1.5, "y": 2},
             "goal": {"x": 27, "y": 17},
-            "payload": {"mass": 20},
+            "payload": {"mass": 10},
         },
     ),
 )

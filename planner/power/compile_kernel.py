@@ -23,6 +23,7 @@ from typing import Any
 import numba
 from numba import types
 
+from planner.compiled_code import cache_base
 from planner.power import effect as effect_module
 from planner.power import kernel_math
 from planner.power import printed as printed_module
@@ -38,9 +39,7 @@ KERNEL = types.FunctionType(KERNEL_SIGNATURE)
 
 def cache_folder() -> Path:
     """Folder of generated kernels; created when missing."""
-    chosen = os.environ.get("JOULEPATH_CACHE_DIR")
-    base = Path(chosen) if chosen else Path.home() / ".cache" / "joulepath"
-    folder = base / "kernels"
+    folder = cache_base() / "kernels"
     try:
         folder.mkdir(parents=True, exist_ok=True)
         if os.access(folder, os.W_OK):

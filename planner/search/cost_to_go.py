@@ -154,7 +154,7 @@ def _solve(
     keys = np.empty(capacity)
     items = np.empty(capacity, np.int64)
     size = 0
-    step = 0.5 * min(field.dx, field.dy)
+    step = field.step
     j0, j1, i0, i1 = _surrounding(field, goal_x, goal_y)
     for j in range(j0, j1 + 1):
         for i in range(i0, i1 + 1):
@@ -273,7 +273,7 @@ def grid_path(
 ) -> NDArray[np.float64] | None:
     """Polyline (k, 2) from start to goal down the cost field, or None if there is no way."""
     offsets = grid_moves(moves)
-    step = 0.5 * min(field.dx, field.dy)
+    step = field.step
     direct = segment_cost(field, *start, *goal, step, True)
     j0, j1, i0, i1 = _surrounding(field, *start)
     best, entry = math.inf, None

@@ -36,7 +36,7 @@ from planner.terrain.obstacles import blocked_cells, rectangle_free, yaw_mask
 
 YAW_BINS = 32
 """Bins of the body's yaw in the mask; its rectangle looks the same after half a turn."""
-SPARE = 0.01
+SPARE = 0.02
 """m beyond the clearance that the search keeps, for what happens between its samples."""
 MOST_NODES = 1_000_000
 """Nodes that dividing cells may lead to."""
@@ -68,6 +68,8 @@ class CostField(NamedTuple):
     """(ny, nx) factor on the cost, or (1, 1): ground to be avoided."""
     margin: float
     """Share of the slope limit that may be used."""
+    step: float
+    """m between the points at which a path is priced."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +116,13 @@ class DrivingGround:
         factor: NDArray[np.float64] | None = None,
         margin: float = MARGIN,
     ) -> CostField:
-        """What the compiled search reads, with these tables of steady costs."""
+        """What the compiled search reads, with these tables of steady costs.
+
+        Where some ground is too steep, paths are looked at twice as closely: coarse steps would
+        find ways that step over it.
+        """
+        steepest = float(np.hypot(self.slope_x, self.slope_y).max())
+        share = 0.25 if steepest > float(costs.limit.min()) else 0.5
         return CostField(
             self.heights,
             self.slope_x,
@@ -135,6 +143,7 @@ class DrivingGround:
             np.zeros(DIRECTIONS) if extra is None else extra,
             np.ones((1, 1)) if factor is None else factor,
             margin,
+            share * float(min(self.cell)),
         )
 
 

@@ -61,7 +61,7 @@ class WholeMap:
         self.high = (field.x0 + (nx - 0.5) * field.dx, field.y0 + (ny - 0.5) * field.dy)
         self.start, self.goal = start, goal
         self.cheapest = cheapest
-        self.step = 0.5 * min(field.dx, field.dy)
+        self.step = field.step
 
     def cost(self, a0: float, a1: float, b0: float, b1: float) -> float:
         """Cost of a straight segment."""
@@ -100,7 +100,7 @@ def _tube_cost(
     field: Any, line: Any, spacing: float, a0: float, a1: float, b0: float, b1: float, chord: float
 ) -> float:
     pieces = max(1, int(math.ceil(max(abs(b0 - a0), abs(b1 - a1)) / chord)))
-    step = 0.5 * min(field.dx, field.dy)
+    step = field.step
     x, y = _to_map(line, spacing, a0, a1)
     total = 0.0
     for k in range(1, pieces + 1):

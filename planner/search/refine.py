@@ -74,7 +74,7 @@ def _shortcut(field: Any, path: Any, reach: int, step: float, toll: float) -> An
 
 def shortcut(field: CostField, path: Path, *, reach: int = 30) -> Path:
     """The cheapest polyline over a subset of the knots; never dearer than the path itself."""
-    step = 0.5 * min(field.dx, field.dy)
+    step = field.step
     whole = polyline_cost(field, path, step, True)
     if not math.isfinite(whole):
         return path
@@ -134,7 +134,7 @@ def refine(
         check: called between rounds; may raise to stop.
     """
     cell = min(field.dx, field.dy)
-    step = 0.5 * cell
+    step = field.step
     best, least = path, polyline_cost(field, path, step, True)
     knots = even(shortcut(field, resample(path, KNOT_CELLS * cell)), KNOT_CELLS * cell)
     if not math.isfinite(polyline_cost(field, knots, step, True)):

@@ -54,7 +54,7 @@ _LOAD, _CURRENT, _VOLTAGE, _TORQUE, _GRIP = (
     for name in ("least_load", "current", "voltage", "motor_torque", "traction_left")
 )
 _WHEEL_COLUMNS = len(PER_WHEEL)
-BRIEFLY = 1.3
+BRIEFLY = 2.0
 """Share of the continuous torque allowed on bends and ramps: a motor warms up in a minute."""
 LIMIT_NAMES = ("wheel load", "traction", "current", "voltage", "continuous torque")
 

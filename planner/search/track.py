@@ -150,7 +150,7 @@ def _arc(
         centre = begin + side * radius * np.array([-math.sin(direction), math.cos(direction)])
         angles = direction - side * math.pi / 2.0 + turn * np.arange(count + 1) / count
         points = centre + radius * np.column_stack([np.cos(angles), np.sin(angles)])
-        step = 0.5 * min(field.dx, field.dy)
+        step = field.step
         if math.isfinite(polyline_cost(field, points, step, True)):
             return points, side / radius
         radius /= 2.0

@@ -28,6 +28,8 @@ from planner.terrain.obstacles import rectangle_free
 
 Array = NDArray[np.float64]
 MOST_KNOTS = 240
+GENTLE = 0.6
+"""Share of the least slope limit below which no yaw comes near a limit."""
 
 _WZ = INDEX["wz"]
 
@@ -100,6 +102,7 @@ def yaw_programme(
         free,
         spin,
         stop,
+        GENTLE * float(field.limit.min()),
         math.nan if start_yaw is None else start_yaw,
         math.nan if goal_yaw is None else goal_yaw,
         states,

@@ -89,7 +89,7 @@ def _step_cost(
     types.float64(
         *(KERNEL, _F1, _F1, _F2, _F2, _F1, _F1, types.int64),
         *(_I1, _F1, _F1, _F1, _F1, _F1, _I1),  # knots and their directions; steps
-        *(_B2, _F2, types.float64, types.float64, types.float64, _I1),
+        *(_B2, _F2, *(types.float64,) * 4, _I1),
     ),
     cache=True,
     error_model="numpy",
@@ -114,6 +114,7 @@ def programme(
     free: Any,
     spin_cost: Any,
     stop_cost: float,
+    gentle: float,
     start_yaw: float,
     goal_yaw: float,
     states: Any,
@@ -136,11 +137,15 @@ def programme(
             driven[0, s] = np.inf
         nearest = int(round(wrap(start_yaw - knot_directions[0]) / width)) % STATES
         driven[0, nearest] = 0.0
-    # Where knots lie far apart, a few steps stand for all between them.
+    # Where knots lie far apart on gentle ground, a few steps stand for all between them.
     stride = np.ones(count, np.int64)
     scale = np.ones(count)
+    steepest = np.zeros(count)
     for k in range(count - 1):
-        stride[k] = max(1, (knots[k + 1] - knots[k]) // MOST_SAMPLES)
+        for j in range(knots[k], knots[k + 1]):
+            steepest[k] = max(steepest[k], slope_x[j] ** 2 + slope_y[j] ** 2)
+        if steepest[k] < gentle * gentle:
+            stride[k] = max(1, (knots[k + 1] - knots[k]) // MOST_SAMPLES)
         whole, taken = 0.0, 0.0
         for j in range(knots[k], knots[k + 1]):
             whole += lengths[j]

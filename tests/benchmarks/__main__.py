@@ -9,8 +9,16 @@ from pathlib import Path
 
 from tests.benchmarks import power, routes, start
 
+
+def power_model() -> dict[str, object]:
+    """Time and accuracy of the power model."""
+    found = power.measure()
+    holds = found["power_ns"] <= 1000.0
+    return {**{k: round(v, 4) for k, v in found.items()}, "bar": "≤ 1,000 ns", "holds": holds}
+
+
 MEASUREMENTS = {
-    "one evaluation of the power model": power.measure,
+    "one evaluation of the power model": power_model,
     "planner start with compiled code on disk": start.planner_start,
     "1,200 x 650 raster, 0.5 m cells": lambda: start.raster_from_the_command_line(0.5),
     "1,200 x 650 raster, 30 m cells": lambda: start.raster_from_the_command_line(30.0),

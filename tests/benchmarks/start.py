@@ -1,4 +1,4 @@
-"""From nothing to an answer: warm start of the planner, and a large raster from the command line."""
+"""From nothing to an answer: warm start of the planner, a large raster from the command line."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def planner_start() -> dict[str, Any]:
 def write_raster(path: Path, *, columns: int, rows: int, cell: float) -> None:
     """A GeoTIFF in UTM with smooth relief and a nodata corner."""
     import rasterio
-    from rasterio.transform import from_origin
+    from rasterio import Affine
 
     x, y = np.meshgrid(cell * np.arange(columns), cell * np.arange(rows))
     span = cell * columns
@@ -55,7 +55,7 @@ def write_raster(path: Path, *, columns: int, rows: int, cell: float) -> None:
         count=1,
         dtype="float32",
         crs="EPSG:32616",
-        transform=from_origin(500_000.0, 4_000_000.0 + cell * rows, cell, cell),
+        transform=Affine(cell, 0.0, 500_000.0, 0.0, -cell, 4_000_000.0 + cell * rows),
         nodata=-9999.0,
     ) as raster:
         raster.write(heights.astype("float32"), 1)
@@ -74,11 +74,11 @@ def raster_from_the_command_line(cell: float = 0.5) -> dict[str, Any]:
         request.write_text(
             json.dumps({"map": str(path), "start": ends[0], "goal": ends[1], "time_budget_s": 2})
         )
-        command = [sys.executable, "-m", "service.cli", "plan", str(request), "--json"]
+        command = [str(Path(sys.executable).with_name("joulepath")), "plan", str(request), "--json"]
         begun = time.perf_counter()
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         seconds = time.perf_counter() - begun
-        answer = json.loads(done.stdout) if done.returncode == 0 else {"status": done.stderr}
+        answer = json.loads(done.stdout) if done.stdout else {"status": done.stderr}
     energy = answer["routes"][0]["energy_j"] if answer.get("routes") else math.nan
     return {
         "cell_m": cell,
