@@ -116,7 +116,9 @@ def _comparison(answer: Answer) -> str:
         + "</tr>"
         for row in comparison_rows(answer)
     )
-    heads = "".join(f"<th scope='col'>{h}</th>" for h in ("", "energy", "", "length", "duration"))
+    heads = "".join(
+        f"<th scope='col'>{h}</th>" for h in ("", "energy", "more", "length", "duration")
+    )
     return f"<table><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table>"
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.search.relief_image import Window, as_data_url, relief_image, window_round
-from planner.search.wording import extra_cost, joules, metres, seconds
+from planner.search.wording import extra_share, joules, metres, seconds
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -205,6 +205,8 @@ def figure(answer: Answer) -> Figure:
             )
     if "route" not in named:
         ground.set_title(f"{answer.terrain.name}: no route")
+        for name in ("height", "power"):
+            panels[name].remove()
         return result
     route = named["route"]
     line = np.column_stack([route.arrays["x"], route.arrays["y"]])
@@ -244,7 +246,7 @@ def comparison_rows(answer: Answer) -> list[Mapping[str, str]]:
         {
             "name": name,
             "energy": joules(route.energy_j),
-            "compared": "" if name == "route" else extra_cost(route.energy_j, best),
+            "more": "" if name == "route" else extra_share(route.energy_j, best),
             "length": metres(route.length_m),
             "duration": seconds(route.duration_s),
         }
@@ -262,6 +264,6 @@ def html(answer: Answer) -> str:
     )
     return (
         f'<div style="max-width:560px">{map_svg(answer, width=560)}'
-        "<table><tr><th></th><th>energy</th><th></th><th>length</th><th>duration</th></tr>"
+        "<table><tr><th></th><th>energy</th><th>more</th><th>length</th><th>duration</th></tr>"
         f"{rows}</table></div>"
     )

@@ -41,3 +41,11 @@ def extra_cost(energy: float, best: float) -> str:
     word = "more" if share > 0 else "less"
     digits = 0 if abs(share) >= 0.1 else 1
     return f"costs {100 * abs(share):.{digits}f} % {word}"
+
+
+def extra_share(energy: float, best: float) -> str:
+    """The same for a table: "+23 %"."""
+    if best <= 0:
+        return f"{'+' if energy >= best else ''}{joules(energy - best)}"
+    share = 100 * (energy / best - 1)
+    return f"{share:+.{0 if abs(share) >= 10 else 1}f} %"

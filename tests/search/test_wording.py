@@ -2,7 +2,7 @@
 
 import pytest
 
-from planner.search.wording import extra_cost, joules, metres, seconds
+from planner.search.wording import extra_cost, extra_share, joules, metres, seconds
 
 
 @pytest.mark.parametrize(
@@ -48,3 +48,16 @@ def test_metres() -> None:
 )
 def test_extra_cost(energy: float, best: float, text: str) -> None:
     assert extra_cost(energy, best) == text
+
+
+@pytest.mark.parametrize(
+    ("energy", "best", "text"),
+    [
+        (246.0, 200.0, "+23 %"),
+        (204.0, 200.0, "+2.0 %"),
+        (150.0, 200.0, "-25 %"),
+        (50.0, -100.0, "+150.0 J"),
+    ],
+)
+def test_extra_share(energy: float, best: float, text: str) -> None:
+    assert extra_share(energy, best) == text
