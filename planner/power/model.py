@@ -35,7 +35,8 @@ from planner.power.pipeline import (
     PER_WHEEL,
     parameter_slots,
 )
-from planner.power.vehicle import Vehicle, load_vehicle
+from planner.power.saved_vehicle import vehicle_document, vehicle_from_document
+from planner.power.vehicle import Vehicle
 from planner.quantities import DEFAULT_ROW, INDEX
 
 Array = NDArray[np.float64]
@@ -289,10 +290,11 @@ class PowerModel:
         }
 
     def save(self, path: str | Path) -> None:
-        """Write the model as JSON; ``load`` reads it back bit by bit."""
+        """Write the model with its vehicle as strict JSON; ``load`` reads it back bit by bit."""
         document = {
             "format": FORMAT,
             **self.describe(),
+            "vehicle": vehicle_document(self.vehicle),
             "custom": [e.definition for e in self.effects if e.definition is not None],
             "surfaces": list(self.surfaces),
             "stderr": None
@@ -300,15 +302,15 @@ class PowerModel:
             else [None if np.isnan(v) else float(v) for v in self.stderr],
             "history": list(self.history),
         }
-        Path(path).write_text(json.dumps(document, indent=2, ensure_ascii=False) + "\n", "utf-8")
+        text = json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
+        Path(path).write_text(text + "\n", "utf-8")
 
     @classmethod
     def load(cls, path: str | Path) -> PowerModel:
-        """Read a saved model.
+        """Read a saved model; its vehicle comes from the same file, not from those installed.
 
         Raises:
             ModelError: not a model's file, or it names effects or parameters that do not exist.
-            VehicleError: its vehicle is not installed.
         """
         accepted = "a file that `joulepath adopt` or PowerModel.save wrote"
         try:
@@ -324,7 +326,7 @@ class PowerModel:
             made = [effect_from_definition(entry) for entry in document.get("custom", [])]
             custom = {effect.slug: effect for effect in made}
             model = cls.from_vehicle(
-                load_vehicle(document["vehicle"]),
+                vehicle_from_document(document["vehicle"]),
                 effects=[custom.get(slug, slug) for slug in effects],
                 kind=document["kind"],
                 surfaces=document["surfaces"],
@@ -346,7 +348,7 @@ class PowerModel:
                 parent=document["parent"],
                 history=tuple(document["history"]),
             )
-        except (KeyError, TypeError, IndexError, ValueError) as error:
+        except (AttributeError, KeyError, TypeError, IndexError, ValueError) as error:
             raise ModelError(str(path), f"incomplete: {error!r}", accepted=accepted) from error
 
 
