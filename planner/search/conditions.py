@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass, replace
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from planner.power.model import PowerModel, rows_from
 from planner.quantities import INDEX
 from planner.search.request import PlanRequest
-from planner.search.steady import DIRECTIONS, limit_values, set_motion
+from planner.search.steady import DIRECTIONS, broken_limit, limit_values, set_motion
 from planner.terrain.heightmap import Terrain
 
 Array = NDArray[np.float64]
@@ -61,6 +62,22 @@ class Circumstances:
         return extra
 
 
+def _fastest_on_the_level(model: PowerModel, class_rows: Array, limits: Array) -> float:
+    """m/s on level ground with the best yaw; the limit itself where not even a crawl is possible.
+
+    Speeds beyond it would only make the planner's grid of speeds coarser.
+    """
+    yaws = 2.0 * math.pi * np.arange(32) / 32
+    speeds = limits[0] * np.geomspace(1e-3, 1.0, 120)
+    rows = np.repeat(class_rows[:1], len(yaws) * len(speeds), axis=0)
+    for row, (yaw, speed) in zip(rows, itertools.product(yaws, speeds), strict=True):
+        set_motion(row, 0.0, 0.0, yaw, 0.0, speed)
+    accounts, _ = model.evaluate(rows)
+    good = [broken_limit(account, limits, 1.0) < 0 for account in accounts]
+    reached = np.tile(speeds, len(yaws))[good]
+    return float(reached.max()) if len(reached) else float(limits[0])
+
+
 def circumstances(request: PlanRequest, model: PowerModel, terrain: Terrain) -> Circumstances:
     """Work out what a request's payload, conditions and ground mean for the model."""
     vehicle = model.vehicle
@@ -89,5 +106,6 @@ def circumstances(request: PlanRequest, model: PowerModel, terrain: Terrain) -> 
         ]
     )
     limits = np.append(limit_values(model, payload.mass), vehicle.limits.yaw_rate)
+    limits[0] = min(limits[0], _fastest_on_the_level(model, rows, limits))
     wind = request.conditions.wind
     return Circumstances(model, rows, limits, np.array([wind.x, wind.y]))

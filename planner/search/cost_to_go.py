@@ -25,9 +25,6 @@ from planner.search.ground import (
 )
 from planner.search.steady import cost_for_best_yaw
 
-NODE_SLACK = 0.97
-"""Share of the limit that slopes at nodes may use: between the nodes it is a little steeper."""
-
 _GENERATORS = {
     8: ((1, 0), (1, 1)),
     16: ((1, 0), (1, 1), (2, 1)),
@@ -57,6 +54,10 @@ def move_cost(field: Any, j: int, i: int, dj: int, di: int, dx: float, dy: float
     pieces = max(abs(di), abs(dj))
     ex, ey = di * dx, dj * dy
     length = math.sqrt(ex * ex + ey * ey)
+    if field.steep[j, i] or field.steep[j + dj, i + di]:
+        # Near a limit the slopes of the nodes do not tell what lies between them.
+        x, y = field.x0 + i * dx, field.y0 + j * dy
+        return segment_cost(field, x, y, x + ex, y + ey, field.step, True)
     direction = math.atan2(ey, ex)
     total = 0.0
     ground = field.ground[j, i]
@@ -73,10 +74,12 @@ def move_cost(field: Any, j: int, i: int, dj: int, di: int, dx: float, dy: float
             mask &= field.mask[b0, a0] & field.mask[b1, a1]
         if mask == np.uint64(0):
             return np.inf
-        steepness = math.sqrt(px * px + py * py) / (field.margin * NODE_SLACK)
+        steepness = math.sqrt(px * px + py * py)
         azimuth = math.atan2(py, px) - direction
         if mask == ALL_YAWS:
-            cost = cost_for_best_yaw(field.best, field.limit, ground, azimuth, steepness)
+            cost = cost_for_best_yaw(
+                field.best, field.limit, ground, azimuth, steepness, field.margin
+            )
         else:
             cost = masked_cost(field, ground, mask, direction, azimuth, steepness, 0.0, 0.0, False)
         if cost == np.inf:

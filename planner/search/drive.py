@@ -21,11 +21,13 @@ from planner.search.edge_energy import (
     Motion,
     assemble,
     motion_rows,
+    room_to_move,
     sample_surface,
 )
 from planner.search.ground import SPARE, CostField
 from planner.search.route import Battery, Route
 from planner.search.speed import speed_programme
+from planner.search.steady import BRIEFLY, broken_limit
 from planner.search.track import Track, lay_track
 from planner.search.yaw import YawProfile, yaw_programme
 from planner.terrain.obstacles import rectangle_free
@@ -79,13 +81,17 @@ def drive(
         acceleration=vehicle.limits.acceleration,
     )
     if not len(track.lengths):
-        return price(field, around, _turn_only(field, around, track, yaws, spacing), charge=charge)
+        return _turn_only(field, around, track, yaws, spacing, charge)
     middle = 0.5 * (track.points[1:] + track.points[:-1])
     _, slopes = sample_surface(field, middle)
     grounds = ground_classes(field, middle)
     yaw = _yaw_through(field, around, track, slopes, grounds, yaws, objective)
     if isinstance(yaw, Stuck):
         return yaw
+    track, yaw = room_to_move(track, yaw)
+    middle = 0.5 * (track.points[1:] + track.points[:-1])
+    _, slopes = sample_surface(field, middle)
+    grounds = ground_classes(field, middle)
     speeds, broken_at = speed_programme(
         model,
         track,
@@ -142,14 +148,42 @@ def _turn_only(
     track: Track,
     yaws: Sequence[float | None],
     spacing: float,
-) -> Motion:
-    """The motion where start and goal are one place: at most a turn on the spot."""
-    begin, end = yaws[0], yaws[-1]
-    begin = (end or 0.0) if begin is None else begin
-    turn = 0.0 if end is None else math.remainder(end - begin, 2.0 * math.pi)
-    profile = YawProfile(np.array([begin]), np.array([begin + turn]), 0.0)
+    charge: float | None,
+) -> Route | Stuck:
+    """The route where all places are one: turns on the spot through every yaw asked for."""
+    wanted = [yaw for yaw in yaws if yaw is not None] or [0.0]
     rate = around.model.vehicle.limits.yaw_rate
-    return assemble(field, track, profile, np.zeros(1), yaw_rate=rate, spacing=spacing)
+    arriving, leaving = [wanted[0]], [wanted[0]]
+    for yaw in wanted[1:]:
+        short = math.remainder(yaw - leaving[-1], 2.0 * math.pi)
+        for turn in (short, short - math.copysign(2.0 * math.pi, short)):
+            profile = YawProfile(np.array(leaving[-1:]), np.array([leaving[-1] + turn]), 0.0)
+            motion = assemble(field, track, profile, np.zeros(1), yaw_rate=rate, spacing=spacing)
+            rows, _, _ = motion_rows(field, motion, around.class_rows, around.wind)
+            accounts, _ = around.model.evaluate(rows)
+            held = all(broken_limit(account, around.limits, BRIEFLY) < 0 for account in accounts)
+            if held and first_contact(field, motion) < 0:
+                break
+        else:
+            x, y = track.points[0]
+            what = "the body touches something" if held else "a limit is broken"
+            return Stuck(float(x), float(y), f"{what} in turning on the spot", held)
+        arriving.append(leaving[-1])
+        leaving.append(leaving[-1] + turn)
+    # One station for each turn; the first one stands.
+    turns = Track(
+        np.repeat(track.points, len(arriving), axis=0),
+        np.zeros(len(arriving) - 1),
+        np.zeros(len(arriving) - 1),
+        np.zeros(len(arriving) - 1),
+        np.ones(len(arriving), bool),
+        (0, len(arriving) - 1),
+    )
+    profile = YawProfile(np.array(arriving), np.array(leaving), 0.0)
+    motion = assemble(
+        field, turns, profile, np.zeros(len(arriving)), yaw_rate=rate, spacing=spacing
+    )
+    return price(field, around, motion, charge=charge)
 
 
 def ground_classes(field: CostField, points: Array) -> NDArray[np.int64]:

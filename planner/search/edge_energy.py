@@ -36,6 +36,10 @@ _THREE = (
 )
 
 
+SPIN_STEP = math.radians(10.0)
+"""Largest turn on the spot between two poses."""
+
+
 @dataclass(frozen=True)
 class Motion:
     """A finished motion: stations in time, with turns on the spot as stations of their own.
@@ -88,11 +92,13 @@ def assemble(
         out["v"].append(float(speed))
 
     for place in range(len(track.points)):
-        if place > 0:
+        if place == 0:
+            put(place, yaw.arriving[place], speeds[place])
+        elif surface[place - 1] > 0.0:
             time += 2.0 * surface[place - 1] / (speeds[place - 1] + speeds[place])
             out["k"].append(float(track.curvatures[place - 1]))
             out["a"].append(0.0)
-        put(place, yaw.arriving[place], speeds[place])
+            put(place, yaw.arriving[place], speeds[place])
         spin = yaw.leaving[place] - yaw.arriving[place]
         if abs(spin) > 1e-9:
             for angle, after, acceleration in _turn_on_the_spot(spin, yaw_rate):
@@ -105,11 +111,26 @@ def assemble(
     )
 
 
+def room_to_move(track: Track, yaw: YawProfile) -> tuple[Track, YawProfile]:
+    """The same track with a station between any two at which the robot stands still."""
+    still = track.stops | (np.abs(yaw.leaving - yaw.arriving) > 1e-9)
+    counts = np.where(still[:-1] & still[1:], 2, 1).astype(np.int64)
+    track, yaw, _ = _divided(track, yaw, np.zeros(len(still)), counts)
+    return track, yaw
+
+
 def _closer(
     track: Track, yaw: YawProfile, speeds: Array, spacing: float
 ) -> tuple[Track, YawProfile, Array]:
     """The same motion with stations no further apart than ``spacing``."""
     counts = np.maximum(1, np.ceil(track.lengths / spacing - 1e-9)).astype(np.int64)
+    return _divided(track, yaw, speeds, counts)
+
+
+def _divided(
+    track: Track, yaw: YawProfile, speeds: Array, counts: NDArray[np.int64]
+) -> tuple[Track, YawProfile, Array]:
+    """The same motion with every step in so many parts."""
     if (counts == 1).all():
         return track, yaw, speeds
     step = np.repeat(np.arange(len(counts)), counts)
@@ -156,8 +177,10 @@ def _turn_on_the_spot(spin: float, rate: float) -> list[tuple[float, float, floa
         angle += top * ramp / 4 * (2 * k + 1) / 8
         parts.append((side * angle, ramp / 4, side * acceleration))
     if cruise > 1e-9:
-        angle += top * cruise
-        parts.append((side * angle, cruise, 0.0))
+        pieces = math.ceil(top * cruise / SPIN_STEP)
+        for _ in range(pieces):
+            angle += top * cruise / pieces
+            parts.append((side * angle, cruise / pieces, 0.0))
     for k in range(4):
         angle += top * ramp / 4 * (7 - 2 * k) / 8
         parts.append((side * angle, ramp / 4, -side * acceleration))

@@ -100,6 +100,8 @@ def explain_no_route(
         if not reach.any():
             what, bx, by = _blocking(ground, field, _ring(field, x, y), straight)
             return f"{words}: {what} at x {bx:.2f}, y {by:.2f}"
+    if float(field.limit.max()) <= 0.0:
+        return "the robot cannot drive even on level ground: it is too heavy or too weak for it"
     distance, nearest = ndimage.distance_transform_edt(
         ~to_goal, sampling=(field.dy, field.dx), return_indices=True
     )

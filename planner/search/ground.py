@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter
 
 from planner.power.kinematics import X, Y
 from planner.power.vehicle import Vehicle
@@ -70,6 +71,8 @@ class CostField(NamedTuple):
     """Share of the slope limit that may be used."""
     step: float
     """m between the points at which a path is priced."""
+    steep: NDArray[np.bool_]
+    """(ny, nx) nodes round which a limit may be near: moves there are priced closely."""
 
 
 @dataclass(frozen=True)
@@ -88,6 +91,7 @@ class DrivingGround:
         mask: (ny, nx) bit k is set where the body fits with yaw k·π/YAW_BINS.
         half_length, half_width: m, of the body with clearance and ``SPARE``.
         step_height: m, edge that counts as a ledge.
+        steepest: (ny, nx) largest tan(slope) within three cells of a node.
     """
 
     terrain: Terrain
@@ -102,6 +106,7 @@ class DrivingGround:
     half_length: float
     half_width: float
     step_height: float
+    steepest: NDArray[np.float64]
 
     def preferring_room(self, weight: float) -> NDArray[np.float64]:
         """Factor (ny, nx) on the cost: 1 in the open, 1 + weight where hardly any yaw fits."""
@@ -121,8 +126,7 @@ class DrivingGround:
         Where some ground is too steep, paths are looked at twice as closely: coarse steps would
         find ways that step over it.
         """
-        steepest = float(np.hypot(self.slope_x, self.slope_y).max())
-        share = 0.25 if steepest > float(costs.limit.min()) else 0.5
+        share = 0.25 if self.steepest.max() > float(costs.limit.min()) else 0.5
         return CostField(
             self.heights,
             self.slope_x,
@@ -144,6 +148,7 @@ class DrivingGround:
             np.ones((1, 1)) if factor is None else factor,
             margin,
             share * float(min(self.cell)),
+            self.steepest > 0.8 * float(costs.limit.min()),
         )
 
 
@@ -192,7 +197,23 @@ def driving_ground(terrain: Terrain, vehicle: Vehicle) -> DrivingGround:
         half_length,
         half_width,
         step_height(vehicle),
+        maximum_filter(_steepest(np.ascontiguousarray(heights), *cell), size=7),
     )
+
+
+@njit(cache=True, error_model="numpy")
+def _steepest(heights: Any, dx: float, dy: float) -> Any:
+    """Largest tan(slope) at nine points of every cell."""
+    ny, nx = heights.shape
+    result = np.zeros((ny, nx))
+    for j in range(ny):
+        for i in range(nx):
+            for b in (-1.0, 0.0, 1.0):
+                for a in (-1.0, 0.0, 1.0):
+                    x, y = (i + a / 3.0) * dx, (j + b / 3.0) * dy
+                    _, px, py = interpolate(heights, 0.0, 0.0, dx, dy, x, y)
+                    result[j, i] = max(result[j, i], math.sqrt(px * px + py * py))
+    return result
 
 
 def _division(
@@ -264,7 +285,9 @@ def masked_cost(
             yaw = direction + 2.0 * math.pi * t / YAWS
             if not mask & mask_bit(yaw):
                 continue
-            cost = cost_for_yaw(field.by_yaw, field.yaw_limit, ground, t, azimuth, steepness)
+            cost = cost_for_yaw(
+                field.by_yaw, field.yaw_limit, ground, t, azimuth, steepness, field.margin
+            )
             if cost < least:
                 least, at = cost, t
         if at < 0 or not exact:
@@ -313,12 +336,12 @@ def travel_cost(field: Any, x: float, y: float, direction: float, exact: bool) -
         _, px, py = interpolate(field.heights, field.x0, field.y0, field.dx, field.dy, x, y)
     else:
         px, py = slope_at(field, x, y)
-    steepness = math.sqrt(px * px + py * py) / field.margin
+    steepness = math.sqrt(px * px + py * py)
     azimuth = math.atan2(py, px) - direction
     ground = field.ground[j, i]
     mask = field.mask[j, i]
     if mask == ALL_YAWS:
-        cost = cost_for_best_yaw(field.best, field.limit, ground, azimuth, steepness)
+        cost = cost_for_best_yaw(field.best, field.limit, ground, azimuth, steepness, field.margin)
     else:
         if exact:
             # A yaw that is free here may be masked at the nearest node, not at all its neighbours.

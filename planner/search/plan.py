@@ -92,7 +92,7 @@ def plan_route(
     request: PlanRequest | Mapping[str, Any] | None = None,
     *,
     terrain: Terrain | None = None,
-    model: PowerModel | None = None,
+    model: PowerModel | str | None = None,
     progress: Progress | None = None,
     cancelled: Callable[[], bool] | None = None,
     **fields: Any,
@@ -103,7 +103,8 @@ def plan_route(
         request: a PlanRequest, or a mapping with its fields (REQUEST.json); or give the fields as
             keyword arguments.
         terrain: a terrain that is already there, instead of the request's ``map``.
-        model: a power model that is already there, instead of the request's vehicle or model.
+        model: a power model that is already there, instead of the request's vehicle or model;
+            a text is the request's field ``model``.
         progress: called with what is being done and the share done, 0 to 1.
         cancelled: asked often; True raises Cancelled.
         fields: fields of the request, over those of ``request``.
@@ -115,6 +116,8 @@ def plan_route(
         RequestError, MapError, VehicleError, ModelError: something given cannot be used.
         Cancelled: ``cancelled`` returned True.
     """
+    if isinstance(model, str):
+        fields, model = {"model": model, **fields}, None
     if terrain is not None:
         fields = {"map": terrain.name, **fields}
     if not isinstance(request, PlanRequest):
@@ -222,6 +225,13 @@ def _notes(run: _Run) -> tuple[str, ...]:
     defaults = run.around.model.vehicle.defaults_taken
     if defaults:
         notes.append(f"defaults taken for {', '.join(defaults)}")
+    given = run.request.conditions.model_fields_set
+    reads = {name for effect in run.around.model.effects for name in effect.reads}
+    needed = {"wind": "wind_x", "motor_temp": "motor_temp", "ambient_temp": "ambient_temp"}
+    needed |= {"sensor_rate": "sensor_rate", "battery_voltage": "battery_voltage"}
+    for name, quantity in needed.items():
+        if name in given and quantity not in reads:
+            notes.append(f"conditions.{name} changes nothing: no active effect reads it")
     return tuple(notes)
 
 
@@ -330,6 +340,9 @@ def _ompl_paths(
     cheapest = cost_floor(field)
     legs, cost, iterations, evaluations, without = [], 0.0, 0, 0, 0
     for path, own, a, b in zip(paths, refined, run.places[:-1], run.places[1:], strict=True):
+        if a == b:
+            legs.append(own[0])
+            continue
         plane: Plane
         if request.planner == "tube":
             plane = Tube(field, path, cheapest)

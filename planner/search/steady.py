@@ -276,9 +276,15 @@ def _fill(
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _polar(
-    table: Any, edge: Any, azimuth: float, steepness: float, directions: int, levels: int
+    table: Any,
+    edge: Any,
+    azimuth: float,
+    steepness: float,
+    margin: float,
+    directions: int,
+    levels: int,
 ) -> float:
-    """Bilinear in direction (periodic) and share of the limit; infinity beyond the limit."""
+    """Bilinear in direction (periodic) and share of the limit; infinity beyond margin · limit."""
     a = azimuth / (2.0 * math.pi) * directions
     a -= directions * math.floor(a / directions)
     f0 = int(a)
@@ -289,7 +295,7 @@ def _polar(
     largest = min(edge[f0], edge[f1])
     if w == 0.0:
         largest = edge[f0]
-    if steepness > largest:
+    if steepness > largest * margin:
         return np.inf
     value = 0.0
     for f, weight in ((f0, 1.0 - w), (f1, w)):
@@ -304,20 +310,32 @@ def _polar(
 
 @njit(cache=True, error_model="numpy")
 def cost_for_yaw(
-    by_yaw: Any, yaw_limit: Any, ground: int, turn: int, azimuth: float, steepness: float
+    by_yaw: Any,
+    yaw_limit: Any,
+    ground: int,
+    turn: int,
+    azimuth: float,
+    steepness: float,
+    margin: float,
 ) -> float:
     """Cost per horizontal metre with the body turned by ``turn`` bins from the travel."""
     return _polar(
-        by_yaw[ground, turn], yaw_limit[ground, turn], azimuth, steepness, DIRECTIONS, STEEPNESSES
+        by_yaw[ground, turn],
+        yaw_limit[ground, turn],
+        azimuth,
+        steepness,
+        margin,
+        DIRECTIONS,
+        STEEPNESSES,
     )
 
 
 @njit(cache=True, error_model="numpy")
 def cost_for_best_yaw(
-    best: Any, limit: Any, ground: int, azimuth: float, steepness: float
+    best: Any, limit: Any, ground: int, azimuth: float, steepness: float, margin: float
 ) -> float:
     """Cost per horizontal metre with the body turned as is cheapest."""
-    return _polar(best[ground], limit[ground], azimuth, steepness, DIRECTIONS, STEEPNESSES)
+    return _polar(best[ground], limit[ground], azimuth, steepness, margin, DIRECTIONS, STEEPNESSES)
 
 
 @njit(cache=True, error_model="numpy")
@@ -331,7 +349,7 @@ def _minimise_over_yaw(by_yaw: Any, yaw_limit: Any, best: Any, limit: Any) -> No
                 least = np.inf
                 for t in range(YAWS):
                     if yaw_limit[c, t, f] >= steepness:
-                        cost = cost_for_yaw(by_yaw, yaw_limit, c, t, azimuth, steepness)
+                        cost = cost_for_yaw(by_yaw, yaw_limit, c, t, azimuth, steepness, 1.0)
                         least = min(least, cost)
                 best[c, f, s] = least
 

@@ -87,9 +87,15 @@ def lay_track(
     stops[-1] = True
     stacked = np.vstack(points)
     steps = np.diff(stacked, axis=0)
+    directions = np.arctan2(steps[:, 1], steps[:, 0])
+    for mark in marks[1:-1]:
+        # Via points have no arc: the robot stops where its travel turns.
+        if 0 < mark < len(directions):
+            turn = math.remainder(float(directions[mark] - directions[mark - 1]), 2.0 * math.pi)
+            stops[mark] |= abs(turn) > STRAIGHT
     return Track(
         stacked,
-        np.arctan2(steps[:, 1], steps[:, 0]),
+        directions,
         np.hypot(steps[:, 0], steps[:, 1]),
         np.array(curvatures),
         np.array(stops),

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from planner.power.model import PowerModel
 from planner.quantities import INDEX
 from planner.search.ground import ALL_YAWS, CostField
-from planner.search.steady import set_motion
+from planner.search.steady import BRIEFLY, broken_limit, set_motion
 from planner.search.track import Track
 from planner.search.yaw_kernel import STATES, programme
 from planner.terrain.obstacles import rectangle_free
@@ -161,9 +161,12 @@ def _free_and_spin(
     for row, angle, step in zip(rows, yaw, np.repeat(steps, STATES), strict=True):
         set_motion(row, slopes[step, 0], slopes[step, 1], angle, 0.0, 0.0)
     rows[:, _WZ] = rate
-    watts = model.watts(rows)
+    accounts, _ = model.evaluate(rows)
+    watts = accounts[:, 0]
     per_rad = np.ones_like(watts) if objective == 1 else watts
     spin = np.maximum(per_rad, 0.0).reshape(len(knots), STATES) / rate
+    held = [broken_limit(account, limits, BRIEFLY) < 0 for account in accounts]
+    spin[~np.array(held).reshape(spin.shape)] = np.inf
     # Speeding up again after a stop: kinetic energy with the rotors', of which braking returns
     # little, and the time lost on both ramps.
     v, a = float(limits[0]), model.vehicle.limits.acceleration

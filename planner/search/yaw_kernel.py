@@ -180,6 +180,8 @@ def programme(
             span += lengths[j]
         # No further than the yaw rate allows at full speed, and one state more.
         window = min(WINDOW, 1 + int(math.ceil(limits[6] * span / limits[0] / width)))
+        # Where the travel turns sharply the body may keep its yaw instead.
+        window += int(math.ceil(abs(bend) / width))
         for s in range(STATES):
             if cost[k, s] == np.inf:
                 continue
