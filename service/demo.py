@@ -39,7 +39,7 @@ RELIEF = (
         "Across measured relief",
         "The Jacksboro fault in Tennessee, reduced 1:100, so that a robot of 12 kg meets real "
         "valleys and ridges at its own size. Straight ahead is short and steep.",
-        {"map": "jacksboro-1to100", "start": {"x": 160, "y": 175}, "goal": {"x": 295, "y": 30}},
+        {"map": "jacksboro-1to100", "start": {"x": 93, "y": 225}, "goal": {"x": 212, "y": 73}},
     ),
     Question(
         "The same fault at its own scale",
