@@ -23,12 +23,13 @@ from numpy.typing import NDArray
 from planner.errors import Cancelled, RequestError
 from planner.power.model import PowerModel
 from planner.power.vehicle import Vehicle, load_vehicle
+from planner.quantities import STANDARD_GRAVITY
 from planner.search.alternatives import find_alternatives
 from planner.search.conditions import Circumstances, circumstances
 from planner.search.cost_to_go import cost_field_to, cost_floor, grid_path
 from planner.search.drive import Stuck, drive
 from planner.search.explain import check_hold, check_place, explain_no_route
-from planner.search.ground import CostField, DrivingGround, driving_ground
+from planner.search.ground import CostField, DrivingGround, driving_ground, polyline_cost
 from planner.search.refine import refine
 from planner.search.request import DEFAULT_VEHICLE, PlanRequest
 from planner.search.route import Answer, Baseline, Route
@@ -44,6 +45,8 @@ MARGINS = (MARGIN, 0.95, 0.9, 0.8)
 """Shares of the slope limit to search with, until the finished motion keeps to all limits."""
 ROOMS = (0.0, 0.4, 1.0, 2.0, 5.0, 16.0)
 """How much dearer ground gets where the body fits with hardly a yaw, until it can turn in time."""
+MUCH = 1.1
+"""Energy over that of even driving from which a way with more room is tried as well."""
 
 
 BASELINES = {"shortest": "length", "fastest": "time"}
@@ -255,23 +258,47 @@ def _on_grid(run: _Run, field: CostField, objective: str) -> _Attempt:
     plain = field.factor
     tries, rooms = list(MARGINS), list(ROOMS) if run.ground.blocked.any() else [0.0]
     attempt = _Attempt(field)
+    best: _Attempt | None = None
     while tries and rooms:
         factor = plain if rooms[0] == 0.0 else plain * run.ground.preferring_room(rooms[0])
         field = field._replace(margin=tries[0], factor=np.ascontiguousarray(factor))
         paths = _grid_paths(run, field)
         if paths is None:
-            return replace(attempt, reason=attempt.reason or _why_not(run, field))
+            break
         refined = [refine(field, path, check=run.check) for path in paths]
         driven = _drive(run, field, [path for path, _ in refined], objective)
         if isinstance(driven, Route):
-            return _Attempt(field, paths, refined, driven)
+            if best is None or best.route is None or driven.energy_j < best.route.energy_j:
+                best = _Attempt(field, paths, refined, driven)
+            else:
+                return best
+            # Turning among obstacles may cost more than a way round with more room.
+            if objective != "energy" or len(rooms) == 1 or not _much_turning(run, best, plain):
+                return best
+            rooms.pop(0)
+            continue
         reason = f"a way was found, but at x {driven.x:.2f}, y {driven.y:.2f} {driven.what}"
         attempt = _Attempt(field, paths, refined, None, reason)
         if driven.for_want_of_room and len(rooms) > 1:
             rooms.pop(0)
         else:
             tries.pop(0)
+    if best is not None:
+        return best
+    if paths is None:
+        return replace(attempt, reason=attempt.reason or _why_not(run, field))
     return attempt
+
+
+def _much_turning(run: _Run, attempt: _Attempt, factor: Array) -> bool:
+    """Whether the motion dissipates much more than the search expected without turns and ramps."""
+    route, field = attempt.route, attempt.field._replace(factor=factor)
+    if route is None or attempt.refined is None:
+        return False
+    expected = sum(polyline_cost(field, path, field.step, True) for path, _ in attempt.refined)
+    z = route.arrays["z"]
+    climb = run.around.mass * STANDARD_GRAVITY * float(z[-1] - z[0])
+    return route.energy_j - climb > MUCH * expected
 
 
 def _best_route(run: _Run, field: CostField) -> tuple[Route | None, dict[str, Any], str]:
