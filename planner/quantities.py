@@ -46,7 +46,9 @@ QUANTITIES: tuple[Quantity, ...] = (
     Quantity("motor_temp", "°C", "temperature of the motors", NOT_KNOWN),
     Quantity("ambient_temp", "°C", "temperature of the air", NOT_KNOWN),
     Quantity("battery_voltage", "V", "voltage at the battery", NOT_KNOWN),
-    Quantity("surface", "1", "number of the ground's label in the model's list; -1 none of them", -1),
+    Quantity(
+        "surface", "1", "number of the ground's label in the model's list; -1 none of them", -1
+    ),
     Quantity("rolling_factor", "1", "factor of the ground on all rolling resistance", default=1.0),
     Quantity("traction_factor", "1", "factor of the ground on the traction limit", default=1.0),
     Quantity("wind_x", "m/s", "velocity of the air along body x"),

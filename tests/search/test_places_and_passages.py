@@ -35,7 +35,7 @@ def wall_with_gap(cells: int, *, cell: float = 0.1):
 
 
 def every_pose_is_free(answer, ground) -> bool:
-    """The body with its clearance, but for a millimetre, touches nothing, at poses and between them."""
+    """The body with its clearance, but for a millimetre, is free at poses and between them."""
     a = answer.routes[0].arrays
     for k in range(len(a["x"]) - 1):
         for w in np.linspace(0.0, 1.0, 4):
