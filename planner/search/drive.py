@@ -279,7 +279,8 @@ def price(
     arrays["energy_j"][-1] = energy
     climb = float(motion.heights[-1] - motion.heights[0])
     distance = math.hypot(motion.x[-1] - motion.x[0], motion.y[-1] - motion.y[0])
-    bound = min(energy, lower_bound(around, distance, climb, float(field.limit.max())))
+    # Not clipped to the energy: a bound above it is a fault, and must show as a negative gap.
+    bound = lower_bound(around, distance, climb, float(field.limit.max()))
     dissipated = energy - around.mass * STANDARD_GRAVITY * climb
     half = 1.96 * _standard_deviation(around, rows, seconds)
     surface = np.sqrt(

@@ -11,6 +11,7 @@ from scipy import ndimage
 from planner.errors import RequestError
 from planner.search.conditions import Circumstances
 from planner.search.cost_to_go import cost_field_to
+from planner.search.edge_energy import sample_surface
 from planner.search.ground import ALL_YAWS, SPARE, CostField, DrivingGround, slope_at
 from planner.search.request import PoseRequest
 from planner.search.steady import DIRECTIONS, LIMIT_NAMES, broken_limit, set_motion
@@ -65,7 +66,8 @@ def check_hold(name: str, pose: PoseRequest, field: CostField, around: Circumsta
     Raises:
         RequestError: naming the field, the slope and what would be accepted.
     """
-    px, py = slope_at(field, pose.x, pose.y)
+    _, gradient = sample_surface(field, np.array([[pose.x, pose.y]]))
+    px, py = float(gradient[0, 0]), float(gradient[0, 1])
     row = around.class_rows[field.ground[_node(field, pose.x, pose.y)]].copy()
     broken = 0
     for yaw in _tried(pose.yaw):
@@ -146,8 +148,12 @@ def _blocking(
         if excess > steep[0]:
             text = (
                 f"a slope of {math.degrees(math.atan(steepness)):.1f}° > "
-                f"{math.degrees(math.atan(limit)):.1f}° limit in this direction"
+                f"{math.degrees(math.atan(limit * field.margin)):.1f}° limit in this direction"
             )
+            if excess <= 1.0:
+                # The limit is broken beside the straight line that is looked at here.
+                slope = math.degrees(math.atan(steepness))
+                text = f"ground too steep to cross (a slope of {slope:.1f}° and more)"
             steep = (excess, text, x, y)
     if steep[0] <= 1.0 and narrow is not None:
         return narrow

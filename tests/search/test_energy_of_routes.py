@@ -62,6 +62,26 @@ def test_energy_agrees_with_an_independent_integrator(name, start, goal):
     assert route["energy_j"] == pytest.approx(expected, rel=5e-3)
 
 
+@pytest.mark.parametrize(
+    "via",
+    [
+        [{"x": 15.0, "y": 6.0}],
+        [{"x": 15.0, "y": 6.0}, {"x": 6.0, "y": 15.0, "yaw": 0.7}],
+        [{"x": 18.0, "y": 18.0}, {"x": 6.0, "y": 6.0}],
+    ],
+)
+def test_energy_over_via_points(via):
+    """Sharp turns at via points are driven as the poses say: the same 0.5 %."""
+    ground = terrain(hills())
+    answer = plan_route(
+        terrain=ground, start={"x": 3, "y": 3}, goal={"x": 19, "y": 19}, via=via, planner="grid"
+    )
+    route = answer.to_json()["routes"][0]
+    surface = ground.riding_surface(0.5 * (0.214 + 0.247))
+    expected = energy(route["poses"], surface, ground.origin, ground.cell, Robot())
+    assert route["energy_j"] == pytest.approx(expected, rel=5e-3)
+
+
 def test_account_closes_and_poses_are_close():
     """Effects add up to the energy, poses to the length; steps obey the contract's spacing."""
     answer = plan_route(

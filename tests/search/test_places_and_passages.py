@@ -300,3 +300,51 @@ def test_nan_is_refused(field):
     places[field] = {"x": math.nan, "y": 2.0}
     with pytest.raises(InputError, match=rf"{field}\.x"):
         plan_route(terrain=drawn(ROOM, cell=0.5), **places)
+
+
+def test_turning_on_the_spot_needs_room():
+    """In a corridor of 0.7 m a body of 0.86 m cannot turn round."""
+    obstacles = np.ones((60, 120), bool)
+    obstacles[26:33, 2:118] = False
+    ground = terrain(np.zeros((60, 120)), cell=0.1, obstacles=obstacles)
+    here = {"x": 6.0, "y": 2.9}
+    answer = plan_route(
+        terrain=ground,
+        start={**here, "yaw": 0.0},
+        goal={**here, "yaw": math.pi},
+        planner="grid",
+    )
+    assert answer.status == "no_route"
+    assert "touches" in answer.reason
+
+
+@pytest.mark.parametrize("distance", [0.005, 0.02, 0.05, 0.1])
+def test_a_goal_close_by_is_reached(distance):
+    """A goal nearer than any ramp is still driven to, and costs more the farther it is."""
+    answer = plan_route(
+        terrain=terrain(np.zeros((40, 40))),
+        start={"x": 5.0, "y": 5.0},
+        goal={"x": 5.0 + distance, "y": 5.0},
+        planner="grid",
+    )
+    assert answer.status == "ok"
+    assert answer.routes[0].length_m == pytest.approx(distance)
+
+
+def test_real_relief_has_routes_or_reasons_that_hold():
+    """Random pairs on the Jacksboro relief: a route, or a place that is too steep by the map."""
+    from planner.terrain.catalogue import open_map
+
+    relief = open_map("jacksboro-1to100")
+    rng = np.random.default_rng(5)
+    found = 0
+    for _ in range(8):
+        ends = [{"x": rng.uniform(40, 260), "y": rng.uniform(40, 280)} for _ in range(2)]
+        try:
+            answer = plan_route(terrain=relief, start=ends[0], goal=ends[1], planner="grid")
+        except RequestError:  # a start on a slope that cannot be held
+            continue
+        found += answer.status == "ok"
+        if answer.status == "no_route":
+            assert "slope" in answer.reason, answer.reason
+    assert found >= 1
