@@ -2,7 +2,9 @@
 
 The ground along the routes that are there already is made dearer, and the search runs again. A
 candidate counts when at most ``MOST_OVERLAP`` of it runs near an earlier route and it costs at most
-``MOST_EXTRA`` more; after a few refusals in a row there is nothing more to find.
+``MOST_EXTRA`` more; after a few refusals in a row there is nothing more to find. Cost is what the
+request asks for: J, s or m. Near is six cells, but at least what separates two ways for a robot and
+at most what separates two ways for a driver who looks at a map.
 """
 
 from __future__ import annotations
@@ -20,18 +22,31 @@ Array = NDArray[np.float64]
 MOST_OVERLAP = 0.6
 MOST_EXTRA = 0.5
 NEAR_CELLS = 6.0
+LEAST_NEAR, MOST_NEAR = 1.5, 60.0
+"""m, bounds of the distance of ``NEAR_CELLS`` cells."""
+LEAST_CELLS = 2.0
+"""The upper bound does not hold below this: coarser cells cannot tell routes apart."""
+
+
+def _energy(route: Route) -> float:
+    return route.energy_j
 
 
 def find_alternatives(
-    best: Route, count: int, search: Callable[[Array], Route | None], field: CostField
+    best: Route,
+    count: int,
+    search: Callable[[Array], Route | None],
+    field: CostField,
+    value: Callable[[Route], float] = _energy,
 ) -> tuple[tuple[Route, ...], str | None]:
-    """Up to ``count`` routes, best first, and a sentence where there are fewer.
+    """Up to ``count`` routes, best by ``value`` first, and a sentence where there are fewer.
 
     Args:
         best: the route that is there.
         count: how many are wanted in all.
         search: plans with a factor (ny, nx) on the cost of the ground.
         field: map, for its geometry.
+        value: of a route, what the request wants little of.
     """
     routes = [best]
     factor = np.ones(field.heights.shape)
@@ -43,7 +58,7 @@ def find_alternatives(
         candidate = search(factor)
         if candidate is None:
             break
-        if candidate.energy_j > best.energy_j + MOST_EXTRA * abs(best.energy_j):
+        if value(candidate) > value(best) + MOST_EXTRA * abs(value(best)):
             dear += 1
             factor = factor * (1.0 + 0.4 * _nearness(candidate, field))
         elif max(_overlap(candidate, route, field) for route in routes) > MOST_OVERLAP:
@@ -51,7 +66,7 @@ def find_alternatives(
             factor = factor * (1.0 + 0.4 * _nearness(candidate, field))
         else:
             routes.append(candidate)
-    routes.sort(key=lambda route: route.energy_j)
+    routes.sort(key=value)
     if len(routes) == count:
         return tuple(routes), None
     return tuple(routes), (
@@ -67,25 +82,33 @@ def _cells(route: Route, field: CostField) -> tuple[NDArray[np.int64], NDArray[n
     return j, i
 
 
+def _near(field: CostField) -> float:
+    """m within which two routes count as one."""
+    cell = max(field.dx, field.dy)
+    return min(max(NEAR_CELLS * cell, LEAST_NEAR), max(MOST_NEAR, LEAST_CELLS * cell))
+
+
 def _distance(route: Route, field: CostField) -> Array:
-    """Cells to the route, (ny, nx)."""
+    """Metres to the route, (ny, nx)."""
     away = np.ones(field.heights.shape, bool)
     away[_cells(route, field)] = False
-    return np.asarray(ndimage.distance_transform_edt(away))
+    return np.asarray(ndimage.distance_transform_edt(away, sampling=(field.dy, field.dx)))
 
 
 def _nearness(route: Route, field: CostField) -> Array:
-    """1 on the route, 0 from ``NEAR_CELLS`` on, and 0 round its ends, which all routes share."""
-    near = np.clip(1.0 - _distance(route, field) / NEAR_CELLS, 0.0, 1.0)
+    """1 on the route, 0 from ``_near`` on, and 0 round its ends, which all routes share."""
+    reach = _near(field)
+    near = np.clip(1.0 - _distance(route, field) / reach, 0.0, 1.0)
     j, i = _cells(route, field)
     for a, b in ((j[0], i[0]), (j[-1], i[-1])):
         rows, columns = np.ogrid[: near.shape[0], : near.shape[1]]
-        near[(rows - a) ** 2 + (columns - b) ** 2 < (2.0 * NEAR_CELLS) ** 2] = 0.0
+        apart = np.hypot(field.dy * (rows - a), field.dx * (columns - b))
+        near[apart < 2.0 * reach] = 0.0
     return near
 
 
 def _overlap(route: Route, other: Route, field: CostField) -> float:
     """Share of a route's length that runs near another."""
-    near = _distance(other, field)[_cells(route, field)] <= NEAR_CELLS
+    near = _distance(other, field)[_cells(route, field)] <= _near(field)
     lengths = np.diff(route.distance_m)
     return float((lengths * near[1:]).sum() / max(lengths.sum(), 1e-9))
