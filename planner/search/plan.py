@@ -207,6 +207,7 @@ def _plan(run: _Run) -> Answer:
             request.alternatives,
             lambda factor: _grid_route(run, request.objective, factor),
             field,
+            lambda route: _value(route, request.objective),
         )
         notes += [note] if note else []
     run.step("done", 1.0)
