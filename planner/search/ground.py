@@ -121,12 +121,7 @@ class DrivingGround:
         factor: NDArray[np.float64] | None = None,
         margin: float = MARGIN,
     ) -> CostField:
-        """What the compiled search reads, with these tables of steady costs.
-
-        Where some ground is too steep, paths are looked at twice as closely: coarse steps would
-        find ways that step over it.
-        """
-        share = 0.25 if self.steepest.max() > float(costs.limit.min()) else 0.5
+        """What the compiled search reads, with these tables of steady costs."""
         return CostField(
             self.heights,
             self.slope_x,
@@ -147,7 +142,7 @@ class DrivingGround:
             np.zeros(DIRECTIONS) if extra is None else extra,
             np.ones((1, 1)) if factor is None else factor,
             margin,
-            share * float(min(self.cell)),
+            0.5 * float(min(self.cell)),
             self.steepest > 0.8 * float(costs.limit.min()),
         )
 
@@ -368,12 +363,19 @@ def segment_cost(
     direction = math.atan2(ey, ex)
     count = max(1, int(math.ceil(length / step)))
     total = 0.0
+    ny, nx = field.heights.shape
     for k in range(count):
         w = (k + 0.5) / count
-        cost = travel_cost(field, xa + w * ex, ya + w * ey, direction, exact)
-        if cost == np.inf:
-            return np.inf
-        total += cost
+        i = _node(xa + w * ex - field.x0, field.dx, nx)
+        j = _node(ya + w * ey - field.y0, field.dy, ny)
+        # Where a limit may be near, two points instead of one: no stepping over what is too steep.
+        points = 2 if field.steep[j, i] else 1
+        for point in range(points):
+            u = (k + (point + 0.5) / points) / count
+            cost = travel_cost(field, xa + u * ex, ya + u * ey, direction, exact)
+            if cost == np.inf:
+                return np.inf
+            total += cost / points
     return total * length / count
 
 
