@@ -24,6 +24,8 @@ Path = NDArray[np.float64]
 
 KNOT_CELLS = 4.0
 """Distance of knots in cells: bends round an obstacle, stays smooth."""
+REACH, LONG = 30, 500
+"""Knots that a shortcut may leave out; half of that on paths of more knots than LONG."""
 BANDS = ((2.0, 5, 5), (0.7, 5, 6), (0.25, 4, 8))
 """Offset step in cells, offsets to each side, largest change of offset between knots."""
 
@@ -72,17 +74,17 @@ def _shortcut(field: Any, path: Any, reach: int, step: float, toll: float) -> An
     return kept[: size + 1][::-1].copy(), cost[count - 1]
 
 
-def shortcut(field: CostField, path: Path, *, reach: int = 30) -> Path:
+def shortcut(field: CostField, path: Path) -> Path:
     """The cheapest polyline over a subset of the knots; never dearer than the path itself."""
     step = field.step
     whole = polyline_cost(field, path, step, True)
     if not math.isfinite(whole):
         return path
+    reach = REACH if len(path) <= LONG else REACH // 2
     # A tiny toll for each knot: on even ground a straight line then has no knots at all.
-    # Coarse steps are enough to choose with; the choice itself is priced as closely as all else.
-    kept, _ = _shortcut(field, path, reach, 2.0 * step, 1e-6 * whole)
-    chosen = path[kept]
-    return chosen if polyline_cost(field, chosen, step, True) <= whole * (1.0 + 1e-6) else path
+    kept, cost = _shortcut(field, path, reach, step, 1e-6 * whole)
+    chosen: Path = path[kept]
+    return chosen if math.isfinite(cost) else path
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
