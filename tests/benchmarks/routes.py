@@ -35,7 +35,8 @@ def measure(seeds: int = 5, space: str = "tube") -> dict[str, Any]:
                 check=True,
             )
             found = json.loads(done.stdout)
-            if "ompl_energy_j" not in found or "grid_energy_j" not in found:
+            without = found.get("legs_without_ompl", 1) > 0  # the grid's leg stood in: no result
+            if without or "ompl_energy_j" not in found or "grid_energy_j" not in found:
                 by_case.setdefault(name, []).append(float("inf"))
                 continue
             excess = 100.0 * (found["ompl_energy_j"] / found["grid_energy_j"] - 1.0)
