@@ -80,8 +80,10 @@ class KernelWriter:
         self.number = number
         self.printed = printed
         self.offset: dict[tuple[str, str], int] = {}
-        slots = parameter_slots(effects, wheel_count=wheel_count, surface_count=surface_count)
-        for place, (effect, name, _, element) in enumerate(slots):
+        self.slots = parameter_slots(
+            effects, wheel_count=wheel_count, surface_count=surface_count
+        )
+        for place, (effect, name, _, element) in enumerate(self.slots):
             if element == 0:
                 self.offset[effect.slug, name] = place
         self.lines: list[str] = []
@@ -181,11 +183,35 @@ class KernelWriter:
             self.lines.append(f"{indent}watts_{effect.slug} += {watts}")
 
     def _calls(self, hook: str) -> list[tuple[str, type[Effect]]]:
-        return [
-            (f"{effect.slug}__{hook}({', '.join(self._arguments(effect, hook))})", effect)
-            for effect in self.effects
-            if hook in effect.hooks
-        ]
+        """Call of every effect's formula; one at its null values is skipped, which saves time."""
+        width = len(HOOKS[hook].returns)
+        neutral = "zero" if HOOKS[hook].combine == "add" else "1.0 + zero"
+        nothing = neutral if width == 1 else f"({', '.join([neutral] * width)})"
+        calls = []
+        for effect in self.effects:
+            if hook in effect.hooks:
+                call = f"{effect.slug}__{hook}({', '.join(self._arguments(effect, hook))})"
+                if not effect.base:
+                    call = f"({call} if acts_{effect.slug} else {nothing})"
+                calls.append((call, effect))
+        return calls
+
+    def _switches(self) -> list[str]:
+        """Lines that say for each effect beside the base whether it is away from its null values.
+
+        A complex step away from the null value counts as away.
+        """
+        lines = []
+        for effect in self.effects:
+            if effect.base:
+                continue
+            lines.append(f"acts_{effect.slug} = False")
+            for place, (owner, _, parameter, _) in enumerate(self.slots):
+                if owner is effect and parameter.null is not None:
+                    lines.append(
+                        f"acts_{effect.slug} |= parameters[{place}] != {parameter.null!r}"
+                    )
+        return lines
 
     def _arguments(self, effect: type[Effect], hook: str) -> list[str]:
         found = []

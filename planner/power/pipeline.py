@@ -97,6 +97,7 @@ class _Pipeline(KernelWriter):
         # Wheels turn with the change of body velocity, not with inertial acceleration.
         put("change_x = ax + wz * vy; change_y = ay - wz * vx")
         put(f"zero = {'0j' if self.number == 'complex128' else '0.0'}")
+        self.lines += self._switches()
         for effect in self.effects:
             for name, parameter in effect.parameters.items():
                 if parameter.per == "wheel":
@@ -183,9 +184,16 @@ class _Pipeline(KernelWriter):
         put("    motor_speed = gear_ratio * wheel_speed")
         put("    motor_acceleration = gear_ratio * wheel_acceleration")
         put(f"    rest = still(motor_speed, {REST_SPEED})")
-        fights = any("circulation" in effect.hooks for effect in self.effects)
-        put(f"    for leading in {'(1.0, -1.0)' if fights else '(1.0,)'}:")
-        share = "0.5 * " if fights else ""
+        fights = [e.slug for e in self.effects if "circulation" in e.hooks]
+        share = "share * " if fights else ""
+        if fights:
+            acts = " or ".join(f"acts_{slug}" for slug in fights)
+            put(f"    sides_of_mode = 2 if {acts} else 1")
+            put("    share = 1.0 / sides_of_mode")
+            put("    for side_of_mode in range(sides_of_mode):")
+            put("        leading = 1.0 - 2.0 * side_of_mode")
+        else:
+            put("    for leading in (1.0,):")
         put("        axis_force = axis_force_0 + leading * circulation * wheels[i, 19]")
         put("        wheel_torque = wheel_radius * (axis_force * wheels[i, 14]")
         put("                       - roller_force * wheels[i, 15] + drag * rolling_sign)")
