@@ -1,0 +1,339 @@
+"""Fit a model's parameters to a log: bounded, robust, with errors and what cannot be told.
+
+    model = starting_model("minibalance", log)
+    result = fit(log, model)
+    result.model.parameters, result.model.stderr
+    for parameter in result.parameters: print(parameter.name, parameter.value, parameter.note)
+
+Gauss-Newton steps on whitened residuals that count at most 3.5 spreads (Huber's pseudo-values);
+each step is a bounded linear least-squares problem (scipy.optimize.lsq_linear), so that no
+parameter leaves its physical range. A wide prior around the starting value, three times the spread
+that its declaration states, keeps a parameter in place that the log says nothing about; such a
+parameter is marked as not identifiable.
+
+Standard errors come from the scatter of the score over blocks of rows (a sandwich), which allows
+for noise that the whitening did not get right.
+
+Left out
+    resistance and torque constant apart: with power alone only R/k_t² shows, and R stands for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
+
+from planner.power.model import PowerModel
+from planner.power.vehicle import Vehicle, load_vehicle
+from planner.telemetry.blocks import block_numbers
+from planner.telemetry.interval import interval_nodes
+from planner.telemetry.log import Telemetry
+from planner.telemetry.noise import CLIP, Noise, noise_of
+from planner.telemetry.sensitivity import predict, sizes, tangent
+
+Floats = NDArray[np.float64]
+
+PRIOR_SPREADS = 3.0
+"""Standard deviation of the prior, in multiples of the declared spread of a parameter."""
+STEPS = 12
+FOLDS = 5
+
+
+@dataclass(frozen=True)
+class FittedParameter:
+    """One number of a fitted model."""
+
+    effect: str
+    name: str
+    element: int
+    value: float
+    stderr: float
+    unit: str
+    identifiable: bool
+    note: str
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted model.
+
+    Attributes:
+        model: with the fitted parameters and their standard errors.
+        places: numbers of the parameters that were free.
+        covariance: (p, p) of the free parameters.
+        watts, residual: (n,) W of the fitted model, and measured less modelled.
+        noise: what was taken for noise.
+        rmse_w: root mean square of the residual, W.
+        parameters: the free ones with remarks.
+    """
+
+    model: PowerModel
+    places: tuple[int, ...]
+    covariance: Floats
+    watts: Floats
+    residual: Floats
+    noise: Noise
+    rmse_w: float
+    parameters: tuple[FittedParameter, ...]
+
+
+def starting_model(given: PowerModel | Vehicle | str | Path) -> PowerModel:
+    """The model that a comparison starts from: a vehicle's base model, or a model as it is.
+
+    Raises:
+        VehicleError: no such vehicle, or its file cannot be used.
+    """
+    if isinstance(given, PowerModel):
+        return given
+    vehicle = given if isinstance(given, Vehicle) else load_vehicle(given)
+    return PowerModel.from_vehicle(vehicle, effects=())
+
+
+def free_places(model: PowerModel, log: Telemetry) -> tuple[int, ...]:
+    """Numbers of the parameters that a fit to this log may change.
+
+    Where every row has a label of the ground, the commonest one keeps its factor: the drag
+    coefficients are those of that ground, otherwise both could change against each other.
+    """
+    labelled = log.rows_for(model.surfaces)[:, _SURFACE] if model.surfaces else np.array([-1.0])
+    reference = -1
+    if np.all(labelled >= 0):
+        reference = int(np.argmax(np.bincount(labelled.astype(int))))
+    places = []
+    for place, (_, _, parameter, element) in enumerate(model.slots):
+        if parameter.fitted and not (parameter.per == "surface" and element == reference):
+            places.append(place)
+    return tuple(places)
+
+
+def fit(
+    log: Telemetry,
+    model: PowerModel,
+    *,
+    free: Sequence[int] | None = None,
+    noise: Noise | None = None,
+) -> Fit:
+    """Fit the free parameters of a model to the measured power.
+
+    Args:
+        log: the rows; a sample of a long log (planner.telemetry.sample).
+        model: where the fit starts, and the middle of the prior.
+        free: numbers of the parameters to change; None takes all that may be fitted.
+        noise: what the measurement scatters by; None estimates it from the residual.
+    """
+    nodes = interval_nodes(log.rows_for(model.surfaces), log.interval, model)
+    places = free_places(model, log) if free is None else tuple(free)
+    index = np.array(places, int)
+    low, high = _bounds(model, index)
+    prior = _prior_weights(model, index)
+    start = model.parameters[index].copy()
+    value = start.copy()
+    current = model
+    watts, columns = tangent(current, nodes, places)
+    for round_number in range(2 if noise is None else 1):
+        scatter = noise or noise_of(log, log.power - watts, watts, columns)
+        best = np.inf
+        stride = 1.0
+        step = np.zeros(len(index))
+        for _ in range(STEPS):
+            cost = _cost(log.power - watts, scatter.spread(watts)) + float(
+                (((value - start) * prior) ** 2).sum()
+            )
+            if cost > best * (1.0 + 1e-9) and stride > 1e-3:
+                # The step went too far: kinks of friction and gears make the power non-linear.
+                stride *= 0.5
+                value = value - stride * step
+            else:
+                best, stride = cost, 1.0
+                gram, score = _normal_equations(log, scatter, watts, columns, log.power - watts)
+                step = _bounded_step(gram, score, value - start, prior, low - value, high - value)
+                value = value + step
+            current = _with(model, index, value)
+            watts, columns = tangent(current, nodes, places)
+            if stride == 1.0 and _small(step, gram):
+                break
+        if round_number == 0 and noise is None:
+            continue
+    scatter = noise or noise_of(log, log.power - watts, watts, columns)
+    return _finished(log, current, index, start, prior, watts, columns, scatter)
+
+
+_SURFACE = 15
+
+
+def _with(model: PowerModel, index: NDArray[np.int64], value: Floats) -> PowerModel:
+    values = model.parameters.copy()
+    values[index] = value
+    return replace(model, parameters=values)
+
+
+def _bounds(model: PowerModel, index: NDArray[np.int64]) -> tuple[Floats, Floats]:
+    bounds = np.array([model.slots[place][2].bounds for place in index], float).reshape(-1, 2)
+    return bounds[:, 0], bounds[:, 1]
+
+
+def _prior_weights(model: PowerModel, index: NDArray[np.int64]) -> Floats:
+    """One over the prior's standard deviation of every free parameter."""
+    size = sizes(model)[index]
+    spread = np.array([model.slots[place][2].spread for place in index])
+    return 1.0 / np.maximum(PRIOR_SPREADS * spread * size, 1e-300)
+
+
+def _cost(residual: Floats, spread: Floats) -> float:
+    z = np.abs(residual / spread)
+    return float(np.where(z < CLIP, z * z, CLIP * (2.0 * z - CLIP)).sum())
+
+
+def _clipped(residual: Floats, spread: Floats) -> Floats:
+    return np.clip(residual, -CLIP * spread, CLIP * spread)
+
+
+def _normal_equations(
+    log: Telemetry, noise: Noise, watts: Floats, columns: Floats, residual: Floats
+) -> tuple[Floats, Floats]:
+    clipped = _clipped(residual, noise.spread(watts))
+    white = noise.whiten(log, watts, np.column_stack([columns, clipped]))
+    gram = white.T @ white
+    return gram[:-1, :-1], gram[:-1, -1]
+
+
+def _bounded_step(
+    gram: Floats, score: Floats, moved: Floats, prior: Floats, low: Floats, high: Floats
+) -> Floats:
+    full = gram + np.diag(prior**2)
+    right = score - prior**2 * moved
+    scale = 1.0 / np.sqrt(np.diag(full))
+    factor = np.linalg.cholesky(full * np.outer(scale, scale) + 1e-10 * np.eye(len(full)))
+    target = np.linalg.solve(factor, right * scale)
+    if np.all(low < high):
+        found = lsq_linear(
+            factor.T, target, bounds=(low / scale, high / scale), method="bvls", tol=1e-12
+        )
+        return np.asarray(found.x * scale)
+    return np.asarray(np.clip(np.linalg.solve(factor.T, target) * scale, low, high))
+
+
+def _small(step: Floats, gram: Floats) -> bool:
+    return bool(np.all(np.abs(step) * np.sqrt(np.maximum(np.diag(gram), 0.0)) < 0.02))
+
+
+def _finished(
+    log: Telemetry,
+    model: PowerModel,
+    index: NDArray[np.int64],
+    start: Floats,
+    prior: Floats,
+    watts: Floats,
+    columns: Floats,
+    noise: Noise,
+) -> Fit:
+    residual = log.power - watts
+    covariance, known = _covariance(log, noise, watts, columns, residual, prior)
+    stderr = np.full(len(model.parameters), np.nan) if model.stderr is None else model.stderr.copy()
+    stderr[index] = np.sqrt(np.diag(covariance))
+    fitted = []
+    low, high = _bounds(model, index)
+    for k, place in enumerate(index):
+        effect, name, parameter, element = model.slots[place]
+        value = float(model.parameters[place])
+        note = ""
+        if not known[k]:
+            note = "this log says too little about it; it stays near its starting value"
+        elif value <= low[k] or value >= high[k]:
+            note = "at the end of its physical range"
+        fitted.append(
+            FittedParameter(
+                effect.slug,
+                name,
+                element,
+                value,
+                float(stderr[place]),
+                parameter.unit,
+                bool(known[k]),
+                note,
+            )
+        )
+    return Fit(
+        replace(model, stderr=stderr),
+        tuple(index.tolist()),
+        covariance,
+        watts,
+        residual,
+        noise,
+        float(np.sqrt(np.mean(residual**2))),
+        tuple(fitted),
+    )
+
+
+def _covariance(
+    log: Telemetry,
+    noise: Noise,
+    watts: Floats,
+    columns: Floats,
+    residual: Floats,
+    prior: Floats,
+) -> tuple[Floats, NDArray[np.bool_]]:
+    """Sandwich covariance, and which parameters the log tells more about than the prior did."""
+    clipped = _clipped(residual, noise.spread(watts))
+    white = noise.whiten(log, watts, np.column_stack([columns, clipped]))
+    scores = white[:, :-1] * white[:, -1:]
+    blocks = block_numbers(log)
+    count = int(blocks.max()) + 1
+    sums = np.zeros((count, scores.shape[1]))
+    np.add.at(sums, blocks, scores)
+    gram = white[:, :-1].T @ white[:, :-1]
+    inverse = np.linalg.pinv(gram + np.diag(prior**2), rcond=1e-14, hermitian=True)
+    middle = sums.T @ sums * (count / max(count - gram.shape[0], 1)) + np.diag(prior**2)
+    covariance = inverse @ np.maximum(middle, middle.T) @ inverse
+    plain = np.diag(inverse)
+    # Where the data halve the prior's variance they are what the value rests on.
+    known = plain * prior**2 < 0.5
+    return np.asarray(covariance), np.asarray(known)
+
+
+@dataclass(frozen=True)
+class CrossValidation:
+    """Error on rows that a fit has not seen, held out by run.
+
+    Attributes:
+        prediction: (n,) W of every row by the fit without its fold.
+        heldout_rmse_w: over all rows, W.
+        rmse_by_fold: W.
+        by_run: True when folds are whole runs; False when the log has too few of them.
+    """
+
+    prediction: Floats
+    heldout_rmse_w: float
+    rmse_by_fold: tuple[float, ...]
+    by_run: bool
+
+
+def fold_numbers(log: Telemetry, folds: int = FOLDS) -> tuple[NDArray[np.int64], bool]:
+    """(n,) fold of every row: by run, or by stretches of rows when there are too few runs."""
+    runs = len(np.unique(log.run))
+    if runs >= 4:
+        rank = np.searchsorted(np.unique(log.run), log.run)
+        return rank % min(folds, runs), True
+    stretch = np.arange(len(log)) * (4 * folds) // max(len(log), 1)
+    return stretch % folds, False
+
+
+def cross_validate(
+    log: Telemetry, model: PowerModel, folds: int = FOLDS, *, noise: Noise | None = None
+) -> CrossValidation:
+    """Fit without each fold in turn and predict it."""
+    number, by_run = fold_numbers(log, folds)
+    prediction = np.empty(len(log))
+    errors = []
+    for fold in np.unique(number):
+        out = number == fold
+        fitted = fit(log.take(~out), model, noise=noise)
+        prediction[out] = predict(fitted.model, log.take(out))
+        errors.append(float(np.sqrt(np.mean((log.power[out] - prediction[out]) ** 2))))
+    rmse = float(np.sqrt(np.mean((log.power - prediction) ** 2)))
+    return CrossValidation(prediction, rmse, tuple(errors), by_run)

@@ -1,0 +1,237 @@
+"""What the measurement scatters by, and how rows are made independent of each other.
+
+    noise = noise_of(log, residual, watts, columns)
+    noise.floor_w                        # W rms, the error that no model can go below
+    white = noise.whiten(log, Z)         # (n, m) columns scaled to unit, uncorrelated noise
+
+Three layers, each estimated robustly from what is left over after the model and a few columns:
+
+    spread       standard deviation as a function of |P| (medians of absolute deviations in bins)
+    correlation  an autoregression within consecutive rows, pooled over all of them
+    runs         an offset and a gain of every run, random with a covariance
+
+The first rows behind a gap are whitened with the lower orders of the same autoregression
+(Levinson & Durbin), so that no row is lost, however short the runs are.
+
+Left out
+    noise that changes along the log; correlation between runs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from planner.telemetry.log import Telemetry
+
+Floats = NDArray[np.float64]
+
+ORDER = 12
+CLIP = 3.5
+"""Residuals count at most this many spreads: one outlier cannot carry a fit."""
+BINS = 10
+_MAD = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
+
+
+def segments(log: Telemetry) -> list[tuple[int, int]]:
+    """Stretches of consecutive rows: the same run, no gap in time."""
+    if len(log) == 0:
+        return []
+    step = np.diff(log.time)
+    same = np.diff(log.run) == 0
+    usual = float(np.median(step[same])) if same.any() else 0.0
+    breaks = ~same | (step > 2.5 * usual)
+    borders = [0, *(np.flatnonzero(breaks) + 1).tolist(), len(log)]
+    return list(zip(borders[:-1], borders[1:], strict=True))
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Scatter of the measured power.
+
+    Attributes:
+        powers, spreads: (b,) |P| in W and the standard deviation there, linear in between.
+        reflections: (k, k) autoregressions of order 0 to k-1, one a row, in lower triangles.
+        shrink: (k,) innovation's standard deviation of each order over that of the noise.
+        by_run: (2, 2) covariance of the runs' offset and gain in whitened units.
+        floor_w: rms of the noise over the log, W.
+    """
+
+    powers: Floats
+    spreads: Floats
+    reflections: Floats
+    shrink: Floats
+    by_run: Floats
+    floor_w: float
+
+    @property
+    def correlation(self) -> float:
+        """Correlation of neighbouring rows."""
+        return float(self.reflections[1, 0]) if len(self.reflections) > 1 else 0.0
+
+    def spread(self, watts: Floats) -> Floats:
+        """(n,) W, standard deviation of single rows at a modelled power."""
+        return np.interp(np.abs(watts), self.powers, self.spreads)
+
+    def whiten(self, log: Telemetry, watts: Floats, columns: Floats) -> Floats:
+        """Columns in units of independent noise of standard deviation 1.
+
+        Args:
+            log: the rows; their runs and times say which rows follow each other.
+            watts: (n,) modelled power, for spread and gain.
+            columns: (n, m) W.
+
+        Returns:
+            (n, m).
+        """
+        scale = 1.0 / self.spread(watts)
+        runs = bool(np.any(self.by_run > 0.0))
+        ahead = [scale[:, None], (watts * scale)[:, None]] if runs else []
+        scaled = np.concatenate([columns * scale[:, None], *ahead], axis=1)
+        white = np.empty_like(scaled)
+        for start, stop in segments(log):
+            _filter(scaled[start:stop], self.reflections, self.shrink, white[start:stop])
+        if not runs:
+            return white
+        kept, shared = white[:, : columns.shape[1]], white[:, columns.shape[1] :]
+        for start, stop in run_pieces(log):
+            _take_out_run(kept[start:stop], shared[start:stop], self.by_run)
+        return np.ascontiguousarray(kept)
+
+
+def run_pieces(log: Telemetry) -> Iterator[tuple[int, int]]:
+    """Stretches of rows of one run."""
+    borders = [0, *(np.flatnonzero(np.diff(log.run)) + 1).tolist(), len(log)]
+    yield from zip(borders[:-1], borders[1:], strict=True)
+
+
+@njit(cache=True, nogil=True)
+def _filter(columns: Any, reflections: Any, shrink: Any, white: Any) -> None:
+    last = reflections.shape[0] - 1
+    for k in range(columns.shape[0]):
+        order = min(k, last)
+        for j in range(columns.shape[1]):
+            white[k, j] = columns[k, j]
+        for lag in range(order):
+            factor = reflections[order, lag]
+            for j in range(columns.shape[1]):
+                white[k, j] -= factor * columns[k - 1 - lag, j]
+        for j in range(columns.shape[1]):
+            white[k, j] /= shrink[order]
+
+
+def _take_out_run(columns: Floats, shared: Floats, by_run: Floats) -> None:
+    """Apply (1 + shared·by_run·sharedᵀ)^(-1/2) in place; only two directions change."""
+    basis, upper = np.linalg.qr(shared)
+    values, vectors = np.linalg.eigh(np.eye(2) + upper @ by_run @ upper.T)
+    change = np.eye(2) - (vectors * values**-0.5) @ vectors.T
+    columns -= basis @ (change @ (basis.T @ columns))
+
+
+def noise_of(log: Telemetry, residual: Floats, watts: Floats, columns: Floats) -> Noise:
+    """Noise in the residual of a model, once ``columns`` have taken what they can explain.
+
+    Args:
+        log: the rows.
+        residual: (n,) W, measured less modelled.
+        watts: (n,) W, modelled.
+        columns: (n, m) W per unit of whatever may still be in the residual: the model's tangent
+            and a few shapes. Too many would take slow noise for an effect.
+    """
+    powers, spreads = np.array([0.0]), np.array([max(_deviation(residual), 1e-6)])
+    left = residual
+    for _ in range(3):
+        scale = 1.0 / np.interp(np.abs(watts), powers, spreads)
+        left = _leftover(residual, columns, scale)
+        powers, spreads = _spread(np.abs(watts), left)
+    scale = 1.0 / np.interp(np.abs(watts), powers, spreads)
+    z = np.clip(left * scale, -CLIP, CLIP)
+    reflections, shrink = _autoregression(log, z)
+    floor = float(np.sqrt(np.mean(scale**-2.0)))
+    plain = Noise(powers, spreads, reflections, shrink, np.zeros((2, 2)), floor)
+    by_run = _run_covariance(log, plain, left * np.minimum(1.0, CLIP / np.abs(z + 1e-300)), watts)
+    return Noise(powers, spreads, reflections, shrink, by_run, floor)
+
+
+def _deviation(values: Floats) -> float:
+    return _MAD * float(np.median(np.abs(values)))
+
+
+def _leftover(residual: Floats, columns: Floats, scale: Floats) -> Floats:
+    """Residual after a robust regression on the columns."""
+    left = residual
+    weighted = columns * scale[:, None]
+    norms = np.sqrt((weighted**2).sum(axis=0))
+    weighted = weighted[:, norms > 0] / norms[norms > 0]
+    gram = weighted.T @ weighted + 1e-9 * np.eye(weighted.shape[1])
+    fitted = np.zeros(len(residual))
+    for _ in range(3):
+        z = (residual - fitted) * scale
+        z = np.clip(z, -CLIP, CLIP)
+        fitted = fitted + (weighted @ np.linalg.solve(gram, weighted.T @ z)) / scale
+        left = residual - fitted
+    return left
+
+
+def _spread(size: Floats, left: Floats) -> tuple[Floats, Floats]:
+    """Spread over |P|; P crosses zero, so that a share of it alone would not do."""
+    count = int(min(BINS, max(1, len(size) // 40)))
+    order = np.argsort(size, kind="stable")
+    bins = np.array_split(order, count)
+    powers = np.array([float(np.median(size[b])) for b in bins])
+    spreads = np.array([_deviation(left[b]) for b in bins])
+    padded = np.concatenate([spreads[:1], spreads, spreads[-1:]])
+    smooth = np.convolve(padded, [0.25, 0.5, 0.25], "valid")
+    floor = max(0.3 * float(np.median(smooth)), 1e-6)
+    keep = np.concatenate([[True], np.diff(powers) > 0])
+    return powers[keep], np.maximum(smooth, floor)[keep]
+
+
+def _autoregression(log: Telemetry, z: Floats) -> tuple[Floats, Floats]:
+    """Levinson & Durbin's recursion on the pooled autocovariance."""
+    parts = segments(log)
+    lengths = np.array([stop - start for start, stop in parts])
+    order = int(min(ORDER, max(0, np.max(lengths) // 4)))
+    covariance = np.zeros(order + 1)
+    pairs = np.zeros(order + 1)
+    for start, stop in parts:
+        part = z[start:stop]
+        for lag in range(min(order, len(part) - 1) + 1):
+            covariance[lag] += part[lag:] @ part[: len(part) - lag]
+            pairs[lag] += len(part) - lag
+    covariance /= np.maximum(pairs, 1.0)
+    table = np.zeros((order + 1, max(order, 1)))
+    variance = np.empty(order + 1)
+    variance[0] = max(covariance[0], 1e-12)
+    for k in range(1, order + 1):
+        previous = table[k - 1, : k - 1]
+        reflection = (covariance[k] - previous @ covariance[k - 1 : 0 : -1]) / variance[k - 1]
+        reflection = float(np.clip(reflection, -0.98, 0.98))
+        table[k, : k - 1] = previous - reflection * previous[::-1]
+        table[k, k - 1] = reflection
+        variance[k] = variance[k - 1] * (1.0 - reflection**2)
+    return table, np.sqrt(variance)
+
+
+def _run_covariance(log: Telemetry, plain: Noise, left: Floats, watts: Floats) -> Floats:
+    """Covariance of the runs' offsets and gains, by moments: theirs less what noise would give."""
+    pieces = [p for p in run_pieces(log) if p[1] - p[0] >= 8]
+    if len(pieces) < 4:
+        return np.zeros((2, 2))
+    one = np.ones_like(left)
+    white = plain.whiten(log, watts, np.column_stack([left, one, watts]))
+    estimates, errors = [], []
+    for start, stop in pieces:
+        shared = white[start:stop, 1:]
+        gram = shared.T @ shared
+        inverse = np.linalg.inv(gram + 1e-9 * np.trace(gram) * np.eye(2))
+        estimates.append(inverse @ (shared.T @ white[start:stop, 0]))
+        errors.append(inverse)
+    excess = np.cov(np.array(estimates).T, bias=True) - np.mean(errors, axis=0)
+    values, vectors = np.linalg.eigh(excess)
+    return (vectors * np.maximum(values, 0.0)) @ vectors.T
