@@ -2,6 +2,7 @@
 
     joulepath plan REQUEST.json            joulepath maps | vehicles | effects
     joulepath plan --map DEM.tif --start 2,3 --goal 40,25
+    joulepath compare | diagnose | adopt … LOG    see service.cli_telemetry
     joulepath serve
 
 ``--json`` puts exactly one JSON document on stdout; everything else goes to stderr. Exit status: 0
@@ -14,10 +15,8 @@ Heavy packages are imported inside the commands, so that listing maps does not w
 from __future__ import annotations
 
 import os
-import signal
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any
@@ -25,6 +24,8 @@ from typing import Annotated, Any
 import typer
 
 from planner.errors import Cancelled, InputError, RequestError
+from service import cli_telemetry
+from service.terminal import Json, Verbose, interruptible, progress_bar, show, tell_written
 
 app = typer.Typer(
     name="joulepath",
@@ -33,9 +34,6 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-
-Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout, nothing else.")]
-Verbose = Annotated[bool, typer.Option("--verbose", help="Show where an error came from.")]
 
 VERBOSE = "--verbose"
 # Typer turns an interrupt into this exit status.
@@ -101,7 +99,7 @@ def plan(
         "iterations": iterations,
     }
     asked = _read_request(request, {k: v for k, v in given.items() if v is not None})
-    with _interruptible() as cancelled, _progress() as progress:
+    with interruptible() as cancelled, progress_bar() as progress:
         from planner import plan_route
 
         answer = plan_route(asked, progress=progress, cancelled=cancelled)
@@ -119,10 +117,8 @@ def plan(
     from service import tables
 
     tables_ = tables.report(document, {slug: e.title for slug, e in all_effects().items()})
-    _print(tables_)
-    for path in (out, report):
-        if path is not None:
-            typer.echo(f"wrote {path}", err=True)
+    show(tables_)
+    tell_written(out, report)
 
 
 @app.command()
@@ -164,6 +160,10 @@ def serve(
     run(host=host, port=port)
 
 
+for verb in cli_telemetry.VERBS:
+    app.command()(verb)
+
+
 def _list(
     entries: Sequence[dict[str, Any]], columns: dict[str, str], title: str, as_json: bool
 ) -> None:
@@ -173,15 +173,7 @@ def _list(
     if as_json:
         typer.echo(documents.strict(plain))
     else:
-        _print(tables.catalogue(plain, columns, title))
-
-
-def _print(renderable: Any) -> None:
-    from rich.console import Console
-
-    console = Console()
-    # Into a file or a pipe a table must not be squeezed to a terminal's width.
-    Console(width=None if console.is_terminal else 140).print(renderable)
+        show(tables.catalogue(plain, columns, title))
 
 
 def _read_request(path: Path | None, given: dict[str, Any]) -> Any:
@@ -226,38 +218,6 @@ def _pose(option: str, text: str | None) -> dict[str, float] | None:
     return dict(zip(("x", "y", "yaw"), values, strict=False))
 
 
-@contextmanager
-def _interruptible() -> Iterator[Callable[[], bool]]:
-    """Ctrl-C asks the planner to stop; a second one stops at once."""
-    asked: list[int] = []
-
-    def ask(number: int, frame: Any) -> None:
-        if asked:
-            raise KeyboardInterrupt
-        asked.append(number)
-
-    before = signal.signal(signal.SIGINT, ask)
-    try:
-        yield lambda: bool(asked)
-    finally:
-        signal.signal(signal.SIGINT, before)
-
-
-@contextmanager
-def _progress() -> Iterator[Callable[[str, float], None] | None]:
-    """A line of progress on stderr when a person looks at it."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-    columns = (TextColumn("{task.description:<24}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("starting", total=1.0)
-        yield lambda what, share: bar.update(task, description=what, completed=share)
-
-
 def run(arguments: Sequence[str]) -> int:
     """Carry out a command line.
 
@@ -271,8 +231,8 @@ def run(arguments: Sequence[str]) -> int:
         return status if isinstance(status, int) else 0
     except typer.TyperException as error:
         # A bare `joulepath` raises this with the help text that was already shown.
-        if error.message:
-            _say(error.format_message().rstrip(".") + "; see joulepath --help")
+        if message := error.format_message():
+            _say(message.rstrip(".") + "; see joulepath --help")
         return 2
     except InputError as error:
         _say(str(error))

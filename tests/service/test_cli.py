@@ -14,7 +14,7 @@ import pytest
 
 import planner
 from planner.errors import Cancelled
-from service import cli
+from service import cli, terminal
 from tests.service.route_documents import answer
 
 JOULEPATH = Path(sys.executable).parent / "joulepath"
@@ -193,7 +193,7 @@ def test_cancelling_writes_nothing(
 
 
 def test_the_first_interrupt_asks_and_the_second_insists() -> None:
-    with cli._interruptible() as cancelled:
+    with terminal.interruptible() as cancelled:
         assert not cancelled()
         signal.raise_signal(signal.SIGINT)
         assert cancelled()

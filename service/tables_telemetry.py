@@ -1,0 +1,311 @@
+"""The workbench's documents for a terminal: one sentence first, then short tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from planner.search.wording import joules
+
+Document = Mapping[str, Any]
+
+_MOST_RUNS = 10
+_MOST_CANDIDATES = 8
+# Of the report on a log, what is about its format is of no interest beside a result.
+_SILENT = ("format", "not used")
+
+
+def watts(value: float | None) -> str:
+    """Power: 0.041 W, 0.52 W, 3.10 W, 21.4 W, 1,204 W."""
+    if value is None:
+        return ""
+    size = abs(value)
+    digits = 3 if size < 0.1 else 2 if size < 10 else 1 if size < 100 else 0
+    return f"{value:,.{digits}f} W"
+
+
+def signed(value: float | None) -> str:
+    """A bias: +1.20 W measured above predicted."""
+    return "" if value is None else ("+" if value >= 0 else "−") + watts(abs(value))
+
+
+def share(value: float | None) -> str:
+    """A share as per cent."""
+    return "" if value is None else f"{100 * value:.{0 if abs(value) >= 0.1 else 1}f} %"
+
+
+def number(value: float | None) -> str:
+    """Any number with four significant digits."""
+    return "" if value is None else f"{value:.4g}"
+
+
+def comparison(document: Document) -> RenderableType:
+    """All that `joulepath compare` says."""
+    log, energy = document["log"], document["energy"]
+    fitted = ", fitted to this log," if document.get("fitted") else ""
+    heldout = f", {watts(document['heldout_rmse_w'])} on held-out runs" if fitted else ""
+    error = _excess(energy)
+    off = "" if error is None else f", {share(abs(error))} too {'high' if error > 0 else 'low'}"
+    sentence = (
+        f"The model {model_name(document['model'])}{fitted} misses the measured power by "
+        f"{watts(document['rmse_w'])} rms{heldout}; the log's own noise is about "
+        f"{watts(document['noise_floor_w'])}."
+    )
+    measured = (
+        f"Mean error {watts(document['mae_w'])}, bias {signed(document['bias_w'])}, "
+        f"R² {number(document['r2'])} over {log['rows']:,} rows in {_count(log['runs'])} runs; "
+        f"energy measured {joules(energy['measured_j'])}, "
+        f"predicted {joules(energy['predicted_j'])}{off}."
+    )
+    return _group(
+        sentence,
+        measured,
+        regimes(document["regimes"]),
+        runs(document["runs"]),
+        *remarks(log),
+    )
+
+
+def diagnosis(document: Document) -> RenderableType:
+    """All that `joulepath diagnose` says."""
+    before, after = document["baseline"], document.get("after") or {}
+    errors = Table(header_style="bold")
+    for heading in ("", "rms", "held-out rms"):
+        errors.add_column(heading, justify="right" if heading else "left")
+    errors.add_row("model as it is", watts(before["rmse_w"]), watts(before["heldout_rmse_w"]))
+    if document["selected"] and after:
+        named = " + ".join(document["selected"])
+        errors.add_row(f"with {named}", watts(after["rmse_w"]), watts(after["heldout_rmse_w"]))
+    errors.add_row("the log's own noise, about", watts(before["noise_floor_w"]), "")
+    return _group(
+        document.get("sentence") or document["verdict"].replace("_", " "),
+        errors,
+        ranking(document["candidates"], document["selected"]),
+        regimes(document["regimes"]),
+        *_open_questions(document),
+        *remarks(document.get("log") or {}),
+    )
+
+
+def adoption(document: Document) -> RenderableType:
+    """All that `joulepath adopt` says."""
+    before, after = document["before"], document["after"]
+    sentence = (
+        f"Adopted {', '.join(document['adopted'])}: held-out error "
+        f"{watts(before['heldout_rmse_w'])} → {watts(after['heldout_rmse_w'])}, the log's own "
+        f"noise is about {watts(document['noise_floor_w'])}; this is "
+        f"{model_name(document['model'])}."
+    )
+    warnings = [Text(f"Warning: {warning}", style="yellow") for warning in document["warnings"]]
+    return _group(sentence, *warnings, parameters(document["parameters"]), versions(document))
+
+
+def reversion(document: Document) -> RenderableType:
+    """All that `joulepath revert` says."""
+    return _group(f"Reverted; this is {model_name(document['model'])}.", versions(document))
+
+
+def history(document: Document) -> RenderableType:
+    """All that `joulepath history` says."""
+    model = document["model"]
+    entries = document["history"]
+    if not entries:
+        return Text(f"{model_name(model)} has no history: nothing was adopted yet.")
+    first = entries[0].get("before") or {}
+    last = entries[-1].get("after") or {}
+    sentence = f"{model_name(model)} after {len(entries)} changes"
+    if first.get("heldout_rmse_w") is not None and last.get("heldout_rmse_w") is not None:
+        start, end = watts(first["heldout_rmse_w"]), watts(last["heldout_rmse_w"])
+        sentence += f": held-out error {start} → {end}"
+    return _group(sentence + ".", versions(document))
+
+
+def timings(document: Document) -> RenderableType:
+    """All that `joulepath bench` says."""
+    table = Table(header_style="bold")
+    table.add_column("on this machine")
+    table.add_column("time", justify="right")
+    table.add_column("what")
+    for entry in document["timings"]:
+        table.add_row(entry["name"], _time(entry["seconds"]), entry["what"])
+    return table
+
+
+def model_name(model: Document) -> str:
+    """Name and version of a model."""
+    return f"{model['name']}, version {model['version']}"
+
+
+def regimes(entries: Sequence[Document]) -> RenderableType | None:
+    """Where the model fails, worst first as the document has it."""
+    if not entries:
+        return Text("The residual has no structure that stands out of the noise.")
+    table = Table(title="Where the model fails", title_justify="left", header_style="bold")
+    table.add_column("where")
+    for heading in ("rows", "measured − predicted", "rms", "of the squared error"):
+        table.add_column(heading, justify="right")
+    for entry in entries:
+        table.add_row(
+            entry["where"],
+            f"{entry['rows']:,}",
+            signed(entry["bias_w"]),
+            watts(entry["rmse_w"]),
+            share(entry["share_of_squared_error"]),
+        )
+    return table
+
+
+def runs(entries: Sequence[Document]) -> RenderableType | None:
+    """Energy run by run; of many runs those with the largest error."""
+    if not entries:
+        return None
+    worst = sorted(entries, key=lambda entry: -abs(_excess(entry) or 0.0))[:_MOST_RUNS]
+    shown = [entry for entry in entries if entry in worst][:_MOST_RUNS]
+    title = "Energy by run"
+    if len(entries) > len(shown):
+        title += f", the {len(shown)} of {len(entries)} with the largest error"
+    table = Table(title=title, title_justify="left", header_style="bold")
+    table.add_column("run")
+    for heading in ("rows", "measured", "predicted", "error", "rms", "bias"):
+        table.add_column(heading, justify="right")
+    for entry in shown:
+        error = _excess(entry)
+        table.add_row(
+            str(entry["run"]),
+            f"{entry['rows']:,}",
+            joules(entry["measured_j"]),
+            joules(entry["predicted_j"]),
+            "" if error is None else f"{100 * error:+.1f} %",
+            watts(entry["rmse_w"]),
+            signed(entry["bias_w"]),
+        )
+    return table
+
+
+def ranking(candidates: Sequence[Document], selected: Sequence[str]) -> RenderableType | None:
+    """Effects that could be missing, best first, with what speaks for them."""
+    testable = [c for c in candidates if c.get("testable", True)]
+    if not testable:
+        return None
+    table = Table(title="What could be missing", title_justify="left", header_style="bold")
+    table.add_column("effect")
+    for heading in ("probability", "held-out rms", "z"):
+        table.add_column(heading, justify="right")
+    table.add_column("parameters")
+    table.add_column("cannot be told from")
+    for candidate in testable[:_MOST_CANDIDATES]:
+        fitted = [f"{name} {_fitted(p)}" for name, p in candidate["parameters"].items()]
+        table.add_row(
+            candidate["effect"],
+            share(candidate["probability"]),
+            watts(candidate["heldout_rmse_w"]),
+            number(candidate["evidence"].get("z")),
+            ", ".join(fitted),
+            ", ".join(candidate["indistinguishable_from"]),
+            style="bold" if candidate["effect"] in selected else "",
+        )
+    if len(testable) > _MOST_CANDIDATES:
+        table.caption = f"and {len(testable) - _MOST_CANDIDATES} less likely ones"
+    return table
+
+
+def parameters(entries: Sequence[Document]) -> RenderableType | None:
+    """Fitted parameters with their uncertainty."""
+    if not entries:
+        return None
+    table = Table(title="Fitted parameters", title_justify="left", header_style="bold")
+    for heading in ("effect", "parameter", "value", "note"):
+        table.add_column(heading, justify="right" if heading == "value" else "left")
+    for entry in entries:
+        table.add_row(entry["effect"], entry["name"], _fitted(entry), entry.get("note") or "")
+    return table
+
+
+def versions(document: Document) -> RenderableType | None:
+    """The history of a model, version by version."""
+    entries = document["history"]
+    if not entries:
+        return None
+    table = Table(title="History", title_justify="left", header_style="bold")
+    table.add_column("version", justify="right")
+    for heading in ("from", "what", "log"):
+        table.add_column(heading, justify="right" if heading == "from" else "left")
+    for heading in ("held-out before", "after", "noise"):
+        table.add_column(heading, justify="right")
+    table.add_column("when")
+    for entry in entries:
+        before, after = entry.get("before") or {}, entry.get("after") or {}
+        table.add_row(
+            str(entry["version"]),
+            "" if entry.get("parent") is None else str(entry["parent"]),
+            " ".join([entry["action"], ", ".join(entry.get("adopted") or ())]).strip(),
+            (entry.get("log") or {}).get("source") or "",
+            watts(before.get("heldout_rmse_w")),
+            watts(after.get("heldout_rmse_w")),
+            watts(entry.get("noise_floor_w")),
+            str(entry.get("at") or "")[:16].replace("T", " "),
+        )
+    return table
+
+
+def remarks(log: Document) -> Iterator[Text]:
+    """What was found in a log, derived from it and taken for granted."""
+    for finding in log.get("report", ()):
+        if finding["kind"] not in _SILENT:
+            yield Text(f"Log: {finding['sentence']}.", style="dim")
+    for kind in ("derived", "assumed"):
+        for sentence in log.get(kind, ()):
+            yield Text(f"{kind.capitalize()}: {sentence}.", style="dim")
+
+
+def _open_questions(document: Document) -> Iterator[Text]:
+    """What lies outside the catalogue, what could not be tested, what to drive next."""
+    if outside := document.get("outside_catalogue"):
+        formula = outside.get("formula")
+        of = ", ".join(outside["quantities"])
+        yield Text(
+            f"Outside the catalogue: a shape over {of}" + (f": {formula}" if formula else "") + "."
+        )
+    if (sensor := document.get("sensor")) and sensor["sentence"] != document.get("sentence"):
+        yield Text(f"Sensor: {sensor['sentence']}")
+    for entry in document.get("not_testable", ()):
+        help_ = entry.get("what_would_help")
+        yield Text(
+            f"Not testable: {entry['effect']}, {entry['why']}" + (f"; {help_}" if help_ else "")
+        )
+    for entry in document["experiments"]:
+        yield Text(f"To separate {' and '.join(entry['separates'])}: {entry['run']}", style="bold")
+
+
+def _fitted(entry: Document) -> str:
+    unit = entry.get("unit") or ""
+    unit = "" if unit == "1" else f" {unit}"
+    error = entry.get("stderr")
+    between = "" if error is None else f" ± {error:.2g}"
+    return f"{number(entry['value'])}{between}{unit}"
+
+
+def _time(seconds: float) -> str:
+    for scale, unit in ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs")):
+        if seconds >= scale:
+            return f"{seconds / scale:.3g} {unit}"
+    return f"{seconds / 1e-9:.3g} ns"
+
+
+def _excess(energy: Document) -> float | None:
+    """Predicted energy over the measured one, minus 1; None where nothing was measured."""
+    measured, predicted = energy["measured_j"], energy["predicted_j"]
+    return float(predicted / measured - 1) if measured else None
+
+
+def _count(value: Any) -> int:
+    return value if isinstance(value, int) else len(value)
+
+
+def _group(sentence: str, *parts: RenderableType | str | None) -> Group:
+    texts = [Text(part) if isinstance(part, str) else part for part in parts if part is not None]
+    return Group(Text(sentence, style="bold"), *texts)
