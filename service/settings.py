@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 from typing import Literal
 
-from pydantic import Field
+from pydantic import Field, SecretStr
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 
@@ -42,6 +42,32 @@ class Settings(BaseSettings):
         default=None,
         description="folder with maps, vehicles and models that requests may name beside the "
         "catalogues; without it they can name catalogue entries only",
+    )
+    store_dir: Path | None = Field(
+        default=None,
+        description="folder in which uploaded logs, versions of models and jobs are kept; by "
+        "default joulepath in the user's data folder",
+    )
+    database_url: SecretStr | None = Field(
+        default=None,
+        description="address of the database as SQLAlchemy reads it; by default an SQLite file in "
+        "the store's folder",
+    )
+    job_workers: int = Field(
+        default_factory=lambda: max(1, (os.cpu_count() or 1) // 2),
+        ge=1,
+        le=256,
+        description="logs that are worked on at the same time, beside the processes that plan; "
+        "by default one for every two cores",
+    )
+    job_queue: int = Field(
+        default=100, ge=0, le=10_000, description="jobs that may wait; more get 503"
+    )
+    job_time_limit_s: float = Field(
+        default=3600.0, gt=0, le=86_400, description="seconds after which a job is ended"
+    )
+    max_log_bytes: int = Field(
+        default=4 * 2**30, ge=1024, description="largest log in bytes that may be uploaded"
     )
     log_level: Literal["debug", "info", "warning", "error"] = Field(
         default="info", description="least severity that is logged"

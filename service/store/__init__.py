@@ -1,0 +1,1 @@
+"""What the service keeps across restarts: logs, versions of models, jobs; files and a database."""

@@ -1,0 +1,102 @@
+"""Where the store keeps its files.
+
+STORE/joulepath.db                    the database, unless its address says otherwise
+STORE/incoming/                       uploads that are still coming in
+STORE/logs/<id>/<name>, mapping.toml  logs, under the names they came with
+STORE/models/<id>.json                versions of models, written out of the database
+STORE/progress/<job>                  what the worker of a job says of itself
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import secrets
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+from planner.errors import InputError
+from service.documents import write_whole
+
+MAPPING = "mapping.toml"
+_LONGEST_NAME = 120
+_FOLDERS = ("incoming", "logs", "models", "progress")
+
+
+def default_folder() -> Path:
+    """The user's data folder."""
+    base = os.environ.get("XDG_DATA_HOME")
+    return (Path(base) if base else Path.home() / ".local" / "share") / "joulepath"
+
+
+def safe_name(name: str) -> str:
+    """A name that came from outside as the plain name of a file."""
+    last = re.split(r"[/\\]", name)[-1]
+    plain = "".join(c if c.isalnum() or c in "._- ()+" else "_" for c in last).strip(". ")
+    stem, dot, suffix = plain.rpartition(".")
+    short = f"{stem[: _LONGEST_NAME - len(suffix) - 1]}.{suffix}" if dot and stem else plain
+    short = short[:_LONGEST_NAME] or "log"
+    return f"log-{short}" if short == MAPPING else short
+
+
+@dataclass(frozen=True)
+class Files:
+    """The folders of one store.
+
+    Attributes:
+        folder: STORE.
+    """
+
+    folder: Path
+
+    def prepare(self) -> None:
+        """Make the folders, and clear away what an ended service left half done.
+
+        Raises:
+            InputError: the folder cannot be written.
+        """
+        try:
+            for name in _FOLDERS:
+                (self.folder / name).mkdir(parents=True, exist_ok=True)
+            probe = self.folder / f".{secrets.token_hex(4)}"
+            probe.touch()
+            probe.unlink()
+        except OSError as error:
+            raise InputError(
+                "JOULEPATH_STORE_DIR",
+                f"cannot be written: {error.strerror}",
+                value=str(self.folder),
+                accepted="a folder in which logs, models and jobs are kept",
+            ) from None
+
+    def incoming(self) -> Path:
+        """A new place for an upload."""
+        return self.folder / "incoming" / secrets.token_hex(8)
+
+    def log_folder(self, log: str) -> Path:
+        """Folder of a log and its mapping."""
+        return self.folder / "logs" / log
+
+    def take_in(self, upload: Path, log: str, name: str, mapping: bytes | None) -> None:
+        """Move an upload to its log's folder; the same log may be there already."""
+        folder = self.log_folder(log)
+        folder.mkdir(parents=True, exist_ok=True)
+        if mapping is not None:
+            (folder / MAPPING).write_bytes(mapping)
+        upload.replace(folder / name)
+
+    def drop_log(self, log: str) -> None:
+        """Remove a log's folder."""
+        shutil.rmtree(self.log_folder(log), ignore_errors=True)
+
+    def model(self, model: str, document: str) -> Path:
+        """Path of a model's file, written now if it is not there."""
+        path = self.folder / "models" / f"{model}.json"
+        if not path.exists():
+            write_whole(path, document)
+        return path
+
+    def progress(self, job: str) -> Path:
+        """Where the worker of a job leaves its progress."""
+        return self.folder / "progress" / job
