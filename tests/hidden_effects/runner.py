@@ -1,0 +1,136 @@
+"""Runs the diagnosis on the logs of the benchmark in processes of their own; keeps each result.
+
+    rows = run(cases(["one"]), processes=2)      # one dictionary a case, also as JSON lines
+
+A row holds what was hidden, how visible it is, what the diagnosis said, what that is worth, and how
+long it took. Logs are kept in a folder for temporary files and made once.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import multiprocessing
+import os
+import tempfile
+import time
+import traceback
+from collections.abc import Callable, Iterable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from tests.hidden_effects.cases import SMALLEST_RHO, TWINS, Case
+from tests.hidden_effects.logs import VEHICLE, make
+from tests.hidden_effects.scoring import RIGHT, not_testable, score, ties_of
+
+DIAGNOSE = "planner.telemetry.rank_effects:diagnose"
+APART = 5.0  # standard deviations below which a rival of the truth counts as its twin on this log
+
+Row = dict[str, Any]
+
+
+def log_folder() -> Path:
+    """Where made logs are kept between runs."""
+    return Path(tempfile.gettempdir()) / "joulepath-hidden-effects"
+
+
+def function_of(path: str) -> Callable[..., Any]:
+    """The function that ``module:name`` says."""
+    module, _, name = path.partition(":")
+    found: Callable[..., Any] = getattr(importlib.import_module(module), name)
+    return found
+
+
+def run_case(case: Case, *, diagnose: str = DIAGNOSE, folder: Path | None = None) -> Row:
+    """Make one log, diagnose it, and say what the answer is worth."""
+    made = make(case, folder or log_folder())
+    row: Row = {
+        "case": case.name,
+        "kind": case.kind,
+        "group": case.group,
+        "truth": list(case.truth),
+        "outside": case.outside,
+        "sensor": case.sensor,
+        "design": case.design,
+        "noise": case.noise,
+        **made.truth,
+        "log": str(made.log),
+        "mapping": made.mapping and str(made.mapping),
+    }
+    row["visible"], row["twin"] = _visible(case, made.truth), _twin(case, made.truth)
+    before = time.perf_counter()
+    try:
+        answer = function_of(diagnose)(made.log, VEHICLE, mapping=made.mapping)
+        found = answer if isinstance(answer, dict) else answer.to_json()
+    except Exception as error:  # a benchmark goes on and shows what failed
+        row |= {"outcome": "error", "error": repr(error), "traceback": traceback.format_exc()}
+        return row | {"right": False, "seconds": time.perf_counter() - before}
+    row["seconds"] = time.perf_counter() - before
+    row["outcome"] = score(case, found)
+    row["right"] = row["outcome"] in RIGHT["twins" if row["twin"] else case.kind]
+    if not row["visible"]:  # not naming what hardly shows is no fault
+        row["right"] |= row["outcome"] in ("tied", "part", "not_testable", "missed")
+    row |= {key: found.get(key) for key in ("verdict", "selected", "baseline", "after", "sensor")}
+    row["ties"] = {
+        slug: sorted(tie)
+        for slug, tie in ties_of(found).items()
+        if tie and (slug in found["selected"] or slug in case.truth)
+    }
+    row["shape"] = (found.get("outside_catalogue") or {}).get("quantities")
+    row["truth_not_testable"] = sorted(not_testable(found) & set(case.truth))
+    row["candidates"] = [
+        {k: c.get(k) for k in ("effect", "probability", "evidence", "parameters")}
+        for c in found.get("candidates", ())[:4]
+    ]
+    row["experiments"] = found.get("experiments")
+    return row
+
+
+def _visible(case: Case, truth: Row) -> bool:
+    seen = truth.get("beside", {})
+    return all(rho >= SMALLEST_RHO for rho in seen.values())
+
+
+def _twin(case: Case, truth: Row) -> bool:
+    if case.kind != "one":
+        return False
+    return case.group in TWINS or truth.get("apart", APART) < APART
+
+
+def run(
+    chosen: Iterable[Case],
+    *,
+    processes: int = 2,
+    diagnose: str = DIAGNOSE,
+    keep: Path | None = None,
+) -> Iterator[Row]:
+    """Rows of the chosen cases as they come.
+
+    Args:
+        chosen: what to run.
+        processes: how many at a time; 1 runs here.
+        diagnose: ``module:function`` that is called as planner's diagnose is.
+        keep: file that gets a JSON line for every row.
+    """
+    cases = list(chosen)
+    work = partial(run_case, diagnose=diagnose)
+    if keep is not None:
+        keep.parent.mkdir(parents=True, exist_ok=True)
+        keep.write_text("", encoding="utf-8")
+    if processes == 1:
+        yield from (_kept(row, keep) for row in map(work, cases))
+        return
+    # Linear algebra on small tables is several times faster on one thread, and two processes
+    # with two threads each would fight for the same cores.
+    for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
+    with multiprocessing.get_context("spawn").Pool(processes) as pool:
+        yield from (_kept(row, keep) for row in pool.imap_unordered(work, cases))
+
+
+def _kept(row: Row, keep: Path | None) -> Row:
+    if keep is not None:
+        with keep.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(row) + "\n")
+    return row
