@@ -164,14 +164,27 @@ def _noise(rng: np.random.Generator, seed: int) -> dict[str, Any]:
 def _hiding(kind: str, group: str, seed: int, slugs: Sequence[str], **more: Any) -> Case:
     rng = np.random.default_rng(number_of(f"{kind}/{group}/{seed}"))
     hidden = {slug: settings_of(slug, rng) for slug in slugs}
-    sensors = dict(more.pop("sensors", {}))
-    if hidden.get("com_offset", {}).get("gain") == 0.0:  # nobody measured where the load lies
-        sensors["absent"] = ("com_x", "com_y")
     noise = _noise(rng, seed) | more.pop("noise", {})
     at_source = "battery_sag" in slugs or bool(rng.random() < 0.25)
+    lacks_com = hidden.get("com_offset", {}).get("gain") == 0.0  # nobody measured where loads lie
+    may_lack_com = "com_offset" not in slugs
+    absent = _absent(rng, at_source, lacks_com or (may_lack_com and bool(rng.random() < 0.1)))
+    sensors = {**more.pop("sensors", {}), "absent": absent}
     return Case(
         kind, group, seed, hidden, noise=noise, sensors=sensors, power_at_source=at_source, **more
     )
+
+
+def _absent(rng: np.random.Generator, at_source: bool, com: bool) -> tuple[str, ...]:
+    """Columns that a robot's log may well lack."""
+    absent: list[str] = []
+    if rng.random() < 0.6:
+        absent += [f"wheel_current_{k}" for k in range(1, 5)]
+    if rng.random() < 0.3 and not at_source:
+        absent += ["battery_voltage", "battery_current"]
+    if rng.random() < 0.2:
+        absent += ["ax", "ay"]
+    return tuple(absent + (["com_x", "com_y"] if com else []))
 
 
 def one(seeds: int) -> list[Case]:
@@ -228,7 +241,10 @@ def outside(seeds: int) -> list[Case]:
             elif slug == "slope_threshold":
                 own["threshold"] = rng.uniform(0.03, 0.07)
             noise = _noise(rng, seed)
-            made.append(Case("outside", slug, seed, {slug: own}, slug, noise=noise))
+            sensors = {"absent": _absent(rng, False, False)}
+            made.append(
+                Case("outside", slug, seed, {slug: own}, slug, noise=noise, sensors=sensors)
+            )
     return made
 
 

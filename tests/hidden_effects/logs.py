@@ -379,7 +379,7 @@ def _sources() -> str:
     """Hash of the code that makes logs, so that a change of it makes them anew."""
     here = Path(__file__).resolve()
     folder = Path(str(virtual.__file__)).parent
-    files = [here, here.with_name("cases.py"), *sorted(folder.glob("*.py"))]
+    files = [here, *sorted(folder.glob("*.py"))]
     files.append(folder.parent / "virtual_robot.py")
     digest = hashlib.sha256()
     for path in files:
