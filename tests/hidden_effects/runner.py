@@ -22,7 +22,7 @@ from typing import Any
 
 from tests.hidden_effects.cases import SMALLEST_RHO, TWINS, Case
 from tests.hidden_effects.logs import VEHICLE, make
-from tests.hidden_effects.scoring import RIGHT, not_testable, score, ties_of
+from tests.hidden_effects.scoring import RIGHT, not_testable, score, sensors_of, ties_of
 
 DIAGNOSE = "planner.telemetry.rank_effects:diagnose"
 APART = 5.0  # standard deviations below which a rival of the truth counts as its twin on this log
@@ -71,7 +71,8 @@ def run_case(case: Case, *, diagnose: str = DIAGNOSE, folder: Path | None = None
     row["right"] = row["outcome"] in RIGHT["twins" if row["twin"] else case.kind]
     if not row["visible"]:  # not naming what hardly shows is no fault
         row["right"] |= row["outcome"] in ("tied", "part", "not_testable", "missed")
-    row |= {key: found.get(key) for key in ("verdict", "selected", "baseline", "after", "sensor")}
+    row |= {key: found.get(key) for key in ("verdict", "selected", "baseline", "after")}
+    row["sensor_found"] = sensors_of(found)
     row["ties"] = {
         slug: sorted(tie)
         for slug, tie in ties_of(found).items()

@@ -93,12 +93,21 @@ def _best_tie(found: Mapping[str, Any], ties: Mapping[str, frozenset[str]]) -> f
     return frozenset()
 
 
+def sensors_of(found: Mapping[str, Any]) -> list[str]:
+    """Kinds of the sensors that are said to be wrong."""
+    said = found.get("sensor") or []
+    entries = [said] if isinstance(said, Mapping) else said
+    return [str(entry["kind"]) for entry in entries]
+
+
 def _sensor(case: Case, found: Mapping[str, Any]) -> str:
-    kind = str((found.get("sensor") or {}).get("kind", ""))
-    if not case.sensor:
+    kinds = sensors_of(found)
+    if not case.sensor or not kinds:
         return "wrong_sensor"
     words = {"slope_offset": ("slope", "pitch"), "speed_scale": ("speed",)}[case.sensor]
-    return "right_sensor" if any(word in kind for word in words) else "wrong_sensor"
+    # One more sensor that is said to be wrong is one that a user would look for in vain.
+    right = all(any(word in kind for word in words) for kind in kinds)
+    return "right_sensor" if right else "wrong_sensor"
 
 
 def _outside(

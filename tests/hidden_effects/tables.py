@@ -63,7 +63,7 @@ def failure_text(row: Row) -> str:
         said += "; ties " + ", ".join(f"{s}~{'/'.join(t)}" for s, t in row["ties"].items())
     if row.get("shape"):
         said += f"; shape {'/'.join(row['shape'])}"
-    if (row.get("sensor") or {}) and isinstance(row["sensor"], dict):
-        said += f"; sensor {row['sensor'].get('kind')}"
+    if row.get("sensor_found"):
+        said += f"; sensor {'/'.join(row['sensor_found'])}"
     apart = f", apart {row['apart']:.1f} from {row['rival']}" if "apart" in row else ""
     return f"{row['outcome']:14} {row['case']}: {said}   [rho {rho}{apart}, noise {row['level']}]"
