@@ -1,6 +1,6 @@
 """joulepath: routes that cost a wheeled robot least energy, with the account by physical effect.
 
-from planner import plan_route
+from planner import plan_route, Telemetry, compare, diagnose, adopt
 """
 
 from __future__ import annotations
@@ -10,11 +10,31 @@ from typing import TYPE_CHECKING, Any
 from planner import compiled_code as _compiled_code
 
 if TYPE_CHECKING:
+    from planner.power.model import PowerModel
     from planner.search.plan import plan_route
     from planner.search.request import PlanRequest
     from planner.search.route import Answer, Route
+    from planner.telemetry.adopt import Adoption, adopt, revert
+    from planner.telemetry.compare import Comparison, compare
+    from planner.telemetry.diagnosis import Diagnosis
+    from planner.telemetry.log import Telemetry
+    from planner.telemetry.rank_effects import diagnose
 
-__all__ = ["Answer", "PlanRequest", "Route", "plan_route"]
+__all__ = [
+    "Adoption",
+    "Answer",
+    "Comparison",
+    "Diagnosis",
+    "PlanRequest",
+    "PowerModel",
+    "Route",
+    "Telemetry",
+    "adopt",
+    "compare",
+    "diagnose",
+    "plan_route",
+    "revert",
+]
 __version__ = "0.1.0"
 
 _compiled_code.settle()
@@ -24,6 +44,15 @@ _HOMES = {
     "PlanRequest": "planner.search.request",
     "Answer": "planner.search.route",
     "Route": "planner.search.route",
+    "PowerModel": "planner.power.model",
+    "Telemetry": "planner.telemetry.log",
+    "Comparison": "planner.telemetry.compare",
+    "compare": "planner.telemetry.compare",
+    "Diagnosis": "planner.telemetry.diagnosis",
+    "diagnose": "planner.telemetry.rank_effects",
+    "Adoption": "planner.telemetry.adopt",
+    "adopt": "planner.telemetry.adopt",
+    "revert": "planner.telemetry.adopt",
 }
 
 

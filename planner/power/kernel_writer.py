@@ -80,9 +80,7 @@ class KernelWriter:
         self.number = number
         self.printed = printed
         self.offset: dict[tuple[str, str], int] = {}
-        self.slots = parameter_slots(
-            effects, wheel_count=wheel_count, surface_count=surface_count
-        )
+        self.slots = parameter_slots(effects, wheel_count=wheel_count, surface_count=surface_count)
         for place, (effect, name, _, element) in enumerate(self.slots):
             if element == 0:
                 self.offset[effect.slug, name] = place
@@ -208,9 +206,7 @@ class KernelWriter:
             lines.append(f"acts_{effect.slug} = False")
             for place, (owner, _, parameter, _) in enumerate(self.slots):
                 if owner is effect and parameter.null is not None:
-                    lines.append(
-                        f"acts_{effect.slug} |= parameters[{place}] != {parameter.null!r}"
-                    )
+                    lines.append(f"acts_{effect.slug} |= parameters[{place}] != {parameter.null!r}")
         return lines
 
     def _arguments(self, effect: type[Effect], hook: str) -> list[str]:

@@ -41,6 +41,7 @@ from planner.quantities import DEFAULT_ROW, INDEX
 
 Array = NDArray[np.float64]
 FORMAT = "joulepath-model/1"
+_SAVED = "a file that `joulepath adopt` or PowerModel.save wrote"
 
 _F1 = types.Array(types.float64, 1, "C")
 _F2 = types.Array(types.float64, 2, "C")
@@ -289,9 +290,9 @@ class PowerModel:
             "effects": effects,
         }
 
-    def save(self, path: str | Path) -> None:
-        """Write the model with its vehicle as strict JSON; ``load`` reads it back bit by bit."""
-        document = {
+    def document(self) -> dict[str, Any]:
+        """The model with its vehicle, ready for strict JSON; ``from_document`` reads it back."""
+        return {
             "format": FORMAT,
             **self.describe(),
             "vehicle": vehicle_document(self.vehicle),
@@ -302,7 +303,10 @@ class PowerModel:
             else [None if np.isnan(v) else float(v) for v in self.stderr],
             "history": list(self.history),
         }
-        text = json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
+
+    def save(self, path: str | Path) -> None:
+        """Write the model as strict JSON; ``load`` reads it back bit by bit."""
+        text = json.dumps(self.document(), indent=2, ensure_ascii=False, allow_nan=False)
         Path(path).write_text(text + "\n", "utf-8")
 
     @classmethod
@@ -312,15 +316,27 @@ class PowerModel:
         Raises:
             ModelError: not a model's file, or it names effects or parameters that do not exist.
         """
-        accepted = "a file that `joulepath adopt` or PowerModel.save wrote"
         try:
             document = json.loads(Path(path).read_text("utf-8"))
         except OSError as error:
-            raise ModelError(str(path), f"cannot be read: {error}", accepted=accepted) from error
+            raise ModelError(str(path), f"cannot be read: {error}", accepted=_SAVED) from error
         except ValueError as error:
-            raise ModelError(str(path), f"not JSON: {error}", accepted=accepted) from error
+            raise ModelError(str(path), f"not JSON: {error}", accepted=_SAVED) from error
+        return cls.from_document(document, str(path))
+
+    @classmethod
+    def from_document(cls, document: Any, where: str = "model") -> PowerModel:
+        """The model that ``document`` describes.
+
+        Args:
+            document: what ``document()`` gave.
+            where: what to call it in an error.
+
+        Raises:
+            ModelError: as ``load``.
+        """
         if not isinstance(document, dict) or document.get("format") != FORMAT:
-            raise ModelError(str(path), "not a joulepath model", accepted=accepted)
+            raise ModelError(where, "not a joulepath model", accepted=_SAVED)
         try:
             effects = document["effects"]
             made = [effect_from_definition(entry) for entry in document.get("custom", [])]
@@ -349,7 +365,7 @@ class PowerModel:
                 history=tuple(document["history"]),
             )
         except (AttributeError, KeyError, TypeError, IndexError, ValueError) as error:
-            raise ModelError(str(path), f"incomplete: {error!r}", accepted=accepted) from error
+            raise ModelError(where, f"incomplete: {error!r}", accepted=_SAVED) from error
 
 
 def _surface_labels(vehicle: Vehicle, effects: Sequence[type[Effect]]) -> list[str]:

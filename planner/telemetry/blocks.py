@@ -1,6 +1,6 @@
 """Blocks of consecutive rows: the units that are taken to be independent of each other.
 
-    number = block_numbers(log)          # (n,) block of every row
+number = block_numbers(log)          # (n,) block of every row
 """
 
 from __future__ import annotations
@@ -12,21 +12,30 @@ from planner.telemetry.log import Telemetry
 from planner.telemetry.noise import run_pieces
 
 BLOCK_ROWS = 30
-MOST_BLOCKS = 400
+MOST_BLOCKS = 256
 
 
-def block_numbers(log: Telemetry, rows: int = BLOCK_ROWS) -> NDArray[np.int64]:
-    """(n,) number of every row's block, counting from 0; a block never spans two runs.
+def block_numbers(log: Telemetry, most: int = MOST_BLOCKS) -> NDArray[np.int64]:
+    """(n,) number of every row's block, counting from 0.
 
-    Args:
-        log: the rows.
-        rows: length of a block; what is left at the end of a run joins the last one.
+    A block has at least BLOCK_ROWS rows of one run, more in a long log. Runs that are shorter than
+    that are put together, so that there are never more than ``most`` blocks.
     """
+    pieces = list(run_pieces(log))
+    rows = max(BLOCK_ROWS, -(-len(log) // most))
     number = np.empty(len(log), np.int64)
-    first = 0
-    for start, stop in run_pieces(log):
+    current, filled, last_stop = 0, 0, 0
+    for start, stop in pieces:
         length = stop - start
-        last = max(length // rows - 1, 0)
-        number[start:stop] = first + np.minimum(np.arange(length) // rows, last)
-        first += last + 1
+        if filled and filled + length > rows:
+            current, filled = current + 1, 0
+        if length <= rows:
+            number[start:stop] = current
+            filled += length
+        else:
+            count = length // rows
+            number[start:stop] = current + np.minimum(np.arange(length) // rows, count - 1)
+            current, filled = current + count, 0
+        last_stop = stop
+    assert last_stop == len(log)
     return number

@@ -219,7 +219,7 @@ def _bounded_step(
 
 
 def _small(step: Floats, gram: Floats) -> bool:
-    return bool(np.all(np.abs(step) * np.sqrt(np.maximum(np.diag(gram), 0.0)) < 0.02))
+    return bool(np.all(np.abs(step) * np.sqrt(np.maximum(np.diag(gram), 0.0)) < 0.05))
 
 
 def _finished(
@@ -324,15 +324,20 @@ def fold_numbers(log: Telemetry, folds: int = FOLDS) -> tuple[NDArray[np.int64],
 
 
 def cross_validate(
-    log: Telemetry, model: PowerModel, folds: int = FOLDS, *, noise: Noise | None = None
+    log: Telemetry,
+    model: PowerModel,
+    folds: int = FOLDS,
+    *,
+    free: Sequence[int] | None = None,
+    noise: Noise | None = None,
 ) -> CrossValidation:
-    """Fit without each fold in turn and predict it."""
+    """Fit without each fold in turn and predict it; arguments as ``fit``."""
     number, by_run = fold_numbers(log, folds)
     prediction = np.empty(len(log))
     errors = []
     for fold in np.unique(number):
         out = number == fold
-        fitted = fit(log.take(~out), model, noise=noise)
+        fitted = fit(log.take(~out), model, free=free, noise=noise)
         prediction[out] = predict(fitted.model, log.take(out))
         errors.append(float(np.sqrt(np.mean((log.power[out] - prediction[out]) ** 2))))
     rmse = float(np.sqrt(np.mean((log.power - prediction) ** 2)))

@@ -134,6 +134,13 @@ def _take_out_run(columns: Floats, shared: Floats, by_run: Floats) -> None:
 
 
 def noise_of(log: Telemetry, residual: Floats, watts: Floats, columns: Floats) -> Noise:
+    """Noise in the residual of a model, see noise_and_leftover."""
+    return noise_and_leftover(log, residual, watts, columns)[0]
+
+
+def noise_and_leftover(
+    log: Telemetry, residual: Floats, watts: Floats, columns: Floats
+) -> tuple[Noise, Floats]:
     """Noise in the residual of a model, once ``columns`` have taken what they can explain.
 
     Args:
@@ -142,6 +149,9 @@ def noise_of(log: Telemetry, residual: Floats, watts: Floats, columns: Floats) -
         watts: (n,) W, modelled.
         columns: (n, m) W per unit of whatever may still be in the residual: the model's tangent
             and a few shapes. Too many would take slow noise for an effect.
+
+    Returns:
+        The noise, and (n,) W that the columns leave over.
     """
     powers, spreads = np.array([0.0]), np.array([max(_deviation(residual), 1e-6)])
     left = residual
@@ -155,7 +165,7 @@ def noise_of(log: Telemetry, residual: Floats, watts: Floats, columns: Floats) -
     floor = float(np.sqrt(np.mean(scale**-2.0)))
     plain = Noise(powers, spreads, reflections, shrink, np.zeros((2, 2)), floor)
     by_run = _run_covariance(log, plain, left * np.minimum(1.0, CLIP / np.abs(z + 1e-300)), watts)
-    return Noise(powers, spreads, reflections, shrink, by_run, floor)
+    return Noise(powers, spreads, reflections, shrink, by_run, floor), left
 
 
 def _deviation(values: Floats) -> float:

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from planner.errors import Cancelled, LogError
 from planner.telemetry.log import Telemetry
 
-SAMPLE_ROWS = 40_000
+SAMPLE_ROWS = 20_000
 PIECE_ROWS = 200
 CHUNK_ROWS = 100_000
 

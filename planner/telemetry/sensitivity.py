@@ -125,9 +125,7 @@ def mean_watts(model: PowerModel, nodes: Nodes) -> Floats:
 
 def predict(model: PowerModel, log: Telemetry) -> Floats:
     """(n,) W, what the model says for a log, to be compared with ``log.power``."""
-    return mean_watts(
-        model, interval_nodes(log.rows_for(model.surfaces), log.interval, model)
-    )
+    return mean_watts(model, interval_nodes(log.rows_for(model.surfaces), log.interval, model))
 
 
 def sizes(model: PowerModel) -> Floats:

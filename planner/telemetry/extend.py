@@ -1,0 +1,111 @@
+"""A model with effects added to it, fitted: what adopting them gives.
+
+    fitted = fit_with(model, log, [Addition("air_drag", {"drag_area": 0.2})])
+
+An addition says which parameters of the effect are to be fitted and where the fit starts; its other
+parameters keep their null value, the shapes that were scanned the value that was found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.power.catalogue import find_effect
+from planner.power.effect import Effect
+from planner.power.model import PowerModel
+from planner.telemetry.candidates import Column, with_effects
+from planner.telemetry.fit import Fit, fit, free_places
+from planner.telemetry.log import Telemetry
+from planner.telemetry.noise import Noise
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Addition:
+    """An effect to be added.
+
+    Attributes:
+        effect: slug of the catalogue, or a custom effect.
+        start: (name, element) → value; these are fitted.
+        shapes: name → value of a scanned parameter.
+    """
+
+    effect: str | type[Effect]
+    start: dict[tuple[str, int], float]
+    shapes: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def declaration(self) -> type[Effect]:
+        """The effect's class."""
+        return find_effect(self.effect) if isinstance(self.effect, str) else self.effect
+
+
+def addition_of(columns: Sequence[Column], coefficients: Floats, effect: type[Effect]) -> Addition:
+    """What a selection found, as an addition."""
+    start: dict[tuple[str, int], float] = {}
+    shapes: dict[str, float] = {}
+    for column, coefficient in zip(columns, coefficients, strict=True):
+        name, _, element = column.parameter.partition(" ")
+        null = effect.parameters[name].null or 0.0
+        low, high = effect.parameters[name].bounds
+        start[name, int(element or 0)] = float(np.clip(null + coefficient, low, high))
+        if column.shape is not None:
+            shapes[column.shape_name] = column.shape[1]
+    return Addition(effect if effect.definition is not None else effect.slug, start, shapes)
+
+
+def usual_addition(effect: type[Effect], model: PowerModel) -> Addition:
+    """An effect at the values that the vehicle or the catalogue give, its parameters free."""
+    given = model.vehicle.parameters.get(effect.slug, {})
+    start: dict[tuple[str, int], float] = {}
+    for name, parameter in effect.parameters.items():
+        if parameter.fitted and parameter.null is not None:
+            value = given.get(name, parameter.default)
+            start[name, 0] = float(value) if isinstance(value, int | float) else parameter.default
+            if parameter.per == "wheel":
+                for wheel in range(1, model.vehicle.layout.wheel_count - 1):
+                    start[name, wheel] = start[name, 0]
+            if parameter.per == "surface":
+                for surface in range(1, max(1, len(model.surfaces))):
+                    start[name, surface] = start[name, 0]
+    return Addition(effect if effect.definition is not None else effect.slug, start)
+
+
+def extended(
+    model: PowerModel, log: Telemetry, additions: Sequence[Addition]
+) -> tuple[PowerModel, tuple[int, ...]]:
+    """The model with the additions at their start, and the numbers of its free parameters."""
+    full = with_effects(model, [a.declaration for a in additions], log)
+    values = full.parameters.copy()
+    added = {a.declaration.slug: a for a in additions}
+    free = []
+    usual = set(free_places(full, log))
+    for place, (effect, name, _, element) in enumerate(full.slots):
+        addition = added.get(effect.slug)
+        if addition is None:
+            if place in usual:
+                free.append(place)
+        elif (name, element) in addition.start:
+            values[place] = addition.start[name, element]
+            free.append(place)
+        elif name in addition.shapes:
+            values[place] = addition.shapes[name]
+    stderr = np.full(len(values), np.nan)
+    return replace(full, parameters=values, stderr=stderr), tuple(free)
+
+
+def fit_with(
+    model: PowerModel,
+    log: Telemetry,
+    additions: Sequence[Addition],
+    *,
+    noise: Noise | None = None,
+) -> Fit:
+    """Fit a model with effects added to it."""
+    full, free = extended(model, log, additions)
+    return fit(log, full, free=free, noise=noise)

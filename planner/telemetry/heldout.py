@@ -1,0 +1,85 @@
+"""Error on runs that a fit has not seen.
+
+    heldout_rmse(log, fitted)                            # of a fitted model
+    LinearHeldout(log, examination).rmse(columns)        # of many candidates, from sums
+
+A fold is a fifth of the runs. Its parameters are those of one Gauss-Newton step from the fit to all
+runs towards the fit without the fold, which is as good as refitting when folds change them little;
+tests/telemetry/test_heldout.py compares it with cross_validate, which refits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.telemetry.blocks import block_numbers
+from planner.telemetry.examine import Examination
+from planner.telemetry.fit import Fit, fold_numbers
+from planner.telemetry.interval import interval_nodes
+from planner.telemetry.log import Telemetry
+from planner.telemetry.noise import CLIP
+from planner.telemetry.sensitivity import tangent
+
+Floats = NDArray[np.float64]
+
+
+def heldout_rmse(log: Telemetry, fitted: Fit) -> float:
+    """W, cross-validated by run, of a model that was fitted to this log."""
+    model = fitted.model
+    nodes = interval_nodes(log.rows_for(model.surfaces), log.interval, model)
+    _, columns = tangent(model, nodes, fitted.places)
+    spread = fitted.noise.spread(fitted.watts)
+    clipped = np.clip(fitted.residual, -CLIP * spread, CLIP * spread)
+    white = fitted.noise.whiten(log, fitted.watts, np.column_stack([columns, clipped]))
+    folds, _ = fold_numbers(log)
+    grams = {int(fold): white[folds == fold].T @ white[folds == fold] for fold in np.unique(folds)}
+    total = np.sum(list(grams.values()), axis=0)
+    squares = 0.0
+    for fold, gram in grams.items():
+        held = folds == fold
+        step = _ridge_solution(total - gram)
+        left = fitted.residual[held] - columns[held] @ step
+        squares += float(left @ left)
+    return float(np.sqrt(squares / len(log)))
+
+
+def _ridge_solution(gram: Floats) -> Floats:
+    """Coefficients of the last column on all others."""
+    scale = np.sqrt(np.maximum(np.diag(gram)[:-1], 1e-300))
+    inner = gram[:-1, :-1] / np.outer(scale, scale) + 1e-6 * np.eye(len(scale))
+    return np.asarray(np.linalg.solve(inner, gram[:-1, -1] / scale) / scale)
+
+
+class LinearHeldout:
+    """Held-out errors of many sets of columns, linear around one examination.
+
+    Args:
+        log: the rows that were examined.
+        examination: of the same rows.
+    """
+
+    def __init__(self, log: Telemetry, examination: Examination) -> None:
+        evidence = examination.evidence
+        self.examination = examination
+        self.folds, _ = fold_numbers(log)
+        blocks = block_numbers(log)
+        self.grams = {
+            int(fold): evidence.grams[np.unique(blocks[self.folds != fold])].sum(axis=0)
+            for fold in np.unique(self.folds)
+        }
+
+    def rmse(self, columns: Sequence[int]) -> float:
+        """W, of the model with some columns."""
+        evidence, examination = self.examination.evidence, self.examination
+        at = [*evidence.tangent.tolist(), *columns]
+        wanted = [*at, evidence.residual]
+        squares = 0.0
+        for fold, gram in self.grams.items():
+            found = _ridge_solution(gram[np.ix_(wanted, wanted)])
+            held = self.folds == fold
+            left = examination.residual[held] - examination.raw[held][:, at] @ found
+            squares += float(left @ left)
+        return float(np.sqrt(squares / len(self.folds)))

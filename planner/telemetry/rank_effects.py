@@ -1,0 +1,507 @@
+"""Name the physical effect that a model lacks, or say honestly that a log cannot tell.
+
+    diagnosis = diagnose("drive.csv", "minibalance")
+    diagnosis.verdict, diagnosis.selected, diagnosis.sentence
+
+In this order:
+
+    fit        the model, robustly                                            planner.telemetry.fit
+    lay out    what every effect, sensor error and plain shape would add              examine
+    choose     the best subset; test it; compare it with its rivals            select_effects
+    refit      model and chosen effects together, and lay out anew around them,
+               until the choice stays; with a faulty sensor, after correcting it
+    all rows   of a long log are summed up once around what the sample said
+    outside    what the catalogue leaves over gets a curve and a formula       unknown_effect
+
+Everything nonlinear happens on a sample of at most 20,000 rows; memory does not grow with the log.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.errors import Cancelled
+from planner.power.catalogue import all_effects, find_effect
+from planner.power.effect import Effect
+from planner.power.model import PowerModel
+from planner.power.vehicle import Vehicle
+from planner.telemetry.candidates import Atom, CandidateLibrary, candidate_library
+from planner.telemetry.diagnosis import (
+    Candidate,
+    Diagnosis,
+    Errors,
+    Estimate,
+    NotTestable,
+    SensorFault,
+    Verdict,
+)
+from planner.telemetry.examine import Competitors, Examination, examine
+from planner.telemetry.experiments import recommend, what_would_help
+from planner.telemetry.extend import Addition, addition_of, fit_with, usual_addition
+from planner.telemetry.fit import Fit, fit, starting_model
+from planner.telemetry.heldout import LinearHeldout, heldout_rmse
+from planner.telemetry.log import Telemetry
+from planner.telemetry.regimes import regimes_of
+from planner.telemetry.sample import LogSource, open_source
+from planner.telemetry.select_effects import Member, Selection, Standing, select
+from planner.telemetry.sensors import SENSORS, Sensor
+from planner.telemetry.shapes import shapes_of
+from planner.telemetry.stream import examine_all
+from planner.telemetry.unknown_effect import Proposal, propose
+
+Floats = NDArray[np.float64]
+Progress = Callable[[float, str], None]
+Cancel = Callable[[], bool]
+
+ROUNDS = 3
+SENSOR_ROUNDS = 3
+
+
+@dataclass(frozen=True)
+class _Found:
+    """State of the search around the last linearisation."""
+
+    log: Telemetry
+    base: Fit
+    examination: Examination
+    selection: Selection
+    fitted: Fit
+    additions: tuple[Addition, ...]
+    corrections: dict[str, tuple[float, float]]
+
+
+class _Watch:
+    """Progress and cancellation."""
+
+    def __init__(self, progress: Progress | None, cancelled: Cancel | None) -> None:
+        self._progress = progress
+        self._cancelled = cancelled
+
+    def __call__(self, share: float, sentence: str) -> None:
+        self.check()
+        if self._progress is not None:
+            self._progress(share, sentence)
+
+    def check(self) -> None:
+        if self._cancelled is not None and self._cancelled():
+            raise Cancelled("the diagnosis was cancelled")
+
+
+def diagnose(
+    log: Telemetry | str | Path,
+    model: PowerModel | Vehicle | str | Path,
+    *,
+    mapping: str | Path | None = None,
+    extra: Sequence[type[Effect]] = (),
+    progress: Progress | None = None,
+    cancelled: Cancel | None = None,
+) -> Diagnosis:
+    """Find out which effect is missing.
+
+    Args:
+        log: what Telemetry.read gave, or a path as it takes.
+        model: a model; or a vehicle, by name or file, whose base model is then the start.
+        mapping: a mapping file for other names, units and signs.
+        extra: custom effects that compete with the catalogue.
+        progress: called with a share from 0 to 1 and a sentence.
+        cancelled: asked between the steps.
+
+    Raises:
+        LogError, VehicleError, ModelError: something given cannot be used.
+        Cancelled: ``cancelled`` said so.
+    """
+    watch = _Watch(progress, cancelled)
+    watch(0.0, "reading the log")
+    start = starting_model(model)
+    source = open_source(log, mapping, progress=progress, cancelled=cancelled)
+    return diagnose_source(source, start, extra=extra, watch=watch)
+
+
+def diagnose_source(
+    source: LogSource,
+    start: PowerModel,
+    *,
+    extra: Sequence[type[Effect]] = (),
+    watch: Callable[[float, str], None] = lambda share, sentence: None,
+) -> Diagnosis:
+    """As ``diagnose``, for a log that is open."""
+    watch(0.1, "fitting the model")
+    found = _search(source.sample, start, extra, watch)
+    if not source.complete:
+        found = _with_all_rows(source, found, watch)
+    watch(0.9, "weighing what was found")
+    return _report(source, found)
+
+
+def _search(
+    sample: Telemetry,
+    start: PowerModel,
+    extra: Sequence[type[Effect]],
+    watch: Callable[[float, str], None],
+) -> _Found:
+    corrections: dict[str, tuple[float, float]] = {}
+    log = sample
+    for number in range(SENSOR_ROUNDS):
+        watch(0.15 + 0.15 * number, "laying out what every effect would add")
+        base = fit(log, start)
+        library = candidate_library(base.model, log, extra=extra)
+        found = _settled(log, base, library, watch, 0.2 + 0.15 * number)
+        found = replace(found, corrections=dict(corrections))
+        faults = [m for m in found.selection.members if m.sensor]
+        if not faults or number == SENSOR_ROUNDS - 1:
+            break
+        log = _correct(log, found, faults, corrections)
+    return found
+
+
+def _settled(
+    log: Telemetry,
+    base: Fit,
+    library: CandidateLibrary,
+    watch: Callable[[float, str], None],
+    share: float,
+) -> _Found:
+    """Choose, refit, lay out anew, until the choice stays."""
+    competitors = Competitors(library, shapes_of(log))
+    examination = examine(log, competitors)
+    selection = select(examination)
+    fitted, additions = base, ()
+    chosen: tuple[tuple[str, tuple[int, ...]], ...] = ()
+    for number in range(ROUNDS):
+        members = [m for m in selection.members if not m.sensor]
+        names = tuple((m.name, m.columns) for m in members)
+        if names == chosen:
+            break
+        chosen = names
+        watch(share + 0.04 * number, "refitting with " + ", ".join(m.name for m in members))
+        additions = tuple(_addition(examination, m, selection) for m in members)
+        fitted = fit_with(base.model, log, additions, noise=examination.noise)
+        competitors = replace(
+            competitors, library=_relinearised(competitors, selection, members, fitted)
+        )
+        explained = [c for m in selection.members for c in m.columns]
+        if selection.shape is not None:
+            explained.append(selection.shape.column)
+        examination = examine(log, competitors, tuple(explained) or None)
+        selection = select(examination)
+    return _Found(log, base, examination, selection, fitted, additions, {})
+
+
+def _atom_of(member: Member) -> Atom:
+    assert member.atom is not None  # sensors have none; callers leave them out
+    return member.atom
+
+
+def _effect_of(examination: Examination, slug: str) -> type[Effect]:
+    effects = {e.slug: e for e in examination.competitors.library.model.effects}
+    return effects.get(slug) or find_effect(slug)
+
+
+def _addition(examination: Examination, member: Member, selection: Selection) -> Addition:
+    library = examination.competitors.library
+    columns = [library.candidates[n] for n in _atom_of(member).columns]
+    standing = next(s for s in selection.standings if s.name == member.name)
+    return addition_of(columns, standing.coefficients, _effect_of(examination, member.name))
+
+
+def _relinearised(
+    competitors: Competitors, selection: Selection, members: Sequence[Member], fitted: Fit
+) -> CandidateLibrary:
+    """The library around the refitted parameters, each effect at the size that it seems to have."""
+    library = competitors.library
+    amplitudes = library.amplitudes.copy()
+    for standing in selection.standings:
+        if standing.member.sensor or standing.z < 3.0:
+            continue
+        for number, value in zip(
+            _atom_of(standing.member).columns, standing.coefficients, strict=True
+        ):
+            column = library.candidates[number]
+            possible = float(np.clip(value, column.low, column.high))
+            if abs(possible) > 0.05 * abs(amplitudes[number]):
+                amplitudes[number] = possible
+    places = {
+        (effect.slug, name, element): place
+        for place, (effect, name, _, element) in enumerate(fitted.model.slots)
+    }
+    for member in members:
+        for number in _atom_of(member).columns:
+            column = library.candidates[number]
+            name, _, element = column.parameter.partition(" ")
+            value = fitted.model.parameters[places[member.name, name, int(element or 0)]]
+            null = library.model.parameters[column.place]
+            if abs(value - null) > 1e-3 * abs(amplitudes[number]):
+                amplitudes[number] = value - null
+    return library.around(fitted.model).with_amplitudes(amplitudes)
+
+
+def _correct(
+    log: Telemetry,
+    found: _Found,
+    faults: Sequence[Member],
+    corrections: dict[str, tuple[float, float]],
+) -> Telemetry:
+    """Take the sensors' errors out of the log, and note them."""
+    for member in faults:
+        sensor = _sensor(member.name)
+        standing = next(s for s in found.selection.standings if s.name == member.name)
+        value = float(standing.coefficients[0])
+        stderr = abs(value) / max(standing.z, 1e-9)
+        before = corrections.get(member.name, (0.0, 0.0))[0]
+        corrections[member.name] = (before + value, stderr)
+        log = sensor.correct(log, value)
+    return log
+
+
+def _sensor(kind: str) -> Sensor:
+    return next(s for s in SENSORS if s.kind == kind)
+
+
+def _with_all_rows(source: LogSource, found: _Found, watch: Callable[[float, str], None]) -> _Found:
+    """Sum up the whole log around what the sample said, and choose again."""
+    corrections = found.corrections
+
+    def correct(chunk: Telemetry) -> Telemetry:
+        for kind, (value, _) in corrections.items():
+            chunk = _sensor(kind).correct(chunk, value)
+        return chunk
+
+    members = [c for m in found.selection.members for c in m.columns]
+    examination = examine_all(source, found.examination, members, correct, watch)
+    selection = select(examination)
+    chosen = [m for m in selection.members if not m.sensor]
+    additions = tuple(_addition(examination, m, selection) for m in chosen)
+    fitted = fit_with(found.base.model, found.log, additions, noise=found.examination.noise)
+    return replace(
+        found,
+        examination=examination,
+        selection=selection,
+        fitted=fitted,
+        additions=additions,
+    )
+
+
+# What is said about it.
+
+
+def _report(source: LogSource, found: _Found) -> Diagnosis:
+    examination, selection = found.examination, found.selection
+    members = [m for m in selection.members if not m.sensor]
+    sensors = _sensor_faults(found)
+    shape = selection.shape
+    lost = shape is not None and not sensors and bool(shape.near) and (shape.alone or not members)
+    proposal: Proposal | None = None
+    if shape is not None and not lost:
+        kept = () if shape.alone else found.additions
+        given = [] if shape.alone else [c for m in members for c in m.columns]
+        if shape.alone:
+            members = []
+        proposal = propose(examination, shape, found.log, found.base.model, kept, given)
+    if lost:
+        members = []
+    selected = tuple(m.name for m in members)
+    verdict = _verdict(sensors, proposal, members, lost)
+    fitted = proposal.fit if proposal else (found.fitted if members else found.base)
+    base_rmse = found.base.rmse_w
+    own = [c for m in members for c in m.columns]
+    baseline = Errors(
+        base_rmse,
+        heldout_rmse(found.log, found.base),
+        examination.noise.floor_w,
+    )
+    after = Errors(fitted.rmse_w, heldout_rmse(found.log, fitted))
+    candidates = _candidates(found, selected, fitted, examination, own)
+    hidden = tuple(
+        NotTestable(slug, why, what_would_help(slug, why))
+        for slug, why in sorted(examination.testable.items())
+        if why is not None
+    )
+    outside = proposal.outside if proposal else None
+    diagnosis = Diagnosis(
+        verdict,
+        selected,
+        "",
+        baseline,
+        after,
+        candidates,
+        hidden,
+        tuple(
+            regimes_of(found.log, found.base.residual, examination.noise.spread(found.base.watts))
+        ),
+        outside,
+        sensors,
+        recommend(examination, selection, found.log),
+        found.base.model,
+        fitted,
+        _additions(found, members, proposal),
+        found.log,
+        source.describe(),
+    )
+    return replace(diagnosis, sentence=_sentence(diagnosis, shape.near if shape and lost else ()))
+
+
+def _additions(
+    found: _Found, members: Sequence[Member], proposal: Proposal | None
+) -> dict[str, Addition]:
+    """How to add everything that could be adopted, supported by the log or not."""
+    examination = found.examination
+    library = examination.competitors.library
+    additions: dict[str, Addition] = {}
+    for slug, effect in all_effects().items():
+        if not effect.base and slug not in library.own:
+            additions[slug] = usual_addition(effect, library.model)
+    for standing in found.selection.standings:
+        if not standing.member.sensor:
+            additions[standing.name] = _addition(examination, standing.member, found.selection)
+    for member, addition in zip(members, found.additions, strict=False):
+        additions[member.name] = addition
+    if proposal is not None:
+        additions[proposal.outside.name] = proposal.addition
+    return additions
+
+
+def _verdict(
+    sensors: Sequence[SensorFault],
+    proposal: Proposal | None,
+    members: Sequence[Member],
+    lost: bool,
+) -> Verdict:
+    if sensors:
+        return "sensor_error"
+    if proposal is not None:
+        return "outside_catalogue"
+    if members:
+        return "missing_effect"
+    return "not_identifiable" if lost else "complete"
+
+
+def _sensor_faults(found: _Found) -> tuple[SensorFault, ...]:
+    values = dict(found.corrections)
+    for member in found.selection.members:
+        if member.sensor:
+            standing = next(s for s in found.selection.standings if s.name == member.name)
+            value = float(standing.coefficients[0])
+            before = values.get(member.name, (0.0, 0.0))[0]
+            values[member.name] = (before + value, abs(value) / max(standing.z, 1e-9))
+    faults = []
+    for kind, (value, stderr) in values.items():
+        sensor = _sensor(kind)
+        sentence = sensor.sentence.format(value=f"{value:.3g} ± {stderr:.1g}")
+        faults.append(SensorFault(kind, value, stderr, sensor.unit, sentence))
+    return tuple(faults)
+
+
+def _candidates(
+    found: _Found,
+    selected: tuple[str, ...],
+    fitted: Fit,
+    examination: Examination,
+    own: Sequence[int],
+) -> tuple[Candidate, ...]:
+    entries = []
+    # The sums of a long log do not keep its rows: the sample's errors stand for it.
+    linear = LinearHeldout(found.log, examination) if len(examination.raw) else None
+    for standing in found.selection.standings:
+        if standing.member.sensor:
+            continue
+        chosen = standing.name in selected
+        if chosen:
+            parameters = _fitted_estimates(fitted, standing.name)
+        else:
+            parameters = _linear_estimates(examination, standing)
+        entries.append(
+            Candidate(
+                standing.name,
+                standing.probability,
+                None if linear is None else linear.rmse(_with_fellows(standing, own)),
+                parameters,
+                standing.z,
+                standing.p_value,
+                standing.size,
+                standing.gain,
+                len(standing.member.columns),
+                found.selection.ties.get(standing.name, ()) if chosen else (),
+            )
+        )
+    told = {entry.effect for entry in entries}
+    for slug, why in sorted(examination.testable.items()):
+        if why is not None and slug not in told:
+            entries.append(Candidate(slug, 0.0, None, {}, 0.0, 1.0, 0.0, 0.0, 0, (), why))
+    return tuple(entries)
+
+
+def _with_fellows(standing: Standing, own: Sequence[int]) -> list[int]:
+    """Columns of an effect alone; of a selected one, of all that were selected."""
+    columns = list(standing.member.columns)
+    return list(own) if set(columns) <= set(own) else columns
+
+
+def _fitted_estimates(fitted: Fit, slug: str) -> dict[str, Estimate]:
+    estimates = {}
+    for parameter in fitted.parameters:
+        if parameter.effect == slug:
+            spread = fitted.model.slots
+            several = sum(1 for s in spread if s[0].slug == slug and s[1] == parameter.name) > 1
+            name = f"{parameter.name} {parameter.element}" if several else parameter.name
+            estimates[name] = Estimate(parameter.value, parameter.stderr, parameter.unit)
+    return estimates
+
+
+def _linear_estimates(examination: Examination, standing: Standing) -> dict[str, Estimate]:
+    library = examination.competitors.library
+    estimates = {}
+    clear = examination.evidence.clear
+    for number, column, value in zip(
+        _atom_of(standing.member).columns,
+        standing.member.columns,
+        standing.coefficients,
+        strict=True,
+    ):
+        candidate = library.candidates[number]
+        _, _, parameter, _ = library.model.slots[candidate.place]
+        null = parameter.null or 0.0
+        stderr = float(1.0 / np.sqrt(max(clear[column, column], 1e-300)))
+        bounded = float(np.clip(null + value, *parameter.bounds))
+        estimates[candidate.parameter] = Estimate(bounded, stderr, parameter.unit)
+    return estimates
+
+
+def _sentence(diagnosis: Diagnosis, near: Sequence[str]) -> str:
+    before, after = diagnosis.baseline, diagnosis.after
+    floor = before.noise_floor_w or 0.0
+    errors = (
+        f"held-out error {before.heldout_rmse_w:.3g} W → {after.heldout_rmse_w:.3g} W, "
+        f"noise {floor:.3g} W"
+    )
+    names = " and ".join(diagnosis.selected)
+    if diagnosis.verdict == "sensor_error":
+        faults = "; ".join(s.sentence for s in diagnosis.sensors)
+        rest = f"; beside that, {names} is missing" if names else ""
+        return f"A sensor is wrong rather than the model: {faults}{rest}."
+    if diagnosis.outside is not None:
+        over = " and ".join(diagnosis.outside.quantities).replace("_", " ")
+        beside = f" beside {names}" if names else ""
+        return (
+            f"Something outside the catalogue is missing{beside}, over {over}: "
+            f"{diagnosis.outside.formula} ({errors})."
+        )
+    if diagnosis.verdict == "missing_effect":
+        ties = {
+            rival
+            for c in diagnosis.candidates
+            if c.effect in diagnosis.selected
+            for rival in c.indistinguishable_from
+        }
+        tied = f"; this log cannot tell it from {', '.join(sorted(ties))}" if ties else ""
+        return f"Missing: {names} ({errors}){tied}."
+    if diagnosis.verdict == "not_identifiable":
+        return (
+            "Something is missing that this log cannot attribute: "
+            f"{', '.join(near)} would look the same ({errors})."
+        )
+    return f"Nothing is missing that this log could show ({errors})."

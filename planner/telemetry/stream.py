@@ -1,0 +1,149 @@
+"""The same sums over every row of a long log, in one pass.
+
+    examination = examine_all(source, examination_of_the_sample, chosen, correct, progress)
+
+Noise, sizes and the parameters around which the model is taken come from the sample; columns that
+the sample found untestable are left out, and of the shapes only the strongest stay. Chunks are
+summed up one after the other, so that memory does not grow with the log.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.telemetry.blocks import MOST_BLOCKS
+from planner.telemetry.candidates import Atom
+from planner.telemetry.evidence import Evidence
+from planner.telemetry.examine import Competitors, Examination
+from planner.telemetry.log import Telemetry
+from planner.telemetry.noise import CLIP
+from planner.telemetry.sample import LogSource
+from planner.telemetry.shapes import Dictionary
+
+Floats = NDArray[np.float64]
+
+SHAPES_KEPT = 30
+
+
+def examine_all(
+    source: LogSource,
+    sample: Examination,
+    chosen: Sequence[int],
+    correct: Callable[[Telemetry], Telemetry],
+    watch: Callable[[float, str], None],
+) -> Examination:
+    """Sum up the whole log.
+
+    Args:
+        source: the log.
+        sample: the examination of its sample.
+        chosen: columns of the sample's examination that were selected.
+        correct: takes the errors of sensors out of a chunk.
+        watch: progress; raises when the caller cancelled.
+    """
+    reduced, kept, atoms = _reduced(sample, chosen)
+    evidence = Evidence(reduced.tangent, reduced.residual + 1)
+    evidence.slow = sample.evidence.slow[kept]
+    explained = _explained(sample, chosen)
+    where = {old: new for new, old in enumerate(kept)}
+    columns = [where[c] for c in explained[0]]
+    blocks = _Blocks(source.rows)
+    done = 0
+    for chunk in source.chunks():
+        part = correct(chunk)
+        watts, raw = reduced.raw(part)
+        spread = sample.noise.spread(watts)
+        expected = raw[:, columns] @ explained[1]
+        raw[:, -1] = expected + np.clip(raw[:, -1] - expected, -CLIP * spread, CLIP * spread)
+        white = sample.noise.whiten(part, watts, raw)
+        evidence.add(white, blocks.of(part), part.run)
+        done += len(part)
+        watch(0.5 + 0.4 * done / source.rows, f"{done:,} of {source.rows:,} rows")
+    evidence.settle()
+    shapes = tuple(range(len(reduced.dictionary.shapes)))
+    return replace(
+        sample,
+        competitors=reduced,
+        evidence=evidence,
+        atoms=atoms,
+        shapes=shapes,
+        raw=np.empty((0, len(kept))),
+    )
+
+
+def _reduced(
+    sample: Examination, chosen: Sequence[int]
+) -> tuple[Competitors, list[int], tuple[Atom, ...]]:
+    """Competitors without what cannot matter; old columns in the new order; atoms renumbered."""
+    old = sample.competitors
+    used = sorted({n for atom in sample.atoms for n in atom.columns})
+    number = {n: k for k, n in enumerate(used)}
+    atoms = tuple(
+        replace(atom, columns=tuple(number[n] for n in atom.columns)) for atom in sample.atoms
+    )
+    shapes = list(sample.shapes)
+    if len(shapes) > SHAPES_KEPT:
+        columns = [old.first_shape + k for k in shapes]
+        z, _, _ = sample.evidence.test_each(columns, given=chosen)
+        alone, _, _ = sample.evidence.test_each(columns)
+        order = np.argsort(-np.maximum(z, alone))[:SHAPES_KEPT]
+        wanted = {shapes[k] for k in order}
+        # A cosine keeps its sine: formulas over the heading need both.
+        for k in list(wanted):
+            if old.dictionary.shapes[k].kind == "cos":
+                wanted.add(k + 1)
+            if old.dictionary.shapes[k].kind == "sin":
+                wanted.add(k - 1)
+        shapes = sorted(wanted)
+    library = replace(
+        old.library,
+        candidates=tuple(old.library.candidates[n] for n in used),
+        amplitudes=old.library.amplitudes[used],
+        atoms=atoms,
+    )
+    dictionary = Dictionary(
+        tuple(old.dictionary.shapes[k] for k in shapes),
+        old.dictionary.temperature,
+        old.dictionary.ranges,
+    )
+    kept = [
+        *range(old.tangent),
+        *(old.candidate(n) for n in used),
+        *(old.sensor(k) for k in range(len(old.sensors))),
+        *(old.first_shape + k for k in shapes),
+        old.residual,
+    ]
+    return Competitors(library, dictionary, old.sensors), kept, atoms
+
+
+def _explained(sample: Examination, chosen: Sequence[int]) -> tuple[list[int], Floats]:
+    """Columns and coefficients that the residual is clipped around."""
+    evidence = sample.evidence
+    at = [*evidence.tangent.tolist(), *chosen]
+    gram = evidence.total[np.ix_(at, at)]
+    scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    scaled = gram / np.outer(scale, scale) + 1e-9 * np.eye(len(at))
+    found = np.linalg.solve(scaled, evidence.total[at, evidence.residual] / scale) / scale
+    return at, found
+
+
+class _Blocks:
+    """Numbers blocks along the whole log; a block never spans two runs or two chunks."""
+
+    def __init__(self, rows: int) -> None:
+        self.rows = max(-(-rows // MOST_BLOCKS), 1)
+        self.next = 0
+
+    def of(self, chunk: Telemetry) -> NDArray[np.int64]:
+        borders = [0, *(np.flatnonzero(np.diff(chunk.run)) + 1).tolist(), len(chunk)]
+        number = np.empty(len(chunk), np.int64)
+        for start, stop in zip(borders[:-1], borders[1:], strict=True):
+            count = max((stop - start) // self.rows, 1)
+            place = np.minimum(np.arange(stop - start) // self.rows, count - 1)
+            number[start:stop] = self.next + place
+            self.next += count
+        return number

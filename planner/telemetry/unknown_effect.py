@@ -1,0 +1,281 @@
+"""A formula for what the catalogue does not have: which shape, over which quantity, how strong.
+
+    found = propose(examination, shape, log, model, additions)   # an Outside, ready to adopt
+
+The shape that stood out names the axis. Every function of the dictionary over that axis, alone or
+times the speed, is then tried as a custom effect (planner.power.custom) with its thresholds, widths
+and constants fitted, and the one with the best likelihood less a penalty for its parameters wins.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.power.custom import custom_effect
+from planner.power.effect import Effect
+from planner.power.model import PowerModel
+from planner.quantities import STANDARD_GRAVITY
+from planner.telemetry.diagnosis import Outside
+from planner.telemetry.evidence import Evidence
+from planner.telemetry.examine import Examination
+from planner.telemetry.extend import Addition, fit_with
+from planner.telemetry.fit import Fit
+from planner.telemetry.log import Telemetry
+from planner.telemetry.noise import CLIP
+from planner.telemetry.quantities_of_motion import STANDSTILL, motion_axes
+from planner.telemetry.select_effects import ShapeFound
+from planner.telemetry.shapes import Shape
+
+Floats = NDArray[np.float64]
+
+TRIED = 5
+"""Formulas that are fitted in full, out of all that the sums rank."""
+CURVE_POINTS = 41
+_HUGE = 1e6
+
+
+@dataclass(frozen=True)
+class _Text:
+    """An axis in the language of custom formulas."""
+
+    expression: str
+    unit: str
+    fixed: dict[str, dict[str, Any]]
+
+
+_STILL = {"standstill": {"unit": "m/s", "bounds": (0, 1), "default": STANDSTILL, "fitted": False}}
+_LENGTH = "sqrt(vx * vx + vy * vy + standstill * standstill)"
+_GRAVITY = {
+    "gravity": {
+        "unit": "m/s^2",
+        "bounds": (1, 30),
+        "default": STANDARD_GRAVITY,
+        "fitted": False,
+    }
+}
+
+
+def _axis_text(axis: str, temperature: str) -> _Text:
+    return {
+        "speed": _Text("speed", "m/s", {}),
+        "heading": _Text("heading", "1", {}),
+        "slope_along": _Text(
+            f"(-(gravity_x * vx + gravity_y * vy) / (gravity * {_LENGTH}))",
+            "1",
+            {**_STILL, **_GRAVITY},
+        ),
+        "slope_across": _Text(
+            f"(-(gravity_y * vx - gravity_x * vy) / (gravity * {_LENGTH}))",
+            "1",
+            {**_STILL, **_GRAVITY},
+        ),
+        "yaw_rate": _Text("wz", "rad/s", {}),
+        "acceleration": _Text(f"((ax * vx + ay * vy) / {_LENGTH})", "m/s^2", _STILL),
+        "load": _Text("payload", "kg", {}),
+        "temperature": _Text(temperature, "K", {}),
+        "time_since_start": _Text("time_since_start", "s", {}),
+    }[axis]
+
+
+def _power_unit(axis_unit: str, order: int, times_speed: int) -> str:
+    unit = "W"
+    if order and axis_unit != "1":
+        unit += f"/({axis_unit})" if order == 1 else f"/({axis_unit})^{order}"
+    if times_speed:
+        unit += "/(m/s)" if times_speed == 1 else f"/(m/s)^{times_speed}"
+    return unit
+
+
+def formula_of(
+    shape: Shape, span: tuple[float, float], temperature: str, coefficients: Sequence[float]
+) -> tuple[type[Effect], dict[tuple[str, int], float]]:
+    """A custom effect for a shape, and where its fit starts.
+
+    Args:
+        shape: the shape; of a harmonic either of the two.
+        span: range of its axis in the log.
+        temperature: quantity of the temperature axis.
+        coefficients: W per unit of the shape; two for a harmonic (cosine, sine).
+    """
+    text = _axis_text(shape.axis, temperature)
+    x, low, high = text.expression, *span
+    width = max(high - low, 1e-9)
+    order = 1
+    shaping: dict[str, dict[str, Any]] = {}
+    start: dict[tuple[str, int], float] = {}
+    strengths = ["strength"]
+
+    def shaped(name: str, value: float, bounds: tuple[float, float], unit: str) -> None:
+        shaping[name] = {"unit": unit, "bounds": bounds, "default": value}
+        start[name, 0] = float(np.clip(value, *bounds))
+
+    if shape.kind == "power":
+        order = int(shape.at)
+        body = x if order == 1 else f"{x} ** {order}"
+    elif shape.kind == "size":
+        body = f"abs({x})"
+    elif shape.kind == "bump":
+        order = 0
+        body = f"bump({x}, centre, width)"
+        shaped("centre", shape.at, (low - width, high + width), text.unit)
+        shaped("width", shape.width, (0.02 * width, 2.0 * width), text.unit)
+    elif shape.kind in ("cos", "sin"):
+        order = 0
+        strengths = ["even", "odd"]
+        n = int(shape.at)
+        body = f"(even * cos({n} * heading) + odd * sin({n} * heading))"
+    elif shape.kind in ("above", "outside", "below"):
+        inner = {
+            "above": f"{x} - threshold",
+            "outside": f"abs({x}) - threshold",
+            "below": f"threshold - {x}",
+        }[shape.kind]
+        body = f"hinge({inner})"
+        reach = max(abs(low), abs(high)) if shape.kind == "outside" else None
+        limits = (0.0, reach) if reach is not None else (low, high)
+        shaped("threshold", shape.at, limits, text.unit)
+    else:
+        order = 0
+        body = f"exp(-{x} / time_constant)"
+        shaped("time_constant", shape.at, (0.2 * shape.at, 10.0 * width), text.unit)
+    fixed = dict(text.fixed)
+    factor = "" if shape.times_speed == 0 else " * speed"
+    factor += f" ** {shape.times_speed}" if shape.times_speed > 1 else ""
+    if shape.axis == "heading" and shape.times_speed == 0:
+        factor = " * tanh(speed / standstill)"
+        fixed |= _STILL
+    unit = _power_unit(text.unit, order, shape.times_speed)
+    parameters: dict[str, dict[str, Any]] = {
+        name: {"unit": unit, "bounds": (-_HUGE, _HUGE), "null": 0.0} for name in strengths
+    }
+    for name, value in zip(strengths, coefficients, strict=True):
+        start[name, 0] = float(value)
+    formula = f"{body}{factor}" if len(strengths) > 1 else f"strength * {body}{factor}"
+    effect = custom_effect(
+        f"unknown_{shape.axis}",
+        formula,
+        "W",
+        {**parameters, **shaping, **fixed},
+        title=f"unknown effect over {' and '.join(shape.quantities).replace('_', ' ')}",
+        doc="Proposed from a log by what the catalogue left over.",
+    )
+    return effect, start
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A formula that was fitted.
+
+    Attributes:
+        outside: what is reported.
+        addition: how to add it to a model.
+        fit: the model with the selection and the formula.
+    """
+
+    outside: Outside
+    addition: Addition
+    fit: Fit
+
+
+def propose(
+    examination: Examination,
+    shape: ShapeFound,
+    log: Telemetry,
+    model: PowerModel,
+    additions: Sequence[Addition],
+    given: Sequence[int],
+) -> Proposal:
+    """Find the best formula over the axis of a shape that stood out.
+
+    Args:
+        examination: the log, summed up.
+        shape: what stood out.
+        log: the rows.
+        model: the model without any additions, fitted.
+        additions: what was selected beside it.
+        given: columns of what was selected.
+    """
+    dictionary = examination.competitors.dictionary
+    axis = dictionary.shapes[shape.number].axis
+    fits: list[tuple[float, Shape, Fit, Addition]] = []
+    for tried, coefficients in _ranked(examination, axis, given)[:TRIED]:
+        effect, start = formula_of(
+            tried, dictionary.ranges[axis], dictionary.temperature, coefficients
+        )
+        addition = Addition(effect, start)
+        fitted = fit_with(model, log, [*additions, addition], noise=examination.noise)
+        score = _score(fitted, examination, log) - 2.0 * len(start)
+        fits.append((score, tried, fitted, addition))
+    _, best, fitted, addition = max(fits, key=lambda entry: entry[0])
+    effect = addition.declaration
+    outside = Outside(
+        best.quantities,
+        _curve(fitted.model, effect, log, axis, dictionary.temperature),
+        effect.slug,
+        str((effect.definition or {})["formula"]),
+        effect,
+        shape.z,
+        shape.size,
+    )
+    return Proposal(outside, addition, fitted)
+
+
+def _ranked(
+    examination: Examination, axis: str, given: Sequence[int]
+) -> list[tuple[Shape, tuple[float, ...]]]:
+    """One shape of every family over an axis, by the likelihood that it gains; harmonics paired."""
+    competitors, evidence = examination.competitors, examination.evidence
+    shapes = competitors.dictionary.shapes
+    best: dict[tuple[str, str, int], tuple[float, Shape, tuple[float, ...]]] = {}
+    base = evidence.gain(list(given))[0]
+    for number in examination.shapes:
+        shape = shapes[number]
+        if shape.axis != axis or shape.kind == "sin":
+            continue
+        columns = [competitors.first_shape + number]
+        if shape.kind == "cos":
+            columns.append(columns[0] + 1)  # its sine stands beside it
+        gain, coefficients = _gain(evidence, given, columns)
+        gain -= base + 2.0 * (len(columns) - 1)
+        family = shape.family if shape.kind != "power" else (*shape.family[:2], int(shape.at) * 10)
+        if family not in best or gain > best[family][0]:
+            best[family] = (gain, shape, tuple(coefficients.tolist()))
+    ordered = sorted(best.values(), key=lambda entry: -entry[0])
+    return [(shape, coefficients) for _, shape, coefficients in ordered]
+
+
+def _gain(evidence: Evidence, given: Sequence[int], columns: Sequence[int]) -> tuple[float, Floats]:
+    gain, found = evidence.gain([*given, *columns])
+    return gain, found[len(given) :]
+
+
+def _score(fitted: Fit, examination: Examination, log: Telemetry) -> float:
+    """Log-likelihood of a fit under the noise that was found, up to a constant."""
+    spread = examination.noise.spread(examination.watts)
+    clipped = np.clip(fitted.residual, -CLIP * spread, CLIP * spread)
+    white = examination.noise.whiten(log, examination.watts, clipped[:, None])
+    return float(-0.5 * (white**2).sum())
+
+
+def _curve(
+    model: PowerModel, effect: type[Effect], log: Telemetry, axis: str, temperature: str
+) -> tuple[tuple[float, float], ...]:
+    """Median of what the effect adds along its axis, W, over equal shares of the rows."""
+    rows = log.rows_for(model.surfaces)
+    values = motion_axes(rows, temperature=temperature)[axis]
+    watts = model.watts_by_effect(rows)[effect.slug]
+    known = np.flatnonzero(np.isfinite(values))
+    low, high = np.percentile(values[known], [0.5, 99.5])
+    edges = np.linspace(low, high, CURVE_POINTS)
+    bins = np.digitize(values[known], edges)
+    points = []
+    for k in range(1, CURVE_POINTS):
+        inside = known[bins == k]
+        if len(inside):
+            points.append((float(np.median(values[inside])), float(np.median(watts[inside]))))
+    return tuple(points)
