@@ -18,15 +18,16 @@ ENV PATH=/opt/joulepath/bin:$PATH \
     PYTHONUNBUFFERED=1 \
     JOULEPATH_CACHE_DIR=/var/cache/joulepath \
     MPLCONFIGDIR=/var/cache/joulepath/matplotlib \
-    JOULEPATH_DATA_DIR=/data
+    JOULEPATH_DATA_DIR=/data \
+    JOULEPATH_STORE_DIR=/var/lib/joulepath
 # rasterio's wheel expects the system's expat. Any version that the base image offers will do.
 # hadolint ignore=DL3008
 RUN apt-get update \
  && apt-get install --yes --no-install-recommends libexpat1 \
  && rm -rf /var/lib/apt/lists/*
 RUN useradd --system --uid 10001 --no-create-home joulepath \
- && mkdir -p /var/cache/joulepath /data \
- && chown joulepath /var/cache/joulepath
+ && mkdir -p /var/cache/joulepath /var/lib/joulepath /data \
+ && chown joulepath /var/cache/joulepath /var/lib/joulepath
 COPY --from=build /opt/joulepath /opt/joulepath
 USER 10001
 # Compile now what every worker needs, so that the container starts warm.

@@ -7,6 +7,7 @@ It never loads the planner itself; everything that plans or reads a map runs in 
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from importlib.metadata import version
@@ -21,10 +22,13 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from planner.search.request import PlanRequest
 from service import problems
 from service.jobs.pool import WorkerPool, Workers
+from service.jobs.runner import Runner
 from service.names import Names
-from service.routes import catalogues, health, page, plan
+from service.requests import AdoptRequest, CompareRequest, DiagnoseRequest, RevertRequest
+from service.routes import catalogues, health, jobs, logs, models, page, plan, workbench
 from service.settings import Settings
 from service.state import Service
+from service.store.store import Store
 
 # The page runs its own modules only: nothing inline, nothing evaluated, nothing from elsewhere.
 _HEADERS = {
@@ -52,28 +56,45 @@ class _SafeHeaders:
         await self.app(scope, receive, send_with_headers)
 
 
-def create_app(settings: Settings | None = None, workers: Workers | None = None) -> FastAPI:
-    """The application.
-
-    Args:
-        settings: from the environment when left out.
-        workers: where requests are carried out; a pool of processes when left out.
-    """
-    settings = settings or Settings()
-
-    @asynccontextmanager
-    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        pool = workers or WorkerPool(
-            workers=settings.workers,
-            queue=settings.queue,
-            time_limit_s=settings.time_limit_s,
-            memory_limit_mb=settings.memory_limit_mb,
-        )
+@asynccontextmanager
+async def _running(
+    settings: Settings, workers: Workers | None, job_workers: Workers | None
+) -> AsyncIterator[Service]:
+    """Store, workers and jobs, as long as the application lives."""
+    store = await asyncio.to_thread(Store.open, settings)
+    pool = workers or WorkerPool(
+        workers=settings.workers,
+        queue=settings.queue,
+        time_limit_s=settings.time_limit_s,
+        memory_limit_mb=settings.memory_limit_mb,
+    )
+    job_pool = job_workers or WorkerPool(
+        workers=settings.job_workers,
+        queue=settings.job_workers,
+        time_limit_s=settings.job_time_limit_s,
+        memory_limit_mb=settings.memory_limit_mb,
+        advice="send a shorter log, or raise JOULEPATH_JOB_TIME_LIMIT_S",
+    )
+    try:
         await pool.start()
+        await job_pool.start()
+        # The first job waits until a worker has everything loaded: ready means ready.
+        known = await pool.run("catalogues")
+        names = Names(
+            catalogue={
+                "map": [entry["name"] for entry in known.maps],
+                "vehicle": [entry["name"] for entry in known.vehicles],
+                "model": known.kinds,
+            },
+            folder=settings.data_dir,
+            stored=store.model_file,
+        )
+        runner = Runner(
+            store, job_pool, names, slots=settings.job_workers, queue=settings.job_queue
+        )
+        await runner.start()
         try:
-            # The first job waits until a worker has everything loaded: ready means ready.
-            known = await pool.run("catalogues")
-            app.state.service = Service(
+            yield Service(
                 settings=settings,
                 workers=pool,
                 catalogues={
@@ -81,18 +102,37 @@ def create_app(settings: Settings | None = None, workers: Workers | None = None)
                     "vehicles": known.vehicles,
                     "effects": known.effects,
                 },
-                names=Names(
-                    catalogue={
-                        "map": [entry["name"] for entry in known.maps],
-                        "vehicle": [entry["name"] for entry in known.vehicles],
-                        "model": known.kinds,
-                    },
-                    folder=settings.data_dir,
-                ),
+                names=names,
+                store=store,
+                jobs=runner,
             )
-            yield
         finally:
-            await pool.stop()
+            await runner.stop()
+    finally:
+        await job_pool.stop()
+        await pool.stop()
+        await asyncio.to_thread(store.close)
+
+
+def create_app(
+    settings: Settings | None = None,
+    workers: Workers | None = None,
+    job_workers: Workers | None = None,
+) -> FastAPI:
+    """The application.
+
+    Args:
+        settings: from the environment when left out.
+        workers: where requests are carried out; a pool of processes when left out.
+        job_workers: where jobs are; ``workers``, or a pool of their own, when left out.
+    """
+    settings = settings or Settings()
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        async with _running(settings, workers, job_workers or workers) as service:
+            app.state.service = service
+            yield
 
     app = FastAPI(
         title="joulepath",
@@ -106,7 +146,7 @@ def create_app(settings: Settings | None = None, workers: Workers | None = None)
         redoc_url=None,
     )
     problems.install(app)
-    for module in (plan, catalogues, health):
+    for module in (plan, logs, workbench, jobs, models, catalogues, health):
         app.include_router(module.router)
     page.install(app)
     app.add_middleware(_SafeHeaders)
@@ -115,7 +155,7 @@ def create_app(settings: Settings | None = None, workers: Workers | None = None)
 
 
 def _describe(app: FastAPI) -> None:
-    """Put the request, which the endpoint reads by itself, into the OpenAPI document."""
+    """Put the requests, which the endpoints read by themselves, into the OpenAPI document."""
 
     def openapi() -> dict[str, Any]:
         if app.openapi_schema is None:
@@ -125,10 +165,12 @@ def _describe(app: FastAPI) -> None:
                 description=app.description,
                 routes=app.routes,
             )
-            _, request = models_json_schema(
-                [(PlanRequest, "validation")], ref_template="#/components/schemas/{model}"
+            asked = (PlanRequest, CompareRequest, DiagnoseRequest, AdoptRequest, RevertRequest)
+            _, requests = models_json_schema(
+                [(model, "validation") for model in asked],
+                ref_template="#/components/schemas/{model}",
             )
-            document["components"]["schemas"] |= request["$defs"]
+            document["components"]["schemas"] |= requests["$defs"]
             app.openapi_schema = document
         return app.openapi_schema
 

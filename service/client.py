@@ -3,15 +3,26 @@
 with JoulepathClient("http://127.0.0.1:8000") as client:
     answer = client.plan(map="warehouse", start={"x": 1.5, "y": 2}, goal={"x": 27, "y": 17})
     print(answer["routes"][0]["energy_j"])
+    log = client.upload_log("drive.csv")
+    print(client.diagnose(log["id"], vehicle="minibalance")["sentence"])
+    adopted = client.adopt("diagnosed", log["id"], vehicle="minibalance")
+    client.plan(map="warehouse", model=adopted["model_id"], start=…, goal=…)
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
+from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
 import httpx
+
+Progress = Callable[[float, str], None]
+
+_PAUSE_S = 0.3
 
 
 class ServiceProblem(Exception):
@@ -72,6 +83,189 @@ class JoulepathClient:
         result: dict[str, Any] = _document(response)
         return result
 
+    def upload_log(
+        self,
+        log: str | Path | bytes,
+        *,
+        mapping: str | Path | bytes | None = None,
+        name: str | None = None,
+        progress: Progress | None = None,
+    ) -> dict[str, Any]:
+        """Upload a log; returns when the service has read it.
+
+        Args:
+            log: path of a CSV or Parquet file, or its content.
+            mapping: path of a mapping file, or its content.
+            name: what to call the log; the file's name when left out.
+            progress: called with the share done and a sentence while the service reads.
+
+        Returns:
+            the log with ``id``, ``rows``, ``report``, ``derived``, ``assumed``.
+
+        Raises:
+            ServiceProblem: the log cannot be used; its ``detail`` says why.
+        """
+        with ExitStack() as stack:
+
+            def part(given: str | Path | bytes, name: str | None) -> tuple[str, Any]:
+                if isinstance(given, bytes):
+                    return name or "log", given
+                return name or Path(given).name, stack.enter_context(Path(given).open("rb"))
+
+            files = {"log": part(log, name)}
+            if mapping is not None:
+                files["mapping"] = part(mapping, "mapping.toml")
+            response = self._http.post("/v1/logs", files=files, params={"wait": 5})
+        return self._outcome(response, progress)
+
+    def logs(self) -> list[dict[str, Any]]:
+        """Logs that were uploaded, newest first."""
+        return self._list("/v1/logs")
+
+    def delete_log(self, log: str) -> None:
+        """Remove a log; what was adopted from it stays."""
+        _document(self._http.delete(f"/v1/logs/{log}"))
+
+    def compare(
+        self,
+        log: str,
+        *,
+        vehicle: str | None = None,
+        model: str | None = None,
+        progress: Progress | None = None,
+    ) -> dict[str, Any]:
+        """Compare a log's measured power with a model's.
+
+        Args:
+            log: id of the log.
+            vehicle: start from this vehicle's base model, fitted to the log.
+            model: start from this saved model, by its id.
+            progress: called with the share done and a sentence.
+
+        Raises:
+            ServiceProblem: it cannot be done, or the job was cancelled.
+        """
+        return self._verb("compare", progress, log=log, vehicle=vehicle, model=model)
+
+    def diagnose(
+        self,
+        log: str,
+        *,
+        vehicle: str | None = None,
+        model: str | None = None,
+        progress: Progress | None = None,
+    ) -> dict[str, Any]:
+        """Name the effects that a model lacks; arguments as for ``compare``."""
+        return self._verb("diagnose", progress, log=log, vehicle=vehicle, model=model)
+
+    def adopt(
+        self,
+        effects: str | Sequence[str],
+        log: str,
+        *,
+        vehicle: str | None = None,
+        model: str | None = None,
+        formula: Mapping[str, Any] | None = None,
+        progress: Progress | None = None,
+    ) -> dict[str, Any]:
+        """Take effects into a model; the new version's id is in ``model_id``.
+
+        Args:
+            effects: names, or "diagnosed" for everything that the diagnosis selects.
+            log, vehicle, model, progress: as for ``compare``.
+            formula: definition of a custom effect, adopted under its name.
+        """
+        named = [effects] if isinstance(effects, str) else list(effects)
+        return self._verb(
+            "adopt",
+            progress,
+            log=log,
+            vehicle=vehicle,
+            model=model,
+            effects=named,
+            formula=None if formula is None else dict(formula),
+        )
+
+    def models(self) -> list[dict[str, Any]]:
+        """Versions of models, newest first."""
+        return self._list("/v1/models")
+
+    def model(self, model: str) -> dict[str, Any]:
+        """A saved model; written to a file, the command line and Python read it."""
+        result: dict[str, Any] = _document(self._http.get(f"/v1/models/{model}"))
+        return result
+
+    def upload_model(self, document: Mapping[str, Any]) -> dict[str, Any]:
+        """Upload a saved model; returns what the list of models says of it."""
+        result: dict[str, Any] = _document(self._http.post("/v1/models", json=dict(document)))
+        return result
+
+    def history(self, model: str) -> list[dict[str, Any]]:
+        """What was adopted into a model, oldest first."""
+        return self._list(f"/v1/models/{model}/history")
+
+    def revert(self, model: str, version: int) -> dict[str, Any]:
+        """Go back to an earlier version; returns the new one."""
+        response = self._http.post(f"/v1/models/{model}/revert", json={"version": version})
+        result: dict[str, Any] = _document(response)
+        return result
+
+    def jobs(self) -> list[dict[str, Any]]:
+        """The newest jobs, without their results."""
+        return self._list("/v1/jobs")
+
+    def job(self, job: str) -> dict[str, Any]:
+        """State, progress and result of a job."""
+        result: dict[str, Any] = _document(self._http.get(f"/v1/jobs/{job}"))
+        return result
+
+    def cancel(self, job: str) -> dict[str, Any]:
+        """End a job; returns it."""
+        result: dict[str, Any] = _document(self._http.delete(f"/v1/jobs/{job}"))
+        return result
+
+    def wait(self, job: str, progress: Progress | None = None) -> dict[str, Any]:
+        """The result of a job, when it is there. An interrupt cancels the job.
+
+        Args:
+            job: its id.
+            progress: called with the share done and a sentence whenever they change.
+
+        Raises:
+            ServiceProblem: the job failed or was cancelled.
+        """
+        told: tuple[float, str] | None = None
+        try:
+            while True:
+                found = self.job(job)
+                now = (found["progress"]["share"], found["progress"]["sentence"])
+                if progress is not None and now != told:
+                    progress(*now)
+                    told = now
+                if found["state"] == "done":
+                    result: dict[str, Any] = found["result"]
+                    return result
+                if found["state"] == "failed":
+                    raise ServiceProblem(found["error"])
+                if found["state"] == "cancelled":
+                    raise ServiceProblem(
+                        {"title": "Conflict", "status": 409, "detail": "the job was cancelled"}
+                    )
+                time.sleep(_PAUSE_S)
+        except KeyboardInterrupt:
+            self.cancel(job)
+            raise
+
+    def _verb(self, verb: str, progress: Progress | None, **fields: Any) -> dict[str, Any]:
+        asked = {key: value for key, value in fields.items() if value is not None}
+        return self._outcome(self._http.post(f"/v1/{verb}", json=asked), progress)
+
+    def _outcome(self, response: httpx.Response, progress: Progress | None) -> dict[str, Any]:
+        document: dict[str, Any] = _document(response)
+        if response.status_code == httpx.codes.ACCEPTED:
+            return self.wait(document["id"], progress)
+        return document
+
     def maps(self) -> list[dict[str, Any]]:
         """Maps that requests may name."""
         return self._list("/v1/maps")
@@ -111,7 +305,7 @@ class JoulepathClient:
 
 def _document(response: httpx.Response) -> Any:
     if response.is_success:
-        return response.json()
+        return response.json() if response.content else None
     try:
         problem = response.json()
     except ValueError:

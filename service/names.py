@@ -1,12 +1,13 @@
-"""Names in a request that comes from outside: catalogue entries, or files of one folder.
+"""Names in a request that comes from outside: catalogue entries, stored models, files of a folder.
 
 On the command line a map, a vehicle or a model may be any path. Over HTTP it may be a name of the
-catalogue, or a file inside the folder that JOULEPATH_DATA_DIR names, and nothing else on the disk.
+catalogue, the id of a stored model, or a file inside the folder that JOULEPATH_DATA_DIR names, and
+nothing else on the disk.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,10 +28,12 @@ class Names:
     Attributes:
         catalogue: names that the planner knows by itself.
         folder: where further files lie; None for none.
+        stored: path of the file of a stored model by its id, or None.
     """
 
     catalogue: dict[str, Collection[str]]
     folder: Path | None
+    stored: Callable[[str], Path | None] = lambda _: None
 
     def resolve(self, request: PlanRequest) -> PlanRequest:
         """The same request with names inside the folder replaced by their paths.
@@ -46,16 +49,20 @@ class Names:
         return request.model_copy(update=paths)
 
     def find(self, field: str, name: str) -> str:
-        """A catalogue's name as it is, or the path of a file in the folder.
+        """A catalogue's name as it is, or the path of a stored model or a file in the folder.
 
         Raises:
             RequestError: it is neither.
         """
         if name in self.catalogue[field]:
             return name
+        if field == "model" and (path := self.stored(name)) is not None:
+            return str(path)
         if name in self.files(field) and self.folder is not None:
             return str(self.folder.resolve() / name)
         known = [*self.catalogue[field], *self.files(field)]
+        if field == "model":
+            known.append("an id out of GET /v1/models")
         raise RequestError(
             field, f"no such {field} in this service", value=name, accepted=", ".join(known)
         )

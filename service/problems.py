@@ -9,6 +9,7 @@ printable: input that JSON or UTF-8 cannot say never comes back as a failure to 
 
 from __future__ import annotations
 
+import errno
 import uuid
 from collections.abc import Mapping
 from http import HTTPStatus
@@ -27,7 +28,7 @@ _log = structlog.get_logger("joulepath.service")
 
 
 class Busy(JoulepathError):
-    """All workers plan and the queue is full."""
+    """All workers are busy and the queue is full."""
 
     def __init__(self, retry_after_s: int) -> None:
         self.retry_after_s = retry_after_s
@@ -42,56 +43,95 @@ class WorkerLost(JoulepathError):
     """The process that worked on a request ended before it could answer."""
 
 
-def problem(
-    status: int,
-    kind: str,
-    detail: str,
-    *,
-    headers: Mapping[str, str] | None = None,
-    **members: Any,
-) -> JSONResponse:
+class Conflict(JoulepathError):
+    """What was asked for cannot be done in the state that things are in."""
+
+
+class TooLarge(JoulepathError):
+    """What was sent is larger than the service takes."""
+
+
+class NoSuch(JoulepathError):
+    """Nothing has the id that was asked for."""
+
+    def __init__(self, what: str, identity: str) -> None:
+        super().__init__(f"there is no {what} {identity[:40]!r}")
+
+
+def document(status: int, kind: str, detail: str, **members: Any) -> dict[str, Any]:
     """One problem document.
 
     Args:
         status: HTTP status.
         kind: last part of the type URN; stable, for programs.
         detail: one sentence for people.
-        headers: beside the content type.
         members: further members; those that are None are left out.
     """
-    document = {
+    return {
         "type": f"urn:joulepath:problem:{kind}",
         "title": HTTPStatus(status).phrase,
         "status": status,
         "detail": detail,
         **{key: value for key, value in members.items() if value is not None},
     }
+
+
+def respond(document: Mapping[str, Any], headers: Mapping[str, str] | None = None) -> JSONResponse:
+    """A problem document as a response, with headers beside the content type."""
     return JSONResponse(
-        document, status, media_type=MEDIA_TYPE, headers=dict(headers) if headers else None
+        dict(document),
+        document["status"],
+        media_type=MEDIA_TYPE,
+        headers=dict(headers) if headers else None,
     )
+
+
+_STATUS = {
+    Conflict: (409, "conflict"),
+    NoSuch: (404, "not-found"),
+    TooLarge: (413, "too-large"),
+    TookTooLong: (504, "time-limit"),
+    WorkerLost: (500, "worker-lost"),
+}
+
+
+def describe(error: Exception) -> dict[str, Any]:
+    """The problem document of any error; an unexpected one is logged under its ``id``."""
+    if isinstance(error, InputError):
+        return document(422, "bad-input", str(error), field=error.field, accepted=error.accepted)
+    if isinstance(error, Busy):
+        return document(503, "busy", f"{error}; try again in {error.retry_after_s} s")
+    for kind, (status, name) in _STATUS.items():
+        if isinstance(error, kind):
+            return document(status, name, str(error))
+    if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
+        return document(507, "no-space", "the service's disk is full")
+    number = str(uuid.uuid4())
+    _log.error("failed", id=number, exc_info=error)
+    detail = f"something failed inside the service; its log has id {number}"
+    return document(500, "unexpected", detail, id=number)
 
 
 def install(app: FastAPI) -> None:
     """Let the application answer every error with a problem document."""
-    app.add_exception_handler(InputError, _bad_input)
     app.add_exception_handler(RequestValidationError, _bad_parameter)
     app.add_exception_handler(HTTPException, _http)
-    app.add_exception_handler(Busy, _busy)
-    app.add_exception_handler(TookTooLong, _too_long)
-    app.add_exception_handler(WorkerLost, _lost)
-    app.add_exception_handler(Exception, _unexpected)
+    # One that is expected must have a handler of its own: the last one logs and raises again.
+    for kind in (InputError, Busy, *_STATUS, Exception):
+        app.add_exception_handler(kind, _described)
 
 
-async def _bad_input(request: Request, error: Exception) -> JSONResponse:
-    assert isinstance(error, InputError)
-    return problem(422, "bad-input", str(error), field=error.field, accepted=error.accepted)
+async def _described(request: Request, error: Exception) -> JSONResponse:
+    headers = {"Retry-After": str(error.retry_after_s)} if isinstance(error, Busy) else None
+    return respond(describe(error), headers)
 
 
 async def _bad_parameter(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, RequestValidationError)
     first = error.errors()[0]
     field = ".".join(str(step) for step in first["loc"])
-    return problem(422, "bad-input", f"{field}: {first['msg']}", field=field, accepted=first["msg"])
+    detail = f"{field}: {first['msg']}"
+    return respond(document(422, "bad-input", detail, field=field, accepted=first["msg"]))
 
 
 _KINDS = {404: "not-found", 405: "method-not-allowed", 413: "too-large", 415: "not-json"}
@@ -100,29 +140,4 @@ _KINDS = {404: "not-found", 405: "method-not-allowed", 413: "too-large", 415: "n
 async def _http(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException)
     kind = _KINDS.get(error.status_code, "http")
-    return problem(error.status_code, kind, error.detail, headers=error.headers)
-
-
-async def _busy(request: Request, error: Exception) -> JSONResponse:
-    assert isinstance(error, Busy)
-    wait = str(error.retry_after_s)
-    return problem(503, "busy", f"{error}; try again in {wait} s", headers={"Retry-After": wait})
-
-
-async def _too_long(request: Request, error: Exception) -> JSONResponse:
-    return problem(504, "time-limit", str(error))
-
-
-async def _lost(request: Request, error: Exception) -> JSONResponse:
-    return problem(500, "worker-lost", str(error))
-
-
-async def _unexpected(request: Request, error: Exception) -> JSONResponse:
-    number = str(uuid.uuid4())
-    _log.error("request failed", id=number, path=request.url.path, exc_info=error)
-    return problem(
-        500,
-        "unexpected",
-        f"something failed inside the service; its log has id {number}",
-        id=number,
-    )
+    return respond(document(error.status_code, kind, error.detail), error.headers)

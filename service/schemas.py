@@ -10,6 +10,8 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from service.problems import MEDIA_TYPE
+
 
 class Problem(BaseModel):
     """An error, after RFC 9457."""
@@ -23,6 +25,27 @@ class Problem(BaseModel):
     field: str | None = Field(default=None, examples=["start.x"])
     accepted: str | None = Field(default=None, examples=["metres in the map's frame"])
     id: str | None = Field(default=None, description="of an unexpected failure in the log")
+
+
+_PROBLEMS = {
+    404: "Nothing has this id.",
+    409: "It cannot be done in the state that things are in.",
+    413: "The body is larger than the service takes.",
+    415: "The body is not said to be JSON.",
+    422: "Something in the request cannot be used; `field` says what.",
+    500: "Something failed inside the service.",
+    503: "All workers are busy; `Retry-After` says when to try again.",
+    504: "The service's time limit was reached.",
+    507: "The service's disk is full.",
+}
+
+
+def problem_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
+    """How a route's problems are described in the OpenAPI document."""
+    return {
+        status: {"model": Problem, "content": {MEDIA_TYPE: {}}, "description": _PROBLEMS[status]}
+        for status in statuses
+    }
 
 
 class Pose(BaseModel):

@@ -10,11 +10,18 @@ import uvicorn
 
 from service.app import create_app
 from service.settings import Settings
+from service.store.store import Store
 
 
 def serve(*, host: str | None = None, port: int | None = None) -> None:
-    """Serve until interrupted; arguments go before the environment's settings."""
+    """Serve until interrupted; arguments go before the environment's settings.
+
+    Raises:
+        InputError: the store's folder or its database cannot be used.
+    """
     settings = Settings()
+    # Said here in one sentence, and not by the server amid its start.
+    Store.open(settings).close()
     level = logging.getLevelNamesMapping()[settings.log_level.upper()]
     structlog.configure(
         wrapper_class=structlog.make_filtering_bound_logger(level),

@@ -8,8 +8,10 @@ from typing import Annotated, Any, cast
 from fastapi import Depends, Request
 
 from service.jobs.pool import Workers
+from service.jobs.runner import Runner
 from service.names import Names
 from service.settings import Settings
+from service.store.store import Store
 
 
 @dataclass(frozen=True)
@@ -21,12 +23,16 @@ class Service:
         workers: where requests are carried out.
         catalogues: lists of maps, vehicles and effects, ready for JSON.
         names: what requests may name.
+        store: logs, versions of models, jobs.
+        jobs: runs what takes long.
     """
 
     settings: Settings
     workers: Workers
     catalogues: dict[str, list[dict[str, Any]]]
     names: Names
+    store: Store
+    jobs: Runner
 
 
 def _service(request: Request) -> Service:

@@ -67,6 +67,7 @@ class WorkerPool:
         queue: int,
         time_limit_s: float,
         memory_limit_mb: int,
+        advice: str = "ask for a smaller time_budget_s or fewer iterations",
         module: str = WORKER_MODULE,
     ) -> None:
         context = multiprocessing.get_context("forkserver")
@@ -77,6 +78,7 @@ class WorkerPool:
         self._queue = queue
         self._time_limit_s = time_limit_s
         self._memory_limit_mb = memory_limit_mb
+        self._advice = advice
         self._taken = 0
 
     async def start(self) -> None:
@@ -113,8 +115,7 @@ class WorkerPool:
             result = await asyncio.wrap_future(future)
         except DeadlineError:
             raise TookTooLong(
-                f"no answer within the service's limit of {self._time_limit_s:g} s; "
-                "ask for a smaller time_budget_s or fewer iterations"
+                f"no answer within the service's limit of {self._time_limit_s:g} s; {self._advice}"
             ) from None
         except (ProcessExpired, MemoryError):
             raise WorkerLost(

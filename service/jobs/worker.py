@@ -18,6 +18,26 @@ from planner.search.request import PlanRequest
 from planner.terrain.catalogue import list_maps
 from service.documents import finite, route_text, strict
 from service.jobs.relief import relief_of
+from service.jobs.telemetry import (
+    adopt_effects,
+    check_log,
+    check_model,
+    compare_log,
+    diagnose_log,
+    revert_model,
+)
+
+__all__ = [
+    "adopt_effects",
+    "catalogues",
+    "check_log",
+    "check_model",
+    "compare_log",
+    "diagnose_log",
+    "relief",
+    "revert_model",
+    "solve",
+]
 
 warm_up()
 

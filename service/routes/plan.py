@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import asyncio
-from typing import Any
 
-from fastapi import APIRouter, HTTPException, Request, Response
+from fastapi import APIRouter, Request, Response
 
 from planner.errors import RequestError
 from planner.search.request import PlanRequest
-from service.problems import MEDIA_TYPE
-from service.schemas import Problem, RouteAnswer
+from service.bodies import json_body
+from service.schemas import RouteAnswer, problem_responses
 from service.state import Running
 
 router = APIRouter(prefix="/v1", tags=["routes"])
@@ -23,17 +22,7 @@ EXAMPLE = {
     "seed": 1,
 }
 
-_PROBLEMS: dict[int | str, dict[str, Any]] = {
-    status: {"model": Problem, "content": {MEDIA_TYPE: {}}, "description": what}
-    for status, what in {
-        413: "The body is larger than the service takes.",
-        415: "The body is not said to be JSON.",
-        422: "Something in the request cannot be used; `field` says what.",
-        500: "Something failed inside the service.",
-        503: "All workers are busy; `Retry-After` says when to try again.",
-        504: "The service's time limit was reached.",
-    }.items()
-}
+_PROBLEMS = problem_responses(413, 415, 422, 500, 503, 504)
 
 
 @router.post(
@@ -61,7 +50,7 @@ async def plan(request: Request, service: Running) -> Response:
     The body is a PlanRequest. A well-formed question whose answer is "no route" is answered with
     status 200 and `"status": "no_route"`. A client that hangs up ends its own job.
     """
-    asked = PlanRequest.from_text(await _body(request, service.settings.max_body_bytes))
+    asked = PlanRequest.from_text(await json_body(request, service.settings.max_body_bytes))
     most = service.settings.max_time_budget_s
     if asked.time_budget_s > most:
         raise RequestError(
@@ -70,7 +59,7 @@ async def plan(request: Request, service: Running) -> Response:
             value=asked.time_budget_s,
             accepted=f"seconds to search, above 0 up to {most:g}",
         )
-    asked = service.names.resolve(asked)
+    asked = await asyncio.to_thread(service.names.resolve, asked)
     job = asyncio.ensure_future(service.workers.run("solve", asked))
     gone = asyncio.ensure_future(_disconnected(request))
     try:
@@ -82,19 +71,6 @@ async def plan(request: Request, service: Running) -> Response:
     finally:
         gone.cancel()
         job.cancel()
-
-
-async def _body(request: Request, most: int) -> bytes:
-    """The request's body, refused as soon as it is too large or not JSON."""
-    media_type = request.headers.get("content-type", "").split(";")[0].strip().lower()
-    if media_type != "application/json":
-        raise HTTPException(415, "the body must be JSON, sent with Content-Type: application/json")
-    body = bytearray()
-    async for chunk in request.stream():
-        body += chunk
-        if len(body) > most:
-            raise HTTPException(413, f"the body is larger than {most} bytes")
-    return bytes(body)
 
 
 async def _disconnected(request: Request) -> None:

@@ -13,6 +13,7 @@ import os
 import re
 import secrets
 import shutil
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,6 +22,7 @@ from service.documents import write_whole
 
 MAPPING = "mapping.toml"
 _LONGEST_NAME = 120
+_ABANDONED_S = 24 * 3600.0
 _FOLDERS = ("incoming", "logs", "models", "progress")
 
 
@@ -51,14 +53,18 @@ class Files:
     folder: Path
 
     def prepare(self) -> None:
-        """Make the folders, and clear away what an ended service left half done.
+        """Make the folders, and clear away uploads that broke off with their service.
 
         Raises:
             InputError: the folder cannot be written.
         """
         try:
+            self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             for name in _FOLDERS:
-                (self.folder / name).mkdir(parents=True, exist_ok=True)
+                (self.folder / name).mkdir(exist_ok=True)
+            for left in (self.folder / "incoming").iterdir():
+                if time.time() - left.stat().st_mtime > _ABANDONED_S:
+                    left.unlink()
             probe = self.folder / f".{secrets.token_hex(4)}"
             probe.touch()
             probe.unlink()

@@ -97,6 +97,14 @@ class Jobs:
             rows = session.scalars(select(JobRow).where(JobRow.state.in_(UNFINISHED)))
             return any(row.request.get("log") == log for row in rows)
 
+    def reading(self, log: str) -> dict[str, Any] | None:
+        """The unfinished job that reads a log for the first time, or None."""
+        with self._database.session() as session:
+            rows = session.scalars(
+                select(JobRow).where(JobRow.kind == "check", JobRow.state.in_(UNFINISHED))
+            )
+            return next((document(row) for row in rows if row.request["log"] == log), None)
+
     def begin(self, job: str, until: float) -> bool:
         """Take a queued job; False when it is not to be had any more."""
         return self._move(

@@ -7,6 +7,7 @@ store.logs.all(), store.models.save(document, parent=None, at=now()), store.jobs
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Self
 
 from service.settings import Settings
@@ -52,6 +53,11 @@ class Store:
         )
         jobs = Jobs(database, owner or new_owner())
         return cls(database, files, Logs(database), Models(database), jobs)
+
+    def model_file(self, model: str) -> Path | None:
+        """Path of a stored model's file, or None when there is no such model."""
+        document = self.models.document(model)
+        return None if document is None else self.files.model(model, document)
 
     def close(self) -> None:
         """Close the database."""

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
 from types import SimpleNamespace
 from typing import Any
 
@@ -56,6 +57,17 @@ class ScriptedWorkers:
         return {"alive": self.alive, "workers": 1, "busy": 0, "waiting": 0}
 
 
+@asynccontextmanager
+async def talking(app: FastAPI) -> AsyncIterator[httpx.AsyncClient]:
+    """A client of an application in this process, for as many requests as a test has."""
+    transport = httpx.ASGITransport(app, raise_app_exceptions=False)
+    async with (
+        app.router.lifespan_context(app),
+        httpx.AsyncClient(transport=transport, base_url="http://service") as client,
+    ):
+        yield client
+
+
 class Http:
     """Talks to an application in this process, without a server."""
 
@@ -66,11 +78,7 @@ class Http:
         """One request, in a life of the application of its own."""
 
         async def talk() -> httpx.Response:
-            transport = httpx.ASGITransport(self.app, raise_app_exceptions=False)
-            async with (
-                self.app.router.lifespan_context(self.app),
-                httpx.AsyncClient(transport=transport, base_url="http://service") as client,
-            ):
+            async with talking(self.app) as client:
                 return await client.request(method, path, **arguments)
 
         return asyncio.run(talk())
@@ -99,7 +107,15 @@ def settings(tmp_path: Any) -> Settings:
     (folder / "cart.toml").write_text("")
     (tmp_path / "secret.tif").write_bytes(b"")
     (folder / "leak.tif").symlink_to(tmp_path / "secret.tif")
-    return Settings(max_body_bytes=2048, max_time_budget_s=10, data_dir=folder)
+    return Settings(
+        max_body_bytes=2048,
+        max_time_budget_s=10,
+        data_dir=folder,
+        store_dir=tmp_path / "store",
+        job_workers=1,
+        job_queue=2,
+        max_log_bytes=100_000,
+    )
 
 
 @pytest.fixture

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import os
 import signal
+from pathlib import Path
+from typing import Any
 
-from planner.errors import MapError
+from planner.errors import LogError, MapError
+from service.jobs import progress
+from service.jobs.tasks import Task
 
 count = 0
 
@@ -43,3 +47,18 @@ def die() -> None:
 def take_memory(megabytes: int) -> int:
     """Ask for memory."""
     return len(bytearray(megabytes * 1024 * 1024))
+
+
+def compare_log(task: Task) -> dict[str, Any] | LogError:
+    """What it was asked; with the vehicle "broken" a refusal, with "dead" no answer at all."""
+    if task.vehicle == "broken":
+        return LogError(task.log, "has no column 'power'", accepted="columns")
+    if task.vehicle == "dead":
+        die()
+    return {"vehicle": task.vehicle, "model": task.model, "folder": task.folder}
+
+
+def diagnose_log(task: Task) -> None:
+    """Report half of the work, say which process this is, and never end."""
+    progress.reporter(Path(task.progress))(0.5, "half way")
+    hang(str(Path(task.folder) / "pid"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import signal
 import subprocess
@@ -26,10 +27,16 @@ WAY: dict[str, Any] = {
 
 
 @pytest.fixture(scope="module")
-def server() -> Iterator[tuple[subprocess.Popen[str], str]]:
+def server(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> Iterator[tuple[subprocess.Popen[str], str]]:
     """A server of its own on a free port; must end without complaint when interrupted."""
+    store = str(tmp_path_factory.mktemp("store"))
     process = subprocess.Popen(
-        [JOULEPATH, "serve", "--port", "0"], stderr=subprocess.PIPE, text=True
+        [JOULEPATH, "serve", "--port", "0"],
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "JOULEPATH_STORE_DIR": store},
     )
     assert process.stderr is not None
     said = ""
@@ -78,3 +85,33 @@ def test_the_service_knows_what_is_installed(client: JoulepathClient) -> None:
     assert "minibalance" in {entry["name"] for entry in client.vehicles()}
     assert "gravity" in {entry["name"] for entry in client.effects()}
     assert client.health()["status"] == "ok"
+
+
+def test_a_log_is_uploaded_read_and_removed(client: JoulepathClient) -> None:
+    rows = "\n".join(f"a,{0.5 * k},{0.01 * k},0,0,{10 + 0.1 * k}" for k in range(1, 50))
+    log = client.upload_log(f"run,time,vx,vy,wz,power\n{rows}\n".encode(), name="drive.csv")
+    assert (log["name"], log["rows"], log["runs"]) == ("drive.csv", 49, 1)
+    assert "the ground is taken as flat" in " ".join(log["assumed"])
+    assert [entry["id"] for entry in client.logs()] == [log["id"]]
+    with pytest.raises(ServiceProblem) as caught:
+        client.upload_log(b"run,time,vx,vy,wz\n1,0,0,0,0\n", name="broken.csv")
+    assert caught.value.status == 422
+    # The log is called by its name, not by where the service keeps it.
+    assert caught.value.field == "broken.csv"
+    assert "power" in str(caught.value)
+    client.delete_log(log["id"])
+    assert client.logs() == []
+
+
+def test_a_store_that_cannot_be_used_is_one_sentence(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    done = subprocess.run(
+        [JOULEPATH, "serve", "--port", "0"],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "JOULEPATH_STORE_DIR": str(tmp_path / "file")},
+        timeout=60,
+    )
+    assert done.returncode == 2
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert "JOULEPATH_STORE_DIR" in done.stderr

@@ -1,0 +1,257 @@
+"""Jobs: long work in worker processes, with progress, cancelling, and results that are kept.
+
+    runner = Runner(store, workers, names, slots=1, queue=100)
+    await runner.start()
+    job = await runner.submit("diagnose", {"log": "…", "vehicle": "minibalance"})
+    await runner.wait(job["id"], seconds=10)
+    await runner.cancel(job["id"])
+
+The row in the database is the truth. Whoever runs a job renews its lease every second and stops
+when the row is not its own any more; jobs of services that are gone are marked as failed, and
+queued ones are taken by whoever has a worker free.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Callable
+from typing import Any
+
+from sqlalchemy.orm import Session
+
+from service import problems
+from service.jobs import progress
+from service.jobs.pool import Workers
+from service.jobs.tasks import Task, prepare
+from service.names import Names
+from service.problems import Busy, NoSuch
+from service.store.jobs import DIED, LEASE_S, UNFINISHED, now
+from service.store.store import Store
+from service.store.tables import LogRow
+
+WORK = {
+    "check": "check_log",
+    "compare": "compare_log",
+    "diagnose": "diagnose_log",
+    "adopt": "adopt_effects",
+}
+"""Kind of a job -> function of service.jobs.worker."""
+
+STOPPED = "the service was stopped while this job ran; start it again"
+_TICK_S = 0.2
+_RENEWAL_S = 1.0
+
+
+class Runner:
+    """Runs the jobs of a store.
+
+    Args:
+        store: where jobs, logs and models are.
+        workers: where they are carried out.
+        names: what requests may name.
+        slots: how many run at the same time.
+        queue: how many may wait.
+        clock: s since 1970, for leases.
+    """
+
+    def __init__(
+        self,
+        store: Store,
+        workers: Workers,
+        names: Names,
+        *,
+        slots: int,
+        queue: int,
+        clock: Callable[[], float] = time.time,
+    ) -> None:
+        self._store = store
+        self._workers = workers
+        self._names = names
+        self._most = slots + queue
+        self._retry_after_s = max(1, queue // slots)
+        self._slots = asyncio.Semaphore(slots)
+        self._clock = clock
+        self._tasks: dict[str, asyncio.Task[None]] = {}
+        self._stopping = False
+        self._sweeper: asyncio.Task[None] | None = None
+
+    async def start(self) -> None:
+        """Settle what an earlier service left, and take up what waits."""
+        await self._sweep()
+        self._sweeper = asyncio.ensure_future(self._keep_sweeping())
+
+    async def stop(self) -> None:
+        """End all work; running jobs fail with a sentence, queued ones wait for the next start."""
+        self._stopping = True
+        if self._sweeper is not None:
+            self._sweeper.cancel()
+        tasks = [*self._tasks.values()]
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    async def submit(self, kind: str, request: dict[str, Any]) -> dict[str, Any]:
+        """Queue a job.
+
+        Args:
+            kind: one of WORK.
+            request: what service.jobs.tasks.prepare reads.
+
+        Returns:
+            the job as the service answers it.
+
+        Raises:
+            InputError: the request names something that is not there.
+            Busy: too many jobs wait.
+        """
+        if len(self._tasks) >= self._most:
+            raise Busy(self._retry_after_s)
+        await asyncio.to_thread(prepare, "", request, self._store, self._names)
+        job = await asyncio.to_thread(self._store.jobs.create, kind, request)
+        self._spawn(job["id"])
+        return job
+
+    async def cancel(self, job: str) -> dict[str, Any]:
+        """End a job; a finished one stays what it is.
+
+        Raises:
+            NoSuch: there is no such job.
+        """
+        if await asyncio.to_thread(self._store.jobs.cancel, job) and job in self._tasks:
+            self._tasks[job].cancel()
+        return await self.get(job)
+
+    async def get(self, job: str) -> dict[str, Any]:
+        """A job as the service answers it.
+
+        Raises:
+            NoSuch: there is no such job.
+        """
+        found = await asyncio.to_thread(self._store.jobs.get, job)
+        if found is None:
+            raise NoSuch("job", job)
+        return found
+
+    async def wait(self, job: str, seconds: float) -> dict[str, Any]:
+        """The job when it is finished, or as it is after so many seconds."""
+        deadline = time.monotonic() + seconds
+        while True:
+            found = await self.get(job)
+            left = deadline - time.monotonic()
+            if found["state"] not in UNFINISHED or left <= 0:
+                return found
+            if task := self._tasks.get(job):
+                await asyncio.wait({task}, timeout=left)
+            else:
+                await asyncio.sleep(min(_TICK_S, left))
+
+    def _spawn(self, job: str) -> None:
+        if job not in self._tasks:
+            task = asyncio.ensure_future(self._run(job))
+            self._tasks[job] = task
+            task.add_done_callback(lambda _: self._tasks.pop(job, None))
+
+    async def _run(self, job: str) -> None:
+        async with self._slots:
+            if not await asyncio.to_thread(self._store.jobs.begin, job, self._until()):
+                return
+            row = await self.get(job)
+            kind, request = row["kind"], row["request"]
+            try:
+                task = await asyncio.to_thread(prepare, job, request, self._store, self._names)
+                outcome = await self._work(job, kind, task)
+                await asyncio.to_thread(
+                    self._store.jobs.finish,
+                    job,
+                    lambda session: self._complete(session, kind, request, outcome),
+                )
+            except asyncio.CancelledError:
+                # Cancelled by a user or taken from us: the row says so already.
+                if self._stopping:
+                    self._store.jobs.fail(job, _problem(STOPPED))
+                raise
+            except Exception as error:
+                await asyncio.to_thread(self._store.jobs.fail, job, problems.describe(error))
+            finally:
+                self._store.files.progress(job).unlink(missing_ok=True)
+                self._tidy(kind, request)
+
+    async def _work(self, job: str, kind: str, task: Task) -> Any:
+        """The worker's outcome, with its progress told to the row meanwhile."""
+        work = asyncio.ensure_future(self._workers.run(WORK[kind], task))
+        watch = asyncio.ensure_future(self._watch(job, work))
+        try:
+            return await work
+        finally:
+            watch.cancel()
+            work.cancel()
+
+    async def _watch(self, job: str, work: asyncio.Future[Any]) -> None:
+        path = self._store.files.progress(job)
+        told: tuple[float, str] = (0.0, "starting")
+        renewed = time.monotonic()
+        while True:
+            await asyncio.sleep(_TICK_S)
+            latest = progress.read(path) or told
+            if latest == told and time.monotonic() - renewed < _RENEWAL_S:
+                continue
+            told, renewed = latest, time.monotonic()
+            if not await asyncio.to_thread(self._store.jobs.renew, job, *told, self._until()):
+                work.cancel()
+                return
+
+    def _complete(
+        self, session: Session, kind: str, request: dict[str, Any], outcome: Any
+    ) -> dict[str, Any]:
+        """Rows that come of a finished job, and its result."""
+        if kind == "check":
+            found = {k: v for k, v in outcome.items() if k not in ("rows", "runs")}
+            row = LogRow(
+                id=request["log"],
+                name=request["name"],
+                sha256=request["sha256"],
+                mapped=request["mapped"],
+                bytes=request["bytes"],
+                rows=outcome["rows"],
+                runs=outcome["runs"],
+                found=found,
+                uploaded_at=now(),
+            )
+            return self._store.logs.add(session, row)
+        if kind == "adopt":
+            parent = request.get("model")
+            known = parent is not None and self._store.models.get(parent) is not None
+            made = self._store.models.add(session, outcome.model, parent if known else None, now())
+            return {**outcome.document, "model_id": made["id"]}
+        result: dict[str, Any] = outcome
+        return result
+
+    def _tidy(self, kind: str, request: dict[str, Any]) -> None:
+        """Remove an upload that did not become a log."""
+        if kind == "check" and self._store.logs.get(request["log"]) is None:
+            self._store.files.drop_log(request["log"])
+
+    async def _sweep(self) -> None:
+        jobs = self._store.jobs
+        for job in await asyncio.to_thread(jobs.give_up_dead, _problem(DIED), self._clock()):
+            row = await self.get(job)
+            self._tidy(row["kind"], row["request"])
+        for job in await asyncio.to_thread(jobs.queued):
+            self._spawn(job)
+
+    async def _keep_sweeping(self) -> None:
+        while True:
+            await asyncio.sleep(LEASE_S / 3)
+            try:
+                await self._sweep()
+            except Exception as error:
+                # A database that is away for a moment must not end the sweeping.
+                problems.describe(error)
+
+    def _until(self) -> float:
+        return self._clock() + LEASE_S
+
+
+def _problem(sentence: str) -> dict[str, Any]:
+    return problems.document(500, "worker-lost", sentence)

@@ -1,0 +1,83 @@
+"""What a worker is given to do for a job; plain data that crosses a process border.
+
+A job's row holds the request as it came, names and all. The task is made from it when the job
+begins, so that a job that waited over a restart finds its files where they are then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from planner.errors import RequestError
+from service.names import Names
+from service.store.files import MAPPING
+from service.store.store import Store
+
+
+@dataclass(frozen=True)
+class Task:
+    """A log, a model to start from, and where to leave the progress.
+
+    Attributes:
+        folder: the log's folder, in which the worker works: so every sentence about the log calls
+            it by its own name.
+        log: name of the log's file.
+        mapping: name of its mapping file.
+        progress: path of the file for progress.
+        vehicle, model: name or path of a vehicle, or path of a saved model.
+        effects, definition: what to adopt, see service.workbench.effects_to_adopt.
+    """
+
+    folder: str
+    log: str
+    mapping: str | None
+    progress: str
+    vehicle: str | None = None
+    model: str | None = None
+    effects: tuple[str, ...] = ()
+    definition: Mapping[str, Any] | None = None
+
+
+def prepare(job: str, request: Mapping[str, Any], store: Store, names: Names) -> Task:
+    """The task of a job.
+
+    Args:
+        job: its id.
+        request: as in its row; that of a new log says name and mapping itself.
+        store: where logs and models are.
+        names: what requests may name.
+
+    Raises:
+        RequestError: there is no such log, vehicle or model (any more).
+    """
+    log = request["log"]
+    known = request if "name" in request else store.logs.get(log)
+    if known is None:
+        raise RequestError(
+            "log", "no such log in this service", value=log, accepted="an id out of GET /v1/logs"
+        )
+    vehicle, model = request.get("vehicle"), request.get("model")
+    return Task(
+        folder=str(store.files.log_folder(log)),
+        log=known["name"],
+        mapping=MAPPING if known["mapped"] else None,
+        progress=str(store.files.progress(job)),
+        vehicle=None if vehicle is None else names.find("vehicle", vehicle),
+        model=None if model is None else _saved(model, names),
+        effects=tuple(request.get("effects") or ()),
+        definition=request.get("formula"),
+    )
+
+
+def _saved(model: str, names: Names) -> str:
+    """Path of a saved model; the planner's own kinds of models are no start for a fit."""
+    if model in names.catalogue["model"]:
+        raise RequestError(
+            "model",
+            "is no saved model",
+            value=model,
+            accepted="an id out of GET /v1/models, or a file of the service's folder",
+        )
+    return names.find("model", model)

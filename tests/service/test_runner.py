@@ -1,0 +1,242 @@
+"""Jobs in real processes: progress, cancelling, failures, restarts."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import time
+from collections.abc import AsyncIterator, Callable, Coroutine
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from planner.errors import RequestError
+from service.jobs import progress
+from service.jobs.pool import WorkerPool
+from service.jobs.runner import Runner
+from service.names import Names
+from service.problems import Busy, NoSuch
+from service.settings import Settings
+from service.store.jobs import now
+from service.store.store import Store
+from service.store.tables import LogRow
+from tests.service.test_pool import WORKER, process_exists, until
+
+VEHICLES = ["minibalance", "broken", "dead"]
+
+
+@pytest.fixture
+def settings(tmp_path: Path) -> Settings:
+    """A store in a folder of its own."""
+    return Settings(store_dir=tmp_path / "store")
+
+
+@asynccontextmanager
+async def running(settings: Settings, **changes: Any) -> AsyncIterator[tuple[Runner, Store]]:
+    """A runner with one slot over two real processes, and a store with the log "l"."""
+    store = Store.open(settings)
+    if store.logs.get("l") is None:
+        found: dict[str, Any] = {"report": [], "derived": [], "assumed": []}
+        with store.database.session() as session:
+            store.logs.add(
+                session,
+                LogRow(
+                    id="l",
+                    name="drive.csv",
+                    sha256="ab",
+                    mapped=False,
+                    bytes=1,
+                    rows=1,
+                    runs=1,
+                    found=found,
+                    uploaded_at=now(),
+                ),
+            )
+        store.files.log_folder("l").mkdir()
+    pool = WorkerPool(workers=2, queue=2, time_limit_s=20.0, memory_limit_mb=4096, module=WORKER)
+    await pool.start()
+    names = Names({"map": [], "vehicle": VEHICLES, "model": ["sound"]}, None, store.model_file)
+    runner = Runner(store, pool, names, **{"slots": 1, "queue": 2, **changes})
+    await runner.start()
+    try:
+        yield runner, store
+    finally:
+        await runner.stop()
+        await pool.stop()
+        store.close()
+
+
+def run(talk: Callable[[], Coroutine[Any, Any, None]]) -> None:
+    asyncio.run(asyncio.wait_for(talk(), timeout=60))
+
+
+async def state_of(runner: Runner, job: str, state: str) -> dict[str, Any]:
+    while (found := await runner.get(job))["state"] != state:
+        await asyncio.sleep(0.01)
+    return found
+
+
+def test_a_job_is_done_and_its_result_kept(settings: Settings) -> None:
+    async def talk() -> None:
+        async with running(settings) as (runner, store):
+            job = await runner.submit("compare", {"log": "l", "vehicle": "minibalance"})
+            assert job["state"] == "queued"
+            done = await runner.wait(job["id"], 20)
+            assert (done["state"], done["progress"]["share"]) == ("done", 1.0)
+            assert done["result"]["folder"] == str(store.files.log_folder("l"))
+        async with running(settings) as (runner, _):
+            assert (await runner.get(job["id"]))["result"] == done["result"]
+
+    run(talk)
+
+
+def test_progress_is_told_and_cancelling_kills_the_process_at_once(settings: Settings) -> None:
+    async def talk() -> None:
+        async with running(settings) as (runner, store):
+            job = await runner.submit("diagnose", {"log": "l", "vehicle": "minibalance"})
+            while (await runner.get(job["id"]))["progress"]["sentence"] != "half way":
+                await asyncio.sleep(0.01)
+            note = store.files.log_folder("l") / "pid"
+            await until(lambda: note.exists() and note.read_text() != "")
+            begun = time.monotonic()
+            cancelled = await runner.cancel(job["id"])
+            assert cancelled["state"] == "cancelled"
+            assert cancelled["progress"]["share"] == 0.5
+            await until(lambda: not process_exists(int(note.read_text())))
+            assert time.monotonic() - begun < 1.0
+            # Its slot is free again, and nothing of it is left.
+            after = await runner.submit("compare", {"log": "l", "vehicle": "minibalance"})
+            assert (await runner.wait(after["id"], 20))["state"] == "done"
+            assert list((store.files.folder / "progress").iterdir()) == []
+            # To cancel what is finished changes nothing.
+            assert (await runner.cancel(after["id"]))["state"] == "done"
+
+    run(talk)
+
+
+def test_a_job_that_is_cancelled_in_the_database_ends(settings: Settings) -> None:
+    """Another service, or a hand, changes the row; the renewal finds out."""
+
+    async def talk() -> None:
+        async with running(settings) as (runner, store):
+            job = await runner.submit("diagnose", {"log": "l", "vehicle": "minibalance"})
+            note = store.files.log_folder("l") / "pid"
+            await until(lambda: note.exists() and note.read_text() != "")
+            assert store.jobs.cancel(job["id"])
+            await until(lambda: not process_exists(int(note.read_text())))
+            assert (await runner.get(job["id"]))["state"] == "cancelled"
+
+    run(talk)
+
+
+def test_a_waiting_job_is_cancelled_without_ever_running(settings: Settings) -> None:
+    async def talk() -> None:
+        async with running(settings) as (runner, _):
+            first = await runner.submit("diagnose", {"log": "l", "vehicle": "minibalance"})
+            second = await runner.submit("compare", {"log": "l", "vehicle": "minibalance"})
+            await state_of(runner, first["id"], "running")
+            cancelled = await runner.cancel(second["id"])
+            assert (cancelled["state"], cancelled["started_at"]) == ("cancelled", None)
+            await runner.cancel(first["id"])
+
+    run(talk)
+
+
+def test_refusals_and_lost_workers_are_problems(settings: Settings) -> None:
+    async def talk() -> None:
+        async with running(settings) as (runner, _):
+            refused = await runner.submit("compare", {"log": "l", "vehicle": "broken"})
+            found = await runner.wait(refused["id"], 20)
+            assert (found["state"], found["error"]["status"]) == ("failed", 422)
+            assert found["error"]["field"] == "drive.csv"
+            lost = await runner.submit("compare", {"log": "l", "vehicle": "dead"})
+            found = await runner.wait(lost["id"], 20)
+            assert (found["state"], found["error"]["status"]) == ("failed", 500)
+            assert "ended" in found["error"]["detail"]
+
+    run(talk)
+
+
+def test_what_is_not_there_is_refused_at_once(settings: Settings) -> None:
+    async def talk() -> None:
+        async with running(settings) as (runner, store):
+            for request, field in [
+                ({"log": "x", "vehicle": "minibalance"}, "log"),
+                ({"log": "l", "vehicle": "hovercraft"}, "vehicle"),
+                ({"log": "l", "model": "x"}, "model"),
+                ({"log": "l", "model": "sound"}, "model"),
+            ]:
+                with pytest.raises(RequestError) as caught:
+                    await runner.submit("compare", request)
+                assert caught.value.field == field
+            with pytest.raises(NoSuch):
+                await runner.get("nothing")
+            assert store.jobs.newest(10) == []
+
+    run(talk)
+
+
+def test_more_jobs_than_may_wait_are_refused(settings: Settings) -> None:
+    async def talk() -> None:
+        async with running(settings, queue=1) as (runner, _):
+            request = {"log": "l", "vehicle": "minibalance"}
+            jobs = [await runner.submit("diagnose", request) for _ in range(2)]
+            with pytest.raises(Busy):
+                await runner.submit("diagnose", request)
+            for job in jobs:
+                await runner.cancel(job["id"])
+
+    run(talk)
+
+
+def test_stopping_fails_what_runs_and_keeps_what_waits(settings: Settings) -> None:
+    async def talk() -> None:
+        async with running(settings) as (runner, store):
+            first = await runner.submit("diagnose", {"log": "l", "vehicle": "minibalance"})
+            second = await runner.submit("compare", {"log": "l", "vehicle": "minibalance"})
+            note = store.files.log_folder("l") / "pid"
+            await until(lambda: note.exists() and note.read_text() != "")
+        async with running(settings) as (runner, _):
+            failed = await runner.get(first["id"])
+            assert failed["state"] == "failed"
+            assert "the service was stopped" in failed["error"]["detail"]
+            assert (await runner.wait(second["id"], 20))["state"] == "done"
+            # The worker in which the diagnosis hung is gone with its service.
+            assert not process_exists(int(note.read_text()))
+
+    run(talk)
+
+
+def test_a_job_that_ran_when_the_service_was_killed_is_failed_on_start(settings: Settings) -> None:
+    async def talk() -> None:
+        store = Store.open(settings)
+        job = store.jobs.create("compare", {"log": "l", "vehicle": "minibalance"})
+        # Killed between two renewals: the row still says running, under a lease.
+        assert store.jobs.begin(job["id"], until=time.time() + 10)
+        store.close()
+        async with running(settings) as (runner, _):
+            found = await runner.get(job["id"])
+            assert found["state"] == "failed"
+            assert "start it again" in found["error"]["detail"]
+
+    run(talk)
+
+
+def test_progress_files_hold_the_last_report(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    moments = iter([10.0, 10.05, 10.06])
+    monkeypatch.setattr(progress.time, "monotonic", lambda: next(moments))
+    path = tmp_path / "progress"
+    assert progress.read(path) is None
+    report = progress.reporter(path)
+    report(0.25, "a quarter")
+    report(0.26, "too soon after the last one")
+    assert progress.read(path) == (0.25, "a quarter")
+    report(1.0, "done")
+    assert progress.read(path) == (1.0, "done")
+    path.write_text("[0.5, ")
+    assert progress.read(path) is None
+    assert os.listdir(tmp_path) == ["progress"]
