@@ -80,6 +80,9 @@ def diagnose(
 
         found = diagnose_log(log, start(vehicle, model), mapping=mapping, **how)
     _give(found, json_, report, f"Diagnosis of {log.name}", tables_telemetry.diagnosis)
+    if not json_ and tables_telemetry.proposed(found.to_json()):
+        start_with = f"--model {model}" if model else f"--vehicle {vehicle}"
+        typer.echo(f"Next: joulepath adopt diagnosed {log} {start_with} --out M2.json")
 
 
 def adopt(
@@ -134,10 +137,11 @@ def revert(
     _check_places(out)
     before = _load(model)
     from planner import revert as revert_model
+    from planner.telemetry.adopt import history as versions_of
 
     after = revert_model(before, to)
     save_model(after, out)
-    document = {"model": after.describe(), "history": list(after.history)}
+    document = {"model": after.describe(), "history": versions_of(after)}
     _print(document, json_, tables_telemetry.reversion)
     if not json_:
         tell_written(out)
@@ -151,7 +155,9 @@ def history(
 
     _check_places(report)
     loaded = _load(model)
-    document = {"model": loaded.describe(), "history": list(loaded.history)}
+    from planner.telemetry.adopt import history as versions_of
+
+    document = {"model": loaded.describe(), "history": versions_of(loaded)}
     _write_report(loaded, report, f"History of {model.name}")
     _print(document, json_, tables_telemetry.history)
     if not json_:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -77,9 +78,10 @@ def diagnosis(document: Document) -> RenderableType:
     for heading in ("", "rms", "held-out rms"):
         errors.add_column(heading, justify="right" if heading else "left")
     errors.add_row("model as it is", watts(before["rmse_w"]), watts(before["heldout_rmse_w"]))
-    if document["selected"] and after:
-        named = " + ".join(document["selected"])
-        errors.add_row(f"with {named}", watts(after["rmse_w"]), watts(after["heldout_rmse_w"]))
+    if (named := proposed(document)) and after:
+        errors.add_row(
+            f"with {' + '.join(named)}", watts(after["rmse_w"]), watts(after["heldout_rmse_w"])
+        )
     errors.add_row("the log's own noise, about", watts(before["noise_floor_w"]), "")
     return _group(
         document.get("sentence") or document["verdict"].replace("_", " "),
@@ -100,7 +102,8 @@ def adoption(document: Document) -> RenderableType:
         f"noise is about {watts(document['noise_floor_w'])}; this is "
         f"{model_name(document['model'])}."
     )
-    warnings = [Text(f"Warning: {warning}", style="yellow") for warning in document["warnings"]]
+    different = dict.fromkeys(document["warnings"])
+    warnings = [Text(f"Warning: {warning}", style="yellow") for warning in different]
     return _group(sentence, *warnings, parameters(document["parameters"]), versions(document))
 
 
@@ -115,9 +118,9 @@ def history(document: Document) -> RenderableType:
     entries = document["history"]
     if not entries:
         return Text(f"{model_name(model)} has no history: nothing was adopted yet.")
-    first = entries[0].get("before") or {}
+    first = entries[0].get("before") or entries[0].get("after") or {}
     last = entries[-1].get("after") or {}
-    sentence = f"{model_name(model)} after {len(entries)} changes"
+    sentence = f"{model_name(model)}, {len(entries)} versions known"
     if first.get("heldout_rmse_w") is not None and last.get("heldout_rmse_w") is not None:
         start, end = watts(first["heldout_rmse_w"]), watts(last["heldout_rmse_w"])
         sentence += f": held-out error {start} → {end}"
@@ -138,6 +141,12 @@ def timings(document: Document) -> RenderableType:
 def model_name(model: Document) -> str:
     """Name and version of a model."""
     return f"{model['name']}, version {model['version']}"
+
+
+def proposed(diagnosis: Document) -> list[str]:
+    """Names of everything that a diagnosis proposes to adopt."""
+    outside = diagnosis.get("outside_catalogue") or {}
+    return [*diagnosis["selected"], *filter(None, [outside.get("name")])]
 
 
 def regimes(entries: Sequence[Document]) -> RenderableType | None:
@@ -220,8 +229,12 @@ def parameters(entries: Sequence[Document]) -> RenderableType | None:
     table = Table(title="Fitted parameters", title_justify="left", header_style="bold")
     for heading in ("effect", "parameter", "value", "note"):
         table.add_column(heading, justify="right" if heading == "value" else "left")
+    several = Counter((entry["effect"], entry["name"]) for entry in entries)
     for entry in entries:
-        table.add_row(entry["effect"], entry["name"], _fitted(entry), entry.get("note") or "")
+        name = entry["name"]
+        if several[entry["effect"], name] > 1:
+            name = f"{name} {entry['element'] + 1}"
+        table.add_row(entry["effect"], name, _fitted(entry), entry.get("note") or "")
     return table
 
 
@@ -258,8 +271,8 @@ def remarks(log: Document) -> Iterator[Text]:
         if finding["kind"] not in _SILENT:
             yield Text(f"Log: {finding['sentence']}.", style="dim")
     for kind in ("derived", "assumed"):
-        for sentence in log.get(kind, ()):
-            yield Text(f"{kind.capitalize()}: {sentence}.", style="dim")
+        if sentences := log.get(kind):
+            yield Text(f"{kind.capitalize()}: {'; '.join(sentences)}.", style="dim")
 
 
 def _open_questions(document: Document) -> Iterator[Text]:
@@ -270,13 +283,15 @@ def _open_questions(document: Document) -> Iterator[Text]:
         yield Text(
             f"Outside the catalogue: a shape over {of}" + (f": {formula}" if formula else "") + "."
         )
-    if (sensor := document.get("sensor")) and sensor["sentence"] != document.get("sentence"):
-        yield Text(f"Sensor: {sensor['sentence']}")
+    for sensor in document.get("sensor") or ():
+        if sensor["sentence"] not in (document.get("sentence") or ""):
+            yield Text(f"Sensor: {sensor['sentence']}")
+    alike: dict[str, list[str]] = {}
     for entry in document.get("not_testable", ()):
         help_ = entry.get("what_would_help")
-        yield Text(
-            f"Not testable: {entry['effect']}, {entry['why']}" + (f"; {help_}" if help_ else "")
-        )
+        alike.setdefault(entry["why"] + (f"; {help_}" if help_ else ""), []).append(entry["effect"])
+    for why, effects in alike.items():
+        yield Text.assemble(("Not testable: ", "dim"), ", ".join(effects), (f": {why}", "dim"))
     for entry in document["experiments"]:
         yield Text(f"To separate {' and '.join(entry['separates'])}: {entry['run']}", style="bold")
 

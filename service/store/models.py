@@ -49,12 +49,14 @@ class Models:
             if row is None:
                 return None
             entries = json.loads(row.document).get("history") or []
-            known: dict[int, str] = {}
+            known: dict[Any, str] = {}
             above: ModelRow | None = row
             while above is not None:
                 known.setdefault(above.version, above.id)
                 above = session.get(ModelRow, above.parent_id) if above.parent_id else None
-            return [{**entry, "id": known.get(entry.get("version"))} for entry in entries]
+            # Snapshots are what a version is brought back from, and nothing to read.
+            shown = [{k: v for k, v in entry.items() if k != "snapshot"} for entry in entries]
+            return [{**entry, "id": known.get(entry.get("version"))} for entry in shown]
 
     def add(self, session: Session, document: str, parent: str | None, at: str) -> dict[str, Any]:
         """Add a version inside a session."""

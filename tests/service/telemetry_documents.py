@@ -129,7 +129,7 @@ def entry(version: int, **changes: Any) -> dict[str, Any]:
     """One entry of a history."""
     return {
         "version": version,
-        "parent": version - 1,
+        "parent": f"minibalance v{version - 1}",
         "action": "adopt",
         "adopted": ["air_drag"],
         "effects": {"electronics": {"power": 5.0}},
@@ -139,6 +139,7 @@ def entry(version: int, **changes: Any) -> dict[str, Any]:
         "noise_floor_w": 0.5,
         "warnings": [],
         "at": "2026-03-04T05:06:07+00:00",
+        "snapshot": {"custom": [], "surfaces": [], "stderr": None},
         **changes,
     }
 
@@ -156,6 +157,7 @@ def adoption(**changes: Any) -> dict[str, Any]:
             {
                 "effect": "air_drag",
                 "name": "drag_area",
+                "element": 0,
                 "value": 0.22,
                 "stderr": 0.01,
                 "unit": "m²",

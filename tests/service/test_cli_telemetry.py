@@ -104,7 +104,8 @@ def test_diagnose_says_the_sentence_first(
     assert said.startswith("The model lacks air_drag.")
     assert "97 %" in said
     assert "drag_area 0.22 ± 0.01 m²" in said
-    assert "Not testable: motor_heating, the log has no motor_temp; log motor_temp" in said
+    assert "Not testable: motor_heating: the log has no motor_temp; log motor_temp" in said
+    assert "Next: joulepath adopt diagnosed drive.csv --vehicle minibalance" in said
     assert "To separate viscous_drag and converter_efficiency: drive 60 s" in said
 
 
@@ -289,11 +290,13 @@ def test_history_of_a_model_shows_the_error_falling(
     model.save(path)
     assert cli.run(["history", str(path)]) == 0
     said = capsys.readouterr().out
-    assert "after 2 changes: held-out error 2.10 W → 0.51 W" in said
+    assert "2 versions known: held-out error 2.10 W → 0.51 W" in said
     assert "adopt viscous_drag" in said
     assert "drive.csv" in said
     assert cli.run(["history", str(path), "--json"]) == 0
-    assert [e["version"] for e in json.loads(capsys.readouterr().out)["history"]] == [2, 3]
+    entries = json.loads(capsys.readouterr().out)["history"]
+    assert [entry["version"] for entry in entries] == [2, 3]
+    assert "snapshot" not in entries[0]
 
 
 def test_a_model_without_history_says_so(

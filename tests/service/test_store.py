@@ -179,6 +179,7 @@ def test_history_knows_the_versions_that_are_here(store: Store) -> None:
     entries = store.models.history(second["id"])
     assert entries is not None
     assert [(e["version"], e["id"]) for e in entries] == [(2, first["id"]), (3, second["id"])]
+    assert "snapshot" not in entries[0]
     assert store.models.history("nothing") is None
     # A version whose forebears were adopted elsewhere.
     alone = store.models.save(json.dumps(model_document(3)), None, job_rows.now())
