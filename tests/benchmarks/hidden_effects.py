@@ -45,13 +45,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--limit", type=int, help="at most so many cases, evenly chosen")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--diagnose", default=DIAGNOSE, help="module:function under test")
+    parser.add_argument("--adopting", action="store_true", help="held-out errors and intervals")
     parser.add_argument("--keep", type=Path, default=log_folder() / "results.jsonl")
     parser.add_argument("--quiet", action="store_true", help="print no line for each failure")
     options = parser.parse_args(arguments)
     made = chosen_cases(options)
     before = time.perf_counter()
     rows = []
-    for row in run(made, processes=options.processes, diagnose=options.diagnose, keep=options.keep):
+    for row in run(
+        made,
+        processes=options.processes,
+        diagnose=options.diagnose,
+        adopting=options.adopting,
+        keep=options.keep,
+    ):
         rows.append(row)
         if not row["right"] and not options.quiet:
             print(failure_text(row), flush=True)

@@ -27,6 +27,8 @@ from tests.hidden_effects.scoring import RIGHT, not_testable, score, sensors_of,
 DIAGNOSE = "planner.telemetry.rank_effects:diagnose"
 APART = 5.0  # standard deviations below which a rival of the truth counts as its twin on this log
 
+ADOPTED = ("one", "two", "outside")
+
 Row = dict[str, Any]
 
 
@@ -42,8 +44,17 @@ def function_of(path: str) -> Callable[..., Any]:
     return found
 
 
-def run_case(case: Case, *, diagnose: str = DIAGNOSE, folder: Path | None = None) -> Row:
-    """Make one log, diagnose it, and say what the answer is worth."""
+def run_case(
+    case: Case, *, diagnose: str = DIAGNOSE, folder: Path | None = None, adopting: bool = False
+) -> Row:
+    """Make one log, diagnose it, and say what the answer is worth.
+
+    Args:
+        case: what to hide.
+        diagnose: ``module:function``.
+        folder: of made logs.
+        adopting: also test on held-out runs what adopting the answer is worth.
+    """
     made = make(case, folder or log_folder())
     row: Row = {
         "case": case.name,
@@ -85,6 +96,10 @@ def run_case(case: Case, *, diagnose: str = DIAGNOSE, folder: Path | None = None
         for c in found.get("candidates", ())[:4]
     ]
     row["experiments"] = found.get("experiments")
+    if adopting and case.hidden and case.kind in ADOPTED:
+        from tests.hidden_effects.adoption import after_adopting
+
+        row |= after_adopting(case, made, answer)
     return row
 
 
@@ -104,6 +119,7 @@ def run(
     *,
     processes: int = 2,
     diagnose: str = DIAGNOSE,
+    adopting: bool = False,
     keep: Path | None = None,
 ) -> Iterator[Row]:
     """Rows of the chosen cases as they come.
@@ -112,10 +128,11 @@ def run(
         chosen: what to run.
         processes: how many at a time; 1 runs here.
         diagnose: ``module:function`` that is called as planner's diagnose is.
+        adopting: also test what adopting the answers is worth.
         keep: file that gets a JSON line for every row.
     """
     cases = list(chosen)
-    work = partial(run_case, diagnose=diagnose)
+    work = partial(run_case, diagnose=diagnose, adopting=adopting)
     if keep is not None:
         keep.parent.mkdir(parents=True, exist_ok=True)
         keep.write_text("", encoding="utf-8")
