@@ -212,7 +212,7 @@ def ranking(candidates: Sequence[Document], selected: Sequence[str]) -> Renderab
             candidate["effect"],
             share(candidate["probability"]),
             watts(candidate["heldout_rmse_w"]),
-            number(candidate["evidence"].get("z")),
+            _z(candidate["evidence"].get("z")),
             ", ".join(fitted),
             ", ".join(candidate["indistinguishable_from"]),
             style="bold" if candidate["effect"] in selected else "",
@@ -302,6 +302,10 @@ def _fitted(entry: Document) -> str:
     error = entry.get("stderr")
     between = "" if error is None else f" ± {error:.2g}"
     return f"{number(entry['value'])}{between}{unit}"
+
+
+def _z(value: float | None) -> str:
+    return "" if value is None else f"{value:.1f}"
 
 
 def _time(seconds: float) -> str:

@@ -34,3 +34,22 @@ export function extraShare(energy, best) {
   const share = 100 * (energy / best - 1);
   return `${share < 0 ? "−" : "+"}${Math.abs(share).toFixed(Math.abs(share) >= 10 ? 0 : 1)} %`;
 }
+
+export function watts(value) {
+  if (value === null || value === undefined) return "";
+  const size = Math.abs(value);
+  return `${grouped(value, size < 0.1 ? 3 : size < 10 ? 2 : size < 100 ? 1 : 0)} W`;
+}
+
+// A bias, with its sign.
+export const signedWatts = (value) => `${value < 0 ? "−" : "+"}${watts(Math.abs(value))}`;
+
+export function percent(share) {
+  return share === null || share === undefined ? "" : `${(100 * share).toFixed(Math.abs(share) >= 0.1 ? 0 : 1)} %`;
+}
+
+// Any number with so many significant digits.
+export function number(value, digits) {
+  const size = Math.abs(value);
+  return size !== 0 && (size < 1e-3 || size >= 1e5) ? value.toExponential(digits - 1) : String(Number(value.toPrecision(digits)));
+}

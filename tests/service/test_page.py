@@ -3,94 +3,33 @@
 from __future__ import annotations
 
 import json
-import shutil
-import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
 import pytest
-import uvicorn
 
 from planner.errors import RequestError
-from service.app import create_app
 from service.settings import Settings
+from tests.service.browser import CHROMIUM, RELIEF, opened
 from tests.service.conftest import ScriptedWorkers
 from tests.service.route_documents import answer
-
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
 pytestmark = [
     pytest.mark.browser,
     pytest.mark.skipif(CHROMIUM is None, reason="no Chromium: apt-get install chromium"),
 ]
 
-# 10 m × 5 m, rising to the east; a route along its middle.
-RELIEF = {
-    "name": "warehouse",
-    "columns": 20,
-    "rows": 10,
-    "origin": [0.25, 0.25],
-    "cell": [0.5, 0.5],
-    "extent": [0.0, 0.0, 10.0, 5.0],
-    "heights": [0.1 * column for _ in range(10) for column in range(20)],
-    "blocked": [0] * 200,
-}
-
-
-@contextmanager
-def served(settings: Settings, workers: ScriptedWorkers) -> Iterator[str]:
-    """A server on this machine, with its address."""
-    config = uvicorn.Config(create_app(settings, workers), port=0, log_level="error")
-    server = uvicorn.Server(config)
-    ready = threading.Event()
-    startup = server.startup
-
-    async def tell(*arguments: Any, **named: Any) -> None:
-        await startup(*arguments, **named)
-        ready.set()
-
-    server.startup = tell  # type: ignore[method-assign]
-    thread = threading.Thread(target=server.run)
-    thread.start()
-    try:
-        assert ready.wait(timeout=20)
-        port = server.servers[0].sockets[0].getsockname()[1]
-        yield f"http://127.0.0.1:{port}"
-    finally:
-        server.should_exit = True
-        thread.join(timeout=20)
-
 
 @pytest.fixture
 def page(settings: Settings, workers: ScriptedWorkers) -> Iterator[Any]:
-    """The page, opened; fails if it complains or asks anyone else for anything."""
-    from playwright.sync_api import sync_playwright
+    """The page, opened."""
 
     def work(job: str, _: tuple[Any, ...]) -> str:
         return json.dumps(RELIEF if job == "relief" else answer())
 
     workers.work = work
-    with served(settings, workers) as address, sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=CHROMIUM,
-            args=["--no-sandbox", "--disable-gpu", "--disable-background-networking"],
-        )
-        opened = browser.new_page(viewport={"width": 1300, "height": 850})
-        complaints: list[str] = []
-        opened.on("pageerror", lambda error: complaints.append(str(error)))
-        opened.on("console", lambda m: complaints.append(m.text) if "Policy" in m.text else None)
-        foreign: list[str] = []
-        opened.on(
-            "request",
-            lambda r: None if r.url.startswith((address, "data:")) else foreign.append(r.url),
-        )
-        opened.goto(address)
-        opened.get_by_text("Choose a start and a goal.").wait_for()
-        yield opened
-        browser.close()
-    assert complaints == []
-    assert foreign == []
+    with opened(settings, workers) as made:
+        yield made
 
 
 def click_metres(page: Any, x: float, y: float) -> None:

@@ -44,6 +44,7 @@ class Workbench:
         self.read: list[bytes] = []
         self.refusal: Exception | None = None
         self.hang = False
+        self.saved = SAVED
 
     def __call__(self, job: str, arguments: tuple[Any, ...]) -> Any:
         if job == "solve":
@@ -62,7 +63,7 @@ class Workbench:
             "diagnose_log": documents.diagnosis(),
             "adopt_effects": Adopted(documents.adoption(), SAVED),
             "revert_model": json.dumps(documents.model_document(3)),
-            "check_model": SAVED,
+            "check_model": self.saved,
         }[job]
 
 

@@ -1,0 +1,169 @@
+// Planning: choose a map, a start and a goal; see the route, what it costs and why.
+
+import { byId, fetchJson, row } from "./api.js";
+import { chosen, fillStarts } from "./choices.js";
+import { drawLegend, drawMarkers, drawProfile, drawRoute, svg } from "./drawing.js";
+import { drawRelief, frameOf } from "./relief.js";
+import { extraCost, extraShare, joules, metres, seconds } from "./words.js";
+
+const EXCHANGE = ["gravity", "inertia"];
+const state = { frame: null, next: "start", titles: {}, running: null };
+
+function say(text, wrong = false) {
+  const message = byId("message");
+  message.textContent = text;
+  message.classList.toggle("wrong", wrong);
+  message.setAttribute("role", wrong ? "alert" : "status");
+}
+
+function placeOf(what) {
+  const [x, y] = ["x", "y"].map((axis) => byId(`${what}-${axis}`));
+  return x.value !== "" && y.value !== "" ? { x: x.valueAsNumber, y: y.valueAsNumber } : null;
+}
+
+function showPlaces() {
+  if (state.frame) drawMarkers(byId("overlay"), state.frame, { start: placeOf("start"), goal: placeOf("goal") });
+}
+
+function clearAnswer() {
+  drawRoute(byId("overlay"), state.frame, null);
+  byId("result").hidden = true;
+  byId("legend").hidden = true;
+}
+
+async function showMap() {
+  const name = byId("map").value;
+  state.frame = null;
+  say("Loading the map …");
+  const relief = await fetchJson(`/v1/maps/${name.split("/").map(encodeURIComponent).join("/")}/relief`);
+  if (byId("map").value !== name) return;
+  state.frame = frameOf(relief);
+  for (const id of ["start-x", "start-y", "goal-x", "goal-y"]) byId(id).value = "";
+  state.next = "start";
+  drawRelief(byId("relief"), relief);
+  const [width, height] = [state.frame.width, state.frame.height].map((v) => v.toFixed(0));
+  byId("relief").style.aspectRatio = `${width} / ${height}`;
+  clearAnswer();
+  showPlaces();
+  byId("choices").disabled = false;
+  say("Choose a start and a goal.");
+}
+
+function choose(event) {
+  if (!state.frame) return;
+  const box = byId("overlay").getBoundingClientRect();
+  const scale = state.frame.width / box.width;
+  const [x, y] = state.frame.toMetres((event.clientX - box.left) * scale, (event.clientY - box.top) * scale);
+  byId(`${state.next}-x`).value = x.toFixed(state.frame.digits);
+  byId(`${state.next}-y`).value = y.toFixed(state.frame.digits);
+  state.next = state.next === "start" ? "goal" : "start";
+  clearAnswer();
+  showPlaces();
+  if (placeOf("start") && placeOf("goal") && state.next === "start") byId("request").requestSubmit();
+}
+
+function showAnswer(answer) {
+  if (answer.status !== "ok") {
+    say(`No route: ${answer.reason}`, true);
+    return;
+  }
+  const best = answer.routes[0];
+  const others = Object.entries(answer.baselines);
+  say(`${joules(best.energy_j)} over ${metres(best.length_m)} in ${seconds(best.duration_s)}; ` +
+    others.map(([name, other]) => `the ${name} route ${extraCost(other.energy_j, best.energy_j)}`).join(", ") + ".");
+  drawRoute(byId("overlay"), state.frame, best);
+  drawLegend(byId("legend"), best);
+  const comparison = byId("comparison").tBodies[0];
+  comparison.replaceChildren();
+  for (const [name, route] of [["route", best], ...others]) {
+    row(comparison, [name, joules(route.energy_j), name === "route" ? "" : extraShare(route.energy_j, best.energy_j), metres(route.length_m), seconds(route.duration_s)]);
+  }
+  showAccount(best);
+  drawProfile(byId("profile"), best);
+  const [low, high] = best.energy_interval_j;
+  const remarks = [
+    `Energy known to ${joules(low)} … ${joules(high)}, 95 %, from the model's parameters.`,
+    `No feasible route of this motion model costs less than ${joules(best.lower_bound_j)}.`,
+    ...(best.battery ? [best.battery.fits ? "It fits the battery." : "It does not fit the battery."] : []),
+    ...answer.notes,
+  ];
+  byId("remarks").replaceChildren(...remarks.map((text) => Object.assign(document.createElement("li"), { textContent: text })));
+  byId("result").hidden = false;
+}
+
+function showAccount(route) {
+  const account = byId("account").tBodies[0];
+  account.replaceChildren();
+  const parts = Object.entries(route.breakdown_j).filter(([, value]) => Math.abs(value) > 1e-6 * Math.abs(route.energy_j));
+  parts.sort(([a, u], [b, v]) => EXCHANGE.includes(a) - EXCHANGE.includes(b) || Math.abs(v) - Math.abs(u));
+  const most = Math.max(...parts.map(([, value]) => Math.abs(value)));
+  for (const [slug, value] of parts) {
+    const exchange = EXCHANGE.includes(slug);
+    const bar = svg("svg", { viewBox: "0 0 100 12", preserveAspectRatio: "none", "aria-hidden": "true" });
+    svg("rect", { width: (100 * Math.abs(value)) / most, height: 12, rx: 1.5, fill: exchange ? "#7c5cc4" : "#c2662d" }, bar);
+    const name = (state.titles[slug] ?? slug) + (exchange ? " (exchange)" : "");
+    row(account, [name, bar, joules(value), `${((100 * value) / route.energy_j).toFixed(1)} %`]);
+  }
+}
+
+async function plan(event) {
+  event.preventDefault();
+  state.running?.abort();
+  const running = (state.running = new AbortController());
+  for (const input of byId("request").querySelectorAll("input")) input.removeAttribute("aria-invalid");
+  clearAnswer();
+  byId("plan").disabled = true;
+  byId("answer").setAttribute("aria-busy", "true");
+  say("Planning …");
+  try {
+    showAnswer(await fetchJson("/v1/routes", {
+      method: "POST",
+      headers: { "Content-Type": "application/json" },
+      signal: running.signal,
+      body: JSON.stringify({
+        map: byId("map").value,
+        ...chosen(byId("vehicle")),
+        start: placeOf("start"),
+        goal: placeOf("goal"),
+        payload: { mass: byId("payload").valueAsNumber || 0 },
+        time_budget_s: byId("budget").valueAsNumber,
+      }),
+    }));
+  } catch (error) {
+    if (error.name === "AbortError") return;
+    say(error.message, true);
+    const what = error.problem?.field?.split(".")[0];
+    for (const id of [`${what}-x`, `${what}-y`]) byId(id)?.setAttribute("aria-invalid", "true");
+  } finally {
+    if (state.running === running) {
+      byId("plan").disabled = false;
+      byId("answer").setAttribute("aria-busy", "false");
+    }
+  }
+}
+
+function fill(select, entries, chosen) {
+  select.replaceChildren(...entries.map(({ name, title }) => new Option(title ? `${name}: ${title}` : name, name)));
+  if (entries.some(({ name }) => name === chosen)) select.value = chosen;
+}
+
+// Choose a version of a model for the next route, and plan it where start and goal are set.
+export function planWith(model) {
+  byId("vehicle").value = model;
+  byId("request").scrollIntoView({ behavior: "smooth", block: "start" });
+  if (placeOf("start") && placeOf("goal")) byId("request").requestSubmit();
+  else say("Choose a start and a goal.");
+}
+
+export async function beginPlanning(maps, vehicles, models, effects) {
+  fill(byId("map"), maps, "jacksboro-1to100");
+  fillStarts(byId("vehicle"), vehicles, models, "minibalance");
+  state.titles = Object.fromEntries(effects.map(({ name, title }) => [name, title]));
+  byId("map").addEventListener("change", () => showMap().catch((error) => say(error.message, true)));
+  byId("stage").addEventListener("click", choose);
+  byId("request").addEventListener("submit", plan);
+  byId("request").addEventListener("input", showPlaces);
+  await showMap();
+}
+
+export const complain = (error) => say(error.message, true);
