@@ -45,7 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--limit", type=int, help="at most so many cases, evenly chosen")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--diagnose", default=DIAGNOSE, help="module:function under test")
-    parser.add_argument("--adopting", action="store_true", help="held-out errors and intervals")
+    parser.add_argument("--adopting", action="store_true", help="held-out errors, experiments")
     parser.add_argument("--keep", type=Path, default=log_folder() / "results.jsonl")
     parser.add_argument("--quiet", action="store_true", help="print no line for each failure")
     options = parser.parse_args(arguments)
