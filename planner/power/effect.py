@@ -127,6 +127,13 @@ HOOKS: dict[str, Hook] = {
     "circulation": Hook(
         "contact", _BODY, ("force",), "add", "N per wheel of the force mode in which wheels fight"
     ),
+    "slip": Hook(
+        "contact",
+        (*_CONTACT, "axis_force"),
+        ("share",),
+        "add",
+        "speed of sliding along the roller's axle over the rim's speed",
+    ),
     "axle_torque": Hook(
         "contact", _AXLE, ("torque",), "add", "N·m at the wheel's axle, signed as the wheel's speed"
     ),

@@ -178,7 +178,13 @@ class _Pipeline(KernelWriter):
         put("    axis_force_0 = (wheels[i, 8] * force_x + wheels[i, 9] * force_y")
         put("                    + wheels[i, 10] * moment)")
         self._traction()
-        put("    wheel_speed = rim_speed / wheel_radius")
+        put("    axis_force = axis_force_0")
+        put("    slip = zero")
+        for call, _ in self._calls("slip"):
+            put(
+                f"    slip += {call} / wheels[i, 14]"
+            )  # the rim runs ahead by more than the contact
+        put("    wheel_speed = rim_speed / wheel_radius * (1.0 + slip)")
         put("    wheel_acceleration = (wheels[i, 2] * change_x + wheels[i, 3] * change_y")
         put("                          + wheels[i, 4] * yaw_acceleration) / wheel_radius")
         put("    motor_speed = gear_ratio * wheel_speed")

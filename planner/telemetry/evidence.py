@@ -68,6 +68,7 @@ class Evidence:
         self.columns = columns
         self.rows = 0
         self.slow = np.zeros(columns)
+        self.plain = np.zeros((columns, columns))
         self._blocks: list[Floats] = []
         self._runs: list[int] = []
 
@@ -85,7 +86,10 @@ class Evidence:
             self._blocks.append(part.T @ part)
             self._runs.append(int(runs[start]))
         self.rows += len(white)
-        self.__dict__.pop("_settled", None)
+
+    def add_plain(self, gram: Floats) -> None:
+        """Take in the (columns, columns) sums of rows that were scaled but not whitened."""
+        self.plain += gram
 
     def settle(self) -> None:
         """Close the sums; called once after the last ``add``."""
@@ -102,6 +106,20 @@ class Evidence:
     def block_count(self) -> int:
         """Number of blocks."""
         return len(self.grams)
+
+    def size(
+        self, columns: Sequence[int], coefficients: Floats, given: Sequence[int] = ()
+    ) -> float:
+        """ρ: rms of what some columns add once everything else is refitted, over the noise.
+
+        Taken over the rows as they are: whitening would make a slow effect look small.
+        """
+        at = list(columns)
+        rest = [*self.tangent.tolist(), *given]
+        clear = self.plain[np.ix_(at, at)] - self.plain[np.ix_(at, rest)] @ _solve(
+            self.plain[np.ix_(rest, rest)], self.plain[np.ix_(rest, at)]
+        )
+        return float(np.sqrt(max(float(coefficients @ clear @ coefficients), 0.0) / self.rows))
 
     def kept_share(self, column: int) -> float:
         """Share of a column's variance that refitting the model cannot absorb."""

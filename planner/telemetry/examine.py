@@ -27,6 +27,7 @@ from planner.telemetry.evidence import Evidence
 from planner.telemetry.interval import interval_nodes
 from planner.telemetry.log import Telemetry
 from planner.telemetry.noise import CLIP, Noise, noise_and_leftover, run_pieces
+from planner.telemetry.sensitivity import doubt_of
 from planner.telemetry.sensors import SENSORS, Sensor, sensor_column
 from planner.telemetry.shapes import Dictionary, shape_columns
 
@@ -113,6 +114,7 @@ class Examination:
         evidence: sums of the whitened columns.
         noise: what was taken for noise.
         watts: (n,) W of the model for the sample.
+        spread: (n,) W, standard deviation of single rows.
         raw: (n, columns) of the sample, the residual clipped.
         residual: (n,) W, measured less modelled, as it is.
         testable: slug → None, or why this log cannot tell it.
@@ -125,6 +127,7 @@ class Examination:
     evidence: Evidence
     noise: Noise
     watts: Floats
+    spread: Floats
     raw: Floats
     residual: Floats
     testable: dict[str, str | None]
@@ -134,10 +137,7 @@ class Examination:
 
     def size(self, columns: list[int], coefficients: Floats) -> float:
         """ρ: rms of what some columns add, after refitting the model, over the noise."""
-        clear = self.evidence.clear[np.ix_(columns, columns)]
-        return float(
-            np.sqrt(max(float(coefficients @ clear @ coefficients), 0.0) / self.evidence.rows)
-        )
+        return self.evidence.size(columns, coefficients)
 
 
 def examine(
@@ -154,16 +154,23 @@ def examine(
     residual = raw[:, -1].copy()
     own = raw[:, : competitors.tangent]
     helpers = list(explained) if explained is not None else _greedy(log, watts, raw, competitors)
-    noise, left = noise_and_leftover(log, residual, watts, np.column_stack([own, raw[:, helpers]]))
-    spread = noise.spread(watts)
+    doubt = doubt_of(competitors.library.model, log.rows_for(competitors.library.model.surfaces))
+    noise, left = noise_and_leftover(
+        log, residual, watts, doubt, np.column_stack([own, raw[:, helpers]])
+    )
+    spread = noise.spread(watts, doubt)
     raw[:, -1] = residual - left + np.clip(left, -CLIP * spread, CLIP * spread)
-    white = noise.whiten(log, watts, raw)
+    white = noise.whiten(log, watts, spread, raw)
     evidence = Evidence(competitors.tangent, raw.shape[1])
     evidence.slow = _slow_shares(log, raw)
     evidence.add(white, block_numbers(log), log.run)
+    scaled = raw / spread[:, None]
+    evidence.add_plain(scaled.T @ scaled)
     evidence.settle()
     mean = float(np.mean(np.abs(watts)))
-    plain = Examination(competitors, evidence, noise, watts, raw, residual, {}, (), (), mean)
+    plain = Examination(
+        competitors, evidence, noise, watts, spread, raw, residual, {}, (), (), mean
+    )
     return _sorted_out(log, plain)
 
 
@@ -299,7 +306,7 @@ def _over_sensors(log: Telemetry, plain: Examination) -> Floats:
             continue  # a constant is not measured row by row
         column += (fixed + relative * np.abs(column)) * rng.standard_normal(len(rows))
     _, disturbed = competitors.raw(replace(probe, rows=rows))
-    scale = 1.0 / plain.noise.spread(plain.watts[at])
+    scale = 1.0 / plain.spread[at]
     first, second = plain.raw[at] * scale[:, None], disturbed * scale[:, None]
     own = slice(0, competitors.tangent)
     norms = np.sqrt((first[:, own] ** 2).sum(axis=0)) + 1e-300

@@ -1,11 +1,303 @@
-"""stub"""
+"""Which run would tell apart what a log cannot: chosen by what it adds to the evidence.
 
+    advice = Advice(examination, selection, log)
+    advice.experiments()                   # one for every tie
+    advice.what_would_help("yaw_scrub")    # for an effect that this log cannot tell
+
+A list of feasible runs is laid out (manoeuvre × load × temperature, all of the same length), each
+with the rows that it would give. The sums of the log and of such a run together say how far two
+effects would then lie apart: the part of the one that neither refitting the model nor the other
+could imitate, over the noise. The run with the largest smallest distance wins, which is the
+T-optimal design of Atkinson & Fedorov (Biometrika 62, 1975) over this list.
+
+    settings = {"runs": [{"payload", "motor_temp", "segments": [{"vx", "vy", "wz", "pitch", "roll",
+                "acceleration", "seconds"}]}]}
+
+in SI; ``motor_temp`` is None where it may be as it is.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.power.catalogue import all_effects
+from planner.power.model import gravity_columns, rows_from
+from planner.quantities import INDEX, STANDARD_GRAVITY
 from planner.telemetry.diagnosis import Experiment
+from planner.telemetry.examine import Examination
+from planner.telemetry.log import Telemetry
+from planner.telemetry.select_effects import Selection
+from planner.telemetry.sensitivity import doubt_of
+
+Floats = NDArray[np.float64]
+
+SECONDS = 600.0
+"""Length that all runs of an experiment have together."""
+SLOPE = 0.0873  # 5°
+WARM, COLD = 60.0, 20.0
+LOADED = 0.4
+"""Payload of a loaded run, as a share of the robot's mass."""
+CLEARLY = 5.0
+"""Distance in standard deviations from which effects count as told apart."""
+_SPEEDS = (0.15, 0.35, 0.6, 0.85)
 
 
-def recommend(examination, selection, log):
-    return ()
+@dataclass(frozen=True)
+class Run:
+    """One feasible run: sentence and numbers."""
+
+    sentence: str
+    settings: dict[str, Any]
 
 
-def what_would_help(slug, why):
-    return ""
+def _segment(
+    vx: float,
+    vy: float,
+    wz: float = 0.0,
+    pitch: float = 0.0,
+    roll: float = 0.0,
+    acceleration: float = 0.0,
+) -> dict[str, float]:
+    return {
+        "vx": round(vx, 3),
+        "vy": round(vy, 3),
+        "wz": round(wz, 3),
+        "pitch": round(pitch, 4),
+        "roll": round(roll, 4),
+        "acceleration": round(acceleration, 3),
+    }
+
+
+def _manoeuvres(top: float, turn: float) -> dict[str, list[dict[str, float]]]:
+    speeds = [top * part for part in _SPEEDS]
+    said = ", ".join(f"{v:.2f}" for v in speeds)
+    angles = [k * np.pi / 4 for k in range(8)]
+    degrees = f"{np.degrees(SLOPE):.0f}°"
+    creep = [0.01, 0.02, 0.04, 0.07]
+    return {
+        f"straight ahead on level ground at {said} m/s": [_segment(v, 0.0) for v in speeds],
+        f"sideways on level ground at {said} m/s": [_segment(0.0, v) for v in speeds],
+        f"in all eight directions on level ground at {said} m/s": [
+            _segment(v * np.cos(a), v * np.sin(a)) for v in speeds for a in angles
+        ],
+        f"up and down a slope of {degrees}, forwards, at {said} m/s": [
+            _segment(v, 0.0, pitch=p) for v in speeds for p in (SLOPE, -SLOPE)
+        ],
+        f"up and down a slope of {degrees}, sideways, at {said} m/s": [
+            _segment(0.0, v, roll=r) for v in speeds for r in (SLOPE, -SLOPE)
+        ],
+        f"forwards and sideways across a slope of {degrees} at {said} m/s": [
+            s for v in speeds for s in (_segment(v, 0.0, roll=SLOPE), _segment(0.0, v, pitch=SLOPE))
+        ],
+        f"turning on the spot at {0.3 * turn:.2f} and {0.8 * turn:.2f} rad/s, both ways": [
+            _segment(0.0, 0.0, w * turn) for w in (0.3, 0.8, -0.3, -0.8)
+        ],
+        f"in curves at {speeds[2]:.2f} m/s with up to {0.8 * turn:.2f} rad/s": [
+            _segment(v * np.cos(a), v * np.sin(a), w * turn)
+            for v in speeds[1:3]
+            for a in angles[::2]
+            for w in (0.0, 0.4, 0.8)
+        ],
+        "creeping at 1 to 7 cm/s, forwards and sideways": [
+            s for v in creep for s in (_segment(v, 0.0), _segment(0.0, v))
+        ],
+        f"starting and stopping hard between 0 and {speeds[-1]:.2f} m/s, forwards and sideways": [
+            s
+            for v in speeds
+            for a in (0.6, -0.6)
+            for s in (_segment(v, 0.0, acceleration=a), _segment(0.0, v, acceleration=a))
+        ],
+    }
+
+
+def feasible_runs(examination: Examination, log: Telemetry) -> list[Run]:
+    """All runs that are considered for a robot and the quantities that its log has."""
+    vehicle = examination.competitors.library.model.vehicle
+    top = 0.65 * vehicle.limits.speed
+    turn = 0.6 * vehicle.limits.yaw_rate
+    manoeuvres = _manoeuvres(top, turn)
+    heavy = round(LOADED * vehicle.mass, 1)
+    loads: list[tuple[str, list[float]]] = [
+        ("", [0.0]),
+        (f", without load and with {heavy} kg", [0.0, heavy]),
+    ]
+    heats: list[tuple[str, list[float | None]]] = [("", [None])]
+    if "motor_temp" in log.present:
+        words = f", once with motors at {COLD:.0f} °C and once at {WARM:.0f} °C"
+        heats.append((words, [COLD, WARM]))
+    runs = []
+    for (what, segments), load, heat in itertools.product(manoeuvres.items(), loads, heats):
+        count = len(load[1]) * len(heat[1]) * len(segments)
+        seconds = round(SECONDS / count, 1)
+        settings = {
+            "runs": [
+                {
+                    "payload": payload,
+                    "motor_temp": temperature,
+                    "segments": [{**s, "seconds": seconds} for s in segments],
+                }
+                for payload in load[1]
+                for temperature in heat[1]
+            ]
+        }
+        sentence = f"Drive {what}{load[0]}{heat[0]}, {SECONDS / 60:.0f} minutes in all."
+        runs.append(Run(sentence, settings))
+    return runs
+
+
+class Advice:
+    """What further runs would show, for one examined log.
+
+    Args:
+        examination: of the log.
+        selection: what was found in it.
+        log: the rows.
+    """
+
+    def __init__(self, examination: Examination, selection: Selection, log: Telemetry) -> None:
+        self.examination = examination
+        self.selection = selection
+        self.log = log
+
+    @cached_property
+    def _runs(self) -> list[tuple[Run, Floats]]:
+        """Every run with the Gram matrix of the log and the run together."""
+        evidence = self.examination.evidence
+        runs = feasible_runs(self.examination, self.log)
+        return [(run, evidence.total + self._gram(run)) for run in runs]
+
+    def _gram(self, run: Run) -> Floats:
+        rows, interval = _rows(run, self.log)
+        count = len(rows)
+        fake = replace(
+            self.log.take(np.zeros(count, int)),
+            rows=rows,
+            power=np.zeros(count),
+            time=np.arange(count) * 10.0 * float(interval.max()),
+            interval=np.zeros(count),
+        )
+        competitors, noise = self.examination.competitors, self.examination.noise
+        watts, columns = competitors.raw(fake)
+        columns[:, -1] = 0.0
+        model = competitors.library.model
+        spread = noise.spread(watts, doubt_of(model, rows))
+        # Rows of one steady segment share their noise as neighbouring rows do.
+        usual = float(np.median(self.log.interval))
+        weight = interval / max(usual, 1e-6) * (1.0 - noise.correlation) / (1.0 + noise.correlation)
+        scaled = columns * (np.sqrt(np.maximum(weight, 0.0)) / spread)[:, None]
+        return scaled.T @ scaled
+
+    def experiments(self) -> tuple[Experiment, ...]:
+        """One experiment for every selected effect that has rivals."""
+        advice = []
+        standings = {s.name: s for s in self.selection.standings}
+        for name, rivals in self.selection.ties.items():
+            known = [r for r in rivals if r in standings]
+            if not known or name not in standings:
+                continue
+            mine = standings[name].member.columns
+            strength = standings[name].coefficients
+            best: tuple[float, Run] | None = None
+            for run, gram in self._runs:
+                distance = min(
+                    self._distance(gram, mine, strength, standings[r].member.columns) for r in known
+                )
+                if best is None or distance > best[0]:
+                    best = (distance, run)
+            assert best is not None  # there are always feasible runs
+            distance, run = best
+            sure = "" if distance >= CLEARLY else " It may take several such runs."
+            advice.append(Experiment((name, *known), run.sentence + sure, run.settings))
+        return tuple(advice)
+
+    def _distance(
+        self, gram: Floats, mine: Sequence[int], strength: Floats, rival: Sequence[int]
+    ) -> float:
+        """Standard deviations between an effect and the nearest that a rival could imitate."""
+        at = list(mine)
+        rest = [*self.examination.evidence.tangent.tolist(), *rival]
+        inner = gram[np.ix_(rest, rest)]
+        scale = np.sqrt(np.maximum(np.diag(inner), 1e-300))
+        inner = inner / np.outer(scale, scale) + 1e-9 * np.eye(len(rest))
+        cross = gram[np.ix_(rest, at)] / scale[:, None]
+        left = gram[np.ix_(at, at)] - cross.T @ np.linalg.solve(inner, cross)
+        return float(np.sqrt(max(float(strength @ left @ strength), 0.0)))
+
+    def what_would_help(self, slug: str) -> str:
+        """What would make an effect testable, in one sentence."""
+        effect = all_effects().get(slug)
+        missing = sorted(n for n in effect.reads if n not in self.log.present) if effect else []
+        missing = [n for n in missing if n not in ("odometer", "time_since_start", "slope_rate")]
+        competitors = self.examination.competitors
+        columns = [
+            (competitors.candidate(k), competitors.library.amplitudes[k])
+            for k, c in enumerate(competitors.library.candidates)
+            if c.effect == slug
+        ]
+        if slug == "battery_sag":
+            return "Measure the power at the source, and say so in the mapping file."
+        best, distance = None, 0.0
+        for run, gram in self._runs if columns else []:
+            for column, amplitude in columns:
+                apart = self._distance(gram, [column], np.array([amplitude]), [])
+                if apart > distance:
+                    best, distance = run, apart
+        if best is not None and distance > CLEARLY:
+            return best.sentence
+        if missing:
+            return f"Log {' and '.join(missing)}."
+        return _ELSE.get(slug, "No run of the robot alone; measure the effect by itself.")
+
+
+_ELSE = {
+    "current_ripple": "Measure the currents of the motors, or the winding's resistance.",
+    "converter_efficiency": "Vary the load of the electronics, or measure before and behind it.",
+    "surface_rolling": "Drive the same on a second kind of ground, with a column surface.",
+    "wear": "Repeat the same laps weeks apart.",
+    "sensor_rate": "Vary the sampling rate at standstill, with a column sensor_rate.",
+    "com_offset": "Carry a load off the centre, with columns com_x and com_y.",
+}
+
+
+def _rows(run: Run, log: Telemetry) -> tuple[Floats, Floats]:
+    """One row for each segment of a run, and the seconds that it stands for."""
+    usual = {
+        name: float(np.nanmedian(log.rows[:, INDEX[name]]))
+        for name in ("motor_temp", "ambient_temp", "battery_voltage", "sensor_rate")
+        if name in log.present and np.isfinite(log.rows[:, INDEX[name]]).any()
+    }
+    usual |= {name: 0.0 for name in ("com_x", "com_y") if name in log.present}
+    far = float(np.nanmax(log.rows[:, INDEX["odometer"]]))
+    parts, seconds = [], []
+    for one in run.settings["runs"]:
+        clock = 0.0
+        for s in one["segments"]:
+            speed = max(float(np.hypot(s["vx"], s["vy"])), 1e-9)
+            columns = {
+                **usual,
+                "vx": s["vx"],
+                "vy": s["vy"],
+                "wz": s["wz"],
+                "ax": s["acceleration"] * s["vx"] / speed,
+                "ay": s["acceleration"] * s["vy"] / speed,
+                "payload": one["payload"],
+                "odometer": far,
+                "time_since_start": clock + 0.5 * s["seconds"],
+            }
+            if one["motor_temp"] is not None:
+                columns["motor_temp"] = one["motor_temp"]
+            columns |= {
+                k: float(v)
+                for k, v in gravity_columns(s["roll"], s["pitch"], gravity=STANDARD_GRAVITY).items()
+            }
+            parts.append(rows_from(**columns))
+            seconds.append(s["seconds"])
+            clock += s["seconds"]
+    return np.concatenate(parts), np.array(seconds)

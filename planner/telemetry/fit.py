@@ -34,7 +34,7 @@ from planner.telemetry.blocks import block_numbers
 from planner.telemetry.interval import interval_nodes
 from planner.telemetry.log import Telemetry
 from planner.telemetry.noise import CLIP, Noise, noise_of
-from planner.telemetry.sensitivity import predict, sizes, tangent
+from planner.telemetry.sensitivity import doubt_of, predict, sizes, tangent
 
 Floats = NDArray[np.float64]
 
@@ -67,6 +67,7 @@ class Fit:
         places: numbers of the parameters that were free.
         covariance: (p, p) of the free parameters.
         watts, residual: (n,) W of the fitted model, and measured less modelled.
+        spread: (n,) W, standard deviation of single rows.
         noise: what was taken for noise.
         rmse_w: root mean square of the residual, W.
         parameters: the free ones with remarks.
@@ -77,6 +78,7 @@ class Fit:
     covariance: Floats
     watts: Floats
     residual: Floats
+    spread: Floats
     noise: Noise
     rmse_w: float
     parameters: tuple[FittedParameter, ...]
@@ -126,7 +128,8 @@ def fit(
         free: numbers of the parameters to change; None takes all that may be fitted.
         noise: what the measurement scatters by; None estimates it from the residual.
     """
-    nodes = interval_nodes(log.rows_for(model.surfaces), log.interval, model)
+    rows = log.rows_for(model.surfaces)
+    nodes, doubt = interval_nodes(rows, log.interval, model), doubt_of(model, rows)
     places = free_places(model, log) if free is None else tuple(free)
     index = np.array(places, int)
     low, high = _bounds(model, index)
@@ -136,12 +139,12 @@ def fit(
     current = model
     watts, columns = tangent(current, nodes, places)
     for round_number in range(2 if noise is None else 1):
-        scatter = noise or noise_of(log, log.power - watts, watts, columns)
+        scatter = noise or noise_of(log, log.power - watts, watts, doubt, columns)
         best = np.inf
         stride = 1.0
         step = np.zeros(len(index))
         for _ in range(STEPS):
-            cost = _cost(log.power - watts, scatter.spread(watts)) + float(
+            cost = _cost(log.power - watts, scatter.spread(watts, doubt)) + float(
                 (((value - start) * prior) ** 2).sum()
             )
             if cost > best * (1.0 + 1e-9) and stride > 1e-3:
@@ -150,7 +153,10 @@ def fit(
                 value = value - stride * step
             else:
                 best, stride = cost, 1.0
-                gram, score = _normal_equations(log, scatter, watts, columns, log.power - watts)
+                spread = scatter.spread(watts, doubt)
+                clipped = _clipped(log.power - watts, spread)
+                white = scatter.whiten(log, watts, spread, np.column_stack([columns, clipped]))
+                gram, score = white[:, :-1].T @ white[:, :-1], white[:, :-1].T @ white[:, -1]
                 step = _bounded_step(gram, score, value - start, prior, low - value, high - value)
                 value = value + step
             current = _with(model, index, value)
@@ -159,8 +165,8 @@ def fit(
                 break
         if round_number == 0 and noise is None:
             continue
-    scatter = noise or noise_of(log, log.power - watts, watts, columns)
-    return _finished(log, current, index, start, prior, watts, columns, scatter)
+    scatter = noise or noise_of(log, log.power - watts, watts, doubt, columns)
+    return _finished(log, current, index, prior, watts, columns, scatter, doubt)
 
 
 _SURFACE = 15
@@ -193,15 +199,6 @@ def _clipped(residual: Floats, spread: Floats) -> Floats:
     return np.clip(residual, -CLIP * spread, CLIP * spread)
 
 
-def _normal_equations(
-    log: Telemetry, noise: Noise, watts: Floats, columns: Floats, residual: Floats
-) -> tuple[Floats, Floats]:
-    clipped = _clipped(residual, noise.spread(watts))
-    white = noise.whiten(log, watts, np.column_stack([columns, clipped]))
-    gram = white.T @ white
-    return gram[:-1, :-1], gram[:-1, -1]
-
-
 def _bounded_step(
     gram: Floats, score: Floats, moved: Floats, prior: Floats, low: Floats, high: Floats
 ) -> Floats:
@@ -226,14 +223,16 @@ def _finished(
     log: Telemetry,
     model: PowerModel,
     index: NDArray[np.int64],
-    start: Floats,
     prior: Floats,
     watts: Floats,
     columns: Floats,
     noise: Noise,
+    doubt: Floats,
 ) -> Fit:
     residual = log.power - watts
-    covariance, known = _covariance(log, noise, watts, columns, residual, prior)
+    spread = noise.spread(watts, doubt)
+    white = noise.whiten(log, watts, spread, np.column_stack([columns, _clipped(residual, spread)]))
+    covariance, known = _covariance(log, white, prior)
     stderr = np.full(len(model.parameters), np.nan) if model.stderr is None else model.stderr.copy()
     stderr[index] = np.sqrt(np.diag(covariance))
     fitted = []
@@ -264,23 +263,18 @@ def _finished(
         covariance,
         watts,
         residual,
+        spread,
         noise,
         float(np.sqrt(np.mean(residual**2))),
         tuple(fitted),
     )
 
 
-def _covariance(
-    log: Telemetry,
-    noise: Noise,
-    watts: Floats,
-    columns: Floats,
-    residual: Floats,
-    prior: Floats,
-) -> tuple[Floats, NDArray[np.bool_]]:
-    """Sandwich covariance, and which parameters the log tells more about than the prior did."""
-    clipped = _clipped(residual, noise.spread(watts))
-    white = noise.whiten(log, watts, np.column_stack([columns, clipped]))
+def _covariance(log: Telemetry, white: Floats, prior: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+    """Sandwich covariance, and which parameters the log tells more about than the prior did.
+
+    ``white`` is whitened: the free parameters' columns, and the clipped residual last.
+    """
     scores = white[:, :-1] * white[:, -1:]
     blocks = block_numbers(log)
     count = int(blocks.max()) + 1

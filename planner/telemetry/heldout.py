@@ -31,9 +31,10 @@ def heldout_rmse(log: Telemetry, fitted: Fit) -> float:
     model = fitted.model
     nodes = interval_nodes(log.rows_for(model.surfaces), log.interval, model)
     _, columns = tangent(model, nodes, fitted.places)
-    spread = fitted.noise.spread(fitted.watts)
-    clipped = np.clip(fitted.residual, -CLIP * spread, CLIP * spread)
-    white = fitted.noise.whiten(log, fitted.watts, np.column_stack([columns, clipped]))
+    clipped = np.clip(fitted.residual, -CLIP * fitted.spread, CLIP * fitted.spread)
+    white = fitted.noise.whiten(
+        log, fitted.watts, fitted.spread, np.column_stack([columns, clipped])
+    )
     folds, _ = fold_numbers(log)
     grams = {int(fold): white[folds == fold].T @ white[folds == fold] for fold in np.unique(folds)}
     total = np.sum(list(grams.values()), axis=0)

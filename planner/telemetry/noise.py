@@ -1,12 +1,15 @@
 """What the measurement scatters by, and how rows are made independent of each other.
 
-    noise = noise_of(log, residual, watts, columns)
+    noise = noise_of(log, residual, watts, doubt, columns)
     noise.floor_w                        # W rms, the error that no model can go below
-    white = noise.whiten(log, Z)         # (n, m) columns scaled to unit, uncorrelated noise
+    spread = noise.spread(watts, doubt)  # (n,) W of single rows
+    white = noise.whiten(log, watts, spread, Z)   # (n, m), unit and uncorrelated noise
 
 Three layers, each estimated robustly from what is left over after the model and a few columns:
 
-    spread       standard deviation as a function of |P| (medians of absolute deviations in bins)
+    spread       standard deviation as a function of |P| (medians of absolute deviations in bins),
+                 and beside it what is doubtful about the model's own inputs in single rows
+                 (planner.telemetry.sensitivity.doubt_of)
     correlation  an autoregression within consecutive rows, pooled over all of them
     runs         an offset and a gain of every run, random with a covariance
 
@@ -74,22 +77,23 @@ class Noise:
         """Correlation of neighbouring rows."""
         return float(self.reflections[1, 0]) if len(self.reflections) > 1 else 0.0
 
-    def spread(self, watts: Floats) -> Floats:
-        """(n,) W, standard deviation of single rows at a modelled power."""
-        return np.interp(np.abs(watts), self.powers, self.spreads)
+    def spread(self, watts: Floats, doubt: Floats) -> Floats:
+        """(n,) W, standard deviation of single rows at a modelled power, with its doubt."""
+        return np.hypot(np.interp(np.abs(watts), self.powers, self.spreads), doubt)
 
-    def whiten(self, log: Telemetry, watts: Floats, columns: Floats) -> Floats:
+    def whiten(self, log: Telemetry, watts: Floats, spread: Floats, columns: Floats) -> Floats:
         """Columns in units of independent noise of standard deviation 1.
 
         Args:
             log: the rows; their runs and times say which rows follow each other.
-            watts: (n,) modelled power, for spread and gain.
+            watts: (n,) modelled power, for the gains of the runs.
+            spread: (n,) W, standard deviation of single rows.
             columns: (n, m) W.
 
         Returns:
             (n, m).
         """
-        scale = 1.0 / self.spread(watts)
+        scale = 1.0 / spread
         runs = bool(np.any(self.by_run > 0.0))
         ahead = [scale[:, None], (watts * scale)[:, None]] if runs else []
         scaled = np.concatenate([columns * scale[:, None], *ahead], axis=1)
@@ -133,13 +137,15 @@ def _take_out_run(columns: Floats, shared: Floats, by_run: Floats) -> None:
     columns -= basis @ (change @ (basis.T @ columns))
 
 
-def noise_of(log: Telemetry, residual: Floats, watts: Floats, columns: Floats) -> Noise:
+def noise_of(
+    log: Telemetry, residual: Floats, watts: Floats, doubt: Floats, columns: Floats
+) -> Noise:
     """Noise in the residual of a model, see noise_and_leftover."""
-    return noise_and_leftover(log, residual, watts, columns)[0]
+    return noise_and_leftover(log, residual, watts, doubt, columns)[0]
 
 
 def noise_and_leftover(
-    log: Telemetry, residual: Floats, watts: Floats, columns: Floats
+    log: Telemetry, residual: Floats, watts: Floats, doubt: Floats, columns: Floats
 ) -> tuple[Noise, Floats]:
     """Noise in the residual of a model, once ``columns`` have taken what they can explain.
 
@@ -147,6 +153,7 @@ def noise_and_leftover(
         log: the rows.
         residual: (n,) W, measured less modelled.
         watts: (n,) W, modelled.
+        doubt: (n,) W, what errors of the inputs may do to single rows.
         columns: (n, m) W per unit of whatever may still be in the residual: the model's tangent
             and a few shapes. Too many would take slow noise for an effect.
 
@@ -156,15 +163,19 @@ def noise_and_leftover(
     powers, spreads = np.array([0.0]), np.array([max(_deviation(residual), 1e-6)])
     left = residual
     for _ in range(3):
-        scale = 1.0 / np.interp(np.abs(watts), powers, spreads)
+        scale = 1.0 / np.hypot(np.interp(np.abs(watts), powers, spreads), doubt)
         left = _leftover(residual, columns, scale)
-        powers, spreads = _spread(np.abs(watts), left)
-    scale = 1.0 / np.interp(np.abs(watts), powers, spreads)
+        # Rows that the model itself is unsure of say little about the measurement.
+        clear = doubt <= 0.5 * float(np.median(spreads))
+        if np.count_nonzero(clear) < 0.2 * len(clear):
+            clear = np.ones(len(clear), bool)
+        powers, spreads = _spread(np.abs(watts)[clear], left[clear])
+    scale = 1.0 / np.hypot(np.interp(np.abs(watts), powers, spreads), doubt)
     z = np.clip(left * scale, -CLIP, CLIP)
     reflections, shrink = _autoregression(log, z)
-    floor = float(np.sqrt(np.mean(scale**-2.0)))
+    floor = float(np.sqrt(np.mean(np.interp(np.abs(watts), powers, spreads) ** 2)))
     plain = Noise(powers, spreads, reflections, shrink, np.zeros((2, 2)), floor)
-    by_run = _run_covariance(log, plain, left * np.minimum(1.0, CLIP / np.abs(z + 1e-300)), watts)
+    by_run = _run_covariance(log, plain, np.clip(left, -CLIP / scale, CLIP / scale), watts, scale)
     return Noise(powers, spreads, reflections, shrink, by_run, floor), left
 
 
@@ -228,13 +239,15 @@ def _autoregression(log: Telemetry, z: Floats) -> tuple[Floats, Floats]:
     return table, np.sqrt(variance)
 
 
-def _run_covariance(log: Telemetry, plain: Noise, left: Floats, watts: Floats) -> Floats:
+def _run_covariance(
+    log: Telemetry, plain: Noise, left: Floats, watts: Floats, scale: Floats
+) -> Floats:
     """Covariance of the runs' offsets and gains, by moments: theirs less what noise would give."""
     pieces = [p for p in run_pieces(log) if p[1] - p[0] >= 8]
     if len(pieces) < 4:
         return np.zeros((2, 2))
     one = np.ones_like(left)
-    white = plain.whiten(log, watts, np.column_stack([left, one, watts]))
+    white = plain.whiten(log, watts, 1.0 / scale, np.column_stack([left, one, watts]))
     estimates, errors = [], []
     for start, stop in pieces:
         shared = white[start:stop, 1:]

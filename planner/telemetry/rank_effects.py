@@ -41,7 +41,7 @@ from planner.telemetry.diagnosis import (
     Verdict,
 )
 from planner.telemetry.examine import Competitors, Examination, examine
-from planner.telemetry.experiments import recommend, what_would_help
+from planner.telemetry.experiments import Advice
 from planner.telemetry.extend import Addition, addition_of, fit_with, usual_addition
 from planner.telemetry.fit import Fit, fit, starting_model
 from planner.telemetry.heldout import LinearHeldout, heldout_rmse
@@ -316,8 +316,9 @@ def _report(source: LogSource, found: _Found) -> Diagnosis:
     )
     after = Errors(fitted.rmse_w, heldout_rmse(found.log, fitted))
     candidates = _candidates(found, selected, fitted, examination, own)
+    advice = Advice(examination, selection, found.log)
     hidden = tuple(
-        NotTestable(slug, why, what_would_help(slug, why))
+        NotTestable(slug, why, advice.what_would_help(slug))
         for slug, why in sorted(examination.testable.items())
         if why is not None
     )
@@ -330,12 +331,10 @@ def _report(source: LogSource, found: _Found) -> Diagnosis:
         after,
         candidates,
         hidden,
-        tuple(
-            regimes_of(found.log, found.base.residual, examination.noise.spread(found.base.watts))
-        ),
+        tuple(regimes_of(found.log, found.base.residual, found.base.spread)),
         outside,
         sensors,
-        recommend(examination, selection, found.log),
+        advice.experiments(),
         found.base.model,
         fitted,
         _additions(found, members, proposal),

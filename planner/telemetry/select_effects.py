@@ -35,8 +35,13 @@ Floats = NDArray[np.float64]
 MOST_EFFECTS = 3
 SIGNIFICANT = 0.01
 """Probability of naming something when nothing is missing, over all candidates together."""
-LEAST_SIZE = 0.1
+LEAST_SIZE = 0.15
 """ρ below which an effect is not named: what it adds, over the noise."""
+LEAST_BESIDE = 0.15
+"""Size of a member relative to the largest: the catalogue's form of an effect is never quite that
+of the robot, and what it leaves over must not be taken for a second effect."""
+LEAST_SENSOR_SIZE = 0.2
+"""The same for the error of a sensor, which overrules everything else that a log says."""
 TIE_GAIN = 2.0
 TIE_Z = 1.64
 SURE_GAIN = 8.0
@@ -150,8 +155,15 @@ class _Chooser:
         self.evidence = examination.evidence
         self.members = members_of(examination)
         self.low, self.high = _limits(examination)
+        self.least = np.zeros(self.evidence.columns)
+        self.usual = np.full(self.evidence.columns, np.inf)
+        for number, sensor in enumerate(examination.competitors.sensors):
+            self.least[examination.competitors.sensor(number)] = sensor.least
+            self.usual[examination.competitors.sensor(number)] = sensor.usual
         names = {m.name for m in self.members}
         self.name_count = max(len(names), 2)
+        # Of parameters that do the same, the one that its effect declares first is taken.
+        self.lateness = _lateness(self.members)
         self.scored: dict[tuple[int, ...], float] = {(): 0.0}
         self.gains: dict[tuple[int, ...], tuple[float, Floats]] = {(): (0.0, np.zeros(0))}
 
@@ -163,6 +175,7 @@ class _Chooser:
         each = [
             blocks * len(self.members[k].columns)
             + np.log(self.name_count)
+            + self.lateness[k]
             + (0.5 if self.members[k].scanned else 0.0)
             for k in chosen
         ]
@@ -174,7 +187,10 @@ class _Chooser:
         value, found = self.evidence.gain(at)
         if np.any(found < self.low[at]) or np.any(found > self.high[at]):
             return None
-        return value, found
+        if np.any(np.abs(found) < self.least[at]):
+            return None
+        # Large errors of sensors are rare: half the square over their usual size counts against.
+        return value - 0.5 * float(np.sum((found / self.usual[at]) ** 2)), found
 
     def search(self) -> tuple[int, ...]:
         """Score subsets up to MOST_EFFECTS; the best one."""
@@ -204,18 +220,18 @@ class _Chooser:
     def checked(self, chosen: tuple[int, ...]) -> tuple[tuple[int, ...], dict[str, Test]]:
         """Drop members that are not significant, or too small, given the others."""
         while chosen:
-            tests = {}
-            worst, worst_k = -1.0, -1
+            tests, sizes = {}, {}
             for k in chosen:
                 rest = self.columns([q for q in chosen if q != k])
-                test = self.evidence.test(self.members[k].columns, given=rest)
-                tests[self.members[k].name] = test
-                size = np.sqrt(
-                    max(float(test.coefficients @ test.information @ test.coefficients), 0.0)
-                    / self.evidence.rows
-                )
-                p = min(1.0, test.p_value * self.name_count)
-                fault = max(p / SIGNIFICANT, LEAST_SIZE / max(float(size), 1e-12))
+                mine = self.members[k].columns
+                tests[self.members[k].name] = test = self.evidence.test(mine, given=rest)
+                sizes[k] = self.evidence.size(mine, test.coefficients, rest)
+            worst, worst_k = -1.0, -1
+            for k in chosen:
+                p = min(1.0, tests[self.members[k].name].p_value * self.name_count)
+                least = LEAST_SENSOR_SIZE if self.members[k].sensor else LEAST_SIZE
+                least = max(least, LEAST_BESIDE * max(sizes.values()))
+                fault = max(p / SIGNIFICANT, least / max(sizes[k], 1e-12))
                 if fault > worst:
                     worst, worst_k = fault, k
             if worst <= 1.0:
@@ -243,9 +259,16 @@ class _Chooser:
             if not same and value - rival > FAR_BEHIND:
                 continue
             gain, z = self.evidence.compare(mine, self.columns(other))
+            unlikely = self._surprise(other) - self._surprise(chosen)
+            gain, z = gain + unlikely, z * max(1.0 + unlikely / max(gain, 1.0), 0.0)
             if same or gain < TIE_GAIN or (z < TIE_Z and gain < SURE_GAIN):
                 ties[replaced].append(by)
         return {name: tuple(rivals) for name, rivals in ties.items()}
+
+    def _surprise(self, chosen: tuple[int, ...]) -> float:
+        """How unusual the sizes of the sensors' errors are, as a log-likelihood."""
+        at = self.columns(chosen)
+        return 0.5 * float(np.sum((self.gains[chosen][1] / self.usual[at]) ** 2))
 
     def _same_direction(
         self, chosen: tuple[int, ...], other: tuple[int, ...], replaced: str, by: str
@@ -257,6 +280,13 @@ class _Chooser:
         shared = self.columns([k for k in chosen if k in other])
         alike = self.evidence.likeness(first.columns[0], second.columns[0], shared)
         return alike > SAME_DIRECTION
+
+
+def _lateness(members: Sequence[Member]) -> list[float]:
+    first: dict[str, int] = {}
+    for member in members:
+        first[member.name] = min(first.get(member.name, member.columns[0]), member.columns[0])
+    return [0.0 if m.scanned else float(m.columns[0] > first[m.name]) for m in members]
 
 
 def _limits(examination: Examination) -> tuple[Floats, Floats]:
@@ -373,8 +403,9 @@ def _shape(
     mine = chooser.columns(chosen)
     z, found, information = evidence.test_each(columns, given=mine)
     best = int(np.argmax(z))
+    del information
     p = min(1.0, _two_sided(float(z[best])) * len(columns))
-    size = float(np.sqrt(found[best] ** 2 * information[best] / evidence.rows))
+    size = evidence.size([columns[best]], found[[best]], mine)
     significant = (
         p < SHAPE_SIGNIFICANT and 0.5 * z[best] ** 2 > SURE_GAIN and size > LEAST_SHAPE_SIZE
     )
@@ -394,7 +425,7 @@ def _shape(
                 examination.shapes[strongest],
                 columns[strongest],
                 float(alone_z[strongest]),
-                float(np.sqrt(2.0 * gains[strongest] / evidence.rows)),
+                evidence.size([columns[strongest]], alone_found[[strongest]]),
                 float(alone_found[strongest]),
                 True,
                 _look_alikes(examination, columns[strongest]),

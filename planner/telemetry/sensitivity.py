@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from planner.power.compile_kernel import KERNEL
 from planner.power.model import PowerModel
 from planner.power.pipeline import ACCOUNT_LENGTH, PER_WHEEL
+from planner.quantities import INDEX
 from planner.telemetry.interval import Nodes, interval_nodes
 from planner.telemetry.log import Telemetry
 
@@ -126,6 +127,45 @@ def mean_watts(model: PowerModel, nodes: Nodes) -> Floats:
 def predict(model: PowerModel, log: Telemetry) -> Floats:
     """(n,) W, what the model says for a log, to be compared with ``log.power``."""
     return mean_watts(model, interval_nodes(log.rows_for(model.surfaces), log.interval, model))
+
+
+SPEED_ERROR = (0.01, 0.01, 0.03)
+"""m/s, m/s and rad/s: odometry's error, and the speeds within which friction changes side."""
+SLOW = 0.03
+"""m/s; a wheel whose rim is slower may stand, whatever its measured speed says."""
+
+
+def doubt_of(model: PowerModel, rows: Floats) -> Floats:
+    """How far the power may be off in single rows because a wheel's speed is not known to be zero.
+
+    A robot that stands on a slope may be held by friction or by its motors, a wheel that hardly
+    turns may be braked by friction or pushed, and a speed of a few millimetres a second decides
+    between them. Rows in which no wheel is slow have no such doubt.
+
+    Args:
+        model: the model.
+        rows: (n, ROW_LENGTH), ``surface`` counting in the model's list.
+
+    Returns:
+        (n,) W, the largest change of power by an error of one speed; 0 for rows in motion.
+    """
+    motion = rows[:, [INDEX["vx"], INDEX["vy"], INDEX["wz"]]].T
+    rim = model.wheels[:, 2:5] @ motion
+    slow = np.flatnonzero(np.any(np.abs(rim) < SLOW, axis=0))
+    doubt = np.zeros(len(rows))
+    if not len(slow):
+        return doubt
+    errors = [
+        (name, sign * size)
+        for name, size in zip(("vx", "vy", "wz"), SPEED_ERROR, strict=True)
+        for sign in (1.0, -1.0)
+    ]
+    moved = np.repeat(rows[slow][:, None, :], len(errors) + 1, axis=1)
+    for number, (name, error) in enumerate(errors, start=1):
+        moved[:, number, INDEX[name]] += error
+    watts = model.watts(moved.reshape(-1, rows.shape[1])).reshape(len(slow), -1)
+    doubt[slow] = np.abs(watts[:, 1:] - watts[:, :1]).max(axis=1)
+    return doubt
 
 
 def sizes(model: PowerModel) -> Floats:

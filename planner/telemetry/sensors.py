@@ -42,6 +42,9 @@ class Sensor:
     Attributes:
         kind: its name.
         unit: of its size.
+        least: the smallest size that is called an error; below it, what rows average over and
+            what derivatives blur looks the same.
+        usual: standard deviation of such errors over sensors in use.
         limit: the largest size that is believed.
         step: size at which its column is taken at first.
         sentence: with {value} for the size.
@@ -50,6 +53,8 @@ class Sensor:
 
     kind: str
     unit: str
+    least: float
+    usual: float
     limit: float
     step: float
     sentence: str
@@ -113,20 +118,58 @@ def _smaller_power(log: Telemetry, share: float) -> Telemetry:
 
 
 SENSORS: tuple[Sensor, ...] = (
-    Sensor("slope_offset", "rad", 0.12, 0.01, "the pitch sensor is off by {value} rad", _pitched),
-    Sensor("roll_offset", "rad", 0.12, 0.01, "the roll sensor is off by {value} rad", _rolled),
-    Sensor("speed_scale", "1", 0.25, 0.02, "speeds are too large by a share of {value}", _slower),
+    Sensor(
+        "slope_offset",
+        "rad",
+        0.004,
+        0.02,
+        0.12,
+        0.01,
+        "the pitch sensor is off by {value} rad",
+        _pitched,
+    ),
+    Sensor(
+        "roll_offset",
+        "rad",
+        0.004,
+        0.02,
+        0.12,
+        0.01,
+        "the roll sensor is off by {value} rad",
+        _rolled,
+    ),
+    Sensor(
+        "speed_scale",
+        "1",
+        0.01,
+        0.04,
+        0.25,
+        0.02,
+        "speeds are too large by a share of {value}",
+        _slower,
+    ),
     Sensor(
         "heading_misalignment",
         "rad",
+        0.01,
+        0.05,
         0.3,
         0.02,
         "the velocity is turned by {value} rad in the body frame",
         _turned,
     ),
-    Sensor("power_delay", "s", 3.0, 0.05, "power lags the motion by {value} s", _earlier),
     Sensor(
-        "power_scale", "1", 0.4, 0.02, "power is too large by a share of {value}", _smaller_power
+        "power_delay", "s", 0.06, 0.3, 3.0, 0.05, "power lags the motion by {value} s", _earlier
+    ),
+    Sensor(
+        "power_scale",
+        "1",
+        0.01,
+        0.05,
+        0.4,
+        0.02,
+        "power is too large by a share of {value}",
+        _smaller_power,
     ),
 )
 

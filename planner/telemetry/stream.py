@@ -22,6 +22,7 @@ from planner.telemetry.examine import Competitors, Examination
 from planner.telemetry.log import Telemetry
 from planner.telemetry.noise import CLIP
 from planner.telemetry.sample import LogSource
+from planner.telemetry.sensitivity import doubt_of
 from planner.telemetry.shapes import Dictionary
 
 Floats = NDArray[np.float64]
@@ -56,11 +57,14 @@ def examine_all(
     for chunk in source.chunks():
         part = correct(chunk)
         watts, raw = reduced.raw(part)
-        spread = sample.noise.spread(watts)
+        model = reduced.library.model
+        spread = sample.noise.spread(watts, doubt_of(model, part.rows_for(model.surfaces)))
         expected = raw[:, columns] @ explained[1]
         raw[:, -1] = expected + np.clip(raw[:, -1] - expected, -CLIP * spread, CLIP * spread)
-        white = sample.noise.whiten(part, watts, raw)
+        white = sample.noise.whiten(part, watts, spread, raw)
         evidence.add(white, blocks.of(part), part.run)
+        scaled = raw / spread[:, None]
+        evidence.add_plain(scaled.T @ scaled)
         done += len(part)
         watch(0.5 + 0.4 * done / source.rows, f"{done:,} of {source.rows:,} rows")
     evidence.settle()

@@ -256,9 +256,9 @@ def _gain(evidence: Evidence, given: Sequence[int], columns: Sequence[int]) -> t
 
 def _score(fitted: Fit, examination: Examination, log: Telemetry) -> float:
     """Log-likelihood of a fit under the noise that was found, up to a constant."""
-    spread = examination.noise.spread(examination.watts)
+    spread = examination.spread
     clipped = np.clip(fitted.residual, -CLIP * spread, CLIP * spread)
-    white = examination.noise.whiten(log, examination.watts, clipped[:, None])
+    white = examination.noise.whiten(log, examination.watts, spread, clipped[:, None])
     return float(-0.5 * (white**2).sum())
 
 

@@ -1,9 +1,9 @@
 """Wheel slip: under force the contact creeps, and the wheel turns more than the robot moves.
 
-    slip σ = k·f/N        P = Σ |f|·σ·|r·ω| = Σ k·f²/N·|r·ω|
+    slip σ = k·f/N        sliding speed |σ·rim speed| along the roller's axle        P = Σ |f·σ·rim speed|
 
-written as the axle torque r·k·f²/N·sgn(ω), which does the same work at the wheel speed of rolling
-without slip.
+The wheel gives the same torque at a higher speed; no current is drawn for it. Where the rollers
+stand at 45° the rim runs ahead by √2 of the sliding.
 
 Sign
     a loss for driving and braking wheels alike.
@@ -37,30 +37,22 @@ class WheelSlip(Effect):
     )
 
     @staticmethod
-    def axle_torque(axis_force, load, nominal_load, rim_speed, wheel_radius, creep):
-        """N·m at the axle of one wheel."""
+    def slip(axis_force, load, nominal_load, rim_speed, creep):
+        """Sliding speed along the roller's axle over the rim's speed."""
         carried = larger(load, 1e-3 * nominal_load)
-        return (
-            wheel_radius
-            * creep
-            * axis_force
-            * axis_force
-            / carried
-            * sign(rim_speed, SLIDING_SPEED)
-        )
+        return creep * axis_force / carried * sign(rim_speed, SLIDING_SPEED)
 
     examples = (
         WorkedExample(
-            "axle_torque",
+            "slip",
             {
                 "axis_force": -10,
                 "load": 25,
                 "nominal_load": 30,
                 "rim_speed": -50.0,
-                "wheel_radius": 0.08,
                 "creep": 0.05,
             },
-            -0.016,
-            "-0.08·0.05·100/25",
+            0.02,
+            "0.05·10/25; force and motion point the same way",
         ),
     )
