@@ -6,8 +6,8 @@ log's folder: what it says of the log names the file and not the service's disk.
 
 from __future__ import annotations
 
+import json
 import os
-import tempfile
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import wraps
@@ -15,12 +15,13 @@ from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 import planner
-from planner.errors import InputError
+from planner.errors import InputError, ModelError
 from planner.power.model import PowerModel
 from planner.telemetry.log import Telemetry
 from service.documents import finite
 from service.jobs import progress
 from service.jobs.tasks import Task
+from service.saved_model import ACCEPTED, SavedModel
 from service.workbench import effects_to_adopt, starting_model
 
 P = ParamSpec("P")
@@ -101,13 +102,15 @@ def revert_model(path: str, version: int) -> str:
 @_refusing
 def check_model(content: bytes) -> str:
     """A saved model that came from outside, read and written again."""
-    with tempfile.TemporaryDirectory() as folder:
-        os.chdir(folder)
-        Path("model.json").write_bytes(content)
-        try:
-            return _saved(PowerModel.load("model.json"))
-        finally:
-            os.chdir("/")
+    try:
+        text = _saved(PowerModel.from_document(json.loads(content.decode("utf-8-sig"))))
+        text.encode()
+    except (ValueError, OverflowError, RecursionError) as error:
+        # Such as a number that is none, or text that is none.
+        problem = str(error).splitlines()[0]
+        raise ModelError("model", f"cannot be read: {problem}", accepted=ACCEPTED) from None
+    SavedModel.check(text)
+    return text
 
 
 def _log_and_model(task: Task) -> tuple[str, Any]:
@@ -120,10 +123,8 @@ def _options(task: Task) -> dict[str, Any]:
 
 
 def _saved(model: PowerModel) -> str:
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "model.json"
-        model.save(path)
-        return path.read_text(encoding="utf-8")
+    """What PowerModel.save writes into a file."""
+    return json.dumps(model.document(), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def _pictures(found: Any) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
 from collections.abc import AsyncIterator, Callable, Coroutine
 from pathlib import Path
 from typing import Any
@@ -13,9 +14,12 @@ import jsonschema
 import pytest
 
 from planner.errors import LogError, ModelError
+from planner.power.model import PowerModel
+from planner.power.vehicle import load_vehicle
 from service.app import create_app
 from service.jobs.tasks import Task
-from service.jobs.telemetry import Adopted
+from service.jobs.telemetry import Adopted, check_model
+from service.saved_model import SavedModel
 from service.settings import Settings
 from service.store.store import Store
 from tests.service import telemetry_documents as documents
@@ -473,6 +477,55 @@ def test_a_model_that_cannot_be_used_is_refused(http: Http, bench: Workbench) ->
     assert http.get("/v1/models").json() == []
     large = b" " * ((1 << 20) + 1)
     expect_problem(http.post("/v1/models", content=large, headers=JSON), 413)
+
+
+SAVED_BY_HAND: dict[str, Any] = json.loads(SAVED)
+
+
+@pytest.mark.parametrize(
+    ("changes", "field"),
+    [
+        ({}, None),
+        ({"name": ["x"]}, "name"),
+        ({"version": "two"}, "version"),
+        ({"version": 0}, "version"),
+        ({"history": "x"}, "history"),
+        ({"history": [{"version": 1}]}, "history.0.action"),
+        (
+            {"history": [{**documents.entry(2), "after": {"rmse_w": "low"}}]},
+            "history.0.after.rmse_w",
+        ),
+    ],
+)
+def test_what_the_service_reads_in_a_saved_model(
+    changes: dict[str, Any], field: str | None
+) -> None:
+    text = json.dumps({**SAVED_BY_HAND, **changes})
+    if field is None:
+        SavedModel.check(text)
+        return
+    with pytest.raises(ModelError) as caught:
+        SavedModel.check(text)
+    assert caught.value.field == field
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"null", b"\xff", b"[" * 100_000, b'{"format": "joulepath-model/1"}'],
+)
+def test_a_hostile_model_is_refused_by_the_worker(content: bytes) -> None:
+    assert isinstance(check_model(content), ModelError)
+
+
+def test_a_saved_model_comes_out_of_the_worker_as_it_went_in(tmp_path: Path) -> None:
+    model = PowerModel.from_vehicle(load_vehicle("minibalance"), effects=["air_drag"])
+    model.save(tmp_path / "m.json")
+    content = (tmp_path / "m.json").read_bytes()
+    assert check_model(content) == content.decode()
+    for value in (math.nan, 10**400, "\ud800"):
+        spoilt = json.loads(content)
+        spoilt["effects"]["electronics"]["power"] = value
+        assert isinstance(check_model(json.dumps(spoilt).encode()), ModelError)
 
 
 def test_a_route_names_a_model_that_is_not_there(http: Http, bench: Workbench) -> None:
