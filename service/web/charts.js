@@ -11,7 +11,7 @@ const DEGREES = 180 / Math.PI;
 
 // What quantities are called, and how their values are shown.
 const QUANTITIES = {
-  heading: ["heading (°, 0 forward, 90 left)", DEGREES],
+  heading: ["heading (°, 90 is left)", DEGREES],
   speed: ["speed (m/s)", 1],
   yaw_rate: ["yaw rate (°/s)", DEGREES],
   slope_along: ["slope along the way (°)", DEGREES],
@@ -25,12 +25,14 @@ const called = (quantity) => QUANTITIES[quantity] ?? [quantity.replaceAll("_", "
 
 const short = (value) => String(Number(value.toPrecision(2)));
 
+// Words keep clear of lines that cross them.
 function text(parent, x, y, words, attributes = {}) {
-  svg("text", { x, y, fill: SOFT, ...attributes }, parent).textContent = words;
+  const halo = { stroke: "#fff", "stroke-width": 3, "paint-order": "stroke" };
+  svg("text", { x, y, fill: SOFT, ...halo, ...attributes }, parent).textContent = words;
 }
 
 // One chart: axes with few numbers, and functions from values to places.
-function panel(chart, place, xs, ys, heading) {
+function panel(chart, place, xs, ys, heading, ends = true) {
   const { left, top, width, height } = place;
   const [x0, x1] = [Math.min(...xs), Math.max(...xs)];
   const [y0, y1] = [Math.min(0, ...ys), Math.max(0, ...ys)];
@@ -40,7 +42,7 @@ function panel(chart, place, xs, ys, heading) {
     svg("line", { x1: left, x2: left + width, y1: y(value), y2: y(value), stroke: value === 0 ? "#9aa1ab" : LINE }, chart);
     text(chart, left - 4, y(value) + 3, short(value), { "text-anchor": "end" });
   }
-  for (const [value, anchor] of [[x0, "start"], [x1, "end"]]) text(chart, x(value), top + height + 12, short(value), { "text-anchor": anchor });
+  for (const [value, anchor] of ends ? [[x0, "start"], [x1, "end"]] : []) text(chart, x(value), top + height + 12, short(value), { "text-anchor": anchor });
   text(chart, left + width / 2, top + height + 12, heading, { "text-anchor": "middle" });
   return { x, y };
 }
@@ -56,21 +58,28 @@ function structure({ bias_w: bias, stderr_w: stderr, rows }) {
 export function drawCurves(chart, curves, noise) {
   chart.replaceChildren();
   const drawn = Object.entries(curves).filter(([, { x }]) => x.length > 1).sort(([, a], [, b]) => structure(b) - structure(a)).slice(0, 6);
-  const [columns, wide, high] = [2, 300, 118];
+  const [columns, wide, high] = [2, 230, 112];
   chart.setAttribute("viewBox", `0 0 ${columns * wide} ${14 + Math.ceil(drawn.length / columns) * high}`);
   if (drawn.length) text(chart, 0, 10, `measured − predicted (W); the log's noise is ${watts(noise)} rms`);
-  const spread = ({ bias_w: bias, stderr_w: stderr }) => bias.flatMap((value, k) => [value - 1.96 * (stderr[k] ?? 0), value + 1.96 * (stderr[k] ?? 0)]);
-  const all = drawn.flatMap(([, curve]) => spread(curve));
+  // A wide band of a few rows must not make everything else flat.
+  const most = 1.3 * Math.max(...drawn.flatMap(([, { bias_w: bias }]) => bias.map(Math.abs)), noise);
+  const clipped = (value) => Math.min(Math.max(value, -most), most);
   drawn.forEach(([quantity, curve], k) => {
     const [heading, scale] = called(quantity);
     const labelled = typeof curve.x[0] === "string";
     const xs = labelled ? curve.x.map((_, place) => place) : curve.x.map((value) => value * scale);
-    const place = { left: (k % columns) * wide + 34, top: 24 + Math.floor(k / columns) * high, width: wide - 52, height: 72 };
+    const place = { left: (k % columns) * wide + 28, top: 24 + Math.floor(k / columns) * high, width: wide - 42, height: 68 };
     const group = svg("g", { role: "img", "aria-label": `Residual over ${heading}` }, chart);
-    const { x, y } = panel(group, place, xs, all, labelled ? curve.x.join(", ") : heading);
-    const edge = (sign) => xs.map((value, n) => [x(value), y(curve.bias_w[n] + sign * 1.96 * (curve.stderr_w[n] ?? 0))]);
-    svg("polygon", { points: points([...edge(1), ...edge(-1).reverse()]), fill: WRONG, opacity: 0.16 }, group);
-    svg("polyline", { points: points(xs.map((value, n) => [x(value), y(curve.bias_w[n])])), fill: "none", stroke: WRONG, "stroke-width": 1.6 }, group);
+    const { x, y } = panel(group, place, xs, [-most, most], labelled ? curve.x.join(", ") : heading, !labelled);
+    const edge = (sign) => xs.map((value, n) => [x(value), y(clipped(curve.bias_w[n] + sign * 1.96 * (curve.stderr_w[n] ?? 0)))]);
+    const middle = xs.map((value, n) => [x(value), y(curve.bias_w[n])]);
+    if (labelled) {
+      edge(1).forEach(([a, b], n) => svg("line", { x1: a, x2: a, y1: b, y2: edge(-1)[n][1], stroke: WRONG, "stroke-width": 4, opacity: 0.3 }, group));
+      for (const [cx, cy] of middle) svg("circle", { cx, cy, r: 2.5, fill: WRONG }, group);
+    } else {
+      svg("polygon", { points: points([...edge(1), ...edge(-1).reverse()]), fill: WRONG, opacity: 0.16 }, group);
+      svg("polyline", { points: points(middle), fill: "none", stroke: WRONG, "stroke-width": 1.6 }, group);
+    }
   });
 }
 
@@ -80,12 +89,14 @@ export function drawErrors(chart, errors, noise) {
   chart.setAttribute("viewBox", `0 0 400 ${18 + 26 * errors.length}`);
   const most = Math.max(...errors.map(([, value]) => value), noise) * 1.02;
   const x = (value) => (value / most) * 300;
-  errors.forEach(([name, value], k) => {
+  errors.forEach(([, value], k) => {
     svg("rect", { x: 0, y: 12 + 26 * k, width: x(value), height: 12, rx: 2, fill: k === 0 ? WRONG : GOOD }, chart);
+  });
+  svg("line", { x1: x(noise), x2: x(noise), y1: 10, y2: 10 + 26 * errors.length, stroke: "#1f2937", "stroke-dasharray": "3 3" }, chart);
+  errors.forEach(([name, value], k) => {
     text(chart, 0, 9 + 26 * k, name);
     text(chart, x(value) + 5, 22 + 26 * k, watts(value));
   });
-  svg("line", { x1: x(noise), x2: x(noise), y1: 10, y2: 10 + 26 * errors.length, stroke: "#1f2937", "stroke-dasharray": "3 3" }, chart);
   text(chart, x(noise), 16 + 26 * errors.length, `the log's own noise ${watts(noise)}`, { "text-anchor": x(noise) > 150 ? "end" : "start" });
 }
 

@@ -74,7 +74,9 @@ def test_from_a_log_to_a_route_with_what_was_learnt(
     # 39 kJ predicted, 40 kJ measured.
     page.get_by_text("2.5 % too low").wait_for()
     assert "faster than 0.6 m/s" in page.locator("#regimes tbody tr").inner_text()
-    assert page.locator("#curves polyline").count() == 2
+    # A line over speed, a point for each ground.
+    assert page.locator("#curves polyline").count() == 1
+    assert page.locator("#curves circle").count() == 3
 
     page.get_by_role("button", name="Diagnose").click()
     page.get_by_text("The model lacks air_drag.").wait_for()
