@@ -15,6 +15,9 @@ from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 import planner
+
+# Loaded with the fork server, so that a fresh worker has it.
+import planner.telemetry.adopt
 from planner.errors import InputError, ModelError
 from planner.power.model import PowerModel
 from planner.telemetry.log import Telemetry

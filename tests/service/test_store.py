@@ -12,6 +12,8 @@ from typing import Any
 
 import pytest
 from sqlalchemy import update
+from sqlalchemy.dialects import postgresql
+from sqlalchemy.schema import CreateTable
 
 from planner.errors import InputError
 from service.settings import Settings
@@ -21,7 +23,7 @@ from service.store.files import safe_name
 from service.store.jobs import may_live, new_owner
 from service.store.logs import log_id
 from service.store.store import Store
-from service.store.tables import LogRow, SchemaRow
+from service.store.tables import Base, LogRow, SchemaRow
 from tests.service.telemetry_documents import entry, model_document
 
 PROBLEM = {"type": "urn:joulepath:problem:worker-lost", "title": "x", "status": 500, "detail": "y"}
@@ -263,3 +265,8 @@ def test_a_folder_that_cannot_be_written_is_one_sentence(tmp_path: Path) -> None
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="JOULEPATH_STORE_DIR"):
         Store.open(Settings(store_dir=tmp_path / "file"))
+
+
+def test_the_tables_are_not_for_one_database_alone() -> None:
+    for table in Base.metadata.sorted_tables:
+        assert "CREATE TABLE" in str(CreateTable(table).compile(dialect=postgresql.dialect()))
