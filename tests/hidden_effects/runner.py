@@ -15,7 +15,8 @@ import os
 import tempfile
 import time
 import traceback
-from collections.abc import Callable, Iterable, Iterator
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -119,6 +120,30 @@ def _twin(case: Case, truth: Row) -> bool:
     return case.group in TWINS or truth.get("apart", APART) < APART
 
 
+def run_baselines(case: Case, *, methods: Sequence[str], folder: Path | None = None) -> Row:
+    """What other methods name on the log of a case."""
+    from tests.hidden_effects.baselines import METHODS, MissingLibrary, as_diagnosis, prepare
+
+    made = make(case, folder or log_folder())
+    row: Row = {"case": case.name, "kind": case.kind, "methods": {}}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of iterations that did not converge
+        task = prepare(made.log, made.mapping)
+        for method in methods:
+            before = time.perf_counter()
+            try:
+                selected = METHODS[method](task)
+            except MissingLibrary as error:
+                row["methods"][method] = {"skipped": str(error)}
+                continue
+            row["methods"][method] = {
+                "selected": selected,
+                "outcome": score(case, as_diagnosis(selected)),
+                "seconds": time.perf_counter() - before,
+            }
+    return row
+
+
 def run(
     chosen: Iterable[Case],
     *,
@@ -136,8 +161,15 @@ def run(
         adopting: as run_case.
         keep: file that gets a JSON line for every row.
     """
-    cases = list(chosen)
     work = partial(run_case, diagnose=diagnose, adopting=adopting)
+    return spread(work, chosen, processes, keep)
+
+
+def spread(
+    work: Callable[[Case], Row], chosen: Iterable[Case], processes: int, keep: Path | None = None
+) -> Iterator[Row]:
+    """``work`` on every case, in several processes, as the rows come."""
+    cases = list(chosen)
     if keep is not None:
         keep.parent.mkdir(parents=True, exist_ok=True)
         keep.write_text("", encoding="utf-8")
