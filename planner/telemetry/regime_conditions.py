@@ -1,0 +1,314 @@
+"""Conditions that a regime is made of: which there are on an axis, and how they read.
+
+    axis = conditions_on("speed", values)       # bins, and every set of bins that has words
+    axis.sets[3].words                          # "faster than 0.4 m/s"
+    axis.sets[3].holds(values)                  # (n,) bool, on any rows
+
+Thresholds are round figures from the start (0.4 m/s, 5°, 20 s) and lie where few rows are, so that
+a cluster of equal speeds is not cut in two. A row belongs to a set by the same comparison that the
+words say.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.telemetry.quantities_of_motion import AXES, FURTHER, STANDSTILL
+from planner.telemetry.regime_words import (
+    FOUR_TIMES,
+    ONCE,
+    TWICE,
+    WORDS,
+    figure_of,
+    heading_words,
+)
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+BINS = 12
+"""Bins of an axis, about equally full; an axis with signs has at most as many on each side / 2."""
+SECTOR = 15.0  # degrees, a bin of the heading; borders at odd multiples of 7.5°
+LEAST_SHARE = 0.01  # of the rows on either side of a threshold
+
+
+@dataclass(frozen=True)
+class Condition:
+    """Values of one axis that count in; half open, ``low <= value < high``.
+
+    Attributes:
+        axis: name as in quantities_of_motion, or "surface".
+        words: how it reads within a sentence.
+        low, high: SI or rad; None is open. Of a heading, the middle of the sector is
+            (low + high)/2 and low may lie below -π.
+        magnitude: True compares |value|.
+        period: rad after which a heading's sector repeats; 2π is once.
+        label: name of the ground, for "surface".
+        number: of that label in the log's list.
+        plain: how simple it reads, 1 is simplest.
+    """
+
+    axis: str
+    words: str
+    low: float | None = None
+    high: float | None = None
+    magnitude: bool = False
+    period: float | None = None
+    label: str | None = None
+    number: int = -1
+    plain: float = 1.0
+
+    def holds(self, values: Floats) -> Mask:
+        """Rows that meet the condition.
+
+        Args:
+            values: (n,) of the axis; NaN never meets it.
+
+        Returns:
+            (n,) bool.
+        """
+        if self.label is not None:
+            return np.equal(values, self.number)
+        if self.period is not None:
+            assert self.low is not None
+            assert self.high is not None
+            turned: Mask = np.mod(values - self.low, self.period) < self.high - self.low
+            return turned
+        size = np.abs(values) if self.magnitude else values
+        met = np.isfinite(values)
+        if self.low is not None:
+            met &= size >= self.low
+        if self.high is not None:
+            met &= size < self.high
+        return met
+
+    def to_json(self) -> dict[str, object]:
+        """Axis and bounds, ready for JSON."""
+        document: dict[str, object] = {"axis": self.axis}
+        if self.label is not None:
+            return {**document, "label": self.label}
+        document |= {"low": self.low, "high": self.high}
+        if self.magnitude:
+            document["magnitude"] = True
+        if self.period is not None:
+            document["period"] = self.period
+        return document
+
+
+@dataclass(frozen=True)
+class AxisBins:
+    """One axis cut into bins, and the sets of bins that make a condition.
+
+    Attributes:
+        name: of the axis.
+        code: (n,) bin of every row; the last bin is "not known" and in no set.
+        count: number of bins, that one included.
+        sets: conditions.
+        member: (sets, count) 1.0 where a bin belongs to a set.
+        paired: (sets,) whether it is also tried together with a condition on another axis.
+    """
+
+    name: str
+    code: Integers
+    count: int
+    sets: tuple[Condition, ...]
+    member: Floats
+    paired: Mask
+
+
+def conditions_on(name: str, values: Floats, *, labels: Sequence[str] = ()) -> AxisBins | None:
+    """Bins and conditions of an axis; None when its values do not vary.
+
+    Args:
+        name: of the axis; "surface" with ``labels``.
+        values: (n,), NaN where not known.
+        labels: names of the grounds that the values of "surface" number.
+    """
+    if name == "surface":
+        return _surfaces(values, labels)
+    known = values[np.isfinite(values)]
+    if len(known) < 2 * BINS:
+        return None
+    if name == "heading":
+        return _sectors(values)
+    say = WORDS[name]
+    unit = _DEGREE if say.degrees else 1.0
+    axis = {**AXES, **FURTHER}[name]
+    if axis.signed:
+        bounds = _thresholds(np.abs(known) / unit, BINS // 2, say.least)
+        sets = [*_signed_sets(name, bounds)]
+        edges = np.unique(np.concatenate([-bounds, bounds])) * unit
+    else:
+        bounds = _thresholds(known / unit, BINS, say.least)
+        if name == "speed":
+            bounds = _with_standstill(known, bounds)
+        sets = [*_plain_sets(name, bounds)]
+        edges = bounds * unit
+    # Half-open to the right: -0.3 itself is not below -0.3.
+    return _binned(name, values, edges, sets)
+
+
+def _binned(
+    name: str, values: Floats, edges: Floats, sets: list[tuple[Condition, bool]]
+) -> AxisBins | None:
+    if not len(edges):
+        return None
+    code = np.searchsorted(edges, values, side="right")
+    code[~np.isfinite(values)] = len(edges) + 1
+    # A value inside every bin tells which sets it belongs to; magnitudes are symmetrical.
+    inside = np.concatenate([[edges[0] - 1.0], (edges[:-1] + edges[1:]) / 2.0, [edges[-1] + 1.0]])
+    member = np.array([np.append(c.holds(inside), False) for c, _ in sets], dtype=float)
+    paired = np.array([p for _, p in sets])
+    return AxisBins(name, code, len(edges) + 2, tuple(c for c, _ in sets), member, paired)
+
+
+# Thresholds
+
+
+def _thresholds(values: Floats, bins: int, least: float) -> Floats:
+    """Round figures that part the values into about equally full bins, where few values lie."""
+    low, high = np.quantile(values, [LEAST_SHARE, 1.0 - LEAST_SHARE])
+    spread = float(high - low)
+    if spread < least:
+        return np.zeros(0)
+    step = _round_down(spread / (2 * bins))
+    grid = np.arange(np.ceil(low / step), np.floor(high / step) + 1.0) * step
+    grid = grid[grid >= min(least, low)]
+    if not len(grid):
+        return np.zeros(0)
+    ordered = np.sort(values)
+    # Rows close to each threshold, against the average: a gap between two settings has few.
+    near = np.searchsorted(ordered, grid + step / 3) - np.searchsorted(ordered, grid - step / 3)
+    crowd = near / max(1.0, len(values) * (2.0 * step / 3.0) / spread)
+    below = np.searchsorted(ordered, grid) / len(values)
+    chosen: set[float] = set()
+    for k in range(1, bins):
+        distance = np.abs(below - k / bins) * bins
+        best = int(np.argmin(distance + 0.3 * np.minimum(crowd, 3.0)))
+        if LEAST_SHARE <= below[best] <= 1.0 - LEAST_SHARE:
+            chosen.add(float(grid[best]))
+    return np.array(sorted(chosen))
+
+
+def _with_standstill(values: Floats, bounds: Floats) -> Floats:
+    """Bounds on the speed with STANDSTILL as the first one, where some rows stand."""
+    if not len(bounds) or np.mean(values < STANDSTILL) < LEAST_SHARE:
+        return bounds
+    return np.append(STANDSTILL, bounds[bounds > 2.0 * STANDSTILL])
+
+
+def _round_down(value: float) -> float:
+    """The next of 1, 2, 5 · 10^k at or below a positive value."""
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(power * max(f for f in (1.0, 2.0, 5.0) if f * power <= value * (1.0 + 1e-9)))
+
+
+# Conditions
+
+_DEGREE = np.pi / 180.0
+
+
+def _plain_sets(name: str, bounds: Floats) -> Iterator[tuple[Condition, bool]]:
+    say = WORDS[name]
+    unit = _DEGREE if say.degrees else 1.0
+    plain = 0.85 if name in FURTHER else 1.0
+    make = partial(Condition, name, plain=plain)
+    for bound in bounds:
+        figure = figure_of(bound) + say.unit
+        above, below = say.above.format(figure), say.below.format(figure)
+        if name == "speed" and bound == STANDSTILL:
+            above, below = "in motion", "standing still"
+        yield make(above, low=bound * unit), True
+        yield make(below, high=bound * unit), True
+    middle = partial(Condition, name, plain=0.9 * plain)
+    for k, low in enumerate(bounds):
+        for high in bounds[k + 1 :]:
+            if name == "speed" and low == STANDSTILL:
+                words = f"moving slower than {figure_of(high)}{say.unit}"
+                yield make(words, low=low, high=high), True
+                continue
+            words = say.between.format(figure_of(low), figure_of(high) + say.unit)
+            yield middle(words, low=low * unit, high=high * unit), False
+
+
+def _signed_sets(name: str, bounds: Floats) -> Iterator[tuple[Condition, bool]]:
+    say = WORDS[name]
+    unit = _DEGREE if say.degrees else 1.0
+    plain = 0.85 if name in FURTHER else 1.0
+    make: Callable[..., Condition] = partial(Condition, name, plain=plain)
+    for bound in bounds:
+        figure, at = figure_of(bound) + say.unit, bound * unit
+        yield make(say.above.format(figure), low=at), True
+        yield make(say.negative_above.format(figure), high=-at), True
+        yield make(say.size_above.format(figure), low=at, magnitude=True), True
+        yield make(say.size_below.format(figure), high=at, magnitude=True), True
+    middle: Callable[..., Condition] = partial(Condition, name, plain=0.9 * plain)
+    for k, low in enumerate(bounds):
+        for high in bounds[k + 1 :]:
+            figures = figure_of(low), figure_of(high) + say.unit
+            at, end = low * unit, high * unit
+            yield middle(say.between.format(*figures), low=at, high=end), False
+            yield middle(say.negative_between.format(*figures), low=-end, high=-at), False
+
+
+# Headings and grounds
+
+
+def _sectors(values: Floats) -> AxisBins | None:
+    bins = round(360.0 / SECTOR)
+    place = np.floor((np.degrees(values) + SECTOR / 2.0) / SECTOR)
+    code = np.where(np.isfinite(values), np.mod(place, bins), bins).astype(np.int64)
+    if len(np.unique(code[code < bins])) < 2:
+        return None
+    sets = [*_heading_sets()]
+    middles = np.radians(np.arange(bins) * SECTOR)
+    member = np.array([np.append(c.holds(middles), False) for c in sets], dtype=float)
+    return AxisBins("heading", code, bins + 1, tuple(sets), member, np.ones(len(sets), bool))
+
+
+def _heading_sets() -> Iterator[Condition]:
+    for period, names, halves in (
+        (360, ONCE, (22.5, 52.5, 82.5)),
+        (180, TWICE, (22.5, 37.5, 52.5)),
+        (120, {}, (22.5,)),
+        (90, FOUR_TIMES, (22.5,)),
+    ):
+        for centre in range(0, period, round(SECTOR)):
+            for half in halves:
+                named = names.get(centre)
+                if named is None:
+                    words, plain = heading_words(centre, period, half), 0.85
+                elif half == halves[0]:
+                    words, plain = named, 1.0
+                else:
+                    words, plain = f"{named} (±{half:.0f}°)", 0.95
+                low, high = np.radians(centre - half), np.radians(centre + half)
+                yield Condition(
+                    "heading",
+                    words,
+                    float(low),
+                    float(high),
+                    period=float(np.radians(period)),
+                    plain=plain,
+                )
+
+
+def _surfaces(values: Floats, labels: Sequence[str]) -> AxisBins | None:
+    numbers = [k for k in range(len(labels)) if np.any(values == k)]
+    if len(numbers) < 2:
+        return None
+    code = np.full(len(values), len(numbers))
+    for place, number in enumerate(numbers):
+        code[values == number] = place
+    sets = tuple(
+        Condition("surface", f"on {labels[number]}", label=labels[number], number=number)
+        for number in numbers
+    )
+    member = np.eye(len(numbers), len(numbers) + 1)
+    return AxisBins("surface", code, len(numbers) + 1, sets, member, np.ones(len(sets), bool))
