@@ -5,6 +5,7 @@ SHELL := /bin/bash
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+COMPARED := $(VENV)/.compared
 
 # The first interpreter that runs and is new enough (a pyenv shim may exist and not run).
 PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3; do \
@@ -40,8 +41,12 @@ check: $(READY) ## Style, types, layers, documentation
 	$(BIN)/hadolint Dockerfile
 	$(BIN)/python -m pytest -q tests/test_documented.py
 
-bench: $(READY) ## Measure speed and route quality
+bench: $(READY) $(COMPARED) ## Measure speed, route quality, naming of hidden effects
 	$(BIN)/python -m tests.benchmarks
+
+$(COMPARED): requirements/bench.txt | $(READY)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/bench.txt
+	@touch $(COMPARED)
 
 serve: $(READY) ## Serve HTTP and the page on 127.0.0.1:8000
 	$(BIN)/joulepath serve
@@ -53,6 +58,7 @@ lock: $(READY) ## Resolve the newest versions again and lock them with hashes
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check uv
 	$(COMPILE) pyproject.toml -o requirements/lock.txt
 	$(COMPILE) pyproject.toml --extra dev -c requirements/lock.txt -o requirements/dev.txt
+	$(COMPILE) pyproject.toml --extra bench -c requirements/dev.txt -o requirements/bench.txt
 	echo "hatchling>=1.26" | $(COMPILE) - -c requirements/dev.txt -o requirements/build.txt
 
 clean: ## Remove what the targets make, the virtual environment included

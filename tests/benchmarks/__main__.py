@@ -1,4 +1,10 @@
-"""``make bench``: all measurements, as a table here and as JSON in docs/benchmarks.json."""
+"""``make bench``: all measurements, as a table here and as JSON in docs/benchmarks.json.
+
+    python -m tests.benchmarks                 all; naming takes an hour
+    python -m tests.benchmarks power routes    those whose names hold one of these words
+
+The measurement "naming" also writes docs/naming.md, its picture and its JSON.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +13,7 @@ import platform
 import sys
 from pathlib import Path
 
-from tests.benchmarks import power, routes, start
+from tests.benchmarks import naming, power, routes, start
 
 
 def power_model() -> dict[str, object]:
@@ -23,19 +29,24 @@ MEASUREMENTS = {
     "1,200 x 650 raster, 0.5 m cells": lambda: start.raster_from_the_command_line(0.5),
     "1,200 x 650 raster, 30 m cells": lambda: start.raster_from_the_command_line(30.0),
     "OMPL's route over the grid's, fixed maps": routes.measure,
+    "naming of hidden effects": naming.whole,
 }
 
 
 def main() -> int:
     """Run all, print each line as it comes, and fail where a bar does not hold."""
-    results = {}
+    kept = Path("docs/benchmarks.json")
+    words = sys.argv[1:]
+    # A part of the measurements leaves the others' results as they are.
+    results = json.loads(kept.read_text(encoding="utf-8"))["results"] if words else {}
     for name, measure in MEASUREMENTS.items():
+        if words and not any(word in name for word in words):
+            continue
         results[name] = measure()
         print(f"{name}: {json.dumps(results[name], ensure_ascii=False)}", flush=True)
     document = {"python": platform.python_version(), "results": results}
-    Path("docs/benchmarks.json").write_text(
-        json.dumps(document, indent=2, ensure_ascii=False) + "\n", encoding="utf-8"
-    )
+    text = json.dumps(document, indent=2, ensure_ascii=False)
+    kept.write_text(text + "\n", encoding="utf-8")
     missed = [name for name, result in results.items() if not result.get("holds", True)]
     for name in missed:
         print(f"bar missed: {name}")
