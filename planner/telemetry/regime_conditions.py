@@ -186,11 +186,13 @@ def _thresholds(values: Floats, bins: int, least: float) -> Floats:
     # Rows close to each threshold, against the average: a gap between two settings has few.
     near = np.searchsorted(ordered, grid + step / 3) - np.searchsorted(ordered, grid - step / 3)
     crowd = near / max(1.0, len(values) * (2.0 * step / 3.0) / spread)
+    number = np.round(grid / step)
+    odd = np.where(number % 10 == 0, 0.0, np.where((number % 2 == 0) | (number % 5 == 0), 1.0, 2.0))
     below = np.searchsorted(ordered, grid) / len(values)
     chosen: set[float] = set()
     for k in range(1, bins):
         distance = np.abs(below - k / bins) * bins
-        best = int(np.argmin(distance + 0.3 * np.minimum(crowd, 3.0)))
+        best = int(np.argmin(distance + 0.3 * np.minimum(crowd, 3.0) + 0.15 * odd))
         if LEAST_SHARE <= below[best] <= 1.0 - LEAST_SHARE:
             chosen.add(float(grid[best]))
     return np.array(sorted(chosen))
