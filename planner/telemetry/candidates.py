@@ -17,6 +17,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,6 +78,7 @@ class CandidateLibrary:
         atoms: ways for effects to act that this log can show.
         absent: slug → why the log cannot show the effect at all.
         own: slugs of the model's own effects.
+        held: numbers of candidates that are in the power at their amplitude.
     """
 
     model: PowerModel
@@ -86,41 +88,67 @@ class CandidateLibrary:
     amplitudes: Floats
     atoms: tuple[Atom, ...]
     absent: Mapping[str, str]
+    held: tuple[int, ...] = ()
 
     def columns(self, nodes: Nodes) -> tuple[Floats, Floats, Floats]:
         """Power, tangent of the model, and columns of the candidates.
 
+        Candidates that are ``held`` are at their size in the power; their columns say what they do
+        there, all others what they would do beside them.
+
         Returns:
             (n,) W, (n, p) W per unit, (n, m) W per unit.
         """
-        variants = np.tile(self.model.parameters, (len(self.places) + len(self.candidates), 1))
+        model = self.held_model
+        variants = np.tile(model.parameters, (len(self.places) + len(self.candidates), 1))
         steps = np.empty(len(variants))
-        size = sizes(self.model)
+        size = sizes(model)
         for k, place in enumerate(self.places):
             step = STEP * size[place]
-            if self.model.parameters[place] + step > self.model.slots[place][2].bounds[1]:
+            if model.parameters[place] + step > model.slots[place][2].bounds[1]:
                 step = -step
             variants[k, place] += step
-            steps[k] = variants[k, place] - self.model.parameters[place]
-        for k, column in enumerate(self.candidates, start=len(self.places)):
-            amplitude = self.amplitudes[k - len(self.places)]
-            variants[k, column.place] += amplitude
-            steps[k] = amplitude
-            if column.shape is not None:
+            steps[k] = variants[k, place] - model.parameters[place]
+        holder = {self.candidates[number].place: number for number in self.held}
+        own = len(self.places)
+        for number, column in enumerate(self.candidates):
+            k, amplitude = own + number, self.amplitudes[number]
+            null = self.model.parameters[column.place]
+            variants[k, column.place] = null if number in self.held else null + amplitude
+            steps[k] = -amplitude if number in self.held else amplitude
+            if column.shape is not None and number not in self.held:
                 variants[k, column.shape[0]] = column.shape[1]
-        watts, columns = differences(self.model, nodes, variants)
+        watts, columns = differences(model, nodes, variants)
         columns /= steps
-        return watts, columns[:, : len(self.places)], columns[:, len(self.places) :]
+        for number, column in enumerate(self.candidates):
+            other = holder.get(column.place)
+            if other is not None and other != number:
+                # The same parameter with another shape: measured from where neither is.
+                columns[:, own + number] += (
+                    columns[:, own + other] * self.amplitudes[other] / self.amplitudes[number]
+                )
+        return watts, columns[:, :own], columns[:, own:]
 
-    def with_amplitudes(self, amplitudes: Floats) -> CandidateLibrary:
-        """The same columns taken at other sizes, which are inside their bounds and not zero."""
-        return replace(self, amplitudes=amplitudes)
+    @cached_property
+    def held_model(self) -> PowerModel:
+        """The model with what is held at its size."""
+        values = self.model.parameters.copy()
+        for number in self.held:
+            column = self.candidates[number]
+            values[column.place] += self.amplitudes[number]
+            if column.shape is not None:
+                values[column.shape[0]] = column.shape[1]
+        return replace(self.model, parameters=values)
 
-    def around(self, model: PowerModel) -> CandidateLibrary:
+    def around(
+        self, model: PowerModel, amplitudes: Floats, held: Sequence[int]
+    ) -> CandidateLibrary:
         """The same columns around other values of the model's own parameters.
 
         Args:
-            model: has at least the effects of ``own``; what else it has is left at null.
+            model: has at least the effects of ``own``; what else it has does not count.
+            amplitudes: (m,) sizes of the candidates, inside their bounds and not zero.
+            held: numbers of the candidates that are in the power at their size.
         """
         values = self.model.parameters.copy()
         given = {
@@ -130,7 +158,12 @@ class CandidateLibrary:
         for place, (effect, name, _, element) in enumerate(self.model.slots):
             if effect.slug in self.own:
                 values[place] = given[effect.slug, name, element]
-        return replace(self, model=replace(self.model, parameters=values))
+        return replace(
+            self,
+            model=replace(self.model, parameters=values),
+            amplitudes=amplitudes,
+            held=tuple(held),
+        )
 
 
 def candidate_library(

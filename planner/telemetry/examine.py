@@ -96,12 +96,14 @@ class Competitors:
 
     def raw(self, log: Telemetry) -> tuple[Floats, Floats]:
         """(n,) W of the model and (n, columns) W per unit, the residual last."""
-        model = self.library.model
+        model = self.library.held_model
         rows = log.rows_for(model.surfaces)
         watts, tangent, candidates = self.library.columns(interval_nodes(rows, log.interval, model))
         sensors = [sensor_column(s, log, model, watts, s.step) for s in self.sensors]
         shapes = shape_columns(self.dictionary, rows)
-        residual = log.power - watts
+        # What is held counts as not explained yet: its columns compete with all others for it.
+        held = list(self.library.held)
+        residual = log.power - watts + candidates[:, held] @ self.library.amplitudes[held]
         return watts, np.column_stack([tangent, candidates, *sensors, shapes, residual])
 
 
@@ -154,7 +156,8 @@ def examine(
     residual = raw[:, -1].copy()
     own = raw[:, : competitors.tangent]
     helpers = list(explained) if explained is not None else _greedy(log, watts, raw, competitors)
-    doubt = doubt_of(competitors.library.model, log.rows_for(competitors.library.model.surfaces))
+    model = competitors.library.held_model
+    doubt = doubt_of(model, log.rows_for(model.surfaces))
     noise, left = noise_and_leftover(
         log, residual, watts, doubt, np.column_stack([own, raw[:, helpers]])
     )

@@ -26,11 +26,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.errors import Cancelled
-from planner.power.catalogue import all_effects, find_effect
+from planner.power.catalogue import all_effects
 from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.power.vehicle import Vehicle
 from planner.telemetry.candidates import Atom, CandidateLibrary, candidate_library
+from planner.telemetry.contest import addition_for, coefficients_of, contest
 from planner.telemetry.diagnosis import (
     Candidate,
     Diagnosis,
@@ -42,7 +43,7 @@ from planner.telemetry.diagnosis import (
 )
 from planner.telemetry.examine import Competitors, Examination, examine
 from planner.telemetry.experiments import Advice
-from planner.telemetry.extend import Addition, addition_of, fit_with, usual_addition
+from planner.telemetry.extend import Addition, fit_with, usual_addition
 from planner.telemetry.fit import Fit, fit, starting_model
 from planner.telemetry.heldout import LinearHeldout, heldout_rmse
 from planner.telemetry.log import Telemetry
@@ -59,7 +60,7 @@ Progress = Callable[[float, str], None]
 Cancel = Callable[[], bool]
 
 ROUNDS = 3
-SENSOR_ROUNDS = 3
+SENSOR_ROUNDS = 4
 
 
 @dataclass(frozen=True)
@@ -147,10 +148,12 @@ def _search(
     corrections: dict[str, tuple[float, float]] = {}
     log = sample
     for number in range(SENSOR_ROUNDS):
-        watch(0.15 + 0.15 * number, "laying out what every effect would add")
+        watch(0.15 + 0.1 * number, "laying out what every effect would add")
         base = fit(log, start)
         library = candidate_library(base.model, log, extra=extra)
-        found = _settled(log, base, library, watch, 0.2 + 0.15 * number)
+        # A sensor that was corrected once may be corrected further by however little.
+        sensors = tuple(replace(s, least=0.0) if s.kind in corrections else s for s in SENSORS)
+        found = _settled(log, base, library, sensors, watch, 0.2 + 0.1 * number)
         found = replace(found, corrections=dict(corrections))
         faults = [m for m in found.selection.members if m.sensor]
         if not faults or number == SENSOR_ROUNDS - 1:
@@ -163,14 +166,16 @@ def _settled(
     log: Telemetry,
     base: Fit,
     library: CandidateLibrary,
+    sensors: tuple[Sensor, ...],
     watch: Callable[[float, str], None],
     share: float,
 ) -> _Found:
     """Choose, refit, lay out anew, until the choice stays."""
-    competitors = Competitors(library, shapes_of(log))
+    competitors = Competitors(library, shapes_of(log), sensors)
     examination = examine(log, competitors)
-    selection = select(examination)
-    fitted, additions = base, ()
+    selection = _chosen(log, base, examination)
+    fitted = base
+    additions: tuple[Addition, ...] = ()
     chosen: tuple[tuple[str, tuple[int, ...]], ...] = ()
     for number in range(ROUNDS):
         members = [m for m in selection.members if not m.sensor]
@@ -179,7 +184,9 @@ def _settled(
             break
         chosen = names
         watch(share + 0.04 * number, "refitting with " + ", ".join(m.name for m in members))
-        additions = tuple(_addition(examination, m, selection) for m in members)
+        additions = tuple(
+            addition_for(examination, m, coefficients_of(selection, m.name)) for m in members
+        )
         fitted = fit_with(base.model, log, additions, noise=examination.noise)
         competitors = replace(
             competitors, library=_relinearised(competitors, selection, members, fitted)
@@ -188,25 +195,22 @@ def _settled(
         if selection.shape is not None:
             explained.append(selection.shape.column)
         examination = examine(log, competitors, tuple(explained) or None)
-        selection = select(examination)
+        selection = _chosen(log, base, examination)
     return _Found(log, base, examination, selection, fitted, additions, {})
+
+
+def _chosen(log: Telemetry, base: Fit, examination: Examination) -> Selection:
+    """The best subset; several effects, or a sensor, have to stand against simpler explanations."""
+    selection = select(examination)
+    if len(selection.members) < 2 and not any(m.sensor for m in selection.members):
+        return selection
+    winner = contest(log, base, examination, selection)
+    return selection if winner == selection.members else select(examination, winner)
 
 
 def _atom_of(member: Member) -> Atom:
     assert member.atom is not None  # sensors have none; callers leave them out
     return member.atom
-
-
-def _effect_of(examination: Examination, slug: str) -> type[Effect]:
-    effects = {e.slug: e for e in examination.competitors.library.model.effects}
-    return effects.get(slug) or find_effect(slug)
-
-
-def _addition(examination: Examination, member: Member, selection: Selection) -> Addition:
-    library = examination.competitors.library
-    columns = [library.candidates[n] for n in _atom_of(member).columns]
-    standing = next(s for s in selection.standings if s.name == member.name)
-    return addition_of(columns, standing.coefficients, _effect_of(examination, member.name))
 
 
 def _relinearised(
@@ -229,6 +233,7 @@ def _relinearised(
         (effect.slug, name, element): place
         for place, (effect, name, _, element) in enumerate(fitted.model.slots)
     }
+    held = []
     for member in members:
         for number in _atom_of(member).columns:
             column = library.candidates[number]
@@ -237,7 +242,8 @@ def _relinearised(
             null = library.model.parameters[column.place]
             if abs(value - null) > 1e-3 * abs(amplitudes[number]):
                 amplitudes[number] = value - null
-    return library.around(fitted.model).with_amplitudes(amplitudes)
+                held.append(number)
+    return library.around(fitted.model, amplitudes, held)
 
 
 def _correct(
@@ -275,7 +281,9 @@ def _with_all_rows(source: LogSource, found: _Found, watch: Callable[[float, str
     examination = examine_all(source, found.examination, members, correct, watch)
     selection = select(examination)
     chosen = [m for m in selection.members if not m.sensor]
-    additions = tuple(_addition(examination, m, selection) for m in chosen)
+    additions = tuple(
+        addition_for(examination, m, coefficients_of(selection, m.name)) for m in chosen
+    )
     fitted = fit_with(found.base.model, found.log, additions, noise=found.examination.noise)
     return replace(
         found,
@@ -356,7 +364,9 @@ def _additions(
             additions[slug] = usual_addition(effect, library.model)
     for standing in found.selection.standings:
         if not standing.member.sensor:
-            additions[standing.name] = _addition(examination, standing.member, found.selection)
+            additions[standing.name] = addition_for(
+                examination, standing.member, standing.coefficients
+            )
     for member, addition in zip(members, found.additions, strict=False):
         additions[member.name] = addition
     if proposal is not None:

@@ -40,7 +40,9 @@ LEAST_SIZE = 0.15
 LEAST_BESIDE = 0.15
 """Size of a member relative to the largest: the catalogue's form of an effect is never quite that
 of the robot, and what it leaves over must not be taken for a second effect."""
-LEAST_SENSOR_SIZE = 0.2
+LEAST_CORRECTION = 0.05
+"""The same for an error of a sensor that was found and corrected already."""
+LEAST_SENSOR_SIZE = 0.1
 """The same for the error of a sensor, which overrules everything else that a log says."""
 TIE_GAIN = 2.0
 TIE_Z = 1.64
@@ -48,6 +50,8 @@ SURE_GAIN = 8.0
 SAME_DIRECTION = 0.97
 SHAPE_SIGNIFICANT = 0.002
 LEAST_SHAPE_SIZE = 0.12
+AS_GOOD = 0.8
+"""Share of a shape's gain from which an error of a sensor explains the same."""
 FAR_BEHIND = 60.0
 """Log-likelihood by which a rival may trail and still be compared block by block."""
 
@@ -110,6 +114,21 @@ class ShapeFound:
 
 
 @dataclass(frozen=True)
+class Rival:
+    """A subset that was scored.
+
+    Attributes:
+        members: of the subset.
+        coefficients: of each member.
+        penalty: that its likelihood is charged.
+    """
+
+    members: tuple[Member, ...]
+    coefficients: tuple[Floats, ...]
+    penalty: float
+
+
+@dataclass(frozen=True)
 class Selection:
     """What was found.
 
@@ -119,6 +138,8 @@ class Selection:
         standings: every effect that could be told, best first.
         shape: what remains, or None.
         none_p: probability of the strongest candidate's score if nothing were missing.
+        tests: of the members, by name.
+        rivals: subsets that were scored, best first, the members' own among them.
     """
 
     members: tuple[Member, ...]
@@ -127,6 +148,7 @@ class Selection:
     shape: ShapeFound | None
     none_p: float
     tests: dict[str, Test] = field(default_factory=dict)
+    rivals: tuple[Rival, ...] = ()
 
 
 def members_of(examination: Examination) -> list[Member]:
@@ -217,6 +239,24 @@ class _Chooser:
             best_pairs = [chosen for _, chosen in sorted(level, reverse=True)[:25]]
         return max(self.scored, key=lambda chosen: self.scored[chosen])
 
+    def find(self, members: Sequence[Member]) -> tuple[int, ...]:
+        """The subset of given members."""
+        return tuple(sorted(self.members.index(m) for m in members))
+
+    def rivals(self, most: int = 400) -> tuple[Rival, ...]:
+        """Subsets in the order of their score."""
+        order = sorted(self.scored, key=lambda chosen: -self.scored[chosen])
+        rivals = []
+        for chosen in [c for c in order if c][:most]:
+            parts, start = [], 0
+            for k in chosen:
+                stop = start + len(self.members[k].columns)
+                parts.append(self.gains[chosen][1][start:stop])
+                start = stop
+            members = tuple(self.members[k] for k in chosen)
+            rivals.append(Rival(members, tuple(parts), self.penalty(chosen)))
+        return tuple(rivals)
+
     def checked(self, chosen: tuple[int, ...]) -> tuple[tuple[int, ...], dict[str, Test]]:
         """Drop members that are not significant, or too small, given the others."""
         while chosen:
@@ -229,7 +269,10 @@ class _Chooser:
             worst, worst_k = -1.0, -1
             for k in chosen:
                 p = min(1.0, tests[self.members[k].name].p_value * self.name_count)
-                least = LEAST_SENSOR_SIZE if self.members[k].sensor else LEAST_SIZE
+                least = LEAST_SIZE
+                if self.members[k].sensor:
+                    known = self.least[self.members[k].columns[0]] == 0.0
+                    least = LEAST_CORRECTION if known else LEAST_SENSOR_SIZE
                 least = max(least, LEAST_BESIDE * max(sizes.values()))
                 fault = max(p / SIGNIFICANT, least / max(sizes[k], 1e-12))
                 if fault > worst:
@@ -304,16 +347,23 @@ def _limits(examination: Examination) -> tuple[Floats, Floats]:
     return low, high
 
 
-def select(examination: Examination, check: Callable[[], None] = lambda: None) -> Selection:
+def select(
+    examination: Examination,
+    members: Sequence[Member] | None = None,
+    check: Callable[[], None] = lambda: None,
+) -> Selection:
     """Choose among everything that competes.
 
     Args:
         examination: the log, summed up.
+        members: take these instead of the best subset, as far as they pass the tests.
         check: called between the parts; raises when the caller was cancelled.
     """
     chooser = _Chooser(examination)
     evidence = examination.evidence
     best = chooser.search()
+    if members is not None:
+        best = chooser.find(members)
     check()
     chosen, tests = chooser.checked(best)
     singles = sorted({c for m in chooser.members for c in m.columns})
@@ -323,6 +373,9 @@ def select(examination: Examination, check: Callable[[], None] = lambda: None) -
     ties = chooser.ties(chosen) if chosen else {}
     check()
     shape = _shape(examination, chooser, chosen)
+    if shape is not None:
+        chosen, tests, shape = _rather_a_sensor(examination, chooser, chosen, tests, shape)
+        ties = {name: ties.get(name, ()) for name in (chooser.members[k].name for k in chosen)}
     order = sorted(chosen, key=lambda k: -_single_gain(chooser, k))
     return Selection(
         tuple(chooser.members[k] for k in order),
@@ -331,6 +384,7 @@ def select(examination: Examination, check: Callable[[], None] = lambda: None) -
         shape,
         none_p,
         tests,
+        chooser.rivals(),
     )
 
 
@@ -441,6 +495,36 @@ def _shape(
         not chosen,
         _look_alikes(examination, columns[best]),
     )
+
+
+def _rather_a_sensor(
+    examination: Examination,
+    chooser: _Chooser,
+    chosen: tuple[int, ...],
+    tests: dict[str, Test],
+    shape: ShapeFound,
+) -> tuple[tuple[int, ...], dict[str, Test], ShapeFound | None]:
+    """An error of a sensor that does what a shape does is the likelier explanation."""
+    kept = () if shape.alone else chosen
+    start = chooser.gains[kept][0] if kept in chooser.gains else 0.0
+    mine = chooser.columns(kept)
+    by_shape = examination.evidence.gain([*mine, shape.column])[0] - start
+    best: tuple[float, tuple[int, ...]] | None = None
+    for k, member in enumerate(chooser.members):
+        both = tuple(sorted({*kept, k}))
+        if member.sensor and k not in kept:
+            found = chooser.gain(both)
+            if found is not None and found[0] - start > AS_GOOD * by_shape:
+                chooser.gains.setdefault(both, found)
+                chooser.scored.setdefault(both, found[0] - chooser.penalty(both))
+                if best is None or found[0] > best[0]:
+                    best = (found[0], both)
+    if best is None:
+        return chosen, tests, shape
+    passed, new_tests = chooser.checked(best[1])
+    if not any(chooser.members[k].sensor for k in passed):
+        return chosen, tests, shape
+    return passed, new_tests, None
 
 
 def _look_alikes(examination: Examination, column: int) -> tuple[str, ...]:

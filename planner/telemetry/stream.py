@@ -57,7 +57,7 @@ def examine_all(
     for chunk in source.chunks():
         part = correct(chunk)
         watts, raw = reduced.raw(part)
-        model = reduced.library.model
+        model = reduced.library.held_model
         spread = sample.noise.spread(watts, doubt_of(model, part.rows_for(model.surfaces)))
         expected = raw[:, columns] @ explained[1]
         raw[:, -1] = expected + np.clip(raw[:, -1] - expected, -CLIP * spread, CLIP * spread)
@@ -108,6 +108,7 @@ def _reduced(
         candidates=tuple(old.library.candidates[n] for n in used),
         amplitudes=old.library.amplitudes[used],
         atoms=atoms,
+        held=tuple(number[n] for n in old.library.held),
     )
     dictionary = Dictionary(
         tuple(old.dictionary.shapes[k] for k in shapes),

@@ -20,13 +20,13 @@ from planner.power.custom import custom_effect
 from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.quantities import STANDARD_GRAVITY
+from planner.telemetry.contest import log_likelihood
 from planner.telemetry.diagnosis import Outside
 from planner.telemetry.evidence import Evidence
 from planner.telemetry.examine import Examination
 from planner.telemetry.extend import Addition, fit_with
 from planner.telemetry.fit import Fit
 from planner.telemetry.log import Telemetry
-from planner.telemetry.noise import CLIP
 from planner.telemetry.quantities_of_motion import STANDSTILL, motion_axes
 from planner.telemetry.select_effects import ShapeFound
 from planner.telemetry.shapes import Shape
@@ -48,7 +48,9 @@ class _Text:
     fixed: dict[str, dict[str, Any]]
 
 
-_STILL = {"standstill": {"unit": "m/s", "bounds": (0, 1), "default": STANDSTILL, "fitted": False}}
+_STILL = {
+    "standstill": {"unit": "m/s", "bounds": (1e-3, 1), "default": STANDSTILL, "fitted": False}
+}
 _LENGTH = "sqrt(vx * vx + vy * vy + standstill * standstill)"
 _GRAVITY = {
     "gravity": {
@@ -209,7 +211,7 @@ def propose(
         )
         addition = Addition(effect, start)
         fitted = fit_with(model, log, [*additions, addition], noise=examination.noise)
-        score = _score(fitted, examination, log) - 2.0 * len(start)
+        score = log_likelihood(log, fitted, examination) - 2.0 * len(start)
         fits.append((score, tried, fitted, addition))
     _, best, fitted, addition = max(fits, key=lambda entry: entry[0])
     effect = addition.declaration
@@ -252,14 +254,6 @@ def _ranked(
 def _gain(evidence: Evidence, given: Sequence[int], columns: Sequence[int]) -> tuple[float, Floats]:
     gain, found = evidence.gain([*given, *columns])
     return gain, found[len(given) :]
-
-
-def _score(fitted: Fit, examination: Examination, log: Telemetry) -> float:
-    """Log-likelihood of a fit under the noise that was found, up to a constant."""
-    spread = examination.spread
-    clipped = np.clip(fitted.residual, -CLIP * spread, CLIP * spread)
-    white = examination.noise.whiten(log, examination.watts, spread, clipped[:, None])
-    return float(-0.5 * (white**2).sum())
 
 
 def _curve(
