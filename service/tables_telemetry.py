@@ -56,9 +56,10 @@ def comparison(document: Document) -> RenderableType:
         f"{watts(document['rmse_w'])} rms{heldout}; the log's own noise is about "
         f"{watts(document['noise_floor_w'])}."
     )
+    fit = "" if document["r2"] is None else f"R² {number(document['r2'])} "
     measured = (
         f"Mean error {watts(document['mae_w'])}, bias {signed(document['bias_w'])}, "
-        f"R² {number(document['r2'])} over {log['rows']:,} rows in {_count(log['runs'])} runs; "
+        f"{fit}over {log['rows']:,} rows in {_count(log['runs'])} runs; "
         f"energy measured {joules(energy['measured_j'])}, "
         f"predicted {joules(energy['predicted_j'])}{off}."
     )
@@ -188,7 +189,7 @@ def runs(entries: Sequence[Document]) -> RenderableType | None:
             f"{entry['rows']:,}",
             joules(entry["measured_j"]),
             joules(entry["predicted_j"]),
-            "" if error is None else f"{100 * error:+.1f} %",
+            "" if error is None else f"{100 * error:+.1f} %".replace("-", "−"),
             watts(entry["rmse_w"]),
             signed(entry["bias_w"]),
         )

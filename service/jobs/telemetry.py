@@ -18,6 +18,7 @@ import planner
 
 # Loaded with the fork server, so that a fresh worker has it.
 import planner.telemetry.adopt
+import planner.telemetry.compare
 from planner.errors import InputError, ModelError
 from planner.power.model import PowerModel
 from planner.telemetry.log import Telemetry

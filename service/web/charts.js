@@ -90,11 +90,11 @@ export function drawErrors(chart, errors, noise) {
   const most = Math.max(...errors.map(([, value]) => value), noise) * 1.02;
   const x = (value) => (value / most) * 300;
   errors.forEach(([, value], k) => {
-    svg("rect", { x: 0, y: 12 + 26 * k, width: x(value), height: 12, rx: 2, fill: k === 0 ? WRONG : GOOD }, chart);
+    svg("rect", { x: 0, y: 13 + 26 * k, width: x(value), height: 11, rx: 2, fill: k === 0 ? WRONG : GOOD }, chart);
   });
   svg("line", { x1: x(noise), x2: x(noise), y1: 10, y2: 10 + 26 * errors.length, stroke: "#1f2937", "stroke-dasharray": "3 3" }, chart);
   errors.forEach(([name, value], k) => {
-    text(chart, 0, 9 + 26 * k, name);
+    text(chart, 0, 8.5 + 26 * k, name);
     text(chart, x(value) + 5, 22 + 26 * k, watts(value));
   });
   text(chart, x(noise), 16 + 26 * errors.length, `the log's own noise ${watts(noise)}`, { "text-anchor": x(noise) > 150 ? "end" : "start" });

@@ -88,7 +88,7 @@ def test_compare_says_how_far_and_where(
     assert "2.00 W rms" in said
     # 39 kJ against 40 kJ; run a is 5 % too low, measured minus predicted is below zero overall.
     assert "2.5 % too low" in said
-    assert "-5.0 %" in said
+    assert "−5.0 %" in said
     assert "−0.25 W" in said
     assert "faster than 0.6 m/s" in said
     assert "41 %" in said

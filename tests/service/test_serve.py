@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 
+from planner.telemetry.virtual_robot import Noise, VirtualRobot
 from service.client import JoulepathClient, ServiceProblem
 
 JOULEPATH = Path(sys.executable).parent / "joulepath"
@@ -101,6 +102,34 @@ def test_a_log_is_uploaded_read_and_removed(client: JoulepathClient) -> None:
     assert "power" in str(caught.value)
     client.delete_log(log["id"])
     assert client.logs() == []
+
+
+def test_what_a_log_teaches_is_planned_with(client: JoulepathClient, tmp_path: Path) -> None:
+    """The virtual robot meets the air; the base model does not know it, the next version does."""
+    robot = VirtualRobot("minibalance", hidden={"air_drag": {"size": 0.1}}, seed=2)
+    drive = robot.drive(robot.profile("rich", runs=9, rows=120), noise=Noise(level=0.02))
+    drive.write_csv(tmp_path / "drive.csv")
+    log = client.upload_log(tmp_path / "drive.csv")
+    told: list[tuple[float, str]] = []
+    before = client.compare(
+        log["id"], vehicle="minibalance", progress=lambda *now: told.append(now)
+    )
+    assert before["log"]["source"] == "drive.csv"
+    assert "speed" in before["pictures"]["curves"]
+    assert told[-1] == (1.0, "done")
+    adopted = client.adopt("air_drag", log["id"], vehicle="minibalance")
+    assert adopted["after"]["heldout_rmse_w"] < 0.7 * adopted["before"]["heldout_rmse_w"]
+    model = adopted["model_id"]
+    assert client.history(model)[-1]["log"]["sha256"] == log["sha256"]
+    # The version by itself, on the log that it learnt from.
+    after = client.compare(log["id"], model=model)
+    assert (after["fitted"], after["model"]["version"]) == (False, 2)
+    assert after["rmse_w"] < 0.7 * before["rmse_w"]
+    route = client.plan({k: v for k, v in WAY.items() if k != "vehicle"}, model=model)
+    assert route["routes"][0]["breakdown_j"]["air_drag"] > 0
+    assert client.revert(model, 1)["version"] == 3
+    # Its file is what the command line reads.
+    assert client.upload_model(client.model(model))["version"] == 2
 
 
 def test_a_store_that_cannot_be_used_is_one_sentence(tmp_path: Path) -> None:
