@@ -11,22 +11,15 @@ words say.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.telemetry.quantities_of_motion import AXES, FURTHER, STANDSTILL
-from planner.telemetry.regime_words import (
-    FOUR_TIMES,
-    ONCE,
-    TWICE,
-    WORDS,
-    figure_of,
-    heading_words,
-)
+from planner.telemetry.regime_thresholds import LEAST_SHARE, best_bounds, thresholds
+from planner.telemetry.regime_words import FOUR_TIMES, ONCE, TWICE, WORDS, heading_words, said
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -35,7 +28,6 @@ Mask = NDArray[np.bool_]
 BINS = 12
 """Bins of an axis, about equally full; an axis with signs has at most as many on each side / 2."""
 SECTOR = 15.0  # degrees, a bin of the heading; borders at odd multiples of 7.5°
-LEAST_SHARE = 0.01  # of the rows on either side of a threshold
 
 
 @dataclass(frozen=True)
@@ -137,15 +129,14 @@ def conditions_on(name: str, values: Floats, *, labels: Sequence[str] = ()) -> A
         return None
     if name == "heading":
         return _sectors(values)
-    say = WORDS[name]
-    unit = _DEGREE if say.degrees else 1.0
+    say, unit = WORDS[name], _unit(name)
     axis = {**AXES, **FURTHER}[name]
     if axis.signed:
-        bounds = _thresholds(np.abs(known) / unit, BINS // 2, say.least)
+        bounds = thresholds(np.abs(known) / unit, BINS // 2, say.least)
         sets = [*_signed_sets(name, bounds)]
         edges = np.unique(np.concatenate([-bounds, bounds])) * unit
     else:
-        bounds = _thresholds(known / unit, BINS, say.least)
+        bounds = thresholds(known / unit, BINS, say.least)
         if name == "speed":
             bounds = _with_standstill(known, bounds)
         sets = [*_plain_sets(name, bounds)]
@@ -168,34 +159,58 @@ def _binned(
     return AxisBins(name, code, len(edges) + 2, tuple(c for c, _ in sets), member, paired)
 
 
-# Thresholds
+# Conditions
+
+_DEGREE = np.pi / 180.0
 
 
-def _thresholds(values: Floats, bins: int, least: float) -> Floats:
-    """Round figures that part the values into about equally full bins, where few values lie."""
-    low, high = np.quantile(values, [LEAST_SHARE, 1.0 - LEAST_SHARE])
-    spread = float(high - low)
-    if spread < least:
-        return np.zeros(0)
-    step = _round_down(spread / (2 * bins))
-    grid = np.arange(np.ceil(low / step), np.floor(high / step) + 1.0) * step
-    grid = grid[grid >= min(least, low)]
-    if not len(grid):
-        return np.zeros(0)
-    ordered = np.sort(values)
-    # Rows close to each threshold, against the average: a gap between two settings has few.
-    near = np.searchsorted(ordered, grid + step / 3) - np.searchsorted(ordered, grid - step / 3)
-    crowd = near / max(1.0, len(values) * (2.0 * step / 3.0) / spread)
-    number = np.round(grid / step)
-    odd = np.where(number % 10 == 0, 0.0, np.where((number % 2 == 0) | (number % 5 == 0), 1.0, 2.0))
-    below = np.searchsorted(ordered, grid) / len(values)
-    chosen: set[float] = set()
-    for k in range(1, bins):
-        distance = np.abs(below - k / bins) * bins
-        best = int(np.argmin(distance + 0.3 * np.minimum(crowd, 3.0) + 0.15 * odd))
-        if LEAST_SHARE <= below[best] <= 1.0 - LEAST_SHARE:
-            chosen.add(float(grid[best]))
-    return np.array(sorted(chosen))
+def within(
+    name: str, low: float | None, high: float | None, *, magnitude: bool = False
+) -> Condition:
+    """A condition by its bounds.
+
+    Args:
+        name: of an axis, not the heading nor the ground.
+        low, high: in the unit of words; None is open.
+        magnitude: bounds of |value|.
+    """
+    unit = _unit(name)
+    plain = 0.85 if name in FURTHER else 1.0
+    if low is not None and high is not None and low != STANDSTILL:
+        plain *= 0.9
+    return Condition(
+        name,
+        said(name, low, high, magnitude),
+        None if low is None else float(low * unit),
+        None if high is None else float(high * unit),
+        magnitude,
+        plain=plain,
+    )
+
+
+def refined(condition: Condition, values: Floats, residual: Floats) -> Condition:
+    """The condition with nearby bounds that explain more of a residual.
+
+    Args:
+        condition: on a heading or a ground it stays as it is.
+        values: (n,) of its axis, over the rows that all other conditions let through.
+        residual: (n,) W of these rows.
+    """
+    name = condition.axis
+    if name in ("heading", "surface"):
+        return condition
+    unit, known = _unit(name), np.isfinite(values)
+    size = (np.abs(values) if condition.magnitude else values)[known] / unit
+    low, high = (None if v is None else v / unit for v in (condition.low, condition.high))
+    # What stands is known from the start.
+    fixed = STANDSTILL if name == "speed" else None
+    best = best_bounds(size, residual[known], low, high, WORDS[name].least)
+    low, high = (old if old == fixed else new for old, new in zip((low, high), best, strict=True))
+    return within(name, low, high, magnitude=condition.magnitude)
+
+
+def _unit(name: str) -> float:
+    return _DEGREE if WORDS[name].degrees else 1.0
 
 
 def _with_standstill(values: Floats, bounds: Floats) -> Floats:
@@ -205,58 +220,23 @@ def _with_standstill(values: Floats, bounds: Floats) -> Floats:
     return np.append(STANDSTILL, bounds[bounds > 2.0 * STANDSTILL])
 
 
-def _round_down(value: float) -> float:
-    """The next of 1, 2, 5 · 10^k at or below a positive value."""
-    power = 10.0 ** np.floor(np.log10(value))
-    return float(power * max(f for f in (1.0, 2.0, 5.0) if f * power <= value * (1.0 + 1e-9)))
-
-
-# Conditions
-
-_DEGREE = np.pi / 180.0
-
-
 def _plain_sets(name: str, bounds: Floats) -> Iterator[tuple[Condition, bool]]:
-    say = WORDS[name]
-    unit = _DEGREE if say.degrees else 1.0
-    plain = 0.85 if name in FURTHER else 1.0
-    make = partial(Condition, name, plain=plain)
-    for bound in bounds:
-        figure = figure_of(bound) + say.unit
-        above, below = say.above.format(figure), say.below.format(figure)
-        if name == "speed" and bound == STANDSTILL:
-            above, below = "in motion", "standing still"
-        yield make(above, low=bound * unit), True
-        yield make(below, high=bound * unit), True
-    middle = partial(Condition, name, plain=0.9 * plain)
     for k, low in enumerate(bounds):
+        yield within(name, low, None), True
+        yield within(name, None, low), True
         for high in bounds[k + 1 :]:
-            if name == "speed" and low == STANDSTILL:
-                words = f"moving slower than {figure_of(high)}{say.unit}"
-                yield make(words, low=low, high=high), True
-                continue
-            words = say.between.format(figure_of(low), figure_of(high) + say.unit)
-            yield middle(words, low=low * unit, high=high * unit), False
+            yield within(name, low, high), name == "speed" and low == STANDSTILL
 
 
 def _signed_sets(name: str, bounds: Floats) -> Iterator[tuple[Condition, bool]]:
-    say = WORDS[name]
-    unit = _DEGREE if say.degrees else 1.0
-    plain = 0.85 if name in FURTHER else 1.0
-    make: Callable[..., Condition] = partial(Condition, name, plain=plain)
-    for bound in bounds:
-        figure, at = figure_of(bound) + say.unit, bound * unit
-        yield make(say.above.format(figure), low=at), True
-        yield make(say.negative_above.format(figure), high=-at), True
-        yield make(say.size_above.format(figure), low=at, magnitude=True), True
-        yield make(say.size_below.format(figure), high=at, magnitude=True), True
-    middle: Callable[..., Condition] = partial(Condition, name, plain=0.9 * plain)
     for k, low in enumerate(bounds):
+        yield within(name, low, None), True
+        yield within(name, None, -low), True
+        yield within(name, low, None, magnitude=True), True
+        yield within(name, None, low, magnitude=True), True
         for high in bounds[k + 1 :]:
-            figures = figure_of(low), figure_of(high) + say.unit
-            at, end = low * unit, high * unit
-            yield middle(say.between.format(*figures), low=at, high=end), False
-            yield middle(say.negative_between.format(*figures), low=-end, high=-at), False
+            yield within(name, low, high), False
+            yield within(name, -high, -low), False
 
 
 # Headings and grounds

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from planner.telemetry.quantities_of_motion import STANDSTILL
+
 
 @dataclass(frozen=True)
 class Words:
@@ -129,6 +131,35 @@ TWICE = {
     135: "diagonally forward right or backward left",
 }
 FOUR_TIMES = {0: "straight along or across the body", 45: "diagonally"}
+
+
+def said(axis: str, low: float | None, high: float | None, magnitude: bool = False) -> str:
+    """Bounds on an axis in words.
+
+    Args:
+        axis: name; not the heading nor the ground.
+        low, high: in the axis's unit of words, degrees for angles; None is open. Of a signed axis
+            both have one sign, and the one closer to zero is not open.
+        magnitude: the bounds are of |value|.
+    """
+    say = WORDS[axis]
+    if axis == "speed" and low == STANDSTILL:
+        return "in motion" if high is None else f"moving slower than {figure_of(high)}{say.unit}"
+    if axis == "speed" and high == STANDSTILL and low is None:
+        return "standing still"
+    if low is not None and high is not None:
+        if high <= 0.0 and say.negative_between:
+            low, high = -high, -low
+            return say.negative_between.format(figure_of(low), figure_of(high) + say.unit)
+        return say.between.format(figure_of(low), figure_of(high) + say.unit)
+    if low is not None:
+        template = say.size_above if magnitude else say.above
+        return template.format(figure_of(low) + say.unit)
+    assert high is not None
+    if say.negative_above and not magnitude:
+        return say.negative_above.format(figure_of(-high) + say.unit)
+    template = say.size_below if magnitude else say.below
+    return template.format(figure_of(high) + say.unit)
 
 
 def figure_of(value: float) -> str:

@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 from planner.quantities import INDEX
 from planner.telemetry.log import Telemetry
 from planner.telemetry.quantities_of_motion import further_axes, motion_axes
-from planner.telemetry.regime_conditions import Condition, conditions_on
+from planner.telemetry.regime_conditions import Condition, conditions_on, refined
 from planner.telemetry.regime_search import (
     LEAST_CLUSTERS,
     Search,
@@ -88,10 +88,7 @@ class Regime:
         Args:
             axes: values by name, each (n,), as given to find_regimes.
         """
-        met = np.ones(len(next(iter(axes.values()))), bool)
-        for condition in self.conditions:
-            met &= condition.holds(axes[condition.axis])
-        return met
+        return _met(self.conditions, axes)
 
     def to_json(self) -> dict[str, Any]:
         """Ready for strict JSON."""
@@ -185,9 +182,8 @@ def find_regimes(
         conditions = candidates.best(left, total)
         if conditions is None or len(found) == most:
             break
-        met = np.ones(len(residual), bool)
-        for condition in conditions:
-            met &= condition.holds(axes[condition.axis])
+        conditions = _refined(conditions, axes, left)
+        met = _met(conditions, axes)
         if abs(search.excess_of(met, left, len(conditions))) < 1.0 or not search.runs_agree(
             met, left
         ):
@@ -202,6 +198,24 @@ def find_regimes(
             found.append(regime)
             masks.append(met)
     return sorted(found, key=lambda regime: -regime.share_of_squared_error)
+
+
+def _met(conditions: Sequence[Condition], axes: Mapping[str, Floats]) -> Mask:
+    met = np.ones(len(next(iter(axes.values()))), bool)
+    for condition in conditions:
+        met &= condition.holds(axes[condition.axis])
+    return met
+
+
+def _refined(
+    conditions: tuple[Condition, ...], axes: Mapping[str, Floats], left: Floats
+) -> tuple[Condition, ...]:
+    """Thresholds between the bins, one condition after the other."""
+    done = list(conditions)
+    for number, condition in enumerate(done):
+        others = _met([*done[:number], *done[number + 1 :]], axes)
+        done[number] = refined(condition, axes[condition.axis][others], left[others])
+    return tuple(done)
 
 
 def _weight(noise: ArrayLike, rows: int) -> Floats:
