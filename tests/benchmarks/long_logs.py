@@ -111,6 +111,7 @@ def measure(rows: int, diagnose: str = DIAGNOSE) -> dict[str, Any]:
             check=False,
         )
         if done.returncode:
+            print(done.stderr, file=sys.stderr)
             return {"rows": rows, "error": done.stderr.strip().splitlines()[-1], "holds": False}
     found: dict[str, Any] = {"rows": rows, **json.loads(done.stdout)}
     found["with_start_s"] = time.perf_counter() - before

@@ -123,6 +123,9 @@ def _adopting(rows: Sequence[Row]) -> list[Check]:
                 statistics.median(shares) >= 0.8,
             )
         )
+    failed = sum("following_failed" in row for row in rows)
+    if failed:
+        found.append(_check("adopting and driving again", "no failure", f"{failed} failed", False))
     found += _coverage(inside)
     again = [row["again"] for row in rows if row.get("again")]
     if again:

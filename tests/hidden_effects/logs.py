@@ -6,15 +6,8 @@ The robot is not the vehicle of the diagnosis: its rolling, rollers, gear, motor
 electronics differ from the vehicle's file by 5 to 15 %, which the base model's fit has to find.
 Names of the files say nothing about what is hidden.
 
-How visible (watts of the clean log with the effect minus without it, on the training rows):
-    rho     rms of what is left of it after projecting out what refitting the base model absorbs,
-            over the rms of the noise in the power column; only as far as the catalogue's effect
-            explains it, because the robot's ramps within a row belong to no effect
-    beside  the same after projecting out the other hidden effects as well
-    apart   how much better the truth explains the log than its nearest rival of the catalogue, in
-            standard deviations of the noise, from exact inputs and derivatives at the null values
-
-Projections are on every few rows only, weighted with the noise's spread.
+How visible each effect is says tests.hidden_effects.visibility; sizes are raised and noise lowered
+until the effects of a case can be seen, as far as they can.
 """
 
 from __future__ import annotations
@@ -23,7 +16,7 @@ import hashlib
 import json
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -32,19 +25,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.power.catalogue import all_effects
-from planner.power.model import PowerModel
-from planner.power.vehicle import VEHICLE_FOLDER, load_vehicle
+from planner.power.vehicle import VEHICLE_FOLDER
 from planner.telemetry import virtual
-from planner.telemetry.log import Telemetry
 from planner.telemetry.virtual.hidden import LARGEST_SCALE, scaled
 from planner.telemetry.virtual_robot import QUIET, Noise, Profile, VirtualLog, VirtualRobot
 from tests.hidden_effects.cases import SMALLEST_RHO, Case, Settings
+from tests.hidden_effects.visibility import View
 
 Array = NDArray[np.float64]
 
 VEHICLE = "minibalance"
-EDITION = "1"  # to be raised where a change of this file changes logs
+EDITION = "2"  # to be raised where a change of this file changes logs
 LARGEST_SIZE = 0.15
 LOWEST_LEVEL = 0.01
 # Beyond these strengths an effect is none that a robot of this kind has.
@@ -54,7 +45,6 @@ LARGEST_STRENGTH = {
     "internal_resistance": 0.6, "diode_voltage": 1.5, "scrub_moment": 5.0, "exponent": 1.0,
     "shaking_force": 3.0, "copper_coefficient": 0.01,
 }  # fmt: skip
-ROWS_SEEN = 1000  # rows of which projections are made
 # Standard deviations by which the robot differs from its file, relative.
 SPREAD = {
     ("body", "yaw_inertia"): 0.10,
@@ -77,7 +67,7 @@ class Made:
         log: training rows, what a diagnosis gets.
         held_out: rows of other runs of the same robot.
         mapping: mapping file that goes with both, or None.
-        truth: strengths, sizes, rho, beside, apart, rival, noise_w, level, rows.
+        truth: strengths, noise and the figures of visibility.
     """
 
     log: Path
@@ -144,12 +134,14 @@ def _sized(case: Case, toml: Path, folder: Path) -> tuple[VirtualRobot, Noise, d
     noise = Noise(**case.noise)
     plain = VirtualRobot(str(toml), seed=case.number)
     drive = plain.profile(case.design)
-    without = plain.drive(drive, noise=QUIET).select(_training(drive))
+    training = _training(drive)
+    without = plain.drive(drive, noise=QUIET).select(training)
     clean = without.truth["clean_power"]
     if not case.hidden:
-        noisy = plain.drive(drive, noise=noise).select(_training(drive))
+        noisy = plain.drive(drive, noise=noise).select(training)
         return plain, noise, {"strengths": {}, **_noise_figures(noisy, noise)}
-    view = View(without.columns, toml, folder, case)
+    inputs = Noise(level=0.0, channels=noise.channels)
+    view = View(without, plain.drive(drive, noise=inputs).select(training), toml, folder, case)
     hidden: Settings = {}
     changes: dict[str, Array] = {}
     rho = {}
@@ -158,11 +150,14 @@ def _sized(case: Case, toml: Path, folder: Path) -> tuple[VirtualRobot, Noise, d
         rho[slug] = view.rho(changes[slug], noise, slug, hidden[slug])
     weakest = min(rho.values())
     if case.seek_rho and weakest < SMALLEST_RHO:
-        lower = noise.level * weakest / (1.1 * SMALLEST_RHO)
+        # Scatter that would do; what is not noise stays.
+        spread = float(np.sqrt(np.mean(view.noise_spread(noise) ** 2)))
+        enough = math.hypot(spread, view.misfit) * weakest / (1.1 * SMALLEST_RHO)
+        lower = noise.level * math.sqrt(max(enough**2 - view.misfit**2, 0.0)) / spread
         noise = replace(noise, level=min(noise.level, max(LOWEST_LEVEL, lower)))
     robot = VirtualRobot(str(toml), hidden=hidden, seed=case.number)
-    log = robot.drive(drive, noise=noise).select(_training(drive))
-    truth = {"strengths": hidden, **_noise_figures(log, noise)}
+    log = robot.drive(drive, noise=noise).select(training)
+    truth = {"strengths": hidden, **_noise_figures(log, noise), "misfit_w": view.misfit}
     truth |= view.figures(changes, noise, hidden)
     return robot, noise, truth
 
@@ -218,165 +213,6 @@ def _noise_figures(log: VirtualLog, noise: Noise) -> dict[str, Any]:
         "mean_power_w": float(np.mean(log.truth["clean_power"])),
         "rows": len(scatter),
     }
-
-
-class View:
-    """What can be seen on a drive, from exact inputs.
-
-    Args:
-        columns: the quiet log of the robot without its effects.
-        toml: the robot.
-        folder: where a file may be written in passing.
-        case: gives the columns that the log lacks and where power was measured.
-    """
-
-    def __init__(self, columns: Mapping[str, Any], toml: Path, folder: Path, case: Case) -> None:
-        passing = folder / f"{toml.stem}-quiet.parquet"
-        kept = {k: v for k, v in columns.items() if k not in case.sensors.get("absent", ())}
-        VirtualLog(kept, {}).write_parquet(passing)
-        log = Telemetry.read(passing)
-        passing.unlink()
-        self.power = log.power
-        self.step = max(1, len(log) // ROWS_SEEN)
-        effects = [slug for slug, effect in all_effects().items() if not effect.base]
-        self.model = PowerModel.from_vehicle(
-            load_vehicle(str(toml)), effects=effects, surfaces=log.surfaces
-        ).without_candidates()
-        self.rows = log.rows_for(self.model.surfaces)[:: self.step]
-        self.tangent, self.columns = _derivatives(self.model, self.rows)
-        if not case.power_at_source:
-            self.columns.pop("battery_sag", None)
-
-    def _white(self, noise: Noise) -> Array:
-        usual = float(np.mean(np.abs(self.power)))
-        spread = max(noise.level, 1e-6) * np.maximum(np.abs(self.power), noise.floor * usual)
-        return spread[:: self.step]
-
-    def _own(self, slug: str, settings: Mapping[str, Any]) -> Array:
-        """Columns that the catalogue's effect has, with its change at the true strength."""
-        model = _with_settings(self.model, slug, settings)
-        secant = np.nan_to_num(model.watts(self.rows) - self.model.watts(self.rows))
-        return np.column_stack([secant, *self.columns[slug]])
-
-    def rho(
-        self,
-        change: Array,
-        noise: Noise,
-        slug: str,
-        settings: Mapping[str, Any],
-        others: Sequence[Array] = (),
-    ) -> float:
-        """Rms of a change after projection over the rms of the noise, as far as it has the shape
-        that the catalogue gives the effect.
-        """
-        spread = self._white(noise)
-        known = np.column_stack([self.tangent, *(o[:: self.step] for o in others)])
-        target, known = change[:: self.step] / spread, known / spread[:, None]
-        left = _left(target, known)
-        if slug in self.columns:
-            own = self._own(slug, settings) / spread[:, None]
-            left = left - _left(target, np.column_stack([known, own]))
-        left *= spread
-        return float(np.sqrt(np.mean(left**2) / np.mean(spread**2)))
-
-    def figures(
-        self, changes: Mapping[str, Array], noise: Noise, hidden: Settings
-    ) -> dict[str, Any]:
-        """rho and beside of every hidden effect; apart and rival where one is hidden."""
-        found: dict[str, Any] = {"rho": {}, "beside": {}}
-        for slug, change in changes.items():
-            others = [c for other, c in changes.items() if other != slug]
-            found["rho"][slug] = self.rho(change, noise, slug, hidden[slug])
-            found["beside"][slug] = self.rho(change, noise, slug, hidden[slug], others)
-        if len(changes) == 1:
-            slug, change = next(iter(changes.items()))
-            if slug in self.columns:
-                found["apart"], found["rival"] = self._apart(slug, change, noise, hidden[slug])
-        return found
-
-    def _apart(
-        self, slug: str, change: Array, noise: Noise, settings: Mapping[str, Any]
-    ) -> tuple[float, str]:
-        spread = self._white(noise)
-        target, tangent = change[:: self.step] / spread, self.tangent / spread[:, None]
-        # Slow noise has this many times the variance of white noise of the same rms.
-        slow = (1.0 + noise.correlation) / (1.0 - noise.correlation)
-        times = self.step / (1.0 - noise.autocorrelated + noise.autocorrelated * slow)
-        left = {}
-        for name, shapes in self.columns.items():
-            # The best of the declared shapes; a rival may take any sign.
-            left[name] = min(
-                float(np.sum(_left(target, np.column_stack([tangent, s / spread[:, None]])) ** 2))
-                for s in shapes
-            )
-        del left[slug]
-        own_columns = self._own(slug, settings) / spread[:, None]
-        own = float(np.sum(_left(target, np.column_stack([tangent, own_columns])) ** 2))
-        rival = min(left, key=lambda name: left[name])
-        return math.sqrt(max(left[rival] - own, 0.0) * times), rival
-
-
-def _with_settings(model: PowerModel, slug: str, settings: Mapping[str, Any]) -> PowerModel:
-    """The model with an effect at the strength that the robot was given."""
-    for place, (effect, name, parameter, element) in enumerate(model.slots):
-        if effect.slug != slug:
-            continue
-        if name.endswith("_squared") and name not in settings:  # of an offset to an unknown side
-            value: Any = settings[name.removesuffix("_squared")] ** 2
-        else:
-            value = settings.get(name, parameter.default)
-        if isinstance(value, Mapping):
-            value = value.get(model.surfaces[element], 0.0)
-        elif isinstance(value, list):
-            value = value[element] - float(np.mean(value))
-        model = model.with_parameter(place, float(value))
-    return model
-
-
-def _left(target: Array, columns: Array) -> Array:
-    """What is left of a vector after projecting out columns, some of which may be dependent."""
-    scale = np.linalg.norm(columns, axis=0)
-    columns = columns[:, scale > 0.0] / scale[scale > 0.0]
-    u, s, _ = np.linalg.svd(columns, full_matrices=False)
-    u = u[:, s > 1e-9 * s[0]]
-    left: Array = target - u @ (u.T @ target)
-    return left
-
-
-def _derivatives(model: PowerModel, rows: Array) -> tuple[Array, dict[str, list[Array]]]:
-    """Tangent of the base model, and columns of every candidate, one table for each shape."""
-    places: dict[str, list[int]] = {}
-    base, grids = [], []
-    for place, (effect, _, parameter, _) in enumerate(model.slots):
-        if effect.base and parameter.fitted:
-            base.append(place)
-        elif parameter.grid:
-            grids.append((place, effect.slug, parameter.grid))
-        elif not effect.base and parameter.null is not None and parameter.fitted:
-            places.setdefault(effect.slug, []).append(place)
-    wanted = [*base, *(place for mine in places.values() for place in mine)]
-    table = np.zeros((len(rows), len(model.parameters)))
-    table[:, wanted] = np.nan_to_num(_columns(model, rows, wanted))
-    columns = {slug: [table[:, mine]] for slug, mine in places.items()}
-    for place, slug, grid in grids:
-        columns[slug] = []
-        for value in grid:
-            shaped = model.with_parameter(place, value)
-            columns[slug].append(np.nan_to_num(_columns(shaped, rows, places[slug])))
-    return table[:, base], columns
-
-
-def _columns(model: PowerModel, rows: Array, places: list[int]) -> Array:
-    """Differences by some parameters, (n, len(places)); at an upper bound the step goes inwards."""
-    before = model.watts(rows)
-    made = []
-    for place in places:
-        parameter, value = model.slots[place][2], float(model.parameters[place])
-        step = 1e-3 * max(abs(parameter.default), 1e-3)
-        if value + step > parameter.bounds[1]:
-            step = -step
-        made.append((model.with_parameter(place, value + step).watts(rows) - before) / step)
-    return np.column_stack(made)
 
 
 @cache

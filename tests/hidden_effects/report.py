@@ -23,9 +23,11 @@ find them. 4,800 rows of half a second for the diagnosis, 2,400 of other runs to
 currents, battery or acceleration.
 
 *ρ* is what is left of an effect's watts after taking out all that refitting the base model absorbs,
-rms, over the rms of the noise. It comes from the robot with and without the effect, not from the
-diagnosis. *Twin*: a rival of the catalogue explains the watts to within five standard deviations of
-the noise, or design says that the two are one; a tie is then the right answer.
+rms, over the rms of the scatter: noise of the power, and what the errors of the other columns and
+the changes within a row leave of the base model even where nothing is hidden. It comes from the
+robot with and without the effect, not from the diagnosis. *Twin*: a rival of the catalogue explains
+the watts to within five standard deviations of the scatter, or design says that the two are one; a
+tie is then the right answer.
 
 """
 
@@ -143,7 +145,7 @@ def draw(path: Path, rows: Sequence[Row], methods: Mapping[str, Mapping[str, Any
 
     matplotlib.rcParams["svg.hashsalt"] = "naming"
     matplotlib.rcParams["svg.fonttype"] = "none"
-    figure, (left, right) = plt.subplots(1, 2, figsize=(11.0, 4.2), layout="constrained")
+    figure, (left, right) = plt.subplots(1, 2, figsize=(11.0, 4.6), layout="constrained")
     _by_visibility(left, [r for r in rows if r["kind"] == "one" and not r["twin"]])
     _by_method(right, methods)
     figure.savefig(path, metadata={"Date": None, "Creator": None})
@@ -170,11 +172,12 @@ def _by_visibility(axes: Any, rows: Sequence[Row]) -> None:
     for name, colour in COLOURS.items():
         axes.bar(labels, shares[name], bottom=bottom, color=colour, label=name, width=0.75)
         bottom = [b + s for b, s in zip(bottom, shares[name], strict=True)]
-    axes.set_xlabel("effect after projection / noise (below: logs)")
+    axes.tick_params(axis="x", labelsize=8)
+    axes.set_xlabel("effect after projection / scatter; below it the number of logs")
     axes.set_ylabel("share of logs, %")
     axes.set_title("One hidden effect", loc="left")
     if labels:
-        axes.legend(frameon=False, loc="lower right")
+        _legend_below(axes, 4)
 
 
 def _by_method(axes: Any, methods: Mapping[str, Mapping[str, Any]]) -> None:
@@ -197,4 +200,10 @@ def _by_method(axes: Any, methods: Mapping[str, Mapping[str, Any]]) -> None:
     axes.set_xlabel("share of logs, %")
     axes.set_title("The same logs, other methods", loc="left")
     if names:
-        axes.legend(frameon=False, fontsize="small")
+        _legend_below(axes, 2)
+
+
+def _legend_below(axes: Any, columns: int) -> None:
+    axes.legend(
+        frameon=False, fontsize=8, ncols=columns, loc="upper center", bbox_to_anchor=(0.5, -0.2)
+    )

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.hidden_effects.cases import SMALLEST_RHO, TWINS, Case
-from tests.hidden_effects.logs import VEHICLE, make
+from tests.hidden_effects.logs import VEHICLE, Made, make
 from tests.hidden_effects.scoring import RIGHT, not_testable, score, sensors_of, ties_of
 
 DIAGNOSE = "planner.telemetry.rank_effects:diagnose"
@@ -98,15 +98,26 @@ def run_case(
         for c in found.get("candidates", ())[:4]
     ]
     row["experiments"] = found.get("experiments")
-    if adopting and case.kind in ("one", "tied"):
+    if adopting:
+        try:
+            row |= _followed(case, made, answer, found, diagnose)
+        except Exception:  # counted where the adoption is judged
+            row["following_failed"] = traceback.format_exc()
+    return row
+
+
+def _followed(case: Case, made: Made, answer: Any, found: Row, diagnose: str) -> Row:
+    """What comes of doing as told: adopting, and driving what is recommended."""
+    followed: Row = {}
+    if case.kind in ("one", "tied"):
         from tests.hidden_effects.second_drive import tie_broken
 
-        row["again"] = tie_broken(case, made, found, function_of(diagnose))
-    if adopting and case.hidden and case.kind in ADOPTED:
+        followed["again"] = tie_broken(case, made, found, function_of(diagnose))
+    if case.hidden and case.kind in ADOPTED:
         from tests.hidden_effects.adoption import after_adopting
 
-        row |= after_adopting(case, made, answer)
-    return row
+        followed |= after_adopting(case, made, answer)
+    return followed
 
 
 def _visible(case: Case, truth: Row) -> bool:
