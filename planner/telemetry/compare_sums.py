@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from planner.telemetry.log import Telemetry
 from planner.telemetry.quantities_of_motion import AXES
-from planner.telemetry.regime_search import CORRELATION_TIMES, LEAST_BLOCK, correlation_time
+from planner.telemetry.regime_units import CORRELATION_TIMES, LEAST_BLOCK, correlation_time
 from planner.telemetry.regime_words import WORDS
 from planner.telemetry.regimes import Regime, axes_of
 

@@ -202,9 +202,9 @@ class Telemetry:
             waiting, last = _joined(waiting, last), None
         yield chunk(waiting or last)  # type: ignore[arg-type]  # refuse() saw at least one row
 
-    def take(self, chosen: ArrayLike) -> Telemetry:
-        """The rows of an index array or mask; labels and report stay those of the whole log."""
-        at = np.asarray(chosen)
+    def take(self, chosen: ArrayLike | slice) -> Telemetry:
+        """The rows of an index array, mask or slice; labels and report stay those of the log."""
+        at = chosen if isinstance(chosen, slice) else np.asarray(chosen)
         return replace(
             self,
             rows=self.rows[at],

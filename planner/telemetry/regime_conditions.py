@@ -265,7 +265,7 @@ def _heading_sets() -> Iterator[Condition]:
             for half in halves:
                 named = names.get(centre)
                 if named is None:
-                    words, plain = heading_words(centre, period, half), 0.85
+                    words, plain = heading_words(centre, period, half), 0.75
                 elif half == halves[0]:
                     words, plain = named, 1.0
                 else:

@@ -37,6 +37,7 @@ from numpy.typing import NDArray
 from planner.telemetry.quantities_of_motion import FURTHER
 from planner.telemetry.regime_conditions import AxisBins
 from planner.telemetry.regime_kernels import FEW_CLUSTERS, LEAST_UNEXPLAINED, largest_z, product
+from planner.telemetry.regime_units import Units
 
 Floats = NDArray[np.floating[Any]]
 Integers = NDArray[np.int64]
@@ -45,81 +46,11 @@ Mask = NDArray[np.bool_]
 ROUNDS = 200  # of chance
 CHANCE = 0.03
 """Share of logs without structure in which some set passes."""
-MOST_CLUSTERS = 160
-LEAST_CLUSTERS = 8
 LEAST_RUNS = 4  # that can agree or not
 AGREEMENT = 2.5
 """z that a contrast within runs needs with whole runs as clusters, without regard to the search."""
-LEAST_BLOCK = 10  # rows
-CORRELATION_TIMES = 5.0  # a block is at least this long
 _WITH_FURTHER = {"speed", "heading", "slope_along", "load"}
 _CLIP = 6.0  # robust standard deviations: one outlier is not structure
-
-
-@dataclass(frozen=True, eq=False)
-class Units:
-    """Independent pieces of a log.
-
-    Attributes:
-        cluster: (n,) number of the cluster of every row.
-        run: (n,) number of the run (or of the group of runs, where there are many).
-        of: (clusters,) run of every cluster.
-        runs: number of runs.
-    """
-
-    cluster: Integers
-    run: Integers
-    of: Integers
-    runs: int
-
-    @property
-    def clusters(self) -> int:
-        """Number of clusters."""
-        return len(self.of)
-
-
-def units_of(run: Integers, residual: Floats) -> Units:
-    """Cut a log into units.
-
-    Args:
-        run: (n,) label of the run; rows of a run stand together.
-        residual: (n,) W, whose correlation along the run says how long a block is.
-    """
-    starts = np.concatenate([[0], np.flatnonzero(np.diff(run)) + 1])
-    lengths = np.diff(np.append(starts, len(run)))
-    runs = len(starts)
-    number = np.repeat(np.arange(runs), lengths)
-    means = np.bincount(number, residual) / lengths
-    time = correlation_time(residual - means[number], number)
-    block = max(LEAST_BLOCK, round(CORRELATION_TIMES * time), -(-len(run) // MOST_CLUSTERS))
-    if runs >= LEAST_CLUSTERS and (runs > MOST_CLUSTERS // 2 or np.median(lengths) < 2 * block):
-        groups = min(runs, MOST_CLUSTERS)
-        group = number * groups // runs
-        return Units(group, group, np.arange(groups), groups)
-    # Every run in equal blocks of about that length.
-    pieces = np.maximum(1, np.round(lengths / block)).astype(np.int64)
-    first = np.concatenate([[0], np.cumsum(pieces)])
-    within = np.arange(len(run)) - starts[number]
-    cluster = first[number] + within * pieces[number] // lengths[number]
-    return Units(cluster, number, np.repeat(np.arange(runs), pieces), runs)
-
-
-def correlation_time(residual: Floats, number: Integers) -> float:
-    """Integrated correlation time in rows, 1 + 2·Σ ρ, of a residual with runs numbered (n,)."""
-    power = float(residual @ residual)
-    if power == 0.0:
-        return 1.0
-    total = 1.0
-    for lag in range(1, min(400, len(residual) // 4)):
-        same = number[lag:] == number[:-lag]
-        pairs = int(np.count_nonzero(same))
-        if pairs < len(residual) // 10:
-            break
-        rho = float((residual[lag:] * residual[:-lag])[same].sum()) / power * len(residual) / pairs
-        if rho < 0.05:
-            break
-        total += 2.0 * rho
-    return total
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,13 +27,8 @@ from planner.quantities import INDEX
 from planner.telemetry.log import Telemetry
 from planner.telemetry.quantities_of_motion import further_axes, motion_axes
 from planner.telemetry.regime_conditions import Condition, conditions_on, refined
-from planner.telemetry.regime_search import (
-    LEAST_CLUSTERS,
-    Search,
-    box_sums,
-    cells,
-    units_of,
-)
+from planner.telemetry.regime_search import Search, box_sums, cells
+from planner.telemetry.regime_units import LEAST_CLUSTERS, units_of
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -44,7 +39,8 @@ LEAST_EXPLAINED = 0.02
 ONE_CONDITION, TWO_CONDITIONS = 0.9, 0.8
 """How much of the explained error counts: "everywhere" in full, a condition must pay for itself."""
 MOST_OVERLAP = 0.5  # of two regimes' rows, as a share of the smaller one
-OTHER_BIAS = 1.5  # times another's, to be told beside it where both overlap
+OTHER_BIAS, SAME_AXES_BIAS = 1.5, 2.0
+"""Times another's bias, to be told beside it where both overlap; the latter on the same axes."""
 _SMALLEST_STEP = 0.5  # of LEAST_EXPLAINED, by which the search goes on
 _STEPS = 6  # tries for every regime reported
 _ORDER = ("surface", "load", "slope_along", "slope_across", "heading", "speed")
@@ -333,7 +329,9 @@ def _tells_the_same(regime: Regime, met: Mask, other: Regime, other_met: Mask) -
     if shared <= MOST_OVERLAP * min(regime.rows, other.rows):
         return False
     ratio = regime.bias_w / other.bias_w if other.bias_w != 0.0 else np.inf
-    return bool(1.0 / OTHER_BIAS < ratio < OTHER_BIAS)
+    same = {c.axis for c in regime.conditions} == {c.axis for c in other.conditions}
+    least = SAME_AXES_BIAS if same else OTHER_BIAS
+    return bool(1.0 / least < ratio < least)
 
 
 def words_of(conditions: Sequence[Condition]) -> str:
