@@ -38,6 +38,7 @@ from planner.power.pipeline import (
 from planner.power.saved_vehicle import vehicle_document, vehicle_from_document
 from planner.power.vehicle import Vehicle
 from planner.quantities import DEFAULT_ROW, INDEX
+from planner.shown import Shown
 
 Array = NDArray[np.float64]
 FORMAT = "joulepath-model/1"
@@ -89,7 +90,7 @@ def gravity_columns(roll: ArrayLike, pitch: ArrayLike, *, gravity: float) -> dic
 
 
 @dataclass(frozen=True)
-class PowerModel:
+class PowerModel(Shown):
     """Effects, their parameters and the vehicle that they describe; never changed in place.
 
     Attributes:

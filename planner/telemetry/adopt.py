@@ -24,6 +24,7 @@ from planner.power.catalogue import all_effects, find_effect
 from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.power.vehicle import Vehicle
+from planner.shown import Shown
 from planner.telemetry.diagnosis import Diagnosis, Errors
 from planner.telemetry.extend import Addition, fit_with
 from planner.telemetry.fit import Fit, FittedParameter, starting_model
@@ -43,7 +44,7 @@ Wanted = str | type[Effect]
 
 
 @dataclass(frozen=True)
-class Adoption:
+class Adoption(Shown):
     """A new version of a model and what speaks for it.
 
     Attributes:
@@ -87,11 +88,6 @@ class Adoption:
             ],
             "history": history(self.model),
         }
-
-    def _repr_html_(self) -> str:
-        from planner.report import fragment
-
-        return fragment(self)
 
 
 def adopt(

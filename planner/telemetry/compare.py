@@ -32,6 +32,7 @@ from planner.errors import Cancelled, ModelError
 from planner.power.model import PowerModel
 from planner.power.vehicle import Vehicle
 from planner.quantities import INDEX
+from planner.shown import Shown
 from planner.telemetry.compare_sums import CurveBins, RunComparison, Sums, curve_bins
 from planner.telemetry.fit import FittedParameter, fit, free_places, starting_model
 from planner.telemetry.heldout import heldout_rmse
@@ -53,7 +54,7 @@ _WORTH = 0.01  # share of what is left that a helper must take
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class Comparison(Shown):
     """How well a model tells the power of a log.
 
     Attributes:
@@ -124,11 +125,6 @@ class Comparison:
             ],
             "regimes": [regime.to_json() for regime in self.regimes],
         }
-
-    def _repr_html_(self) -> str:
-        from planner.report import fragment
-
-        return fragment(self)
 
 
 def compare(

@@ -13,6 +13,7 @@ from typing import Any, Literal
 
 from planner.power.effect import Effect
 from planner.power.model import PowerModel
+from planner.shown import Shown
 from planner.telemetry.extend import Addition
 from planner.telemetry.fit import Fit
 from planner.telemetry.log import Telemetry
@@ -199,7 +200,7 @@ class Experiment:
 
 
 @dataclass(frozen=True)
-class Diagnosis:
+class Diagnosis(Shown):
     """The answer to: which effect is missing?
 
     Attributes:
@@ -246,11 +247,6 @@ class Diagnosis:
     def proposed(self) -> tuple[str, ...]:
         """Names of everything to adopt: ``selected``, and the formula of ``outside``."""
         return (*self.selected, *((self.outside.name,) if self.outside else ()))
-
-    def _repr_html_(self) -> str:
-        from planner.report import fragment
-
-        return fragment(self)
 
     def to_json(self) -> dict[str, Any]:
         """The document of ``joulepath diagnose --json``."""
