@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.hidden_effects.bars import METHOD_NAMES
-from tests.hidden_effects.cases import EFFECTS
+from tests.hidden_effects.cases import EFFECTS, TWINS
 from tests.hidden_effects.scoring import confidently_wrong
 
 Row = dict[str, Any]
@@ -86,7 +86,7 @@ def _effects(rows: Sequence[Row]) -> str:
             continue
         count = Counter(row["outcome"] for row in mine)
         rho = [row["rho"][slug] for row in mine]
-        twins = sorted({row["rival"] for row in mine if row["twin"] and "rival" in row})
+        twins = sorted({TWINS.get(slug) or row["rival"] for row in mine if row["twin"]})
         shown = min(rho) >= 0.005
         lines.append(
             (
