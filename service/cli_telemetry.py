@@ -72,6 +72,7 @@ def diagnose(
     verbose: Verbose = False,
 ) -> None:
     """Name the physical effects that a model lacks, or say honestly that it cannot be told."""
+    from planner.telemetry.wording import proposed
     from service import tables_telemetry
 
     _check_places(report)
@@ -80,7 +81,7 @@ def diagnose(
 
         found = diagnose_log(log, start(vehicle, model), mapping=mapping, **how)
     _give(found, json_, report, f"Diagnosis of {log.name}", tables_telemetry.diagnosis)
-    if not json_ and tables_telemetry.proposed(found.to_json()):
+    if not json_ and proposed(found.to_json()):
         start_with = f"--model {model}" if model else f"--vehicle {vehicle}"
         typer.echo(f"Next: joulepath adopt diagnosed {log} {start_with} --out M2.json")
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from rich.console import Group, RenderableType
@@ -11,8 +11,21 @@ from rich.table import Table
 from rich.text import Text
 
 from planner.search.wording import joules
-
-Document = Mapping[str, Any]
+from planner.telemetry.wording import (
+    Document,
+    estimate,
+    excess,
+    how_far,
+    how_it_came_about,
+    model_name,
+    not_testable,
+    number,
+    proposed,
+    share,
+    signed,
+    watts,
+    what_came_of_it,
+)
 
 _MOST_RUNS = 10
 _MOST_CANDIDATES = 8
@@ -20,42 +33,11 @@ _MOST_CANDIDATES = 8
 _SILENT = ("format", "not used")
 
 
-def watts(value: float | None) -> str:
-    """Power: 0.041 W, 0.52 W, 3.10 W, 21.4 W, 1,204 W."""
-    if value is None:
-        return ""
-    size = abs(value)
-    digits = 3 if size < 0.1 else 2 if size < 10 else 1 if size < 100 else 0
-    return f"{value:,.{digits}f} W"
-
-
-def signed(value: float | None) -> str:
-    """A bias: +1.20 W measured above predicted."""
-    return "" if value is None else ("+" if value >= 0 else "−") + watts(abs(value))
-
-
-def share(value: float | None) -> str:
-    """A share as per cent."""
-    return "" if value is None else f"{100 * value:.{0 if abs(value) >= 0.1 else 1}f} %"
-
-
-def number(value: float | None) -> str:
-    """Any number with four significant digits."""
-    return "" if value is None else f"{value:.4g}"
-
-
 def comparison(document: Document) -> RenderableType:
     """All that `joulepath compare` says."""
     log, energy = document["log"], document["energy"]
-    fitted = ", fitted to this log," if document.get("fitted") else ""
-    heldout = f", {watts(document['heldout_rmse_w'])} on held-out runs" if fitted else ""
-    error = _excess(energy)
+    error = excess(energy)
     off = "" if error is None else f", {share(abs(error))} too {'high' if error > 0 else 'low'}"
-    sentence = (
-        f"The model {model_name(document['model'])}{fitted} misses the measured power by "
-        f"{watts(document['rmse_w'])} rms{heldout}; the log's own noise is about "
-        f"{watts(document['noise_floor_w'])}."
-    )
     fit = "" if document["r2"] is None else f"R² {number(document['r2'])} "
     measured = (
         f"Mean error {watts(document['mae_w'])}, bias {signed(document['bias_w'])}, "
@@ -64,7 +46,7 @@ def comparison(document: Document) -> RenderableType:
         f"predicted {joules(energy['predicted_j'])}{off}."
     )
     return _group(
-        sentence,
+        how_far(document),
         measured,
         regimes(document["regimes"]),
         runs(document["runs"]),
@@ -96,16 +78,11 @@ def diagnosis(document: Document) -> RenderableType:
 
 def adoption(document: Document) -> RenderableType:
     """All that `joulepath adopt` says."""
-    before, after = document["before"], document["after"]
-    sentence = (
-        f"Adopted {', '.join(document['adopted'])}: held-out error "
-        f"{watts(before['heldout_rmse_w'])} → {watts(after['heldout_rmse_w'])}, the log's own "
-        f"noise is about {watts(document['noise_floor_w'])}; this is "
-        f"{model_name(document['model'])}."
-    )
     different = dict.fromkeys(document["warnings"])
     warnings = [Text(f"Warning: {warning}", style="yellow") for warning in different]
-    return _group(sentence, *warnings, parameters(document["parameters"]), versions(document))
+    return _group(
+        what_came_of_it(document), *warnings, parameters(document["parameters"]), versions(document)
+    )
 
 
 def reversion(document: Document) -> RenderableType:
@@ -115,17 +92,9 @@ def reversion(document: Document) -> RenderableType:
 
 def history(document: Document) -> RenderableType:
     """All that `joulepath history` says."""
-    model = document["model"]
     entries = document["history"]
-    if not entries:
-        return Text(f"{model_name(model)} has no history: nothing was adopted yet.")
-    first = entries[0].get("before") or entries[0].get("after") or {}
-    last = entries[-1].get("after") or {}
-    sentence = f"{model_name(model)}, {len(entries)} versions known"
-    if first.get("heldout_rmse_w") is not None and last.get("heldout_rmse_w") is not None:
-        start, end = watts(first["heldout_rmse_w"]), watts(last["heldout_rmse_w"])
-        sentence += f": held-out error {start} → {end}"
-    return _group(sentence + ".", versions(document))
+    sentence = how_it_came_about(document["model"], entries)
+    return _group(sentence, versions(document)) if entries else Text(sentence)
 
 
 def timings(document: Document) -> RenderableType:
@@ -137,17 +106,6 @@ def timings(document: Document) -> RenderableType:
     for entry in document["timings"]:
         table.add_row(entry["name"], _time(entry["seconds"]), entry["what"])
     return table
-
-
-def model_name(model: Document) -> str:
-    """Name and version of a model."""
-    return f"{model['name']}, version {model['version']}"
-
-
-def proposed(diagnosis: Document) -> list[str]:
-    """Names of everything that a diagnosis proposes to adopt."""
-    outside = diagnosis.get("outside_catalogue") or {}
-    return [*diagnosis["selected"], *filter(None, [outside.get("name")])]
 
 
 def regimes(entries: Sequence[Document]) -> RenderableType | None:
@@ -173,7 +131,7 @@ def runs(entries: Sequence[Document]) -> RenderableType | None:
     """Energy run by run; of many runs those with the largest error."""
     if not entries:
         return None
-    worst = sorted(entries, key=lambda entry: -abs(_excess(entry) or 0.0))[:_MOST_RUNS]
+    worst = sorted(entries, key=lambda entry: -abs(excess(entry) or 0.0))[:_MOST_RUNS]
     shown = [entry for entry in entries if entry in worst][:_MOST_RUNS]
     title = "Energy by run"
     if len(entries) > len(shown):
@@ -183,7 +141,7 @@ def runs(entries: Sequence[Document]) -> RenderableType | None:
     for heading in ("rows", "measured", "predicted", "error", "rms", "bias"):
         table.add_column(heading, justify="right")
     for entry in shown:
-        error = _excess(entry)
+        error = excess(entry)
         table.add_row(
             str(entry["run"]),
             f"{entry['rows']:,}",
@@ -208,7 +166,10 @@ def ranking(candidates: Sequence[Document], selected: Sequence[str]) -> Renderab
     table.add_column("parameters")
     table.add_column("cannot be told from")
     for candidate in testable[:_MOST_CANDIDATES]:
-        fitted = [f"{name} {_fitted(p)}" for name, p in candidate["parameters"].items()]
+        fitted = [
+            f"{name} {estimate(p['value'], p.get('stderr'), p.get('unit') or '')}"
+            for name, p in candidate["parameters"].items()
+        ]
         table.add_row(
             candidate["effect"],
             share(candidate["probability"]),
@@ -235,7 +196,12 @@ def parameters(entries: Sequence[Document]) -> RenderableType | None:
         name = entry["name"]
         if several[entry["effect"], name] > 1:
             name = f"{name} {entry['element'] + 1}"
-        table.add_row(entry["effect"], name, _fitted(entry), entry.get("note") or "")
+        table.add_row(
+            entry["effect"],
+            name,
+            estimate(entry["value"], entry.get("stderr"), entry.get("unit") or ""),
+            entry.get("note") or "",
+        )
     return table
 
 
@@ -287,22 +253,11 @@ def _open_questions(document: Document) -> Iterator[Text]:
     for sensor in document.get("sensor") or ():
         if sensor["sentence"] not in (document.get("sentence") or ""):
             yield Text(f"Sensor: {sensor['sentence']}")
-    alike: dict[str, list[str]] = {}
-    for entry in document.get("not_testable", ()):
-        help_ = entry.get("what_would_help")
-        alike.setdefault(entry["why"] + (f"; {help_}" if help_ else ""), []).append(entry["effect"])
-    for why, effects in alike.items():
-        yield Text.assemble(("Not testable: ", "dim"), ", ".join(effects), (f": {why}", "dim"))
+    for (why, help_), effects in not_testable(document.get("not_testable", ())).items():
+        reason = f": {why}; {help_}" if help_ else f": {why}"
+        yield Text.assemble(("Not testable: ", "dim"), ", ".join(effects), (reason, "dim"))
     for entry in document["experiments"]:
         yield Text(f"To separate {' and '.join(entry['separates'])}: {entry['run']}", style="bold")
-
-
-def _fitted(entry: Document) -> str:
-    unit = entry.get("unit") or ""
-    unit = "" if unit == "1" else f" {unit}"
-    error = entry.get("stderr")
-    between = "" if error is None else f" ± {error:.2g}"
-    return f"{number(entry['value'])}{between}{unit}"
 
 
 def _z(value: float | None) -> str:
@@ -314,12 +269,6 @@ def _time(seconds: float) -> str:
         if seconds >= scale:
             return f"{seconds / scale:.3g} {unit}"
     return f"{seconds / 1e-9:.3g} ns"
-
-
-def _excess(energy: Document) -> float | None:
-    """Predicted energy over the measured one, minus 1; None where nothing was measured."""
-    measured, predicted = energy["measured_j"], energy["predicted_j"]
-    return float(predicted / measured - 1) if measured else None
 
 
 def _count(value: Any) -> int:
