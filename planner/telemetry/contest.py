@@ -1,33 +1,48 @@
 """Explanations fitted in full and compared: is a simple one as good as several effects together?
 
-    members = contest(log, base, examination, selection)
+    outcome = contest(log, base, examination, selection)
+    outcome.members, outcome.ties
 
 Sums are linear around one model. Far from it a single strong effect can look like two or three
-weaker ones, or like the error of a sensor. So before several effects or a sensor are named, each of
-them, their subsets, and the best single effects and pairs are fitted with all parameters free, and
-the likelihood less the penalty of the selection decides.
+weaker ones, like the error of a sensor, or like another effect. So before anything is named, the
+selection, its subsets, rivals that come near it and the best single effects and pairs are fitted
+with all parameters free. The likelihood less the penalty of the selection decides; what is not
+clearly behind, block by block (Vuong's test), is a tie.
 """
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.power.catalogue import find_effect
+from planner.telemetry.blocks import block_numbers
 from planner.telemetry.examine import Examination
 from planner.telemetry.extend import Addition, addition_of, fit_with
 from planner.telemetry.fit import Fit
 from planner.telemetry.log import Telemetry
 from planner.telemetry.noise import CLIP
-from planner.telemetry.select_effects import Member, Rival, Selection
+from planner.telemetry.select_effects import (
+    SURE_GAIN,
+    TIE_GAIN,
+    TIE_Z,
+    Member,
+    Rival,
+    Selection,
+)
 
 Floats = NDArray[np.float64]
 
-SINGLES, PAIRS = 3, 3
-"""How many of the best ones stand beside the selection and its subsets."""
+OTHERS = 3
+"""How many of the best singles, and of the best pairs, stand against several effects."""
+NEIGHBOURS = 4
+"""How many sets in which one member is replaced are fitted."""
+FAR_BEHIND = 60.0
+"""Score by which such a set may trail in the sums and still be fitted."""
 
 
 def coefficients_of(selection: Selection, name: str) -> Floats:
@@ -45,30 +60,63 @@ def addition_for(examination: Examination, member: Member, coefficients: Floats)
     return addition_of(columns, coefficients, effect)
 
 
+@dataclass(frozen=True)
+class Outcome:
+    """Who won.
+
+    Attributes:
+        members: the winner.
+        ties: name of a member → names that explain the log as well in its place.
+        near: those that were fitted and did not trail far, to be tried again later.
+    """
+
+    members: tuple[Member, ...]
+    ties: dict[str, tuple[str, ...]]
+    near: tuple[Rival, ...]
+
+
 def contest(
-    log: Telemetry, base: Fit, examination: Examination, selection: Selection
-) -> tuple[Member, ...]:
-    """The members that explain the log best when everything is fitted.
+    log: Telemetry,
+    base: Fit,
+    examination: Examination,
+    selection: Selection,
+    known: Sequence[Rival] = (),
+) -> Outcome:
+    """The members that explain the log best when everything is fitted, and their equals.
 
     Args:
         log: the rows.
         base: the model without additions, fitted.
         examination: of the same rows.
         selection: what the sums say; its rivals are tried.
+        known: rivals from before, which the sums around another model may not do justice to.
     """
-    best: tuple[float, tuple[Member, ...]] | None = None
-    for rival in _field(selection):
-        score = likelihood(log, base, examination, rival.members, rival.coefficients)
-        score -= rival.penalty
-        if best is None or score > best[0]:
-            best = (score, rival.members)
-    assert best is not None  # the selection itself is always there
-    return best[1]
+    blocks = block_numbers(log)
+    entries: list[tuple[float, Rival, Floats]] = []
+    for rival in _field(selection, known):
+        fitted = _fitted(log, base, examination, rival.members, rival.coefficients)
+        rows = row_likelihood(log, fitted, examination)
+        by_block = np.bincount(blocks, rows).astype(float)
+        entries.append((float(by_block.sum()) - rival.penalty, rival, by_block))
+    score, winner, mine = max(entries, key=lambda entry: entry[0])
+    names = {m.name for m in winner.members}
+    ties: dict[str, list[str]] = {name: [] for name in names}
+    for other, rival, theirs in entries:
+        other_names = {m.name for m in rival.members}
+        if len(other_names) != len(names) or len(other_names & names) != len(names) - 1:
+            continue
+        difference = mine - theirs
+        scatter = float(difference.std()) * np.sqrt(len(difference)) + 1e-12
+        gain, z = score - other, float(difference.sum()) / scatter
+        if gain < TIE_GAIN or (z < TIE_Z and gain < SURE_GAIN):
+            ties[(names - other_names).pop()].append((other_names - names).pop())
+    near = tuple(rival for other, rival, _ in entries if score - other < FAR_BEHIND)
+    return Outcome(winner.members, {n: tuple(rivals) for n, rivals in ties.items()}, near)
 
 
-def _field(selection: Selection) -> list[Rival]:
-    """The selection, its subsets, the best singles and the best pairs."""
-    chosen = {m.name for m in selection.members}
+def _field(selection: Selection, known: Sequence[Rival]) -> list[Rival]:
+    """The selection, its subsets, the best singles and pairs, and near rivals of one member."""
+    chosen = frozenset(m.name for m in selection.members)
     wanted = {
         frozenset(some)
         for count in range(1, len(chosen) + 1)
@@ -76,27 +124,34 @@ def _field(selection: Selection) -> list[Rival]:
     }
     field: dict[frozenset[str], Rival] = {}
     counts = {1: 0, 2: 0}
+    neighbours = 0
+    best = max((r.score for r in selection.rivals), default=0.0)
     for rival in selection.rivals:  # best first
         names = frozenset(m.name for m in rival.members)
         if names in field:
             continue
         size = len(names)
+        near = len(names & chosen) == len(chosen) - 1 and size == len(chosen)
         if names in wanted:
             field[names] = rival
-        elif size in counts and counts[size] < (SINGLES if size == 1 else PAIRS):
+        elif near and neighbours < NEIGHBOURS and best - rival.score < FAR_BEHIND:
+            neighbours += 1
+            field[names] = rival
+        elif len(chosen) > 1 and size in counts and counts[size] < OTHERS:
             counts[size] += 1
             field[names] = rival
+    for rival in known:
+        field.setdefault(frozenset(m.name for m in rival.members), rival)
     return list(field.values())
 
 
-def likelihood(
+def _fitted(
     log: Telemetry,
     base: Fit,
     examination: Examination,
     members: Sequence[Member],
     coefficients: Sequence[Floats],
-) -> float:
-    """Log-likelihood of the log under some members, all parameters fitted, up to a constant."""
+) -> Fit:
     additions = []
     corrected = log
     for member, values in zip(members, coefficients, strict=True):
@@ -105,13 +160,17 @@ def likelihood(
             corrected = sensor.correct(corrected, float(values[0]))
         else:
             additions.append(addition_for(examination, member, values))
-    fitted = fit_with(base.model, corrected, additions, noise=examination.noise)
-    return log_likelihood(log, fitted, examination)
+    return fit_with(base.model, corrected, additions, noise=examination.noise)
+
+
+def row_likelihood(log: Telemetry, fitted: Fit, examination: Examination) -> Floats:
+    """(n,) log-likelihood of every row under the noise that was found, up to a constant."""
+    spread = examination.spread
+    clipped = np.clip(fitted.residual, -CLIP * spread, CLIP * spread)
+    white = examination.noise.whiten(log, examination.watts, spread, clipped[:, None])
+    return np.asarray(-0.5 * white[:, 0] ** 2)
 
 
 def log_likelihood(log: Telemetry, fitted: Fit, examination: Examination) -> float:
     """Of a fit, under the noise that an examination found, up to a constant."""
-    spread = examination.spread
-    clipped = np.clip(fitted.residual, -CLIP * spread, CLIP * spread)
-    white = examination.noise.whiten(log, examination.watts, spread, clipped[:, None])
-    return float(-0.5 * (white**2).sum())
+    return float(row_likelihood(log, fitted, examination).sum())

@@ -38,9 +38,9 @@ from planner.telemetry.sensitivity import doubt_of, predict, sizes, tangent
 
 Floats = NDArray[np.float64]
 
-PRIOR_SPREADS = 3.0
+PRIOR_SPREADS = 10.0
 """Standard deviation of the prior, in multiples of the declared spread of a parameter."""
-STEPS = 12
+STEPS = 25
 FOLDS = 5
 
 

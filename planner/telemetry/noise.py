@@ -29,6 +29,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from scipy.optimize import nnls
 
 from planner.telemetry.log import Telemetry
 
@@ -242,19 +243,26 @@ def _autoregression(log: Telemetry, z: Floats) -> tuple[Floats, Floats]:
 def _run_covariance(
     log: Telemetry, plain: Noise, left: Floats, watts: Floats, scale: Floats
 ) -> Floats:
-    """Covariance of the runs' offsets and gains, by moments: theirs less what noise would give."""
-    pieces = [p for p in run_pieces(log) if p[1] - p[0] >= 8]
+    """Variances of the runs' offsets and gains, by moments: what is there less what noise gives.
+
+    With B the two whitened columns of a run and e its whitened leftover, the square of B'e is on
+    average the diagonal of G + GΣG, where G = B'B. No inverse of G is needed, since in a steady run
+    offset and gain are the same thing.
+    """
+    pieces = list(run_pieces(log))
     if len(pieces) < 4:
         return np.zeros((2, 2))
     one = np.ones_like(left)
     white = plain.whiten(log, watts, 1.0 / scale, np.column_stack([left, one, watts]))
-    estimates, errors = [], []
+    rows, excess = [], []
     for start, stop in pieces:
-        shared = white[start:stop, 1:]
-        gram = shared.T @ shared
-        inverse = np.linalg.inv(gram + 1e-9 * np.trace(gram) * np.eye(2))
-        estimates.append(inverse @ (shared.T @ white[start:stop, 0]))
-        errors.append(inverse)
-    excess = np.cov(np.array(estimates).T, bias=True) - np.mean(errors, axis=0)
-    values, vectors = np.linalg.eigh(excess)
-    return (vectors * np.maximum(values, 0.0)) @ vectors.T
+        shared, rest = white[start:stop, 1:], white[start:stop, 0]
+        gram, score = shared.T @ shared, shared.T @ rest
+        for k in range(2):
+            if gram[k, k] > 0.0:
+                rows.append(gram[k] ** 2 / gram[k, k])
+                # A run whose square is far above all others' must not speak for them.
+                excess.append(score[k] ** 2 / gram[k, k] - 1.0)
+    limit = 9.0 * float(np.median(np.abs(excess))) + 1.0
+    found, _ = nnls(np.array(rows), np.minimum(excess, limit))
+    return np.diag(found)

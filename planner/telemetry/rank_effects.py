@@ -49,7 +49,7 @@ from planner.telemetry.heldout import LinearHeldout, heldout_rmse
 from planner.telemetry.log import Telemetry
 from planner.telemetry.regimes import regimes_of
 from planner.telemetry.sample import LogSource, open_source
-from planner.telemetry.select_effects import Member, Selection, Standing, select
+from planner.telemetry.select_effects import Member, Rival, Selection, Standing, select
 from planner.telemetry.sensors import SENSORS, Sensor
 from planner.telemetry.shapes import shapes_of
 from planner.telemetry.stream import examine_all
@@ -173,7 +173,8 @@ def _settled(
     """Choose, refit, lay out anew, until the choice stays."""
     competitors = Competitors(library, shapes_of(log), sensors)
     examination = examine(log, competitors)
-    selection = _chosen(log, base, examination)
+    known: list[Rival] = []
+    selection = _chosen(log, base, examination, known)
     fitted = base
     additions: tuple[Addition, ...] = ()
     chosen: tuple[tuple[str, tuple[int, ...]], ...] = ()
@@ -195,17 +196,24 @@ def _settled(
         if selection.shape is not None:
             explained.append(selection.shape.column)
         examination = examine(log, competitors, tuple(explained) or None)
-        selection = _chosen(log, base, examination)
+        selection = _chosen(log, base, examination, known)
     return _Found(log, base, examination, selection, fitted, additions, {})
 
 
-def _chosen(log: Telemetry, base: Fit, examination: Examination) -> Selection:
-    """The best subset; several effects, or a sensor, have to stand against simpler explanations."""
+def _chosen(log: Telemetry, base: Fit, examination: Examination, known: list[Rival]) -> Selection:
+    """The best subset of the sums, once it has stood against its rivals fitted in full.
+
+    ``known`` are rivals of earlier rounds; those of this one join them.
+    """
     selection = select(examination)
-    if len(selection.members) < 2 and not any(m.sensor for m in selection.members):
+    if not selection.members:
         return selection
-    winner = contest(log, base, examination, selection)
-    return selection if winner == selection.members else select(examination, winner)
+    outcome = contest(log, base, examination, selection, known)
+    known[:] = outcome.near
+    if {m.name for m in outcome.members} != {m.name for m in selection.members}:
+        selection = select(examination, outcome.members)
+    ties = {m.name: outcome.ties.get(m.name, ()) for m in selection.members}
+    return replace(selection, ties=ties)
 
 
 def _atom_of(member: Member) -> Atom:

@@ -37,9 +37,11 @@ SIGNIFICANT = 0.01
 """Probability of naming something when nothing is missing, over all candidates together."""
 LEAST_SIZE = 0.15
 """ρ below which an effect is not named: what it adds, over the noise."""
-LEAST_BESIDE = 0.15
+LEAST_BESIDE = 0.12
 """Size of a member relative to the largest: the catalogue's form of an effect is never quite that
 of the robot, and what it leaves over must not be taken for a second effect."""
+LEAST_SHAPE_BESIDE = 0.2
+"""The same for a shape, which finds more easily what an effect of another form leaves over."""
 LEAST_CORRECTION = 0.05
 """The same for an error of a sensor that was found and corrected already."""
 LEAST_SENSOR_SIZE = 0.1
@@ -121,11 +123,13 @@ class Rival:
         members: of the subset.
         coefficients: of each member.
         penalty: that its likelihood is charged.
+        score: likelihood less penalty.
     """
 
     members: tuple[Member, ...]
     coefficients: tuple[Floats, ...]
     penalty: float
+    score: float
 
 
 @dataclass(frozen=True)
@@ -254,7 +258,8 @@ class _Chooser:
                 parts.append(self.gains[chosen][1][start:stop])
                 start = stop
             members = tuple(self.members[k] for k in chosen)
-            rivals.append(Rival(members, tuple(parts), self.penalty(chosen)))
+            charged = self.penalty(chosen)
+            rivals.append(Rival(members, tuple(parts), charged, self.scored[chosen]))
         return tuple(rivals)
 
     def checked(self, chosen: tuple[int, ...]) -> tuple[tuple[int, ...], dict[str, Test]]:
@@ -281,6 +286,16 @@ class _Chooser:
                 return chosen, tests
             chosen = tuple(q for q in chosen if q != worst_k)
         return (), {}
+
+    def largest(self, chosen: tuple[int, ...]) -> float:
+        """ρ of the largest member of a subset, 0 for none."""
+        sizes = [0.0]
+        for k in chosen:
+            rest = self.columns([q for q in chosen if q != k])
+            mine = self.members[k].columns
+            test = self.evidence.test(mine, given=rest)
+            sizes.append(self.evidence.size(mine, test.coefficients, rest))
+        return max(sizes)
 
     def ties(self, chosen: tuple[int, ...]) -> dict[str, tuple[str, ...]]:
         """Rivals of every member that explain the log as well."""
@@ -460,9 +475,8 @@ def _shape(
     del information
     p = min(1.0, _two_sided(float(z[best])) * len(columns))
     size = evidence.size([columns[best]], found[[best]], mine)
-    significant = (
-        p < SHAPE_SIGNIFICANT and 0.5 * z[best] ** 2 > SURE_GAIN and size > LEAST_SHAPE_SIZE
-    )
+    least = max(LEAST_SHAPE_SIZE, LEAST_SHAPE_BESIDE * chooser.largest(chosen))
+    significant = p < SHAPE_SIGNIFICANT and 0.5 * z[best] ** 2 > SURE_GAIN and size > least
     if chosen:
         # Would one shape alone do what the selection does? The strongest one alone is asked.
         alone_z, alone_found, alone_info = evidence.test_each(columns)
