@@ -12,7 +12,7 @@ from planner.telemetry.log import Telemetry
 from planner.telemetry.noise import run_pieces
 
 BLOCK_ROWS = 30
-MOST_BLOCKS = 256
+MOST_BLOCKS = 200
 
 
 def block_numbers(log: Telemetry, most: int = MOST_BLOCKS) -> NDArray[np.int64]:

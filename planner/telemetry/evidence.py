@@ -1,7 +1,8 @@
 """Sums over a log from which every later question is answered: Gram matrices block by block.
 
     evidence = Evidence(groups)                       # names of the columns by group
-    evidence.add(white, blocks, runs)                 # whitened columns, the residual last
+    evidence.add(sums_of(white, scaled, blocks, runs))   # whitened columns, the residual last
+    evidence.settle()
     evidence.gain(columns)                            # log-likelihood gained by some columns
     evidence.test(columns, given=others)              # is their coefficient zero?
     evidence.compare(first, second)                   # which of two sets explains more, and surely?
@@ -22,6 +23,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +56,39 @@ class Test:
     information: Floats
 
 
+class Sums(NamedTuple):
+    """Sums over some rows.
+
+    Attributes:
+        grams: (columns, columns) of each block, whitened.
+        runs: number of each block's run.
+        plain: (columns, columns) of all rows, scaled but not whitened.
+        rows: how many.
+    """
+
+    grams: list[Floats]
+    runs: list[int]
+    plain: Floats
+    rows: int
+
+
+def sums_of(white: Floats, scaled: Floats, blocks: Integers, runs: Integers) -> Sums:
+    """Sums over rows.
+
+    Args:
+        white: (n, columns) whitened.
+        scaled: (n, columns) over the spread of each row only.
+        blocks: (n,) number of the block, not decreasing.
+        runs: (n,) number of the run.
+    """
+    borders = [0, *(np.flatnonzero(np.diff(blocks)) + 1).tolist(), len(blocks)]
+    grams = []
+    for start, stop in zip(borders[:-1], borders[1:], strict=True):
+        part = white[start:stop]
+        grams.append(part.T @ part)
+    return Sums(grams, [int(runs[start]) for start in borders[:-1]], scaled.T @ scaled, len(white))
+
+
 class Evidence:
     """Gram matrices of whitened columns: tangent, everything that competes, residual last.
 
@@ -72,28 +107,17 @@ class Evidence:
         self._blocks: list[Floats] = []
         self._runs: list[int] = []
 
-    def add(self, white: Floats, blocks: Integers, runs: Integers) -> None:
-        """Take in rows.
-
-        Args:
-            white: (n, columns) whitened.
-            blocks: (n,) number of the block, not decreasing.
-            runs: (n,) number of the run.
-        """
-        borders = [0, *(np.flatnonzero(np.diff(blocks)) + 1).tolist(), len(blocks)]
-        for start, stop in zip(borders[:-1], borders[1:], strict=True):
-            part = white[start:stop]
-            self._blocks.append(part.T @ part)
-            self._runs.append(int(runs[start]))
-        self.rows += len(white)
-
-    def add_plain(self, gram: Floats) -> None:
-        """Take in the (columns, columns) sums of rows that were scaled but not whitened."""
-        self.plain += gram
+    def add(self, sums: Sums) -> None:
+        """Take in the sums of rows, in the order of the log."""
+        self._blocks += sums.grams
+        self._runs += sums.runs
+        self.plain += sums.plain
+        self.rows += sums.rows
 
     def settle(self) -> None:
         """Close the sums; called once after the last ``add``."""
         self.grams = np.stack(self._blocks)
+        self._blocks = []
         self.run_of_block = np.array(self._runs)
         self.total = self.grams.sum(axis=0)
         own = self.tangent

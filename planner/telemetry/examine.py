@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from planner.quantities import INDEX
 from planner.telemetry.blocks import block_numbers
 from planner.telemetry.candidates import Atom, CandidateLibrary
-from planner.telemetry.evidence import Evidence
+from planner.telemetry.evidence import Evidence, sums_of
 from planner.telemetry.interval import interval_nodes
 from planner.telemetry.log import Telemetry
 from planner.telemetry.noise import CLIP, Noise, noise_and_leftover, run_pieces
@@ -166,9 +166,8 @@ def examine(
     white = noise.whiten(log, watts, spread, raw)
     evidence = Evidence(competitors.tangent, raw.shape[1])
     evidence.slow = _slow_shares(log, raw)
-    evidence.add(white, block_numbers(log), log.run)
-    scaled = raw / spread[:, None]
-    evidence.add_plain(scaled.T @ scaled)
+    evidence.add(sums_of(white, raw / spread[:, None], block_numbers(log), log.run))
+    del white
     evidence.settle()
     mean = float(np.mean(np.abs(watts)))
     plain = Examination(

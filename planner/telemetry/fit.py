@@ -41,6 +41,8 @@ Floats = NDArray[np.float64]
 PRIOR_SPREADS = 10.0
 """Standard deviation of the prior, in multiples of the declared spread of a parameter."""
 STEPS = 25
+CLOSE = 0.01
+"""Gain of log-likelihood, doubled, that a further step must promise."""
 FOLDS = 5
 
 
@@ -140,31 +142,29 @@ def fit(
     watts, columns = tangent(current, nodes, places)
     for round_number in range(2 if noise is None else 1):
         scatter = noise or noise_of(log, log.power - watts, watts, doubt, columns)
-        best = np.inf
-        stride = 1.0
+        # Held while the fit runs: a model that says more power must not earn a larger spread.
+        spread = scatter.spread(watts, doubt)
+        # A first fit only has to show the noise.
+        close = CLOSE if round_number or noise is not None else 10.0
+        best, stride = np.inf, 1.0
         step = np.zeros(len(index))
         for _ in range(STEPS):
-            cost = _cost(log.power - watts, scatter.spread(watts, doubt)) + float(
-                (((value - start) * prior) ** 2).sum()
-            )
-            if cost > best * (1.0 + 1e-9) and stride > 1e-3:
+            clipped = _clipped(log.power - watts, spread)
+            white = scatter.whiten(log, watts, spread, np.column_stack([columns, clipped]))
+            cost = float(white[:, -1] @ white[:, -1] + (((value - start) * prior) ** 2).sum())
+            if cost > best + close and stride > 1e-2:
                 # The step went too far: kinks of friction and gears make the power non-linear.
                 stride *= 0.5
                 value = value - stride * step
             else:
                 best, stride = cost, 1.0
-                spread = scatter.spread(watts, doubt)
-                clipped = _clipped(log.power - watts, spread)
-                white = scatter.whiten(log, watts, spread, np.column_stack([columns, clipped]))
                 gram, score = white[:, :-1].T @ white[:, :-1], white[:, :-1].T @ white[:, -1]
                 step = _bounded_step(gram, score, value - start, prior, low - value, high - value)
                 value = value + step
             current = _with(model, index, value)
             watts, columns = tangent(current, nodes, places)
-            if stride == 1.0 and _small(step, gram):
+            if stride == 1.0 and float(step @ gram @ step) < close:
                 break
-        if round_number == 0 and noise is None:
-            continue
     scatter = noise or noise_of(log, log.power - watts, watts, doubt, columns)
     return _finished(log, current, index, prior, watts, columns, scatter, doubt)
 
@@ -190,11 +190,6 @@ def _prior_weights(model: PowerModel, index: NDArray[np.int64]) -> Floats:
     return 1.0 / np.maximum(PRIOR_SPREADS * spread * size, 1e-300)
 
 
-def _cost(residual: Floats, spread: Floats) -> float:
-    z = np.abs(residual / spread)
-    return float(np.where(z < CLIP, z * z, CLIP * (2.0 * z - CLIP)).sum())
-
-
 def _clipped(residual: Floats, spread: Floats) -> Floats:
     return np.clip(residual, -CLIP * spread, CLIP * spread)
 
@@ -213,10 +208,6 @@ def _bounded_step(
         )
         return np.asarray(found.x * scale)
     return np.asarray(np.clip(np.linalg.solve(factor.T, target) * scale, low, high))
-
-
-def _small(step: Floats, gram: Floats) -> bool:
-    return bool(np.all(np.abs(step) * np.sqrt(np.maximum(np.diag(gram), 0.0)) < 0.05))
 
 
 def _finished(

@@ -133,8 +133,8 @@ def _filter(columns: Any, reflections: Any, shrink: Any, white: Any) -> None:
 def _take_out_run(columns: Floats, shared: Floats, by_run: Floats) -> None:
     """Apply (1 + shared·by_run·sharedᵀ)^(-1/2) in place; only two directions change."""
     basis, upper = np.linalg.qr(shared)
-    values, vectors = np.linalg.eigh(np.eye(2) + upper @ by_run @ upper.T)
-    change = np.eye(2) - (vectors * values**-0.5) @ vectors.T
+    values, vectors = np.linalg.eigh(np.eye(len(upper)) + upper @ by_run @ upper.T)
+    change = np.eye(len(upper)) - (vectors * values**-0.5) @ vectors.T
     columns -= basis @ (change @ (basis.T @ columns))
 
 

@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 from planner.errors import Cancelled, LogError
 from planner.telemetry.log import Telemetry
 
-SAMPLE_ROWS = 20_000
+SAMPLE_ROWS = 12_000
 PIECE_ROWS = 200
-CHUNK_ROWS = 100_000
+CHUNK_ROWS = 50_000
 
 Progress = Callable[[float, str], None]
 Cancel = Callable[[], bool]

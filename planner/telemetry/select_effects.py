@@ -37,7 +37,7 @@ SIGNIFICANT = 0.01
 """Probability of naming something when nothing is missing, over all candidates together."""
 LEAST_SIZE = 0.15
 """ρ below which an effect is not named: what it adds, over the noise."""
-LEAST_BESIDE = 0.12
+LEAST_BESIDE = 0.08
 """Size of a member relative to the largest: the catalogue's form of an effect is never quite that
 of the robot, and what it leaves over must not be taken for a second effect."""
 LEAST_SHAPE_BESIDE = 0.2

@@ -9,7 +9,9 @@ summed up one after the other, so that memory does not grow with the log.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +19,7 @@ from numpy.typing import NDArray
 
 from planner.telemetry.blocks import MOST_BLOCKS
 from planner.telemetry.candidates import Atom
-from planner.telemetry.evidence import Evidence
+from planner.telemetry.evidence import Evidence, Sums, sums_of
 from planner.telemetry.examine import Competitors, Examination
 from planner.telemetry.log import Telemetry
 from planner.telemetry.noise import CLIP
@@ -28,6 +30,8 @@ from planner.telemetry.shapes import Dictionary
 Floats = NDArray[np.float64]
 
 SHAPES_KEPT = 30
+AT_ONCE = 2
+"""Chunks in work at a time; each takes some 100 MB."""
 
 
 def examine_all(
@@ -53,20 +57,28 @@ def examine_all(
     where = {old: new for new, old in enumerate(kept)}
     columns = [where[c] for c in explained[0]]
     blocks = _Blocks(source.rows)
-    done = 0
-    for chunk in source.chunks():
-        part = correct(chunk)
+
+    def summed(part: Telemetry, numbers: NDArray[np.int64]) -> Sums:
+        part = correct(part)
         watts, raw = reduced.raw(part)
         model = reduced.library.held_model
         spread = sample.noise.spread(watts, doubt_of(model, part.rows_for(model.surfaces)))
         expected = raw[:, columns] @ explained[1]
         raw[:, -1] = expected + np.clip(raw[:, -1] - expected, -CLIP * spread, CLIP * spread)
         white = sample.noise.whiten(part, watts, spread, raw)
-        evidence.add(white, blocks.of(part), part.run)
-        scaled = raw / spread[:, None]
-        evidence.add_plain(scaled.T @ scaled)
-        done += len(part)
-        watch(0.5 + 0.4 * done / source.rows, f"{done:,} of {source.rows:,} rows")
+        raw /= spread[:, None]
+        return sums_of(white, raw, numbers, part.run)
+
+    with ThreadPoolExecutor(max_workers=AT_ONCE) as workers:
+        waiting: deque[Future[Sums]] = deque()
+        for chunk in source.chunks():
+            waiting.append(workers.submit(summed, chunk, blocks.of(chunk)))
+            if len(waiting) == AT_ONCE:
+                evidence.add(waiting.popleft().result())
+                done = evidence.rows
+                watch(0.5 + 0.4 * done / source.rows, f"{done:,} of {source.rows:,} rows")
+        while waiting:
+            evidence.add(waiting.popleft().result())
     evidence.settle()
     shapes = tuple(range(len(reduced.dictionary.shapes)))
     return replace(
@@ -84,10 +96,11 @@ def _reduced(
 ) -> tuple[Competitors, list[int], tuple[Atom, ...]]:
     """Competitors without what cannot matter; old columns in the new order; atoms renumbered."""
     old = sample.competitors
-    used = sorted({n for atom in sample.atoms for n in atom.columns})
+    wanted_atoms = _without_worse_shapes(sample, chosen)
+    used = sorted({n for atom in wanted_atoms for n in atom.columns})
     number = {n: k for k, n in enumerate(used)}
     atoms = tuple(
-        replace(atom, columns=tuple(number[n] for n in atom.columns)) for atom in sample.atoms
+        replace(atom, columns=tuple(number[n] for n in atom.columns)) for atom in wanted_atoms
     )
     shapes = list(sample.shapes)
     if len(shapes) > SHAPES_KEPT:
@@ -123,6 +136,21 @@ def _reduced(
         old.residual,
     ]
     return Competitors(library, dictionary, old.sensors), kept, atoms
+
+
+def _without_worse_shapes(sample: Examination, chosen: Sequence[int]) -> list[Atom]:
+    """Of every effect whose shape is scanned only the value that the sample likes best."""
+    best: dict[str, tuple[float, Atom]] = {}
+    kept = []
+    for atom in sample.atoms:
+        if not atom.scanned:
+            kept.append(atom)
+            continue
+        columns = [sample.competitors.candidate(n) for n in atom.columns]
+        gain = np.inf if columns[0] in chosen else sample.evidence.gain(columns)[0]
+        if atom.effect not in best or gain > best[atom.effect][0]:
+            best[atom.effect] = (gain, atom)
+    return kept + [atom for _, atom in best.values()]
 
 
 def _explained(sample: Examination, chosen: Sequence[int]) -> tuple[list[int], Floats]:
