@@ -61,6 +61,7 @@ def compile_kernel(
     surface_count: int,
     number: str,
     printed: str | None = None,
+    lean: bool = False,
 ) -> Callable[..., Any]:
     """Compiled ``evaluate`` of planner.power.pipeline for these effects.
 
@@ -70,6 +71,7 @@ def compile_kernel(
         surface_count: number of surface labels told apart, at least 1.
         number: "float64" or "complex128".
         printed: "A" or "B" for the source paper's motor power, None for the sound model.
+        lean: without balances and limits, a third faster.
     """
     source = kernel_source(
         effects,
@@ -77,6 +79,7 @@ def compile_kernel(
         surface_count=surface_count,
         number=number,
         printed=printed,
+        lean=lean,
     )
     digest = hashlib.sha256(numba.__version__.encode())
     for text in (source, *(inspect.getsource(sys.modules[e.__module__]) for e in effects)):

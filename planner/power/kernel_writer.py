@@ -64,6 +64,7 @@ class KernelWriter:
         surface_count: number of surface labels that the model tells apart.
         number: "float64" or "complex128".
         printed: "A" or "B" for the source paper's motor power.
+        lean: leave out balances and limits; only the result counts.
     """
 
     def __init__(
@@ -73,12 +74,14 @@ class KernelWriter:
         surface_count: int,
         number: str,
         printed: str | None,
+        lean: bool = False,
     ) -> None:
         self.effects = effects
         self.wheel_count = wheel_count
         self.surface_count = surface_count
         self.number = number
         self.printed = printed
+        self.lean = lean and not printed
         self.offset: dict[tuple[str, str], int] = {}
         self.slots = parameter_slots(effects, wheel_count=wheel_count, surface_count=surface_count)
         for place, (effect, name, _, element) in enumerate(self.slots):
@@ -145,7 +148,8 @@ class KernelWriter:
         """The stages for each side of an unknown offset: mean of the watts, worst of the limits."""
         # Sums stand in variables of their own: an array would take longer to compile than the rest.
         first, after = [], []
-        for column in range(ACCOUNT_LENGTH):
+        count = 1 if self.lean else ACCOUNT_LENGTH
+        for column in range(count):
             here, kept = f"account[{column}]", f"kept_{column}"
             name = ACCOUNT[column] if column < len(ACCOUNT) else ""
             worse = "smaller" if name in _LOW else "larger" if name in _HIGH else ""
@@ -160,7 +164,7 @@ class KernelWriter:
                 for line in (f"dx, dy = {call}", "spread_x += dx; spread_y += dy")
             ),
             "sides = 1 if spread_x == 0.0 and spread_y == 0.0 else 4",
-            *(f"kept_{column} = zero" for column in range(ACCOUNT_LENGTH)),
+            *(f"kept_{column} = zero" for column in range(count)),
             "for side in range(sides):",
             "    centre_x = spread_x if side < 2 else -spread_x",
             "    centre_y = spread_y if side % 2 == 0 else -spread_y",
@@ -170,14 +174,14 @@ class KernelWriter:
             "    if side == 0:",
             *("        " + line for line in first),
             *("    " + line for line in after),
-            *(f"account[{column}] = kept_{column}" for column in range(ACCOUNT_LENGTH)),
+            *(f"account[{column}] = kept_{column}" for column in range(count)),
             "return kept_0",
         ]
 
     # How a hook is called and booked.
 
     def _book(self, effect: type[Effect], watts: str, indent: str = "") -> None:
-        if effect.slug in BASE_EFFECTS:
+        if effect.slug in BASE_EFFECTS and not self.lean:
             self.lines.append(f"{indent}watts_{effect.slug} += {watts}")
 
     def _calls(self, hook: str) -> list[tuple[str, type[Effect]]]:

@@ -179,13 +179,19 @@ class PowerModel(Shown):
         """Compiled model for real parameters, see planner.power.pipeline."""
         return self._compile("float64")
 
-    def _compile(self, number: str) -> Callable[..., Any]:
+    @cached_property
+    def lean_kernel(self) -> Callable[..., Any]:
+        """The same power without account and limits, for loops over long logs."""
+        return self._compile("float64", lean=True)
+
+    def _compile(self, number: str, *, lean: bool = False) -> Callable[..., Any]:
         return compile_kernel(
             self.effects,
             wheel_count=self.vehicle.layout.wheel_count,
             surface_count=max(1, len(self.surfaces)),
             number=number,
             printed=self.kind.partition("/")[2] or None,
+            lean=lean,
         )
 
     def evaluate(self, rows: Array) -> tuple[Array, Array]:

@@ -61,6 +61,7 @@ def kernel_source(
     surface_count: int,
     number: str,
     printed: str | None = None,
+    lean: bool = False,
 ) -> str:
     """Text of the module that evaluates a model of these effects.
 
@@ -71,8 +72,9 @@ def kernel_source(
         number: "float64" for planning, "complex128" for derivatives.
         printed: "A" or "B" puts the source paper's motor power (planner.power.printed) in the place
             of the motors' and drivers' watts; loads and limits stay those of the sound model.
+        lean: only the result is right, account and per_wheel are not written: for loops over logs.
     """
-    return _Pipeline(effects, wheel_count, surface_count, number, printed).module()
+    return _Pipeline(effects, wheel_count, surface_count, number, printed, lean).module()
 
 
 class _Pipeline(KernelWriter):
@@ -210,6 +212,8 @@ class _Pipeline(KernelWriter):
         self._motor(share)
 
     def _traction(self) -> None:
+        if self.lean:
+            return
         put = self.lines.append
         put("    least_load = min(least_load, load.real)")
         put("    grip = traction * load.real")
@@ -268,6 +272,8 @@ class _Pipeline(KernelWriter):
         for call, _ in self._calls("driver"):
             put(f"driver_watts += {share}{call}")
         put(f"terminal_watts += {share}motor_watts")
+        if self.lean:
+            return
         put(f"shaft_watts += {share}wheel_torque * wheel_speed")
         put("voltage = current * resistance_now + torque_constant_now * motor_speed")
         put("most_current = max(most_current, abs(current.real))")
@@ -322,9 +328,13 @@ class _Pipeline(KernelWriter):
         put("bus_watts = motors_watts + electronics_watts")
         for call, _ in self._calls("bus"):
             put(f"bus_watts += {call}")
-        put("account[1] = bus_watts")
+        if not self.lean:
+            put("account[1] = bus_watts")
         for call, _ in self._calls("supply"):
             put(f"bus_watts += {call}")
+        if self.lean:
+            put("account[0] = bus_watts")
+            return
         put("if slack_high < np.inf:")
         put("    slack = min(slack, 0.5 * mode_size * (slack_high - slack_low))")
         put("account[0] = bus_watts")

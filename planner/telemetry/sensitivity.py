@@ -99,7 +99,7 @@ def differences(model: PowerModel, nodes: Nodes, variants: Floats) -> tuple[Floa
     def piece(start: int) -> None:
         stop = min(start + _PIECE, count)
         _differences(
-            model.kernel,
+            model.lean_kernel,
             nodes.rows,
             nodes.first[start : stop + 1],
             nodes.weight,
