@@ -160,7 +160,8 @@ def _fitted(
             corrected = sensor.correct(corrected, float(values[0]))
         else:
             additions.append(addition_for(examination, member, values))
-    return fit_with(base.model, corrected, additions, noise=examination.noise)
+    library = examination.competitors.library.model
+    return fit_with(base.model, corrected, additions, noise=examination.noise, within=library)
 
 
 def row_likelihood(log: Telemetry, fitted: Fit, examination: Examination) -> Floats:
@@ -169,8 +170,3 @@ def row_likelihood(log: Telemetry, fitted: Fit, examination: Examination) -> Flo
     clipped = np.clip(fitted.residual, -CLIP * spread, CLIP * spread)
     white = examination.noise.whiten(log, examination.watts, spread, clipped[:, None])
     return np.asarray(-0.5 * white[:, 0] ** 2)
-
-
-def log_likelihood(log: Telemetry, fitted: Fit, examination: Examination) -> float:
-    """Of a fit, under the noise that an examination found, up to a constant."""
-    return float(row_likelihood(log, fitted, examination).sum())

@@ -77,23 +77,40 @@ def usual_addition(effect: type[Effect], model: PowerModel) -> Addition:
 
 
 def extended(
-    model: PowerModel, log: Telemetry, additions: Sequence[Addition]
+    model: PowerModel,
+    log: Telemetry,
+    additions: Sequence[Addition],
+    within: PowerModel | None = None,
 ) -> tuple[PowerModel, tuple[int, ...]]:
-    """The model with the additions at their start, and the numbers of its free parameters."""
-    full = with_effects(model, [a.declaration for a in additions], log)
+    """The model with the additions at their start, and the numbers of its free parameters.
+
+    Args:
+        model: the model.
+        log: names the kinds of ground.
+        additions: what is added.
+        within: a model that has all of them, others at their null values: no new kernel has then
+            to be compiled for every choice of effects.
+    """
+    full = within or with_effects(model, [a.declaration for a in additions], log)
+    own = {
+        (effect.slug, name, element): (value, place in free_places(model, log))
+        for place, ((effect, name, _, element), value) in enumerate(
+            zip(model.slots, model.parameters, strict=True)
+        )
+    }
     values = full.parameters.copy()
     added = {a.declaration.slug: a for a in additions}
     free = []
-    usual = set(free_places(full, log))
     for place, (effect, name, _, element) in enumerate(full.slots):
         addition = added.get(effect.slug)
-        if addition is None:
-            if place in usual:
+        if (effect.slug, name, element) in own:
+            values[place], fitted = own[effect.slug, name, element]
+            if fitted:
                 free.append(place)
-        elif (name, element) in addition.start:
+        elif addition is not None and (name, element) in addition.start:
             values[place] = addition.start[name, element]
             free.append(place)
-        elif name in addition.shapes:
+        elif addition is not None and name in addition.shapes:
             values[place] = addition.shapes[name]
     stderr = np.full(len(values), np.nan)
     return replace(full, parameters=values, stderr=stderr), tuple(free)
@@ -105,7 +122,25 @@ def fit_with(
     additions: Sequence[Addition],
     *,
     noise: Noise | None = None,
+    within: PowerModel | None = None,
 ) -> Fit:
-    """Fit a model with effects added to it."""
-    full, free = extended(model, log, additions)
+    """Fit a model with effects added to it; ``within`` as ``extended``."""
+    full, free = extended(model, log, additions, within)
     return fit(log, full, free=free, noise=noise)
+
+
+def trimmed(fitted: Fit, model: PowerModel, log: Telemetry, additions: Sequence[Addition]) -> Fit:
+    """A fit made ``within`` a larger model, as one of the model with its additions alone."""
+    lean, _ = extended(model, log, additions)
+    found = fitted.model
+    place_of = {(s[0].slug, s[1], s[3]): place for place, s in enumerate(found.slots)}
+    from_places = [place_of[s[0].slug, s[1], s[3]] for s in lean.slots]
+    back = {place: k for k, place in enumerate(from_places)}
+    assert found.stderr is not None  # every fit has standard errors
+    return replace(
+        fitted,
+        model=replace(
+            lean, parameters=found.parameters[from_places], stderr=found.stderr[from_places]
+        ),
+        places=tuple(back[place] for place in fitted.places),
+    )

@@ -43,7 +43,7 @@ from planner.telemetry.diagnosis import (
 )
 from planner.telemetry.examine import Competitors, Examination, examine
 from planner.telemetry.experiments import Advice
-from planner.telemetry.extend import Addition, fit_with, usual_addition
+from planner.telemetry.extend import Addition, fit_with, trimmed, usual_addition
 from planner.telemetry.fit import Fit, fit, starting_model
 from planner.telemetry.heldout import LinearHeldout, heldout_rmse
 from planner.telemetry.log import Telemetry
@@ -65,7 +65,10 @@ SENSOR_ROUNDS = 4
 
 @dataclass(frozen=True)
 class _Found:
-    """State of the search around the last linearisation."""
+    """State of the search around the last linearisation.
+
+    ``examination`` is of all rows, ``local`` of those in ``log``; the same for a short log.
+    """
 
     log: Telemetry
     base: Fit
@@ -74,6 +77,7 @@ class _Found:
     fitted: Fit
     additions: tuple[Addition, ...]
     corrections: dict[str, tuple[float, float]]
+    local: Examination
 
 
 class _Watch:
@@ -188,7 +192,7 @@ def _settled(
         additions = tuple(
             addition_for(examination, m, coefficients_of(selection, m.name)) for m in members
         )
-        fitted = fit_with(base.model, log, additions, noise=examination.noise)
+        fitted = fit_with(base.model, log, additions, noise=examination.noise, within=library.model)
         competitors = replace(
             competitors, library=_relinearised(competitors, selection, members, fitted)
         )
@@ -197,7 +201,7 @@ def _settled(
             explained.append(selection.shape.column)
         examination = examine(log, competitors, tuple(explained) or None)
         selection = _chosen(log, base, examination, known)
-    return _Found(log, base, examination, selection, fitted, additions, {})
+    return _Found(log, base, examination, selection, fitted, additions, {}, examination)
 
 
 def _chosen(log: Telemetry, base: Fit, examination: Examination, known: list[Rival]) -> Selection:
@@ -292,7 +296,13 @@ def _with_all_rows(source: LogSource, found: _Found, watch: Callable[[float, str
     additions = tuple(
         addition_for(examination, m, coefficients_of(selection, m.name)) for m in chosen
     )
-    fitted = fit_with(found.base.model, found.log, additions, noise=found.examination.noise)
+    fitted = fit_with(
+        found.base.model,
+        found.log,
+        additions,
+        noise=found.examination.noise,
+        within=examination.competitors.library.model,
+    )
     return replace(
         found,
         examination=examination,
@@ -314,10 +324,11 @@ def _report(source: LogSource, found: _Found) -> Diagnosis:
     proposal: Proposal | None = None
     if shape is not None and not lost:
         kept = () if shape.alone else found.additions
-        given = [] if shape.alone else [c for m in members for c in m.columns]
         if shape.alone:
             members = []
-        proposal = propose(examination, shape, found.log, found.base.model, kept, given)
+        axis = examination.competitors.dictionary.shapes[shape.number].axis
+        given = _columns_in(found.local, examination, members)
+        proposal = propose(found.local, axis, shape, found.log, found.base.model, kept, given)
     if lost:
         members = []
     selected = tuple(m.name for m in members)
@@ -331,6 +342,8 @@ def _report(source: LogSource, found: _Found) -> Diagnosis:
         examination.noise.floor_w,
     )
     after = Errors(fitted.rmse_w, heldout_rmse(found.log, fitted))
+    if proposal is None and members:
+        fitted = trimmed(fitted, found.base.model, found.log, found.additions)
     candidates = _candidates(found, selected, fitted, examination, own)
     advice = Advice(examination, selection, found.log)
     hidden = tuple(
@@ -358,6 +371,19 @@ def _report(source: LogSource, found: _Found) -> Diagnosis:
         source.describe(),
     )
     return replace(diagnosis, sentence=_sentence(diagnosis, shape.near if shape and lost else ()))
+
+
+def _columns_in(
+    local: Examination, examination: Examination, members: Sequence[Member]
+) -> list[int]:
+    """Columns of members in another examination, which numbers its candidates otherwise."""
+    known = local.competitors.library.candidates
+    theirs = examination.competitors.library.candidates
+    return [
+        local.competitors.candidate(known.index(theirs[n]))
+        for member in members
+        for n in _atom_of(member).columns
+    ]
 
 
 def _additions(

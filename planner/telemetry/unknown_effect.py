@@ -1,40 +1,41 @@
 """A formula for what the catalogue does not have: which shape, over which quantity, how strong.
 
-    found = propose(examination, shape, log, model, additions)   # an Outside, ready to adopt
+    found = propose(examination, axis, shape, log, model, additions, given)
+    found.outside, found.addition
 
 The shape that stood out names the axis. Every function of the dictionary over that axis, alone or
-times the speed, is then tried as a custom effect (planner.power.custom) with its thresholds, widths
-and constants fitted, and the one with the best likelihood less a penalty for its parameters wins.
+times the speed, is then tried with its threshold, width or constant moved to where it explains
+most; the one with the best likelihood less a charge for its numbers becomes a custom effect
+(planner.power.custom) and is fitted with all other parameters.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import minimize
 
 from planner.power.custom import custom_effect
 from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.quantities import STANDARD_GRAVITY
-from planner.telemetry.contest import log_likelihood
 from planner.telemetry.diagnosis import Outside
-from planner.telemetry.evidence import Evidence
 from planner.telemetry.examine import Examination
 from planner.telemetry.extend import Addition, fit_with
 from planner.telemetry.fit import Fit
 from planner.telemetry.log import Telemetry
 from planner.telemetry.quantities_of_motion import STANDSTILL, motion_axes
 from planner.telemetry.select_effects import ShapeFound
-from planner.telemetry.shapes import Shape
+from planner.telemetry.shapes import Shape, shape_columns
 
 Floats = NDArray[np.float64]
 
 TRIED = 5
-"""Formulas that are fitted in full, out of all that the sums rank."""
+"""Shapes whose places are moved, out of all that the sums rank."""
 CURVE_POINTS = 41
 _HUGE = 1e6
 
@@ -186,6 +187,7 @@ class Proposal:
 
 def propose(
     examination: Examination,
+    axis: str,
     shape: ShapeFound,
     log: Telemetry,
     model: PowerModel,
@@ -195,26 +197,21 @@ def propose(
     """Find the best formula over the axis of a shape that stood out.
 
     Args:
-        examination: the log, summed up.
-        shape: what stood out.
+        examination: of the rows of ``log``.
+        axis: over which something stood out.
+        shape: how clearly it did.
         log: the rows.
         model: the model without any additions, fitted.
         additions: what was selected beside it.
         given: columns of what was selected.
     """
     dictionary = examination.competitors.dictionary
-    axis = dictionary.shapes[shape.number].axis
-    fits: list[tuple[float, Shape, Fit, Addition]] = []
-    for tried, coefficients in _ranked(examination, axis, given)[:TRIED]:
-        effect, start = formula_of(
-            tried, dictionary.ranges[axis], dictionary.temperature, coefficients
-        )
-        addition = Addition(effect, start)
-        fitted = fit_with(model, log, [*additions, addition], noise=examination.noise)
-        score = log_likelihood(log, fitted, examination) - 2.0 * len(start)
-        fits.append((score, tried, fitted, addition))
-    _, best, fitted, addition = max(fits, key=lambda entry: entry[0])
-    effect = addition.declaration
+    tuner = _Tuner(examination, log, given)
+    tuned = [tuner.tuned(tried) for tried in _ranked(examination, axis, given)[:TRIED]]
+    _, best, coefficients = max(tuned, key=lambda entry: entry[0])
+    effect, start = formula_of(best, dictionary.ranges[axis], dictionary.temperature, coefficients)
+    addition = Addition(effect, start)
+    fitted = fit_with(model, log, [*additions, addition], noise=examination.noise)
     outside = Outside(
         best.quantities,
         _curve(fitted.model, effect, log, axis, dictionary.temperature),
@@ -227,14 +224,11 @@ def propose(
     return Proposal(outside, addition, fitted)
 
 
-def _ranked(
-    examination: Examination, axis: str, given: Sequence[int]
-) -> list[tuple[Shape, tuple[float, ...]]]:
+def _ranked(examination: Examination, axis: str, given: Sequence[int]) -> list[Shape]:
     """One shape of every family over an axis, by the likelihood that it gains; harmonics paired."""
     competitors, evidence = examination.competitors, examination.evidence
     shapes = competitors.dictionary.shapes
-    best: dict[tuple[str, str, int], tuple[float, Shape, tuple[float, ...]]] = {}
-    base = evidence.gain(list(given))[0]
+    best: dict[tuple[str, str, int], tuple[float, Shape]] = {}
     for number in examination.shapes:
         shape = shapes[number]
         if shape.axis != axis or shape.kind == "sin":
@@ -242,18 +236,91 @@ def _ranked(
         columns = [competitors.first_shape + number]
         if shape.kind == "cos":
             columns.append(columns[0] + 1)  # its sine stands beside it
-        gain, coefficients = _gain(evidence, given, columns)
-        gain -= base + 2.0 * (len(columns) - 1)
+        gain = evidence.gain([*given, *columns])[0] - 2.0 * len(columns)
         family = shape.family if shape.kind != "power" else (*shape.family[:2], int(shape.at) * 10)
         if family not in best or gain > best[family][0]:
-            best[family] = (gain, shape, tuple(coefficients.tolist()))
-    ordered = sorted(best.values(), key=lambda entry: -entry[0])
-    return [(shape, coefficients) for _, shape, coefficients in ordered]
+            best[family] = (gain, shape)
+    return [shape for _, shape in sorted(best.values(), key=lambda entry: -entry[0])]
 
 
-def _gain(evidence: Evidence, given: Sequence[int], columns: Sequence[int]) -> tuple[float, Floats]:
-    gain, found = evidence.gain([*given, *columns])
-    return gain, found[len(given) :]
+class _Tuner:
+    """Moves thresholds, centres and widths of shapes to where they explain most.
+
+    Everything else is taken as linear around the examination, so that no kernel is compiled for a
+    formula before it is known to be the best one.
+    """
+
+    def __init__(self, examination: Examination, log: Telemetry, given: Sequence[int]) -> None:
+        self.examination = examination
+        self.log = log
+        evidence = examination.evidence
+        rows = log.rows_for(examination.competitors.library.model.surfaces)
+        dictionary = examination.competitors.dictionary
+        self.dictionary = dictionary
+        self.rows = rows
+        at = [*evidence.tangent.tolist(), *given, evidence.residual]
+        white = self._white(examination.raw[:, at])
+        scale = np.sqrt((white[:, :-1] ** 2).sum(axis=0)) + 1e-300
+        self.basis, _ = np.linalg.qr(white[:, :-1] / scale)
+        self.target = white[:, -1] - self.basis @ (self.basis.T @ white[:, -1])
+
+    def _white(self, columns: Floats) -> Floats:
+        examination = self.examination
+        return examination.noise.whiten(self.log, examination.watts, examination.spread, columns)
+
+    def gain(self, shape: Shape) -> tuple[float, Floats]:
+        """Log-likelihood that a shape gains, and its coefficients (cosine and sine)."""
+        pair = (shape, replace(shape, kind="sin")) if shape.kind == "cos" else (shape,)
+        columns = shape_columns(replace(self.dictionary, shapes=pair), self.rows)
+        white = self._white(columns)
+        clear = white - self.basis @ (self.basis.T @ white)
+        gram = clear.T @ clear
+        if np.trace(gram) <= 1e-12:
+            return 0.0, np.zeros(len(pair))
+        found = np.linalg.lstsq(gram, clear.T @ self.target, rcond=1e-10)[0]
+        return float(0.5 * found @ (clear.T @ self.target)), found
+
+    def tuned(self, shape: Shape) -> tuple[float, Shape, tuple[float, ...]]:
+        """Gain less a charge for every number, the shape at its best place, its coefficients."""
+        names = _PLACED.get(shape.kind, ())
+        if names:
+            low, high = self.dictionary.ranges[shape.axis]
+            span = max(high - low, 1e-9)
+            start = [getattr(shape, name) for name in names]
+
+            def loss(place: Floats) -> float:
+                values = dict(zip(names, map(float, place), strict=True))
+                if (
+                    min(values.get("width", 1.0), values["at"] if shape.kind == "decay" else 1.0)
+                    <= 0
+                ):
+                    return 0.0
+                return -self.gain(replace(shape, **values))[0]
+
+            steps = [0.15 * (abs(s) if shape.kind == "decay" else span) for s in start]
+            simplex = np.array([start, *(np.array(start) + np.diag(steps))])
+            found = minimize(
+                loss,
+                start,
+                method="Nelder-Mead",
+                options={"initial_simplex": simplex, "maxfev": 60, "xatol": 1e-3 * span},
+            )
+            place = dict(zip(names, map(float, found.x), strict=True))
+            if -found.fun > self.gain(shape)[0]:
+                shape = replace(shape, **place)
+        gain, coefficients = self.gain(shape)
+        charge = 2.0 * (len(names) + len(coefficients))
+        return gain - charge, shape, tuple(coefficients.tolist())
+
+
+_PLACED = {
+    "bump": ("at", "width"),
+    "above": ("at",),
+    "below": ("at",),
+    "outside": ("at",),
+    "decay": ("at",),
+}
+"""What of a shape can be moved, by its kind."""
 
 
 def _curve(
