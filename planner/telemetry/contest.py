@@ -94,10 +94,9 @@ def contest(
     blocks = block_numbers(log)
     entries: list[tuple[float, Rival, Floats]] = []
     for rival in _field(selection, known):
-        fitted = _fitted(log, base, examination, rival.members, rival.coefficients)
-        rows = row_likelihood(log, fitted, examination)
+        rows, surprise = _row_likelihood(log, base, examination, rival)
         by_block = np.bincount(blocks, rows).astype(float)
-        entries.append((float(by_block.sum()) - rival.penalty, rival, by_block))
+        entries.append((float(by_block.sum()) - rival.penalty - surprise, rival, by_block))
     score, winner, mine = max(entries, key=lambda entry: entry[0])
     names = {m.name for m in winner.members}
     ties: dict[str, list[str]] = {name: [] for name in names}
@@ -145,28 +144,28 @@ def _field(selection: Selection, known: Sequence[Rival]) -> list[Rival]:
     return list(field.values())
 
 
-def _fitted(
-    log: Telemetry,
-    base: Fit,
-    examination: Examination,
-    members: Sequence[Member],
-    coefficients: Sequence[Floats],
-) -> Fit:
+def _row_likelihood(
+    log: Telemetry, base: Fit, examination: Examination, rival: Rival
+) -> tuple[Floats, float]:
+    """(n,) log-likelihood of every row under a rival, all parameters fitted, up to a constant.
+
+    And how unusual the sizes of its sensors' errors are, as a log-likelihood.
+    """
     additions = []
-    corrected = log
-    for member, values in zip(members, coefficients, strict=True):
+    corrected, factor, surprise = log, 1.0, 0.0
+    for member, values in zip(rival.members, rival.coefficients, strict=True):
         if member.sensor:
             sensor = next(s for s in examination.competitors.sensors if s.kind == member.name)
-            corrected = sensor.correct(corrected, float(values[0]))
+            size = float(values[0])
+            corrected = sensor.correct(corrected, size)
+            surprise += 0.5 * (size / sensor.usual) ** 2
+            if sensor.kind == "power_scale":
+                factor *= 1.0 + size  # residuals count in the watts that were measured
         else:
             additions.append(addition_for(examination, member, values))
     library = examination.competitors.library.model
-    return fit_with(base.model, corrected, additions, noise=examination.noise, within=library)
-
-
-def row_likelihood(log: Telemetry, fitted: Fit, examination: Examination) -> Floats:
-    """(n,) log-likelihood of every row under the noise that was found, up to a constant."""
+    fitted = fit_with(base.model, corrected, additions, noise=examination.noise, within=library)
     spread = examination.spread
-    clipped = np.clip(fitted.residual, -CLIP * spread, CLIP * spread)
+    clipped = np.clip(factor * fitted.residual, -CLIP * spread, CLIP * spread)
     white = examination.noise.whiten(log, examination.watts, spread, clipped[:, None])
-    return np.asarray(-0.5 * white[:, 0] ** 2)
+    return np.asarray(-0.5 * white[:, 0] ** 2), surprise
