@@ -14,7 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.search.pictures import BASELINE_COLOURS
 from planner.search.route import Route
 from planner.search.wording import joules
 
@@ -120,8 +119,8 @@ class Axes:
         """A polyline's points."""
         return " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(self.x(xs), self.y(ys), strict=True))
 
-    def frame(self, x_label: str, y_label: str) -> str:
-        """Grid, numbers and labels."""
+    def frame(self, x_label: str, y_label: str, names: Mapping[float, str] | None = None) -> str:
+        """Grid, numbers and labels; names stand at their places instead of numbers."""
         parts = []
         for value in nice_ticks(*self.y_range, count=4):
             y = float(self.y(value))
@@ -130,10 +129,13 @@ class Axes:
                 f'class="{"zero" if value == 0 else "grid"}"/>'
                 f'<text x="{LEFT - 6}" y="{y + 3.5:.1f}" text-anchor="end">{value:g}</text>'
             )
-        for value in nice_ticks(*self.x_range, count=8):
+        count = max(3, min(8, self.width // 70))
+        ticks = {value: f"{value:g}" for value in nice_ticks(*self.x_range, count=count)}
+        for value, text in (names or ticks).items():
             x = float(self.x(value))
             parts.append(
-                f'<text x="{x:.1f}" y="{self.height - 10}" text-anchor="middle">{value:g}</text>'
+                f'<text x="{x:.1f}" y="{self.height - 10}" text-anchor="middle">'
+                f"{html.escape(text)}</text>"
             )
         middle = TOP + (self.height - TOP - BOTTOM) / 2
         parts.append(
@@ -144,18 +146,43 @@ class Axes:
         )
         return "".join(parts)
 
-    def svg(self, content: str, title: str) -> str:
-        """The finished chart."""
+    def svg(self, content: str, title: str, description: str = "") -> str:
+        """The finished chart; the description is for those who cannot see it."""
         (x0, x1), (y0, y1) = self.x_range, self.y_range
         inner = f"{LEFT},{TOP},{self.width - RIGHT},{self.height - BOTTOM}"
-        return (
-            f'<svg class="chart" viewBox="0 0 {self.width} {self.height + 4}" role="img" '
-            f'data-range="{x0},{x1},{y0},{y1}" data-inner="{inner}">'
-            f"<title>{html.escape(title)}</title>{content}</svg>"
-        )
+        placed = f'data-range="{x0},{x1},{y0},{y1}" data-inner="{inner}"'
+        return chart(self.width, self.height + 4, content, title, description, placed=placed)
 
 
-def _padded(low: float, high: float, share: float = 0.08) -> tuple[float, float]:
+def chart(
+    width: int,
+    height: float,
+    content: str,
+    title: str,
+    description: str = "",
+    *,
+    kind: str = "chart",
+    placed: str = "",
+) -> str:
+    """A drawing of a page as SVG, not drawn much larger than its numbers can be read.
+
+    Args:
+        width, height: in pixels.
+        content: elements.
+        title, description: for those who cannot see it; the title shows under the pointer too.
+        kind: classes of the style sheet.
+        placed: further attributes.
+    """
+    told = f"<desc>{html.escape(description)}</desc>" if description else ""
+    return (
+        f'<svg class="{kind}" viewBox="0 0 {width} {height:.0f}" role="img" '
+        f'style="max-width:{1.2 * width:.0f}px" {placed}>'
+        f"<title>{html.escape(title)}</title>{told}{content}</svg>"
+    )
+
+
+def padded(low: float, high: float, share: float = 0.08) -> tuple[float, float]:
+    """A range with some room at both ends."""
     room = max(share * (high - low), 1e-6)
     return low - room, high + room
 
@@ -172,7 +199,7 @@ def height_chart(routes: Mapping[str, Route], *, width: int = 1000, height: int 
     # Flat ground shall look flat, not like a mountain of rounding errors.
     room = max(0.0, 0.1 - (high - low)) / 2
     longest = max(float(route.distance_m[-1]) for route in routes.values())
-    axes = Axes(width, height, (0.0, longest), _padded(low - room, high + room))
+    axes = Axes(width, height, (0.0, longest), padded(low - room, high + room))
     parts = [axes.frame("distance (m)", "height (m)")]
     for name, route in reversed([*routes.items()]):
         shown = thinned(len(route.distance_m))
@@ -184,11 +211,7 @@ def height_chart(routes: Mapping[str, Route], *, width: int = 1000, height: int 
             parts.append(f'<polygon points="{area}" class="ground"/>')
             parts.append(f'<polyline points="{line}" class="route"/>')
         else:
-            dash = "7 5" if name == "shortest" else "2 4"
-            parts.append(
-                f'<polyline points="{line}" fill="none" stroke-width="1.6" '
-                f'stroke="{BASELINE_COLOURS.get(name, "#5b3a8c")}" stroke-dasharray="{dash}"/>'
-            )
+            parts.append(f'<polyline points="{line}" class="other {name}"/>')
     return axes.svg("".join(parts), "Height along the routes")
 
 
@@ -232,7 +255,7 @@ def power_chart(route: Route, effects: Sequence[str], *, width: int = 1000) -> s
     drawn, returned = (np.sum([*layer.values()], axis=0) for layer in (above, below))
     high = float(max(np.quantile(drawn, 0.995), total.max() * 0.8, 1e-6))
     low = float(np.quantile(returned, 0.005))
-    axes = Axes(width, height, (0.0, float(along[-1])), _padded(low, high, 0.04))
+    axes = Axes(width, height, (0.0, float(along[-1])), padded(low, high, 0.04))
     parts = [axes.frame("distance (m)", "power (W)")]
     for layers in (above, below):
         base = np.zeros(len(total))
@@ -290,10 +313,7 @@ def energy_bars(
             f'<text x="{right + 8:.1f}" y="{y + bar / 2 + 4:.1f}" class="strong">'
             f"{joules(routes[name].energy_j)}</text>"
         )
-    return (
-        f'<svg class="chart bars" viewBox="0 0 {width} {height}" role="img">'
-        f"<title>Energy by effect</title>{''.join(parts)}</svg>"
-    )
+    return chart(width, height, "".join(parts), "Energy by effect", kind="chart bars")
 
 
 def _as_arrays(values: Mapping[str, float]) -> dict[str, Array]:

@@ -8,7 +8,6 @@ from __future__ import annotations
 import html
 import json
 from collections.abc import Mapping, Sequence
-from importlib.resources import files
 from pathlib import Path
 
 from planner.power.catalogue import all_effects
@@ -21,6 +20,7 @@ from planner.report.drawing import (
     power_chart,
     thinned,
 )
+from planner.report.markup import document, write
 from planner.search.pictures import (
     GIVEN_BACK,
     POWER_COLOURS,
@@ -50,18 +50,7 @@ def write_report(
         _section(number, heading, answer, titles)
         for number, (heading, answer) in enumerate(answers.items())
     )
-    here = files("planner.report")
-    page = (
-        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{html.escape(title)}</title>"
-        f"<style>{(here / 'page.css').read_text('utf-8')}</style></head>"
-        f"<body><header><h1>{html.escape(title)}</h1></header><main>{sections}</main>"
-        f"<script>{(here / 'page.js').read_text('utf-8')}</script></body></html>\n"
-    )
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(page, encoding="utf-8")
+    write(document(title, sections, script="page.js"), path)
 
 
 def _heading(answer: Answer) -> str:

@@ -5,7 +5,7 @@ Documents are those of ``to_json``.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 Document = Mapping[str, Any]
@@ -81,7 +81,7 @@ def what_came_of_it(adoption: Document) -> str:
     )
 
 
-def how_it_came_about(model: Document, entries: list[Document]) -> str:
+def how_it_came_about(model: Document, entries: Sequence[Document]) -> str:
     """What a model's history says, in one sentence."""
     if not entries:
         return f"{model_name(model)} has no history: nothing was adopted yet."

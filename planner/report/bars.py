@@ -1,0 +1,197 @@
+"""Bars of the workbench: errors against the noise, regimes, candidates, energy by run."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Mapping, Sequence
+
+from planner.report.drawing import chart
+from planner.report.residuals import SURE
+from planner.telemetry.compare_sums import RunComparison
+from planner.telemetry.diagnosis import Candidate
+from planner.telemetry.regimes import Regime
+from planner.telemetry.wording import share, signed, watts
+
+MOST_CANDIDATES = 10
+MOST_RUNS = 24
+
+
+def text(x: float, y: float, words: str, kind: str = "", anchor: str = "start") -> str:
+    """Words of a chart."""
+    of = f' class="{kind}"' if kind else ""
+    turned = "" if anchor == "start" else f' text-anchor="{anchor}"'
+    return f'<text x="{x:.1f}" y="{y:.1f}"{of}{turned}>{html.escape(words)}</text>'
+
+
+def short(words: str, most: int) -> str:
+    """Words cut off at a length."""
+    return words if len(words) <= most else words[: most - 1].rstrip() + "…"
+
+
+def _bar(x0: float, x1: float, y: float, height: float, kind: str, said: str = "") -> str:
+    left, width = min(x0, x1), max(abs(x1 - x0), 1.0)
+    title = f"<title>{html.escape(said)}</title>" if said else ""
+    return (
+        f'<rect x="{left:.1f}" y="{y:.1f}" width="{width:.1f}" height="{height}" rx="2" '
+        f'class="{kind}">{title}</rect>'
+    )
+
+
+def _upright(x: float, top: float, bottom: float, kind: str) -> str:
+    return f'<line x1="{x:.1f}" x2="{x:.1f}" y1="{top:.1f}" y2="{bottom:.1f}" class="{kind}"/>'
+
+
+def errors_chart(errors: Mapping[str, float], floor: float) -> str:
+    """Held-out errors as bars; the first is the model at the start. Noise is a line.
+
+    Args:
+        errors: what it is of → W.
+        floor: W that no model can go below, about.
+    """
+    width, row, room = 560, 44, 90
+    most = max(*errors.values(), floor, 1e-9)
+    end = 14 + row * len(errors)
+
+    def x(value: float) -> float:
+        return value / most * (width - room)
+
+    parts = [_bar(0.0, x(floor), 8, end - 4, "noise area")]
+    for number, (name, value) in enumerate(errors.items()):
+        y, kind = 12 + row * number, "after" if number else "before"
+        parts.append(text(4, y + 11, short(name, 76), "ink halo"))
+        parts.append(_bar(0.0, x(value), y + 17, 16, f"{kind} solid", f"{name}: {watts(value)}"))
+        parts.append(text(x(value) + 8, y + 30, watts(value), "strong halo"))
+    parts.append(_upright(x(floor), 8, end + 6, "noise dashed"))
+    told = f"the log's own noise, about {watts(floor)}"
+    right = x(floor) > 0.6 * width
+    parts.append(text(x(floor), end + 20, told, anchor="end" if right else "start"))
+    said = "; ".join(f"{name} {watts(value)}" for name, value in errors.items())
+    title = "Error on held-out runs against the log's own noise"
+    return chart(width, end + 28, "".join(parts), title, f"{said}; {told}.", kind="chart bars")
+
+
+def regimes_chart(regimes: Sequence[Regime]) -> str:
+    """Where the model is wrong: bias with its 95 % interval, and its share of the squared error."""
+    if not regimes:
+        return ""
+    width, row, split = 640, 46, 430
+    most = max(abs(r.bias_w) + SURE * r.stderr_w for r in regimes)
+    low = min(0.0, *(r.bias_w - SURE * r.stderr_w for r in regimes)) / most
+    high = max(0.0, *(r.bias_w + SURE * r.stderr_w for r in regimes)) / most
+
+    def x(value: float) -> float:
+        return 6 + (value / most - low) / (high - low) * (split - 90)
+
+    end = 24 + row * len(regimes)
+    parts = [
+        text(0, 12, "measured − predicted"),
+        text(split, 12, "share of the squared error"),
+    ]
+    for number, r in enumerate(regimes):
+        y = 24 + row * number
+        parts.append(text(0, y + 14, short(r.where, 96), "ink halo"))
+        parts.append(_bar(x(0.0), x(r.bias_w), y + 20, 14, "before solid", r.sentence))
+        parts.append(_upright(x(0.0), y + 17, y + 37, "zero"))
+        reach = SURE * r.stderr_w
+        a, b = x(r.bias_w - reach), x(r.bias_w + reach)
+        middle = y + 27
+        parts.append(f'<path d="M{a:.1f} {middle}H{b:.1f}" class="measured thin"/>')
+        parts.append(text(max(b, x(0.0)) + 6, y + 32, signed(r.bias_w), "strong halo"))
+        part = min(max(r.share_of_squared_error, 0.0), 1.0)
+        parts.append(_bar(split, split + 150, y + 20, 14, "noise area"))
+        parts.append(_bar(split, split + 150 * part, y + 20, 14, "noise solid"))
+        parts.append(text(split + 158, y + 32, share(r.share_of_squared_error), "strong"))
+    said = "; ".join(r.sentence for r in regimes) + "."
+    return chart(
+        width, end + 4, "".join(parts), "Where the model is wrong", said, kind="chart bars"
+    )
+
+
+def candidates_chart(
+    candidates: Sequence[Candidate],
+    selected: Sequence[str],
+    before: float,
+    floor: float,
+    *,
+    likely: bool = True,
+) -> str:
+    """Probability of every candidate, and the held-out error that the model would have with it.
+
+    Args:
+        candidates: those that the log can tell, best first.
+        selected: slugs.
+        before: W, held-out error of the model without any of them.
+        floor: W, noise.
+        likely: whether probabilities are told.
+    """
+    shown = candidates[:MOST_CANDIDATES]
+    if not shown:
+        return ""
+    width, row, names, middle = 760, 26, 190, 440
+    tied = {rival for c in candidates if c.effect in selected for rival in c.indistinguishable_from}
+    known = [c.heldout_rmse_w for c in shown if c.heldout_rmse_w is not None]
+    low, high = min([floor, *known]), max([before, *known])
+    room = max(0.04 * (high - low), 1e-9)
+    end = 30 + row * len(shown)
+
+    def x(value: float) -> float:
+        return middle + (value - low + room) / (high - low + 2 * room) * (width - middle - 8)
+
+    parts = [text(names, 12, "probability")] if likely else []
+    if known:
+        parts += [
+            _bar(middle, x(floor), 24, end - 24, "noise area"),
+            _upright(x(floor), 20, end, "noise dashed"),
+            _upright(x(before), 20, end, "before dashed"),
+            text(middle, 12, "held-out error with it"),
+            text(x(floor), end + 14, f"noise {watts(floor)}"),
+            text(x(before), end + 14, f"without any {watts(before)}", anchor="end"),
+        ]
+    for number, c in enumerate(shown):
+        y = 28 + row * number
+        chosen = c.effect in selected
+        parts.append(text(0, y + 14, short(c.effect, 26), "strong" if chosen else "ink"))
+        hue = "after" if chosen else "noise"
+        if likely:
+            at = names + 150 * c.probability
+            mark = " · tied" if c.effect in tied else ""
+            parts.append(_bar(names, at, y + 3, 14, f"{hue} solid"))
+            parts.append(text(at + 6, y + 15, share(c.probability) + mark, "ink"))
+        if c.heldout_rmse_w is not None:
+            said = f"<title>{html.escape(c.effect)}: {watts(c.heldout_rmse_w)}</title>"
+            parts.append(
+                f'<circle cx="{x(c.heldout_rmse_w):.1f}" cy="{y + 10}" r="5.5" '
+                f'class="{hue} {"solid" if chosen else "hollow"}">{said}</circle>'
+            )
+    said = "; ".join(f"{c.effect} {share(c.probability) if likely else ''}" for c in shown) + "."
+    title = "What could be missing"
+    return chart(width, end + 22, "".join(parts), title, said, kind="chart bars")
+
+
+def runs_chart(runs: Sequence[RunComparison]) -> str:
+    """By how much the predicted energy of every run is off; of many those that are off most."""
+    known = [r for r in runs if r.error_share is not None]
+    worst = sorted(known, key=lambda r: -abs(r.error_share or 0.0))[:MOST_RUNS]
+    shown = [r for r in known if r in worst]
+    if len(shown) < 2:
+        return ""
+    width, row, names = 560, 20, 150
+    most = max(abs(r.error_share or 0.0) for r in shown) or 1.0
+    middle, reach = names + (width - names) / 2, (width - names) / 2 - 62
+    end = 22 + row * len(shown)
+    parts = [
+        text(middle - 8, 12, "predicted too little", anchor="end"),
+        text(middle + 8, 12, "predicted too much"),
+    ]
+    for number, r in enumerate(shown):
+        off, y = r.error_share or 0.0, 22 + row * number
+        end_of_bar = middle + off / most * reach
+        said = f"{r.run}: {100 * off:+.1f} %".replace("-", "−")
+        parts.append(text(names - 8, y + 12, short(r.run, 18), "ink", "end"))
+        parts.append(_bar(middle, end_of_bar, y + 2, 12, "before solid", said))
+        beside, anchor = (end_of_bar - 6, "end") if off < 0 else (end_of_bar + 6, "start")
+        parts.append(text(beside, y + 12, said.rpartition(": ")[2], anchor=anchor))
+    parts.append(_upright(middle, 18, end, "zero"))
+    title = "Error of the predicted energy by run"
+    said = "; ".join(f"{r.run} {100 * (r.error_share or 0.0):+.1f} %" for r in shown) + "."
+    return chart(width, end + 4, "".join(parts), title, said, kind="chart bars")
