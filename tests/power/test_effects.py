@@ -176,10 +176,11 @@ def rows() -> Array:
     # Some creep, so that what acts near standstill is seen as well.
     for name in ("vx", "vy", "wz"):
         columns[name] = np.where(np.arange(300) % 5 == 0, 0.02 * columns[name], columns[name])
-    # A storm from behind, so that the source is given power.
+    # A storm from behind, so that the source is given power; a stronger one would make the wheels
+    # slide, and sliding wheels give nothing back.
     storm = np.arange(300) % 10 == 7
     for wind, speed in (("wind_x", "vx"), ("wind_y", "vy")):
-        columns[wind] = np.where(storm, 60.0 * columns[speed], columns[wind])
+        columns[wind] = np.where(storm, 15.0 * columns[speed], columns[wind])
     return rows_from(**columns)
 
 
