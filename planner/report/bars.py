@@ -130,12 +130,11 @@ def candidates_chart(
     width, row, names, middle = 760, 26, 190, 440
     tied = {rival for c in candidates if c.effect in selected for rival in c.indistinguishable_from}
     known = [c.heldout_rmse_w for c in shown if c.heldout_rmse_w is not None]
-    low, high = min([floor, *known]), max([before, *known])
-    room = max(0.04 * (high - low), 1e-9)
+    most = 1.02 * max([before, floor, *known])
     end = 30 + row * len(shown)
 
     def x(value: float) -> float:
-        return middle + (value - low + room) / (high - low + 2 * room) * (width - middle - 8)
+        return middle + value / most * (width - middle - 8)
 
     parts = [text(names, 12, "probability")] if likely else []
     if known:
@@ -144,8 +143,8 @@ def candidates_chart(
             _upright(x(floor), 20, end, "noise dashed"),
             _upright(x(before), 20, end, "before dashed"),
             text(middle, 12, "held-out error with it"),
-            text(x(floor), end + 14, f"noise {watts(floor)}"),
-            text(x(before), end + 14, f"without any {watts(before)}", anchor="end"),
+            text(x(floor), end + 14, f"noise {watts(floor)}", anchor="middle"),
+            text(x(before), end + 30, f"without any {watts(before)}", anchor="end"),
         ]
     for number, c in enumerate(shown):
         y = 28 + row * number
@@ -165,7 +164,7 @@ def candidates_chart(
             )
     said = "; ".join(f"{c.effect} {share(c.probability) if likely else ''}" for c in shown) + "."
     title = "What could be missing"
-    return chart(width, end + 22, "".join(parts), title, said, kind="chart bars")
+    return chart(width, end + 38, "".join(parts), title, said, kind="chart bars")
 
 
 def runs_chart(runs: Sequence[RunComparison]) -> str:

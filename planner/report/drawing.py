@@ -141,7 +141,7 @@ class Axes:
         parts.append(
             f'<text class="label" transform="translate(11 {middle:.0f}) rotate(-90)" '
             f'text-anchor="middle">{html.escape(y_label)}</text>'
-            f'<text class="label" x="{self.width - RIGHT}" y="{self.height}" '
+            f'<text class="label" x="{self.width - RIGHT}" y="{self.height + 3}" '
             f'text-anchor="end">{html.escape(x_label)}</text>'
         )
         return "".join(parts)
@@ -151,7 +151,7 @@ class Axes:
         (x0, x1), (y0, y1) = self.x_range, self.y_range
         inner = f"{LEFT},{TOP},{self.width - RIGHT},{self.height - BOTTOM}"
         placed = f'data-range="{x0},{x1},{y0},{y1}" data-inner="{inner}"'
-        return chart(self.width, self.height + 4, content, title, description, placed=placed)
+        return chart(self.width, self.height + 7, content, title, description, placed=placed)
 
 
 def chart(

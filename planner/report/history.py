@@ -22,7 +22,7 @@ def history_chart(entries: Sequence[Mapping[str, Any]]) -> str:
     told = [e for e in entries if _heldout(e, "after") is not None][-MOST_VERSIONS:]
     if not told:
         return ""
-    column, left, top, height = 118, 60, 14, 200
+    column, left, top, height = 136, 60, 18, 200
     width = max(420, left + column * len(told) + 12)
     values = [v for e in told for k in ("before", "after") if (v := _heldout(e, k)) is not None]
     floors = [float(e["noise_floor_w"]) for e in told if e.get("noise_floor_w") is not None]
@@ -31,7 +31,7 @@ def history_chart(entries: Sequence[Mapping[str, Any]]) -> str:
     def y(value: float) -> float:
         return top + height * (1.0 - value / most)
 
-    parts = []
+    parts, words = [], []
     for value in nice_ticks(0.0, most, count=4):
         parts.append(
             f'<line x1="{left}" x2="{width}" y1="{y(value):.1f}" y2="{y(value):.1f}" '
@@ -43,6 +43,8 @@ def history_chart(entries: Sequence[Mapping[str, Any]]) -> str:
         x0 = left + column * number
         x = x0 + column / 2
         after, before = _heldout(entry, "after"), _heldout(entry, "before")
+        if entry.get("reverted_to") is not None:
+            before = None  # of the version before, perhaps on another log
         assert after is not None  # chosen so
         log = (entry.get("log") or {}).get("sha256")
         floor = entry.get("noise_floor_w")
@@ -64,19 +66,17 @@ def history_chart(entries: Sequence[Mapping[str, Any]]) -> str:
                 f'class="after line"/><circle cx="{x:.1f}" cy="{y(before):.1f}" r="5" '
                 'class="before hollow"/>'
             )
-        parts.append(
-            f'<circle cx="{x:.1f}" cy="{y(after):.1f}" r="6" class="after solid"/>'
-            + text(x + 11, y(after) + 5, watts(after), "strong halo")
-        )
-        for line, words in enumerate(_what(entry)):
+        parts.append(f'<circle cx="{x:.1f}" cy="{y(after):.1f}" r="6" class="after solid"/>')
+        words.append(text(x + 9, y(after) - 6, watts(after), "strong halo"))
+        for line, said in enumerate(_what(entry)):
             at = top + height + 20 + 17 * line
-            parts.append(text(x, at, short(words, 17), "" if line else "strong", "middle"))
+            words.append(text(x, at, short(said, 18), "" if line else "strong", "middle"))
         past = (x, y(after), log)
     lines = max(len(_what(e)) for e in told)
     said = "; ".join(f"version {e['version']} {watts(_heldout(e, 'after'))}" for e in told) + "."
     title = "Error on held-out runs, version by version"
     high = top + height + 12 + 17 * lines
-    return chart(width, high, "".join(parts), title, said, kind="chart bars")
+    return chart(width, high, "".join(parts + words), title, said, kind="chart bars")
 
 
 def _heldout(entry: Mapping[str, Any], when: str) -> float | None:

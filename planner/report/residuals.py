@@ -26,7 +26,7 @@ from planner.telemetry.compare_sums import Sums, curve_bins
 from planner.telemetry.diagnosis import Diagnosis
 from planner.telemetry.log import Telemetry
 from planner.telemetry.noise import segments
-from planner.telemetry.quantities_of_motion import AXES, temperature_of
+from planner.telemetry.quantities_of_motion import AXES, FURTHER, temperature_of
 from planner.telemetry.regime_words import WORDS
 from planner.telemetry.regimes import axes_of
 from planner.telemetry.sensitivity import predict
@@ -42,6 +42,11 @@ _NAMES = {
     "slope_across": "slope across the travel",
     "heading": "direction of travel",
     "surface": "ground",
+    "headwind": "wind against the travel",
+    "com_x": "centre of mass, forward",
+    "com_y": "centre of mass, left",
+    "slope_rate": "change of slope",
+    "odometer": "distance driven",
 }
 
 
@@ -63,11 +68,12 @@ class Axis:
 def axis_of(name: str) -> Axis:
     """How an axis of motion, or the ground, is written."""
     words = _NAMES.get(name, name.replace("_", " "))
-    if name not in AXES:
+    known = {**AXES, **FURTHER}.get(name)
+    if known is None:
         return Axis(words, "", 1.0, "label of the ground in the log")
     degrees = name == "heading" or WORDS[name].degrees
-    meaning = AXES[name].meaning.replace("π/2", "90°") if degrees else AXES[name].meaning
-    unit = "°" if degrees else AXES[name].unit
+    meaning = known.meaning.replace("π/2", "90°") if degrees else known.meaning
+    unit = "°" if degrees else known.unit
     return Axis(words, unit, 180.0 / np.pi if degrees else 1.0, meaning)
 
 

@@ -171,7 +171,7 @@ def _(result: Comparison, drawn: _Drawn) -> list[str]:
     ]
     names = {"before": "model", "noise": "the log's own noise"}
     return [
-        sections.headline(how_far(said), "", "", "", pictures["errors"], facts),
+        sections.headline(how_far(said), pictures["errors"], facts),
         sections.where(result.regimes, pictures),
         sections.axes(look, pictures, {"before": "model"}),
         sections.agreement(look, pictures, names),
@@ -219,7 +219,6 @@ def _(result: Diagnosis) -> str:
 def _(result: Diagnosis, drawn: _Drawn) -> list[str]:
     pictures, look = drawn.pictures, _known(drawn)
     before, after = result.baseline, result.after
-    heading, meaning = sections.VERDICTS[result.verdict]
     facts = []
     if result.proposed:
         gone = sections.taken_away(
@@ -232,9 +231,7 @@ def _(result: Diagnosis, drawn: _Drawn) -> list[str]:
         ]
     names = _names(result.proposed)
     return [
-        sections.headline(
-            result.sentence, heading, meaning, result.verdict, pictures["errors"], facts
-        ),
+        sections.headline(result.sentence, pictures["errors"], facts, verdict=result.verdict),
         sections.sensors(result),
         sections.outside(result, pictures),
         sections.ranking(result, pictures),
@@ -282,14 +279,10 @@ def _(result: Adoption, drawn: _Drawn) -> list[str]:
         *filter(None, [gone]),
         f"The diagnosis of this log: {result.diagnosis.sentence}",
     ]
-    warnings = "".join(
-        f"<p class='warning'>Warning: {plain(warning)}</p>"
-        for warning in dict.fromkeys(result.warnings)
-    )
     names = _names(result.adopted)
     lead = what_came_of_it(result.to_json())
     return [
-        sections.headline(lead, "", "", "", pictures["errors"], facts) + warnings,
+        sections.headline(lead, pictures["errors"], facts, warnings=result.warnings),
         parameters(result.parameters, result.model, result.diagnosis.base),
         _history(result.model, pictures),
         sections.axes(look, pictures, names),

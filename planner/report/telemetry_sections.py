@@ -64,11 +64,18 @@ Pictures = Mapping[str, str]
 
 
 def headline(
-    lead: str, heading: str, meaning: str, kind: str, drawing: str, facts: Iterable[object]
+    lead: str,
+    drawing: str,
+    facts: Iterable[object],
+    *,
+    verdict: str = "",
+    warnings: Iterable[str] = (),
 ) -> Markup:
     """The answer: badge, sentence, the errors as a picture, and the few figures beside it."""
-    badge = f"<p class='badge {kind}'>{plain(heading)}</p>" if heading else ""
+    heading, meaning = VERDICTS.get(verdict, ("", ""))
+    badge = f"<p class='badge {verdict}'>{plain(heading)}</p>" if heading else ""
     meant = paragraph(meaning) if meaning else ""
+    meant += "".join(paragraph(f"Warning: {w}", "warning") for w in dict.fromkeys(warnings))
     return Markup(
         f"<section class='verdict'>{badge}<p class='lead'>{plain(lead)}</p>"
         f"<div class='pair'>{figure(drawing)}<div>{meant}{bullets(facts)}</div></div></section>"
@@ -123,14 +130,17 @@ def axes(look: Look, pictures: Pictures, names: Mapping[str, str]) -> Markup:
             told += f" → {share(curve.after.structure / total)}"
         words = Markup(f"<b>{plain(axis_of(axis).words)}</b> tells {told} of the squared error")
         drawn.append(figure(pictures[axis], words, "tall" if axis == "heading" else ""))
-    grid = Markup(f"<div class='cards'>{''.join(drawn)}</div>" if drawn else "")
+    first, rest = (f"<div class='cards'>{''.join(d)}</div>" for d in (drawn[:9], drawn[9:]))
     told_below = paragraph(
         "Mean of measured minus predicted in bins, with 95 % intervals, most telling first; all "
         "charts have the same scale of watts. Axes go together in a log: one that is told by "
         "another is not a cause.",
         "note",
     )
-    return section("The residual over what varied", legend(names), grid, told_below)
+    if not drawn:
+        return Markup("")
+    more = folded(f"{len(drawn) - 9} that tell less", rest) if len(drawn) > 9 else ""
+    return section("The residual over what varied", legend(names), first, more, told_below)
 
 
 def where(regimes: Sequence[Regime], pictures: Pictures) -> Markup:
@@ -166,6 +176,8 @@ def ranking(diagnosis: Diagnosis, pictures: Pictures) -> Markup:
     heads += ["parameters", "cannot be told from"]
     told = likely(diagnosis)
     rows = [_candidate(c, told) for c in testable]
+    if not any(c.indistinguishable_from for c in testable):
+        heads, rows = heads[:-1], [row[:-1] for row in rows]
     ties = [
         f"This log cannot tell {c.effect} from {' or '.join(c.indistinguishable_from)}: "
         "either explains it as well."
@@ -318,7 +330,10 @@ def by_run(runs: Sequence[RunComparison], pictures: Pictures) -> Markup:
     made = table("", heads, rows)
     if len(rows) > MOST_RUNS:
         made = folded(f"all {len(rows)} runs", made)
-    return section("Energy by run", figure(pictures.get("runs", "")), made)
+    drawing = figure(pictures.get("runs", ""))
+    if not drawing:
+        return section("Energy by run", made)
+    return section("Energy by run", Markup(f"<div class='pair'>{drawing}<div>{made}</div></div>"))
 
 
 def about_log(log: Document, model: Document) -> Markup:

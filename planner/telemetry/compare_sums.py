@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.telemetry.log import Telemetry
-from planner.telemetry.quantities_of_motion import AXES
+from planner.telemetry.quantities_of_motion import AXES, FURTHER
 from planner.telemetry.regime_units import CORRELATION_TIMES, LEAST_BLOCK, correlation_time
 from planner.telemetry.regime_words import WORDS
 from planner.telemetry.regimes import Regime, axes_of
@@ -107,13 +107,13 @@ class CurveBins:
 
 
 def curve_bins(axes: Mapping[str, Floats], surfaces: Sequence[str]) -> Iterator[CurveBins]:
-    """Bins of every axis of motion that varies in a sample, and of the grounds.
+    """Bins of every axis that varies in a sample, and of the grounds.
 
     Args:
         axes: values by name, each (n,), the ground included.
         surfaces: names of the grounds.
     """
-    for name in AXES:
+    for name in (*AXES, *FURTHER):
         known = axes[name][np.isfinite(axes[name])]
         if len(known) < 2:
             continue
