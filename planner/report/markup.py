@@ -17,6 +17,10 @@ from pathlib import Path
 _UNPRINTABLE = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff\ufffe\uffff]")
 
 
+STYLES = ("charts.css", "card.css")
+"""Style sheets of what may stand in other people's pages too; their rules are all for our own."""
+
+
 class Markup(str):
     """Text that is HTML already."""
 
@@ -118,7 +122,7 @@ def document(title: str, body: str, *, script: str = "") -> str:
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8"/>'
         '<meta name="viewport" content="width=device-width, initial-scale=1"/>'
-        f"<title>{plain(title)}</title><style>{asset('charts.css', 'page.css')}</style></head>"
+        f"<title>{plain(title)}</title><style>{asset(*STYLES, 'page.css')}</style></head>"
         f'<body class="joulepath"><header><h1>{plain(title)}</h1></header><main>{body}</main>'
         f"{end}</body></html>\n"
     )

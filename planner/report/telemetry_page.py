@@ -21,7 +21,7 @@ from planner.report import telemetry_sections as sections
 from planner.report.bars import candidates_chart, errors_chart, regimes_chart, runs_chart
 from planner.report.figure import Figure
 from planner.report.history import history_chart, history_table
-from planner.report.markup import Markup, asset, document, plain, section, write
+from planner.report.markup import STYLES, Markup, asset, document, plain, section, write
 from planner.report.markup import figure as figure_of
 from planner.report.parameter_tables import known_parameters, parameters
 from planner.report.residual_drawing import (
@@ -78,7 +78,7 @@ def fragment(result: Any) -> str:
     shown = [*main, *axes[: 2 if main else 3]]
     grid = "".join(figure_of(drawn.pictures[name]) for name in shown)
     return (
-        f"<div class='joulepath card'><style>{asset('charts.css')}</style>{first}"
+        f"<div class='joulepath card'><style>{asset(*STYLES)}</style>{first}"
         f"<div class='cards'>{grid}</div></div>"
     )
 

@@ -288,7 +288,8 @@ def _columns(
             continue  # the factors average to 1: the last one follows from the others
         label = name if parameter.per is None else f"{name} {element}"
         low, high = (bound - parameter.null for bound in parameter.bounds)
-        for shape in shapes[slug] or [None]:
+        scanned: list[tuple[int, float] | None] = [*shapes[slug]]
+        for shape in scanned or [None]:
             called = full.slots[shape[0]][1] if shape is not None else ""
             columns.append(Column(slug, label, place, shape, low, high, called))
     return columns, absent

@@ -26,14 +26,8 @@ from planner.telemetry.extend import Addition, addition_of, fit_with
 from planner.telemetry.fit import Fit
 from planner.telemetry.log import Telemetry
 from planner.telemetry.noise import CLIP
-from planner.telemetry.select_effects import (
-    SURE_GAIN,
-    TIE_GAIN,
-    TIE_Z,
-    Member,
-    Rival,
-    Selection,
-)
+from planner.telemetry.select_effects import Selection
+from planner.telemetry.subsets import Member, Rival
 
 Floats = NDArray[np.float64]
 
@@ -41,6 +35,10 @@ OTHERS = 3
 """How many of the best singles, and of the best pairs, stand against several effects."""
 NEIGHBOURS = 4
 """How many sets in which one member is replaced are fitted."""
+TIE_GAIN = 2.0
+TIE_Z = 1.64
+SURE_GAIN = 8.0
+"""A rival is tied that trails by less than the first, or, at less than this z, than the last."""
 FAR_BEHIND = 60.0
 """Score by which such a set may trail in the sums and still be fitted."""
 

@@ -179,9 +179,10 @@ class Evidence:
         v = self._fit(given)
         scores = self.grams @ v  # (blocks, columns)
         block_scores = scores[:, at] - scores[:, active] @ lean
-        inner = self.grams[np.ix_(np.arange(self.block_count), at, at)]
-        cross = self.grams[np.ix_(np.arange(self.block_count), active, at)]
-        own = self.grams[np.ix_(np.arange(self.block_count), active, active)]
+        k, a = np.array(at), np.array(active)
+        inner = self.grams[:, k[:, None], k]
+        cross = self.grams[:, a[:, None], k]
+        own = self.grams[:, a[:, None], a]
         mixed = np.einsum("ak,bal->bkl", lean, cross)
         block_info = (
             inner - mixed - mixed.transpose(0, 2, 1) + np.einsum("ak,bac,cl->bkl", lean, own, lean)

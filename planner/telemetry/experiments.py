@@ -180,7 +180,7 @@ class Advice:
             self.log.take(np.zeros(count, int)),
             rows=rows,
             power=np.zeros(count),
-            time=np.arange(count) * 10.0 * float(interval.max()),
+            time=np.arange(count, dtype=float) * 10.0 * float(interval.max()),
             interval=np.zeros(count),
         )
         competitors, noise = self.examination.competitors, self.examination.noise
@@ -268,7 +268,7 @@ _ELSE = {
 
 def _rows(run: Run, log: Telemetry) -> tuple[Floats, Floats]:
     """One row for each segment of a run, and the seconds that it stands for."""
-    usual = {
+    usual: dict[str, float] = {
         name: float(np.nanmedian(log.rows[:, INDEX[name]]))
         for name in ("motor_temp", "ambient_temp", "battery_voltage", "sensor_rate")
         if name in log.present and np.isfinite(log.rows[:, INDEX[name]]).any()
@@ -280,7 +280,7 @@ def _rows(run: Run, log: Telemetry) -> tuple[Floats, Floats]:
         clock = 0.0
         for s in one["segments"]:
             speed = max(float(np.hypot(s["vx"], s["vy"])), 1e-9)
-            columns = {
+            columns: dict[str, float] = {
                 **usual,
                 "vx": s["vx"],
                 "vy": s["vy"],

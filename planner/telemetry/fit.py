@@ -94,7 +94,7 @@ def starting_model(given: PowerModel | Vehicle | str | Path) -> PowerModel:
     """
     if isinstance(given, PowerModel):
         return given
-    vehicle = given if isinstance(given, Vehicle) else load_vehicle(given)
+    vehicle = given if isinstance(given, Vehicle) else load_vehicle(str(given))
     return PowerModel.from_vehicle(vehicle, effects=())
 
 

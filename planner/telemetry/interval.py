@@ -25,7 +25,7 @@ Floats = NDArray[np.float64]
 NODES = (-0.5 * np.sqrt(0.6), 0.0, 0.5 * np.sqrt(0.6))
 WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
 LARGE_CHANGE = 0.5
-"""Change of a rim's or roller's speed within a row, relative to it, that calls for three moments."""
+"""Change of a wheel's or roller's speed within a row, over it, that calls for three moments."""
 SMALL_SPEED = 1e-3
 """m/s; a change of less than this is none."""
 

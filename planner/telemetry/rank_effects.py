@@ -13,25 +13,24 @@ In this order:
     all rows   of a long log are summed up once around what the sample said
     outside    what the catalogue leaves over gets a curve and a formula       unknown_effect
 
-Everything nonlinear happens on a sample of at most 20,000 rows; memory does not grow with the log.
+The search is planner.telemetry.investigate. Everything nonlinear happens on a sample of at most
+12,000 rows; memory does not grow with the log.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from planner.errors import Cancelled
 from planner.power.catalogue import all_effects
 from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.power.vehicle import Vehicle
-from planner.telemetry.candidates import Atom, CandidateLibrary, candidate_library
-from planner.telemetry.contest import addition_for, coefficients_of, contest
+from planner.telemetry.contest import addition_for
 from planner.telemetry.diagnosis import (
     Candidate,
     Diagnosis,
@@ -41,43 +40,22 @@ from planner.telemetry.diagnosis import (
     SensorFault,
     Verdict,
 )
-from planner.telemetry.examine import Competitors, Examination, examine
+from planner.telemetry.examine import Examination
 from planner.telemetry.experiments import Advice
-from planner.telemetry.extend import Addition, fit_with, trimmed, usual_addition
-from planner.telemetry.fit import Fit, fit, starting_model
+from planner.telemetry.extend import Addition, trimmed, usual_addition
+from planner.telemetry.fit import Fit, starting_model
 from planner.telemetry.heldout import LinearHeldout, heldout_rmse
+from planner.telemetry.investigate import Found, atom_of, investigate, sensor_of, with_all_rows
 from planner.telemetry.log import Telemetry
 from planner.telemetry.regimes import regimes_of
 from planner.telemetry.sample import LogSource, open_source
-from planner.telemetry.select_effects import Member, Rival, Selection, Standing, select
-from planner.telemetry.sensors import SENSORS, Sensor
-from planner.telemetry.shapes import shapes_of
-from planner.telemetry.stream import examine_all
+from planner.telemetry.select_effects import Standing
+from planner.telemetry.subsets import Member
 from planner.telemetry.unknown_effect import Proposal, propose
 
-Floats = NDArray[np.float64]
 Progress = Callable[[float, str], None]
 Cancel = Callable[[], bool]
-
-ROUNDS = 3
-SENSOR_ROUNDS = 4
-
-
-@dataclass(frozen=True)
-class _Found:
-    """State of the search around the last linearisation.
-
-    ``examination`` is of all rows, ``local`` of those in ``log``; the same for a short log.
-    """
-
-    log: Telemetry
-    base: Fit
-    examination: Examination
-    selection: Selection
-    fitted: Fit
-    additions: tuple[Addition, ...]
-    corrections: dict[str, tuple[float, float]]
-    local: Examination
+Watch = Callable[[float, str], None]
 
 
 class _Watch:
@@ -132,190 +110,21 @@ def diagnose_source(
     start: PowerModel,
     *,
     extra: Sequence[type[Effect]] = (),
-    watch: Callable[[float, str], None] = lambda share, sentence: None,
+    watch: Watch = lambda share, sentence: None,
 ) -> Diagnosis:
     """As ``diagnose``, for a log that is open."""
     watch(0.1, "fitting the model")
-    found = _search(source.sample, start, extra, watch)
+    found = investigate(source.sample, start, extra, watch)
     if not source.complete:
-        found = _with_all_rows(source, found, watch)
+        found = with_all_rows(source, found, watch)
     watch(0.9, "weighing what was found")
     return _report(source, found)
-
-
-def _search(
-    sample: Telemetry,
-    start: PowerModel,
-    extra: Sequence[type[Effect]],
-    watch: Callable[[float, str], None],
-) -> _Found:
-    corrections: dict[str, tuple[float, float]] = {}
-    log = sample
-    for number in range(SENSOR_ROUNDS):
-        watch(0.15 + 0.1 * number, "laying out what every effect would add")
-        base = fit(log, start)
-        library = candidate_library(base.model, log, extra=extra)
-        # A sensor that was corrected once may be corrected further by however little.
-        sensors = tuple(replace(s, least=0.0) if s.kind in corrections else s for s in SENSORS)
-        found = _settled(log, base, library, sensors, watch, 0.2 + 0.1 * number)
-        found = replace(found, corrections=dict(corrections))
-        faults = [m for m in found.selection.members if m.sensor]
-        if not faults or number == SENSOR_ROUNDS - 1:
-            break
-        log = _correct(log, found, faults, corrections)
-    return found
-
-
-def _settled(
-    log: Telemetry,
-    base: Fit,
-    library: CandidateLibrary,
-    sensors: tuple[Sensor, ...],
-    watch: Callable[[float, str], None],
-    share: float,
-) -> _Found:
-    """Choose, refit, lay out anew, until the choice stays."""
-    competitors = Competitors(library, shapes_of(log), sensors)
-    examination = examine(log, competitors)
-    known: list[Rival] = []
-    selection = _chosen(log, base, examination, known)
-    fitted = base
-    additions: tuple[Addition, ...] = ()
-    chosen: tuple[tuple[str, tuple[int, ...]], ...] = ()
-    for number in range(ROUNDS):
-        members = [m for m in selection.members if not m.sensor]
-        names = tuple((m.name, m.columns) for m in members)
-        if names == chosen:
-            break
-        chosen = names
-        watch(share + 0.04 * number, "refitting with " + ", ".join(m.name for m in members))
-        additions = tuple(
-            addition_for(examination, m, coefficients_of(selection, m.name)) for m in members
-        )
-        fitted = fit_with(base.model, log, additions, noise=examination.noise, within=library.model)
-        competitors = replace(
-            competitors, library=_relinearised(competitors, selection, members, fitted)
-        )
-        explained = [c for m in selection.members for c in m.columns]
-        if selection.shape is not None:
-            explained.append(selection.shape.column)
-        examination = examine(log, competitors, tuple(explained) or None)
-        selection = _chosen(log, base, examination, known)
-    return _Found(log, base, examination, selection, fitted, additions, {}, examination)
-
-
-def _chosen(log: Telemetry, base: Fit, examination: Examination, known: list[Rival]) -> Selection:
-    """The best subset of the sums, once it has stood against its rivals fitted in full.
-
-    ``known`` are rivals of earlier rounds; those of this one join them.
-    """
-    selection = select(examination)
-    if not selection.members:
-        return selection
-    outcome = contest(log, base, examination, selection, known)
-    known[:] = outcome.near
-    if {m.name for m in outcome.members} != {m.name for m in selection.members}:
-        selection = select(examination, outcome.members)
-    ties = {m.name: outcome.ties.get(m.name, ()) for m in selection.members}
-    return replace(selection, ties=ties)
-
-
-def _atom_of(member: Member) -> Atom:
-    assert member.atom is not None  # sensors have none; callers leave them out
-    return member.atom
-
-
-def _relinearised(
-    competitors: Competitors, selection: Selection, members: Sequence[Member], fitted: Fit
-) -> CandidateLibrary:
-    """The library around the refitted parameters, each effect at the size that it seems to have."""
-    library = competitors.library
-    amplitudes = library.amplitudes.copy()
-    for standing in selection.standings:
-        if standing.member.sensor or standing.z < 3.0:
-            continue
-        for number, value in zip(
-            _atom_of(standing.member).columns, standing.coefficients, strict=True
-        ):
-            column = library.candidates[number]
-            possible = float(np.clip(value, column.low, column.high))
-            if abs(possible) > 0.05 * abs(amplitudes[number]):
-                amplitudes[number] = possible
-    places = {
-        (effect.slug, name, element): place
-        for place, (effect, name, _, element) in enumerate(fitted.model.slots)
-    }
-    held = []
-    for member in members:
-        for number in _atom_of(member).columns:
-            column = library.candidates[number]
-            name, _, element = column.parameter.partition(" ")
-            value = fitted.model.parameters[places[member.name, name, int(element or 0)]]
-            null = library.model.parameters[column.place]
-            if abs(value - null) > 1e-3 * abs(amplitudes[number]):
-                amplitudes[number] = value - null
-                held.append(number)
-    return library.around(fitted.model, amplitudes, held)
-
-
-def _correct(
-    log: Telemetry,
-    found: _Found,
-    faults: Sequence[Member],
-    corrections: dict[str, tuple[float, float]],
-) -> Telemetry:
-    """Take the sensors' errors out of the log, and note them."""
-    for member in faults:
-        sensor = _sensor(member.name)
-        standing = next(s for s in found.selection.standings if s.name == member.name)
-        value = float(standing.coefficients[0])
-        stderr = abs(value) / max(standing.z, 1e-9)
-        before = corrections.get(member.name, (0.0, 0.0))[0]
-        corrections[member.name] = (before + value, stderr)
-        log = sensor.correct(log, value)
-    return log
-
-
-def _sensor(kind: str) -> Sensor:
-    return next(s for s in SENSORS if s.kind == kind)
-
-
-def _with_all_rows(source: LogSource, found: _Found, watch: Callable[[float, str], None]) -> _Found:
-    """Sum up the whole log around what the sample said, and choose again."""
-    corrections = found.corrections
-
-    def correct(chunk: Telemetry) -> Telemetry:
-        for kind, (value, _) in corrections.items():
-            chunk = _sensor(kind).correct(chunk, value)
-        return chunk
-
-    members = [c for m in found.selection.members for c in m.columns]
-    examination = examine_all(source, found.examination, members, correct, watch)
-    selection = select(examination)
-    chosen = [m for m in selection.members if not m.sensor]
-    additions = tuple(
-        addition_for(examination, m, coefficients_of(selection, m.name)) for m in chosen
-    )
-    fitted = fit_with(
-        found.base.model,
-        found.log,
-        additions,
-        noise=found.examination.noise,
-        within=examination.competitors.library.model,
-    )
-    return replace(
-        found,
-        examination=examination,
-        selection=selection,
-        fitted=fitted,
-        additions=additions,
-    )
 
 
 # What is said about it.
 
 
-def _report(source: LogSource, found: _Found) -> Diagnosis:
+def _report(source: LogSource, found: Found) -> Diagnosis:
     examination, selection = found.examination, found.selection
     members = [m for m in selection.members if not m.sensor]
     sensors = _sensor_faults(found)
@@ -382,12 +191,12 @@ def _columns_in(
     return [
         local.competitors.candidate(known.index(theirs[n]))
         for member in members
-        for n in _atom_of(member).columns
+        for n in atom_of(member).columns
     ]
 
 
 def _additions(
-    found: _Found, members: Sequence[Member], proposal: Proposal | None
+    found: Found, members: Sequence[Member], proposal: Proposal | None
 ) -> dict[str, Addition]:
     """How to add everything that could be adopted, supported by the log or not."""
     examination = found.examination
@@ -423,7 +232,7 @@ def _verdict(
     return "not_identifiable" if lost else "complete"
 
 
-def _sensor_faults(found: _Found) -> tuple[SensorFault, ...]:
+def _sensor_faults(found: Found) -> tuple[SensorFault, ...]:
     values = dict(found.corrections)
     for member in found.selection.members:
         if member.sensor:
@@ -433,14 +242,14 @@ def _sensor_faults(found: _Found) -> tuple[SensorFault, ...]:
             values[member.name] = (before + value, abs(value) / max(standing.z, 1e-9))
     faults = []
     for kind, (value, stderr) in values.items():
-        sensor = _sensor(kind)
+        sensor = sensor_of(kind)
         sentence = sensor.sentence.format(value=f"{value:.3g} ± {stderr:.1g}")
         faults.append(SensorFault(kind, value, stderr, sensor.unit, sentence))
     return tuple(faults)
 
 
 def _candidates(
-    found: _Found,
+    found: Found,
     selected: tuple[str, ...],
     fitted: Fit,
     examination: Examination,
@@ -500,7 +309,7 @@ def _linear_estimates(examination: Examination, standing: Standing) -> dict[str,
     estimates = {}
     clear = examination.evidence.clear
     for number, column, value in zip(
-        _atom_of(standing.member).columns,
+        atom_of(standing.member).columns,
         standing.member.columns,
         standing.coefficients,
         strict=True,

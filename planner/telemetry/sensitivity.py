@@ -1,8 +1,8 @@
 """How a model's power changes with its parameters: compiled loops over the rows of a log.
 
-    watts = mean_watts(model, nodes)                    # nodes: planner.telemetry.interval
-    watts, columns = differences(model, nodes, variants)   # columns[:, j]: watts at variant j - watts
-    watts, columns = tangent(model, nodes, places)      # derivative by parameters[places]
+    watts = mean_watts(model, nodes)                      # nodes: planner.telemetry.interval
+    watts, columns = differences(model, nodes, variants)  # columns[:, j]: variant j less watts
+    watts, columns = tangent(model, nodes, places)        # derivative by parameters[places]
 
 A variant is a whole parameter array. A small step gives a derivative, a step of the size that an
 effect is thought to have gives the *secant*, which says what the effect does at that size.

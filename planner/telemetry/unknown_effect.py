@@ -23,13 +23,13 @@ from planner.power.custom import custom_effect
 from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.quantities import STANDARD_GRAVITY
+from planner.telemetry.beyond import ShapeFound
 from planner.telemetry.diagnosis import Outside
 from planner.telemetry.examine import Examination
 from planner.telemetry.extend import Addition, fit_with
 from planner.telemetry.fit import Fit
 from planner.telemetry.log import Telemetry
 from planner.telemetry.quantities_of_motion import STANDSTILL, motion_axes
-from planner.telemetry.select_effects import ShapeFound
 from planner.telemetry.shapes import Shape, shape_columns
 
 Floats = NDArray[np.float64]
@@ -278,7 +278,7 @@ class _Tuner:
         if np.trace(gram) <= 1e-12:
             return 0.0, np.zeros(len(pair))
         found = np.linalg.lstsq(gram, clear.T @ self.target, rcond=1e-10)[0]
-        return float(0.5 * found @ (clear.T @ self.target)), found
+        return float(0.5 * found @ (clear.T @ self.target)), np.asarray(found, float)
 
     def tuned(self, shape: Shape) -> tuple[float, Shape, tuple[float, ...]]:
         """Gain less a charge for every number, the shape at its best place, its coefficients."""
@@ -288,14 +288,16 @@ class _Tuner:
             span = max(high - low, 1e-9)
             start = [getattr(shape, name) for name in names]
 
+            def moved(place: Floats) -> Shape:
+                at = float(place[0])
+                return replace(
+                    shape, at=at, width=float(place[1]) if len(place) > 1 else shape.width
+                )
+
             def loss(place: Floats) -> float:
-                values = dict(zip(names, map(float, place), strict=True))
-                if (
-                    min(values.get("width", 1.0), values["at"] if shape.kind == "decay" else 1.0)
-                    <= 0
-                ):
-                    return 0.0
-                return -self.gain(replace(shape, **values))[0]
+                there = moved(place)
+                possible = there.at > 0 if shape.kind == "decay" else there.width >= 0
+                return -self.gain(there)[0] if possible else 0.0
 
             steps = [0.15 * (abs(s) if shape.kind == "decay" else span) for s in start]
             simplex = np.array([start, *(np.array(start) + np.diag(steps))])
@@ -305,9 +307,8 @@ class _Tuner:
                 method="Nelder-Mead",
                 options={"initial_simplex": simplex, "maxfev": 60, "xatol": 1e-3 * span},
             )
-            place = dict(zip(names, map(float, found.x), strict=True))
             if -found.fun > self.gain(shape)[0]:
-                shape = replace(shape, **place)
+                shape = moved(found.x)
         gain, coefficients = self.gain(shape)
         charge = 2.0 * (len(names) + len(coefficients))
         return gain - charge, shape, tuple(coefficients.tolist())

@@ -1,6 +1,6 @@
 """Wheel slip: under force the contact creeps, and the wheel turns more than the robot moves.
 
-    slip σ = k·f/N        sliding speed |σ·rim speed| along the roller's axle        P = Σ |f·σ·rim speed|
+    slip σ = k·f/N    sliding speed |σ·rim speed| along the roller's axle    P = Σ |f·σ·rim speed|
 
 The wheel gives the same torque at a higher speed; no current is drawn for it. Where the rollers
 stand at 45° the rim runs ahead by √2 of the sliding.

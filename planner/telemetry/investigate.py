@@ -1,0 +1,227 @@
+"""The search for what is missing: fit, lay out, choose, fit rivals, lay out anew, until it stays.
+
+    found = investigate(log, model, extra, watch)         # on rows in memory
+    found = with_all_rows(source, found, watch)           # a long log, once around that
+
+Round by round the chosen effects are fitted with all other parameters, and everything is laid out
+around them, because sums are linear and effects are not. A faulty sensor is corrected in the log,
+and the search starts again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.power.effect import Effect
+from planner.power.model import PowerModel
+from planner.telemetry.candidates import Atom, CandidateLibrary, candidate_library
+from planner.telemetry.contest import addition_for, coefficients_of, contest
+from planner.telemetry.examine import Competitors, Examination, examine
+from planner.telemetry.extend import Addition, fit_with
+from planner.telemetry.fit import Fit, fit
+from planner.telemetry.log import Telemetry
+from planner.telemetry.sample import LogSource
+from planner.telemetry.select_effects import Selection, select
+from planner.telemetry.sensors import SENSORS, Sensor
+from planner.telemetry.shapes import shapes_of
+from planner.telemetry.stream import examine_all
+from planner.telemetry.subsets import Member, Rival
+
+Floats = NDArray[np.float64]
+Watch = Callable[[float, str], None]
+
+ROUNDS = 3
+SENSOR_ROUNDS = 4
+
+
+@dataclass(frozen=True)
+class Found:
+    """State of the search around the last linearisation.
+
+    ``examination`` is of all rows, ``local`` of those in ``log``; the same for a short log.
+    """
+
+    log: Telemetry
+    base: Fit
+    examination: Examination
+    selection: Selection
+    fitted: Fit
+    additions: tuple[Addition, ...]
+    corrections: dict[str, tuple[float, float]]
+    local: Examination
+
+
+def investigate(
+    sample: Telemetry,
+    start: PowerModel,
+    extra: Sequence[type[Effect]],
+    watch: Watch,
+) -> Found:
+    corrections: dict[str, tuple[float, float]] = {}
+    log = sample
+    for number in range(SENSOR_ROUNDS):
+        watch(0.15 + 0.1 * number, "laying out what every effect would add")
+        base = fit(log, start)
+        library = candidate_library(base.model, log, extra=extra)
+        # A sensor that was corrected once may be corrected further by however little.
+        sensors = tuple(replace(s, least=0.0) if s.kind in corrections else s for s in SENSORS)
+        found = _settled(log, base, library, sensors, watch, 0.2 + 0.1 * number)
+        found = replace(found, corrections=dict(corrections))
+        faults = [m for m in found.selection.members if m.sensor]
+        if not faults or number == SENSOR_ROUNDS - 1:
+            break
+        log = _correct(log, found, faults, corrections)
+    return found
+
+
+def _settled(
+    log: Telemetry,
+    base: Fit,
+    library: CandidateLibrary,
+    sensors: tuple[Sensor, ...],
+    watch: Watch,
+    share: float,
+) -> Found:
+    """Choose, refit, lay out anew, until the choice stays."""
+    competitors = Competitors(library, shapes_of(log), sensors)
+    examination = examine(log, competitors)
+    known: list[Rival] = []
+    selection = _chosen(log, base, examination, known)
+    fitted = base
+    additions: tuple[Addition, ...] = ()
+    chosen: tuple[tuple[str, tuple[int, ...]], ...] = ()
+    for number in range(ROUNDS):
+        members = [m for m in selection.members if not m.sensor]
+        names = tuple((m.name, m.columns) for m in members)
+        if names == chosen:
+            break
+        chosen = names
+        watch(share + 0.04 * number, "refitting with " + ", ".join(m.name for m in members))
+        additions = tuple(
+            addition_for(examination, m, coefficients_of(selection, m.name)) for m in members
+        )
+        fitted = fit_with(base.model, log, additions, noise=examination.noise, within=library.model)
+        competitors = replace(
+            competitors, library=_relinearised(competitors, selection, members, fitted)
+        )
+        explained = [c for m in selection.members for c in m.columns]
+        if selection.shape is not None:
+            explained.append(selection.shape.column)
+        examination = examine(log, competitors, tuple(explained) or None)
+        selection = _chosen(log, base, examination, known)
+    return Found(log, base, examination, selection, fitted, additions, {}, examination)
+
+
+def _chosen(log: Telemetry, base: Fit, examination: Examination, known: list[Rival]) -> Selection:
+    """The best subset of the sums, once it has stood against its rivals fitted in full.
+
+    ``known`` are rivals of earlier rounds; those of this one join them.
+    """
+    selection = select(examination)
+    if not selection.members:
+        return selection
+    outcome = contest(log, base, examination, selection, known)
+    known[:] = outcome.near
+    if {m.name for m in outcome.members} != {m.name for m in selection.members}:
+        selection = select(examination, outcome.members)
+    ties = {m.name: outcome.ties.get(m.name, ()) for m in selection.members}
+    return replace(selection, ties=ties)
+
+
+def atom_of(member: Member) -> Atom:
+    assert member.atom is not None  # sensors have none; callers leave them out
+    return member.atom
+
+
+def _relinearised(
+    competitors: Competitors, selection: Selection, members: Sequence[Member], fitted: Fit
+) -> CandidateLibrary:
+    """The library around the refitted parameters, each effect at the size that it seems to have."""
+    library = competitors.library
+    amplitudes = library.amplitudes.copy()
+    for standing in selection.standings:
+        if standing.member.sensor or standing.z < 3.0:
+            continue
+        for number, value in zip(
+            atom_of(standing.member).columns, standing.coefficients, strict=True
+        ):
+            column = library.candidates[number]
+            possible = float(np.clip(value, column.low, column.high))
+            if abs(possible) > 0.05 * abs(amplitudes[number]):
+                amplitudes[number] = possible
+    places = {
+        (effect.slug, name, element): place
+        for place, (effect, name, _, element) in enumerate(fitted.model.slots)
+    }
+    held = []
+    for member in members:
+        for number in atom_of(member).columns:
+            column = library.candidates[number]
+            name, _, element = column.parameter.partition(" ")
+            value = fitted.model.parameters[places[member.name, name, int(element or 0)]]
+            null = library.model.parameters[column.place]
+            if abs(value - null) > 1e-3 * abs(amplitudes[number]):
+                amplitudes[number] = value - null
+                held.append(number)
+    return library.around(fitted.model, amplitudes, held)
+
+
+def _correct(
+    log: Telemetry,
+    found: Found,
+    faults: Sequence[Member],
+    corrections: dict[str, tuple[float, float]],
+) -> Telemetry:
+    """Take the sensors' errors out of the log, and note them."""
+    for member in faults:
+        sensor = sensor_of(member.name)
+        standing = next(s for s in found.selection.standings if s.name == member.name)
+        value = float(standing.coefficients[0])
+        stderr = abs(value) / max(standing.z, 1e-9)
+        before = corrections.get(member.name, (0.0, 0.0))[0]
+        corrections[member.name] = (before + value, stderr)
+        log = sensor.correct(log, value)
+    return log
+
+
+def sensor_of(kind: str) -> Sensor:
+    return next(s for s in SENSORS if s.kind == kind)
+
+
+def with_all_rows(source: LogSource, found: Found, watch: Watch) -> Found:
+    """Sum up the whole log around what the sample said, and choose again."""
+    corrections = found.corrections
+
+    def correct(chunk: Telemetry) -> Telemetry:
+        for kind, (value, _) in corrections.items():
+            chunk = sensor_of(kind).correct(chunk, value)
+        return chunk
+
+    members = [c for m in found.selection.members for c in m.columns]
+    examination = examine_all(source, found.examination, members, correct, watch)
+    selection = select(examination)
+    # Ties of the sample stay: rivals were fitted there in full.
+    ties = {m.name: found.selection.ties.get(m.name, ()) for m in selection.members}
+    selection = replace(selection, ties=ties)
+    chosen = [m for m in selection.members if not m.sensor]
+    additions = tuple(
+        addition_for(examination, m, coefficients_of(selection, m.name)) for m in chosen
+    )
+    fitted = fit_with(
+        found.base.model,
+        found.log,
+        additions,
+        noise=found.examination.noise,
+        within=examination.competitors.library.model,
+    )
+    return replace(
+        found,
+        examination=examination,
+        selection=selection,
+        fitted=fitted,
+        additions=additions,
+    )
