@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import html
 from collections.abc import Mapping, Sequence
 
 from planner.report.drawing import chart
+from planner.report.markup import plain
 from planner.report.residuals import SURE
 from planner.telemetry.compare_sums import RunComparison
 from planner.telemetry.diagnosis import Candidate
@@ -20,7 +20,7 @@ def text(x: float, y: float, words: str, kind: str = "", anchor: str = "start") 
     """Words of a chart."""
     of = f' class="{kind}"' if kind else ""
     turned = "" if anchor == "start" else f' text-anchor="{anchor}"'
-    return f'<text x="{x:.1f}" y="{y:.1f}"{of}{turned}>{html.escape(words)}</text>'
+    return f'<text x="{x:.1f}" y="{y:.1f}"{of}{turned}>{plain(words)}</text>'
 
 
 def short(words: str, most: int) -> str:
@@ -30,7 +30,7 @@ def short(words: str, most: int) -> str:
 
 def _bar(x0: float, x1: float, y: float, height: float, kind: str, said: str = "") -> str:
     left, width = min(x0, x1), max(abs(x1 - x0), 1.0)
-    title = f"<title>{html.escape(said)}</title>" if said else ""
+    title = f"<title>{plain(said)}</title>" if said else ""
     return (
         f'<rect x="{left:.1f}" y="{y:.1f}" width="{width:.1f}" height="{height}" rx="2" '
         f'class="{kind}">{title}</rect>'
@@ -157,7 +157,7 @@ def candidates_chart(
             parts.append(_bar(names, at, y + 3, 14, f"{hue} solid"))
             parts.append(text(at + 6, y + 15, share(c.probability) + mark, "ink"))
         if c.heldout_rmse_w is not None:
-            said = f"<title>{html.escape(c.effect)}: {watts(c.heldout_rmse_w)}</title>"
+            said = f"<title>{plain(c.effect)}: {watts(c.heldout_rmse_w)}</title>"
             parts.append(
                 f'<circle cx="{x(c.heldout_rmse_w):.1f}" cy="{y + 10}" r="5.5" '
                 f'class="{hue} {"solid" if chosen else "hollow"}">{said}</circle>'

@@ -6,7 +6,6 @@ the difference of both is the total. Effects that never matter are drawn togethe
 
 from __future__ import annotations
 
-import html
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.report.markup import plain
 from planner.search.route import Route
 from planner.search.wording import joules
 
@@ -135,14 +135,14 @@ class Axes:
             x = float(self.x(value))
             parts.append(
                 f'<text x="{x:.1f}" y="{self.height - 10}" text-anchor="middle">'
-                f"{html.escape(text)}</text>"
+                f"{plain(text)}</text>"
             )
         middle = TOP + (self.height - TOP - BOTTOM) / 2
         parts.append(
             f'<text class="label" transform="translate(11 {middle:.0f}) rotate(-90)" '
-            f'text-anchor="middle">{html.escape(y_label)}</text>'
+            f'text-anchor="middle">{plain(y_label)}</text>'
             f'<text class="label" x="{self.width - RIGHT}" y="{self.height + 3}" '
-            f'text-anchor="end">{html.escape(x_label)}</text>'
+            f'text-anchor="end">{plain(x_label)}</text>'
         )
         return "".join(parts)
 
@@ -173,11 +173,11 @@ def chart(
         kind: classes of the style sheet.
         placed: further attributes.
     """
-    told = f"<desc>{html.escape(description)}</desc>" if description else ""
+    told = f"<desc>{plain(description)}</desc>" if description else ""
     return (
         f'<svg class="{kind}" viewBox="0 0 {width} {height:.0f}" role="img" '
         f'style="max-width:{1.2 * width:.0f}px" {placed}>'
-        f"<title>{html.escape(title)}</title>{told}{content}</svg>"
+        f"<title>{plain(title)}</title>{told}{content}</svg>"
     )
 
 
@@ -266,7 +266,7 @@ def power_chart(route: Route, effects: Sequence[str], *, width: int = 1000) -> s
             band = f"{_steps(axes, along, top)} {_steps(axes, along, base, backwards=True)}"
             parts.append(
                 f'<polygon points="{band}" fill="{colour_of(effect)}">'
-                f"<title>{html.escape(effect)}</title></polygon>"
+                f"<title>{plain(effect)}</title></polygon>"
             )
             base = top
     parts.append(f'<polyline points="{_steps(axes, along, total)}" class="total"/>')
@@ -304,7 +304,7 @@ def energy_bars(
                 continue
             x = right if value > 0 else left_end - size
             right, left_end = (right + size, left_end) if value > 0 else (right, left_end - size)
-            what = html.escape(f"{titles.get(effect, effect)}: {joules(float(value))}")
+            what = plain(f"{titles.get(effect, effect)}: {joules(float(value))}")
             parts.append(
                 f'<rect x="{x:.1f}" y="{y}" width="{size:.1f}" height="{bar}" '
                 f'fill="{colour_of(effect)}" class="band"><title>{what}</title></rect>'

@@ -5,7 +5,6 @@ The script only moves a cursor over map and charts together; without it everythi
 
 from __future__ import annotations
 
-import html
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -20,7 +19,7 @@ from planner.report.drawing import (
     power_chart,
     thinned,
 )
-from planner.report.markup import document, write
+from planner.report.markup import document, plain, write
 from planner.search.pictures import (
     GIVEN_BACK,
     POWER_COLOURS,
@@ -63,9 +62,9 @@ def _heading(answer: Answer) -> str:
 
 def _section(number: int, heading: str, answer: Answer, titles: Mapping[str, str]) -> str:
     identity = f"answer{number}"
-    opening = f'<section id="{identity}"><h2>{html.escape(heading)}</h2>'
+    opening = f'<section id="{identity}"><h2>{plain(heading)}</h2>'
     if not answer.routes:
-        reason = html.escape(answer.reason or "")
+        reason = plain(answer.reason or "")
         picture = map_svg(answer, identity=f"{identity}-map")
         return f'{opening}<p class="reason">No route: {reason}</p>{picture}</section>'
     routes = routes_of(answer)
@@ -100,8 +99,8 @@ def _sentence(answer: Answer) -> str:
 
 def _comparison(answer: Answer) -> str:
     rows = "".join(
-        f"<tr><th scope='row'><i class='line {row['name']}'></i>{html.escape(row['name'])}</th>"
-        + "".join(f"<td>{html.escape(v)}</td>" for k, v in row.items() if k != "name")
+        f"<tr><th scope='row'><i class='line {row['name']}'></i>{plain(row['name'])}</th>"
+        + "".join(f"<td>{plain(v)}</td>" for k, v in row.items() if k != "name")
         + "</tr>"
         for row in comparison_rows(answer)
     )
@@ -128,7 +127,7 @@ def _remarks(answer: Answer) -> str:
     model = answer.model
     remarks.append(f"Model {model['name']}, version {model['version']}, kind {model['kind']}.")
     remarks += answer.notes
-    return "<ul>" + "".join(f"<li>{html.escape(r)}</li>" for r in remarks) + "</ul>"
+    return "<ul>" + "".join(f"<li>{plain(r)}</li>" for r in remarks) + "</ul>"
 
 
 def _power_legend(route: Route) -> str:
@@ -149,8 +148,7 @@ def _power_legend(route: Route) -> str:
 
 def _legend(effects: Sequence[str], titles: Mapping[str, str]) -> str:
     entries = "".join(
-        f"<li><i class='dot' style='background:{colour_of(e)}'></i>"
-        f"{html.escape(titles.get(e, e))}</li>"
+        f"<li><i class='dot' style='background:{colour_of(e)}'></i>{plain(titles.get(e, e))}</li>"
         for e in effects
     )
     return f"<ul class='legend'>{entries}<li><i class='line total'></i>total</li></ul>"
@@ -164,7 +162,7 @@ def _account(routes: Mapping[str, Route], titles: Mapping[str, str]) -> str:
         values = [route.breakdown_j.get(effect, 0.0) for route in routes.values()]
         if not any(abs(value) > 1e-9 for value in values):
             continue
-        name = html.escape(titles.get(effect, effect)) + (
+        name = plain(titles.get(effect, effect)) + (
             " <small>(exchange)</small>" if effect in EXCHANGE else ""
         )
         share = 100 * values[0] / best.energy_j if best.energy_j else 0.0

@@ -92,7 +92,8 @@ def distribution(look: Look, floor: float) -> str:
 
     heights = [share(before), *([] if after is None else [share(after)])]
     top = float(max(h.max() for h in heights))
-    noise = np.exp(-0.5 * (middle / floor) ** 2) / (floor * math.sqrt(2 * math.pi)) * (floor > 0)
+    spread = max(floor, width)  # a log without noise would be one infinite line
+    noise = np.exp(-0.5 * (middle / spread) ** 2) / (spread * math.sqrt(2 * math.pi))
     axes = Axes(430, 330, (-limit, limit), (0.0, 1.08 * max(top, float(noise.max()))))
     xs = np.repeat(edges, 2)[1:-1]
     parts = [axes.frame(RESIDUAL, "share of the rows per watt")]
