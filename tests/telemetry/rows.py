@@ -1,0 +1,77 @@
+"""Logs made of plain arrays, for tests that know what is in them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.power.model import PowerModel, rows_from
+from planner.power.vehicle import load_vehicle
+from planner.telemetry.log import Telemetry
+from planner.telemetry.sensitivity import predict
+
+Floats = NDArray[np.float64]
+
+STEP = 0.5
+"""Interval of every row, s."""
+
+
+@cache
+def base_model() -> PowerModel:
+    """The vehicle's base model."""
+    return PowerModel.from_vehicle(load_vehicle("minibalance"), effects=())
+
+
+def plain_log(lengths: Sequence[int], rows: Floats | None = None) -> Telemetry:
+    """A log of runs of these lengths with no power; at rest on level ground unless rows are given.
+
+    Args:
+        lengths: rows of each run.
+        rows: (sum of lengths, ROW_LENGTH).
+    """
+    count = int(sum(lengths))
+    within = np.concatenate([np.arange(1.0, length + 1.0) for length in lengths])
+    return Telemetry(
+        rows=np.tile(rows_from(), (count, 1)) if rows is None else rows,
+        power=np.zeros(count),
+        run=np.repeat(np.arange(len(lengths)), lengths),
+        run_names=tuple(f"run {k}" for k in range(len(lengths))),
+        time=STEP * within,
+        interval=np.full(count, STEP),
+        wheel_currents=None,
+        surfaces=(),
+        present=frozenset({"vx", "vy", "wz"}),
+        derived=(),
+        assumed=(),
+        report=(),
+        source="",
+    )
+
+
+def measured(
+    log: Telemetry, model: PowerModel, share: float, seed: int, extra: Floats | float = 0.0
+) -> Telemetry:
+    """The log with what a model says for its power, something extra, and white noise.
+
+    Args:
+        log: the rows.
+        model: what really draws the power.
+        share: standard deviation of the noise over the mean power.
+        seed: of the noise.
+        extra: (n,) W that the model does not have.
+    """
+    watts = predict(model, log) + extra
+    noise = np.random.default_rng(seed).standard_normal(len(log))
+    return replace(log, power=watts + share * float(np.mean(np.abs(watts))) * noise)
+
+
+def autoregressive(count: int, correlation: float, rng: np.random.Generator) -> Floats:
+    """(count,) values of a stationary AR(1) series of unit variance."""
+    values = rng.standard_normal(count)
+    for k in range(1, count):
+        values[k] = correlation * values[k - 1] + np.sqrt(1.0 - correlation**2) * values[k]
+    return values
