@@ -160,7 +160,7 @@ def fit(
                 best, stride = cost, 1.0
                 gram, score = white[:, :-1].T @ white[:, :-1], white[:, :-1].T @ white[:, -1]
                 step = _bounded_step(gram, score, value - start, prior, low - value, high - value)
-                value = value + step
+                value = np.clip(value + step, low, high)  # rounding may end beyond a bound
             current = _with(model, index, value)
             watts, columns = tangent(current, nodes, places)
             if stride == 1.0 and float(step @ gram @ step) < close:
