@@ -127,7 +127,8 @@ def candidates_chart(
     shown = candidates[:MOST_CANDIDATES]
     if not shown:
         return ""
-    width, row, names, middle = 760, 26, 190, 440
+    width, row, names = 760, 26, 190
+    middle = 440 if likely else names
     tied = {rival for c in candidates if c.effect in selected for rival in c.indistinguishable_from}
     known = [c.heldout_rmse_w for c in shown if c.heldout_rmse_w is not None]
     most = 1.02 * max([before, floor, *known])

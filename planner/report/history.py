@@ -23,7 +23,7 @@ def history_chart(entries: Sequence[Mapping[str, Any]]) -> str:
     if not told:
         return ""
     column, left, top, height = 136, 60, 18, 200
-    width = max(420, left + column * len(told) + 12)
+    width = left + column * len(told) + 12
     values = [v for e in told for k in ("before", "after") if (v := _heldout(e, k)) is not None]
     floors = [float(e["noise_floor_w"]) for e in told if e.get("noise_floor_w") is not None]
     most = 1.1 * max(*values, *floors, 1e-9)

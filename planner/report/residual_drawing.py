@@ -231,7 +231,7 @@ def shape_chart(axis_name: str, points: Sequence[tuple[float, float]], lacking: 
     shown = [ys] if lacking is None else [ys, lacking.bias]
     values = np.concatenate([*shown, [0.0]])
     limits = (-180.0, 180.0) if axis_name == "heading" else (float(xs.min()), float(xs.max()))
-    axes = Axes(640, 280, limits, padded(float(values.min()), float(values.max()), 0.12))
+    axes = Axes(460, 280, limits, padded(float(values.min()), float(values.max()), 0.12))
     names = _COMPASS if axis_name == "heading" else None
     parts = [axes.frame(axis.label, "what is missing (W)", names)]
     if lacking is not None:

@@ -102,9 +102,12 @@ class Bins:
 
     @property
     def structure(self) -> float:
-        """W², mean square of the residual that the axis tells, its own uncertainty taken off."""
-        clear = np.maximum(self.bias**2 - np.nan_to_num(self.stderr) ** 2, 0.0)
-        return float(self.rows @ clear / max(self.rows.sum(), 1.0))
+        """W², mean square of the residual that the axis tells, its own uncertainty taken off.
+
+        A bin that holds a single run says nothing about its axis: the run may be off as a whole.
+        """
+        clear = np.maximum(self.bias**2 - self.stderr**2, 0.0)
+        return float(self.rows @ np.nan_to_num(clear) / max(self.rows.sum(), 1.0))
 
 
 @dataclass(frozen=True)

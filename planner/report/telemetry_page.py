@@ -76,7 +76,9 @@ def fragment(result: Any) -> str:
     axes = () if drawn.look is None else tuple(drawn.look.curves)
     main = [name for name in ("shape", "candidates") if name in drawn.pictures][:1]
     shown = [*main, *axes[: 2 if main else 3]]
-    grid = "".join(figure_of(drawn.pictures[name]) for name in shown)
+    grid = "".join(
+        figure_of(drawn.pictures[name], kind="main" if name in main else "") for name in shown
+    )
     return (
         f"<div class='joulepath card'><style>{asset(*STYLES)}</style>{first}"
         f"<div class='cards'>{grid}</div></div>"
@@ -140,7 +142,9 @@ def _drawn(look: Look, floor: float | None, errors: Mapping[str, float], **more:
 
 @_draw.register
 def _(result: Comparison) -> _Drawn:
-    errors = {"held-out runs" if result.fitted else "all rows": result.heldout_rmse_w}
+    errors = {
+        "model, on held-out runs" if result.fitted else "model, on all rows": result.heldout_rmse_w
+    }
     return _drawn(
         look_of(result),
         result.noise_floor_w,

@@ -172,12 +172,13 @@ def ranking(diagnosis: Diagnosis, pictures: Pictures) -> Markup:
     if not testable:
         return Markup("")
     chosen = [k for k, c in enumerate(testable) if c.effect in diagnosis.selected]
-    heads = ["effect", "probability", "size / noise", "z", "p", "held-out error"]
-    heads += ["parameters", "cannot be told from"]
     told = likely(diagnosis)
-    rows = [_candidate(c, told) for c in testable]
-    if not any(c.indistinguishable_from for c in testable):
-        heads, rows = heads[:-1], [row[:-1] for row in rows]
+    columns = ["probability"] * told + ["size / noise", "z", "p", "held-out error"]
+    words = ["parameters"]
+    words += ["cannot be told from"] * any(bool(c.indistinguishable_from) for c in testable)
+    heads = ["effect", *columns, *words]
+    rows = [[cells[head] for head in heads] for cells in map(_candidate, testable)]
+    wordy = (0, *range(1 + len(columns), len(heads)))
     ties = [
         f"This log cannot tell {c.effect} from {' or '.join(c.indistinguishable_from)}: "
         "either explains it as well."
@@ -190,8 +191,8 @@ def ranking(diagnosis: Diagnosis, pictures: Pictures) -> Markup:
         "What could be missing",
         *(paragraph(tie, "warning") for tie in ties),
         figure(pictures["candidates"]),
-        table("", heads, first, words=(0, 6, 7), strong=strong),
-        folded(f"{len(rest)} less likely ones", table("", heads, rest, words=(0, 6, 7)))
+        table("", heads, first, words=wordy, strong=strong),
+        folded(f"{len(rest)} less likely ones", table("", heads, rest, words=wordy))
         if rest
         else "",
         paragraph(
@@ -211,20 +212,20 @@ def likely(diagnosis: Diagnosis) -> bool:
     return diagnosis.outside is None or bool(diagnosis.selected)
 
 
-def _candidate(c: Candidate, told: bool) -> list[str]:
+def _candidate(c: Candidate) -> dict[str, str]:
     fitted = [
         f"{n} = {estimate(p.value, _finite(p.stderr), p.unit)}" for n, p in c.parameters.items()
     ]
-    return [
-        titled(c.effect),
-        share(c.probability) if told else "",
-        f"{c.rho:.2g}",
-        f"{c.z:.1f}",
-        "< 1e-12" if c.p_value < 1e-12 else f"{c.p_value:.2g}",
-        watts(c.heldout_rmse_w),
-        Markup("<br/>".join(plain(entry) for entry in fitted)),
-        ", ".join(c.indistinguishable_from),
-    ]
+    return {
+        "effect": titled(c.effect),
+        "probability": share(c.probability),
+        "size / noise": f"{c.rho:.2g}",
+        "z": f"{c.z:.1f}",
+        "p": "< 1e-12" if c.p_value < 1e-12 else f"{c.p_value:.2g}",
+        "held-out error": watts(c.heldout_rmse_w),
+        "parameters": Markup("<br/>".join(plain(entry) for entry in fitted)),
+        "cannot be told from": ", ".join(c.indistinguishable_from),
+    }
 
 
 def titled(slug: str) -> Markup:
