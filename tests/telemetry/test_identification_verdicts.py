@@ -1,0 +1,211 @@
+"""One small log for every verdict, and what a diagnosis says beside it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner.errors import Cancelled
+from planner.power.model import PowerModel
+from planner.quantities import INDEX
+from planner.telemetry.candidates import candidate_library
+from planner.telemetry.examine import Competitors, examine
+from planner.telemetry.experiments import feasible_runs
+from planner.telemetry.fit import fit
+from planner.telemetry.log import Telemetry
+from planner.telemetry.quantities_of_motion import motion_axes
+from planner.telemetry.rank_effects import diagnose
+from planner.telemetry.shapes import shapes_of
+from planner.telemetry.virtual_robot import QUIET, VirtualRobot
+from tests.power.states import changed
+from tests.telemetry.rows import measured
+
+NOISE = 0.02
+SCRUB = 3.0
+BUMP = {"strength": 4.0, "centre": 0.45, "width": 0.08}
+
+
+@pytest.fixture(scope="module")
+def scrubbing(motion, base):
+    """A robot that scrubs when it turns."""
+    robot = PowerModel.from_vehicle(base.vehicle, effects=("yaw_scrub",))
+    robot = changed(robot, yaw_scrub__scrub_moment=SCRUB)
+    return diagnose(measured(motion, robot, NOISE, seed=1), base)
+
+
+@pytest.fixture(scope="module")
+def nothing(motion, base):
+    """A robot that is as its model says."""
+    return diagnose(measured(motion, base, NOISE, seed=2), base)
+
+
+@pytest.fixture(scope="module")
+def resonant(motion, base):
+    """A robot that shakes around one speed."""
+    speed = motion_axes(motion.rows)["speed"]
+    extra = BUMP["strength"] * np.exp(-(((speed - BUMP["centre"]) / BUMP["width"]) ** 2))
+    return diagnose(measured(motion, base, NOISE, seed=3, extra=extra), base)
+
+
+def test_a_missing_effect_is_named(scrubbing):
+    assert scrubbing.verdict == "missing_effect"
+    assert scrubbing.selected == ("yaw_scrub",)
+    assert "yaw_scrub" in scrubbing.sentence
+    first = scrubbing.candidates[0]
+    assert first.effect == "yaw_scrub"
+    assert first.probability > 0.95
+    scrub = first.parameters["scrub_moment"]
+    assert abs(scrub.value - SCRUB) < 4.0 * scrub.stderr
+    assert scrub.stderr < 0.1 * SCRUB
+    before, after = scrubbing.baseline, scrubbing.after
+    assert after.heldout_rmse_w < 0.5 * before.heldout_rmse_w
+    assert after.heldout_rmse_w == pytest.approx(before.noise_floor_w, rel=0.1)
+
+
+def test_probabilities_and_order_of_candidates(scrubbing):
+    told = [c for c in scrubbing.candidates if c.why_not is None]
+    assert all(0.0 <= c.probability <= 1.0 for c in told)
+    assert [c.effect for c in scrubbing.candidates] == [
+        c.effect for c in (*told, *(c for c in scrubbing.candidates if c.why_not is not None))
+    ]
+    others = [c.probability for c in told if c.effect not in scrubbing.selected]
+    assert others == sorted(others, reverse=True)
+
+
+def test_a_complete_model_is_left_alone(nothing):
+    assert nothing.verdict == "complete"
+    assert nothing.selected == ()
+    assert nothing.proposed == ()
+    assert nothing.outside is None
+    assert nothing.sensors == ()
+    assert nothing.baseline.heldout_rmse_w == pytest.approx(nothing.baseline.noise_floor_w, rel=0.1)
+
+
+def test_something_outside_the_catalogue_gets_a_formula(resonant):
+    assert resonant.verdict == "outside_catalogue"
+    outside = resonant.outside
+    assert outside.quantities == ("speed",)
+    assert "bump(" in outside.formula
+    values = {
+        name: resonant.model.parameters[place]
+        for place, (effect, name, _, _) in enumerate(resonant.model.slots)
+        if effect.slug == outside.name
+    }
+    assert values["centre"] == pytest.approx(BUMP["centre"], abs=0.02)
+    assert values["width"] == pytest.approx(BUMP["width"], rel=0.15)
+    assert values["strength"] == pytest.approx(BUMP["strength"], rel=0.1)
+    x, watts = np.array(outside.curve).T
+    assert np.all(np.diff(x) > 0.0)
+    assert x[np.argmax(watts)] == pytest.approx(BUMP["centre"], abs=0.05)
+    assert watts.max() == pytest.approx(BUMP["strength"], rel=0.15)
+    assert resonant.after.heldout_rmse_w == pytest.approx(resonant.baseline.noise_floor_w, rel=0.15)
+
+
+def test_a_wrong_sensor_is_no_missing_effect(motion, base):
+    log = measured(motion, base, NOISE, seed=4)
+    rows = log.rows.copy()
+    for name in ("vx", "vy"):
+        rows[:, INDEX[name]] *= 1.08
+    found = diagnose(replace(log, rows=rows), base)
+    assert found.verdict == "sensor_error"
+    assert found.selected == ()
+    (fault,) = found.sensors
+    assert fault.kind == "speed_scale"
+    assert abs(fault.value - 0.08) < 4.0 * fault.stderr
+    assert fault.stderr < 0.03
+
+
+@pytest.fixture(scope="module")
+def narrow(tmp_path_factory) -> Telemetry:
+    """A drive that shows little: forwards on one kind of floor, without temperatures."""
+    path = tmp_path_factory.mktemp("narrow") / "narrow.csv"
+    robot = VirtualRobot("minibalance", seed=5)
+    drive = robot.profile("one_heading", runs=6, rows=100)
+    absent = ("surface", "motor_temp", "ambient_temp", "wind_x", "wind_y", "sensor_rate")
+    robot.drive(drive, noise=QUIET, sensors={"absent": absent}).write_csv(path)
+    return Telemetry.read(path)
+
+
+def test_what_a_log_cannot_tell_is_listed_with_what_would_help(narrow, base):
+    found = diagnose(measured(narrow, base, NOISE, seed=6), base)
+    assert found.verdict == "complete"
+    hidden = {entry.effect: entry for entry in found.not_testable}
+    # Nothing turns, nothing is known of heat, ground or the battery's own resistance.
+    expected = {
+        *("yaw_scrub", "motor_heating", "surface_rolling", "sensor_rate"),
+        *("battery_sag", "current_ripple", "converter_efficiency"),
+    }
+    assert expected <= set(hidden)
+    assert "motor_temp" in hidden["motor_heating"].why
+    assert "source" in hidden["battery_sag"].what_would_help
+    for entry in hidden.values():
+        assert entry.why
+        assert entry.what_would_help.endswith(".")
+    named = {c.effect: c for c in found.candidates}
+    for slug in hidden:
+        assert named[slug].why_not == hidden[slug].why
+        assert named[slug].probability == 0.0
+
+
+def test_documents_are_strict_json(scrubbing, nothing, resonant):
+    for diagnosis in (scrubbing, nothing, resonant):
+        document = diagnosis.to_json()
+        assert json.loads(json.dumps(document, allow_nan=False)) == document
+        assert document["verdict"] == diagnosis.verdict
+        assert {"baseline", "candidates", "not_testable", "outside_catalogue"} <= set(document)
+
+
+def test_what_every_effect_adds_is_what_its_model_adds(motion, base):
+    log = motion.take(slice(0, 300))
+    library = candidate_library(base, log, only=("yaw_scrub", "air_drag"))
+    watts, columns = Competitors(library, shapes_of(log), ()).raw(log)
+    own = len(library.places)
+    for number, column in enumerate(library.candidates):
+        extended = PowerModel.from_vehicle(base.vehicle, effects=(column.effect,))
+        size = float(library.amplitudes[number])
+        name = f"{column.effect}__{column.parameter}"
+        null = library.model.parameters[column.place]
+        on, off = (changed(extended, **{name: null + value}) for value in (size, 0.0))
+        exact = measured(log, on, 0.0, 0).power - measured(log, off, 0.0, 0).power
+        assert columns[:, own + number] * size == pytest.approx(exact, abs=1e-9)
+    assert watts == pytest.approx(measured(log, base, 0.0, 0).power)
+
+
+def test_recommended_runs_are_feasible(motion, base):
+    log = measured(motion, base, NOISE, seed=2)
+    fitted = fit(log, base)
+    competitors = Competitors(candidate_library(fitted.model, log), shapes_of(log))
+    limits = base.vehicle.limits
+    runs = feasible_runs(examine(log, competitors), log)
+    assert len({run.sentence for run in runs}) == len(runs)
+    for run in runs:
+        seconds = 0.0
+        for one in run.settings["runs"]:
+            assert 0.0 <= one["payload"] <= base.vehicle.mass
+            for s in one["segments"]:
+                seconds += s["seconds"]
+                assert np.hypot(s["vx"], s["vy"]) <= limits.speed
+                assert abs(s["wz"]) <= limits.yaw_rate
+                assert abs(s["acceleration"]) <= limits.acceleration
+                assert np.hypot(s["pitch"], s["roll"]) < np.radians(15.0)
+                assert s["vx"] or s["vy"] or s["wz"]
+        assert seconds == pytest.approx(600.0, rel=0.02)
+
+
+def test_a_diagnosis_can_be_stopped(motion, base):
+    log = measured(motion, base, NOISE, seed=2)
+    with pytest.raises(Cancelled):
+        diagnose(log, base, cancelled=lambda: True)
+    heard: list[float] = []
+    with pytest.raises(Cancelled):
+        diagnose(
+            log,
+            base,
+            progress=lambda share, _: heard.append(share),
+            cancelled=lambda: len(heard) >= 3,
+        )
+    assert len(heard) == 3
+    assert heard == sorted(heard)
