@@ -39,7 +39,7 @@ from planner.telemetry.heldout import heldout_rmse
 from planner.telemetry.interval import interval_nodes
 from planner.telemetry.log import Telemetry
 from planner.telemetry.noise import Noise, noise_of
-from planner.telemetry.quantities_of_motion import temperature_of
+from planner.telemetry.quantities_of_motion import further_axes, motion_axes, temperature_of
 from planner.telemetry.regimes import Regime, axes_of, find_regimes
 from planner.telemetry.sample import Cancel, LogSource, Progress, open_source
 from planner.telemetry.sensitivity import doubt_of, predict, tangent
@@ -262,12 +262,22 @@ def _noise(sample: Telemetry, model: PowerModel, watts: Floats) -> tuple[Noise, 
     shapes = shape_columns(shapes_of(sample), sample.rows)
     ground = sample.rows[:, INDEX["surface"]]
     grounds = [ground == number for number in range(len(sample.surfaces))]
-    others = np.column_stack([shapes, *grounds]).astype(float)
+    others = np.column_stack([shapes, *_further(sample.rows), *grounds]).astype(float)
     others = others[:, np.isfinite(others).all(axis=0)]
     residual, doubt = sample.power - watts, doubt_of(model, rows)
     columns = np.column_stack([own, others[:, _helpers(residual, own, others)]])
     noise = noise_of(sample, residual, watts, doubt, columns)
     return noise, noise.spread(watts, doubt)
+
+
+def _further(rows: Floats) -> list[Floats]:
+    """Plain columns over wind, place of the load, sampling rate …, alone and times the speed."""
+    speed = motion_axes(rows)["speed"]
+    columns = []
+    for values in further_axes(rows).values():
+        bent = values * np.abs(values)
+        columns += [values, values * speed, bent, bent * speed]
+    return columns
 
 
 def _helpers(residual: Floats, own: Floats, others: Floats) -> list[int]:
