@@ -150,6 +150,37 @@ def test_what_a_log_cannot_tell_is_listed_with_what_would_help(narrow, base):
         assert named[slug].probability == 0.0
 
 
+@pytest.fixture(scope="module")
+def twins(motion, base):
+    """Viscous drag, where no temperature is known: cold grease is the same formula then."""
+    robot = PowerModel.from_vehicle(base.vehicle, effects=("viscous_drag",))
+    robot = changed(robot, viscous_drag__viscous_torque=1.2e-5)
+    rows = motion.rows.copy()
+    for name in ("motor_temp", "ambient_temp"):
+        rows[:, INDEX[name]] = np.nan
+    known = motion.present - {"motor_temp", "ambient_temp"}
+    log = replace(motion, rows=rows, present=known)
+    return diagnose(measured(log, robot, NOISE, seed=7), base)
+
+
+def test_effects_that_do_the_same_are_a_tie(twins):
+    assert twins.verdict == "missing_effect"
+    (selected,) = twins.selected
+    pair = {"viscous_drag", "cold_grease"}
+    assert selected in pair
+    first = twins.candidates[0]
+    assert pair - {selected} <= set(first.indistinguishable_from)
+    (rival,) = pair - {selected}
+    assert rival in twins.sentence
+    assert any(pair <= set(experiment.separates) for experiment in twins.experiments)
+
+
+@pytest.mark.xfail(reason="advice takes the best of runs that all tell nothing")
+def test_advice_for_a_tie_asks_for_the_quantity_that_tells_it(twins):
+    (experiment,) = twins.experiments
+    assert "motor_temp" in experiment.run
+
+
 def test_documents_are_strict_json(scrubbing, nothing, resonant):
     for diagnosis in (scrubbing, nothing, resonant):
         document = diagnosis.to_json()
