@@ -35,7 +35,9 @@ Floats = NDArray[np.float64]
 Watch = Callable[[float, str], None]
 
 ROUNDS = 3
-SENSOR_ROUNDS = 4
+SENSOR_ROUNDS = 8
+STEADY = 0.35
+"""Share of a correction by which the same sensor may be off again."""
 
 
 @dataclass(frozen=True)
@@ -61,21 +63,62 @@ def investigate(
     extra: Sequence[type[Effect]],
     watch: Watch,
 ) -> Found:
+    """Search rows in memory.
+
+    Args:
+        sample: the rows.
+        start: the model, not yet fitted.
+        extra: custom effects that compete with the catalogue.
+        watch: progress; raises when the caller cancelled.
+    """
     corrections: dict[str, tuple[float, float]] = {}
+    believed = {s.kind for s in SENSORS}
     log = sample
     for number in range(SENSOR_ROUNDS):
-        watch(0.15 + 0.1 * number, "laying out what every effect would add")
+        watch(0.15 + 0.05 * number, "laying out what every effect would add")
         base = fit(log, start)
         library = candidate_library(base.model, log, extra=extra)
         # A sensor that was corrected once may be corrected further by however little.
-        sensors = tuple(replace(s, least=0.0) if s.kind in corrections else s for s in SENSORS)
-        found = _settled(log, base, library, sensors, watch, 0.2 + 0.1 * number)
+        sensors = tuple(
+            replace(s, least=0.0) if s.kind in corrections else s
+            for s in SENSORS
+            if s.kind in believed
+        )
+        found = _settled(log, base, library, sensors, watch, 0.2 + 0.05 * number)
         found = replace(found, corrections=dict(corrections))
-        faults = [m for m in found.selection.members if m.sensor]
-        if not faults or number == SENSOR_ROUNDS - 1:
+        faults = [m.name for m in found.selection.members if m.sensor]
+        if not faults:
             break
-        log = _correct(log, found, faults, corrections)
+        sizes = {kind: _size(found, kind) for kind in faults}
+        # A true error is gone once it was corrected. One that asks for more, or for its opposite,
+        # stands for something else that the model lacks.
+        wandering = {
+            kind
+            for kind, (value, _) in sizes.items()
+            if kind in corrections and abs(value) > STEADY * abs(corrections[kind][0])
+        }
+        if wandering:
+            believed -= wandering
+            corrections = {k: v for k, v in corrections.items() if k in believed}
+        else:
+            for kind, (value, stderr) in sizes.items():
+                before = corrections.get(kind, (0.0, 0.0))[0]
+                corrections[kind] = (before + value, stderr)
+        log = _corrected(sample, corrections)
     return found
+
+
+def _size(found: Found, kind: str) -> tuple[float, float]:
+    """Size of a sensor's error and its standard error."""
+    standing = next(s for s in found.selection.standings if s.name == kind)
+    value = float(standing.coefficients[0])
+    return value, abs(value) / max(standing.z, 1e-9)
+
+
+def _corrected(log: Telemetry, corrections: dict[str, tuple[float, float]]) -> Telemetry:
+    for kind, (value, _) in corrections.items():
+        log = sensor_of(kind).correct(log, value)
+    return log
 
 
 def _settled(
@@ -133,6 +176,7 @@ def _chosen(log: Telemetry, base: Fit, examination: Examination, known: list[Riv
 
 
 def atom_of(member: Member) -> Atom:
+    """What a member that is no sensor does."""
     assert member.atom is not None  # sensors have none; callers leave them out
     return member.atom
 
@@ -170,25 +214,8 @@ def _relinearised(
     return library.around(fitted.model, amplitudes, held)
 
 
-def _correct(
-    log: Telemetry,
-    found: Found,
-    faults: Sequence[Member],
-    corrections: dict[str, tuple[float, float]],
-) -> Telemetry:
-    """Take the sensors' errors out of the log, and note them."""
-    for member in faults:
-        sensor = sensor_of(member.name)
-        standing = next(s for s in found.selection.standings if s.name == member.name)
-        value = float(standing.coefficients[0])
-        stderr = abs(value) / max(standing.z, 1e-9)
-        before = corrections.get(member.name, (0.0, 0.0))[0]
-        corrections[member.name] = (before + value, stderr)
-        log = sensor.correct(log, value)
-    return log
-
-
 def sensor_of(kind: str) -> Sensor:
+    """The sensor's error of this kind."""
     return next(s for s in SENSORS if s.kind == kind)
 
 
@@ -197,9 +224,7 @@ def with_all_rows(source: LogSource, found: Found, watch: Watch) -> Found:
     corrections = found.corrections
 
     def correct(chunk: Telemetry) -> Telemetry:
-        for kind, (value, _) in corrections.items():
-            chunk = sensor_of(kind).correct(chunk, value)
-        return chunk
+        return _corrected(chunk, corrections)
 
     members = [c for m in found.selection.members for c in m.columns]
     examination = examine_all(source, found.examination, members, correct, watch)

@@ -90,6 +90,7 @@ def select(
         best = chooser.find(members)
     check()
     chosen, tests = chooser.checked(best)
+    chooser.admit(chosen)
     singles = sorted({c for m in chooser.members for c in m.columns})
     z, _, _ = evidence.test_each(singles) if singles else (np.zeros(0), None, None)
     none_p = float(min(1.0, two_sided(float(z.max())) * len(z))) if len(z) else 1.0
@@ -97,6 +98,8 @@ def select(
     shape = shape_beyond(examination, chooser, chosen)
     if shape is not None:
         chosen, tests, shape = rather_a_sensor(examination, chooser, chosen, tests, shape)
+    if shape is not None and shape.alone:
+        chosen, tests = (), {}
     order = sorted(chosen, key=lambda k: -_single_gain(chooser, k))
     return Selection(
         tuple(chooser.members[k] for k in order),

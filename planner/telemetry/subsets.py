@@ -28,6 +28,10 @@ Floats = NDArray[np.float64]
 MOST_EFFECTS = 3
 SIGNIFICANT = 0.01
 """Probability of naming something when nothing is missing, over all candidates together."""
+OVERSHOOT = 3.0
+"""Times its bound that a coefficient may be in the sums, which are linear; a fit keeps to it."""
+SENSOR_SIGNIFICANT = 1e-4
+"""The same for errors of sensors, which overrule everything else that a log says."""
 LEAST_SIZE = 0.15
 """ρ below which an effect is not named: what it adds, over the noise."""
 LEAST_BESIDE = 0.08
@@ -36,7 +40,7 @@ of the robot, and what it leaves over must not be taken for a second effect."""
 LEAST_CORRECTION = 0.05
 """The same for an error of a sensor that was found and corrected already."""
 LEAST_SENSOR_SIZE = 0.1
-"""The same for the error of a sensor, which overrules everything else that a log says."""
+"""The same for the error of a sensor."""
 
 
 @dataclass(frozen=True)
@@ -157,6 +161,12 @@ class Chooser:
             best_pairs = [chosen for _, chosen in sorted(level, reverse=True)[:25]]
         return max(self.scored, key=lambda chosen: self.scored[chosen])
 
+    def admit(self, chosen: tuple[int, ...]) -> None:
+        """Score a subset whatever its coefficients are, so that it can be fitted."""
+        if chosen not in self.scored:
+            self.gains[chosen] = self.evidence.gain(self.columns(chosen))
+            self.scored[chosen] = self.gains[chosen][0] - self.penalty(chosen)
+
     def find(self, members: Sequence[Member]) -> tuple[int, ...]:
         """The subset of given members."""
         return tuple(sorted(self.members.index(m) for m in members))
@@ -188,12 +198,13 @@ class Chooser:
             worst, worst_k = -1.0, -1
             for k in chosen:
                 p = min(1.0, tests[self.members[k].name].p_value * self.name_count)
-                least = LEAST_SIZE
+                least, significant = LEAST_SIZE, SIGNIFICANT
                 if self.members[k].sensor:
+                    significant = SENSOR_SIGNIFICANT
                     known = self.least[self.members[k].columns[0]] == 0.0
                     least = LEAST_CORRECTION if known else LEAST_SENSOR_SIZE
                 least = max(least, LEAST_BESIDE * max(sizes.values()))
-                fault = max(p / SIGNIFICANT, least / max(sizes[k], 1e-12))
+                fault = max(p / significant, least / max(sizes[k], 1e-12))
                 if fault > worst:
                     worst, worst_k = fault, k
             if worst <= 1.0:
@@ -227,7 +238,7 @@ def _limits(examination: Examination) -> tuple[Floats, Floats]:
     for number, column in enumerate(competitors.library.candidates):
         at = competitors.candidate(number)
         # Linearised around the null value, a coefficient may overshoot its bound somewhat.
-        low[at], high[at] = 1.5 * column.low, 1.5 * column.high
+        low[at], high[at] = OVERSHOOT * column.low, OVERSHOOT * column.high
     for number, sensor in enumerate(competitors.sensors):
         at = competitors.sensor(number)
         low[at], high[at] = -sensor.limit, sensor.limit
