@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from planner.report.markup import asset, write
+from planner.report.markup import asset, plain, write
+
+_MARGIN, _LINE = 12, 17
 
 
 @dataclass(frozen=True)
@@ -21,13 +25,35 @@ class Figure:
     svg: str
 
     @classmethod
-    def of(cls, name: str, drawing: str) -> Figure:
-        """From a drawing of a page, with the styles that the page has for it."""
+    def of(cls, name: str, drawing: str, legend: Mapping[str, str]) -> Figure:
+        """From a drawing of a page, with the styles and the legend that the page has for it.
+
+        Args:
+            name: of the picture.
+            drawing: an SVG element as planner.report.drawing.chart makes it.
+            legend: class of the style sheet → what it stands for.
+        """
         opening, rest = drawing.split(">", 1)
-        opening = opening.replace(
-            '<svg class="', '<svg xmlns="http://www.w3.org/2000/svg" class="joulepath alone '
+        kinds = re.search(r'class="([^"]+)"', opening)
+        size = re.search(r'viewBox="0 0 (\d+) (\d+)"', opening)
+        assert kinds is not None  # as ``chart`` writes it
+        assert size is not None
+        others = re.sub(r'(class|viewBox|style|role)="[^"]*"', "", opening.removeprefix("<svg"))
+        above = _LINE * len(legend)
+        width, height = int(size[1]) + 2 * _MARGIN, int(size[2]) + 2 * _MARGIN + above
+        shown = "".join(
+            f'<rect x="0" y="{_LINE * k - above - 3}" width="22" height="9" rx="2" '
+            f'class="{kind} {"area" if kind == "measured" else "solid"}"/>'
+            f'<text x="30" y="{_LINE * k - above + 6}" class="ink">{plain(words)}</text>'
+            for k, (kind, words) in enumerate(legend.items())
         )
-        return cls(name, f"{opening}><style>{asset('charts.css')}</style>{rest}")
+        return cls(
+            name,
+            '<svg xmlns="http://www.w3.org/2000/svg" role="img" '
+            f'class="joulepath alone {kinds[1]}" width="{width}" height="{height}" '
+            f'viewBox="{-_MARGIN} {-_MARGIN - above} {width} {height}" {others.strip()}>'
+            + rest.replace("</title>", f"</title><style>{asset('charts.css')}</style>{shown}", 1),
+        )
 
     def save(self, path: str | Path) -> None:
         """Write an SVG file."""

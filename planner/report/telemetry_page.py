@@ -48,14 +48,25 @@ from planner.telemetry.wording import (
 )
 
 _START = "model as it is"
+_NOISE, _MEASURED = {"noise": "the log's own noise"}, {"measured": "measured"}
+_MORE = {**_MEASURED, **_NOISE}
+_CLOUDS: dict[str, dict[str, str]] = {"predicted": {}, "distribution": _NOISE, "time": _MEASURED}
+"""Pictures of single rows, and what they show beside the models."""
 
 
 @dataclass(frozen=True)
 class _Drawn:
-    """Pictures of a result by name, and what the axes were drawn from."""
+    """Pictures of a result by name, what their colours mean, and what they were drawn from."""
 
     look: Look | None
     pictures: dict[str, str]
+    names: dict[str, str]
+
+    def legend(self, name: str) -> dict[str, str]:
+        """What the colours of a picture mean: class → words; of bars their labels say it."""
+        if self.look is None or name not in (*_CLOUDS, *self.look.curves):
+            return {}
+        return {**self.names, **_CLOUDS.get(name, {})}
 
 
 def write_telemetry_report(result: Any, path: str | Path, title: str = "") -> None:
@@ -96,11 +107,11 @@ def figure(result: Any, name: str) -> Figure:
     Raises:
         RequestError: the result has no such picture.
     """
-    pictures = _draw(result).pictures
-    if name not in pictures:
-        accepted = ", ".join(pictures) or "none: this model has no history"
+    drawn = _draw(result)
+    if name not in drawn.pictures:
+        accepted = ", ".join(drawn.pictures) or "none: this model has no history"
         raise RequestError("figure", "no such picture", value=name, accepted=accepted)
-    return Figure.of(name, pictures[name])
+    return Figure.of(name, drawn.pictures[name], drawn.legend(name))
 
 
 @singledispatch
@@ -123,7 +134,13 @@ def _body(result: Any, drawn: _Drawn) -> list[str]:
     raise TypeError(result)
 
 
-def _drawn(look: Look, floor: float | None, errors: Mapping[str, float], **more: str) -> _Drawn:
+def _drawn(
+    look: Look,
+    floor: float | None,
+    errors: Mapping[str, float],
+    names: dict[str, str],
+    **more: str,
+) -> _Drawn:
     """The pictures that every result of a log has, and more; without those that are empty."""
     most = common_range([*look.curves.values()])
     pictures = {
@@ -134,7 +151,7 @@ def _drawn(look: Look, floor: float | None, errors: Mapping[str, float], **more:
         **more,
         **{axis: residual_chart(curve, most) for axis, curve in look.curves.items()},
     }
-    return _Drawn(look, {name: drawing for name, drawing in pictures.items() if drawing})
+    return _Drawn(look, {n: drawing for n, drawing in pictures.items() if drawing}, names)
 
 
 # A comparison.
@@ -149,6 +166,7 @@ def _(result: Comparison) -> _Drawn:
         look_of(result),
         result.noise_floor_w,
         errors,
+        {"before": "model"},
         regimes=regimes_chart(result.regimes),
         runs=runs_chart(result.runs),
     )
@@ -173,12 +191,11 @@ def _(result: Comparison, drawn: _Drawn) -> list[str]:
         + ("" if result.r2 is None else f", R² {result.r2:.4g}"),
         *(regime.sentence for regime in result.regimes[:1]),
     ]
-    names = {"before": "model", "noise": "the log's own noise"}
     return [
         sections.headline(how_far(said), pictures["errors"], facts),
         sections.where(result.regimes, pictures),
-        sections.axes(look, pictures, {"before": "model"}),
-        sections.agreement(look, pictures, names),
+        sections.axes(look, pictures, drawn.names),
+        sections.agreement(look, pictures, {**drawn.names, **_CLOUDS["distribution"]}),
         sections.by_run(result.runs, pictures),
         parameters(result.parameters, result.model, None),
         sections.about_log(said["log"], said["model"]),
@@ -200,6 +217,7 @@ def _(result: Diagnosis) -> _Drawn:
         look_of(result),
         floor,
         errors,
+        _names(result.proposed),
         candidates=candidates_chart(
             testable,
             result.selected,
@@ -233,7 +251,6 @@ def _(result: Diagnosis, drawn: _Drawn) -> list[str]:
             *filter(None, [gone]),
             f"To adopt: {', '.join(result.proposed)}",
         ]
-    names = _names(result.proposed)
     return [
         sections.headline(result.sentence, pictures["errors"], facts, verdict=result.verdict),
         sections.sensors(result),
@@ -241,8 +258,8 @@ def _(result: Diagnosis, drawn: _Drawn) -> list[str]:
         sections.ranking(result, pictures),
         sections.experiments(result),
         sections.where(result.regimes, pictures),
-        sections.axes(look, pictures, names),
-        sections.agreement(look, pictures, {**names, **_OTHER_LINES}),
+        sections.axes(look, pictures, drawn.names),
+        sections.agreement(look, pictures, {**drawn.names, **_MORE}),
         parameters(
             result.fitted.parameters, result.model, result.base if result.proposed else None
         ),
@@ -264,6 +281,7 @@ def _(result: Adoption) -> _Drawn:
         look_of(result),
         result.before.noise_floor_w,
         errors,
+        _names(result.adopted),
         history=history_chart(history(result.model)),
     )
 
@@ -283,14 +301,13 @@ def _(result: Adoption, drawn: _Drawn) -> list[str]:
         *filter(None, [gone]),
         f"The diagnosis of this log: {result.diagnosis.sentence}",
     ]
-    names = _names(result.adopted)
     lead = what_came_of_it(result.to_json())
     return [
         sections.headline(lead, pictures["errors"], facts, warnings=result.warnings),
         parameters(result.parameters, result.model, result.diagnosis.base),
         _history(result.model, pictures),
-        sections.axes(look, pictures, names),
-        sections.agreement(look, pictures, {**names, **_OTHER_LINES}),
+        sections.axes(look, pictures, drawn.names),
+        sections.agreement(look, pictures, {**drawn.names, **_MORE}),
         sections.about_log(result.diagnosis.log, result.model.describe()),
     ]
 
@@ -301,7 +318,7 @@ def _(result: Adoption, drawn: _Drawn) -> list[str]:
 @_draw.register
 def _(result: PowerModel) -> _Drawn:
     drawing = history_chart(history(result))
-    return _Drawn(None, {"history": drawing} if drawing else {})
+    return _Drawn(None, {"history": drawing} if drawing else {}, {})
 
 
 @_title.register
@@ -331,9 +348,6 @@ def _history(model: PowerModel, pictures: Mapping[str, str]) -> Markup:
     )
     drawing = figure_of(pictures.get("history", ""), caption)
     return section("Version by version", drawing, history_table(entries))
-
-
-_OTHER_LINES = {"measured": "measured", "noise": "the log's own noise"}
 
 
 def _names(added: tuple[str, ...]) -> dict[str, str]:
