@@ -29,7 +29,7 @@ from planner.telemetry.select_effects import Selection, select
 from planner.telemetry.sensors import SENSORS, Sensor
 from planner.telemetry.shapes import shapes_of
 from planner.telemetry.stream import examine_all
-from planner.telemetry.subsets import Member, Rival
+from planner.telemetry.subsets import Member, Rival, members_of
 
 Floats = NDArray[np.float64]
 Watch = Callable[[float, str], None]
@@ -167,7 +167,10 @@ def _chosen(log: Telemetry, base: Fit, examination: Examination, known: list[Riv
     selection = select(examination)
     if not selection.members:
         return selection
-    outcome = contest(log, base, examination, selection, known)
+    # What could be told in an earlier round may drown in this one, around other parameters.
+    there = members_of(examination)
+    able = [rival for rival in known if all(m in there for m in rival.members)]
+    outcome = contest(log, base, examination, selection, able)
     known[:] = outcome.near
     if {m.name for m in outcome.members} != {m.name for m in selection.members}:
         selection = select(examination, outcome.members)

@@ -53,6 +53,9 @@ from planner.telemetry.select_effects import Standing
 from planner.telemetry.subsets import Member
 from planner.telemetry.unknown_effect import Proposal, propose
 
+LEAST_FALL = 0.999
+"""Held-out error after over before, below which it counts as fallen."""
+
 Progress = Callable[[float, str], None]
 Cancel = Callable[[], bool]
 Watch = Callable[[float, str], None]
@@ -140,17 +143,24 @@ def _report(source: LogSource, found: Found) -> Diagnosis:
         proposal = propose(found.local, axis, shape, found.log, found.base.model, kept, given)
     if lost:
         members = []
+    floor = examination.noise.floor_w
+    baseline = Errors(found.base.rmse_w, heldout_rmse(found.log, found.base), floor)
+
+    def errors() -> tuple[Fit, Errors]:
+        best = proposal.fit if proposal else (found.fitted if members else found.base)
+        return best, Errors(best.rmse_w, heldout_rmse(found.log, best))
+
+    fitted, after = errors()
+    # What does not lower the error on runs that it was not fitted to is not named.
+    if proposal and members and not _falls(baseline, after):
+        proposal = None
+        fitted, after = errors()
+    if (proposal or members) and not sensors and not _falls(baseline, after):
+        proposal, members, lost = None, [], True
+        fitted, after = errors()
     selected = tuple(m.name for m in members)
     verdict = _verdict(sensors, proposal, members, lost)
-    fitted = proposal.fit if proposal else (found.fitted if members else found.base)
-    base_rmse = found.base.rmse_w
     own = [c for m in members for c in m.columns]
-    baseline = Errors(
-        base_rmse,
-        heldout_rmse(found.log, found.base),
-        examination.noise.floor_w,
-    )
-    after = Errors(fitted.rmse_w, heldout_rmse(found.log, fitted))
     if proposal is None and members:
         fitted = trimmed(fitted, found.base.model, found.log, found.additions)
     candidates = _candidates(found, selected, fitted, examination, own)
@@ -180,6 +190,10 @@ def _report(source: LogSource, found: Found) -> Diagnosis:
         source.describe(),
     )
     return replace(diagnosis, sentence=_sentence(diagnosis, shape.near if shape and lost else ()))
+
+
+def _falls(before: Errors, after: Errors) -> bool:
+    return after.heldout_rmse_w < LEAST_FALL * before.heldout_rmse_w
 
 
 def _columns_in(
@@ -352,8 +366,6 @@ def _sentence(diagnosis: Diagnosis, near: Sequence[str]) -> str:
         tied = f"; this log cannot tell it from {', '.join(sorted(ties))}" if ties else ""
         return f"Missing: {names} ({errors}){tied}."
     if diagnosis.verdict == "not_identifiable":
-        return (
-            "Something is missing that this log cannot attribute: "
-            f"{', '.join(near)} would look the same ({errors})."
-        )
+        like = f": {', '.join(near)} would look the same" if near else ""
+        return f"Something is missing that this log cannot attribute{like} ({errors})."
     return f"Nothing is missing that this log could show ({errors})."
