@@ -17,6 +17,7 @@ def _examples() -> list[tuple[str, str]]:
     pages = {
         "README.md": (ROOT / "README.md").read_text(),
         "python.md": (ROOT / "docs" / "python.md").read_text(),
+        "diagnosis.md": (ROOT / "docs" / "diagnosis.md").read_text(),
     }
     return [
         (f"{name} {number}", block)
