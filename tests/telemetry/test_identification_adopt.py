@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from planner.errors import Cancelled, ModelError
-from planner.power.custom import custom_effect
 from planner.power.model import PowerModel
 from planner.telemetry.adopt import DIAGNOSED, adopt, history, revert
+from planner.telemetry.quantities_of_motion import motion_axes
 from tests.power.states import changed
 from tests.telemetry.rows import measured
 
@@ -134,24 +134,19 @@ def test_documents_are_strict_json(second, third):
         assert document["history"][-1]["adopted"] == document["adopted"]
 
 
-def test_everything_diagnosed_is_one_name(log, base, second):
-    found = adopt(DIAGNOSED, log, base)
-    assert found.adopted == ("yaw_scrub",)
-    assert found.model.parameters == pytest.approx(second.model.parameters)
-
-
-def test_an_effect_of_ones_own(log, base):
-    mine = custom_effect(
-        "scrubbing",
-        "moment * abs(wz)",
-        "W",
-        {"moment": {"unit": "W*s", "bounds": (0.0, 50.0), "null": 0.0, "default": 1.0}},
-    )
-    found = adopt(mine, log, base)
-    assert found.adopted == ("scrubbing",)
-    assert found.after.heldout_rmse_w < 0.7 * found.before.heldout_rmse_w
-    # The same loss by another name, behind the gear and the winding: dearer than at the floor.
-    assert parameter(found.model, "scrubbing", "moment") > SCRUB
+def test_everything_diagnosed_is_one_name_and_formulas_survive_a_file(motion, base, tmp_path):
+    speed = motion_axes(motion.rows)["speed"]
+    shaking = 4.0 * np.exp(-(((speed - 0.45) / 0.08) ** 2))
+    found = adopt(DIAGNOSED, measured(motion, base, 0.02, seed=3, extra=shaking), base)
+    assert found.adopted == ("unknown_speed",)
+    assert parameter(found.model, "unknown_speed", "centre") == pytest.approx(0.45, abs=0.02)
+    found.model.save(tmp_path / "model.json")
+    read = PowerModel.load(tmp_path / "model.json")
+    rows = motion.rows_for(read.surfaces)[:200]
+    np.testing.assert_array_equal(read.watts(rows), found.model.watts(rows))
+    assert "unknown_speed" not in {effect.slug for effect in revert(read, 1).effects}
+    with pytest.raises(ModelError, match="has it already"):
+        adopt("unknown_speed", motion, read)
 
 
 @pytest.mark.parametrize(
