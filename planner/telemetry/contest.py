@@ -96,6 +96,12 @@ def contest(
         by_block = np.bincount(blocks, rows).astype(float)
         entries.append((float(by_block.sum()) - rival.penalty - surprise, rival, by_block))
     score, winner, mine = max(entries, key=lambda entry: entry[0])
+    honest = [e for e in entries if not any(m.sensor for m in e[1].members)]
+    if any(m.sensor for m in winner.members) and honest:
+        # A sensor is blamed only when it is clearly ahead of everything that blames none.
+        best = max(honest, key=lambda entry: entry[0])
+        if score - best[0] < SURE_GAIN:
+            score, winner, mine = best
     names = {m.name for m in winner.members}
     ties: dict[str, list[str]] = {name: [] for name in names}
     for other, rival, theirs in entries:

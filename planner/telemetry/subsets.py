@@ -39,7 +39,7 @@ LEAST_BESIDE = 0.08
 of the robot, and what it leaves over must not be taken for a second effect."""
 LEAST_CORRECTION = 0.05
 """The same for an error of a sensor that was found and corrected already."""
-LEAST_SENSOR_SIZE = 0.1
+LEAST_SENSOR_SIZE = 0.13
 """The same for the error of a sensor."""
 
 
