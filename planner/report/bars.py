@@ -127,8 +127,8 @@ def candidates_chart(
     shown = candidates[:MOST_CANDIDATES]
     if not shown:
         return ""
-    width, row, names = 760, 26, 190
-    middle = 440 if likely else names
+    width, row, names, full = 640, 26, 176, 110
+    middle = 386 if likely else names
     tied = {rival for c in candidates if c.effect in selected for rival in c.indistinguishable_from}
     known = [c.heldout_rmse_w for c in shown if c.heldout_rmse_w is not None]
     most = 1.02 * max([before, floor, *known])
@@ -153,7 +153,7 @@ def candidates_chart(
         parts.append(text(0, y + 14, short(c.effect, 26), "strong" if chosen else "ink"))
         hue = "after" if chosen else "noise"
         if likely:
-            at = names + 150 * c.probability
+            at = names + full * c.probability
             mark = " · tied" if c.effect in tied else ""
             parts.append(_bar(names, at, y + 3, 14, f"{hue} solid"))
             parts.append(text(at + 6, y + 15, share(c.probability) + mark, "ink"))

@@ -247,7 +247,11 @@ def shape_chart(axis_name: str, points: Sequence[tuple[float, float]], lacking: 
             whiskers(axes, places[inside], kept, "before"),
             dots(axes, places[inside], kept.bias, "before"),
         ]
-    parts.append(polyline(axes, xs, ys, "after line"))
+    # Where the log has no rows the formula's curve is not known to hold: the line breaks.
+    gaps = np.flatnonzero(np.diff(xs) > 0.08 * (limits[1] - limits[0])) + 1
+    for piece in np.split(np.arange(len(xs)), gaps):
+        draw = polyline(axes, xs[piece], ys[piece], "after line")
+        parts.append(draw if len(piece) > 1 else dots(axes, xs[piece], ys[piece], "after"))
     said = "Dots: the log, with 95 % intervals. Line: the formula, median of its rows there."
     return axes.svg("".join(parts), f"What is missing, over {axis.words}", said)
 

@@ -252,7 +252,13 @@ def _(result: Diagnosis, drawn: _Drawn) -> list[str]:
             f"To adopt: {', '.join(result.proposed)}",
         ]
     return [
-        sections.headline(result.sentence, pictures["errors"], facts, verdict=result.verdict),
+        sections.headline(
+            result.sentence,
+            pictures["errors"],
+            facts,
+            verdict=result.verdict,
+            warnings=sections.ties(result),
+        ),
         sections.sensors(result),
         sections.outside(result, pictures),
         sections.ranking(result, pictures),
@@ -302,8 +308,9 @@ def _(result: Adoption, drawn: _Drawn) -> list[str]:
         f"The diagnosis of this log: {result.diagnosis.sentence}",
     ]
     lead = what_came_of_it(result.to_json())
+    warnings = [f"Warning: {warning}" for warning in result.warnings]
     return [
-        sections.headline(lead, pictures["errors"], facts, warnings=result.warnings),
+        sections.headline(lead, pictures["errors"], facts, warnings=warnings),
         parameters(result.parameters, result.model, result.diagnosis.base),
         _history(result.model, pictures),
         sections.axes(look, pictures, drawn.names),

@@ -75,7 +75,7 @@ def headline(
     heading, meaning = VERDICTS.get(verdict, ("", ""))
     badge = f"<p class='badge {verdict}'>{plain(heading)}</p>" if heading else ""
     meant = paragraph(meaning) if meaning else ""
-    meant += "".join(paragraph(f"Warning: {w}", "warning") for w in dict.fromkeys(warnings))
+    meant += "".join(paragraph(warning, "warning") for warning in dict.fromkeys(warnings))
     return Markup(
         f"<section class='verdict'>{badge}<p class='lead'>{plain(lead)}</p>"
         f"<div class='pair'>{figure(drawing)}<div>{meant}{bullets(facts)}</div></div></section>"
@@ -179,17 +179,10 @@ def ranking(diagnosis: Diagnosis, pictures: Pictures) -> Markup:
     heads = ["effect", *columns, *words]
     rows = [[cells[head] for head in heads] for cells in map(_candidate, testable)]
     wordy = (0, *range(1 + len(columns), len(heads)))
-    ties = [
-        f"This log cannot tell {c.effect} from {' or '.join(c.indistinguishable_from)}: "
-        "either explains it as well."
-        for c in testable
-        if c.effect in diagnosis.selected and c.indistinguishable_from
-    ]
     first, rest = rows[:MOST_CANDIDATES], rows[MOST_CANDIDATES:]
     strong = [k for k in chosen if k < len(first)]
     return section(
         "What could be missing",
-        *(paragraph(tie, "warning") for tie in ties),
         figure(pictures["candidates"]),
         table("", heads, first, words=wordy, strong=strong),
         folded(f"{len(rest)} less likely ones", table("", heads, rest, words=wordy))
@@ -205,6 +198,16 @@ def ranking(diagnosis: Diagnosis, pictures: Pictures) -> Markup:
             "note",
         ),
     )
+
+
+def ties(diagnosis: Diagnosis) -> list[str]:
+    """What was selected and cannot be told from others."""
+    return [
+        f"This log cannot tell {c.effect} from {' or '.join(c.indistinguishable_from)}: "
+        "either explains it as well."
+        for c in diagnosis.candidates
+        if c.effect in diagnosis.selected and c.indistinguishable_from
+    ]
 
 
 def likely(diagnosis: Diagnosis) -> bool:

@@ -44,6 +44,8 @@ SLOPE = 0.0873  # 5°
 WARM, COLD = 60.0, 20.0
 LOADED = 0.4
 """Payload of a loaded run, as a share of the robot's mass."""
+HOPELESS = 1.0
+"""Distance in standard deviations below which a run is no advice."""
 CLEARLY = 5.0
 """Distance in standard deviations from which effects count as told apart."""
 _SPEEDS = (0.15, 0.35, 0.6, 0.85)
@@ -214,7 +216,13 @@ class Advice:
             assert best is not None  # there are always feasible runs
             distance, run = best
             sure = "" if distance >= CLEARLY else " It may take several such runs."
-            advice.append(Experiment((name, *known), run.sentence + sure, run.settings))
+            sentence, settings = run.sentence + sure, run.settings
+            if distance < HOPELESS:
+                # No motion parts effects that differ only in what the log does not know.
+                missing = sorted({q for slug in (name, *known) for q in self._missing(slug)})
+                wanted = f"Log {' and '.join(missing)}" if missing else "Measure them by themselves"
+                sentence, settings = f"{wanted}: no run would tell them apart otherwise.", {}
+            advice.append(Experiment((name, *known), sentence, settings))
         return tuple(advice)
 
     def _distance(
@@ -230,11 +238,16 @@ class Advice:
         left = gram[np.ix_(at, at)] - cross.T @ np.linalg.solve(inner, cross)
         return float(np.sqrt(max(float(strength @ left @ strength), 0.0)))
 
+    def _missing(self, slug: str) -> list[str]:
+        """Quantities that an effect reads and the log does not have."""
+        effect = all_effects().get(slug)
+        derived = ("odometer", "time_since_start", "slope_rate")
+        reads = effect.reads if effect else frozenset[str]()
+        return sorted(n for n in reads if n not in self.log.present and n not in derived)
+
     def what_would_help(self, slug: str) -> str:
         """What would make an effect testable, in one sentence."""
-        effect = all_effects().get(slug)
-        missing = sorted(n for n in effect.reads if n not in self.log.present) if effect else []
-        missing = [n for n in missing if n not in ("odometer", "time_since_start", "slope_rate")]
+        missing = self._missing(slug)
         competitors = self.examination.competitors
         columns = [
             (competitors.candidate(k), competitors.library.amplitudes[k])

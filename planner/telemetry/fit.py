@@ -149,7 +149,10 @@ def fit(
         best, stride = np.inf, 1.0
         step = np.zeros(len(index))
         for _ in range(STEPS):
-            clipped = _clipped(log.power - watts, spread)
+            residual = log.power - watts
+            # Far from the solution most rows are "outliers"; the limit then follows the residual.
+            far = max(1.0, float(np.median(np.abs(residual) / spread)) / 0.6745)
+            clipped = _clipped(residual, far * spread)
             white = scatter.whiten(log, watts, spread, np.column_stack([columns, clipped]))
             cost = float(white[:, -1] @ white[:, -1] + (((value - start) * prior) ** 2).sum())
             if cost > best + close and stride > 1e-2:

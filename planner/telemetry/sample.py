@@ -143,14 +143,18 @@ def _finished(
 
 
 class _Picker:
-    """Keeps every ``stride``-th piece; the stride doubles whenever too much is kept."""
+    """Keeps every ``stride``-th piece of a run; the stride doubles whenever too much is kept.
+
+    Each run starts to count at another piece, so that the sample holds the beginnings of some runs
+    and the ends of others, and of many short runs an even choice.
+    """
 
     def __init__(self) -> None:
         self.kept: list[tuple[int, Telemetry]] = []
         self.stride = 1
         self.rows = 0
         self.run_rows: dict[int, int] = {}
-        self._count = 0
+        self._pieces: dict[int, int] = {}
         self._size = 0
 
     def add(self, chunk: Telemetry) -> None:
@@ -160,8 +164,9 @@ class _Picker:
         for run, count in zip(runs.tolist(), counts.tolist(), strict=True):
             self.run_rows[run] = self.run_rows.get(run, 0) + count
         for start, stop in _pieces(chunk.run):
-            number = self._count
-            self._count += 1
+            run = int(chunk.run[start])
+            number = run + self._pieces.get(run, 0)
+            self._pieces[run] = self._pieces.get(run, 0) + 1
             if number % self.stride:
                 continue
             self.kept.append((number, chunk.take(np.arange(start, stop))))  # a copy

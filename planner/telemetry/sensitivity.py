@@ -163,7 +163,9 @@ def doubt_of(model: PowerModel, rows: Floats) -> Floats:
     moved = np.repeat(rows[slow][:, None, :], len(errors) + 1, axis=1)
     for number, (name, error) in enumerate(errors, start=1):
         moved[:, number, INDEX[name]] += error
-    watts = model.watts(moved.reshape(-1, rows.shape[1])).reshape(len(slow), -1)
+    count = len(slow) * (len(errors) + 1)
+    single = Nodes(moved.reshape(-1, rows.shape[1]), np.arange(count + 1), np.ones(count))
+    watts = mean_watts(model, single).reshape(len(slow), -1)
     doubt[slow] = np.abs(watts[:, 1:] - watts[:, :1]).max(axis=1)
     return doubt
 

@@ -44,7 +44,6 @@ def by_name(found):
     return {f"{p.effect}__{p.name}": p for p in found.parameters}
 
 
-@pytest.mark.xfail(reason="clipped residuals hold steps back where noise is below 0.5 % of power")
 def test_exact_power_gives_the_parameters_back(motion, robot, base):
     found = fit(replace(motion, power=predict(robot, motion)), base)
     assert found.rmse_w < 1e-4

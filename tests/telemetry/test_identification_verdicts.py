@@ -175,7 +175,6 @@ def test_effects_that_do_the_same_are_a_tie(twins):
     assert any(pair <= set(experiment.separates) for experiment in twins.experiments)
 
 
-@pytest.mark.xfail(reason="advice takes the best of runs that all tell nothing")
 def test_advice_for_a_tie_asks_for_the_quantity_that_tells_it(twins):
     (experiment,) = twins.experiments
     assert "motor_temp" in experiment.run
