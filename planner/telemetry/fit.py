@@ -153,8 +153,11 @@ def fit(
             # Far from the solution most rows are "outliers"; the limit then follows the residual.
             far = max(1.0, float(np.median(np.abs(residual) / spread)) / 0.6745)
             clipped = _clipped(residual, far * spread)
-            white = scatter.whiten(log, watts, spread, np.column_stack([columns, clipped]))
-            cost = float(white[:, -1] @ white[:, -1] + (((value - start) * prior) ** 2).sum())
+            everything = np.column_stack([columns, clipped, residual])
+            white = scatter.whiten(log, watts, spread, everything)
+            # Squares of clipped residuals would not show that large ones have become smaller.
+            cost = _huber(white[:, -1]) + float((((value - start) * prior) ** 2).sum())
+            white = white[:, :-1]
             if cost > best + close and stride > 1e-2:
                 # The step went too far: kinks of friction and gears make the power non-linear.
                 stride *= 0.5
@@ -191,6 +194,11 @@ def _prior_weights(model: PowerModel, index: NDArray[np.int64]) -> Floats:
     size = sizes(model)[index]
     spread = np.array([model.slots[place][2].spread for place in index])
     return 1.0 / np.maximum(PRIOR_SPREADS * spread * size, 1e-300)
+
+
+def _huber(z: Floats) -> float:
+    size = np.abs(z)
+    return float(np.where(size < CLIP, size * size, CLIP * (2.0 * size - CLIP)).sum())
 
 
 def _clipped(residual: Floats, spread: Floats) -> Floats:
