@@ -14,7 +14,7 @@ import inspect
 import os
 import sys
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 from types import ModuleType
@@ -54,8 +54,9 @@ def _temporary_folder() -> str:
     return tempfile.mkdtemp(prefix="joulepath-kernels-")
 
 
+@lru_cache(maxsize=256)
 def compile_kernel(
-    effects: Sequence[type[Effect]],
+    effects: tuple[type[Effect], ...],
     *,
     wheel_count: int,
     surface_count: int,
@@ -72,6 +73,8 @@ def compile_kernel(
         number: "float64" or "complex128".
         printed: "A" or "B" for the source paper's motor power, None for the sound model.
         lean: without balances and limits, a third faster.
+
+    A process writes and hashes the text once for the same effects.
     """
     source = kernel_source(
         effects,

@@ -254,6 +254,8 @@ def _warnings(names: Sequence[str], diagnosis: Diagnosis, after: Errors, fitted:
         elif candidate is None or candidate.why_not is not None:
             why = candidate.why_not if candidate else "it was not among the candidates"
             warnings.append(f"{name}: this log cannot support it: {why}")
+        elif not candidate.parameters:
+            warnings.append(f"{name}: this log asks for a sign or size that it cannot have")
         else:
             warnings.append(
                 f"{name}: this log does not call for it (it would add {candidate.rho:.2g} of the "

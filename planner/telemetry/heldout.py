@@ -68,7 +68,7 @@ class LinearHeldout:
         self.folds, _ = fold_numbers(log)
         blocks = block_numbers(log)
         self.grams = {
-            int(fold): evidence.grams[np.unique(blocks[self.folds != fold])].sum(axis=0)
+            int(fold): evidence.total - evidence.grams[np.unique(blocks[self.folds == fold])].sum(0)
             for fold in np.unique(self.folds)
         }
 

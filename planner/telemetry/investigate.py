@@ -25,7 +25,7 @@ from planner.telemetry.extend import Addition, fit_with
 from planner.telemetry.fit import Fit, fit
 from planner.telemetry.log import Telemetry
 from planner.telemetry.sample import LogSource
-from planner.telemetry.select_effects import Selection, select
+from planner.telemetry.select_effects import Selection, Standing, select
 from planner.telemetry.sensors import SENSORS, Sensor
 from planner.telemetry.shapes import shapes_of
 from planner.telemetry.stream import examine_all
@@ -45,6 +45,7 @@ class Found:
     """State of the search around the last linearisation.
 
     ``examination`` is of all rows, ``local`` of those in ``log``; the same for a short log.
+    ``refuted`` are effects that these had refuted already, their members counted in ``local``.
     """
 
     log: Telemetry
@@ -55,6 +56,7 @@ class Found:
     additions: tuple[Addition, ...]
     corrections: dict[str, tuple[float, float]]
     local: Examination
+    refuted: tuple[Standing, ...] = ()
 
 
 def investigate(
@@ -230,8 +232,11 @@ def with_all_rows(source: LogSource, found: Found, watch: Watch) -> Found:
         return _corrected(chunk, corrections)
 
     members = [c for m in found.selection.members for c in m.columns]
-    examination = examine_all(source, found.examination, members, correct, watch)
+    rivals = {name for tied in found.selection.ties.values() for name in tied}
+    examination = examine_all(source, found.examination, members, rivals, correct, watch)
     selection = select(examination)
+    told = {standing.name for standing in selection.standings}
+    refuted = tuple(s for s in found.selection.standings if s.name not in told)
     # Ties of the sample stay: rivals were fitted there in full.
     ties = {m.name: found.selection.ties.get(m.name, ()) for m in selection.members}
     selection = replace(selection, ties=ties)
@@ -252,4 +257,5 @@ def with_all_rows(source: LogSource, found: Found, watch: Watch) -> Found:
         selection=selection,
         fitted=fitted,
         additions=additions,
+        refuted=refuted,
     )

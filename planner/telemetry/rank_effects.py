@@ -160,10 +160,9 @@ def _report(source: LogSource, found: Found) -> Diagnosis:
         fitted, after = errors()
     selected = tuple(m.name for m in members)
     verdict = _verdict(sensors, proposal, members, lost)
-    own = [c for m in members for c in m.columns]
     if proposal is None and members:
         fitted = trimmed(fitted, found.base.model, found.log, found.additions)
-    candidates = _candidates(found, selected, fitted, examination, own)
+    candidates = _candidates(found, selected, fitted, members)
     advice = Advice(examination, selection, found.log)
     hidden = tuple(
         NotTestable(slug, why, advice.what_would_help(slug))
@@ -219,16 +218,20 @@ def _additions(
     for slug, effect in all_effects().items():
         if not effect.base and slug not in library.own:
             additions[slug] = usual_addition(effect, library.model)
-    for standing in found.selection.standings:
-        if not standing.member.sensor:
-            additions[standing.name] = addition_for(
-                examination, standing.member, standing.coefficients
-            )
+    for standing, where in _standings(found):
+        additions[standing.name] = addition_for(where, standing.member, standing.coefficients)
     for member, addition in zip(members, found.additions, strict=False):
         additions[member.name] = addition
     if proposal is not None:
         additions[proposal.outside.name] = proposal.addition
     return additions
+
+
+def _standings(found: Found) -> list[tuple[Standing, Examination]]:
+    """Effects that compete, and the examination that their members are counted in."""
+    all_rows = [(standing, found.examination) for standing in found.selection.standings]
+    refuted = [(standing, found.local) for standing in found.refuted]
+    return [entry for entry in [*all_rows, *refuted] if not entry[0].member.sensor]
 
 
 def _verdict(
@@ -263,28 +266,26 @@ def _sensor_faults(found: Found) -> tuple[SensorFault, ...]:
 
 
 def _candidates(
-    found: Found,
-    selected: tuple[str, ...],
-    fitted: Fit,
-    examination: Examination,
-    own: Sequence[int],
+    found: Found, selected: tuple[str, ...], fitted: Fit, members: Sequence[Member]
 ) -> tuple[Candidate, ...]:
     entries = []
+    examination = found.examination
     # The sums of a long log do not keep its rows: the sample's errors stand for it.
-    linear = LinearHeldout(found.log, examination) if len(examination.raw) else None
-    for standing in found.selection.standings:
-        if standing.member.sensor:
-            continue
+    linear = LinearHeldout(found.log, found.local)
+    own = _columns_in(found.local, examination, members)
+    for standing, where in _standings(found):
         chosen = standing.name in selected
         if chosen:
             parameters = _fitted_estimates(fitted, standing.name)
         else:
-            parameters = _linear_estimates(examination, standing)
+            parameters = _linear_estimates(where, standing)
+        # An effect alone; a selected one with all that were selected.
+        columns = _columns_in(found.local, where, [standing.member])
         entries.append(
             Candidate(
                 standing.name,
                 standing.probability,
-                None if linear is None else linear.rmse(_with_fellows(standing, own)),
+                linear.rmse(own if chosen else columns),
                 parameters,
                 standing.z,
                 standing.p_value,
@@ -295,16 +296,12 @@ def _candidates(
             )
         )
     told = {entry.effect for entry in entries}
-    for slug, why in sorted(examination.testable.items()):
-        if why is not None and slug not in told:
+    rest = sorted(examination.testable.items(), key=lambda item: (item[1] is not None, item[0]))
+    for slug, why in rest:
+        if slug not in told:
+            # Testable and not told: the log asks for a sign or size that the effect cannot have.
             entries.append(Candidate(slug, 0.0, None, {}, 0.0, 1.0, 0.0, 0.0, 0, (), why))
     return tuple(entries)
-
-
-def _with_fellows(standing: Standing, own: Sequence[int]) -> list[int]:
-    """Columns of an effect alone; of a selected one, of all that were selected."""
-    columns = list(standing.member.columns)
-    return list(own) if set(columns) <= set(own) else columns
 
 
 def _fitted_estimates(fitted: Fit, slug: str) -> dict[str, Estimate]:

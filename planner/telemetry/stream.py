@@ -2,15 +2,16 @@
 
     examination = examine_all(source, examination_of_the_sample, chosen, correct, progress)
 
-Noise, sizes and the parameters around which the model is taken come from the sample; columns that
-the sample found untestable are left out, and of the shapes only the strongest stay. Chunks are
-summed up one after the other, so that memory does not grow with the log.
+Noise, sizes and the parameters around which the model is taken come from the sample. What the
+sample found untestable is left out, so are effects and errors of sensors that it has refuted, and
+of the shapes only the strongest stay. Chunks are summed up one after the other, so that memory does
+not grow with the log.
 """
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 
@@ -30,6 +31,9 @@ from planner.telemetry.shapes import Dictionary
 Floats = NDArray[np.float64]
 
 SHAPES_KEPT = 30
+REFUTED = 1.5
+"""An effect with a smaller z in the sample, beside what was chosen there, is not summed up again:
+one that is large enough to be named (planner.telemetry.subsets) has at least 4 in SAMPLE_ROWS."""
 AT_ONCE = 2
 """Chunks in work at a time; each takes some 100 MB."""
 
@@ -38,6 +42,7 @@ def examine_all(
     source: LogSource,
     sample: Examination,
     chosen: Sequence[int],
+    rivals: Collection[str],
     correct: Callable[[Telemetry], Telemetry],
     watch: Callable[[float, str], None],
 ) -> Examination:
@@ -47,10 +52,11 @@ def examine_all(
         source: the log.
         sample: the examination of its sample.
         chosen: columns of the sample's examination that were selected.
+        rivals: effects that stay in the race whatever the sample says of them.
         correct: takes the errors of sensors out of a chunk.
         watch: progress; raises when the caller cancelled.
     """
-    reduced, kept, atoms = _reduced(sample, chosen)
+    reduced, kept, atoms = _reduced(sample, chosen, rivals)
     evidence = Evidence(reduced.tangent, reduced.residual + 1)
     evidence.slow = sample.evidence.slow[kept]
     explained = _explained(sample, chosen)
@@ -61,7 +67,7 @@ def examine_all(
     def summed(part: Telemetry, numbers: NDArray[np.int64]) -> Sums:
         part = correct(part)
         watts, raw = reduced.raw(part)
-        model = reduced.library.held_model
+        model = reduced.model
         spread = sample.noise.spread(watts, doubt_of(model, part.rows_for(model.surfaces)))
         expected = raw[:, columns] @ explained[1]
         raw[:, -1] = expected + np.clip(raw[:, -1] - expected, -CLIP * spread, CLIP * spread)
@@ -73,7 +79,7 @@ def examine_all(
         waiting: deque[Future[Sums]] = deque()
         for chunk in source.chunks():
             waiting.append(workers.submit(summed, chunk, blocks.of(chunk)))
-            if len(waiting) == AT_ONCE:
+            if len(waiting) > AT_ONCE:  # the next one is read while these are in work
                 evidence.add(waiting.popleft().result())
                 done = evidence.rows
                 watch(0.5 + 0.4 * done / source.rows, f"{done:,} of {source.rows:,} rows")
@@ -92,16 +98,17 @@ def examine_all(
 
 
 def _reduced(
-    sample: Examination, chosen: Sequence[int]
+    sample: Examination, chosen: Sequence[int], rivals: Collection[str]
 ) -> tuple[Competitors, list[int], tuple[Atom, ...]]:
     """Competitors without what cannot matter; old columns in the new order; atoms renumbered."""
     old = sample.competitors
-    wanted_atoms = _without_worse_shapes(sample, chosen)
+    wanted_atoms = _worth_summing(sample, chosen, rivals)
     used = sorted({n for atom in wanted_atoms for n in atom.columns})
     number = {n: k for k, n in enumerate(used)}
     atoms = tuple(
         replace(atom, columns=tuple(number[n] for n in atom.columns)) for atom in wanted_atoms
     )
+    sensors = _open(sample, chosen, [old.sensor(k) for k in range(len(old.sensors))])
     shapes = list(sample.shapes)
     if len(shapes) > SHAPES_KEPT:
         columns = [old.first_shape + k for k in shapes]
@@ -131,26 +138,42 @@ def _reduced(
     kept = [
         *range(old.tangent),
         *(old.candidate(n) for n in used),
-        *(old.sensor(k) for k in range(len(old.sensors))),
+        *sensors,
         *(old.first_shape + k for k in shapes),
         old.residual,
     ]
-    return Competitors(library, dictionary, old.sensors), kept, atoms
+    faults = tuple(old.sensors[column - old.sensor(0)] for column in sensors)
+    return Competitors(library, dictionary, faults, brief=True), kept, atoms
 
 
-def _without_worse_shapes(sample: Examination, chosen: Sequence[int]) -> list[Atom]:
-    """Of every effect whose shape is scanned only the value that the sample likes best."""
+def _worth_summing(
+    sample: Examination, chosen: Sequence[int], rivals: Collection[str]
+) -> list[Atom]:
+    """Effects that the sample has not refuted; where a shape is scanned, its best value only."""
     best: dict[str, tuple[float, Atom]] = {}
     kept = []
+    all_columns = sorted({sample.competitors.candidate(n) for a in sample.atoms for n in a.columns})
+    in_race = set(_open(sample, chosen, all_columns))
     for atom in sample.atoms:
+        columns = [sample.competitors.candidate(n) for n in atom.columns]
+        picked = columns[0] in chosen
+        if atom.effect not in rivals and in_race.isdisjoint(columns):
+            continue
         if not atom.scanned:
             kept.append(atom)
             continue
-        columns = [sample.competitors.candidate(n) for n in atom.columns]
-        gain = np.inf if columns[0] in chosen else sample.evidence.gain(columns)[0]
+        gain = np.inf if picked else sample.evidence.gain(columns)[0]
         if atom.effect not in best or gain > best[atom.effect][0]:
             best[atom.effect] = (gain, atom)
     return kept + [atom for _, atom in best.values()]
+
+
+def _open(sample: Examination, chosen: Sequence[int], columns: list[int]) -> list[int]:
+    """Columns that were chosen, or that the sample has not refuted beside those."""
+    if not columns:
+        return []
+    z, _, _ = sample.evidence.test_each(columns, given=chosen)
+    return [c for c, strength in zip(columns, z, strict=True) if strength >= REFUTED or c in chosen]
 
 
 def _explained(sample: Examination, chosen: Sequence[int]) -> tuple[list[int], Floats]:

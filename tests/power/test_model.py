@@ -213,7 +213,7 @@ def test_same_effects_same_text_other_effects_other_text() -> None:
 
 
 def test_a_kernel_is_compiled_once() -> None:
-    effects = [all_effects()[slug] for slug in load_vehicle("minibalance").active]
+    effects = tuple(all_effects()[slug] for slug in load_vehicle("minibalance").active)
     first, second = (
         compile_kernel(effects, wheel_count=4, surface_count=1, number="float64") for _ in range(2)
     )

@@ -13,6 +13,7 @@ from planner.telemetry import sample
 from planner.telemetry.candidates import candidate_library
 from planner.telemetry.examine import Competitors, examine
 from planner.telemetry.fit import fit
+from planner.telemetry.rank_effects import diagnose
 from planner.telemetry.sample import PIECE_ROWS, SAMPLE_ROWS, open_source
 from planner.telemetry.select_effects import select
 from planner.telemetry.shapes import shapes_of
@@ -125,7 +126,9 @@ def streamed(monkeypatch, log, whole, sample_rows: int, chunk_rows: int):
     first = examine(source.sample, whole[0].competitors)
     chosen = [c for m in select(first).members for c in m.columns]
     shares = []
-    found = examine_all(source, first, chosen, lambda c: c, lambda share, _: shares.append(share))
+    found = examine_all(
+        source, first, chosen, (), lambda c: c, lambda share, _: shares.append(share)
+    )
     assert found.evidence.rows == len(log)
     assert shares == sorted(shares)
     return found, select(found)
@@ -165,3 +168,30 @@ def test_sums_hardly_depend_on_where_chunks_end(turning, whole, monkeypatch):
         scale = np.sqrt(np.diag(first.evidence.total))
         change = (found.evidence.total - first.evidence.total) / np.outer(scale, scale)
         assert np.abs(change).max() < 0.15
+
+
+def test_a_model_without_the_catalogue_gives_the_same_columns(turning):
+    log, fitted = turning
+    library = candidate_library(fitted.model, log)
+    held = [k for k, c in enumerate(library.candidates) if c.effect in ("yaw_scrub", "air_drag")]
+    library = library.around(fitted.model, library.amplitudes, held)
+    competitors = Competitors(library, shapes_of(log))
+    watts, columns = competitors.raw(log)
+    assert len(replace(competitors, brief=True).model.effects) == len(fitted.model.effects) + 2
+    lean_watts, lean_columns = replace(competitors, brief=True).raw(log)
+    np.testing.assert_allclose(lean_watts, watts, rtol=1e-12)
+    # Derivatives are differences over 1e-6: rounding leaves so much.
+    np.testing.assert_allclose(lean_columns, columns, rtol=1e-6, atol=1e-6 * np.abs(columns).max())
+
+
+def test_what_the_sample_refuted_is_told_all_the_same(turning, base, monkeypatch):
+    log, _ = turning
+    whole = diagnose(log, base)
+    monkeypatch.setattr(sample, "SAMPLE_ROWS", 1400)
+    monkeypatch.setattr(sample, "CHUNK_ROWS", 500)
+    found = diagnose(log, base)
+    assert found.selected == whole.selected == ("yaw_scrub",)
+    assert {c.effect for c in found.candidates} == {c.effect for c in whole.candidates}
+    for candidate in found.candidates:
+        if candidate.heldout_rmse_w is not None:
+            assert candidate.heldout_rmse_w >= 0.98 * found.after.heldout_rmse_w
