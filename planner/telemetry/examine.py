@@ -66,6 +66,7 @@ class Competitors:
         library: the model and the catalogue's candidates.
         dictionary: shapes over the axes of motion.
         sensors: errors of sensors that compete.
+        exact: take the inputs for exact: a column that their errors would drown counts as well.
         brief: take whatever does not need the whole catalogue from a model without it, which is
             three times as fast and worth compiling for many rows.
     """
@@ -73,6 +74,7 @@ class Competitors:
     library: CandidateLibrary
     dictionary: Dictionary
     sensors: tuple[Sensor, ...] = SENSORS
+    exact: bool = False
     brief: bool = False
 
     @property
@@ -241,6 +243,8 @@ def _sorted_out(log: Telemetry, plain: Examination) -> Examination:
     competitors, evidence = plain.competitors, plain.evidence
     library = competitors.library
     over_sensors = _over_sensors(log, plain)
+    if competitors.exact:
+        over_sensors = np.full_like(over_sensors, np.inf)
     testable: dict[str, str | None] = dict(library.absent)
     good: list[bool] = []
     reasons: dict[str, list[str]] = {}

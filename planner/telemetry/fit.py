@@ -146,7 +146,7 @@ def fit(
         spread = scatter.spread(watts, doubt)
         # A first fit only has to show the noise.
         close = CLOSE if round_number or noise is not None else 10.0
-        best, stride = np.inf, 1.0
+        best, stride, settled = np.inf, 1.0, value
         step = np.zeros(len(index))
         for _ in range(STEPS):
             residual = log.power - watts
@@ -163,7 +163,7 @@ def fit(
                 stride *= 0.5
                 value = value - stride * step
             else:
-                best, stride = cost, 1.0
+                best, stride, settled = cost, 1.0, value
                 gram, score = white[:, :-1].T @ white[:, :-1], white[:, :-1].T @ white[:, -1]
                 step = _bounded_step(gram, score, value - start, prior, low - value, high - value)
                 value = np.clip(value + step, low, high)  # rounding may end beyond a bound
@@ -171,6 +171,10 @@ def fit(
             watts, columns = tangent(current, nodes, places)
             if stride == 1.0 and float(step @ gram @ step) < close:
                 break
+        else:
+            value = settled  # the last step was not looked at
+            current = _with(model, index, value)
+            watts, columns = tangent(current, nodes, places)
     scatter = noise or noise_of(log, log.power - watts, watts, doubt, columns)
     return _finished(log, current, index, prior, watts, columns, scatter, doubt)
 

@@ -46,6 +46,7 @@ class Found:
 
     ``examination`` is of all rows, ``local`` of those in ``log``; the same for a short log.
     ``refuted`` are effects that these had refuted already, their members counted in ``local``.
+    ``origin`` is where every fit with something added starts.
     """
 
     log: Telemetry
@@ -56,6 +57,7 @@ class Found:
     additions: tuple[Addition, ...]
     corrections: dict[str, tuple[float, float]]
     local: Examination
+    origin: PowerModel
     refuted: tuple[Standing, ...] = ()
 
 
@@ -64,6 +66,8 @@ def investigate(
     start: PowerModel,
     extra: Sequence[type[Effect]],
     watch: Watch,
+    *,
+    as_stated: bool = False,
 ) -> Found:
     """Search rows in memory.
 
@@ -72,6 +76,8 @@ def investigate(
         start: the model, not yet fitted.
         extra: custom effects that compete with the catalogue.
         watch: progress; raises when the caller cancelled.
+        as_stated: lay out around the model as it is given, not around its fit: where a strong
+            effect has bent the fit out of shape, columns around it point nowhere (strained).
     """
     corrections: dict[str, tuple[float, float]] = {}
     believed = {s.kind for s in SENSORS}
@@ -79,15 +85,19 @@ def investigate(
     for number in range(SENSOR_ROUNDS):
         watch(0.15 + 0.05 * number, "laying out what every effect would add")
         base = fit(log, start)
-        library = candidate_library(base.model, log, extra=extra)
+        origin = replace(base, model=start) if as_stated else base
+        library = candidate_library(origin.model, log, extra=extra)
         # A sensor that was corrected once may be corrected further by however little.
         sensors = tuple(
             replace(s, least=0.0) if s.kind in corrections else s
             for s in SENSORS
             if s.kind in believed
         )
-        found = _settled(log, base, library, sensors, watch, 0.2 + 0.05 * number)
-        found = replace(found, corrections=dict(corrections))
+        share = 0.2 + 0.05 * number
+        found = _settled(log, origin, library, sensors, watch, share, exact=as_stated)
+        found = replace(found, base=base, corrections=dict(corrections))
+        if not found.additions:
+            found = replace(found, fitted=base)
         faults = [m.name for m in found.selection.members if m.sensor]
         if not faults:
             break
@@ -110,6 +120,17 @@ def investigate(
     return found
 
 
+def strained(base: Fit, start: PowerModel) -> bool:
+    """Whether a fit ran into the bounds of what is physical: something strong is missing."""
+    for place in base.places:
+        low, high = start.slots[place][2].bounds
+        before, value = start.parameters[place], base.model.parameters[place]
+        near = 1e-6 * (high - low)
+        if before != value and (value - low <= near or high - value <= near):
+            return True
+    return False
+
+
 def _size(found: Found, kind: str) -> tuple[float, float]:
     """Size of a sensor's error and its standard error."""
     standing = next(s for s in found.selection.standings if s.name == kind)
@@ -130,9 +151,14 @@ def _settled(
     sensors: tuple[Sensor, ...],
     watch: Watch,
     share: float,
+    *,
+    exact: bool,
 ) -> Found:
-    """Choose, refit, lay out anew, until the choice stays."""
-    competitors = Competitors(library, shapes_of(log), sensors)
+    """Choose, refit, lay out anew, until the choice stays.
+
+    ``exact`` as in Competitors.
+    """
+    competitors = Competitors(library, shapes_of(log), sensors, exact=exact)
     examination = examine(log, competitors)
     known: list[Rival] = []
     selection = _chosen(log, base, examination, known)
@@ -158,7 +184,7 @@ def _settled(
             explained.append(selection.shape.column)
         examination = examine(log, competitors, tuple(explained) or None)
         selection = _chosen(log, base, examination, known)
-    return Found(log, base, examination, selection, fitted, additions, {}, examination)
+    return Found(log, base, examination, selection, fitted, additions, {}, examination, base.model)
 
 
 def _chosen(log: Telemetry, base: Fit, examination: Examination, known: list[Rival]) -> Selection:
@@ -245,7 +271,7 @@ def with_all_rows(source: LogSource, found: Found, watch: Watch) -> Found:
         addition_for(examination, m, coefficients_of(selection, m.name)) for m in chosen
     )
     fitted = fit_with(
-        found.base.model,
+        found.origin,
         found.log,
         additions,
         noise=found.examination.noise,

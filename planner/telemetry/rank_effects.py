@@ -45,7 +45,14 @@ from planner.telemetry.experiments import Advice
 from planner.telemetry.extend import Addition, trimmed, usual_addition
 from planner.telemetry.fit import Fit, starting_model
 from planner.telemetry.heldout import LinearHeldout, heldout_rmse
-from planner.telemetry.investigate import Found, atom_of, investigate, sensor_of, with_all_rows
+from planner.telemetry.investigate import (
+    Found,
+    atom_of,
+    investigate,
+    sensor_of,
+    strained,
+    with_all_rows,
+)
 from planner.telemetry.log import Telemetry
 from planner.telemetry.regimes import regimes_of
 from planner.telemetry.sample import LogSource, open_source
@@ -55,6 +62,8 @@ from planner.telemetry.unknown_effect import Proposal, propose
 
 LEAST_FALL = 0.999
 """Held-out error after over before, below which it counts as fallen."""
+BETTER = 0.98
+"""The same, of a second search over the first, from which the second is believed."""
 
 Progress = Callable[[float, str], None]
 Cancel = Callable[[], bool]
@@ -118,6 +127,16 @@ def diagnose_source(
     """As ``diagnose``, for a log that is open."""
     watch(0.1, "fitting the model")
     found = investigate(source.sample, start, extra, watch)
+    diagnosis = _concluded(source, found, watch)
+    if diagnosis.verdict != "complete" and strained(found.base, start):
+        found = investigate(source.sample, start, extra, watch, as_stated=True)
+        other = _concluded(source, found, watch)
+        if other.after.heldout_rmse_w < BETTER * diagnosis.after.heldout_rmse_w:
+            return other
+    return diagnosis
+
+
+def _concluded(source: LogSource, found: Found, watch: Watch) -> Diagnosis:
     if not source.complete:
         found = with_all_rows(source, found, watch)
     watch(0.9, "weighing what was found")
@@ -140,7 +159,7 @@ def _report(source: LogSource, found: Found) -> Diagnosis:
             members = []
         axis = examination.competitors.dictionary.shapes[shape.number].axis
         given = _columns_in(found.local, examination, members)
-        proposal = propose(found.local, axis, shape, found.log, found.base.model, kept, given)
+        proposal = propose(found.local, axis, shape, found.log, found.origin, kept, given)
     if lost:
         members = []
     floor = examination.noise.floor_w
@@ -152,16 +171,17 @@ def _report(source: LogSource, found: Found) -> Diagnosis:
 
     fitted, after = errors()
     # What does not lower the error on runs that it was not fitted to is not named.
-    if proposal and members and not _falls(baseline, after):
-        proposal = None
-        fitted, after = errors()
+    if proposal and members:
+        named = Errors(found.fitted.rmse_w, heldout_rmse(found.log, found.fitted), floor)
+        if not _falls(baseline, after) or not _falls(named, after):
+            proposal, fitted, after = None, found.fitted, named
     if (proposal or members) and not sensors and not _falls(baseline, after):
         proposal, members, lost = None, [], True
         fitted, after = errors()
     selected = tuple(m.name for m in members)
     verdict = _verdict(sensors, proposal, members, lost)
     if proposal is None and members:
-        fitted = trimmed(fitted, found.base.model, found.log, found.additions)
+        fitted = trimmed(fitted, found.origin, found.log, found.additions)
     candidates = _candidates(found, selected, fitted, members)
     advice = Advice(examination, selection, found.log)
     hidden = tuple(

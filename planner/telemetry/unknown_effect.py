@@ -94,6 +94,17 @@ def _power_unit(axis_unit: str, order: int, times_speed: int) -> str:
     return unit
 
 
+def _place_bounds(kind: str, span: tuple[float, float]) -> list[tuple[float, float]]:
+    """Where what can be moved of a shape may lie: its place, and its width if it has one."""
+    low, high = span
+    length = max(high - low, 1e-9)
+    if kind == "bump":  # narrower than this, a single speed that was driven looks like one
+        return [(low - length, high + length), (0.04 * length, 2.0 * length)]
+    if kind == "decay":
+        return [(0.005 * length, 10.0 * length)]
+    return [(0.0, max(abs(low), abs(high))) if kind == "outside" else (low, high)]
+
+
 def formula_of(
     shape: Shape, span: tuple[float, float], temperature: str, coefficients: Sequence[float]
 ) -> tuple[type[Effect], dict[tuple[str, int], float]]:
@@ -106,8 +117,7 @@ def formula_of(
         coefficients: W per unit of the shape; two for a harmonic (cosine, sine).
     """
     text = _axis_text(shape.axis, temperature)
-    x, low, high = text.expression, *span
-    width = max(high - low, 1e-9)
+    x = text.expression
     order = 1
     shaping: dict[str, dict[str, Any]] = {}
     start: dict[tuple[str, int], float] = {}
@@ -125,8 +135,9 @@ def formula_of(
     elif shape.kind == "bump":
         order = 0
         body = f"bump({x}, centre, width)"
-        shaped("centre", shape.at, (low - width, high + width), text.unit)
-        shaped("width", shape.width, (0.02 * width, 2.0 * width), text.unit)
+        centre, spread = _place_bounds(shape.kind, span)
+        shaped("centre", shape.at, centre, text.unit)
+        shaped("width", shape.width, spread, text.unit)
     elif shape.kind in ("cos", "sin"):
         order = 0
         strengths = ["even", "odd"]
@@ -139,13 +150,11 @@ def formula_of(
             "below": f"threshold - {x}",
         }[shape.kind]
         body = f"hinge({inner})"
-        reach = max(abs(low), abs(high)) if shape.kind == "outside" else None
-        limits = (0.0, reach) if reach is not None else (low, high)
-        shaped("threshold", shape.at, limits, text.unit)
+        shaped("threshold", shape.at, _place_bounds(shape.kind, span)[0], text.unit)
     else:
         order = 0
         body = f"exp(-{x} / time_constant)"
-        shaped("time_constant", shape.at, (0.2 * shape.at, 10.0 * width), text.unit)
+        shaped("time_constant", shape.at, _place_bounds(shape.kind, span)[0], text.unit)
     fixed = dict(text.fixed)
     factor = "" if shape.times_speed == 0 else " * speed"
     factor += f" ** {shape.times_speed}" if shape.times_speed > 1 else ""
@@ -286,7 +295,11 @@ class _Tuner:
         if names:
             low, high = self.dictionary.ranges[shape.axis]
             span = max(high - low, 1e-9)
-            start = [getattr(shape, name) for name in names]
+            bounds = _place_bounds(shape.kind, (low, high))
+            start = [
+                float(np.clip(getattr(shape, name), *limits))
+                for name, limits in zip(names, bounds, strict=True)
+            ]
 
             def moved(place: Floats) -> Shape:
                 at = float(place[0])
@@ -295,9 +308,8 @@ class _Tuner:
                 )
 
             def loss(place: Floats) -> float:
-                there = moved(place)
-                possible = there.at > 0 if shape.kind == "decay" else there.width >= 0
-                return -self.gain(there)[0] if possible else 0.0
+                possible = all(a <= x <= b for x, (a, b) in zip(place, bounds, strict=True))
+                return -self.gain(moved(place))[0] if possible else 0.0
 
             steps = [0.15 * (abs(s) if shape.kind == "decay" else span) for s in start]
             simplex = np.array([start, *(np.array(start) + np.diag(steps))])
