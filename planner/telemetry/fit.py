@@ -33,7 +33,7 @@ from planner.power.vehicle import Vehicle, load_vehicle
 from planner.telemetry.blocks import block_numbers
 from planner.telemetry.interval import interval_nodes
 from planner.telemetry.log import Telemetry
-from planner.telemetry.noise import CLIP, Noise, noise_of
+from planner.telemetry.noise import CLIP, Noise, huber, noise_of
 from planner.telemetry.sensitivity import doubt_of, predict, sizes, tangent
 
 Floats = NDArray[np.float64]
@@ -156,7 +156,7 @@ def fit(
             everything = np.column_stack([columns, clipped, residual])
             white = scatter.whiten(log, watts, spread, everything)
             # Squares of clipped residuals would not show that large ones have become smaller.
-            cost = _huber(white[:, -1]) + float((((value - start) * prior) ** 2).sum())
+            cost = float(huber(white[:, -1]).sum() + (((value - start) * prior) ** 2).sum())
             white = white[:, :-1]
             if cost > best + close and stride > 1e-2:
                 # The step went too far: kinks of friction and gears make the power non-linear.
@@ -198,11 +198,6 @@ def _prior_weights(model: PowerModel, index: NDArray[np.int64]) -> Floats:
     size = sizes(model)[index]
     spread = np.array([model.slots[place][2].spread for place in index])
     return 1.0 / np.maximum(PRIOR_SPREADS * spread * size, 1e-300)
-
-
-def _huber(z: Floats) -> float:
-    size = np.abs(z)
-    return float(np.where(size < CLIP, size * size, CLIP * (2.0 * size - CLIP)).sum())
 
 
 def _clipped(residual: Floats, spread: Floats) -> Floats:

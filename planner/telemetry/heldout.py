@@ -1,6 +1,7 @@
 """Error on runs that a fit has not seen.
 
     heldout_rmse(log, fitted)                            # of a fitted model
+    heldout_deviance(heldout_residual(log, fitted), spread)
     LinearHeldout(log, examination).rmse(columns)        # of many candidates, from sums
 
 A fold is a fifth of the runs. Its parameters are those of one Gauss-Newton step from the fit to all
@@ -20,7 +21,7 @@ from planner.telemetry.examine import Examination
 from planner.telemetry.fit import Fit, fold_numbers
 from planner.telemetry.interval import interval_nodes
 from planner.telemetry.log import Telemetry
-from planner.telemetry.noise import CLIP
+from planner.telemetry.noise import CLIP, huber
 from planner.telemetry.sensitivity import tangent
 
 Floats = NDArray[np.float64]
@@ -28,6 +29,25 @@ Floats = NDArray[np.float64]
 
 def heldout_rmse(log: Telemetry, fitted: Fit) -> float:
     """W, cross-validated by run, of a model that was fitted to this log."""
+    return rms(heldout_residual(log, fitted))
+
+
+def rms(residual: Floats) -> float:
+    """Root mean square of residuals (n,) W."""
+    return float(np.sqrt(np.mean(residual**2)))
+
+
+def heldout_deviance(residual: Floats, spread: Floats) -> float:
+    """Mean loss per row, each row counted by how sure it is and none beyond a few spreads.
+
+    A robot about to turn round has a power that a millimetre per second decides. A few such rows
+    can outweigh all others in a plain mean of squares.
+    """
+    return float(np.mean(huber(residual / spread)))
+
+
+def heldout_residual(log: Telemetry, fitted: Fit) -> Floats:
+    """(n,) W, measured less modelled, of every row by the fit without its fold."""
     model = fitted.model
     nodes = interval_nodes(log.rows_for(model.surfaces), log.interval, model)
     _, columns = tangent(model, nodes, fitted.places)
@@ -38,13 +58,11 @@ def heldout_rmse(log: Telemetry, fitted: Fit) -> float:
     folds, _ = fold_numbers(log)
     grams = {int(fold): white[folds == fold].T @ white[folds == fold] for fold in np.unique(folds)}
     total = np.sum(list(grams.values()), axis=0)
-    squares = 0.0
+    left = np.empty(len(log))
     for fold, gram in grams.items():
         held = folds == fold
-        step = _ridge_solution(total - gram)
-        left = fitted.residual[held] - columns[held] @ step
-        squares += float(left @ left)
-    return float(np.sqrt(squares / len(log)))
+        left[held] = fitted.residual[held] - columns[held] @ _ridge_solution(total - gram)
+    return left
 
 
 def _ridge_solution(gram: Floats) -> Floats:

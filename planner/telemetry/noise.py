@@ -42,6 +42,12 @@ BINS = 10
 _MAD = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
 
 
+def huber(z: Floats) -> Floats:
+    """Loss of residuals in spreads: their squares, straight lines beyond CLIP."""
+    size = np.abs(z)
+    return np.where(size < CLIP, size * size, CLIP * (2.0 * size - CLIP))
+
+
 def segments(log: Telemetry) -> list[tuple[int, int]]:
     """Stretches of consecutive rows: the same run, no gap in time."""
     if len(log) == 0:

@@ -24,6 +24,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.errors import Cancelled
 from planner.power.catalogue import all_effects
@@ -44,7 +45,7 @@ from planner.telemetry.examine import Examination
 from planner.telemetry.experiments import Advice
 from planner.telemetry.extend import Addition, trimmed, usual_addition
 from planner.telemetry.fit import Fit, starting_model
-from planner.telemetry.heldout import LinearHeldout, heldout_rmse
+from planner.telemetry.heldout import LinearHeldout, heldout_deviance, heldout_residual, rms
 from planner.telemetry.investigate import (
     Found,
     atom_of,
@@ -62,9 +63,14 @@ from planner.telemetry.unknown_effect import Proposal, propose
 
 LEAST_FALL = 0.999
 """Held-out error after over before, below which it counts as fallen."""
+CLEAR_FALL = 0.99
+"""The same of the deviance, where a few unsure rows hide it in the error."""
+LARGEST_RISE = 1.25
+"""Held-out error after over before that such rows may cause."""
 BETTER = 0.98
 """The same, of a second search over the first, from which the second is believed."""
 
+Floats = NDArray[np.float64]
 Progress = Callable[[float, str], None]
 Cancel = Callable[[], bool]
 Watch = Callable[[float, str], None]
@@ -162,22 +168,19 @@ def _report(source: LogSource, found: Found) -> Diagnosis:
         proposal = propose(found.local, axis, shape, found.log, found.origin, kept, given)
     if lost:
         members = []
-    floor = examination.noise.floor_w
-    baseline = Errors(found.base.rmse_w, heldout_rmse(found.log, found.base), floor)
-
-    def errors() -> tuple[Fit, Errors]:
-        best = proposal.fit if proposal else (found.fitted if members else found.base)
-        return best, Errors(best.rmse_w, heldout_rmse(found.log, best))
-
-    fitted, after = errors()
+    before = heldout_residual(found.log, found.base)
+    fitted = proposal.fit if proposal else (found.fitted if members else found.base)
+    left = heldout_residual(found.log, fitted)
     # What does not lower the error on runs that it was not fitted to is not named.
     if proposal and members:
-        named = Errors(found.fitted.rmse_w, heldout_rmse(found.log, found.fitted), floor)
-        if not _falls(baseline, after) or not _falls(named, after):
-            proposal, fitted, after = None, found.fitted, named
-    if (proposal or members) and not sensors and not _falls(baseline, after):
+        named = heldout_residual(found.log, found.fitted)
+        if not _falls(before, left, found.base) or not _falls(named, left, found.base):
+            proposal, fitted, left = None, found.fitted, named
+    if (proposal or members) and not sensors and not _falls(before, left, found.base):
         proposal, members, lost = None, [], True
-        fitted, after = errors()
+        fitted, left = found.base, before
+    baseline = Errors(found.base.rmse_w, rms(before), examination.noise.floor_w)
+    after = Errors(fitted.rmse_w, rms(left))
     selected = tuple(m.name for m in members)
     verdict = _verdict(sensors, proposal, members, lost)
     if proposal is None and members:
@@ -211,8 +214,14 @@ def _report(source: LogSource, found: Found) -> Diagnosis:
     return replace(diagnosis, sentence=_sentence(diagnosis, shape.near if shape and lost else ()))
 
 
-def _falls(before: Errors, after: Errors) -> bool:
-    return after.heldout_rmse_w < LEAST_FALL * before.heldout_rmse_w
+def _falls(before: Floats, after: Floats, base: Fit) -> bool:
+    """Whether held-out residuals (n,) W have become smaller, counted in spreads of the base."""
+    if rms(after) < LEAST_FALL * rms(before):
+        return True
+    clear = heldout_deviance(after, base.spread) < CLEAR_FALL * heldout_deviance(
+        before, base.spread
+    )
+    return clear and rms(after) < LARGEST_RISE * rms(before)
 
 
 def _columns_in(
@@ -381,7 +390,13 @@ def _sentence(diagnosis: Diagnosis, near: Sequence[str]) -> str:
             for rival in c.indistinguishable_from
         }
         tied = f"; this log cannot tell it from {', '.join(sorted(ties))}" if ties else ""
-        return f"Missing: {names} ({errors}){tied}."
+        # Named all the same, so the loss of single rows fell.
+        unsure = (
+            "; rows that a little error of the speeds decides hide that most rows are closer"
+            if after.heldout_rmse_w >= before.heldout_rmse_w
+            else ""
+        )
+        return f"Missing: {names} ({errors}){tied}{unsure}."
     if diagnosis.verdict == "not_identifiable":
         like = f": {', '.join(near)} would look the same" if near else ""
         return f"Something is missing that this log cannot attribute{like} ({errors})."
