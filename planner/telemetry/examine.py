@@ -38,6 +38,10 @@ LEAST_SHARE = 2e-3
 LEAST_OVER_SENSORS = 4.0
 LARGEST_UNNOTICED = 0.10
 """Share of the mean power; an effect that could be larger without being noticed is not testable."""
+WORTH_SAYING = 0.01
+"""The same from which it is told of an effect that competes and was not found."""
+NOTICED = 3.84
+"""Standard errors from which an effect counts as noticed."""
 PROBE_ROWS = 3000
 
 SENSOR_ERRORS: dict[str, tuple[float, float]] = {
@@ -132,6 +136,7 @@ class Examination:
         raw: (n, columns) of the sample, the residual clipped.
         residual: (n,) W, measured less modelled, as it is.
         testable: slug → None, or why this log cannot tell it.
+        unnoticed: slug → W, rms, up to which an effect that can be told would go unnoticed.
         atoms: ways for effects to act, those that can be told.
         shapes: numbers of the shapes that can be told.
         mean_watts: mean of |P|, W.
@@ -145,9 +150,15 @@ class Examination:
     raw: Floats
     residual: Floats
     testable: dict[str, str | None]
+    unnoticed: dict[str, float]
     atoms: tuple[Atom, ...]
     shapes: tuple[int, ...]
     mean_watts: float
+
+    def hardly_told(self, slug: str) -> str | None:
+        """What is to be said of an effect that can be told, if much of it would go unnoticed."""
+        watts = self.unnoticed.get(slug, 0.0)
+        return _unnoticed(watts, self) if watts > WORTH_SAYING * self.mean_watts else None
 
     def size(self, columns: list[int], coefficients: Floats) -> float:
         """ρ: rms of what some columns add, after refitting the model, over the noise."""
@@ -183,7 +194,7 @@ def examine(
     evidence.settle()
     mean = float(np.mean(np.abs(watts)))
     plain = Examination(
-        competitors, evidence, noise, watts, spread, raw, residual, {}, (), (), mean
+        competitors, evidence, noise, watts, spread, raw, residual, {}, {}, (), (), mean
     )
     return _sorted_out(log, plain)
 
@@ -249,7 +260,7 @@ def _sorted_out(log: Telemetry, plain: Examination) -> Examination:
     good: list[bool] = []
     reasons: dict[str, list[str]] = {}
     for number, column in enumerate(library.candidates):
-        why = _why_not(plain, competitors.candidate(number), over_sensors)
+        why = _why_not(plain, number, over_sensors)
         good.append(why is None)
         if why is not None:
             reasons.setdefault(column.effect, []).append(why)
@@ -266,17 +277,24 @@ def _sorted_out(log: Telemetry, plain: Examination) -> Examination:
     for column in library.candidates:
         slug = column.effect
         testable[slug] = None if slug in told else reasons[slug][0]
+    watts: dict[str, list[float]] = {}
+    for atom in atoms:
+        at = [competitors.candidate(n) for n in atom.columns]
+        watts.setdefault(atom.effect, []).extend(_unnoticed_watts(plain, n) for n in at)
+    # Ways for one effect to act, of which one is true and the log need not say which.
+    unnoticed = {slug: float(np.median(values)) for slug, values in watts.items()}
     shapes = tuple(
         k
         for k in range(len(competitors.dictionary.shapes))
         if over_sensors[competitors.first_shape + k] >= LEAST_OVER_SENSORS
         and evidence.kept_share(competitors.first_shape + k) > 0.01
     )
-    return replace(plain, testable=testable, atoms=tuple(atoms), shapes=shapes)
+    return replace(plain, testable=testable, unnoticed=unnoticed, atoms=tuple(atoms), shapes=shapes)
 
 
-def _why_not(plain: Examination, column: int, over_sensors: Floats) -> str | None:
-    evidence = plain.evidence
+def _why_not(plain: Examination, number: int, over_sensors: Floats) -> str | None:
+    evidence, candidate = plain.evidence, plain.competitors.library.candidates[number]
+    column = plain.competitors.candidate(number)
     if evidence.kept_share(column) < LEAST_SHARE:
         return "refitting the model's own parameters does the same to the power in this log"
     if over_sensors[column] < LEAST_OVER_SENSORS:
@@ -284,14 +302,26 @@ def _why_not(plain: Examination, column: int, over_sensors: Floats) -> str | Non
             "what refitting the model's parameters leaves of it is no larger than the errors of "
             "the sensors"
         )
-    error = 1.0 / np.sqrt(max(float(evidence.clear[column, column]), 1e-300))
-    unnoticed = 3.84 * error * float(np.sqrt(np.mean(plain.raw[:, column] ** 2)))
+    unnoticed = _unnoticed_watts(plain, column)
     if unnoticed > LARGEST_UNNOTICED * plain.mean_watts:
-        return (
-            f"it would go unnoticed up to {unnoticed:.2g} W, "
-            f"{100 * unnoticed / plain.mean_watts:.0f} % of the mean power"
-        )
+        return _unnoticed(unnoticed, plain)
+    if _least(plain, column) > max(-candidate.low, candidate.high):
+        return "as large as it can be at all it would go unnoticed"
     return None
+
+
+def _least(plain: Examination, column: int) -> float:
+    """Least coefficient of a column that would be noticed."""
+    return NOTICED / float(np.sqrt(max(float(plain.evidence.clear[column, column]), 1e-300)))
+
+
+def _unnoticed_watts(plain: Examination, column: int) -> float:
+    return _least(plain, column) * float(np.sqrt(np.mean(plain.raw[:, column] ** 2)))
+
+
+def _unnoticed(watts: float, plain: Examination) -> str:
+    share = 100.0 * watts / plain.mean_watts
+    return f"it would go unnoticed up to {watts:.2g} W, {share:.2g} % of the mean power"
 
 
 def _separate(plain: Examination, atom: Atom) -> bool:

@@ -1,7 +1,7 @@
 """Error on runs that a fit has not seen.
 
     heldout_rmse(log, fitted)                            # of a fitted model
-    heldout_deviance(heldout_residual(log, fitted), spread)
+    falls(heldout_residual(log, one), heldout_residual(log, other), one.spread)
     LinearHeldout(log, examination).rmse(columns)        # of many candidates, from sums
 
 A fold is a fifth of the runs. Its parameters are those of one Gauss-Newton step from the fit to all
@@ -26,6 +26,13 @@ from planner.telemetry.sensitivity import tangent
 
 Floats = NDArray[np.float64]
 
+LEAST_FALL = 0.999
+"""Held-out error after over before, below which it counts as fallen."""
+CLEAR_FALL, GREAT_FALL = 0.99, 0.9
+"""The same of the deviance: with an error that hardly rises, and whatever the error does."""
+LARGEST_RISE = 1.25
+"""What counts as hardly."""
+
 
 def heldout_rmse(log: Telemetry, fitted: Fit) -> float:
     """W, cross-validated by run, of a model that was fitted to this log."""
@@ -37,13 +44,23 @@ def rms(residual: Floats) -> float:
     return float(np.sqrt(np.mean(residual**2)))
 
 
-def heldout_deviance(residual: Floats, spread: Floats) -> float:
-    """Mean loss per row, each row counted by how sure it is and none beyond a few spreads.
-
-    A robot about to turn round has a power that a millimetre per second decides. A few such rows
-    can outweigh all others in a plain mean of squares.
-    """
+def deviance(residual: Floats, spread: Floats) -> float:
+    """Mean loss per row, each row counted by how sure it is and none beyond a few spreads."""
     return float(np.mean(huber(residual / spread)))
+
+
+def falls(before: Floats, after: Floats, spread: Floats) -> bool:
+    """Whether held-out residuals (n,) W have become smaller.
+
+    Of a robot about to turn round on a slope, a millimetre per second decides whether friction
+    helps or hinders, and with it several watts. A few such rows can outweigh all others in a mean
+    of squares, and with the true stiction they scatter more, not less. So the deviance is asked
+    too, to which every row adds as much as it is sure.
+    """
+    if rms(after) < LEAST_FALL * rms(before):
+        return True
+    share = deviance(after, spread) / max(deviance(before, spread), 1e-300)
+    return share < GREAT_FALL or (share < CLEAR_FALL and rms(after) < LARGEST_RISE * rms(before))
 
 
 def heldout_residual(log: Telemetry, fitted: Fit) -> Floats:

@@ -45,7 +45,7 @@ from planner.telemetry.examine import Examination
 from planner.telemetry.experiments import Advice
 from planner.telemetry.extend import Addition, trimmed, usual_addition
 from planner.telemetry.fit import Fit, starting_model
-from planner.telemetry.heldout import LinearHeldout, heldout_deviance, heldout_residual, rms
+from planner.telemetry.heldout import LinearHeldout, falls, heldout_residual, rms
 from planner.telemetry.investigate import (
     Found,
     atom_of,
@@ -57,18 +57,15 @@ from planner.telemetry.investigate import (
 from planner.telemetry.log import Telemetry
 from planner.telemetry.regimes import regimes_of
 from planner.telemetry.sample import LogSource, open_source
-from planner.telemetry.select_effects import Standing
+from planner.telemetry.select_effects import Selection, Standing
 from planner.telemetry.subsets import Member
 from planner.telemetry.unknown_effect import Proposal, propose
 
-LEAST_FALL = 0.999
-"""Held-out error after over before, below which it counts as fallen."""
-CLEAR_FALL = 0.99
-"""The same of the deviance, where a few unsure rows hide it in the error."""
-LARGEST_RISE = 1.25
-"""Held-out error after over before that such rows may cause."""
 BETTER = 0.98
-"""The same, of a second search over the first, from which the second is believed."""
+"""Held-out error of a second search over the first, from which the second is believed."""
+
+HINT = 3.0
+"""Standard errors from which an effect that is not named is mentioned."""
 
 Floats = NDArray[np.float64]
 Progress = Callable[[float, str], None]
@@ -174,9 +171,9 @@ def _report(source: LogSource, found: Found) -> Diagnosis:
     # What does not lower the error on runs that it was not fitted to is not named.
     if proposal and members:
         named = heldout_residual(found.log, found.fitted)
-        if not _falls(before, left, found.base) or not _falls(named, left, found.base):
+        if not falls(before, left, found.base.spread) or not falls(named, left, found.base.spread):
             proposal, fitted, left = None, found.fitted, named
-    if (proposal or members) and not sensors and not _falls(before, left, found.base):
+    if (proposal or members) and not sensors and not falls(before, left, found.base.spread):
         proposal, members, lost = None, [], True
         fitted, left = found.base, before
     baseline = Errors(found.base.rmse_w, rms(before), examination.noise.floor_w)
@@ -189,8 +186,7 @@ def _report(source: LogSource, found: Found) -> Diagnosis:
     advice = Advice(examination, selection, found.log)
     hidden = tuple(
         NotTestable(slug, why, advice.what_would_help(slug))
-        for slug, why in sorted(examination.testable.items())
-        if why is not None
+        for slug, why in sorted(_not_told(examination, selection, selected).items())
     )
     outside = proposal.outside if proposal else None
     diagnosis = Diagnosis(
@@ -214,14 +210,22 @@ def _report(source: LogSource, found: Found) -> Diagnosis:
     return replace(diagnosis, sentence=_sentence(diagnosis, shape.near if shape and lost else ()))
 
 
-def _falls(before: Floats, after: Floats, base: Fit) -> bool:
-    """Whether held-out residuals (n,) W have become smaller, counted in spreads of the base."""
-    if rms(after) < LEAST_FALL * rms(before):
-        return True
-    clear = heldout_deviance(after, base.spread) < CLEAR_FALL * heldout_deviance(
-        before, base.spread
-    )
-    return clear and rms(after) < LARGEST_RISE * rms(before)
+def _not_told(
+    examination: Examination, selection: Selection, selected: Sequence[str]
+) -> dict[str, str]:
+    """Effects that this log cannot tell, hardly tells, or only hints at, and why."""
+    untold = {slug: why for slug, why in examination.testable.items() if why is not None}
+    for slug in examination.unnoticed:
+        why = examination.hardly_told(slug)
+        if why is not None:
+            untold[slug] = why
+    for standing in selection.standings:
+        if standing.z > HINT and not standing.member.sensor:
+            untold[standing.name] = (
+                f"the log hints at it, {standing.z:.1f} standard errors, too little to name it"
+            )
+    tied = {rival for name in selected for rival in selection.ties.get(name, ())}
+    return {slug: why for slug, why in untold.items() if slug not in {*selected, *tied}}
 
 
 def _columns_in(

@@ -63,6 +63,7 @@ __all__ = [
     "Sensors",
     "VirtualLog",
     "VirtualRobot",
+    "joined",
     "planned_route",
     "profile",
     "steady",
@@ -124,6 +125,30 @@ class VirtualLog:
         held = set(self.truth["held_out"])
         others = [str(run) for run in np.unique(self.columns["run"]) if str(run) not in held]
         return self.select(others), self.select(sorted(held))
+
+
+def joined(logs: Mapping[str, VirtualLog]) -> VirtualLog:
+    """One log of several, each a run of its own; of what really happened the clean power stays.
+
+    Args:
+        logs: name of the run → its log.
+
+    Raises:
+        InputError: they have different columns.
+    """
+    parts = list(logs.values())
+    for log in parts:
+        if list(log.columns) != list(parts[0].columns):
+            raise InputError(
+                "logs", "have different columns", accepted="logs of one robot, driven alike"
+            )
+    columns = {
+        name: np.concatenate([log.columns[name] for log in parts]) for name in parts[0].columns
+    }
+    columns["run"] = np.repeat(list(logs), [len(log.columns["run"]) for log in parts])
+    return VirtualLog(
+        columns, {"clean_power": np.concatenate([log.truth["clean_power"] for log in parts])}
+    )
 
 
 class VirtualRobot:

@@ -1,0 +1,171 @@
+"""A robot that is not as its model says, and a model that learns it from the robot's own log.
+
+    told = close_the_loop(ERRANDS, "minibalance", {"regeneration_limit": {}}, Path("demo"))
+    told.adoption.diagnosis.sentence
+    for drive in told.drives: drive.error_before, drive.error_after, drive.saved
+
+A virtual robot (planner.telemetry.virtual_robot) hides an effect. It drives the routes that the
+base model plans and logs its power. From that log alone the effect is named and adopted; the same
+errands are planned again with the new version and driven again. Its log is written beside the
+pages: ``joulepath diagnose demo/robot.csv --vehicle minibalance`` says the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from planner import Adoption, Answer, PowerModel, Telemetry, adopt, plan_route
+from planner.errors import RequestError
+from planner.power.vehicle import load_vehicle
+from planner.telemetry.sensitivity import predict
+from planner.telemetry.virtual_robot import Noise, VirtualLog, VirtualRobot, joined
+from planner.terrain.catalogue import open_map
+
+NOISE = Noise(level=0.02)
+
+
+@dataclass(frozen=True)
+class Errand:
+    """A route that is asked for twice: before and after the model has learnt."""
+
+    name: str
+    request: Mapping[str, Any]
+
+
+ERRANDS = (
+    Errand(
+        "over the ridge",
+        {"map": "jacksboro-1to100", "start": {"x": 93, "y": 225}, "goal": {"x": 212, "y": 73}},
+    ),
+    Errand(
+        "home with 4 kg",
+        {
+            "map": "jacksboro-1to100",
+            "start": {"x": 230, "y": 250},
+            "goal": {"x": 60, "y": 50},
+            "payload": {"mass": 4.0},
+        },
+    ),
+)
+
+
+@dataclass(frozen=True)
+class Drive:
+    """One errand, driven along the route of the base model and along that of the corrected one.
+
+    Attributes:
+        errand: which.
+        before, after: the answers.
+        took_before_j, took_after_j: J that the robot needed.
+        corrected_before_j: J that the corrected model says for the first drive.
+    """
+
+    errand: Errand
+    before: Answer
+    after: Answer
+    took_before_j: float
+    took_after_j: float
+    corrected_before_j: float
+
+    @property
+    def error_before(self) -> float:
+        """Measured over planned energy less one, planned by the base model."""
+        return self.took_before_j / self.before.routes[0].energy_j - 1.0
+
+    @property
+    def error_after(self) -> float:
+        """The same of the corrected model, on a route that it had never been fitted to."""
+        return self.took_after_j / self.after.routes[0].energy_j - 1.0
+
+    @property
+    def saved(self) -> float:
+        """Share of its energy that the robot saves on the new route."""
+        return 1.0 - self.took_after_j / self.took_before_j
+
+    @property
+    def promised(self) -> float:
+        """What the corrected model says of that."""
+        return 1.0 - self.after.routes[0].energy_j / self.corrected_before_j
+
+
+@dataclass(frozen=True)
+class ClosedLoop:
+    """What came of it.
+
+    Attributes:
+        adoption: with the diagnosis of the first drives' log.
+        drives: one for each errand.
+        log: where the first drives' log was written.
+    """
+
+    adoption: Adoption
+    drives: tuple[Drive, ...]
+    log: Path
+
+
+def close_the_loop(
+    errands: Sequence[Errand],
+    vehicle: str,
+    hidden: Mapping[str, Mapping[str, Any]],
+    folder: Path,
+    *,
+    seed: int = 1,
+) -> ClosedLoop:
+    """Plan, drive, diagnose, adopt, plan and drive again.
+
+    Args:
+        errands: what to drive.
+        vehicle: name of the robot's vehicle.
+        hidden: what it hides, as VirtualRobot takes it.
+        folder: where its log goes.
+        seed: of the routes, and of the robot's noise.
+
+    Raises:
+        RequestError: an errand has no route.
+    """
+    robot = VirtualRobot(vehicle, hidden=hidden, seed=seed)
+    model = PowerModel.from_vehicle(load_vehicle(vehicle), effects=())
+    first = [_plan(errand, model, seed) for errand in errands]
+    driven = [_drive(robot, e, answer) for e, answer in zip(errands, first, strict=True)]
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "robot.csv"
+    joined({e.name: log for e, (_, log) in zip(errands, driven, strict=True)}).write_csv(path)
+    adoption = adopt("diagnosed", path, model)
+    measured = Telemetry.read(path)
+    watts = predict(adoption.model, measured)
+    drives = []
+    for number, errand in enumerate(errands):
+        after = _plan(errand, adoption.model, seed)
+        took, _ = _drive(robot, errand, after)
+        rows = measured.run == measured.run_names.index(errand.name)
+        drives.append(
+            Drive(
+                errand,
+                first[number],
+                after,
+                driven[number][0],
+                took,
+                float(watts[rows] @ measured.interval[rows]),
+            )
+        )
+    return ClosedLoop(adoption, tuple(drives), path)
+
+
+def _plan(errand: Errand, model: PowerModel, seed: int) -> Answer:
+    answer = plan_route(dict(errand.request), model=model, seed=seed)
+    if not answer.routes:
+        raise RequestError(errand.name, "no route", accepted=answer.reason or "")
+    return answer
+
+
+def _drive(robot: VirtualRobot, errand: Errand, answer: Answer) -> tuple[float, VirtualLog]:
+    load = errand.request.get("payload", {}).get("mass", 0.0)
+    return robot.drive_route(
+        answer.to_json(),
+        terrain=open_map(errand.request["map"]),
+        settings={"payload": load},
+        noise=NOISE,
+    )
