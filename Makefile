@@ -26,7 +26,7 @@ $(READY): pyproject.toml requirements/dev.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 	@touch $(READY)
 
-demo: $(READY) ## Plan on real relief and in a warehouse; writes demo/report.html
+demo: $(READY) ## Plan on real relief, then find out what a robot hides; writes demo/
 	$(BIN)/python -m service.demo
 
 test: $(READY) ## Run the tests

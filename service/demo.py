@@ -1,6 +1,7 @@
-"""What joulepath does, shown in a minute: run by ``make demo``.
+"""What joulepath does, shown in two minutes: run by ``make demo``.
 
-Each chapter prints what it finds and adds its answers to one page, demo/report.html.
+Each chapter prints what it finds and adds its answers to one page, demo/report.html. The last one
+is about a robot that is not as its model says; what its log tells is on demo/diagnosis.html.
 """
 
 from __future__ import annotations
@@ -14,13 +15,19 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Console
+from rich.table import Table
 
 from planner import Answer, plan_route
 from planner.power.catalogue import all_effects
 from planner.report import write_report
-from service import tables
+from planner.search.wording import joules
+from service import tables, tables_telemetry
+from service.closing_the_loop import ERRANDS, ClosedLoop, close_the_loop
 
 REPORT = Path("demo") / "report.html"
+
+DIAGNOSIS = "diagnosis.html"
+HIDDEN = "regeneration_limit"
 
 Answers = Mapping[str, Answer]
 
@@ -84,9 +91,73 @@ def plan_all(console: Console, questions: tuple[Question, ...]) -> Answers:
     return answers
 
 
+def hidden_effect(console: Console, folder: Path = REPORT.parent) -> Answers:
+    """A robot drives, is diagnosed from its log alone, and drives again with what was learnt."""
+    console.rule("[bold]The robot is not as its model says")
+    console.print(
+        "A simulated robot drives three errands over the same relief. It hides something from the "
+        "model, which plans the routes without it; all that is known of the robot is its log.\n"
+    )
+    begun = time.perf_counter()
+    told = close_the_loop(ERRANDS, "minibalance", {HIDDEN: {}}, folder)
+    console.print(_errands(told), "")
+    diagnosis = told.adoption.diagnosis
+    console.print(f"What its log tells ({len(diagnosis.corrected):,} rows):", diagnosis.sentence)
+    console.print(tables_telemetry.adoption(told.adoption.to_json()), "")
+    console.print(summary(told))
+    hidden = "is" if told.adoption.adopted == (HIDDEN,) else "is not all of"
+    console.print(f"What was named {hidden} what it hid ({HIDDEN}).")
+    told.adoption.write_report(folder / DIAGNOSIS, "joulepath: what the robot's log tells")
+    took = time.perf_counter() - begun
+    console.print(f"driven, diagnosed and planned again in {took:.1f} s\n", style="dim")
+    console.print(f"The log: [bold]{told.log}[/]; what it tells: [bold]{folder / DIAGNOSIS}[/]\n")
+    first = told.drives[0]
+    return {
+        f"{first.errand.name}, planned by the base model": first.before,
+        f"{first.errand.name}, planned with what the log told": first.after,
+    }
+
+
+def summary(told: ClosedLoop) -> str:
+    """What adopting has brought: smaller errors of the plans, and energy."""
+    old, new = (sum(d.took_before_j for d in told.drives), sum(d.took_after_j for d in told.drives))
+    said_old = sum(d.before.routes[0].energy_j for d in told.drives)
+    said_new = sum(d.after.routes[0].energy_j for d in told.drives)
+    return (
+        f"The plans were {_off(old / said_old - 1.0)} and are {_off(new / said_new - 1.0)} now; "
+        f"on its new routes the robot takes {joules(new)} instead of {joules(old)}, "
+        f"{100 * (1 - new / old):.1f} % less."
+    )
+
+
+def _off(error: float) -> str:
+    return f"{100 * abs(error):.1f} % too {'low' if error > 0 else 'high'}"
+
+
+def _errands(told: ClosedLoop) -> Table:
+    table = Table(header_style="bold")
+    table.add_column("errand")
+    for heading in ("base model says", "robot takes", "", "corrected says", "robot takes", ""):
+        table.add_column(heading, justify="right")
+    table.add_column("saved")
+    for drive in told.drives:
+        table.add_row(
+            drive.errand.name,
+            joules(drive.before.routes[0].energy_j),
+            joules(drive.took_before_j),
+            f"{100 * drive.error_before:+.1f} %",
+            joules(drive.after.routes[0].energy_j),
+            joules(drive.took_after_j),
+            f"{100 * drive.error_after:+.1f} %",
+            f"{100 * drive.saved:.1f} %",
+        )
+    return table
+
+
 CHAPTERS: tuple[Callable[[Console], Answers], ...] = (
     lambda console: plan_all(console, RELIEF),
     lambda console: plan_all(console, WAREHOUSE),
+    hidden_effect,
 )
 
 

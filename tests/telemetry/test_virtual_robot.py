@@ -11,10 +11,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from planner.errors import InputError
 from planner.telemetry.virtual.dynamics import BOOK, MEANS
 from planner.telemetry.virtual.motors import HOUSING_TO_AIR, WINDING_TO_HOUSING
 from planner.telemetry.virtual.profiles import attitude
-from planner.telemetry.virtual_robot import VirtualRobot, steady
+from planner.telemetry.virtual_robot import (
+    VirtualLog,
+    VirtualRobot,
+    joined,
+    planned_route,
+    steady,
+)
 from planner.terrain.heightmap import GroundClass, Terrain
 
 SLOPE_5, SLOPE_10 = math.radians(5.0), math.radians(10.0)
@@ -205,6 +212,33 @@ def test_routes_are_driven():
     # Horizontal length times weight: the load is m·g·cos, the path 12 m/cos.
     assert more == pytest.approx(0.035 * 12.0 * 9.80665 * 12.0, rel=0.02)
     assert set(rough.columns["surface"]) == {"gravel"}
+
+
+def test_corners_of_a_route_are_rounded():
+    # North, then east, at 0.5 m/s: the turn takes longer than one moment, and no way is lost.
+    corner = [(0.0, 0.25 * k, 0.0, 0.0) for k in range(21)]
+    corner += [(0.25 * k, 5.0, 0.0, 0.0) for k in range(1, 21)]
+    drive = planned_route(route_of(corner, 0.5), row=0.1)
+    vx, vy = drive.motion[0, :, 0], drive.motion[0, :, 1]
+    at = int(np.argmin(np.abs(vx - vy)))
+    assert np.hypot(vx[at], vy[at]) < 0.45
+    assert np.abs(np.diff(vx)).max() < 0.5 * 0.5
+    for speed in (vx, vy):
+        assert 0.1 * (speed[1:] + speed[:-1]).sum() / 2.0 == pytest.approx(5.0, abs=0.1)
+
+
+def test_logs_are_joined_as_runs():
+    robot = VirtualRobot("minibalance")
+    _, out = robot.drive_route(route_of([(0.0, 0.5 * k, 0.0, 0.0) for k in range(9)], 0.5))
+    _, back = robot.drive_route(route_of([(0.0, -0.5 * k, 0.0, 0.0) for k in range(7)], 0.5))
+    both = joined({"out": out, "back": back})
+    assert set(both.columns["run"]) == {"out", "back"}
+    for name, log in (("out", out), ("back", back)):
+        part = both.select([name])
+        np.testing.assert_array_equal(part.columns["power"], log.columns["power"])
+    short = VirtualLog({"power": out.columns["power"]}, {})
+    with pytest.raises(InputError, match="different columns"):
+        joined({"out": out, "short": short})
 
 
 def test_no_formula_is_shared_with_the_power_model():

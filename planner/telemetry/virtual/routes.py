@@ -1,7 +1,8 @@
 """Planned routes as the virtual robot drives them.
 
-Position, yaw and speed vary linearly in time between poses, as ROUTE.json says. The slope under the
-robot is that of the plane which lies best on a ring of contacts around its centre,
+Position, yaw and speed vary linearly in time between poses, as ROUTE.json says; as no robot changes
+its velocity in a step, corners are rounded. The slope under the robot is that of the plane which
+lies best on a ring of contacts around its centre,
 
     dz/dx = 2/(K·l)·Σ z_k·cos φ_k        K points at angles φ_k, l half the wheelbase
 
@@ -37,6 +38,8 @@ from planner.terrain.heightmap import Terrain
 Array = NDArray[np.float64]
 
 CONTACTS = 16
+CORNER = 0.3
+"""s before and after a corner of the route within which the robot rounds it."""
 
 
 def planned_route(
@@ -89,10 +92,11 @@ def planned_route(
     ux, uy = np.cos(going[piece]), np.sin(going[piece])
     along = np.stack([ux, uy, p * ux + q * uy])
     along *= pace / np.linalg.norm(along, axis=0)
+    along = np.stack([_rounded(part) for part in along])
     forward, left = axes(p, q, yaws)
     motion[0, :, 0] = np.sum(along * forward, axis=0)
     motion[0, :, 1] = np.sum(along * left, axis=0)
-    motion[0, :, 2] = np.interp(edges + 0.5 * BIN, edges[1:], np.diff(yaws) / BIN)
+    motion[0, :, 2] = _rounded(np.interp(edges + 0.5 * BIN, edges[1:], np.diff(yaws) / BIN))
     motion[0, :, 3], motion[0, :, 4] = attitude(p, q, yaws)
     around, starts = still_air(1, bins), unladen(1)
     around[0, :, 0] = tilting(p, q)
@@ -109,6 +113,14 @@ def planned_route(
         else:
             starts[0, START.index(name)] = value
     return Profile("planned_route", motion, around, starts, surfaces, ("route",), (), row)
+
+
+def _rounded(velocity: Array) -> Array:
+    """A velocity that changes in steps, as a robot with mass follows it; its integral stays."""
+    reach = round(CORNER / BIN)
+    window = np.hanning(2 * reach + 1)
+    padded = np.pad(velocity, reach - 1, mode="edge")
+    return np.convolve(padded, window[1:-1] / window.sum(), mode="valid")
 
 
 def footprint_slopes(
