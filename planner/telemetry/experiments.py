@@ -3,6 +3,7 @@
     advice = Advice(examination, selection, log)
     advice.experiments()                   # one for every tie
     advice.what_would_help("yaw_scrub")    # for an effect that this log cannot tell
+    advice.not_told(["air_drag"])          # all those, when air_drag is named
 
 A list of feasible runs is laid out (manoeuvre × load × temperature, all of the same length), each
 with the rows that it would give. The sums of the log and of such a run together say how far two
@@ -19,7 +20,7 @@ in SI; ``motor_temp`` is None where it may be as it is.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -30,9 +31,10 @@ from numpy.typing import NDArray
 from planner.power.catalogue import all_effects
 from planner.power.model import gravity_columns, rows_from
 from planner.quantities import INDEX, STANDARD_GRAVITY
-from planner.telemetry.diagnosis import Experiment
+from planner.telemetry.diagnosis import Experiment, NotTestable
 from planner.telemetry.examine import Examination
 from planner.telemetry.log import Telemetry
+from planner.telemetry.lookalikes import OFFSET, UNEVEN
 from planner.telemetry.select_effects import Selection
 from planner.telemetry.sensitivity import doubt_of
 
@@ -46,6 +48,8 @@ LOADED = 0.4
 """Payload of a loaded run, as a share of the robot's mass."""
 HOPELESS = 1.0
 """Distance in standard deviations below which a run is no advice."""
+HINT = 3.0
+"""Standard errors from which an effect that is not named is mentioned."""
 CLEARLY = 5.0
 """Distance in standard deviations from which effects count as told apart."""
 _SPEEDS = (0.15, 0.35, 0.6, 0.85)
@@ -215,6 +219,8 @@ class Advice:
                     best = (distance, run)
             assert best is not None  # there are always feasible runs
             distance, run = best
+            if name == UNEVEN and OFFSET in known and self._missing(OFFSET):
+                distance = 0.0  # the columns of an unknown offset know nothing of its side
             sure = "" if distance >= CLEARLY else " It may take several such runs."
             sentence, settings = run.sentence + sure, run.settings
             if distance < HOPELESS:
@@ -244,6 +250,29 @@ class Advice:
         derived = ("odometer", "time_since_start", "slope_rate")
         reads = effect.reads if effect else frozenset[str]()
         return sorted(n for n in reads if n not in self.log.present and n not in derived)
+
+    def not_told(self, selected: Collection[str]) -> tuple[NotTestable, ...]:
+        """Effects that this log cannot tell, hardly tells, or only hints at, and what would help.
+
+        Args:
+            selected: effects that are named.
+        """
+        testable, chosen = self.examination.testable, {m.name for m in self.selection.members}
+        reasons = {slug: why for slug, why in testable.items() if why is not None}
+        for slug in self.examination.unnoticed:
+            if (why := self.examination.hardly_told(slug)) is not None:
+                reasons[slug] = why
+        for standing in self.selection.standings:
+            if standing.z > HINT and not standing.member.sensor:
+                but = "held-out rows do not" if standing.name in chosen else "too little to name it"
+                hint = f"the log hints at it, {standing.z:.1f} standard errors, {but}"
+                reasons[standing.name] = hint
+        tied = {rival for name in selected for rival in self.selection.ties.get(name, ())}
+        return tuple(
+            NotTestable(slug, why, self.what_would_help(slug))
+            for slug, why in sorted(reasons.items())
+            if slug not in {*selected, *tied}
+        )
 
     def what_would_help(self, slug: str) -> str:
         """What would make an effect testable, in one sentence."""

@@ -23,6 +23,7 @@ from planner.telemetry.contest import addition_for, coefficients_of, contest
 from planner.telemetry.examine import Competitors, Examination, examine
 from planner.telemetry.extend import Addition, fit_with
 from planner.telemetry.fit import Fit, fit
+from planner.telemetry.heldout import heldout_rmse
 from planner.telemetry.log import Telemetry
 from planner.telemetry.sample import LogSource
 from planner.telemetry.select_effects import Selection, Standing, select
@@ -165,6 +166,7 @@ def _settled(
     fitted = base
     additions: tuple[Addition, ...] = ()
     chosen: tuple[tuple[str, tuple[int, ...]], ...] = ()
+    best: tuple[float, Found] | None = None
     for number in range(ROUNDS):
         members = [m for m in selection.members if not m.sensor]
         names = tuple((m.name, m.columns) for m in members)
@@ -176,6 +178,10 @@ def _settled(
             addition_for(examination, m, coefficients_of(selection, m.name)) for m in members
         )
         fitted = fit_with(base.model, log, additions, noise=examination.noise, within=library.model)
+        if exact and members:
+            error = heldout_rmse(log, fitted)
+            if best is None or error < best[0]:
+                best = error, _found(log, base, examination, selection, fitted, additions)
         competitors = replace(
             competitors, library=_relinearised(competitors, selection, members, fitted)
         )
@@ -184,6 +190,20 @@ def _settled(
             explained.append(selection.shape.column)
         examination = examine(log, competitors, tuple(explained) or None)
         selection = _chosen(log, base, examination, known)
+    # Around stated values that are far off, later rounds may wander; the best one counts.
+    if best is not None and (not additions or best[0] < heldout_rmse(log, fitted)):
+        return best[1]
+    return _found(log, base, examination, selection, fitted, additions)
+
+
+def _found(
+    log: Telemetry,
+    base: Fit,
+    examination: Examination,
+    selection: Selection,
+    fitted: Fit,
+    additions: tuple[Addition, ...],
+) -> Found:
     return Found(log, base, examination, selection, fitted, additions, {}, examination, base.model)
 
 

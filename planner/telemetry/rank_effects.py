@@ -37,7 +37,6 @@ from planner.telemetry.diagnosis import (
     Diagnosis,
     Errors,
     Estimate,
-    NotTestable,
     SensorFault,
     Verdict,
 )
@@ -55,17 +54,15 @@ from planner.telemetry.investigate import (
     with_all_rows,
 )
 from planner.telemetry.log import Telemetry
+from planner.telemetry.lookalikes import with_lookalikes
 from planner.telemetry.regimes import regimes_of
 from planner.telemetry.sample import LogSource, open_source
-from planner.telemetry.select_effects import Selection, Standing
+from planner.telemetry.select_effects import Standing
 from planner.telemetry.subsets import Member
 from planner.telemetry.unknown_effect import Proposal, propose
 
 BETTER = 0.98
 """Held-out error of a second search over the first, from which the second is believed."""
-
-HINT = 3.0
-"""Standard errors from which an effect that is not named is mentioned."""
 
 Floats = NDArray[np.float64]
 Progress = Callable[[float, str], None]
@@ -150,6 +147,8 @@ def _concluded(source: LogSource, found: Found, watch: Watch) -> Diagnosis:
 
 
 def _report(source: LogSource, found: Found) -> Diagnosis:
+    ties = with_lookalikes(found.selection.ties, found.fitted, found.log)
+    found = replace(found, selection=replace(found.selection, ties=ties))
     examination, selection = found.examination, found.selection
     members = [m for m in selection.members if not m.sensor]
     sensors = _sensor_faults(found)
@@ -184,10 +183,6 @@ def _report(source: LogSource, found: Found) -> Diagnosis:
         fitted = trimmed(fitted, found.origin, found.log, found.additions)
     candidates = _candidates(found, selected, fitted, members)
     advice = Advice(examination, selection, found.log)
-    hidden = tuple(
-        NotTestable(slug, why, advice.what_would_help(slug))
-        for slug, why in sorted(_not_told(examination, selection, selected).items())
-    )
     outside = proposal.outside if proposal else None
     diagnosis = Diagnosis(
         verdict,
@@ -196,7 +191,7 @@ def _report(source: LogSource, found: Found) -> Diagnosis:
         baseline,
         after,
         candidates,
-        hidden,
+        advice.not_told(selected),
         tuple(regimes_of(found.log, found.base.residual, found.base.spread)),
         outside,
         sensors,
@@ -208,24 +203,6 @@ def _report(source: LogSource, found: Found) -> Diagnosis:
         source.describe(),
     )
     return replace(diagnosis, sentence=_sentence(diagnosis, shape.near if shape and lost else ()))
-
-
-def _not_told(
-    examination: Examination, selection: Selection, selected: Sequence[str]
-) -> dict[str, str]:
-    """Effects that this log cannot tell, hardly tells, or only hints at, and why."""
-    untold = {slug: why for slug, why in examination.testable.items() if why is not None}
-    for slug in examination.unnoticed:
-        why = examination.hardly_told(slug)
-        if why is not None:
-            untold[slug] = why
-    for standing in selection.standings:
-        if standing.z > HINT and not standing.member.sensor:
-            untold[standing.name] = (
-                f"the log hints at it, {standing.z:.1f} standard errors, too little to name it"
-            )
-    tied = {rival for name in selected for rival in selection.ties.get(name, ())}
-    return {slug: why for slug, why in untold.items() if slug not in {*selected, *tied}}
 
 
 def _columns_in(

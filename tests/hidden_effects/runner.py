@@ -82,7 +82,8 @@ def run_case(
     row["seconds"] = time.perf_counter() - before
     row["outcome"] = score(case, found)
     row["right"] = row["outcome"] in RIGHT["twins" if row["twin"] else case.kind]
-    if not row["visible"]:  # not naming what hardly shows is no fault
+    if not row["visible"] and case.kind != "tied":
+        # Not naming what hardly shows is no fault; in a tied design it must be said.
         row["right"] |= row["outcome"] in ("tied", "part", "not_testable", "missed")
     row |= {key: found.get(key) for key in ("verdict", "selected", "baseline", "after")}
     row["sensor_found"] = sensors_of(found)
