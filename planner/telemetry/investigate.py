@@ -191,7 +191,8 @@ def _settled(
         examination = examine(log, competitors, tuple(explained) or None)
         selection = _chosen(log, base, examination, known)
     # Around stated values that are far off, later rounds may wander; the best one counts.
-    if best is not None and (not additions or best[0] < heldout_rmse(log, fitted)):
+    settled = tuple((m.name, m.columns) for m in selection.members if not m.sensor) == chosen
+    if best is not None and not (settled and heldout_rmse(log, fitted) <= best[0]):
         return best[1]
     return _found(log, base, examination, selection, fitted, additions)
 
