@@ -35,6 +35,7 @@ from planner.power.pipeline import (
     PER_WHEEL,
     parameter_slots,
 )
+from planner.power.saved_model import SavedModel
 from planner.power.saved_vehicle import vehicle_document, vehicle_from_document
 from planner.power.vehicle import Vehicle
 from planner.quantities import DEFAULT_ROW, INDEX
@@ -327,7 +328,7 @@ class PowerModel(Shown):
             document = json.loads(Path(path).read_text("utf-8"))
         except OSError as error:
             raise ModelError(str(path), f"cannot be read: {error}", accepted=_SAVED) from error
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise ModelError(str(path), f"not JSON: {error}", accepted=_SAVED) from error
         return cls.from_document(document, str(path))
 
@@ -344,6 +345,7 @@ class PowerModel(Shown):
         """
         if not isinstance(document, dict) or document.get("format") != FORMAT:
             raise ModelError(where, "not a joulepath model", accepted=_SAVED)
+        SavedModel.check(document, where)
         try:
             effects = document["effects"]
             made = [effect_from_definition(entry) for entry in document.get("custom", [])]
@@ -359,6 +361,8 @@ class PowerModel(Shown):
                 _element(effects[effect.slug][name], parameter.per, element, model.surfaces)
                 for effect, name, parameter, element in model.slots
             ]
+            if not np.isfinite(values).all():
+                raise ValueError("a parameter that is not a finite number")
             stderr = document["stderr"]
             return replace(
                 model,
@@ -371,7 +375,7 @@ class PowerModel(Shown):
                 parent=document["parent"],
                 history=tuple(document["history"]),
             )
-        except (AttributeError, KeyError, TypeError, IndexError, ValueError) as error:
+        except (AttributeError, LookupError, TypeError, ValueError, OverflowError) as error:
             raise ModelError(where, f"incomplete: {error!r}", accepted=_SAVED) from error
 
 

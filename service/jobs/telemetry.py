@@ -21,11 +21,11 @@ import planner.telemetry.adopt
 import planner.telemetry.compare
 from planner.errors import InputError, ModelError
 from planner.power.model import PowerModel
+from planner.power.saved_model import ACCEPTED
 from planner.telemetry.log import Telemetry
 from service.documents import finite
 from service.jobs import progress
 from service.jobs.tasks import Task
-from service.saved_model import ACCEPTED, SavedModel
 from service.workbench import effects_to_adopt, starting_model
 
 P = ParamSpec("P")
@@ -113,7 +113,6 @@ def check_model(content: bytes) -> str:
         # Such as a number that is none, or text that is none.
         problem = str(error).splitlines()[0]
         raise ModelError("model", f"cannot be read: {problem}", accepted=ACCEPTED) from None
-    SavedModel.check(text)
     return text
 
 

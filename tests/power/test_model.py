@@ -9,6 +9,7 @@ import subprocess
 import sys
 from dataclasses import fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -31,6 +32,44 @@ def test_vocabulary_has_every_name_once() -> None:
 def test_unknown_column() -> None:
     with pytest.raises(ModelError, match=r"speed.*no such quantity.*vx"):
         rows_from(speed=1.0)
+
+
+@pytest.mark.parametrize(
+    ("changes", "where"),
+    [
+        ({"name": 3}, "name"),
+        ({"version": "2"}, "version"),
+        ({"version": float("nan")}, "version"),
+        ({"parent": ["x"]}, "parent"),
+        ({"surfaces": "hard"}, "surfaces"),
+        ({"surfaces": {"hard": 1}}, "surfaces"),
+        ({"history": {"a": 1}}, "history"),
+        ({"history": [3]}, "history.0"),
+        ({"effects": None}, "effects"),
+        ({"effects": {"electronics": {"power": float("nan")}}}, ""),
+        ({"effects": {"electronics": {"power": 10**400}}}, ""),
+        ({"custom": 10**400}, ""),
+        ({"stderr": 5}, ""),
+        ({"vehicle": {}}, ""),
+        ({"kind": "cubist"}, ""),
+    ],
+)
+def test_a_broken_file_is_refused_where_it_is_broken(
+    tmp_path: Path, changes: dict[str, Any], where: str
+) -> None:
+    path = tmp_path / "model.json"
+    path.write_text(json.dumps({**model_with("stiction").document(), **changes}))
+    with pytest.raises(ModelError) as caught:
+        PowerModel.load(path)
+    assert caught.value.field.endswith(where)
+
+
+@pytest.mark.parametrize("text", ["", "{", "[" * 100_000, "[1]", "null", '{"format": 7}'])
+def test_a_file_that_is_no_model_is_refused(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "model.json"
+    path.write_text(text)
+    with pytest.raises(ModelError, match=r"model\.json"):
+        PowerModel.load(path)
 
 
 @pytest.mark.parametrize(
@@ -154,7 +193,7 @@ def test_a_model_file_whose_vehicle_cannot_be_used(tmp_path: Path, key: str, val
     document = json.loads((tmp_path / "model.json").read_text())
     (document if key == "vehicle" else document["vehicle"])[key] = value
     (tmp_path / "model.json").write_text(json.dumps(document))
-    with pytest.raises(ModelError, match="incomplete"):
+    with pytest.raises(ModelError, match="incomplete|vehicle: input should be"):
         PowerModel.load(tmp_path / "model.json")
 
 
@@ -165,7 +204,7 @@ def test_a_model_file_whose_vehicle_cannot_be_used(tmp_path: Path, key: str, val
         ("{", "not JSON"),
         ("[]", "not a joulepath model"),
         ('{"format": "joulepath-model/9"}', "not a joulepath model"),
-        ('{"format": "joulepath-model/1"}', "incomplete"),
+        ('{"format": "joulepath-model/1"}', "name: field required"),
     ],
 )
 def test_what_is_wrong_with_a_model_file(tmp_path: Path, text: str | None, words: str) -> None:

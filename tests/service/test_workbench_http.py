@@ -15,11 +15,11 @@ import pytest
 
 from planner.errors import LogError, ModelError
 from planner.power.model import PowerModel
+from planner.power.saved_model import SavedModel
 from planner.power.vehicle import load_vehicle
 from service.app import create_app
 from service.jobs.tasks import Task
 from service.jobs.telemetry import Adopted, check_model
-from service.saved_model import SavedModel
 from service.settings import Settings
 from service.store.store import Store
 from tests.service import telemetry_documents as documents
@@ -500,12 +500,12 @@ SAVED_BY_HAND: dict[str, Any] = json.loads(SAVED)
 def test_what_the_service_reads_in_a_saved_model(
     changes: dict[str, Any], field: str | None
 ) -> None:
-    text = json.dumps({**SAVED_BY_HAND, **changes})
+    document = {**SAVED_BY_HAND, **changes}
     if field is None:
-        SavedModel.check(text)
+        SavedModel.check(document)
         return
     with pytest.raises(ModelError) as caught:
-        SavedModel.check(text)
+        SavedModel.check(document)
     assert caught.value.field == field
 
 

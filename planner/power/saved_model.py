@@ -1,13 +1,15 @@
-"""What the service itself reads in a saved model; the planner reads all of it.
+"""The frame of a saved model's file: names, numbers of versions, history.
 
-SavedModel.check(text)
+    SavedModel.check(document, where)
+
+PowerModel.from_document reads the rest: effects, parameters and the vehicle.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-from pydantic import BaseModel, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from planner.errors import ModelError
 
@@ -30,24 +32,33 @@ class _Version(BaseModel):
 
 
 class SavedModel(BaseModel):
-    """What the service itself reads in a saved model; the planner checks the rest."""
+    """All of a saved model that is not the model itself."""
+
+    model_config = ConfigDict(strict=True)
 
     name: str = Field(min_length=1, max_length=255)
     version: int = Field(ge=1, lt=10**9)
+    parent: str | None = Field(max_length=300)
+    surfaces: list[str]
     vehicle: dict[str, Any]
     effects: dict[str, Any]
     history: list[_Version] = Field(max_length=10_000)
 
     @classmethod
-    def check(cls, text: str) -> None:
-        """Check the text of a saved model.
+    def check(cls, document: Any, where: str = "") -> None:
+        """Check a saved model.
+
+        Args:
+            document: as JSON gives it.
+            where: what to call it in an error.
 
         Raises:
             ModelError: the first thing that cannot be used.
         """
         try:
-            cls.model_validate_json(text)
+            cls.model_validate(document)
         except ValidationError as error:
             first = error.errors(include_url=False)[0]
-            where = ".".join(str(step) for step in first["loc"])
-            raise ModelError(where, first["msg"].lower(), accepted=ACCEPTED) from None
+            place = ".".join(str(step) for step in first["loc"])
+            named = f"{where}: {place}" if where else place
+            raise ModelError(named, first["msg"].lower(), accepted=ACCEPTED) from None
