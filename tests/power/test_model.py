@@ -193,7 +193,7 @@ def test_a_model_file_whose_vehicle_cannot_be_used(tmp_path: Path, key: str, val
     document = json.loads((tmp_path / "model.json").read_text())
     (document if key == "vehicle" else document["vehicle"])[key] = value
     (tmp_path / "model.json").write_text(json.dumps(document))
-    with pytest.raises(ModelError, match="incomplete|vehicle: input should be"):
+    with pytest.raises(ModelError, match=r"incomplete|vehicle: input should be"):
         PowerModel.load(tmp_path / "model.json")
 
 
