@@ -3,8 +3,9 @@
     found = shape_beyond(examination, chooser, chosen)      # a ShapeFound, or None
 
 A shape of the dictionary that is significant beyond the chosen effects, or alone explains more than
-they do, says so. Two doubts come first: an error of a sensor that does the same is the likelier
-explanation, and effects that this log cannot tell may look the same.
+they do, says so. Three doubts come first: an error of a sensor that does the same is the likelier
+explanation, effects that this log cannot tell may look the same, and an effect of the catalogue may
+do as well, though not clearly enough for a name.
 """
 
 from __future__ import annotations
@@ -26,6 +27,8 @@ LEAST_SHAPE_SIZE = 0.12
 AS_GOOD = 0.8
 """Share of a shape's gain from which an error of a sensor explains the same."""
 TIE_Z = 1.64
+CLEARLY_MORE = 3.0
+"""Log-likelihood by which a shape must do better than what the catalogue has."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +42,7 @@ class ShapeFound:
         size: ρ.
         coefficient: W per unit of the shape.
         alone: True when it explains the log better than the selection, which it replaces.
-        near: slugs of untestable effects that look the same in this log.
+        near: slugs of effects that look the same in this log.
     """
 
     number: int
@@ -79,7 +82,7 @@ def shape_beyond(
         strongest = int(np.argmax(gains))
         gain, vuong = evidence.compare([columns[strongest]], mine)
         member_like = max((evidence.likeness(c, columns[strongest]) for c in mine), default=0.0)
-        better = gain > 3.0 and vuong > TIE_Z and member_like < 0.9
+        better = gain > CLEARLY_MORE and vuong > TIE_Z and member_like < 0.9
         simpler = len(chosen) >= 2 and gain > -0.5 * np.log(max(evidence.block_count, 2)) - np.log(
             chooser.name_count
         )
@@ -95,6 +98,9 @@ def shape_beyond(
             )
     if not significant:
         return None
+    near = _look_alikes(examination, columns[best])
+    if not chosen:
+        near = tuple(dict.fromkeys((*near, *_as_good(examination, chooser, columns[best]))))
     return ShapeFound(
         examination.shapes[best],
         columns[best],
@@ -102,8 +108,15 @@ def shape_beyond(
         size,
         float(found[best]),
         not chosen,
-        _look_alikes(examination, columns[best]),
+        near,
     )
+
+
+def _as_good(examination: Examination, chooser: Chooser, column: int) -> list[str]:
+    """Effects of the catalogue that alone do what a shape does, though too weakly for a name."""
+    shape = examination.evidence.gain([column])[0]
+    found = [(m.name, chooser.gain((k,))) for k, m in enumerate(chooser.members) if not m.sensor]
+    return [name for name, gain in found if gain is not None and gain[0] > shape - CLEARLY_MORE]
 
 
 def rather_a_sensor(

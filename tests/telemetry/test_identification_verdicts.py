@@ -145,9 +145,30 @@ def test_what_a_log_cannot_tell_is_listed_with_what_would_help(narrow, base):
         assert entry.why
         assert entry.what_would_help.endswith(".")
     named = {c.effect: c for c in found.candidates}
-    for slug in hidden:
+    for slug in expected:
         assert named[slug].why_not == hidden[slug].why
         assert named[slug].probability == 0.0
+    # The rest could be told if there were more of it, and says from when on.
+    for slug in set(hidden) - expected:
+        known = named[slug].why_not or hidden[slug].why
+        assert known == hidden[slug].why
+        if named[slug].why_not is None:
+            assert "unnoticed up to" in known or "hints at it" in known
+
+
+def test_what_would_go_unnoticed_shrinks_with_the_noise(narrow, base):
+    def untold(noise):
+        found = diagnose(measured(narrow, base, noise, seed=6), base)
+        return {e.effect: e.why for e in found.not_testable if "unnoticed up to" in e.why}
+
+    much, little = untold(3.0 * NOISE), untold(0.1 * NOISE)
+    assert len(little) < len(much)
+
+    def watts(why):
+        return float(why.split("up to ")[1].split(" W")[0])
+
+    for slug in set(much) & set(little):
+        assert watts(little[slug]) < 0.5 * watts(much[slug])
 
 
 @pytest.fixture(scope="module")
