@@ -355,7 +355,8 @@ def _over_sensors(log: Telemetry, plain: Examination) -> Floats:
     scale = 1.0 / plain.spread[at]
     first, second = plain.raw[at] * scale[:, None], disturbed * scale[:, None]
     own = slice(0, competitors.tangent)
-    norms = np.sqrt((first[:, own] ** 2).sum(axis=0)) + 1e-300
+    norms = np.sqrt((first[:, own] ** 2).sum(axis=0))
+    norms[norms == 0.0] = 1.0  # a parameter that does nothing here has no share
     share, *_ = np.linalg.lstsq(first[:, own] / norms, first, rcond=1e-8)
     left, right = first - first[:, own] / norms @ share, second - second[:, own] / norms @ share
     signal, error = (left**2).sum(axis=0), ((right - left) ** 2).sum(axis=0)
