@@ -6,7 +6,7 @@
 
 A fold is a fifth of the runs. Its parameters are those of one Gauss-Newton step from the fit to all
 runs towards the fit without the fold, which is as good as refitting when folds change them little;
-tests/telemetry/test_heldout.py compares it with cross_validate, which refits.
+tests/telemetry/test_identification_fit.py compares it with cross_validate, which refits.
 """
 
 from __future__ import annotations
