@@ -7,7 +7,8 @@ Where a wheel or its rollers pass through rest within a row, or change their spe
 share, friction changes side: the power at the mean speed is then not the mean of the power. Such a
 row is taken at three moments of its interval (Gauss and Legendre's nodes) with the velocity that
 its mean acceleration says; all others at their mean. On virtual logs with half-second rows this
-takes away half of what an exact model would otherwise miss (tests/telemetry/test_identification_sensitivity.py).
+takes away half of what an exact model would otherwise miss
+(tests/telemetry/test_identification_sensitivity.py).
 """
 
 from __future__ import annotations
