@@ -177,10 +177,14 @@ class Advice:
         """Every run with the Gram matrix of the log and the run together."""
         evidence = self.examination.evidence
         runs = feasible_runs(self.examination, self.log)
-        return [(run, evidence.total + self._gram(run)) for run in runs]
+        parts = [_rows(run, self.log) for run in runs]
+        ends = np.cumsum([len(rows) for rows, _ in parts])[:-1]
+        scaled = self._scaled(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+        grams = [part.T @ part for part in np.split(scaled, ends)]
+        return [(run, evidence.total + gram) for run, gram in zip(runs, grams, strict=True)]
 
-    def _gram(self, run: Run) -> Floats:
-        rows, interval = _rows(run, self.log)
+    def _scaled(self, rows: Floats, interval: Floats) -> Floats:
+        """Columns of such rows (R, C) by their noise; interval is seconds that each stands for."""
         count = len(rows)
         fake = replace(
             self.log.take(np.zeros(count, int)),
@@ -197,8 +201,16 @@ class Advice:
         # Rows of one steady segment share their noise as neighbouring rows do.
         usual = float(np.median(self.log.interval))
         weight = interval / max(usual, 1e-6) * (1.0 - noise.correlation) / (1.0 + noise.correlation)
-        scaled = columns * (np.sqrt(np.maximum(weight, 0.0)) / spread)[:, None]
-        return scaled.T @ scaled
+        scaled: Floats = columns * (np.sqrt(np.maximum(weight, 0.0)) / spread)[:, None]
+        return scaled
+
+    @cached_property
+    def _alone(self) -> Floats:
+        """Standard deviations (runs, C) of each column, by what the base could not imitate."""
+        base = self.examination.evidence.tangent
+        every = np.arange(len(self.examination.evidence.total))
+        left = [np.diag(_left(gram, base, every)) for _, gram in self._runs]
+        return np.sqrt(np.maximum(np.stack(left), 0.0))
 
     def experiments(self) -> tuple[Experiment, ...]:
         """One experiment for every selected effect that has rivals."""
@@ -235,13 +247,8 @@ class Advice:
         self, gram: Floats, mine: Sequence[int], strength: Floats, rival: Sequence[int]
     ) -> float:
         """Standard deviations between an effect and the nearest that a rival could imitate."""
-        at = list(mine)
-        rest = [*self.examination.evidence.tangent.tolist(), *rival]
-        inner = gram[np.ix_(rest, rest)]
-        scale = np.sqrt(np.maximum(np.diag(inner), 1e-300))
-        inner = inner / np.outer(scale, scale) + 1e-9 * np.eye(len(rest))
-        cross = gram[np.ix_(rest, at)] / scale[:, None]
-        left = gram[np.ix_(at, at)] - cross.T @ np.linalg.solve(inner, cross)
+        rest = np.array([*self.examination.evidence.tangent.tolist(), *rival])
+        left = _left(gram, rest, np.array(mine))
         return float(np.sqrt(max(float(strength @ left @ strength), 0.0)))
 
     def _missing(self, slug: str) -> list[str]:
@@ -285,14 +292,11 @@ class Advice:
         ]
         if slug == "battery_sag":
             return "Measure the power at the source, and say so in the mapping file."
-        best, distance = None, 0.0
-        for run, gram in self._runs if columns else []:
-            for column, amplitude in columns:
-                apart = self._distance(gram, [column], np.array([amplitude]), [])
-                if apart > distance:
-                    best, distance = run, apart
-        if best is not None and distance > CLEARLY:
-            return best.sentence
+        if columns:
+            at, amplitudes = zip(*columns, strict=True)
+            apart = (self._alone[:, list(at)] * np.abs(amplitudes)).max(axis=1)
+            if apart.max() > CLEARLY:
+                return self._runs[int(apart.argmax())][0].sentence
         if missing:
             return f"Log {' and '.join(missing)}."
         return _ELSE.get(slug, "No run of the robot alone; measure the effect by itself.")
@@ -308,6 +312,16 @@ _ELSE = {
 }
 
 
+def _left(gram: Floats, base: NDArray[np.intp], at: NDArray[np.intp]) -> Floats:
+    """Gram matrix of columns `at` (A, A) after what the columns `base` explain of them."""
+    inner = gram[np.ix_(base, base)]
+    scale = np.sqrt(np.maximum(np.diag(inner), 1e-300))
+    inner = inner / np.outer(scale, scale) + 1e-9 * np.eye(len(base))
+    cross = gram[np.ix_(base, at)] / scale[:, None]
+    left: Floats = gram[np.ix_(at, at)] - cross.T @ np.linalg.solve(inner, cross)
+    return left
+
+
 def _rows(run: Run, log: Telemetry) -> tuple[Floats, Floats]:
     """One row for each segment of a run, and the seconds that it stands for."""
     usual: dict[str, float] = {
@@ -317,7 +331,8 @@ def _rows(run: Run, log: Telemetry) -> tuple[Floats, Floats]:
     }
     usual |= {name: 0.0 for name in ("com_x", "com_y") if name in log.present}
     far = float(np.nanmax(log.rows[:, INDEX["odometer"]]))
-    parts, seconds = [], []
+    driven: list[dict[str, float]] = []
+    seconds = []
     for one in run.settings["runs"]:
         clock = 0.0
         for s in one["segments"]:
@@ -339,7 +354,8 @@ def _rows(run: Run, log: Telemetry) -> tuple[Floats, Floats]:
                 k: float(v)
                 for k, v in gravity_columns(s["roll"], s["pitch"], gravity=STANDARD_GRAVITY).items()
             }
-            parts.append(rows_from(**columns))
+            driven.append(columns)
             seconds.append(s["seconds"])
             clock += s["seconds"]
-    return np.concatenate(parts), np.array(seconds)
+    rows = rows_from(**{name: [columns[name] for columns in driven] for name in driven[0]})
+    return rows, np.array(seconds)
