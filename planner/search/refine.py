@@ -60,7 +60,7 @@ def _shortcut(field: Any, path: Any, reach: int, step: float, toll: float) -> An
             c = (
                 cost[q]
                 + toll
-                + segment_cost(field, path[q, 0], path[q, 1], path[k, 0], path[k, 1], step, True)
+                + segment_cost(field, path[q, 0], path[q, 1], path[k, 0], path[k, 1], step)
             )
             if c < cost[k]:
                 cost[k], came[k] = c, q
@@ -77,7 +77,7 @@ def _shortcut(field: Any, path: Any, reach: int, step: float, toll: float) -> An
 def shortcut(field: CostField, path: Path) -> Path:
     """The cheapest polyline over a subset of the knots; never dearer than the path itself."""
     step = field.step
-    whole = polyline_cost(field, path, step, True)
+    whole = polyline_cost(field, path, step)
     if not math.isfinite(whole):
         return path
     reach = REACH if len(path) <= LONG else REACH // 2
@@ -115,7 +115,7 @@ def _band(field: Any, path: Any, delta: float, side: int, window: int, step: flo
                 if cost[k, q] == np.inf:
                     continue
                 c = cost[k, q] + segment_cost(
-                    field, xs[k, q], ys[k, q], xs[k + 1, m], ys[k + 1, m], step, True
+                    field, xs[k, q], ys[k, q], xs[k + 1, m], ys[k + 1, m], step
                 )
                 if c < cost[k + 1, m]:
                     cost[k + 1, m], came[k + 1, m] = c, q
@@ -139,9 +139,9 @@ def refine(
     """
     cell = min(field.dx, field.dy)
     step = field.step
-    best, least = path, polyline_cost(field, path, step, True)
+    best, least = path, polyline_cost(field, path, step)
     knots = even(shortcut(field, resample(path, KNOT_CELLS * cell)), KNOT_CELLS * cell)
-    if not math.isfinite(polyline_cost(field, knots, step, True)):
+    if not math.isfinite(polyline_cost(field, knots, step)):
         knots = resample(path, KNOT_CELLS * cell)
     for delta, side, window in BANDS:
         before = math.inf
@@ -154,7 +154,7 @@ def refine(
                 break
             before = cost
     for candidate in (shortcut(field, knots), knots):
-        cost = polyline_cost(field, candidate, step, True)
+        cost = polyline_cost(field, candidate, step)
         # The straighter of two equally cheap paths: corners cost time that is not counted here.
         if cost < least * (1.0 + 1e-5) and (cost < least or len(candidate) < len(best)):
             best, least = candidate, cost
