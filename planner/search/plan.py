@@ -10,7 +10,6 @@ fastest) and alternatives go the same way with other costs, and all are priced b
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -20,11 +19,10 @@ from planner.errors import RequestError
 from planner.power.model import PowerModel
 from planner.power.vehicle import load_vehicle
 from planner.search.alternatives import find_alternatives
+from planner.search.best_route import best_route, value_of
 from planner.search.conditions import circumstances
 from planner.search.explain import check_hold, check_place
-from planner.search.grid_route import drive_legs, grid_route, on_grid
-from planner.search.ground import CostField
-from planner.search.ompl_route import ompl_legs
+from planner.search.grid_route import grid_route
 from planner.search.request import DEFAULT_VEHICLE, PlanRequest
 from planner.search.route import Answer, Baseline, Route
 from planner.search.run import Progress, Run
@@ -34,7 +32,6 @@ from planner.terrain.catalogue import open_map
 from planner.terrain.heightmap import Terrain
 
 KINDS = ("sound", "printed/A", "printed/B")
-BASELINES = {"shortest": "length", "fastest": "time"}
 
 
 def plan_route(
@@ -113,25 +110,12 @@ def _plan(run: Run) -> Answer:
     except RequestError as error:
         # Where it stands is for the user to say; where it can get to is for the answer.
         return replace(blank, reason=f"{error.field}: {error.problem}")
-    best, planner, reason = _best_route(run, field)
+    found = best_route(run, field)
+    best = found.route
     if best is None:
-        return replace(blank, reason=reason, planner=planner)
-    run.step("shortest and fastest route", 0.8)
-    # Compiled code lets other threads run: both baselines at once on two cores.
-    names = ["shortest", "fastest"]
-    with ThreadPoolExecutor(max_workers=2) as pool:
-        own = [route for route in pool.map(_baseline, [run, run], names) if route is not None]
-    # Whatever was found may be the shortest or fastest, by whichever aim it was found.
-    others = {
-        name: min([best, *own], key=lambda route: _value(route, BASELINES[name])) for name in names
-    }
-    if request.objective == "energy":
-        # A baseline that happens to cost less is itself the better answer.
-        for other in others.values():
-            if other.energy_j < best.energy_j:
-                best = other
+        return replace(blank, reason=found.reason, planner=found.planner)
     routes: tuple[Route, ...] = (best,)
-    notes = list(blank.notes)
+    notes = [*blank.notes, *found.notes]
     if request.alternatives > 1:
         run.step("alternatives", 0.9)
         routes, note = find_alternatives(
@@ -139,7 +123,7 @@ def _plan(run: Run) -> Answer:
             request.alternatives,
             lambda factor: grid_route(run, request.objective, factor),
             field,
-            lambda route: _value(route, request.objective),
+            lambda route: value_of(route, request.objective),
         )
         notes += [note] if note else []
     run.step("done", 1.0)
@@ -149,9 +133,9 @@ def _plan(run: Run) -> Answer:
         routes=routes,
         baselines={
             name: Baseline(route, route.energy_j / best.energy_j - 1.0 if best.energy_j else 0.0)
-            for name, route in others.items()
+            for name, route in found.baselines.items()
         },
-        planner=planner,
+        planner=found.planner,
         notes=tuple(notes),
     )
 
@@ -169,44 +153,6 @@ def _notes(run: Run) -> tuple[str, ...]:
         if name in given and quantity not in reads:
             notes.append(f"conditions.{name} changes nothing: no active effect reads it")
     return tuple(notes)
-
-
-def _best_route(run: Run, field: CostField) -> tuple[Route | None, dict[str, Any], str]:
-    """The main route, how it was found, and the reason if there is none."""
-    objective = run.request.objective
-    planner: dict[str, Any] = {"name": run.request.planner, "seed": run.request.seed}
-    run.step("least-cost field", 0.1)
-    attempt = on_grid(run, field, objective)
-    field = attempt.field
-    if attempt.paths is None or attempt.refined is None:
-        return None, planner, attempt.reason
-    planner["slope_margin"] = field.margin
-    planner["grid_cost"] = sum(cost for _, cost in attempt.refined)
-    candidates = {} if attempt.route is None else {"grid": attempt.route}
-    if run.request.planner != "grid":
-        legs, said = ompl_legs(run, field, attempt.paths, attempt.refined)
-        planner |= said
-        run.step("yaw, speed and energy", 0.7)
-        driven = drive_legs(run, field, legs, objective)
-        if isinstance(driven, Route):
-            candidates["ompl"] = driven
-    if not candidates:
-        return None, planner, attempt.reason
-    planner |= {f"{name}_energy_j": found.energy_j for name, found in candidates.items()}
-    chosen = min(candidates, key=lambda name: _value(candidates[name], objective))
-    planner["chosen"] = chosen
-    return candidates[chosen], planner, ""
-
-
-def _value(route: Route, objective: str) -> float:
-    return {"energy": route.energy_j, "time": route.duration_s, "length": route.length_m}[objective]
-
-
-def _baseline(run: Run, name: str) -> Route | None:
-    """The shortest or fastest route, driven as well as it can be."""
-    if BASELINES[name] == run.request.objective:
-        return None
-    return grid_route(run, BASELINES[name])
 
 
 @lru_cache(maxsize=1)
