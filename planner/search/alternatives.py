@@ -54,16 +54,16 @@ def find_alternatives(
     for _ in range(3 * count):
         if len(routes) == count:
             break
-        factor = factor * (1.0 + 0.4 * _nearness(routes[-1], field))
+        factor = factor * (1.0 + 0.4 * nearness(routes[-1], field))
         candidate = search(factor)
         if candidate is None:
             break
         if value(candidate) > value(best) + MOST_EXTRA * abs(value(best)):
             dear += 1
-            factor = factor * (1.0 + 0.4 * _nearness(candidate, field))
+            factor = factor * (1.0 + 0.4 * nearness(candidate, field))
         elif max(_overlap(candidate, route, field) for route in routes) > MOST_OVERLAP:
             similar += 1
-            factor = factor * (1.0 + 0.4 * _nearness(candidate, field))
+            factor = factor * (1.0 + 0.4 * nearness(candidate, field))
         else:
             routes.append(candidate)
     routes.sort(key=value)
@@ -95,7 +95,7 @@ def _distance(route: Route, field: CostField) -> Array:
     return np.asarray(ndimage.distance_transform_edt(away, sampling=(field.dy, field.dx)))
 
 
-def _nearness(route: Route, field: CostField) -> Array:
+def nearness(route: Route, field: CostField) -> Array:
     """1 on the route, 0 from ``_near`` on, and 0 round its ends, which all routes share."""
     reach = _near(field)
     near = np.clip(1.0 - _distance(route, field) / reach, 0.0, 1.0)

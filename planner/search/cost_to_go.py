@@ -1,128 +1,100 @@
 """Exhaustive search on the map's grid: the least cost from everywhere to one goal.
 
-Dijkstra's algorithm runs backwards from the goal over the nodes of the grid with 16 or 32 moves a
-node (all coprime offsets up to 2 or 3 cells). Yaw is eliminated (planner.search.ground), costs are
-dissipated and so never negative. The path that follows the field down is the best on the grid;
-what the limited set of directions loses, planner.search.refine takes back. The planner warms OMPL
-up with it, and the tests hold OMPL's routes against it.
+    ahead = cost_to_go(field, lattice, goal)               # the whole map
+    path = grid_path(field, ahead, start)                  # (k, 2), or None
+
+Dijkstra's algorithm runs backwards from the goal with the 16 moves of ``planner.search.lattice``.
+Yaw is eliminated (planner.search.ground), costs are dissipated and so never negative. Nodes wait in
+buckets of equal width instead of a sorted queue (Dial; Meyer and Sanders, J. Algorithms 49, 2003):
+what is improved within its own bucket is taken up again, so costs are exact for any width. Every
+node keeps the move that it starts with, and the path is read off. What the limited set of
+directions loses, planner.search.refine takes back.
+
+Costs are kept in single precision: 1e-7 of each sum, a thousandth of what the directions lose.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from planner.search.ground import (
-    ALL_YAWS,
-    CostField,
-    masked_cost,
-    segment_cost,
-    wind_cost,
-)
-from planner.search.steady import cost_for_best_yaw
+from planner.search.ground import CostField, segment_cost
+from planner.search.lattice import CLOSELY, Lattice, close_cost
 
-_GENERATORS = {
-    8: ((1, 0), (1, 1)),
-    16: ((1, 0), (1, 1), (2, 1)),
-    32: ((1, 0), (1, 1), (2, 1), (3, 1), (3, 2)),
-}
+BUCKETS = 4096
+"""Buckets in the ring; what lies further ahead waits in the last one."""
+_ARRIVED = 254
+"""In place of a move's number: from here straight to the goal."""
+_NONE = 255
 
 
-def grid_moves(count: int) -> NDArray[np.int64]:
-    """Offsets (count, 2) in columns and rows, by angle; count is 8, 16 or 32."""
-    moves = {
-        (sx * x, sy * y)
-        for a, b in _GENERATORS[count]
-        for x, y in ((a, b), (b, a))
-        for sx in (1, -1)
-        for sy in (1, -1)
-    }
-    return np.array(sorted(moves, key=lambda m: math.atan2(m[1], m[0])), np.int64)
+@dataclass(frozen=True)
+class CostToGo:
+    """Least costs to one goal, or from it.
 
-
-@njit(cache=True, error_model="numpy")
-def move_cost(field: Any, j: int, i: int, dj: int, di: int, dx: float, dy: float) -> float:
-    """Cost of the straight move from node (j, i) by (dj, di); infinity if anything is in the way.
-
-    ``dx`` and ``dy`` are the cell's sides. Slopes are the means of the nodes beside each piece.
+    Attributes:
+        goal: x, y, m.
+        values: (ny, nx) cost of every node; infinity where there is no way.
+        moves: (ny, nx) number of the move that a node starts with.
+        settled: costs up to here are final; infinity where the whole map is.
+        onward: costs are from the goal to the nodes instead, and moves those that arrive there.
     """
-    ny, nx = field.heights.shape
-    pieces = max(abs(di), abs(dj))
-    ex, ey = di * dx, dj * dy
-    length = math.sqrt(ex * ex + ey * ey)
-    if field.steep[j, i] or field.steep[j + dj, i + di]:
-        # Near a limit the slopes of the nodes do not tell what lies between them.
-        x, y = field.x0 + i * dx, field.y0 + j * dy
-        return segment_cost(field, x, y, x + ex, y + ey, field.step, True)
-    direction = math.atan2(ey, ex)
-    total = 0.0
-    ground = field.ground[j, i]
-    for k in range(pieces):
-        u0, v0 = i + di * k / pieces, j + dj * k / pieces
-        u1, v1 = i + di * (k + 1) / pieces, j + dj * (k + 1) / pieces
-        px, py, mask = 0.0, 0.0, ALL_YAWS
-        for u, v in ((u0, v0), (u1, v1)):
-            # Off the nodes both neighbours across the move count, for slope and for room.
-            a0, b0 = int(math.floor(u)), int(math.floor(v))
-            a1, b1 = min(int(math.ceil(u)), nx - 1), min(int(math.ceil(v)), ny - 1)
-            px += 0.25 * (field.slope_x[b0, a0] + field.slope_x[b1, a1])
-            py += 0.25 * (field.slope_y[b0, a0] + field.slope_y[b1, a1])
-            mask &= field.mask[b0, a0] & field.mask[b1, a1]
-        if mask == np.uint64(0):
-            return np.inf
-        steepness = math.sqrt(px * px + py * py)
-        azimuth = math.atan2(py, px) - direction
-        if mask == ALL_YAWS:
-            cost = cost_for_best_yaw(
-                field.best, field.limit, ground, azimuth, steepness, field.margin
-            )
-        else:
-            cost = masked_cost(field, ground, mask, direction, azimuth, steepness, 0.0, 0.0, False)
-        if cost == np.inf:
-            return np.inf
-        if field.factor.shape[0] > 1:
-            cost *= field.factor[j, i]
-        total += max(cost + wind_cost(field, direction), 1e-3)
-    return total * length / pieces
+
+    goal: tuple[float, float]
+    values: NDArray[np.float32]
+    moves: NDArray[np.uint8]
+    settled: float
+    onward: bool = False
+
+    @property
+    def nbytes(self) -> int:
+        """Memory that is kept."""
+        return self.values.nbytes + self.moves.nbytes
+
+    def reaches(self, field: CostField, point: tuple[float, float]) -> bool:
+        """Whether the costs of the nodes round a point are final."""
+        j0, j1, i0, i1 = _surrounding(field, *point)
+        return float(self.values[j0 : j1 + 1, i0 : i1 + 1].max()) <= self.settled
 
 
-@njit(cache=True, error_model="numpy")
-def _push(keys: Any, items: Any, size: int, key: float, item: int) -> int:
-    at = size
-    while at > 0:
-        up = (at - 1) >> 1
-        if keys[up] <= key:
-            break
-        keys[at], items[at] = keys[up], items[up]
-        at = up
-    keys[at], items[at] = key, item
-    return size + 1
+def cost_to_go(
+    field: CostField,
+    lattice: Lattice,
+    goal: tuple[float, float],
+    *,
+    start: tuple[float, float] | None = None,
+    most: float = math.inf,
+    onward: bool = False,
+) -> CostToGo:
+    """Least cost from every node to the goal.
 
-
-@njit(cache=True, error_model="numpy")
-def _pop(keys: Any, items: Any, size: int) -> int:
-    """Remove the least entry; it is left in slot ``size - 1`` of the arrays."""
-    size -= 1
-    top_key, top_item = keys[0], items[0]
-    key, item = keys[size], items[size]
-    at = 0
-    while True:
-        down = 2 * at + 1
-        if down >= size:
-            break
-        if down + 1 < size and keys[down + 1] < keys[down]:
-            down += 1
-        if keys[down] >= key:
-            break
-        keys[at], items[at] = keys[down], items[down]
-        at = down
-    keys[at], items[at] = key, item
-    keys[size], items[size] = top_key, top_item
-    return size
+    Args:
+        field: map and costs.
+        lattice: its moves.
+        goal: x, y in the map's frame, m.
+        start: stop once the nodes round this point are settled; None fills the whole map.
+        most: stop at this cost.
+        onward: least cost from ``goal`` to every node instead.
+    """
+    # Wide enough that few buckets are empty, narrow enough that little is taken up twice.
+    least = max(lattice.cheapest * float(field.factor.min()), 1e-3)
+    width = 0.35 * least * min(field.dx, field.dy)
+    values, moves, settled = _solve(
+        field._replace(factor=lattice.factor),
+        lattice._replace(factor=field.factor),
+        *goal,
+        start is not None,
+        *(start if start is not None else goal),
+        most,
+        width,
+        onward,
+    )
+    return CostToGo(goal, values, moves, settled, onward)
 
 
 @njit(cache=True, error_model="numpy")
@@ -137,160 +109,223 @@ def _surrounding(field: Any, x: float, y: float) -> tuple[int, int, int, int]:
 @njit(cache=True, error_model="numpy", nogil=True)
 def _solve(
     field: Any,
-    moves: Any,
+    lattice: Any,
     goal_x: float,
     goal_y: float,
+    wanted: bool,
     start_x: float,
     start_y: float,
-    floor: float,
+    most: float,
+    width: float,
     onward: bool,
 ) -> Any:
-    """Costs to the goal; with ``onward`` costs from it, driving every move the other way.
-
-    ``floor`` is a cost per metre that no move undercuts: nodes are taken up in the order of their
-    cost plus the floor to the start (A*), and the search ends with the start. 0 fills the map.
-    """
     ny, nx = field.heights.shape
-    values = np.full((ny, nx), np.inf)
-    done = np.zeros((ny, nx), np.bool_)
-    capacity = ny * nx + 1024
-    keys = np.empty(capacity)
-    items = np.empty(capacity, np.int64)
-    size = 0
-    step = field.step
+    values = np.full((ny, nx), np.float32(np.inf))
+    moves = np.full((ny, nx), np.uint8(_NONE))
+    # Entries that wait: a linked list for each bucket, in one pool that is as long as the front.
+    head = np.full(BUCKETS, -1, np.int32)
+    capacity = 4096
+    node_of = np.empty(capacity, np.int32)
+    key_of = np.empty(capacity, np.float32)
+    after = np.empty(capacity, np.int32)
+    for k in range(capacity):
+        after[k] = k + 1
+    after[capacity - 1] = -1
+    free = 0
+    waiting = 0
+    current = 0
+    count = lattice.moves.shape[0]
     j0, j1, i0, i1 = _surrounding(field, goal_x, goal_y)
-    for j in range(j0, j1 + 1):
-        for i in range(i0, i1 + 1):
-            x, y = field.x0 + i * field.dx, field.y0 + j * field.dy
-            if onward:
-                cost = segment_cost(field, goal_x, goal_y, x, y, step, True)
-            else:
-                cost = segment_cost(field, x, y, goal_x, goal_y, step, True)
-            if cost < np.inf:
+    first = np.inf
+    for seeding in (True, False):
+        # The first bucket is that of the cheapest seed: costs of far seeds may be large.
+        for j in range(j0, j1 + 1):
+            for i in range(i0, i1 + 1):
+                px, py = field.x0 + i * field.dx, field.y0 + j * field.dy
+                if onward:
+                    cost = segment_cost(field, goal_x, goal_y, px, py, field.step)
+                else:
+                    cost = segment_cost(field, px, py, goal_x, goal_y, field.step)
+                if not cost < np.inf:
+                    continue
+                if seeding:
+                    first = min(first, cost)
+                    continue
                 values[j, i] = cost
-                key = cost + floor * math.hypot(x - start_x, y - start_y)
-                size = _push(keys, items, size, key, j * nx + i)
+                moves[j, i] = _ARRIVED
+                place = free
+                free = after[place]
+                node_of[place], key_of[place] = j * nx + i, values[j, i]
+                ahead = min(int(values[j, i] / width), current + BUCKETS - 1) % BUCKETS
+                after[place] = head[ahead]
+                head[ahead] = place
+                waiting += 1
+        if seeding and first < np.inf:
+            current = int(np.float32(first) / width)
     sj0, sj1, si0, si1 = _surrounding(field, start_x, start_y)
-    wanted = (sj1 - sj0 + 1) * (si1 - si0 + 1)
-    while size > 0:
-        size = _pop(keys, items, size)
-        node = items[size]
-        j, i = node // nx, node % nx
-        if done[j, i]:
-            continue
-        done[j, i] = True
-        value = values[j, i]
-        if sj0 <= j <= sj1 and si0 <= i <= si1:
-            wanted -= 1
-            if wanted == 0 and floor > 0.0:
+    # Arrays by names of their own: taking them out of the tuples costs more than a look-up.
+    slopes, table, offsets, beside = lattice.slopes, lattice.table, lattice.moves, lattice.beside
+    row, close, factor, ground = lattice.row, lattice.close, lattice.factor, field.ground
+    dearer, remembered = factor.shape[0] > 1, row.shape[0] > 1
+    while waiting > 0:
+        slot = current % BUCKETS
+        place = head[slot]
+        if place < 0:
+            current += 1
+            if current * width > most:
                 break
-        for m in range(moves.shape[0]):
-            di, dj = moves[m, 0], moves[m, 1]
-            a, b = i - di, j - dj
-            if a < 0 or b < 0 or a >= nx or b >= ny or done[b, a]:
-                continue
-            if values[b, a] <= value:
-                continue
-            ahead = floor * math.hypot(
-                field.x0 + a * field.dx - start_x, field.y0 + b * field.dy - start_y
-            )
+            if wanted and current % 16 == 0:
+                farthest = 0.0
+                for j in range(sj0, sj1 + 1):
+                    for i in range(si0, si1 + 1):
+                        farthest = max(farthest, values[j, i])
+                if farthest < current * width:
+                    break
+            continue
+        head[slot] = after[place]
+        node, key = node_of[place], key_of[place]
+        after[place] = free
+        free = place
+        waiting -= 1
+        j, i = node // nx, node % nx
+        value = values[j, i]
+        if key > value:
+            continue  # a better way was found since
+        if int(value / width) > current:
+            # It waited in the last bucket for its own to come into the ring.
+            ahead = min(int(value / width), current + BUCKETS - 1) % BUCKETS
+            place = free
+            free = after[place]
+            node_of[place], key_of[place] = node, key
+            after[place] = head[ahead]
+            head[ahead] = place
+            waiting += 1
+            if ahead == slot:
+                current += 1
+            continue
+        for m in range(count):
+            di, dj = offsets[m, 0], offsets[m, 1]
+            # The move leads from (b, a) to (d, c): backwards into this node, or onward out of it.
             if onward:
-                cost = value + move_cost(field, j, i, -dj, -di, field.dx, field.dy)
+                a, b, c, d = i, j, i + di, j + dj
+                x, y = c, d
             else:
-                cost = value + move_cost(field, b, a, dj, di, field.dx, field.dy)
-            if cost < values[b, a]:
-                values[b, a] = cost
-                if size == capacity:
-                    more_keys = np.empty(2 * capacity)
-                    more_items = np.empty(2 * capacity, np.int64)
-                    more_keys[:capacity] = keys
-                    more_items[:capacity] = items
-                    keys, items = more_keys, more_items
-                    capacity *= 2
-                size = _push(keys, items, size, cost + ahead, b * nx + a)
-    return values
+                a, b, c, d = i - di, j - dj, i, j
+                x, y = a, b
+            if x < 0 or y < 0 or x >= nx or y >= ny or values[y, x] <= value:
+                continue
+            here = slopes[b, a]
+            if here == CLOSELY:
+                if remembered:
+                    cost = close[row[b, a], m]
+                    if math.isnan(cost):
+                        cost = close_cost(field, b, a, di, dj)
+                        close[row[b, a], m] = cost
+                else:
+                    cost = close_cost(field, b, a, di, dj)
+            else:
+                there = slopes[d, c]
+                g = ground[b, a]
+                cost = table[g, here, m] + table[g, here if there == CLOSELY else there, m]
+                if beside[m, 0] != beside[m, 2] or beside[m, 1] != beside[m, 3]:
+                    there = slopes[b + beside[m, 1], a + beside[m, 0]]
+                    cost += table[g, here if there == CLOSELY else there, m]
+                    there = slopes[b + beside[m, 3], a + beside[m, 2]]
+                    cost += table[g, here if there == CLOSELY else there, m]
+            if dearer:
+                cost *= factor[b, a]
+            cost += value
+            rounded = np.float32(cost)
+            if rounded < values[y, x]:
+                values[y, x] = rounded
+                moves[y, x] = m
+                if free < 0:
+                    more = 2 * capacity
+                    old_node, old_key, old_after = node_of, key_of, after
+                    node_of = np.empty(more, np.int32)
+                    key_of = np.empty(more, np.float32)
+                    after = np.empty(more, np.int32)
+                    node_of[:capacity] = old_node
+                    key_of[:capacity] = old_key
+                    after[:capacity] = old_after
+                    for k in range(capacity, more):
+                        after[k] = k + 1
+                    after[more - 1] = -1
+                    free = capacity
+                    capacity = more
+                place = free
+                free = after[place]
+                node_of[place], key_of[place] = y * nx + x, rounded
+                ahead = max(min(int(rounded / width), current + BUCKETS - 1), current) % BUCKETS
+                after[place] = head[ahead]
+                head[ahead] = place
+                waiting += 1
+    return values, moves, np.inf if waiting == 0 else current * width
 
 
 @njit(cache=True, error_model="numpy")
-def _descend(field: Any, moves: Any, values: Any, j: int, i: int) -> Any:
-    ny, nx = values.shape
-    nodes = np.empty((ny * nx, 2), np.int64)
+def _follow(lattice: Any, values: Any, moves: Any, j: int, i: int, side: int) -> Any:
+    nodes = np.empty((values.size, 2), np.int64)
     count = 0
     while True:
         nodes[count, 0], nodes[count, 1] = i, j
         count += 1
-        least, at = np.inf, -1
-        for m in range(moves.shape[0]):
-            a, b = i + moves[m, 0], j + moves[m, 1]
-            if a < 0 or b < 0 or a >= nx or b >= ny or values[b, a] >= values[j, i]:
-                continue
-            cost = values[b, a] + move_cost(
-                field, j, i, moves[m, 1], moves[m, 0], field.dx, field.dy
-            )
-            if cost < least:
-                least, at = cost, m
-        # The goal's own nodes carry the cost of the last straight piece, cheaper than any move on.
-        if at < 0 or least > values[j, i] * (1.0 + 1e-9):
-            return nodes[:count]
-        i += moves[at, 0]
-        j += moves[at, 1]
+        m = moves[j, i]
+        if m >= _ARRIVED:
+            return nodes[:count].copy()
+        i += side * lattice.moves[m, 0]
+        j += side * lattice.moves[m, 1]
 
 
-def cost_floor(field: CostField) -> float:
-    """A cost per horizontal metre that nothing on the map undercuts."""
-    least = float(field.best[np.isfinite(field.best)].min(initial=math.inf))
-    least = least * float(field.factor.min()) + min(0.0, float(field.extra.min()))
-    return max(least, 1e-3) if math.isfinite(least) else 1e-3
+@njit(cache=True, error_model="numpy")
+def _enter(field: Any, values: Any, x: float, y: float, onward: bool) -> tuple[float, int, int]:
+    """Least cost from a point by one of the nodes round it, and that node."""
+    j0, j1, i0, i1 = _surrounding(field, x, y)
+    best, at_j, at_i = np.inf, -1, -1
+    for j in range(j0, j1 + 1):
+        for i in range(i0, i1 + 1):
+            px, py = field.x0 + i * field.dx, field.y0 + j * field.dy
+            if onward:
+                cost = segment_cost(field, px, py, x, y, field.step)
+            else:
+                cost = segment_cost(field, x, y, px, py, field.step)
+            cost += values[j, i]
+            if cost < best:
+                best, at_j, at_i = cost, j, i
+    return best, at_j, at_i
 
 
-def cost_field_to(
-    field: CostField,
-    goal: tuple[float, float],
-    start: tuple[float, float],
-    *,
-    moves: int = 16,
-    whole: bool = False,
-    onward: bool = False,
-) -> NDArray[np.float64]:
-    """Least cost (ny, nx) from every node to the goal; infinity where there is no way.
+def cost_from(field: CostField, ahead: CostToGo, start: tuple[float, float]) -> float:
+    """Least cost from a point to the goal (to the point, with ``onward``) along the grid."""
+    a, b = (ahead.goal, start) if ahead.onward else (start, ahead.goal)
+    direct = float(segment_cost(field, *a, *b, field.step)) if _near(field, a, b) else math.inf
+    return min(direct, float(_enter(field, ahead.values, *start, ahead.onward)[0]))
 
-    Args:
-        field: map and costs.
-        goal, start: x, y in the map's frame, m.
-        moves: 8, 16 or 32.
-        whole: fill the whole map instead of stopping once the start is settled.
-        onward: least cost from ``goal`` to every node instead.
-    """
-    floor = 0.0 if whole else cost_floor(field)
-    values: NDArray[np.float64] = _solve(field, grid_moves(moves), *goal, *start, floor, onward)
-    return values
+
+def _near(field: CostField, a: tuple[float, float], b: tuple[float, float]) -> bool:
+    """Whether a straight line is worth trying beside the grid's path."""
+    return math.hypot(b[0] - a[0], b[1] - a[1]) < 64.0 * max(field.dx, field.dy)
 
 
 def grid_path(
-    field: CostField,
-    values: NDArray[np.float64],
-    start: tuple[float, float],
-    goal: tuple[float, float],
-    *,
-    moves: int = 16,
+    field: CostField, lattice: Lattice, ahead: CostToGo, start: tuple[float, float]
 ) -> NDArray[np.float64] | None:
-    """Polyline (k, 2) from start to goal down the cost field, or None if there is no way."""
-    offsets = grid_moves(moves)
-    step = field.step
-    direct = segment_cost(field, *start, *goal, step, True)
-    j0, j1, i0, i1 = _surrounding(field, *start)
-    best, entry = math.inf, None
-    for j in range(j0, j1 + 1):
-        for i in range(i0, i1 + 1):
-            x, y = field.x0 + i * field.dx, field.y0 + j * field.dy
-            cost = segment_cost(field, *start, x, y, step, True) + values[j, i]
-            if cost < best:
-                best, entry = cost, (j, i)
-    if entry is None or direct <= best:
-        return None if math.isinf(direct) else np.array([start, goal], float)
-    nodes = _descend(field, offsets, values, *entry)
+    """Polyline (k, 2) from start to goal by the least-cost moves, or None if there is no way.
+
+    With ``ahead.onward`` from the goal to the start.
+    """
+    best, j, i = _enter(field, ahead.values, *start, ahead.onward)
+    a, b = (ahead.goal, start) if ahead.onward else (start, ahead.goal)
+    if _near(field, a, b) and segment_cost(field, *a, *b, field.step) <= best < math.inf:
+        return np.array([a, b], float)
+    if math.isinf(best):
+        straight = math.isfinite(segment_cost(field, *a, *b, field.step))
+        return np.array([a, b], float) if straight else None
+    nodes = _follow(lattice, ahead.values, ahead.moves, j, i, -1 if ahead.onward else 1)
     inner = np.column_stack([field.x0 + nodes[:, 0] * field.dx, field.y0 + nodes[:, 1] * field.dy])
-    path: NDArray[np.float64] = np.vstack([start, inner, goal])
+    path: NDArray[np.float64] = np.vstack([start, inner, ahead.goal])
+    if ahead.onward:
+        path = path[::-1].copy()
     apart = np.hypot(*np.diff(path, axis=0).T) > 1e-9
     kept: NDArray[np.float64] = path[np.concatenate([[True], apart])]
     return kept

@@ -10,11 +10,13 @@ from scipy import ndimage
 
 from planner.errors import RequestError
 from planner.search.conditions import Circumstances
-from planner.search.cost_to_go import cost_field_to
+from planner.search.cost_to_go import cost_to_go
 from planner.search.edge_energy import sample_surface
-from planner.search.ground import ALL_YAWS, SPARE, CostField, DrivingGround, slope_at
+from planner.search.ground import ALL_YAWS, SPARE, CostField, DrivingGround
+from planner.search.lattice import build_lattice
 from planner.search.request import PoseRequest
 from planner.search.steady import DIRECTIONS, LIMIT_NAMES, broken_limit, set_motion
+from planner.terrain.interpolation import interpolate
 from planner.terrain.obstacles import rectangle_free, why_blocked
 
 YAW_TRIES = 64
@@ -92,8 +94,9 @@ def explain_no_route(
     goal: tuple[float, float],
 ) -> str:
     """What blocks the way: the narrowest gap between what start and goal can reach, and why."""
-    to_goal = np.isfinite(cost_field_to(field, goal, start, whole=True))
-    from_start = np.isfinite(cost_field_to(field, start, goal, whole=True, onward=True))
+    lattice = build_lattice(field)
+    to_goal = np.isfinite(cost_to_go(field, lattice, goal).values)
+    from_start = np.isfinite(cost_to_go(field, lattice, start, onward=True).values)
     straight = math.atan2(goal[1] - start[1], goal[0] - start[0])
     for reach, words, (x, y) in (
         (to_goal, "the goal cannot be reached", goal),
@@ -140,7 +143,7 @@ def _blocking(
         if ground.mask[j, i] != ALL_YAWS and narrow is None:
             needed = 2.0 * (ground.half_width - SPARE)
             narrow = (f"a passage too narrow for the body ({needed:.2f} m with clearance)", x, y)
-        px, py = slope_at(field, x, y)
+        _, px, py = interpolate(field.heights, field.x0, field.y0, field.dx, field.dy, x, y)
         steepness = math.hypot(px, py)
         uphill = math.atan2(py, px) - direction
         limit = float(field.limit[field.ground[j, i], _direction_bin(uphill)])

@@ -4,7 +4,10 @@
 gradient at the nodes, where the body fits and with which yaw. Together with the tables of
 ``planner.search.steady`` they form a ``CostField``, which answers one question fast:
 
-    travel_cost(field, x, y, direction) → cost per horizontal metre, yaw chosen as is cheapest
+    segment_cost(field, xa, ya, xb, yb, step) → cost of a straight line, yaw chosen as is cheapest
+
+Well inside all limits and with room for every yaw the cost of a metre is a function of the slope
+along and across the way, tabulated once more in these two (``gentle``): no angles to work out.
 
 Where something stands near, only yaw angles count at which the body's rectangle, grown by the
 clearance, is free: a passage narrower than the robot is long is entered lengthwise.
@@ -25,6 +28,7 @@ from planner.power.kinematics import X, Y
 from planner.power.vehicle import Vehicle
 from planner.search.steady import (
     DIRECTIONS,
+    GENTLE,
     MARGIN,
     YAWS,
     SteadyCosts,
@@ -44,12 +48,14 @@ MOST_NODES = 1_000_000
 ALL_YAWS = np.uint64((1 << YAW_BINS) - 1)
 
 
+STEEP = 0.94
+"""Share of the safe slope from which a limit may be near between the points that are looked at."""
+
+
 class CostField(NamedTuple):
     """Arrays that the compiled search reads; row 0 is the southern row."""
 
     heights: NDArray[np.float64]
-    slope_x: NDArray[np.float64]
-    slope_y: NDArray[np.float64]
     mask: NDArray[np.uint64]
     blocked: NDArray[np.bool_]
     ground: NDArray[np.uint8]
@@ -73,6 +79,12 @@ class CostField(NamedTuple):
     """m between the points at which a path is priced."""
     steep: NDArray[np.bool_]
     """(ny, nx) nodes round which a limit may be near: moves there are priced closely."""
+    gentle: NDArray[np.float64]
+    """(grounds, GENTLE, GENTLE) cost per metre by slope along and across, with the best yaw."""
+    reach: float
+    """Slope up to which ``gentle`` goes."""
+    safe: float
+    """Slope up to which no limit is broken whatever the direction."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +98,6 @@ class DrivingGround:
         origin, cell: m, centre of node [0, 0] and distance of the nodes.
         ground: (ny, nx) ground class of the cells.
         heights: (ny, nx) m, averaged over the footprint: the height at which the robot rides.
-        slope_x, slope_y: (ny, nx) gradient of ``heights`` at the nodes.
         blocked: (ny, nx) cells that no part of the body may cover.
         mask: (ny, nx) bit k is set where the body fits with yaw k·π/YAW_BINS.
         half_length, half_width: m, of the body with clearance and ``SPARE``.
@@ -99,14 +110,18 @@ class DrivingGround:
     cell: tuple[float, float]
     ground: NDArray[np.uint8]
     heights: NDArray[np.float64]
-    slope_x: NDArray[np.float64]
-    slope_y: NDArray[np.float64]
     blocked: NDArray[np.bool_]
     mask: NDArray[np.uint64]
     half_length: float
     half_width: float
     step_height: float
     steepest: NDArray[np.float64]
+
+    @property
+    def nbytes(self) -> int:
+        """Memory that is kept."""
+        arrays = (self.ground, self.heights, self.blocked, self.mask, self.steepest)
+        return sum(array.nbytes for array in arrays)
 
     def preferring_room(self, weight: float) -> NDArray[np.float64]:
         """Factor (ny, nx) on the cost: 1 in the open, 1 + weight where hardly any yaw fits."""
@@ -122,10 +137,9 @@ class DrivingGround:
         margin: float = MARGIN,
     ) -> CostField:
         """What the compiled search reads, with these tables of steady costs."""
+        safe = min(costs.reach, margin * float(costs.limit.min()))
         return CostField(
             self.heights,
-            self.slope_x,
-            self.slope_y,
             self.mask,
             self.blocked,
             self.ground,
@@ -143,7 +157,10 @@ class DrivingGround:
             np.ones((1, 1)) if factor is None else factor,
             margin,
             0.5 * float(min(self.cell)),
-            self.steepest > 0.8 * float(costs.limit.min()),
+            self.steepest > STEEP * safe,
+            costs.gentle,
+            costs.reach,
+            safe,
         )
 
 
@@ -178,15 +195,12 @@ def driving_ground(terrain: Terrain, vehicle: Vehicle) -> DrivingGround:
         blocked = blocked.repeat(parts, 0).repeat(parts, 1)
         ground = ground.repeat(parts, 0).repeat(parts, 1)
         cell = (cell[0] / parts, cell[1] / parts)
-    slope_y, slope_x = np.gradient(heights, cell[1], cell[0])
     return DrivingGround(
         terrain,
         origin,
         cell,
         np.ascontiguousarray(ground),
         np.ascontiguousarray(heights),
-        np.ascontiguousarray(slope_x),
-        np.ascontiguousarray(slope_y),
         np.ascontiguousarray(blocked),
         yaw_mask(blocked, *cell, half_length, half_width, YAW_BINS),
         half_length,
@@ -227,23 +241,6 @@ def _division(
 @njit(cache=True, error_model="numpy", inline="always")
 def _node(offset: float, cell: float, count: int) -> int:
     return min(max(int(math.floor(offset / cell + 0.5)), 0), count - 1)
-
-
-@njit(cache=True, error_model="numpy")
-def slope_at(field: Any, x: float, y: float) -> tuple[float, float]:
-    """Gradient at a point, bilinear between the nodes' gradients."""
-    ny, nx = field.slope_x.shape
-    u = min(max((x - field.x0) / field.dx, 0.0), nx - 1.0)
-    v = min(max((y - field.y0) / field.dy, 0.0), ny - 1.0)
-    i, j = min(int(u), nx - 2), min(int(v), ny - 2)
-    a, b = u - i, v - j
-    px = (field.slope_x[j, i] * (1 - a) + field.slope_x[j, i + 1] * a) * (1 - b) + (
-        field.slope_x[j + 1, i] * (1 - a) + field.slope_x[j + 1, i + 1] * a
-    ) * b
-    py = (field.slope_y[j, i] * (1 - a) + field.slope_y[j, i + 1] * a) * (1 - b) + (
-        field.slope_y[j + 1, i] * (1 - a) + field.slope_y[j + 1, i + 1] * a
-    ) * b
-    return px, py
 
 
 @njit(cache=True, error_model="numpy")
@@ -318,79 +315,103 @@ def wind_cost(field: Any, direction: float) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def travel_cost(field: Any, x: float, y: float, direction: float, exact: bool) -> float:
-    """Cost per horizontal metre at a point when driving in a direction; infinity if impossible.
+def _tight_cost(
+    field: Any, j: int, i: int, x: float, y: float, px: float, py: float, direction: float
+) -> float:
+    """Cost per metre near node (j, i), where a limit or something solid may be near.
 
-    ``exact`` takes slope and room at the point itself instead of those of the nodes round it.
+    Args:
+        field: map and costs.
+        j, i: the nearest node.
+        x, y: the point, m.
+        px, py: gradient there.
+        direction: rad, of the travel.
     """
     ny, nx = field.heights.shape
-    i = _node(x - field.x0, field.dx, nx)
-    j = _node(y - field.y0, field.dy, ny)
-    if exact:
-        # The very slope that the finished motion is checked on.
-        _, px, py = interpolate(field.heights, field.x0, field.y0, field.dx, field.dy, x, y)
-    else:
-        px, py = slope_at(field, x, y)
+    ground, mask = field.ground[j, i], field.mask[j, i]
     steepness = math.sqrt(px * px + py * py)
     azimuth = math.atan2(py, px) - direction
-    ground = field.ground[j, i]
-    mask = field.mask[j, i]
     if mask == ALL_YAWS:
-        cost = cost_for_best_yaw(field.best, field.limit, ground, azimuth, steepness, field.margin)
-    else:
-        if exact:
-            # A yaw that is free here may be masked at the nearest node, not at all its neighbours.
-            for b in range(max(j - 1, 0), min(j + 2, ny)):
-                for a in range(max(i - 1, 0), min(i + 2, nx)):
-                    mask |= field.mask[b, a]
-        if mask == np.uint64(0):
-            return np.inf
-        cost = masked_cost(field, ground, mask, direction, azimuth, steepness, x, y, exact)
-    if field.factor.shape[0] > 1:
-        cost *= field.factor[j, i]
-    return max(cost + wind_cost(field, direction), 1e-3)
+        return cost_for_best_yaw(field.best, field.limit, ground, azimuth, steepness, field.margin)
+    # A yaw that is free here may be masked at the nearest node, not at all its neighbours.
+    for b in range(max(j - 1, 0), min(j + 2, ny)):
+        for a in range(max(i - 1, 0), min(i + 2, nx)):
+            mask |= field.mask[b, a]
+    if mask == np.uint64(0):
+        return np.inf
+    return masked_cost(field, ground, mask, direction, azimuth, steepness, x, y, True)
 
 
 @njit(cache=True, error_model="numpy")
-def segment_cost(
-    field: Any, xa: float, ya: float, xb: float, yb: float, step: float, exact: bool
-) -> float:
+def segment_cost(field: Any, xa: float, ya: float, xb: float, yb: float, step: float) -> float:
     """Cost of a straight segment by the midpoint rule with steps of at most ``step`` metres."""
     ex, ey = xb - xa, yb - ya
     length = math.sqrt(ex * ex + ey * ey)
     if length < 1e-12:
         return 0.0
-    direction = math.atan2(ey, ex)
+    # Arrays by names of their own: taking them out of the tuple costs more than a look-up.
+    heights, mask, grounds, steep = field.heights, field.mask, field.ground, field.steep
+    gentle, factor, reach, safe = field.gentle, field.factor, field.reach, field.safe
+    x0, y0, dx, dy = field.x0, field.y0, field.dx, field.dy
+    ny, nx = heights.shape
+    ux, uy = ex / length, ey / length
+    wind = 0.0
+    if field.extra[0] != 0.0 or field.extra[DIRECTIONS // 4] != 0.0:
+        wind = wind_cost(field, math.atan2(ey, ex))
+    scale = 0.5 * (GENTLE - 1) / reach
     count = max(1, int(math.ceil(length / step)))
     total = 0.0
-    ny, nx = field.heights.shape
     for k in range(count):
         w = (k + 0.5) / count
-        i = _node(xa + w * ex - field.x0, field.dx, nx)
-        j = _node(ya + w * ey - field.y0, field.dy, ny)
+        i = _node(xa + w * ex - x0, dx, nx)
+        j = _node(ya + w * ey - y0, dy, ny)
         # Where a limit may be near, two points instead of one: no stepping over what is too steep.
-        points = 2 if field.steep[j, i] else 1
+        points = 2 if steep[j, i] else 1
         for point in range(points):
-            u = (k + (point + 0.5) / points) / count
-            cost = travel_cost(field, xa + u * ex, ya + u * ey, direction, exact)
-            if cost == np.inf:
-                return np.inf
-            total += cost / points
+            if points == 2:
+                w = (k + (point + 0.5) / 2.0) / count
+                i = _node(xa + w * ex - x0, dx, nx)
+                j = _node(ya + w * ey - y0, dy, ny)
+            x, y = xa + w * ex, ya + w * ey
+            # The very slope that the finished motion is checked on.
+            _, px, py = interpolate(heights, x0, y0, dx, dy, x, y)
+            if mask[j, i] == ALL_YAWS and px * px + py * py < safe * safe:
+                # Bilinear in the slope along and across the way.
+                u = (px * ux + py * uy + reach) * scale
+                v = (py * ux - px * uy + reach) * scale
+                a, b = int(u), int(v)
+                u -= a
+                v -= b
+                g = grounds[j, i]
+                cost = (gentle[g, a, b] * (1.0 - u) + gentle[g, a + 1, b] * u) * (1.0 - v) + (
+                    gentle[g, a, b + 1] * (1.0 - u) + gentle[g, a + 1, b + 1] * u
+                ) * v
+            else:
+                cost = _tight_cost(field, j, i, x, y, px, py, math.atan2(ey, ex))
+                if cost == np.inf:
+                    return np.inf
+            if factor.shape[0] > 1:
+                cost *= factor[j, i]
+            total += max(cost + wind, 1e-3) / points
     return total * length / count
 
 
 @njit(cache=True, error_model="numpy")
-def polyline_cost(field: Any, points: Any, step: float, exact: bool) -> float:
+def passable(field: Any, x: float, y: float, direction: float) -> bool:
+    """Whether a point can be driven over in a direction."""
+    ny, nx = field.heights.shape
+    i = _node(x - field.x0, field.dx, nx)
+    j = _node(y - field.y0, field.dy, ny)
+    _, px, py = interpolate(field.heights, field.x0, field.y0, field.dx, field.dy, x, y)
+    return _tight_cost(field, j, i, x, y, px, py, direction) < np.inf
+
+
+@njit(cache=True, error_model="numpy")
+def polyline_cost(field: Any, points: Any, step: float) -> float:
     """Cost of a polyline (k, 2)."""
     total = 0.0
     for k in range(points.shape[0] - 1):
         total += segment_cost(
-            field,
-            points[k, 0],
-            points[k, 1],
-            points[k + 1, 0],
-            points[k + 1, 1],
-            step,
-            exact,
+            field, points[k, 0], points[k, 1], points[k + 1, 0], points[k + 1, 1], step
         )
     return total

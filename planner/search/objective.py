@@ -18,7 +18,7 @@ from numba import njit
 from numpy.typing import NDArray
 from ompl import base as ob
 
-from planner.search.ground import CostField, segment_cost, travel_cost
+from planner.search.ground import CostField, passable, segment_cost
 from planner.search.refine import even
 
 Path = NDArray[np.float64]
@@ -65,14 +65,11 @@ class WholeMap:
 
     def cost(self, a0: float, a1: float, b0: float, b1: float) -> float:
         """Cost of a straight segment."""
-        return float(segment_cost(self.field, a0, a1, b0, b1, self.step, True))
+        return float(segment_cost(self.field, a0, a1, b0, b1, self.step))
 
     def valid(self, a0: float, a1: float) -> bool:
         """Whether any direction can be driven there."""
-        return any(
-            math.isfinite(travel_cost(self.field, a0, a1, 0.5 * math.pi * k, True))
-            for k in range(4)
-        )
+        return any(passable(self.field, a0, a1, 0.5 * math.pi * k) for k in range(4))
 
     def floor(self, a0: float, a1: float, b0: float, b1: float) -> float:
         """Straight distance at the cheapest metre there is."""
@@ -106,7 +103,7 @@ def _tube_cost(
     for k in range(1, pieces + 1):
         w = k / pieces
         u, v = _to_map(line, spacing, a0 + w * (b0 - a0), a1 + w * (b1 - a1))
-        total += segment_cost(field, x, y, u, v, step, True)
+        total += segment_cost(field, x, y, u, v, step)
         if total == np.inf:
             return total
         x, y = u, v
@@ -147,9 +144,7 @@ class Tube:
     def valid(self, a0: float, a1: float) -> bool:
         """Whether any direction can be driven there."""
         x, y = _to_map(self.line, self.spacing, a0, a1)
-        return any(
-            math.isfinite(travel_cost(self.field, x, y, 0.5 * math.pi * k, True)) for k in range(4)
-        )
+        return any(passable(self.field, x, y, 0.5 * math.pi * k) for k in range(4))
 
     def floor(self, a0: float, a1: float, b0: float, b1: float) -> float:
         """Straight distance in the map at the cheapest metre there is."""

@@ -1,8 +1,8 @@
 """Refinement: from a path on the grid, or from OMPL, to the best polyline in its neighbourhood.
 
-    shortcut    keep only the knots that pay for themselves (exact dynamic programming)
     band        move every knot across the path, a row of offsets each, and choose the cheapest
                 combination (dynamic programming over the rows), with ever finer offsets
+    shortcut    keep only the knots that pay for themselves (exact dynamic programming)
 
 Both minimise the same yaw-free cost as the search (planner.search.ground), so a grid of 16
 directions loses nothing in the end that a local change could win back.
@@ -26,7 +26,7 @@ KNOT_CELLS = 4.0
 """Distance of knots in cells: bends round an obstacle, stays smooth."""
 REACH, LONG = 30, 500
 """Knots that a shortcut may leave out; half of that on paths of more knots than LONG."""
-BANDS = ((2.0, 5, 5), (0.7, 5, 6), (0.25, 4, 8))
+BANDS = ((2.0, 5, 5), (0.7, 5, 6), (0.25, 4, 8), (0.1, 3, 6))
 """Offset step in cells, offsets to each side, largest change of offset between knots."""
 
 
@@ -60,7 +60,7 @@ def _shortcut(field: Any, path: Any, reach: int, step: float, toll: float) -> An
             c = (
                 cost[q]
                 + toll
-                + segment_cost(field, path[q, 0], path[q, 1], path[k, 0], path[k, 1], step, True)
+                + segment_cost(field, path[q, 0], path[q, 1], path[k, 0], path[k, 1], step)
             )
             if c < cost[k]:
                 cost[k], came[k] = c, q
@@ -77,7 +77,7 @@ def _shortcut(field: Any, path: Any, reach: int, step: float, toll: float) -> An
 def shortcut(field: CostField, path: Path) -> Path:
     """The cheapest polyline over a subset of the knots; never dearer than the path itself."""
     step = field.step
-    whole = polyline_cost(field, path, step, True)
+    whole = polyline_cost(field, path, step)
     if not math.isfinite(whole):
         return path
     reach = REACH if len(path) <= LONG else REACH // 2
@@ -115,7 +115,7 @@ def _band(field: Any, path: Any, delta: float, side: int, window: int, step: flo
                 if cost[k, q] == np.inf:
                     continue
                 c = cost[k, q] + segment_cost(
-                    field, xs[k, q], ys[k, q], xs[k + 1, m], ys[k + 1, m], step, True
+                    field, xs[k, q], ys[k, q], xs[k + 1, m], ys[k + 1, m], step
                 )
                 if c < cost[k + 1, m]:
                     cost[k + 1, m], came[k + 1, m] = c, q
@@ -139,22 +139,17 @@ def refine(
     """
     cell = min(field.dx, field.dy)
     step = field.step
-    best, least = path, polyline_cost(field, path, step, True)
-    knots = even(shortcut(field, resample(path, KNOT_CELLS * cell)), KNOT_CELLS * cell)
-    if not math.isfinite(polyline_cost(field, knots, step, True)):
+    best, least = path, polyline_cost(field, path, step)
+    knots = even(path, KNOT_CELLS * cell)
+    if not math.isfinite(polyline_cost(field, knots, step)):
         knots = resample(path, KNOT_CELLS * cell)
     for delta, side, window in BANDS:
-        before = math.inf
-        for _ in range(2):
-            check()
-            moved, cost = _band(field, knots, delta * cell, side, window, step)
-            if math.isfinite(cost):
-                knots = moved
-            if cost > before * (1.0 - 5e-4):
-                break
-            before = cost
+        check()
+        moved, cost = _band(field, knots, delta * cell, side, window, step)
+        if math.isfinite(cost):
+            knots = moved
     for candidate in (shortcut(field, knots), knots):
-        cost = polyline_cost(field, candidate, step, True)
+        cost = polyline_cost(field, candidate, step)
         # The straighter of two equally cheap paths: corners cost time that is not counted here.
         if cost < least * (1.0 + 1e-5) and (cost < least or len(candidate) < len(best)):
             best, least = candidate, cost

@@ -187,10 +187,10 @@ class PlanRequest(_Part):
         description="iterations to search instead of the time budget, which makes the answer "
         "reproducible; a whole number of at least 1",
     )
-    planner: Literal["tube", "plane", "grid"] = Field(
-        default="tube",
-        description='how to search: "tube" (OMPL round the grid\'s route), "plane" (OMPL over '
-        'the whole map) or "grid" (exhaustive)',
+    planner: Literal["auto", "tube", "plane", "grid"] = Field(
+        default="auto",
+        description='how to search: "auto" (the grid, then OMPL for the time that is given), '
+        '"tube" (OMPL round the grid\'s route), "plane" (OMPL over the whole map) or "grid"',
     )
 
     @model_validator(mode="before")

@@ -35,22 +35,37 @@ LEVELS = len(_CREEP) + 20
 """Standstill, three speeds to creep round corners, and an even grid of the squared speed."""
 REACH = 9
 """Largest change of level between stations."""
+NEAR = 0.001
+"""Share of the best cost by which speeds in the outline may be dearer and still be looked at."""
+NEAR_RAMPS = 0.05
+"""The same, as a share of what standing still and starting again costs."""
 
 _WHEEL_COLUMNS = len(PER_WHEEL)
 _F1 = types.Array(types.float64, 1, "C")
 _F2 = types.Array(types.float64, 2, "C")
 _I1 = types.Array(types.int64, 1, "C")
 _B1 = types.Array(types.boolean, 1, "C")
+_B2 = types.Array(types.boolean, 2, "C")
 _VX, _VY, _WZ = INDEX["vx"], INDEX["vy"], INDEX["wz"]
 _SLOPE_RATE = INDEX["slope_rate"]
 # Gauss-Legendre nodes and weights on [0, 1], exact for cubics.
 _TWO = ((0.5 - math.sqrt(3) / 6, 0.5), (0.5 + math.sqrt(3) / 6, 0.5))
 
 
+@njit(cache=True)
+def _levels(top: float) -> Any:
+    """Speeds in m/s: standstill, some to creep, and an even grid of the squared speed."""
+    level = np.empty(LEVELS)
+    for q in range(LEVELS):
+        even = (q - len(_CREEP) + 1) / (LEVELS - len(_CREEP))
+        level[q] = top * (_CREEP[q] if q < len(_CREEP) else math.sqrt(even))
+    return level
+
+
 @njit(
     types.float64(
         *(KERNEL, _F1, _F1, _F2, _F1, _F1, _F1),
-        *(types.float64,) * 8,
+        *(types.float64,) * 7,
         *(types.int64, _F1, _F2),
     ),
     cache=True,
@@ -71,7 +86,6 @@ def _ramp_cost(
     speed_b: float,
     slope_change: float,
     most_acceleration: float,
-    weight_of_time: float,
     objective: int,
     account: Any,
     per_wheel: Any,
@@ -103,14 +117,119 @@ def _ramp_cost(
         total += share * watts * time
     if objective == 1:
         return time + 1e-6 * total
-    return total + weight_of_time * time
+    return total
+
+
+@njit(
+    types.boolean(
+        *(KERNEL, _F1, _F1, _F2, _F2, _F1, _F1),
+        *(_F1, _F1, _F1, _F2, _F1, _F1, _I1, _B1),
+        *(types.float64, types.int64, _B2),
+    ),
+    cache=True,
+    error_model="numpy",
+    nogil=True,
+)
+def _outline(
+    kernel: Any,
+    parameters: Any,
+    body: Any,
+    wheels: Any,
+    class_rows: Any,
+    limits: Any,
+    wind: Any,
+    directions: Any,
+    lengths: Any,
+    curvatures: Any,
+    slopes: Any,
+    yaw: Any,
+    turns: Any,
+    ground: Any,
+    stops: Any,
+    most_acceleration: float,
+    objective: int,
+    near: Any,
+) -> bool:
+    """Mark the levels near the best speeds by even driving; False if there are none.
+
+    A step costs the mean of even driving at its two speeds, and for speeding up or slowing down
+    what that takes or gives at half speed. The programme proper then prices what is near.
+    """
+    account = np.empty(ACCOUNT_LENGTH)
+    per_wheel = np.empty((wheels.shape[0], _WHEEL_COLUMNS))
+    steps = lengths.shape[0]
+    level = _levels(limits[0])
+    unit = np.empty(2)
+    even = np.full((steps, LEVELS), np.inf)  # W
+    up, down = np.empty(steps), np.empty(steps)
+    surface = np.empty(steps)
+    for j in range(steps):
+        row = class_rows[ground[j]].copy()
+        stretch = set_motion(row, slopes[j, 0], slopes[j, 1], yaw[j], directions[j], 1.0)
+        unit[0], unit[1] = row[_VX], row[_VY]
+        set_wind(row, wind, yaw[j])
+        surface[j] = lengths[j] * stretch
+        for q in range(LEVELS):
+            speed = max(level[q], 0.5 * level[1])
+            if speed * speed * abs(curvatures[j]) > most_acceleration * 1.1:
+                break
+            if abs(turns[j]) * speed > limits[6] * surface[j] * (1.0 + 1e-6):
+                break
+            row[_VX], row[_VY] = unit[0] * speed, unit[1] * speed
+            row[_WZ] = turns[j] * speed / surface[j]
+            set_acceleration(row, 0.0, speed * speed * curvatures[j], unit[0], unit[1], 1.0)
+            even[j, q] = kernel(row, parameters, body, wheels, account, per_wheel)
+        speed, pull = 0.5 * limits[0], 0.5 * most_acceleration
+        row[_VX], row[_VY] = unit[0] * speed, unit[1] * speed
+        row[_WZ] = 0.0
+        set_acceleration(row, 0.0, 0.0, unit[0], unit[1], 1.0)
+        watts = kernel(row, parameters, body, wheels, account, per_wheel)
+        set_acceleration(row, pull, 0.0, unit[0], unit[1], 1.0)
+        up[j] = kernel(row, parameters, body, wheels, account, per_wheel) - watts
+        set_acceleration(row, -pull, 0.0, unit[0], unit[1], 1.0)
+        down[j] = watts - kernel(row, parameters, body, wheels, account, per_wheel)
+        # J for each m²/s² of the squared speed
+        up[j], down[j] = 0.5 * up[j] / (pull * speed), 0.5 * down[j] / (pull * speed)
+    come = np.full((steps + 1, LEVELS), np.inf)
+    ahead = np.full((steps + 1, LEVELS), np.inf)
+    come[0, 0] = ahead[steps, 0] = 0.0
+    for backwards in (False, True):
+        for n in range(steps):
+            j = steps - 1 - n if backwards else n
+            most = 2.0 * surface[j] * most_acceleration * (1.0 + 1e-6)
+            for a in range(LEVELS):
+                if (not backwards and come[j, a] == np.inf) or even[j, a] == np.inf:
+                    continue
+                for b in range(max(0, a - REACH), min(LEVELS, a + REACH + 1)):
+                    change = level[b] * level[b] - level[a] * level[a]
+                    if a + b == 0 or (stops[j + 1] and b > 0) or abs(change) > most:
+                        continue
+                    cost = 2.0 * surface[j] / (level[a] + level[b])
+                    if objective != 1:
+                        cost *= 0.5 * (even[j, a] + even[j, b])
+                        cost += change * (up[j] if change > 0.0 else down[j])
+                    if backwards:
+                        ahead[j, a] = min(ahead[j, a], cost + ahead[j + 1, b])
+                    else:
+                        come[j + 1, b] = min(come[j + 1, b], cost + come[j, a])
+    best = come[steps, 0]
+    if best == np.inf:
+        return False
+    most = best + NEAR * abs(best) + NEAR_RAMPS * limits[4] * limits[0] * limits[0]
+    if objective == 1:
+        most = best * (1.0 + NEAR) + NEAR_RAMPS * limits[0] / most_acceleration
+    for j in range(steps + 1):
+        for q in range(LEVELS):
+            if come[j, q] + ahead[j, q] <= most:
+                near[j, max(q - 1, 0) : q + 2] = True
+    return True
 
 
 @njit(
     types.float64(
         *(KERNEL, _F1, _F1, _F2, _F2, _F1, _F1),
         *(_F1, _F1, _F1, _F2, _F1, _F1, _I1, _B1),
-        *(types.float64, types.int64, _F1),
+        *(types.float64, types.int64, _B2, _F1),
     ),
     cache=True,
     error_model="numpy",
@@ -134,18 +253,19 @@ def _speeds(
     stops: Any,
     most_acceleration: float,
     objective: int,
+    near: Any,
     speeds: Any,
 ) -> Any:
-    """Cost of the best speeds; without any, speeds[0] is the station where none leads on."""
+    """Cost of the best speeds among those near the outline, (steps + 1, LEVELS).
+
+    Without any, speeds[0] is the station where none leads on.
+    """
     account = np.empty(ACCOUNT_LENGTH)
     per_wheel = np.empty((wheels.shape[0], _WHEEL_COLUMNS))
     steps = lengths.shape[0]
     cost = np.full((steps + 1, LEVELS), np.inf)
     came = np.full((steps + 1, LEVELS), -1, np.int64)
-    level = np.empty(LEVELS)
-    for q in range(LEVELS):
-        even = (q - len(_CREEP) + 1) / (LEVELS - len(_CREEP))
-        level[q] = limits[0] * (_CREEP[q] if q < len(_CREEP) else math.sqrt(even))
+    level = _levels(limits[0])
     cost[0, 0] = 0.0
     lag = 4.0 * limits[4] * limits[0] * limits[0]
     if objective == 1:
@@ -167,7 +287,7 @@ def _speeds(
             if cost[j, a] > hopeless or cost[j, a] == np.inf:
                 continue
             for b in range(max(0, a - REACH), min(LEVELS, a + REACH + 1)):
-                if a + b == 0 or (stops[j + 1] and b > 0):
+                if a + b == 0 or (stops[j + 1] and b > 0) or not near[j + 1, b]:
                     continue
                 if long and b > 0 and (LEVELS - 1 - b) % 3:
                     continue
@@ -186,7 +306,6 @@ def _speeds(
                     level[b],
                     change,
                     most_acceleration,
-                    0.0,
                     objective,
                     account,
                     per_wheel,
@@ -224,7 +343,7 @@ def speed_programme(
     stops = track.stops | (np.abs(yaw.leaving - yaw.arriving) > 1e-9)
     turns = yaw.arriving[1:] - yaw.leaving[:-1]
     speeds = np.zeros(len(track.points))
-    cost = _speeds(
+    task = (
         model.kernel,
         model.parameters,
         model.body,
@@ -242,8 +361,15 @@ def speed_programme(
         stops,
         model.vehicle.limits.acceleration,
         objective,
-        speeds,
     )
+    near = np.zeros((len(speeds), LEVELS), np.bool_)
+    cost = math.inf
+    if _outline(*task, near):
+        cost = _speeds(*task, near, speeds)
+    if not math.isfinite(cost):
+        near[:] = True
+        speeds[:] = 0.0
+        cost = _speeds(*task, near, speeds)
     if not math.isfinite(cost):
         return None, int(speeds[0])
     return speeds, -1

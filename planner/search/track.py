@@ -157,7 +157,7 @@ def _arc(
         angles = direction - side * math.pi / 2.0 + turn * np.arange(count + 1) / count
         points = centre + radius * np.column_stack([np.cos(angles), np.sin(angles)])
         step = field.step
-        if math.isfinite(polyline_cost(field, points, step, True)):
+        if math.isfinite(polyline_cost(field, points, step)):
             return points, side / radius
         radius /= 2.0
     return None

@@ -21,17 +21,24 @@ from numpy.typing import NDArray
 from planner.power.model import PowerModel
 from planner.quantities import INDEX
 from planner.search.ground import ALL_YAWS, CostField
-from planner.search.steady import BRIEFLY, broken_limit, set_motion
+from planner.search.steady import SLOWEST
 from planner.search.track import Track
-from planner.search.yaw_kernel import STATES, programme
+from planner.search.yaw_kernel import (
+    STATES,
+    TURNS,
+    WIDTH,
+    most_turn,
+    outline,
+    programme,
+    spin_costs,
+    turning_costs,
+)
 from planner.terrain.obstacles import rectangle_free
 
 Array = NDArray[np.float64]
 MOST_KNOTS = 240
 GENTLE = 0.6
 """Share of the least slope limit below which no yaw comes near a limit."""
-
-_WZ = INDEX["wz"]
 
 
 @dataclass(frozen=True)
@@ -79,37 +86,64 @@ def yaw_programme(
     """
     knots = _knots(track, _crowded(field, track.points))
     directions = _knot_directions(track, knots)
-    free, spin, stop = _free_and_spin(
-        model, field, track, knots, directions, slopes, grounds, class_rows, limits, objective
-    )
-    states = np.full(2 * len(knots), -1, np.int64)
-    cost = programme(
-        model.kernel,
-        model.parameters,
-        model.body,
-        model.wheels,
-        class_rows,
-        limits,
-        wind,
-        objective,
+    slope_x, slope_y = (np.ascontiguousarray(slopes[:, k]) for k in (0, 1))
+    steps = (track.directions, track.lengths, slope_x, slope_y, grounds)
+    free = _free_states(field, track.points[knots], directions, WIDTH)
+    spin = np.empty(free.shape)
+    at = np.minimum(knots, len(slopes) - 1)
+    numbers = (model.kernel, model.parameters, model.body, model.wheels, class_rows, limits)
+    spin_costs(*numbers, directions, slope_x[at], slope_y[at], grounds[at], objective, spin)
+    stop = _cost_of_a_stop(model, class_rows, limits, objective)
+    turning = np.empty((STATES, TURNS))
+    tightest = 0.8 * float(limits[6] / (SLOWEST * limits[0]))
+    turning_costs(*numbers[:4], class_rows[0], limits, objective, tightest, turning)
+    spans = np.add.reduceat(track.lengths, knots[:-1])
+    bends = np.remainder(np.diff(directions) + np.pi, 2.0 * np.pi) - np.pi
+    near = np.zeros(free.shape, np.bool_)
+    told = outline(
+        field,
         knots,
-        directions,
-        track.directions,
-        track.lengths,
-        np.ascontiguousarray(slopes[:, 0]),
-        np.ascontiguousarray(slopes[:, 1]),
-        grounds,
+        spans,
+        bends,
+        *steps,
         free,
         spin,
         stop,
-        GENTLE * float(field.limit.min()),
-        math.nan if start_yaw is None else start_yaw,
-        math.nan if goal_yaw is None else goal_yaw,
-        states,
+        turning,
+        tightest,
+        _state(start_yaw, directions[0]),
+        _state(goal_yaw, directions[-1]),
+        np.array([most_turn(*way, limits) for way in zip(spans, bends, strict=True)], np.int64),
+        near,
     )
-    if not math.isfinite(cost):
-        return None
-    return _spread(track, knots, directions, states, cost, start_yaw, goal_yaw)
+    states = np.full(2 * len(knots), -1, np.int64)
+    for looked_at in (near, np.ones(free.shape, np.bool_))[0 if told else 1 :]:
+        cost = programme(
+            *numbers,
+            wind,
+            objective,
+            knots,
+            directions,
+            *steps,
+            free,
+            looked_at,
+            spin,
+            stop,
+            GENTLE * float(field.limit.min()),
+            math.nan if start_yaw is None else start_yaw,
+            math.nan if goal_yaw is None else goal_yaw,
+            states,
+        )
+        if math.isfinite(cost):
+            return _spread(track, knots, directions, states, cost, start_yaw, goal_yaw)
+    return None
+
+
+def _state(yaw: float | None, direction: float) -> int:
+    """Number of the state nearest to a yaw; -1 for none."""
+    if yaw is None:
+        return -1
+    return round(math.remainder(yaw - direction, 2.0 * math.pi) / WIDTH) % STATES
 
 
 def _knots(track: Track, crowded: NDArray[np.bool_]) -> NDArray[np.int64]:
@@ -139,39 +173,13 @@ def _knot_directions(track: Track, knots: NDArray[np.int64]) -> Array:
     return np.asarray(before + 0.5 * turn)
 
 
-def _free_and_spin(
-    model: PowerModel,
-    field: CostField,
-    track: Track,
-    knots: NDArray[np.int64],
-    directions: Array,
-    slopes: Array,
-    grounds: NDArray[np.int64],
-    class_rows: Array,
-    limits: Array,
-    objective: int,
-) -> tuple[NDArray[np.bool_], Array, float]:
-    """Free states at the knots, cost of turning on the spot per rad, cost of one stop."""
-    width = 2.0 * math.pi / STATES
-    free = _free_states(field, track.points[knots], directions, width)
-    rate = float(limits[6])
-    steps = np.minimum(knots, len(slopes) - 1)
-    rows = np.repeat(class_rows[grounds[steps]], STATES, axis=0)
-    yaw = (directions[:, None] + width * np.arange(STATES)).ravel()
-    for row, angle, step in zip(rows, yaw, np.repeat(steps, STATES), strict=True):
-        set_motion(row, slopes[step, 0], slopes[step, 1], angle, 0.0, 0.0)
-    rows[:, _WZ] = rate
-    accounts, _ = model.evaluate(rows)
-    watts = accounts[:, 0]
-    per_rad = np.ones_like(watts) if objective == 1 else watts
-    spin = np.maximum(per_rad, 0.0).reshape(len(knots), STATES) / rate
-    held = [broken_limit(account, limits, BRIEFLY) < 0 for account in accounts]
-    spin[~np.array(held).reshape(spin.shape)] = np.inf
-    # Speeding up again after a stop: kinetic energy with the rotors', of which braking returns
-    # little, and the time lost on both ramps.
+def _cost_of_a_stop(model: PowerModel, class_rows: Array, limits: Array, objective: int) -> float:
+    """Cost of speeding up again after a stop on the way: kinetic energy with the rotors', of which
+    braking returns little, or the time lost on both ramps.
+    """
     v, a = float(limits[0]), model.vehicle.limits.acceleration
     if objective == 1:
-        return free, np.ascontiguousarray(spin), v / a
+        return v / a
     cruise = class_rows[:1].copy()
     cruise[0, INDEX["vx"]] = v
     ramp = np.repeat(cruise, 8, axis=0)
@@ -180,7 +188,7 @@ def _free_and_spin(
     up = float(model.watts(ramp).mean()) * v / a
     ramp[:, INDEX["ax"]] = -a
     down = float(model.watts(ramp).mean()) * v / a
-    return free, np.ascontiguousarray(spin), up + down - float(model.watts(cruise)[0]) * v / a
+    return up + down - float(model.watts(cruise)[0]) * v / a
 
 
 @njit(cache=True, error_model="numpy")
@@ -219,9 +227,8 @@ def _spread(
     goal_yaw: float | None,
 ) -> YawProfile:
     """Yaw at all stations, even in distance between the knots and without jumps of 2π."""
-    width = 2.0 * math.pi / STATES
-    arriving_at = directions + width * states[0::2]
-    leaving_at = directions + width * states[1::2]
+    arriving_at = directions + WIDTH * states[0::2]
+    leaving_at = directions + WIDTH * states[1::2]
     if start_yaw is not None:
         arriving_at[0] = start_yaw
         if states[0] == states[1]:

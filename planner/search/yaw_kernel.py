@@ -11,12 +11,29 @@ from numba import njit, types
 from planner.power.compile_kernel import KERNEL
 from planner.power.pipeline import ACCOUNT_LENGTH, PER_WHEEL
 from planner.quantities import INDEX
-from planner.search.steady import BRIEFLY, SLOWEST, broken_limit, set_motion, set_wind
+from planner.search.steady import (
+    BRIEFLY,
+    SLOWEST,
+    broken_limit,
+    cost_for_yaw,
+    set_motion,
+    set_wind,
+)
 
 STATES = 64
 """Angles to the travel at which the body may stand."""
+WIDTH = 2.0 * math.pi / STATES
+"""rad from one to the next."""
+TURNS = 24
+"""Bends of the table of what turning on the move adds."""
+SPUN = 4
+"""Turning on the spot is priced at every so many states, and evenly in between."""
 MOST_SAMPLES = 2
 """Steps that stand for those between two knots, where there are more than three."""
+NEAR = 0.003
+"""Share of the best cost by which a yaw in the outline may be dearer and still be looked at."""
+BESIDE = 2
+"""States to each side of such a yaw that are looked at as well."""
 WINDOW = 8
 """Largest change of the angle to the travel between knots, in states (45°)."""
 
@@ -86,10 +103,264 @@ def _step_cost(
 
 
 @njit(
+    types.void(
+        *(KERNEL, _F1, _F1, _F2, _F2, _F1, _F1, _F1, _F1, _I1, types.int64, _F2),
+    ),
+    cache=True,
+    error_model="numpy",
+    nogil=True,
+)
+def spin_costs(
+    kernel: Any,
+    parameters: Any,
+    body: Any,
+    wheels: Any,
+    class_rows: Any,
+    limits: Any,
+    directions: Any,
+    slope_x: Any,
+    slope_y: Any,
+    ground: Any,
+    objective: int,
+    spin: Any,
+) -> None:
+    """Cost per rad of turning on the spot at every knot and state (knots, STATES), into ``spin``.
+
+    Infinite where a limit would be broken.
+    """
+    account = np.empty(ACCOUNT_LENGTH)
+    per_wheel = np.empty((wheels.shape[0], _WHEEL_COLUMNS))
+    rate = limits[6]
+    for k in range(directions.shape[0]):
+        row = class_rows[ground[k]].copy()
+        row[_WZ] = rate
+        for s in range(0, STATES, SPUN):
+            set_motion(row, slope_x[k], slope_y[k], directions[k] + s * WIDTH, 0.0, 0.0)
+            watts = kernel(row, parameters, body, wheels, account, per_wheel)
+            spin[k, s] = max(1.0 if objective == 1 else watts, 0.0) / rate
+            if broken_limit(account, limits, BRIEFLY) >= 0:
+                spin[k, s] = np.inf
+        for s in range(STATES):
+            low = s - s % SPUN
+            share = (s - low) / SPUN
+            if share > 0.0:
+                spin[k, s] = (1.0 - share) * spin[k, low] + share * spin[k, (low + SPUN) % STATES]
+
+
+@njit(cache=True)
+def most_turn(span: float, bend: float, limits: Any) -> int:
+    """States by which the angle to the travel may change over ``span`` metres with a bend."""
+    # No further than the yaw rate allows at full speed, and one state more.
+    window = min(WINDOW, 1 + int(math.ceil(limits[6] * span / limits[0] / WIDTH)))
+    # Where the travel turns sharply the body may keep its yaw instead.
+    return window + int(math.ceil(abs(bend) / WIDTH))
+
+
+@njit(
+    types.void(*(KERNEL, _F1, _F1, _F2, _F1, _F1, types.int64, types.float64, _F2)),
+    cache=True,
+    error_model="numpy",
+    nogil=True,
+)
+def turning_costs(
+    kernel: Any,
+    parameters: Any,
+    body: Any,
+    wheels: Any,
+    row: Any,
+    limits: Any,
+    objective: int,
+    tightest: float,
+    turning: Any,
+) -> None:
+    """Cost that turning adds to a level metre, (STATES, TURNS) into ``turning``.
+
+    By the angle to the travel, and by rad/m from 0 to ``tightest``; infinite where it cannot be.
+    """
+    account = np.empty(ACCOUNT_LENGTH)
+    per_wheel = np.empty((wheels.shape[0], _WHEEL_COLUMNS))
+    still = np.zeros(2)
+    row = row.copy()
+    for s in range(STATES):
+        straight = 0.0
+        for q in range(TURNS):
+            cost = _step_cost(
+                kernel,
+                parameters,
+                body,
+                wheels,
+                row,
+                limits,
+                still,
+                0.0,
+                0.0,
+                s * WIDTH,
+                0.0,
+                1.0,
+                q * tightest / (TURNS - 1),
+                objective,
+                account,
+                per_wheel,
+            )
+            straight = cost if q == 0 else straight
+            turning[s, q] = max(cost - straight, 0.0)
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _turn_cost(turning: Any, tightest: float, s: int, span: float, turn: float) -> float:
+    """What a turn adds to the cost of ``span`` metres."""
+    u = abs(turn) / span / tightest * (TURNS - 1)
+    if u > TURNS - 1:
+        return np.inf
+    q = min(int(u), TURNS - 2)
+    u -= q
+    cost: float = span * ((1.0 - u) * turning[s, q] + u * turning[s, q + 1])
+    return cost
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def outline(
+    field: Any,
+    knots: Any,
+    spans: Any,
+    bends: Any,
+    directions: Any,
+    lengths: Any,
+    slope_x: Any,
+    slope_y: Any,
+    ground: Any,
+    free: Any,
+    spin_cost: Any,
+    stop_cost: float,
+    turning: Any,
+    tightest: float,
+    start_state: int,
+    goal_state: int,
+    windows: Any,
+    near: Any,
+) -> bool:
+    """Mark the states near the best yaw by the tables of steady costs; False if there is none.
+
+    A turn on the move counts here what it would on the level. The programme proper then prices
+    what is near with the power model.
+
+    Args:
+        field: tables of steady costs by yaw.
+        knots: stations.
+        spans, bends: (knots - 1,) m to the next knot, and rad by which the travel turns there.
+        directions, lengths, slope_x, slope_y, ground: of the steps.
+        free, spin_cost, stop_cost: of the knots' states and turns on the spot.
+        turning: (STATES, TURNS) of ``turning_costs``.
+        tightest: rad/m of its last entry.
+        start_state, goal_state: -1 leaves them free.
+        windows: (knots,) states by which the angle to the travel may change after each.
+        near: (knots, STATES) set True for the states near the best one.
+    """
+    count = knots.shape[0]
+    bins = field.by_yaw.shape[1]
+    steady = np.zeros((count, STATES))
+    for k in range(count - 1):
+        # A few steps stand for all of a long way between two knots.
+        first, last = knots[k], knots[k + 1]
+        stride = max(1, (last - first) // MOST_SAMPLES)
+        whole, taken = 0.0, 0.0
+        for j in range(first, last):
+            whole += lengths[j]
+        for j in range(first + (stride - 1) // 2, last, stride):
+            taken += lengths[j]
+            steepness = math.sqrt(slope_x[j] ** 2 + slope_y[j] ** 2)
+            azimuth = math.atan2(slope_y[j], slope_x[j]) - directions[j]
+            before = np.inf
+            for b in range(bins + 1):
+                cost = lengths[j] * cost_for_yaw(
+                    field.by_yaw, field.yaw_limit, ground[j], b % bins, azimuth, steepness, 1.0
+                )
+                s = (b * STATES) // bins
+                if b < bins:
+                    steady[k, s] += cost
+                # A state between two bins: the mean, or the one that can be driven.
+                if b > 0:
+                    between = 0.5 * (before + cost)
+                    if between == np.inf:
+                        between = min(before, cost)
+                    steady[k, s - 1] += between
+                before = cost
+        for s in range(STATES):
+            steady[k, s] *= whole / max(taken, 1e-12)
+    # Least cost from the start to a state, on arriving and on leaving, and from there to the goal.
+    come = np.full((2, count, STATES), np.inf)
+    ahead = np.full((2, count, STATES), np.inf)
+    last = count - 1
+    for s in range(STATES):
+        if free[0, s] and (start_state < 0 or s == start_state):
+            come[0, 0, s] = 0.0
+        if free[last, s] and (goal_state < 0 or s == goal_state):
+            ahead[1, last, s] = 0.0
+    came = np.empty(STATES, np.int64)
+    for k in range(count):
+        halt = stop_cost if 0 < k < last else 0.0
+        _spin(come[0, k], free[k], spin_cost[k], halt, come[1, k], came)
+        if k == last:
+            break
+        for s in range(STATES):
+            if come[1, k, s] + steady[k, s] < np.inf:
+                for w in range(-windows[k], windows[k] + 1):
+                    t = (s + w) % STATES
+                    if free[k + 1, t]:
+                        total = come[1, k, s] + 0.5 * (steady[k, s] + steady[k, t])
+                        total += _turn_cost(turning, tightest, s, spans[k], bends[k] + w * WIDTH)
+                        come[0, k + 1, t] = min(come[0, k + 1, t], total)
+    for k in range(last, -1, -1):
+        if k < last:
+            for s in range(STATES):
+                if free[k, s] and steady[k, s] < np.inf:
+                    for w in range(-windows[k], windows[k] + 1):
+                        t = (s + w) % STATES
+                        total = ahead[0, k + 1, t] + 0.5 * (steady[k, s] + steady[k, t])
+                        total += _turn_cost(turning, tightest, s, spans[k], bends[k] + w * WIDTH)
+                        ahead[1, k, s] = min(ahead[1, k, s], total)
+        halt = stop_cost if 0 < k < last else 0.0
+        # What a turn on the spot costs is the same there and back.
+        _spin(ahead[1, k], free[k], spin_cost[k], halt, ahead[0, k], came)
+    best = (come[1, last] + ahead[1, last]).min()
+    if best == np.inf:
+        return False
+    most = best * (1.0 + NEAR)
+    for k in range(count):
+        for s in range(STATES):
+            if min(come[0, k, s] + ahead[0, k, s], come[1, k, s] + ahead[1, k, s]) <= most:
+                for w in range(-BESIDE, BESIDE + 1):
+                    near[k, (s + w) % STATES] = True
+    return True
+
+
+@njit(cache=True, error_model="numpy", nogil=True, inline="always")
+def _spin(driven: Any, free: Any, spin_cost: Any, halt: float, cost: Any, spun: Any) -> None:
+    """Turning on the spot at one knot: cheapest way round the ring, both ways, stopping once."""
+    for s in range(STATES):
+        cost[s] = driven[s]
+        spun[s] = s
+    for s in range(STATES):
+        if driven[s] == np.inf:
+            continue
+        for way in (1, -1):
+            total, at = driven[s] + halt, s
+            for _ in range(STATES // 2 - 1):
+                following = (at + way) % STATES
+                if not free[following]:
+                    break
+                total += 0.5 * (spin_cost[at] + spin_cost[following]) * WIDTH
+                at = following
+                if total < cost[at]:
+                    cost[at] = total
+                    spun[at] = s
+
+
+@njit(
     types.float64(
         *(KERNEL, _F1, _F1, _F2, _F2, _F1, _F1, types.int64),
         *(_I1, _F1, _F1, _F1, _F1, _F1, _I1),  # knots and their directions; steps
-        *(_B2, _F2, *(types.float64,) * 4, _I1),
+        *(_B2, _B2, _F2, *(types.float64,) * 4, _I1),
     ),
     cache=True,
     error_model="numpy",
@@ -112,6 +383,7 @@ def programme(
     slope_y: Any,
     ground: Any,
     free: Any,
+    near: Any,
     spin_cost: Any,
     stop_cost: float,
     gentle: float,
@@ -124,7 +396,6 @@ def programme(
     per_wheel = np.empty((wheels.shape[0], _WHEEL_COLUMNS))
     rows = class_rows.copy()
     count = knots.shape[0]
-    width = 2.0 * math.pi / STATES
     cost = np.full((count, STATES), np.inf)
     driven = np.full((count, STATES), np.inf)
     came = np.full((count, STATES), -1, np.int64)  # state at the knot before
@@ -135,7 +406,7 @@ def programme(
     if not math.isnan(start_yaw):
         for s in range(STATES):
             driven[0, s] = np.inf
-        nearest = int(round(wrap(start_yaw - knot_directions[0]) / width)) % STATES
+        nearest = int(round(wrap(start_yaw - knot_directions[0]) / WIDTH)) % STATES
         driven[0, nearest] = 0.0
     # Where knots lie far apart on gentle ground, a few steps stand for all between them.
     stride = np.ones(count, np.int64)
@@ -153,44 +424,23 @@ def programme(
                 taken += lengths[j]
         scale[k] = whole / taken
     for k in range(count):
-        # Turning on the spot: cheapest way round the ring, both ways, stopping once.
-        for s in range(STATES):
-            cost[k, s] = driven[k, s]
-            spun[k, s] = s
-        halt = stop_cost if 0 < k < count - 1 else 0.0
-        for s in range(STATES):
-            if driven[k, s] == np.inf:
-                continue
-            for way in (1, -1):
-                total, at = driven[k, s] + halt, s
-                for _ in range(STATES // 2 - 1):
-                    following = (at + way) % STATES
-                    if not free[k, following]:
-                        break
-                    total += 0.5 * (spin_cost[k, at] + spin_cost[k, following]) * width
-                    at = following
-                    if total < cost[k, at]:
-                        cost[k, at] = total
-                        spun[k, at] = s
+        _spin(driven[k], free[k], spin_cost[k], stop_cost * (0 < k < count - 1), cost[k], spun[k])
         if k == count - 1:
             break
         bend = wrap(knot_directions[k + 1] - knot_directions[k])
         span = 0.0
         for j in range(knots[k], knots[k + 1]):
             span += lengths[j]
-        # No further than the yaw rate allows at full speed, and one state more.
-        window = min(WINDOW, 1 + int(math.ceil(limits[6] * span / limits[0] / width)))
-        # Where the travel turns sharply the body may keep its yaw instead.
-        window += int(math.ceil(abs(bend) / width))
+        window = most_turn(span, bend, limits)
         for s in range(STATES):
-            if cost[k, s] == np.inf:
+            if cost[k, s] == np.inf or not near[k, s]:
                 continue
-            yaw_a = knot_directions[k] + s * width
+            yaw_a = knot_directions[k] + s * WIDTH
             for w in range(-window, window + 1):
                 t = (s + w) % STATES
-                if not free[k + 1, t]:
+                if not free[k + 1, t] or not near[k + 1, t]:
                     continue
-                turn = bend + w * width
+                turn = bend + w * WIDTH
                 total = cost[k, s]
                 done = 0.0
                 for j in range(knots[k] + (stride[k] - 1) // 2, knots[k + 1], stride[k]):
@@ -227,7 +477,7 @@ def programme(
             if cost[last, s] < best:
                 best, at = cost[last, s], s
     else:
-        at = int(round(wrap(goal_yaw - knot_directions[last]) / width)) % STATES
+        at = int(round(wrap(goal_yaw - knot_directions[last]) / WIDTH)) % STATES
         best = cost[last, at]
     if best < np.inf:
         for k in range(last, -1, -1):

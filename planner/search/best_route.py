@@ -1,0 +1,147 @@
+"""The best route for the time that is given, and what contributed to it.
+
+    found = best_route(run, run.field("energy"))
+
+The grid with refinement answers first, for the request's objective and, on the other core, for
+the shortest and the fastest route: whatever is found counts for all three. With time left, OMPL
+searches in a tube round the grid's path (or on the whole map), and the grid searches again away
+from what it found. Every motion is priced by the power model, and the best one is the answer. Who
+cancels once there is a route gets the best so far.
+"""
+
+from __future__ import annotations
+
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.errors import Cancelled
+from planner.search.alternatives import nearness
+from planner.search.grid_route import Attempt, drive_legs, grid_route, on_grid
+from planner.search.ground import CostField
+from planner.search.ompl_route import ompl_legs
+from planner.search.route import Route
+from planner.search.run import Run
+
+Array = NDArray[np.float64]
+
+BASELINES = {"shortest": "length", "fastest": "time"}
+DETOURS = 6
+"""Searches away from what was found, at most."""
+DEARER = 0.1
+"""By how much ground near a known route gets dearer for the next one."""
+ENOUGH = 0.15
+"""s left from which another search is begun."""
+
+
+@dataclass
+class Found:
+    """What a search came to.
+
+    Attributes:
+        route: the best one, or None with a reason.
+        baselines: "shortest" and "fastest".
+        planner: how it was found.
+        notes: what the user ought to know, in sentences.
+    """
+
+    planner: dict[str, Any]
+    route: Route | None = None
+    baselines: dict[str, Route] = field(default_factory=dict)
+    reason: str = ""
+    notes: list[str] = field(default_factory=list)
+
+
+def value_of(route: Route, objective: str) -> float:
+    """What an objective wants little of: J, s or m."""
+    return {"energy": route.energy_j, "time": route.duration_s, "length": route.length_m}[objective]
+
+
+def best_route(run: Run, field: CostField) -> Found:
+    """The best route for a request, and how it was found.
+
+    Args:
+        run: the request.
+        field: map and costs for its objective.
+    """
+    request = run.request
+    begun = time.perf_counter()
+    found = Found({"name": request.planner, "seed": request.seed})
+    run.step("least-cost fields, refinement, yaw, speed", 0.1)
+    # Compiled code lets other threads run: two searches at once on two cores.
+    others = [name for name, aim in BASELINES.items() if aim != request.objective]
+    with ThreadPoolExecutor(max_workers=2) as pool:
+        main = pool.submit(on_grid, run, field, request.objective)
+        waiting = [pool.submit(grid_route, run, BASELINES[name]) for name in others]
+        attempt = main.result()
+        routes = {"grid": attempt.route} | {
+            f"grid, {name}": task.result() for name, task in zip(others, waiting, strict=True)
+        }
+    candidates = {name: route for name, route in routes.items() if route is not None}
+    if attempt.paths is None or attempt.refined is None:
+        found.reason = attempt.reason
+        return found
+    found.planner["slope_margin"] = attempt.field.margin
+    found.planner["grid_cost"] = sum(cost for _, cost in attempt.refined)
+    found.planner["grid_seconds"] = time.perf_counter() - begun
+    if candidates:
+        found.planner["grid_energy_j"] = min(route.energy_j for route in candidates.values())
+    try:
+        _improve(run, attempt, candidates, found, begun)
+    except Cancelled:
+        if not candidates:
+            raise
+        found.notes.append("stopped early: this is the best route up to then")
+    if not candidates:
+        found.reason = attempt.reason
+        return found
+
+    def best(objective: str) -> str:
+        return min(candidates, key=lambda name: value_of(candidates[name], objective))
+
+    found.planner["chosen"] = best(request.objective)
+    found.route = candidates[best(request.objective)]
+    found.baselines = {name: candidates[best(aim)] for name, aim in BASELINES.items()}
+    return found
+
+
+def _improve(
+    run: Run, attempt: Attempt, candidates: dict[str, Route], found: Found, begun: float
+) -> None:
+    """Further candidates in the time that is left."""
+    request = run.request
+    given = bool({"time_budget_s", "iterations"} & request.model_fields_set)
+    if request.planner == "grid" or (request.planner == "auto" and not given):
+        return
+
+    def left() -> float:
+        return request.time_budget_s - (time.perf_counter() - begun)
+
+    if request.iterations is None and left() < ENOUGH:
+        found.notes.append("the time given was up before OMPL could begin")
+        return
+    share = left() if request.planner != "auto" else 0.5 * left()
+    run.step("OMPL", 0.4)
+    legs, said = ompl_legs(run, attempt, share)
+    found.planner |= said
+    driven = drive_legs(run, attempt.field, legs, request.objective)
+    if isinstance(driven, Route):
+        candidates["ompl"] = driven
+        found.planner["ompl_energy_j"] = driven.energy_j
+    if request.planner != "auto" or request.objective != "energy":
+        return
+    factor = np.ones(attempt.field.heights.shape)
+    for number in range(DETOURS):
+        if not candidates or (request.iterations is None and left() < ENOUGH):
+            break
+        run.step("other ways", 0.7 + 0.02 * number)
+        latest = list(candidates.values())[-1]
+        factor = factor * (1.0 + DEARER * nearness(latest, attempt.field))
+        other = grid_route(run, request.objective, factor)
+        if other is None:
+            break
+        candidates[f"detour {number + 1}"] = other

@@ -1,0 +1,134 @@
+"""A route by the grid alone: least-cost field, refinement, and the motion along it.
+
+attempt = on_grid(run, run.field("energy"), "energy")
+attempt.route            # or None, with attempt.reason
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.quantities import STANDARD_GRAVITY
+from planner.search.drive import Stuck, drive
+from planner.search.explain import explain_no_route
+from planner.search.ground import CostField, polyline_cost
+from planner.search.refine import refine
+from planner.search.route import Route
+from planner.search.run import Run
+from planner.search.steady import MARGIN, OBJECTIVES
+
+Array = NDArray[np.float64]
+
+MARGINS = (MARGIN, 0.95, 0.9, 0.8)
+"""Shares of the slope limit to search with, until the finished motion keeps to all limits."""
+ROOMS = (0.0, 0.4, 1.0, 2.0, 5.0, 16.0)
+"""How much dearer ground gets where the body fits with hardly a yaw, until it can turn in time."""
+MUCH = 1.1
+"""Energy over that of even driving from which a way with more room is tried as well."""
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """What the grid with refinement came to: a route, or paths that none drives, or neither."""
+
+    field: CostField
+    paths: list[Array] | None = None
+    refined: list[tuple[Array, float]] | None = None
+    route: Route | None = None
+    reason: str = ""
+
+
+def on_grid(run: Run, field: CostField, objective: str) -> Attempt:
+    """Search, refine and drive; where the motion does not come out, search more cautiously.
+
+    A speed that breaks a limit on a bend asks for less steep ground, a body that cannot turn in
+    time for ways with more room.
+    """
+    plain = field.factor
+    tries, rooms = list(MARGINS), list(ROOMS) if run.ground.blocked.any() else [0.0]
+    attempt = Attempt(field)
+    best: Attempt | None = None
+    while tries and rooms:
+        factor = plain if rooms[0] == 0.0 else plain * run.ground.preferring_room(rooms[0])
+        field = field._replace(margin=tries[0], factor=np.ascontiguousarray(factor))
+        paths = _paths(run, field, objective)
+        if paths is None:
+            break
+        refined = [refine(field, path, check=run.check) for path in paths]
+        driven = drive_legs(run, field, [path for path, _ in refined], objective)
+        if isinstance(driven, Route):
+            if best is None or best.route is None or driven.energy_j < best.route.energy_j:
+                best = Attempt(field, paths, refined, driven)
+            else:
+                return best
+            # Turning among obstacles may cost more than a way round with more room.
+            if objective != "energy" or len(rooms) == 1 or not _much_turning(run, best, plain):
+                return best
+            rooms.pop(0)
+            continue
+        reason = f"a way was found, but at x {driven.x:.2f}, y {driven.y:.2f} {driven.what}"
+        attempt = Attempt(field, paths, refined, None, reason)
+        if driven.for_want_of_room and len(rooms) > 1:
+            rooms.pop(0)
+        else:
+            tries.pop(0)
+    if best is not None:
+        return best
+    if paths is None:
+        return replace(attempt, reason=attempt.reason or _why_not(run, field, objective))
+    return attempt
+
+
+def _much_turning(run: Run, attempt: Attempt, factor: Array) -> bool:
+    """Whether the motion dissipates much more than the search expected without turns and ramps."""
+    route, field = attempt.route, attempt.field._replace(factor=factor)
+    if route is None or attempt.refined is None:
+        return False
+    expected = sum(polyline_cost(field, path, field.step) for path, _ in attempt.refined)
+    z = route.arrays["z"]
+    climb = run.around.mass * STANDARD_GRAVITY * float(z[-1] - z[0])
+    return route.energy_j - climb > MUCH * expected
+
+
+def _why_not(run: Run, field: CostField, objective: str) -> str:
+    for a, b in zip(run.places[:-1], run.places[1:], strict=True):
+        if run.situation.path(objective, field, a, b) is None:
+            return explain_no_route(run.ground, field, a, b)
+    return "no way from start to goal"
+
+
+def _paths(run: Run, field: CostField, objective: str) -> list[Array] | None:
+    """One polyline for each leg from the exhaustive grid, or None if a leg has no way."""
+    run.check()
+    legs = []
+    for a, b in zip(run.places[:-1], run.places[1:], strict=True):
+        path = run.situation.path(objective, field, a, b)
+        if path is None:
+            return None
+        legs.append(path)
+    return legs
+
+
+def drive_legs(run: Run, field: CostField, legs: list[Array], objective: str) -> Route | Stuck:
+    """The best motion along paths, one for each leg."""
+    run.check()
+    if objective == "length":
+        # Whatever way it goes, a robot turns as costs it least.
+        costs = run.situation.costs("energy")
+        field = field._replace(by_yaw=costs.by_yaw, yaw_limit=costs.yaw_limit)
+    return drive(
+        field,
+        run.around,
+        legs,
+        run.yaws,
+        objective=OBJECTIVES[objective],
+        charge=run.request.conditions.battery_charge,
+    )
+
+
+def grid_route(run: Run, objective: str, factor: Array | None = None) -> Route | None:
+    """The best route that the grid with refinement finds for an objective."""
+    return on_grid(run, run.field(objective, MARGIN, factor), objective).route

@@ -1,0 +1,77 @@
+"""OMPL's part of an answer: its search in each leg's tube, or on the whole map, refined.
+
+legs, said = ompl_legs(run, attempt, seconds)
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.search.grid_route import Attempt
+from planner.search.refine import refine
+from planner.search.run import Run
+
+Array = NDArray[np.float64]
+
+
+def ompl_legs(run: Run, attempt: Attempt, seconds: float) -> tuple[list[Array], dict[str, Any]]:
+    """OMPL's refined paths, one for each leg, and what there is to say about its search.
+
+    Where OMPL finds nothing in its time, the grid's refined path stands in and is counted.
+
+    Args:
+        run: the request.
+        attempt: of the grid, with paths.
+        seconds: for all legs, unless the request limits the iterations.
+    """
+    assert attempt.paths is not None
+    assert attempt.refined is not None  # there was a way
+    field = attempt.field
+    # OMPL is slow to import and leaves objects behind at exit: only where it is used.
+    from planner.search.objective import Plane, Tube, WholeMap
+    from planner.search.ompl_planner import solve
+
+    request = run.request
+    cheapest = run.situation.lattice(request.objective, field).cheapest
+    legs, cost, iterations, evaluations, without = [], 0.0, 0, 0, 0
+    whole = request.planner == "plane"
+    places = run.places
+    for path, own, a, b in zip(
+        attempt.paths, attempt.refined, places[:-1], places[1:], strict=True
+    ):
+        if a == b:
+            legs.append(own[0])
+            continue
+        plane: Plane = WholeMap(field, a, b, cheapest) if whole else Tube(field, path, cheapest)
+        result = solve(
+            plane,
+            seed=request.seed,
+            seconds=seconds / len(attempt.paths),
+            iterations=request.iterations,
+            cancelled=run.cancelled,
+        )
+        iterations += result.iterations
+        evaluations += result.evaluations
+        best = own
+        if result.path is not None:
+            polyline = result.path.copy()
+            polyline[0], polyline[-1] = a, b
+            best = refine(field, polyline)
+        if result.path is None or not math.isfinite(best[1]):
+            best = own
+            without += 1
+        legs.append(best[0])
+        cost += best[1]
+    said = {
+        "library": "OMPL BIT*",
+        "space": "plane" if whole else "tube",
+        "iterations": iterations,
+        "edges_evaluated": evaluations,
+        "ompl_cost": cost,
+        "legs_without_ompl": without,
+    }
+    return legs, said

@@ -1,0 +1,74 @@
+"""One request being answered: what its steps share, and how it tells of progress."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.errors import Cancelled
+from planner.search.conditions import Circumstances
+from planner.search.ground import CostField, DrivingGround
+from planner.search.request import PlanRequest
+from planner.search.situation import Situation
+from planner.search.steady import MARGIN
+
+Array = NDArray[np.float64]
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Run:
+    """What the steps of one request share.
+
+    Attributes:
+        request: what is asked for.
+        situation: map and model.
+        progress: called with what is being done and the share done.
+        cancelled: asked often; True stops.
+    """
+
+    request: PlanRequest
+    situation: Situation
+    progress: Progress
+    cancelled: Callable[[], bool]
+
+    @property
+    def ground(self) -> DrivingGround:
+        """The map as the robot feels it."""
+        return self.situation.ground
+
+    @property
+    def around(self) -> Circumstances:
+        """Model, conditions and limits."""
+        return self.situation.around
+
+    def step(self, what: str, share: float) -> None:
+        """Tell how far it is, and stop if the caller wants to."""
+        self.check()
+        self.progress(what, share)
+
+    def check(self) -> None:
+        """Stop if the caller wants to."""
+        if self.cancelled():
+            raise Cancelled("cancelled by the caller")
+
+    @property
+    def places(self) -> list[tuple[float, float]]:
+        """Start, via points and goal."""
+        r = self.request
+        return [(p.x, p.y) for p in (r.start, *r.via, r.goal)]
+
+    @property
+    def yaws(self) -> list[float | None]:
+        """Yaw asked for at each of them."""
+        r = self.request
+        return [p.yaw for p in (r.start, *r.via, r.goal)]
+
+    def field(
+        self, objective: str, margin: float = MARGIN, factor: Array | None = None
+    ) -> CostField:
+        """Map and costs for an objective."""
+        return self.situation.field(objective, margin, factor)

@@ -1,0 +1,130 @@
+"""One map, one robot, one model under given conditions: the costs and fields that follow.
+
+    situation = Situation(ground, around)
+    ahead = situation.ahead("energy", goal)          # least cost from everywhere, kept
+
+Everything here is kept for further requests (planner.search.kept): tables of steady costs by model
+and conditions, the lattice by map and table, fields by goal.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.power.model import PowerModel
+from planner.power.vehicle import Vehicle
+from planner.search.conditions import Circumstances
+from planner.search.cost_to_go import CostToGo, cost_to_go, grid_path
+from planner.search.ground import CostField, DrivingGround, driving_ground
+from planner.search.kept import KEPT
+from planner.search.lattice import Lattice, build_lattice
+from planner.search.steady import MARGIN, SteadyCosts, steady_costs
+from planner.terrain.heightmap import Terrain
+
+Array = NDArray[np.float64]
+Point = tuple[float, float]
+LARGE = 2_000_000
+"""Nodes from which a search stops at its start instead of filling the map for later ones."""
+
+
+def ground_for(terrain: Terrain, vehicle: Vehicle) -> DrivingGround:
+    """The driving ground of a map for a vehicle."""
+    return KEPT.get(
+        ("ground", ground_key(terrain, vehicle)), lambda: driving_ground(terrain, vehicle)
+    )
+
+
+def ground_key(terrain: Terrain, vehicle: Vehicle) -> tuple[str, str]:
+    """What tells one driving ground from another."""
+    shape = (vehicle.length, vehicle.width, vehicle.limits.clearance, vehicle.layout.radius)
+    return terrain.fingerprint, repr((shape, vehicle.layout.table.tolist()))
+
+
+def model_key(model: PowerModel) -> str:
+    """What tells one power model from another, as far as its watts and limits go."""
+    digest = hashlib.sha256(model.kind.encode())
+    for effect in model.effects:
+        digest.update(repr((effect.slug, effect.definition)).encode())
+    digest.update(repr((model.vehicle.limits, model.surfaces)).encode())
+    for array in (model.parameters, model.body, model.wheels):
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()
+
+
+@dataclass(frozen=True)
+class Situation:
+    """A map and a model under the conditions of a request.
+
+    Attributes:
+        ground: the map as the robot feels it.
+        around: model, conditions and limits.
+    """
+
+    ground: DrivingGround
+    around: Circumstances
+
+    @cached_property
+    def key(self) -> tuple[object, ...]:
+        """What tells one situation from another."""
+        around = self.around
+        return (
+            ground_key(self.ground.terrain, around.model.vehicle),
+            model_key(around.model),
+            around.class_rows.tobytes(),
+            around.limits.tobytes(),
+            around.wind.tobytes(),
+        )
+
+    def costs(self, objective: str) -> SteadyCosts:
+        """Costs of steady driving for "energy", "time" or "length"."""
+        return KEPT.get(
+            ("steady", self.key[1:], objective),
+            lambda: steady_costs(self.around.model, self.around.class_rows, objective),
+        )
+
+    def field(
+        self, objective: str, margin: float = MARGIN, factor: Array | None = None
+    ) -> CostField:
+        """Map and costs for an objective.
+
+        Args:
+            objective: "energy", "time" or "length".
+            margin: share of the slope limit that may be used.
+            factor: (ny, nx) on the cost: ground to be avoided.
+        """
+        extra = self.around.wind_by_direction() if objective == "energy" else None
+        return self.ground.field(self.costs(objective), extra=extra, factor=factor, margin=margin)
+
+    def lattice(self, objective: str, field: CostField) -> Lattice:
+        """The moves on the grid for a field of ``field``."""
+        plain = field._replace(factor=np.ones((1, 1)))
+        return KEPT.get(
+            ("lattice", self.key, objective, field.margin), lambda: build_lattice(plain)
+        )
+
+    def ahead(
+        self, objective: str, field: CostField, goal: Point, start: Point | None = None
+    ) -> CostToGo:
+        """Least cost from everywhere to the goal; on large maps only as far as ``start``."""
+        lattice = self.lattice(objective, field)
+        large = field.heights.size > LARGE
+        if field.factor.size > 1:
+            return cost_to_go(field, lattice, goal, start=start)
+        key = ("ahead", self.key, objective, field.margin, goal)
+        found: CostToGo | None = KEPT.find(key)
+        if found is None or not (start is None or found.reaches(field, start)):
+            found = cost_to_go(field, lattice, goal, start=start if large else None)
+            KEPT.put(key, found)
+        return found
+
+    def path(
+        self, objective: str, field: CostField, start: Point, goal: Point
+    ) -> NDArray[np.float64] | None:
+        """Polyline (k, 2) of the least-cost moves, or None if there is no way."""
+        ahead = self.ahead(objective, field, goal, start)
+        return grid_path(field, self.lattice(objective, field), ahead, start)
