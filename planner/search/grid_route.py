@@ -15,7 +15,7 @@ from planner.quantities import STANDARD_GRAVITY
 from planner.search.drive import Stuck, drive
 from planner.search.explain import explain_no_route
 from planner.search.ground import CostField, polyline_cost
-from planner.search.refine import refine
+from planner.search.refine import KNOT_CELLS, refine
 from planner.search.route import Route
 from planner.search.run import Run
 from planner.search.steady import MARGIN, OBJECTIVES
@@ -53,12 +53,11 @@ def on_grid(run: Run, field: CostField, objective: str) -> Attempt:
     best: Attempt | None = None
     while tries and rooms:
         factor = plain if rooms[0] == 0.0 else plain * run.ground.preferring_room(rooms[0])
-        field = field._replace(margin=tries[0], factor=np.ascontiguousarray(factor))
+        field = run.field(objective, tries[0], np.ascontiguousarray(factor))
         paths = _paths(run, field, objective)
         if paths is None:
             break
-        refined = [refine(field, path, check=run.check) for path in paths]
-        driven = drive_legs(run, field, [path for path, _ in refined], objective)
+        refined, driven = _refined_and_driven(run, field, paths, objective)
         if isinstance(driven, Route):
             if best is None or best.route is None or driven.energy_j < best.route.energy_j:
                 best = Attempt(field, paths, refined, driven)
@@ -80,6 +79,27 @@ def on_grid(run: Run, field: CostField, objective: str) -> Attempt:
     if paths is None:
         return replace(attempt, reason=attempt.reason or _why_not(run, field, objective))
     return attempt
+
+
+def _refined_and_driven(
+    run: Run, field: CostField, paths: list[Array], objective: str
+) -> tuple[list[tuple[Array, float]], Route | Stuck]:
+    """The legs refined with closer and with wider knots; what costs less once it is driven."""
+    toll = run.situation.toll(objective)
+    best: tuple[list[tuple[Array, float]], Route | Stuck] | None = None
+    for knot_cells in KNOT_CELLS if objective == "energy" else KNOT_CELLS[:1]:
+        refined = [
+            refine(field, path, toll=toll, knot_cells=knot_cells, check=run.check) for path in paths
+        ]
+        driven = drive_legs(run, field, [path for path, _ in refined], objective)
+        if best is None or isinstance(best[1], Stuck):
+            better = best is None or isinstance(driven, Route)
+        else:
+            better = isinstance(driven, Route) and driven.energy_j < best[1].energy_j
+        if better:
+            best = refined, driven
+    assert best is not None  # there are always distances of knots
+    return best
 
 
 def _much_turning(run: Run, attempt: Attempt, factor: Array) -> bool:

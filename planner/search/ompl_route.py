@@ -60,7 +60,7 @@ def ompl_legs(run: Run, attempt: Attempt, seconds: float) -> tuple[list[Array], 
         if result.path is not None:
             polyline = result.path.copy()
             polyline[0], polyline[-1] = a, b
-            best = refine(field, polyline)
+            best = refine(field, polyline, toll=run.situation.toll(request.objective))
         if result.path is None or not math.isfinite(best[1]):
             best = own
             without += 1

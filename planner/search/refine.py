@@ -5,7 +5,10 @@
     shortcut    keep only the knots that pay for themselves (exact dynamic programming)
 
 Both minimise the same yaw-free cost as the search (planner.search.ground), so a grid of 16
-directions loses nothing in the end that a local change could win back.
+directions loses nothing in the end that a local change could win back. What a bend costs (turning
+the body, slowing down, fighting a sideways force) is no part of that cost; a toll for each corner
+stands for it, or else refinement buys a tenth of a per mille on the straight with corners that cost
+a per cent.
 """
 
 from __future__ import annotations
@@ -22,11 +25,12 @@ from planner.search.ground import CostField, polyline_cost, segment_cost
 
 Path = NDArray[np.float64]
 
-KNOT_CELLS = 4.0
-"""Distance of knots in cells: bends round an obstacle, stays smooth."""
+KNOT_CELLS = (4.0, 8.0)
+"""Distances of knots in cells, to choose from: close ones bend round an obstacle, wide ones stay
+smooth."""
 REACH, LONG = 30, 500
 """Knots that a shortcut may leave out; half of that on paths of more knots than LONG."""
-BANDS = ((2.0, 5, 5), (0.7, 5, 6), (0.25, 4, 8), (0.1, 3, 6))
+BANDS = ((2.0, 5, 5), (0.7, 5, 6), (0.25, 4, 8))
 """Offset step in cells, offsets to each side, largest change of offset between knots."""
 
 
@@ -74,15 +78,15 @@ def _shortcut(field: Any, path: Any, reach: int, step: float, toll: float) -> An
     return kept[: size + 1][::-1].copy(), cost[count - 1]
 
 
-def shortcut(field: CostField, path: Path) -> Path:
-    """The cheapest polyline over a subset of the knots; never dearer than the path itself."""
+def shortcut(field: CostField, path: Path, toll: float) -> Path:
+    """The cheapest polyline over a subset of the knots, each of which costs a toll."""
     step = field.step
     whole = polyline_cost(field, path, step)
     if not math.isfinite(whole):
         return path
     reach = REACH if len(path) <= LONG else REACH // 2
-    # A tiny toll for each knot: on even ground a straight line then has no knots at all.
-    kept, cost = _shortcut(field, path, reach, step, 1e-6 * whole)
+    # At least a tiny toll: on even ground a straight line then has no knots at all.
+    kept, cost = _shortcut(field, path, reach, step, max(toll, 1e-6 * whole))
     chosen: Path = path[kept]
     return chosen if math.isfinite(cost) else path
 
@@ -128,29 +132,35 @@ def _band(field: Any, path: Any, delta: float, side: int, window: int, step: flo
 
 
 def refine(
-    field: CostField, path: Path, *, check: Callable[[], None] = lambda: None
+    field: CostField,
+    path: Path,
+    *,
+    toll: float = 0.0,
+    knot_cells: float = KNOT_CELLS[0],
+    check: Callable[[], None] = lambda: None,
 ) -> tuple[Path, float]:
-    """The cheapest polyline found near a path, and its cost.
+    """The cheapest polyline found near a path, and its cost without tolls.
 
     Args:
         field: map and costs.
         path: (k, 2) polyline whose cost is finite.
+        toll: what a corner costs, which the costs of a metre do not contain.
+        knot_cells: distance of the knots.
         check: called between rounds; may raise to stop.
     """
     cell = min(field.dx, field.dy)
     step = field.step
-    best, least = path, polyline_cost(field, path, step)
-    knots = even(path, KNOT_CELLS * cell)
+    knots = even(path, knot_cells * cell)
     if not math.isfinite(polyline_cost(field, knots, step)):
-        knots = resample(path, KNOT_CELLS * cell)
+        knots = resample(path, knot_cells * cell)
     for delta, side, window in BANDS:
         check()
         moved, cost = _band(field, knots, delta * cell, side, window, step)
         if math.isfinite(cost):
             knots = moved
-    for candidate in (shortcut(field, knots), knots):
-        cost = polyline_cost(field, candidate, step)
-        # The straighter of two equally cheap paths: corners cost time that is not counted here.
-        if cost < least * (1.0 + 1e-5) and (cost < least or len(candidate) < len(best)):
-            best, least = candidate, cost
-    return best, float(least)
+    candidates = [
+        (polyline_cost(field, candidate, step), candidate)
+        for candidate in (path, knots, shortcut(field, knots, toll))
+    ]
+    cost, best = min(candidates, key=lambda pair: pair[0] + toll * len(pair[1]))
+    return best, float(cost)

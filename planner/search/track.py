@@ -75,7 +75,7 @@ def lay_track(
     radius = speed * speed / acceleration
     ramp = radius / 2.0  # distance to reach full speed, v²/2a
     for leg in legs:
-        pieces = _rounded(field, leg, radius, deviation)
+        pieces = _rounded(field, leg, spacing, radius, deviation)
         for number, (end, curvature, stop) in enumerate(pieces):
             begin = points[-1][-1]
             first, last = number == 0, number == len(pieces) - 1
@@ -104,7 +104,7 @@ def lay_track(
 
 
 def _rounded(
-    field: CostField, leg: Array, radius: float, deviation: float
+    field: CostField, leg: Array, spacing: float, radius: float, deviation: float
 ) -> list[tuple[Array, float, bool]]:
     """Straight pieces and chords: end point, curvature, whether the robot stops there."""
     apart = np.hypot(*np.diff(leg, axis=0).T) > 1e-9
@@ -117,7 +117,7 @@ def _rounded(
     for k in range(1, len(leg) - 1):
         turn = math.remainder(float(directions[k] - directions[k - 1]), 2.0 * math.pi)
         room = 0.48 * min(lengths[k - 1], lengths[k])
-        arc = _arc(field, leg[k], float(directions[k - 1]), turn, radius, room, deviation)
+        arc = _arc(field, spacing, leg[k], float(directions[k - 1]), turn, radius, room, deviation)
         if arc is None:
             pieces.append((leg[k], 0.0, abs(turn) > STRAIGHT))
             continue
@@ -130,6 +130,7 @@ def _rounded(
 
 def _arc(
     field: CostField,
+    spacing: float,
     corner: Array,
     direction: float,
     turn: float,
@@ -149,8 +150,10 @@ def _arc(
         if radius < TIGHTEST * full:
             return None
         # Chords short enough for the bend, long enough for yaw and speed to change on them.
-        count = math.ceil(abs(turn) / ARC_STEP)
-        count = max(2, min(count, int(radius * abs(turn) / SHORTEST)))
+        # A body that turns evenly along a long chord would crab on both its halves.
+        way = radius * abs(turn)
+        count = max(math.ceil(abs(turn) / ARC_STEP), math.ceil(way / spacing))
+        count = max(2, min(count, int(way / SHORTEST)))
         tangent = radius * math.tan(half)
         begin = corner - tangent * np.array([math.cos(direction), math.sin(direction)])
         centre = begin + side * radius * np.array([-math.sin(direction), math.cos(direction)])

@@ -93,7 +93,7 @@ def yaw_programme(
     at = np.minimum(knots, len(slopes) - 1)
     numbers = (model.kernel, model.parameters, model.body, model.wheels, class_rows, limits)
     spin_costs(*numbers, directions, slope_x[at], slope_y[at], grounds[at], objective, spin)
-    stop = _cost_of_a_stop(model, class_rows, limits, objective)
+    stop = cost_of_a_stop(model, class_rows, limits, objective)
     turning = np.empty((STATES, TURNS))
     tightest = 0.8 * float(limits[6] / (SLOWEST * limits[0]))
     turning_costs(*numbers[:4], class_rows[0], limits, objective, tightest, turning)
@@ -173,7 +173,7 @@ def _knot_directions(track: Track, knots: NDArray[np.int64]) -> Array:
     return np.asarray(before + 0.5 * turn)
 
 
-def _cost_of_a_stop(model: PowerModel, class_rows: Array, limits: Array, objective: int) -> float:
+def cost_of_a_stop(model: PowerModel, class_rows: Array, limits: Array, objective: int) -> float:
     """Cost of speeding up again after a stop on the way: kinetic energy with the rotors', of which
     braking returns little, or the time lost on both ramps.
     """
