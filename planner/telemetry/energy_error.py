@@ -22,10 +22,11 @@ Calibration
     a covariance of its own and predicts the energies of its runs with a standard deviation s. The
     errors e of all held-out energies give the scale
 
-        scale² = (k + n·mean(e²/s²))/(k + n)         k = BELIEF, n the number of held-out runs
+        scale² = (k·USUAL² + n·mean(e²/s²))/(k + n)    k = BELIEF, n the number of held-out runs
 
-    and the interval is Student's with k + n degrees of freedom. A few runs thus move the scale a
-    little and leave wide tails; many runs decide it.
+    and the interval is Student's with k + n/2 degrees of freedom: half of them, because errors of
+    runs that share a fit are neither independent nor normal, and a few runs make up most of their
+    scatter. Few runs thus move the scale a little and leave wide tails; many runs decide it.
 
 Left out
     what the log does not cover: a model fitted on a level floor has learnt nothing about slopes,
@@ -50,7 +51,10 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 BELIEF = 4.0
-"""Held-out runs that the predicted spread itself counts for."""
+"""Held-out runs that what is usual counts for."""
+USUAL = 1.5
+"""Scale that is usual: runs differ by more than their rows tell (python -m
+tests.benchmarks.energy_intervals finds 1.0 to 1.8 for most robots)."""
 PIECES = 20
 """Stretches of rows that stand for runs where the log has only one."""
 
@@ -162,7 +166,8 @@ def _calibrated(unscaled: EnergyError, log: Telemetry, fitted: Fit, sums: _Sums)
     # Stretches of one run say little about the next run.
     runs = len(np.unique(log.run))
     count = float(runs if runs > 1 else 1)
-    scale = np.sqrt((BELIEF + count * float(np.mean(ratios))) / (BELIEF + count))
+    seen = count * float(np.mean(ratios))
+    scale = np.sqrt((BELIEF * USUAL**2 + seen) / (BELIEF + count))
     return EnergyError(
         unscaled.powers_w,
         unscaled.spreads_w,
@@ -170,7 +175,7 @@ def _calibrated(unscaled: EnergyError, log: Telemetry, fitted: Fit, sums: _Sums)
         unscaled.run_offset_w,
         unscaled.run_gain,
         float(scale),
-        BELIEF + count,
+        BELIEF + 0.5 * count,
         runs if runs > 1 else 0,
     )
 
