@@ -25,8 +25,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.errors import ModelError
-
 Array = NDArray[np.float64]
 Name = tuple[str, str, int]
 """Effect's slug, name of the parameter, element."""
@@ -65,27 +63,9 @@ class ParameterCovariance:
 
     @classmethod
     def from_document(cls, document: Any) -> ParameterCovariance:
-        """What ``document`` wrote.
-
-        Raises:
-            ModelError: the values are no covariance.
-        """
+        """What ``document`` wrote, checked by planner.power.saved_model."""
         names = tuple((p["effect"], p["name"], p["element"]) for p in document["parameters"])
-        if any(len(row) != len(names) for row in document["values"]):
-            raise ModelError(
-                "covariance.values", "rows of another length", accepted="one for every parameter"
-            )
-        values = np.array(document["values"], float).reshape(len(names), -1)
-        if values.shape != (len(names), len(names)) or not np.array_equal(values, values.T):
-            raise ModelError(
-                "covariance.values", "not square and symmetric", accepted="a covariance"
-            )
-        own = np.sqrt(np.maximum(np.diag(values), 0.0))
-        unit = values / np.where(own > 0.0, own, 1.0) / np.where(own > 0.0, own, 1.0)[:, None]
-        if len(names) and np.linalg.eigvalsh(unit)[0] < -1e-6 * len(names):
-            raise ModelError(
-                "covariance.values", "has a negative variance", accepted="a covariance"
-            )
+        values = np.array(document["values"], float).reshape(len(names), len(names))
         return cls(names, values)
 
 
@@ -144,7 +124,7 @@ class EnergyError:
 
     @classmethod
     def from_document(cls, document: Any) -> EnergyError:
-        """What ``document`` wrote."""
+        """What ``document`` wrote, checked by planner.power.saved_model."""
         noise, held_out = document["noise"], document["held_out"]
         return cls(
             tuple(noise["powers_w"]),

@@ -10,6 +10,7 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from planner.errors import ModelError
@@ -22,7 +23,11 @@ class _Errors(BaseModel):
     heldout_rmse_w: float | None = Field(default=None, allow_inf_nan=False)
 
 
-class _Parameter(BaseModel):
+class _Strict(BaseModel):
+    model_config = ConfigDict(strict=True)
+
+
+class _Parameter(_Strict):
     effect: str = Field(min_length=1, max_length=255)
     name: str = Field(min_length=1, max_length=255)
     element: int = Field(ge=0, lt=10**4)
@@ -32,7 +37,7 @@ _Finite = Annotated[float, Field(allow_inf_nan=False)]
 _NotNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 
 
-class _Covariance(BaseModel):
+class _Covariance(_Strict):
     parameters: list[_Parameter] = Field(max_length=2000)
     values: list[list[_Finite]] = Field(max_length=2000)
 
@@ -43,10 +48,22 @@ class _Covariance(BaseModel):
             raise ValueError("values: a row and a column for every parameter")
         if len({(p.effect, p.name, p.element) for p in self.parameters}) < count:
             raise ValueError("parameters: one twice")
+        values = np.array(self.values, float).reshape(count, count)
+        if not np.array_equal(values, values.T):
+            raise ValueError("values: not symmetric")
+        own = np.sqrt(np.maximum(np.diag(values), 0.0))
+        own[own == 0.0] = 1.0
+        with np.errstate(over="ignore", invalid="ignore"):
+            correlations = values / own / own[:, None]
+        # Rounding leaves a singular covariance slightly below zero.
+        if not np.isfinite(correlations).all() or (
+            count and np.linalg.eigvalsh(correlations)[0] < -1e-6 * count
+        ):
+            raise ValueError("values: a negative variance")
         return self
 
 
-class _DriveNoise(BaseModel):
+class _DriveNoise(_Strict):
     powers_w: list[_NotNegative] = Field(min_length=1, max_length=1000)
     spreads_w: list[_NotNegative] = Field(min_length=1, max_length=1000)
     correlation_time_s: _NotNegative
@@ -62,13 +79,13 @@ class _DriveNoise(BaseModel):
         return self
 
 
-class _HeldOut(BaseModel):
+class _HeldOut(_Strict):
     runs: int = Field(ge=0, lt=10**9)
     scale: float = Field(gt=0.0, allow_inf_nan=False)
     degrees_of_freedom: float = Field(gt=0.0, allow_inf_nan=False)
 
 
-class _EnergyError(BaseModel):
+class _EnergyError(_Strict):
     noise: _DriveNoise
     held_out: _HeldOut
 

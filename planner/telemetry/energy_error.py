@@ -29,6 +29,8 @@ Calibration
     scatter. Few runs thus move the scale a little and leave wide tails; many runs decide it.
 
 Left out
+    standing on a slope, where friction or the motors may hold the robot: an energy that is mostly
+    such rows is less well known than told;
     what the log does not cover: a model fitted on a level floor has learnt nothing about slopes,
     beyond what its parameters' priors say.
 """
@@ -75,7 +77,7 @@ def energy_error(log: Telemetry, fitted: Fit) -> tuple[ParameterCovariance, Ener
     share = np.sqrt(np.maximum(np.diag(noise.by_run), 0.0))
     unscaled = EnergyError(
         tuple(noise.powers.tolist()),
-        tuple(noise.spreads.tolist()),
+        tuple((noise.spreads * _outlying(fitted)).tolist()),
         _correlation_time(noise, float(np.median(log.interval))),
         float(share[0]),
         float(share[1]),
@@ -200,6 +202,16 @@ def _wide_prior(model: PowerModel, free: list[int]) -> Floats:
     """One over the standard deviation of the fit's prior, as planner.telemetry.fit has it."""
     spread = np.array([slot[2].spread for slot in model.slots])
     return 1.0 / np.maximum(PRIOR_SPREADS * (spread * sizes(model))[free], 1e-300)
+
+
+def _outlying(fitted: Fit) -> float:
+    """Root mean square of the residual over what its medians say, at least 1.
+
+    A fit may pass over outliers; an energy adds them up.
+    """
+    noise = fitted.noise
+    usual = np.interp(np.abs(fitted.watts), noise.powers, noise.spreads)
+    return max(1.0, fitted.rmse_w / float(np.sqrt(np.mean(usual**2))))
 
 
 def _correlation_time(noise: Noise, interval: float) -> float:
