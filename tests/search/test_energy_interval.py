@@ -9,15 +9,18 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from planner import plan_route
 from planner.power.energy_error import EnergyError, ParameterCovariance
 from planner.power.model import PowerModel, rows_from
 from planner.power.vehicle import load_vehicle
+from planner.search import drive
 from planner.search.energy_interval import (
     MOST_ROWS,
     EnergyDistribution,
     energy_distribution,
     thinned,
 )
+from tests.search.maps import terrain
 
 ELECTRONICS = ("electronics", "power", 0)
 ROLLING = ("wheel_rolling", "rolling", 0)
@@ -159,4 +162,63 @@ def test_few_rows_stand_for_a_long_route(model):
     whole = energy_distribution(model, rows, seconds, energy)
     assert energy_distribution(model, few, their, energy).deviation_j == pytest.approx(
         whole.deviation_j, rel=0.01
+    )
+
+
+@pytest.fixture(scope="module")
+def answer(model):
+    """A short route over a slope, by a model with a covariance; and how often it was looked into.
+
+    The battery holds what the route needs, and a little more.
+    """
+    asked = []
+
+    def counted(*given):
+        asked.append(given)
+        return energy_distribution(*given)
+
+    heights = 0.05 * np.arange(41)[None, :] * 0.25 + np.zeros((21, 1))
+    certain = knowing(model, [ELECTRONICS, ROLLING], [[0.25, 0.0], [0.0, 1e-5]], run_gain=0.01)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(drive, "energy_distribution", counted)
+        found = plan_route(
+            terrain=terrain(heights),
+            model=certain,
+            start={"x": 1.0, "y": 2.5},
+            goal={"x": 9.0, "y": 2.5},
+            planner="grid",
+        )
+    return found, asked
+
+
+def test_only_routes_that_are_answered_are_looked_into(answer):
+    found, asked = answer
+    before = len(asked)
+    found.to_json()
+    found.to_json()
+    distinct = {id(r) for r in (*found.routes, *(b.route for b in found.baselines.values()))}
+    assert before == 0
+    assert len(asked) == len(distinct)
+
+
+def test_a_route_tells_its_interval_its_chance_and_what_they_hang_on(answer):
+    found, _ = answer
+    route, document = found.routes[0], found.to_json()["routes"][0]
+    low, high = document["energy_interval_j"]
+    assert low < document["energy_j"] < high
+    assert document["battery"]["chance"] == route.battery_chance
+    assert route.battery_chance == route.distribution.chance(route.battery.available_j)
+    told = {(part["effect"], part["parameter"]): part for part in document["sensitivity"]}
+    assert set(told) == {
+        ("electronics", "power"),
+        ("wheel_rolling", "rolling"),
+        ("noise", "one drive"),
+    }
+    electronics = told["electronics", "power"]
+    assert electronics["joules_per_sd"] == pytest.approx(0.5 * route.duration_s, rel=1e-3)
+    assert electronics["elasticity"] == pytest.approx(
+        route.breakdown_j["electronics"] / route.energy_j, rel=1e-3
+    )
+    assert told["noise", "one drive"]["joules_per_sd"] == pytest.approx(
+        0.01 * route.energy_j, rel=0.01
     )
