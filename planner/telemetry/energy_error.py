@@ -136,15 +136,15 @@ class _Sums:
         """(k, k) of ``places``, from the rows of some blocks."""
         inverse, follows = self._normal(kept)
         sums = self.scores[kept]
-        count = len(sums)
-        middle = sums.T @ sums * (count / max(count - self.free, 1))
-        middle += np.diag((self.prior / PRIOR_SPREADS) ** 2)
-        values = np.zeros((len(self.places), len(self.places)))
-        values[: self.free, : self.free] = inverse @ middle @ inverse
-        both = np.concatenate([follows, np.eye(len(self.stated))])
-        values += (both * self.stated**2) @ both.T
-        symmetric: Floats = 0.5 * (values + values.T)
-        return symmetric
+        share = np.sqrt(len(sums) / max(len(sums) - self.free, 1))
+        stated = np.diag(self.prior / PRIOR_SPREADS)
+        own = inverse @ np.concatenate([share * sums.T, stated], axis=1)
+        fixed = np.zeros((len(self.stated), own.shape[1]))
+        both = np.concatenate([follows, np.eye(len(self.stated))]) * self.stated
+        # A product with its own transpose has no negative variance, however ill-conditioned H is.
+        root = np.concatenate([np.concatenate([own, fixed]), both], axis=1)
+        values: Floats = root @ root.T
+        return 0.5 * (values + values.T)
 
     def without(self, fold: int) -> tuple[Floats, Floats]:
         """Change of the free parameters when a fold is left out, and their covariance then."""
@@ -215,7 +215,10 @@ def _outlying(fitted: Fit) -> float:
 
 
 def _correlation_time(noise: Noise, interval: float) -> float:
-    """s: interval of a row times what its autoregression adds at the lowest frequency."""
+    """s: interval of a row times what its autoregression adds at the lowest frequency.
+
+    At least half the interval: that errors cancel from row to row is not relied on.
+    """
     last = len(noise.shrink) - 1
     passed = 1.0 - float(noise.reflections[last, :last].sum())
-    return interval * (float(noise.shrink[last]) / max(passed, 0.05)) ** 2
+    return interval * max((float(noise.shrink[last]) / max(passed, 0.05)) ** 2, 0.5)
