@@ -29,10 +29,13 @@ Calibration
     scatter. Few runs thus move the scale a little and leave wide tails; many runs decide it.
 
 Left out
+    that effects were chosen with the same log: a wrong choice shows in the held-out energies only
+    as far as the log's own runs show it;
+    a sensor's error for which a diagnosis corrected the log: energies are those of right sensors;
     standing on a slope, where friction or the motors may hold the robot: an energy that is mostly
     such rows is less well known than told;
     what the log does not cover: a model fitted on a level floor has learnt nothing about slopes,
-    beyond what its parameters' priors say.
+    beyond what its parameters' declarations say.
 """
 
 from __future__ import annotations
@@ -55,8 +58,7 @@ Integers = NDArray[np.int64]
 BELIEF = 4.0
 """Held-out runs that what is usual counts for."""
 USUAL = 1.5
-"""Scale that is usual: runs differ by more than their rows tell (python -m
-tests.benchmarks.energy_intervals finds 1.0 to 1.8 for most robots)."""
+"""Scale that is usual, chosen on virtual robots: runs differ by more than their rows tell."""
 PIECES = 20
 """Stretches of rows that stand for runs where the log has only one."""
 

@@ -85,7 +85,7 @@ function showAnswer(answer) {
     `Energy of one drive: ${joules(low)} … ${joules(high)} (95 %).`,
     ...(best.sensitivity?.length ? [`The interval's width comes from ${widthFrom(best.sensitivity, state.titles)}.`] : []),
     `No feasible route of this motion model costs less than ${joules(best.lower_bound_j)}.`,
-    ...(best.battery ? [`${best.battery.fits ? "It fits the battery" : "It does not fit the battery"}; the chance that it suffices is ${chance(best.battery.chance)}.`] : []),
+    ...(best.battery ? [`It ${best.battery.fits ? "fits" : "does not fit"} the battery; the chance that the battery suffices is ${chance(best.battery.chance)}.`] : []),
     ...answer.notes,
   ];
   byId("remarks").replaceChildren(...remarks.map((text) => Object.assign(document.createElement("li"), { textContent: text })));
