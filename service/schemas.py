@@ -66,6 +66,21 @@ class Battery(BaseModel):
     available_j: float
     share: float = Field(description="of what is available")
     fits: bool
+    chance: float | None = Field(default=None, description="that it suffices, 0 to 1")
+
+
+class Contribution(BaseModel):
+    """What one parameter adds to the uncertainty of the energy."""
+
+    effect: str = Field(description='slug; "noise" for the scatter of one measured drive')
+    parameter: str
+    joules_per_sd: float = Field(
+        description="J more when it is one standard deviation higher, correlated ones following"
+    )
+    share_of_variance: float = Field(description="0 to 1; all add up to 1")
+    elasticity: float | None = Field(
+        description="relative change of the energy over that of this parameter alone"
+    )
 
 
 class RouteSummary(BaseModel):
@@ -76,7 +91,12 @@ class RouteSummary(BaseModel):
     gap: float = Field(description="(energy - bound) as a share of the dissipated energy")
     duration_s: float
     length_m: float
-    energy_interval_j: tuple[float, float] = Field(description="95 %, from the parameters")
+    energy_interval_j: tuple[float, float] = Field(
+        description="95 %, of the energy that one drive is measured to take"
+    )
+    sensitivity: list[Contribution] = Field(
+        default=[], description="what the interval's width comes from, largest first"
+    )
     breakdown_j: dict[str, float] = Field(
         description="J by effect; adds up to energy_j; gravity and inertia are exchange"
     )

@@ -9,7 +9,15 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from planner.search.wording import EXCHANGE, extra_cost, joules, metres, seconds
+from planner.search.wording import (
+    EXCHANGE,
+    chance,
+    extra_cost,
+    joules,
+    metres,
+    seconds,
+    width_from,
+)
 
 Document = Mapping[str, Any]
 
@@ -77,11 +85,18 @@ def account(document: Document, titles: Mapping[str, str] | None = None) -> Tabl
     return table
 
 
-def remarks(document: Document) -> Iterator[str]:
-    """The battery, how good the route is known to be, what the model leaves open."""
+def remarks(document: Document, titles: Mapping[str, str] | None = None) -> Iterator[str]:
+    """The battery, how good the route is known to be, what the model leaves open.
+
+    Args:
+        document: ROUTE.json.
+        titles: what to call an effect, by slug.
+    """
     best = document["routes"][0]
     low, high = best["energy_interval_j"]
-    yield f"Energy is known to {joules(low)} … {joules(high)} from the parameters' uncertainty."
+    yield f"One drive takes {joules(low)} … {joules(high)} in 95 of 100 cases."
+    if parts := best.get("sensitivity"):
+        yield f"The interval's width comes from {width_from(parts, titles or {})}."
     yield (
         f"No feasible route of this motion model costs less than {joules(best['lower_bound_j'])}; "
         f"the gap is {100 * best['gap']:.1f} % of the dissipated energy."
@@ -89,7 +104,8 @@ def remarks(document: Document) -> Iterator[str]:
     if battery := best.get("battery"):
         share = f"{100 * battery['share']:.2g} % of the {joules(battery['available_j'])}"
         fits = "fits the battery" if battery["fits"] else "DOES NOT FIT the battery"
-        yield f"It {fits}: {share} that are in it."
+        likely = f"; chance {chance(battery['chance'])}" if "chance" in battery else ""
+        yield f"It {fits}: {share} that are in it{likely}."
     for note in document.get("notes", ()):
         yield f"Note: {note}."
 
@@ -98,7 +114,7 @@ def report(document: Document, titles: Mapping[str, str] | None = None) -> Rende
     """All that `joulepath plan` says about an answer."""
     if document["status"] != "ok":
         return Text(f"No route: {document.get('reason')}")
-    lines = [Text(remark) for remark in remarks(document)]
+    lines = [Text(remark) for remark in remarks(document, titles)]
     return Group(comparison(document), account(document, titles), *lines)
 
 

@@ -28,6 +28,7 @@ from planner.power.catalogue import all_effects
 from planner.power.compile_kernel import KERNEL, compile_kernel
 from planner.power.custom import effect_from_definition
 from planner.power.effect import Effect
+from planner.power.energy_error import EnergyError, ParameterCovariance
 from planner.power.pipeline import (
     ACCOUNT,
     ACCOUNT_LENGTH,
@@ -101,6 +102,8 @@ class PowerModel(Shown):
         kind: "sound", or "printed/A" and "printed/B" for the source paper's equations.
         surfaces: labels that parameters given for each surface refer to.
         stderr: (P,) standard errors from a fit; NaN where the value was never calibrated.
+        covariance: of the fitted parameters; None where the model was never adopted.
+        energy_error: noise of a drive's energy and what held-out runs said; None likewise.
         name, version, parent: which model this is and which one it was made from.
         history: what was adopted, from which data, with which error before and after.
     """
@@ -115,6 +118,8 @@ class PowerModel(Shown):
     version: int = 1
     parent: str | None = None
     history: tuple[Mapping[str, Any], ...] = field(default=())
+    covariance: ParameterCovariance | None = None
+    energy_error: EnergyError | None = None
 
     @classmethod
     def from_vehicle(
@@ -163,6 +168,11 @@ class PowerModel(Shown):
             wheel_count=self.vehicle.layout.wheel_count,
             surface_count=max(1, len(self.surfaces)),
         )
+
+    @property
+    def parameter_names(self) -> list[tuple[str, str, int]]:
+        """Effect's slug, name and element of every number in ``parameters``."""
+        return [(effect.slug, name, element) for effect, name, _, element in self.slots]
 
     @cached_property
     def body(self) -> Array:
@@ -309,6 +319,8 @@ class PowerModel(Shown):
             "stderr": None
             if self.stderr is None
             else [None if np.isnan(v) else float(v) for v in self.stderr],
+            "covariance": self.covariance and self.covariance.document(),
+            "energy_error": self.energy_error and self.energy_error.document(),
             "history": list(self.history),
         }
 
@@ -364,6 +376,7 @@ class PowerModel(Shown):
             if not np.isfinite(values).all():
                 raise ValueError("a parameter that is not a finite number")
             stderr = document["stderr"]
+            covariance, error = document.get("covariance"), document.get("energy_error")
             return replace(
                 model,
                 parameters=np.array(values, float),
@@ -374,6 +387,8 @@ class PowerModel(Shown):
                 version=document["version"],
                 parent=document["parent"],
                 history=tuple(document["history"]),
+                covariance=covariance and ParameterCovariance.from_document(covariance),
+                energy_error=error and EnergyError.from_document(error),
             )
         except (AttributeError, LookupError, TypeError, ValueError, OverflowError) as error:
             raise ModelError(where, f"incomplete: {error!r}", accepted=_SAVED) from error

@@ -29,7 +29,15 @@ from planner.search.pictures import (
     routes_of,
 )
 from planner.search.route import Answer, Route
-from planner.search.wording import EXCHANGE, extra_cost, joules, metres, seconds
+from planner.search.wording import (
+    EXCHANGE,
+    chance,
+    extra_cost,
+    joules,
+    metres,
+    seconds,
+    width_from,
+)
 
 
 def write_report(
@@ -74,7 +82,7 @@ def _section(number: int, heading: str, answer: Answer, titles: Mapping[str, str
         f"{opening}<p class='lead'>{_sentence(answer)}</p>"
         f'<div class="top"><figure>{map_svg(answer, identity=f"{identity}-map")}'
         f"{_power_legend(route)}</figure>"
-        f"<div>{_comparison(answer)}{_remarks(answer)}</div></div>"
+        f"<div>{_comparison(answer)}{_remarks(answer, titles)}</div></div>"
         "<h3>Along the way</h3>"
         f'<p class="readout" aria-live="polite">Move over the map or a chart.</p>'
         f"{height_chart(routes)}{power_chart(route, effects)}"
@@ -110,24 +118,31 @@ def _comparison(answer: Answer) -> str:
     return f"<table><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table>"
 
 
-def _remarks(answer: Answer) -> str:
+def _remarks(answer: Answer, titles: Mapping[str, str]) -> str:
     route = answer.routes[0]
     low, high = route.energy_interval_j
     remarks = [
-        f"Energy known to {joules(low)} … {joules(high)} (95 %, the parameters' uncertainty).",
+        f"Energy of one drive: {joules(low)} … {joules(high)} (95 %).",
+        *_width(route, titles),
         f"No feasible route of this motion model costs less than "
         f"{joules(route.lower_bound_j)} (gap {100 * route.gap:.1f} % of what is dissipated).",
     ]
-    if route.battery is not None:
+    if route.battery is not None and route.battery_chance is not None:
         fits = "fits" if route.battery.fits else "does not fit"
         remarks.append(
             f"The battery holds {joules(route.battery.available_j)}: the route {fits} and takes "
-            f"{100 * route.battery.share:.2g} % of it."
+            f"{100 * route.battery.share:.2g} % of it; the chance that it suffices is "
+            f"{chance(route.battery_chance)}."
         )
     model = answer.model
     remarks.append(f"Model {model['name']}, version {model['version']}, kind {model['kind']}.")
     remarks += answer.notes
     return "<ul>" + "".join(f"<li>{plain(r)}</li>" for r in remarks) + "</ul>"
+
+
+def _width(route: Route, titles: Mapping[str, str]) -> list[str]:
+    parts = [part.to_json() for part in route.sensitivity]
+    return [f"The interval's width comes from {width_from(parts, titles)}."] if parts else []
 
 
 def _power_legend(route: Route) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ from planner.search.edge_energy import (
     room_to_move,
     sample_surface,
 )
+from planner.search.energy_interval import energy_distribution, thinned
 from planner.search.ground import SPARE, CostField
 from planner.search.route import Battery, Route
 from planner.search.speed import speed_programme
@@ -252,7 +254,7 @@ def _yaw_through(
 def price(
     field: CostField, around: Circumstances, motion: Motion, *, charge: float | None = None
 ) -> Route:
-    """The energy of a finished motion, by effect and with its interval."""
+    """The energy of a finished motion, by effect; its interval is found when it is asked for."""
     model = around.model
     rows, seconds, owner = motion_rows(field, motion, around.class_rows, around.wind)
     shares = model.watts_by_effect(rows)
@@ -282,7 +284,6 @@ def price(
     # Not clipped to the energy: a bound above it is a fault, and must show as a negative gap.
     bound = lower_bound(around, distance, climb, float(field.limit.max()))
     dissipated = energy - around.mass * STANDARD_GRAVITY * climb
-    half = 1.96 * _standard_deviation(around, rows, seconds)
     surface = np.sqrt(
         np.diff(motion.x) ** 2 + np.diff(motion.y) ** 2 + np.diff(motion.heights) ** 2
     )
@@ -292,7 +293,7 @@ def price(
         gap=(energy - bound) / dissipated if dissipated > 0.0 else 0.0,
         duration_s=float(motion.time[-1]),
         length_m=float(surface.sum()),
-        energy_interval_j=(energy - half, energy + half),
+        known=partial(energy_distribution, model, *thinned(rows, seconds), energy),
         breakdown_j=breakdown,
         arrays=arrays,
         watts_by_effect={
@@ -308,26 +309,3 @@ def _battery(capacity: float, charge: float | None, energy: float) -> Battery | 
     available = capacity * (1.0 if charge is None else charge)
     share = energy / available if available > 0.0 else math.inf
     return Battery(available, share if math.isfinite(share) else 1e9, energy <= available)
-
-
-def _standard_deviation(around: Circumstances, rows: Array, seconds: Array) -> float:
-    """J, from the parameters' uncertainties taken as independent, by finite differences."""
-    if not len(rows):
-        return 0.0
-    model = around.model
-    # A few hundred rows stand for the route: the uncertainty needs no more digits than that.
-    stride = max(1, len(rows) // 600)
-    rows, seconds = rows[::stride], seconds[::stride] * (seconds.sum() / seconds[::stride].sum())
-    base = float(model.watts(rows) @ seconds)
-    variance = 0.0
-    for place, (spread, (_, _, parameter, _)) in enumerate(
-        zip(model.uncertainty, model.slots, strict=True)
-    ):
-        if spread <= 0.0:
-            continue
-        value = float(model.parameters[place])
-        # Stay inside the physical range: the step goes to the side where there is room.
-        step = spread if value + spread <= parameter.bounds[1] else -spread
-        moved = model.with_parameter(place, value + step)
-        variance += (float(moved.watts(rows) @ seconds) - base) ** 2
-    return math.sqrt(variance)

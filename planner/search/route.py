@@ -5,13 +5,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.search.energy_interval import Contribution, EnergyDistribution
 from planner.terrain.heightmap import Terrain
 
 if TYPE_CHECKING:
@@ -55,7 +57,7 @@ class Route:
         lower_bound_j: J below which no route can be.
         gap: (energy_j - lower_bound_j) / (energy_j - M·g·Δz).
         duration_s, length_m: s; m along the surface.
-        energy_interval_j: 95 % interval from the parameters' uncertainty.
+        known: gives what is known of the energy; asked only for routes that are answered.
         breakdown_j: J by effect; adds up to energy_j.
         arrays: x, y, z, yaw, t, speed, energy_j, watts (mean since the pose before), each (n,).
         watts_by_effect: W since the pose before, by effect, each (n,).
@@ -67,11 +69,31 @@ class Route:
     gap: float
     duration_s: float
     length_m: float
-    energy_interval_j: tuple[float, float]
+    known: Callable[[], EnergyDistribution]
     breakdown_j: Mapping[str, float]
     arrays: Mapping[str, Array]
     watts_by_effect: Mapping[str, Array]
     battery: Battery | None = None
+
+    @cached_property
+    def distribution(self) -> EnergyDistribution:
+        """Of the energy that one drive would be measured to need."""
+        return self.known()
+
+    @property
+    def energy_interval_j(self) -> tuple[float, float]:
+        """J, 95 %."""
+        return self.distribution.interval_j
+
+    @property
+    def sensitivity(self) -> tuple[Contribution, ...]:
+        """What the interval's width comes from, largest first."""
+        return self.distribution.sensitivity
+
+    @property
+    def battery_chance(self) -> float | None:
+        """Probability that the battery suffices; None where the battery is not known."""
+        return None if self.battery is None else self.distribution.chance(self.battery.available_j)
 
     @property
     def poses(self) -> list[Pose]:
@@ -97,10 +119,11 @@ class Route:
             "duration_s": self.duration_s,
             "length_m": self.length_m,
             "energy_interval_j": list(self.energy_interval_j),
+            "sensitivity": [part.to_json() for part in self.sensitivity],
             "breakdown_j": dict(self.breakdown_j),
         }
         if self.battery is not None:
-            document["battery"] = vars(self.battery)
+            document["battery"] = {**vars(self.battery), "chance": self.battery_chance}
         if poses:
             names = ("x", "y", "z", "yaw", "t", "speed", "energy_j")
             columns = [self.arrays[n].tolist() for n in names]

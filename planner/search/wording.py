@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from typing import Any
+
 # Energy that goes in and comes out again: signed, and no loss.
 EXCHANGE = ("gravity", "inertia")
+NOISE = "noise"
+"""Stands beside the effects for what one measured drive scatters by, whatever the parameters."""
 
 
 def joules(value: float) -> str:
@@ -49,3 +54,30 @@ def extra_share(energy: float, best: float) -> str:
         return f"{'+' if energy >= best else ''}{joules(energy - best)}"
     share = 100 * (energy / best - 1)
     return f"{share:+.{0 if abs(share) >= 10 else 1}f} %"
+
+
+def chance(probability: float) -> str:
+    """A probability as a person says it: 97 %, 99.98 %, over 99.99 %, under 0.01 %."""
+    percent = 100.0 * probability
+    if percent > 99.99 or percent < 0.01:
+        return "over 99.99 %" if percent > 50.0 else "under 0.01 %"
+    doubt = min(percent, 100.0 - percent)
+    return f"{percent:.{0 if doubt >= 1.0 else 1 if doubt >= 0.1 else 2}f} %"
+
+
+def width_from(parts: Sequence[Mapping[str, Any]], titles: Mapping[str, str], most: int = 3) -> str:
+    """Where the width of an energy's interval comes from: "wheel rolling (rolling) 40 %, ...".
+
+    Args:
+        parts: ``sensitivity`` of ROUTE.json.
+        titles: what to call an effect, by slug.
+        most: how many are told.
+    """
+    told = []
+    for part in parts[:most]:
+        effect, name = str(part["effect"]), str(part["parameter"]).replace("_", " ")
+        called = f"{titles.get(effect, effect)} ({name})"
+        if effect == NOISE:
+            called = "noise of one drive"
+        told.append(f"{called} {100.0 * float(part['share_of_variance']):.0f} %")
+    return ", ".join(told)

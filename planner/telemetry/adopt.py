@@ -26,6 +26,7 @@ from planner.power.model import PowerModel
 from planner.power.vehicle import Vehicle
 from planner.shown import Shown
 from planner.telemetry.diagnosis import Diagnosis, Errors
+from planner.telemetry.energy_error import energy_error
 from planner.telemetry.extend import Addition, fit_with
 from planner.telemetry.fit import Fit, FittedParameter, starting_model
 from planner.telemetry.heldout import heldout_rmse
@@ -37,6 +38,9 @@ DIAGNOSED = "diagnosed"
 """Stands for everything that a diagnosis of the log selects and proposes."""
 LEAST_GAIN = 0.99
 """Held-out error that does not fall below this share of what it was has not fallen."""
+
+SNAPSHOT = ("custom", "surfaces", "stderr", "covariance", "energy_error")
+"""What a version keeps beside its effects."""
 
 Progress = Callable[[float, str], None]
 Cancel = Callable[[], bool]
@@ -172,6 +176,9 @@ def revert(model: PowerModel, version: int) -> PowerModel:
             "custom": snapshot["custom"],
             "surfaces": snapshot["surfaces"],
             "stderr": snapshot["stderr"],
+            # Versions of older files say nothing of them.
+            "covariance": snapshot.get("covariance"),
+            "energy_error": snapshot.get("energy_error"),
         }
     )
     entry = {
@@ -291,7 +298,7 @@ def _entry(model: PowerModel, version: int, parent: str | None, action: str) -> 
         "effects": document["effects"],
         "warnings": [],
         "at": datetime.now(UTC).isoformat(timespec="seconds"),
-        "snapshot": {key: document[key] for key in ("custom", "surfaces", "stderr")},
+        "snapshot": {key: document[key] for key in SNAPSHOT},
     }
 
 
@@ -311,6 +318,8 @@ def _new_version(
         "runs": log["runs"],
     }
     floor = diagnosis.baseline.noise_floor_w
+    covariance, error = energy_error(diagnosis.corrected, fitted)
+    model = replace(fitted.model, covariance=covariance, energy_error=error)
     past = start.history
     if not past:
         first = {
@@ -322,7 +331,7 @@ def _new_version(
         }
         past = (first,)
     entry = {
-        **_entry(fitted.model, start.version + 1, _label(start), "adopt"),
+        **_entry(model, start.version + 1, _label(start), "adopt"),
         "adopted": list(names),
         "log": data,
         "before": _rmse(diagnosis.baseline),
@@ -331,7 +340,7 @@ def _new_version(
         "warnings": list(warnings),
     }
     return replace(
-        fitted.model,
+        model,
         name=start.name,
         version=start.version + 1,
         parent=_label(start),

@@ -113,7 +113,8 @@ def extended(
         elif addition is not None and name in addition.shapes:
             values[place] = addition.shapes[name]
     stderr = np.full(len(values), np.nan)
-    return replace(full, parameters=values, stderr=stderr), tuple(free)
+    full = replace(full, parameters=values, stderr=stderr, covariance=None, energy_error=None)
+    return full, tuple(free)
 
 
 def fit_with(

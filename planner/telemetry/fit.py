@@ -259,7 +259,8 @@ def _finished(
             )
         )
     return Fit(
-        replace(model, stderr=stderr),
+        # What was known of the energy belonged to the values that the fit started from.
+        replace(model, stderr=stderr, covariance=None, energy_error=None),
         tuple(index.tolist()),
         covariance,
         watts,

@@ -4,7 +4,7 @@ import { byId, fetchJson, row } from "./api.js";
 import { chosen, fillStarts } from "./choices.js";
 import { drawLegend, drawMarkers, drawProfile, drawRoute, svg } from "./drawing.js";
 import { drawRelief, frameOf } from "./relief.js";
-import { extraCost, extraShare, joules, metres, seconds } from "./words.js";
+import { chance, extraCost, extraShare, joules, metres, seconds, widthFrom } from "./words.js";
 
 const EXCHANGE = ["gravity", "inertia"];
 const state = { frame: null, next: "start", titles: {}, running: null };
@@ -82,9 +82,10 @@ function showAnswer(answer) {
   drawProfile(byId("profile"), best);
   const [low, high] = best.energy_interval_j;
   const remarks = [
-    `Energy known to ${joules(low)} … ${joules(high)}, 95 %, from the model's parameters.`,
+    `Energy of one drive: ${joules(low)} … ${joules(high)} (95 %).`,
+    ...(best.sensitivity?.length ? [`The interval's width comes from ${widthFrom(best.sensitivity, state.titles)}.`] : []),
     `No feasible route of this motion model costs less than ${joules(best.lower_bound_j)}.`,
-    ...(best.battery ? [best.battery.fits ? "It fits the battery." : "It does not fit the battery."] : []),
+    ...(best.battery ? [`It ${best.battery.fits ? "fits" : "does not fit"} the battery; the chance that the battery suffices is ${chance(best.battery.chance)}.`] : []),
     ...answer.notes,
   ];
   byId("remarks").replaceChildren(...remarks.map((text) => Object.assign(document.createElement("li"), { textContent: text })));

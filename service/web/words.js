@@ -35,6 +35,21 @@ export function extraShare(energy, best) {
   return `${share < 0 ? "−" : "+"}${Math.abs(share).toFixed(Math.abs(share) >= 10 ? 0 : 1)} %`;
 }
 
+// A probability, with more digits where it is nearly sure.
+export function chance(probability) {
+  const share = 100 * probability;
+  if (share > 99.99 || share < 0.01) return share > 50 ? "over 99.99 %" : "under 0.01 %";
+  const doubt = Math.min(share, 100 - share);
+  return `${share.toFixed(doubt >= 1 ? 0 : doubt >= 0.1 ? 1 : 2)} %`;
+}
+
+// What the interval of an energy is wide from.
+export function widthFrom(parts, titles) {
+  const called = (part) =>
+    part.effect === "noise" ? "noise of one drive" : `${titles[part.effect] ?? part.effect} (${part.parameter.replaceAll("_", " ")})`;
+  return parts.slice(0, 3).map((part) => `${called(part)} ${(100 * part.share_of_variance).toFixed(0)} %`).join(", ");
+}
+
 export function watts(value) {
   if (value === null || value === undefined) return "";
   const size = Math.abs(value);

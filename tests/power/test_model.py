@@ -17,6 +17,7 @@ import pytest
 from planner.errors import ModelError
 from planner.power.catalogue import all_effects
 from planner.power.compile_kernel import cache_folder, compile_kernel
+from planner.power.energy_error import EnergyError, ParameterCovariance
 from planner.power.model import PowerModel, gravity_columns, rows_from
 from planner.power.pipeline import kernel_source
 from planner.power.vehicle import VEHICLE_FOLDER, load_vehicle
@@ -32,6 +33,28 @@ def test_vocabulary_has_every_name_once() -> None:
 def test_unknown_column() -> None:
     with pytest.raises(ModelError, match=r"speed.*no such quantity.*vx"):
         rows_from(speed=1.0)
+
+
+def covariance_document(
+    names: tuple[str, str] = ("power", "resistance"), values: Any = ((0.04, 0.1), (0.1, 1.0))
+) -> dict[str, Any]:
+    effects = {"power": "electronics", "resistance": "copper_loss"}
+    return {
+        "parameters": [{"effect": effects[name], "name": name, "element": 0} for name in names],
+        "values": [list(row) for row in values],
+    }
+
+
+def error_document(**changes: Any) -> dict[str, Any]:
+    noise = {
+        "powers_w": [1.0, 20.0],
+        "spreads_w": [0.1, 0.4],
+        "correlation_time_s": 0.7,
+        "run_offset_w": 0.02,
+        "run_gain": 0.003,
+    }
+    held_out = {"runs": 16, "scale": 1.2, "degrees_of_freedom": 12.0}
+    return {"noise": {**noise, **changes}, "held_out": held_out}
 
 
 @pytest.mark.parametrize(
@@ -50,6 +73,18 @@ def test_unknown_column() -> None:
         ({"effects": {"electronics": {"power": 10**400}}}, ""),
         ({"custom": 10**400}, ""),
         ({"stderr": 5}, ""),
+        ({"covariance": {}}, "parameters"),
+        ({"covariance": covariance_document(values=[[1.0, 0.0]])}, "covariance"),
+        ({"covariance": covariance_document(values=[[1.0, 0.5], [0.4, 1.0]])}, "covariance"),
+        ({"covariance": covariance_document(values=[[1.0, 2.0], [2.0, 1.0]])}, "covariance"),
+        ({"covariance": covariance_document(values=[[1.0, float("inf")]] * 2)}, "values.0.1"),
+        ({"covariance": covariance_document(values=[[1e300, 1.0], [1.0, -1.0]])}, "covariance"),
+        ({"covariance": covariance_document(names=("power", "power"))}, "covariance"),
+        ({"energy_error": {"noise": {}}}, "powers_w"),
+        ({"energy_error": error_document(powers_w=[2.0, 1.0])}, "noise"),
+        ({"energy_error": error_document(spreads_w=[0.1])}, "noise"),
+        ({"energy_error": error_document(run_gain=-1.0)}, "run_gain"),
+        ({"energy_error": error_document(correlation_time_s="1")}, "correlation_time_s"),
         ({"vehicle": {}}, ""),
         ({"kind": "cubist"}, ""),
     ],
@@ -109,6 +144,39 @@ def test_jacobian_shape_and_a_derivative_by_hand() -> None:
     assert electronics == pytest.approx([1.0 / 0.88] * 2, rel=1e-12)
     viscous = slopes[:, names.index(("viscous_drag", "viscous_torque"))]
     assert np.all(viscous > 4.0 * (26.85 * np.array([0.3, 0.6]) / 0.076) ** 2)
+
+
+def test_what_is_known_of_energies_is_saved_and_loaded_bit_by_bit(tmp_path: Path) -> None:
+    covariance = ParameterCovariance.from_document(covariance_document())
+    error = EnergyError.from_document(error_document())
+    model = replace(model_with("stiction"), covariance=covariance, energy_error=error)
+    model.save(tmp_path / "model.json")
+    back = PowerModel.load(tmp_path / "model.json")
+    assert back.covariance is not None
+    assert back.covariance.names == covariance.names
+    assert np.array_equal(back.covariance.values, covariance.values)
+    assert back.energy_error == error
+    assert back.document() == model.document()
+
+
+def test_a_file_from_before_energies_had_errors_is_read(tmp_path: Path) -> None:
+    document = model_with("stiction").document()
+    del document["covariance"], document["energy_error"]
+    (tmp_path / "model.json").write_text(json.dumps(document))
+    back = PowerModel.load(tmp_path / "model.json")
+    assert back.covariance is None
+    assert back.energy_error is None
+
+
+def test_a_covariance_goes_by_name() -> None:
+    """In whatever order a model has its parameters; zero for those that it does not name."""
+    covariance = ParameterCovariance.from_document(covariance_document())
+    power, resistance = covariance.names
+    other = ("inertia", "yaw_inertia", 0)
+    assert np.array_equal(
+        covariance.matrix([resistance, other, power]),
+        [[1.0, 0.0, 0.1], [0.0, 0.0, 0.0], [0.1, 0.0, 0.04]],
+    )
 
 
 def test_saved_and_loaded_bit_by_bit(tmp_path: Path) -> None:

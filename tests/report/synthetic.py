@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from planner.search.energy_interval import Contribution, EnergyDistribution
 from planner.search.route import Answer, Baseline, Battery, Route
 from planner.terrain.heightmap import Terrain
 from planner.terrain.surface import PLAIN_GROUND
@@ -45,7 +46,15 @@ def route(*, end_x: float = 18.0, watts: float = 20.0) -> Route:
         gap=0.27,
         duration_s=float(t[-1]),
         length_m=float(t[-1] * np.sqrt(1.01)),
-        energy_interval_j=(float(0.9 * energy[-1]), float(1.1 * energy[-1])),
+        # 95 % within a tenth.
+        known=lambda: EnergyDistribution(
+            float(energy[-1]),
+            float(0.1 * energy[-1] / 1.959964),
+            sensitivity=(
+                Contribution("electronics", "power", float(0.04 * energy[-1]), 0.6, 0.75),
+                Contribution("noise", "one drive", float(0.03 * energy[-1]), 0.4, None),
+            ),
+        ),
         breakdown_j={e: float(w @ np.diff(t, prepend=0.0)) for e, w in shares.items()},
         arrays={
             "x": x,

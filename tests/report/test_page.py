@@ -46,6 +46,13 @@ def test_numbers_are_those_of_the_answer(page: str) -> None:
     assert "No route: a wall" in page
 
 
+def test_what_is_known_of_the_energy_is_told(page: str) -> None:
+    # 320 J within a tenth, of 1,000 J.
+    assert "288.0 J … 352.0 J (95 %)" in page
+    assert "comes from electronics (power) 60 %, noise of one drive 40 %." in page
+    assert "the chance that it suffices is over 99.99 %" in page
+
+
 def test_poses_for_the_cursor_are_json(page: str) -> None:
     found = re.findall(r'<script type="application/json" class="poses">(.*?)</script>', page)
     poses = json.loads(found[0])

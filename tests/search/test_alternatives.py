@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from planner.search.alternatives import find_alternatives
+from planner.search.energy_interval import EnergyDistribution
 from planner.search.route import Route
 
 
@@ -17,7 +18,9 @@ def route(aside: float, *, energy: float, seconds: float = 100.0, scale: float =
     x = np.linspace(0.0, 60.0, 241)
     y = 30.0 + aside * np.clip(np.minimum(x, 60.0 - x) / 5.0, 0.0, 1.0)
     arrays = {"x": scale * x, "y": scale * y, "z": 0.0 * x}
-    return Route(energy, 0.0, 1.0, seconds, 60.0, (energy, energy), {}, arrays, {})
+    return Route(
+        energy, 0.0, 1.0, seconds, 60.0, lambda: EnergyDistribution(energy, 0.0), {}, arrays, {}
+    )
 
 
 def field(cell: float, scale: float = 1.0) -> SimpleNamespace:

@@ -2,7 +2,15 @@
 
 import pytest
 
-from planner.search.wording import extra_cost, extra_share, joules, metres, seconds
+from planner.search.wording import (
+    chance,
+    extra_cost,
+    extra_share,
+    joules,
+    metres,
+    seconds,
+    width_from,
+)
 
 
 @pytest.mark.parametrize(
@@ -61,3 +69,33 @@ def test_extra_cost(energy: float, best: float, text: str) -> None:
 )
 def test_extra_share(energy: float, best: float, text: str) -> None:
     assert extra_share(energy, best) == text
+
+
+@pytest.mark.parametrize(
+    ("probability", "text"),
+    [
+        (0.5, "50 %"),
+        (0.974, "97 %"),
+        (0.994, "99.4 %"),
+        (0.006, "0.6 %"),
+        (0.9996, "99.96 %"),
+        (1.0, "over 99.99 %"),
+        (0.0, "under 0.01 %"),
+    ],
+)
+def test_chance(probability: float, text: str) -> None:
+    """Nothing short of certain is called certain."""
+    assert chance(probability) == text
+
+
+def test_where_the_width_comes_from() -> None:
+    parts = [
+        {"effect": "wheel_rolling", "parameter": "rolling", "share_of_variance": 0.61},
+        {"effect": "noise", "parameter": "one drive", "share_of_variance": 0.3},
+        {"effect": "yaw_scrub", "parameter": "scrub_moment", "share_of_variance": 0.09},
+    ]
+    titles = {"wheel_rolling": "rolling of the wheels"}
+    assert width_from(parts, titles, 2) == (
+        "rolling of the wheels (rolling) 61 %, noise of one drive 30 %"
+    )
+    assert width_from(parts[2:], {}) == "yaw_scrub (scrub moment) 9 %"

@@ -116,6 +116,9 @@ def test_reverting_brings_an_earlier_version_back(second, third, through_file, t
     assert [e.slug for e in back.effects] == [e.slug for e in second.model.effects]
     np.testing.assert_array_equal(back.parameters, second.model.parameters)
     np.testing.assert_array_equal(back.stderr, second.model.stderr)
+    assert back.covariance.names == second.model.covariance.names
+    np.testing.assert_array_equal(back.covariance.values, second.model.covariance.values)
+    assert back.energy_error == second.model.energy_error
     last = history(back)[-1]
     assert (last["action"], last["reverted_to"]) == ("revert", 2)
     assert last["after"] == history(back)[1]["after"]
@@ -125,6 +128,18 @@ def test_reverting_brings_an_earlier_version_back(second, third, through_file, t
     again = revert(first, 3)
     np.testing.assert_array_equal(again.parameters, third.model.parameters)
     assert [entry["version"] for entry in history(again)] == [1, 2, 3, 4, 5, 6]
+
+
+def test_a_version_knows_the_errors_of_its_own_fit(log, second, third):
+    """Of its own parameters, none of those of the version before."""
+    for adoption in (second, third):
+        model = adoption.model
+        names = model.parameter_names
+        free = [k for k, stderr in enumerate(model.stderr) if np.isfinite(stderr)]
+        assert {names[k] for k in free} <= set(model.covariance.names)
+        assert model.energy_error.runs == len(log.run_names)
+    assert ("air_drag", "drag_area", 0) not in second.model.covariance.names
+    assert ("air_drag", "drag_area", 0) in third.model.covariance.names
 
 
 def test_documents_are_strict_json(second, third):

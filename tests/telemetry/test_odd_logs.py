@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planner import Telemetry, adopt, compare, diagnose
+from planner import PowerModel, Telemetry, adopt, compare, diagnose
 from planner.telemetry.virtual_robot import Noise, VirtualLog, VirtualRobot
 from tests.telemetry.test_log import ODD
 
@@ -25,7 +25,10 @@ def through_all(path: Path) -> dict[str, Any]:
     assert compared["log"]["rows"] == rows
     found = strict(diagnose(path, "minibalance").to_json())
     assert found["log"]["report"] == compared["log"]["report"]
-    adopted = strict(adopt("air_drag", path, "minibalance").to_json())
+    adoption = adopt("air_drag", path, "minibalance")
+    adopted = strict(adoption.to_json())
+    document = strict(adoption.model.document())
+    assert PowerModel.from_document(document).document() == document
     assert adopted["adopted"] == ["air_drag"]
     if "air_drag" not in found["selected"]:
         assert adopted["warnings"]
