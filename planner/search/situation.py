@@ -121,11 +121,19 @@ class Situation:
         )
 
     def ahead(
-        self, objective: str, field: CostField, goal: Point, start: Point | None = None
+        self,
+        objective: str,
+        field: CostField,
+        goal: Point,
+        start: Point | None = None,
     ) -> CostToGo:
-        """Least cost from everywhere to the goal; on large maps only as far as ``start``."""
+        """Least cost from everywhere to the goal; only as far as ``start`` if that will do.
+
+        The whole map is worth its time for "energy", where other starts may ask for it later, and
+        where the map is not too large.
+        """
         lattice = self.lattice(objective, field)
-        large = field.heights.size > LARGE
+        large = field.heights.size > LARGE or objective != "energy"
         if field.factor.size > 1:
             return cost_to_go(field, lattice, goal, start=start)
         key = ("ahead", self.key, objective, field.margin, goal)

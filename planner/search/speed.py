@@ -40,12 +40,15 @@ NEAR = 0.001
 NEAR_RAMPS = 0.05
 """The same, as a share of what standing still and starting again costs."""
 
+FORWARDS, BACKWARDS, MARK = 0, 1, 2
+"""Phases of the outline."""
+
 _WHEEL_COLUMNS = len(PER_WHEEL)
 _F1 = types.Array(types.float64, 1, "C")
 _F2 = types.Array(types.float64, 2, "C")
 _I1 = types.Array(types.int64, 1, "C")
 _B1 = types.Array(types.boolean, 1, "C")
-_B2 = types.Array(types.boolean, 2, "C")
+_B3 = types.Array(types.boolean, 3, "C")
 _VX, _VY, _WZ = INDEX["vx"], INDEX["vy"], INDEX["wz"]
 _SLOPE_RATE = INDEX["slope_rate"]
 # Gauss-Legendre nodes and weights on [0, 1], exact for cubics.
@@ -124,7 +127,7 @@ def _ramp_cost(
     types.boolean(
         *(KERNEL, _F1, _F1, _F2, _F2, _F1, _F1),
         *(_F1, _F1, _F1, _F2, _F1, _F1, _I1, _B1),
-        *(types.float64, types.int64, _B2),
+        *(types.float64, types.int64, _B3),
     ),
     cache=True,
     error_model="numpy",
@@ -150,7 +153,7 @@ def _outline(
     objective: int,
     near: Any,
 ) -> bool:
-    """Mark the levels near the best speeds by even driving; False if there are none.
+    """Mark the changes of level near the best speeds by even driving; False if there are none.
 
     A step costs the mean of even driving at its two speeds, and for speeding up or slowing down
     what that takes or gives at half speed. The programme proper then prices what is near.
@@ -193,35 +196,36 @@ def _outline(
     come = np.full((steps + 1, LEVELS), np.inf)
     ahead = np.full((steps + 1, LEVELS), np.inf)
     come[0, 0] = ahead[steps, 0] = 0.0
-    for backwards in (False, True):
+    most = np.inf
+    for phase in (FORWARDS, BACKWARDS, MARK):
         for n in range(steps):
-            j = steps - 1 - n if backwards else n
-            most = 2.0 * surface[j] * most_acceleration * (1.0 + 1e-6)
+            j = steps - 1 - n if phase == BACKWARDS else n
+            reached = 2.0 * surface[j] * most_acceleration * (1.0 + 1e-6)
             for a in range(LEVELS):
-                if (not backwards and come[j, a] == np.inf) or even[j, a] == np.inf:
+                if (phase != BACKWARDS and come[j, a] == np.inf) or even[j, a] == np.inf:
                     continue
                 for b in range(max(0, a - REACH), min(LEVELS, a + REACH + 1)):
                     change = level[b] * level[b] - level[a] * level[a]
-                    if a + b == 0 or (stops[j + 1] and b > 0) or abs(change) > most:
+                    if a + b == 0 or (stops[j + 1] and b > 0) or abs(change) > reached:
                         continue
                     cost = 2.0 * surface[j] / (level[a] + level[b])
                     if objective != 1:
                         cost *= 0.5 * (even[j, a] + even[j, b])
                         cost += change * (up[j] if change > 0.0 else down[j])
-                    if backwards:
+                    if phase == FORWARDS:
+                        come[j + 1, b] = min(come[j + 1, b], cost + come[j, a])
+                    elif phase == BACKWARDS:
                         ahead[j, a] = min(ahead[j, a], cost + ahead[j + 1, b])
                     else:
-                        come[j + 1, b] = min(come[j + 1, b], cost + come[j, a])
-    best = come[steps, 0]
-    if best == np.inf:
-        return False
-    most = best + NEAR * abs(best) + NEAR_RAMPS * limits[4] * limits[0] * limits[0]
-    if objective == 1:
-        most = best * (1.0 + NEAR) + NEAR_RAMPS * limits[0] / most_acceleration
-    for j in range(steps + 1):
-        for q in range(LEVELS):
-            if come[j, q] + ahead[j, q] <= most:
-                near[j, max(q - 1, 0) : q + 2] = True
+                        near[j, a, b] = come[j, a] + cost + ahead[j + 1, b] <= most
+        if phase == FORWARDS:
+            best = come[steps, 0]
+            if best == np.inf:
+                return False
+            ramp = limits[0] / most_acceleration
+            if objective != 1:
+                ramp = limits[4] * limits[0] * limits[0]
+            most = best + NEAR * abs(best) + NEAR_RAMPS * ramp
     return True
 
 
@@ -229,7 +233,7 @@ def _outline(
     types.float64(
         *(KERNEL, _F1, _F1, _F2, _F2, _F1, _F1),
         *(_F1, _F1, _F1, _F2, _F1, _F1, _I1, _B1),
-        *(types.float64, types.int64, _B2, _F1),
+        *(types.float64, types.int64, _B3, _F1),
     ),
     cache=True,
     error_model="numpy",
@@ -256,7 +260,7 @@ def _speeds(
     near: Any,
     speeds: Any,
 ) -> Any:
-    """Cost of the best speeds among those near the outline, (steps + 1, LEVELS).
+    """Cost of the best speeds among changes ``near`` the outline, (steps + 1, LEVELS, LEVELS).
 
     Without any, speeds[0] is the station where none leads on.
     """
@@ -287,7 +291,7 @@ def _speeds(
             if cost[j, a] > hopeless or cost[j, a] == np.inf:
                 continue
             for b in range(max(0, a - REACH), min(LEVELS, a + REACH + 1)):
-                if a + b == 0 or (stops[j + 1] and b > 0) or not near[j + 1, b]:
+                if a + b == 0 or (stops[j + 1] and b > 0) or not near[j, a, b]:
                     continue
                 if long and b > 0 and (LEVELS - 1 - b) % 3:
                     continue
@@ -362,7 +366,7 @@ def speed_programme(
         model.vehicle.limits.acceleration,
         objective,
     )
-    near = np.zeros((len(speeds), LEVELS), np.bool_)
+    near = np.zeros((len(speeds), LEVELS, LEVELS), np.bool_)
     cost = math.inf
     if _outline(*task, near):
         cost = _speeds(*task, near, speeds)

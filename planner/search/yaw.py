@@ -99,7 +99,7 @@ def yaw_programme(
     turning_costs(*numbers[:4], class_rows[0], limits, objective, tightest, turning)
     spans = np.add.reduceat(track.lengths, knots[:-1])
     bends = np.remainder(np.diff(directions) + np.pi, 2.0 * np.pi) - np.pi
-    near = np.zeros(free.shape, np.bool_)
+    near = np.zeros((*free.shape, STATES), np.bool_)
     told = outline(
         field,
         knots,
@@ -117,7 +117,7 @@ def yaw_programme(
         near,
     )
     states = np.full(2 * len(knots), -1, np.int64)
-    for looked_at in (near, np.ones(free.shape, np.bool_))[0 if told else 1 :]:
+    for looked_at in (near, np.ones_like(near))[0 if told else 1 :]:
         cost = programme(
             *numbers,
             wind,

@@ -32,8 +32,6 @@ MOST_SAMPLES = 2
 """Steps that stand for those between two knots, where there are more than three."""
 NEAR = 0.003
 """Share of the best cost by which a yaw in the outline may be dearer and still be looked at."""
-BESIDE = 2
-"""States to each side of such a yaw that are looked at as well."""
 WINDOW = 8
 """Largest change of the angle to the travel between knots, in states (45°)."""
 
@@ -42,6 +40,7 @@ _F1 = types.Array(types.float64, 1, "C")
 _F2 = types.Array(types.float64, 2, "C")
 _I1 = types.Array(types.int64, 1, "C")
 _B2 = types.Array(types.boolean, 2, "C")
+_B3 = types.Array(types.boolean, 3, "C")
 _VX, _VY, _WZ = INDEX["vx"], INDEX["vy"], INDEX["wz"]
 
 
@@ -239,7 +238,7 @@ def outline(
     windows: Any,
     near: Any,
 ) -> bool:
-    """Mark the states near the best yaw by the tables of steady costs; False if there is none.
+    """Mark the changes of state near the best yaw by tables of steady costs; False without any.
 
     A turn on the move counts here what it would on the level. The programme proper then prices
     what is near with the power model.
@@ -254,7 +253,7 @@ def outline(
         tightest: rad/m of its last entry.
         start_state, goal_state: -1 leaves them free.
         windows: (knots,) states by which the angle to the travel may change after each.
-        near: (knots, STATES) set True for the states near the best one.
+        near: (knots, STATES, STATES) set True for the changes of state near the best ones.
     """
     count = knots.shape[0]
     bins = field.by_yaw.shape[1]
@@ -326,11 +325,15 @@ def outline(
     if best == np.inf:
         return False
     most = best * (1.0 + NEAR)
-    for k in range(count):
+    for k in range(last):
         for s in range(STATES):
-            if min(come[0, k, s] + ahead[0, k, s], come[1, k, s] + ahead[1, k, s]) <= most:
-                for w in range(-BESIDE, BESIDE + 1):
-                    near[k, (s + w) % STATES] = True
+            if come[1, k, s] + ahead[1, k, s] > most:
+                continue
+            for w in range(-windows[k], windows[k] + 1):
+                t = (s + w) % STATES
+                total = come[1, k, s] + 0.5 * (steady[k, s] + steady[k, t]) + ahead[0, k + 1, t]
+                total += _turn_cost(turning, tightest, s, spans[k], bends[k] + w * WIDTH)
+                near[k, s, t] = total <= most
     return True
 
 
@@ -360,7 +363,7 @@ def _spin(driven: Any, free: Any, spin_cost: Any, halt: float, cost: Any, spun: 
     types.float64(
         *(KERNEL, _F1, _F1, _F2, _F2, _F1, _F1, types.int64),
         *(_I1, _F1, _F1, _F1, _F1, _F1, _I1),  # knots and their directions; steps
-        *(_B2, _B2, _F2, *(types.float64,) * 4, _I1),
+        *(_B2, _B3, _F2, *(types.float64,) * 4, _I1),
     ),
     cache=True,
     error_model="numpy",
@@ -433,12 +436,12 @@ def programme(
             span += lengths[j]
         window = most_turn(span, bend, limits)
         for s in range(STATES):
-            if cost[k, s] == np.inf or not near[k, s]:
+            if cost[k, s] == np.inf:
                 continue
             yaw_a = knot_directions[k] + s * WIDTH
             for w in range(-window, window + 1):
                 t = (s + w) % STATES
-                if not free[k + 1, t] or not near[k + 1, t]:
+                if not free[k + 1, t] or not near[k, s, t]:
                     continue
                 turn = bend + w * WIDTH
                 total = cost[k, s]
