@@ -11,7 +11,9 @@ from planner import compiled_code as _compiled_code
 
 if TYPE_CHECKING:
     from planner.power.model import PowerModel
+    from planner.search.matrix import Matrix, energy_matrix
     from planner.search.plan import plan_route
+    from planner.search.reach import Reach, reachable_area
     from planner.search.request import PlanRequest
     from planner.search.route import Answer, Route
     from planner.telemetry.adopt import Adoption, adopt, revert
@@ -25,14 +27,18 @@ __all__ = [
     "Answer",
     "Comparison",
     "Diagnosis",
+    "Matrix",
     "PlanRequest",
     "PowerModel",
+    "Reach",
     "Route",
     "Telemetry",
     "adopt",
     "compare",
     "diagnose",
+    "energy_matrix",
     "plan_route",
+    "reachable_area",
     "revert",
 ]
 __version__ = "0.1.0"
@@ -41,6 +47,10 @@ _compiled_code.settle()
 
 _HOMES = {
     "plan_route": "planner.search.plan",
+    "Matrix": "planner.search.matrix",
+    "energy_matrix": "planner.search.matrix",
+    "Reach": "planner.search.reach",
+    "reachable_area": "planner.search.reach",
     "PlanRequest": "planner.search.request",
     "Answer": "planner.search.route",
     "Route": "planner.search.route",

@@ -19,7 +19,7 @@ from pydantic.json_schema import models_json_schema
 from starlette.datastructures import MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from planner.search.request import PlanRequest
+from planner.search.request import MatrixRequest, PlanRequest, ReachRequest
 from service import problems
 from service.jobs.pool import WorkerPool, Workers
 from service.jobs.runner import Runner
@@ -165,7 +165,10 @@ def _describe(app: FastAPI) -> None:
                 description=app.description,
                 routes=app.routes,
             )
-            asked = (PlanRequest, CompareRequest, DiagnoseRequest, AdoptRequest, RevertRequest)
+            asked = (
+                *(PlanRequest, MatrixRequest, ReachRequest),
+                *(CompareRequest, DiagnoseRequest, AdoptRequest, RevertRequest),
+            )
             _, requests = models_json_schema(
                 [(model, "validation") for model in asked],
                 ref_template="#/components/schemas/{model}",

@@ -2,6 +2,7 @@
 
     joulepath plan REQUEST.json            joulepath maps | vehicles | effects
     joulepath plan --map DEM.tif --start 2,3 --goal 40,25
+    joulepath matrix | reach REQUEST.json         see service.cli_areas
     joulepath compare | diagnose | adopt … LOG    see service.cli_telemetry
     joulepath serve
 
@@ -24,7 +25,7 @@ from typing import Annotated, Any
 import typer
 
 from planner.errors import Cancelled, InputError, RequestError
-from service import cli_telemetry
+from service import cli_areas, cli_telemetry
 from service.terminal import Json, Verbose, interruptible, progress_bar, show, tell_written
 
 app = typer.Typer(
@@ -160,7 +161,7 @@ def serve(
     run(host=host, port=port)
 
 
-for verb in cli_telemetry.VERBS:
+for verb in (*cli_areas.VERBS, *cli_telemetry.VERBS):
     app.command()(verb)
 
 
@@ -186,18 +187,7 @@ def _read_request(path: Path | None, given: dict[str, Any]) -> Any:
                 "request", "is missing", accepted="REQUEST.json, or --map, --start and --goal"
             )
         return PlanRequest.from_json(given)
-    if str(path) == "-":
-        text = sys.stdin.buffer.read()
-    else:
-        try:
-            text = path.read_bytes()
-        except OSError as error:
-            raise RequestError(
-                str(path),
-                f"cannot be read: {error.strerror}",
-                accepted="the path of a REQUEST.json, or - for stdin",
-            ) from None
-    return PlanRequest.from_text(text, given)
+    return PlanRequest.from_text(cli_areas.read_bytes(path), given)
 
 
 def _pose(option: str, text: str | None) -> dict[str, float] | None:

@@ -10,15 +10,19 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 from planner.errors import RequestError
-from planner.search.request import PlanRequest
+from planner.search.situation_request import SituationRequest
 
 SUFFIXES = {
     "map": (".tif", ".tiff", ".asc", ".npy", ".npz", ".yaml", ".yml"),
     "vehicle": (".toml",),
     "model": (".json",),
 }
+
+
+Asked = TypeVar("Asked", bound=SituationRequest)
 
 
 @dataclass(frozen=True)
@@ -35,7 +39,7 @@ class Names:
     folder: Path | None
     stored: Callable[[str], Path | None] = lambda _: None
 
-    def resolve(self, request: PlanRequest) -> PlanRequest:
+    def resolve(self, request: Asked) -> Asked:
         """The same request with names inside the folder replaced by their paths.
 
         Raises:

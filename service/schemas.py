@@ -127,6 +127,36 @@ class RouteAnswer(BaseModel):
     notes: list[str] = Field(default=[], description="what was assumed or could not be done")
 
 
+class MatrixAnswer(BaseModel):
+    """Energies between places."""
+
+    starts: list[dict[str, float]]
+    goals: list[dict[str, float]]
+    energy_j: list[list[float | None]] = Field(
+        description="a row for each start, a column for each goal; null where there is no way"
+    )
+    driven: int = Field(description="pairs whose motion was worked out in full")
+    error_share: float | None = Field(
+        description="relative error that nine of ten of the other pairs keep to, as far as known"
+    )
+
+
+class ReachAnswer(BaseModel):
+    """What can be reached with an energy."""
+
+    start: dict[str, float]
+    energy_j: float
+    and_back: bool
+    area_m2: float
+    outlines: list[list[tuple[float, float]]] = Field(
+        description="closed lines of x, y around the area and around holes in it, m"
+    )
+    error_share: float | None = Field(
+        description="largest relative error at the edge, before the last round of checks"
+    )
+    checked: int = Field(description="places whose routes were worked out in full")
+
+
 class Entry(BaseModel):
     """An entry of a catalogue."""
 

@@ -142,3 +142,29 @@ def _cell(value: Any) -> str:
     if isinstance(value, list | tuple):
         return ", ".join(_cell(item) for item in value)
     return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def matrix(document: Document) -> Group:
+    """Energies between places, a row for each start."""
+    table = Table(header_style="bold")
+    table.add_column("from \\ to")
+    for place in document["goals"]:
+        table.add_column(f"{place['x']:g}, {place['y']:g}", justify="right")
+    for place, row in zip(document["starts"], document["energy_j"], strict=True):
+        cells = ["no way" if value is None else joules(value) for value in row]
+        table.add_row(f"{place['x']:g}, {place['y']:g}", *cells)
+    pairs = sum(value is not None for row in document["energy_j"] for value in row)
+    said = f"{document['driven']} of {pairs} motions worked out in full"
+    if document["error_share"]:
+        said += f"; the others are right within {document['error_share']:.1%} in nine of ten"
+    return Group(table, Text(said))
+
+
+def reach(document: Document) -> Group:
+    """How far an energy takes the robot."""
+    back = "there and back" if document["and_back"] else "there"
+    lines = [
+        f"{joules(document['energy_j'])} reach {document['area_m2']:,.0f} m², {back}.",
+        f"{document['checked']} routes to the edge were worked out in full.",
+    ]
+    return Group(*(Text(line) for line in lines))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from planner.power.model import PowerModel, rows_from
 from planner.quantities import INDEX
-from planner.search.request import PlanRequest
+from planner.search.situation_request import SituationRequest
 from planner.search.steady import DIRECTIONS, broken_limit, limit_values, set_motion
 from planner.terrain.heightmap import Terrain
 
@@ -78,7 +78,7 @@ def _fastest_on_the_level(model: PowerModel, class_rows: Array, limits: Array) -
     return float(reached.max()) if len(reached) else float(limits[0])
 
 
-def circumstances(request: PlanRequest, model: PowerModel, terrain: Terrain) -> Circumstances:
+def circumstances(request: SituationRequest, model: PowerModel, terrain: Terrain) -> Circumstances:
     """Work out what a request's payload, conditions and ground mean for the model."""
     vehicle = model.vehicle
     payload = request.payload

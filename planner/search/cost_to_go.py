@@ -148,6 +148,8 @@ def _solve(
                     cost = segment_cost(field, px, py, goal_x, goal_y, field.step)
                 if not cost < np.inf:
                     continue
+                if lattice.factor.shape[0] > 1:
+                    cost *= lattice.factor[j, i]
                 if seeding:
                     first = min(first, cost)
                     continue

@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 
 from planner.errors import RequestError
@@ -20,18 +19,14 @@ from planner.power.model import PowerModel
 from planner.power.vehicle import load_vehicle
 from planner.search.alternatives import find_alternatives
 from planner.search.best_route import best_route, value_of
-from planner.search.conditions import circumstances
 from planner.search.explain import check_hold, check_place
 from planner.search.grid_route import grid_route
 from planner.search.request import DEFAULT_VEHICLE, PlanRequest
 from planner.search.route import Answer, Baseline, Route
 from planner.search.run import Progress, Run
-from planner.search.situation import Situation, ground_for
+from planner.search.situation import situation_of
 from planner.search.steady import MARGIN
-from planner.terrain.catalogue import open_map
 from planner.terrain.heightmap import Terrain
-
-KINDS = ("sound", "printed/A", "printed/B")
 
 
 def plan_route(
@@ -72,21 +67,9 @@ def plan_route(
         request = PlanRequest.from_json({**request.model_dump(exclude_unset=True), **fields})
     say = progress or (lambda _what, _share: None)
     say("reading map and model", 0.0)
-    model = load_model(request) if model is None else model
-    terrain = open_map(request.map) if terrain is None else terrain
-    ground = ground_for(terrain, model.vehicle)
-    around = circumstances(request, model, terrain)
-    run = Run(request, Situation(ground, around), say, cancelled or (lambda: False))
+    situation = situation_of(request, terrain=terrain, model=model)
+    run = Run(request, situation, say, cancelled or (lambda: False))
     return _plan(run)
-
-
-def load_model(request: PlanRequest) -> PowerModel:
-    """The power model that a request names: a vehicle, a saved model, or a kind of model."""
-    if request.model is None:
-        return PowerModel.from_vehicle(load_vehicle(request.vehicle or DEFAULT_VEHICLE))
-    if request.model in KINDS:
-        return PowerModel.from_vehicle(load_vehicle(DEFAULT_VEHICLE), kind=request.model)
-    return PowerModel.load(Path(request.model))
 
 
 def _plan(run: Run) -> Answer:
@@ -116,7 +99,7 @@ def _plan(run: Run) -> Answer:
         return replace(blank, reason=found.reason, planner=found.planner)
     routes: tuple[Route, ...] = (best,)
     notes = [*blank.notes, *found.notes]
-    if request.alternatives > 1:
+    if request.alternatives > 1 and not run.cancelled():
         run.step("alternatives", 0.9)
         routes, note = find_alternatives(
             best,
@@ -126,7 +109,7 @@ def _plan(run: Run) -> Answer:
             lambda route: value_of(route, request.objective),
         )
         notes += [note] if note else []
-    run.step("done", 1.0)
+    run.progress("done", 1.0)
     return replace(
         blank,
         status="ok",

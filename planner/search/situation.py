@@ -12,28 +12,58 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.power.model import PowerModel
-from planner.power.vehicle import Vehicle
-from planner.search.conditions import Circumstances
+from planner.power.vehicle import Vehicle, load_vehicle
+from planner.search.conditions import Circumstances, circumstances
 from planner.search.cost_to_go import CostToGo, cost_to_go, grid_path
 from planner.search.ground import CostField, DrivingGround, driving_ground
 from planner.search.kept import KEPT
 from planner.search.lattice import Lattice, build_lattice
+from planner.search.situation_request import DEFAULT_VEHICLE, SituationRequest
 from planner.search.steady import MARGIN, OBJECTIVES, SteadyCosts, steady_costs
 from planner.search.yaw import cost_of_a_stop
+from planner.terrain.catalogue import open_map
 from planner.terrain.heightmap import Terrain
 
 Array = NDArray[np.float64]
 Point = tuple[float, float]
+KINDS = ("sound", "printed/A", "printed/B")
 LARGE = 2_000_000
 """Nodes from which a search stops at its start instead of filling the map for later ones."""
 CORNER = {"energy": 0.13, "time": 0.02}
 """Toll of a corner as a share of what a stop costs; of 0.03 to 0.4, measured best on fractal relief
 (less than 0.1 has routes up to 1 % dearer, 0.4 up to 1.5 %)."""
+
+
+def load_model(request: SituationRequest) -> PowerModel:
+    """The power model that a request names: a vehicle, a saved model, or a kind of model."""
+    if request.model is None:
+        return PowerModel.from_vehicle(load_vehicle(request.vehicle or DEFAULT_VEHICLE))
+    if request.model in KINDS:
+        return PowerModel.from_vehicle(load_vehicle(DEFAULT_VEHICLE), kind=request.model)
+    return PowerModel.load(Path(request.model))
+
+
+def situation_of(
+    request: SituationRequest, *, terrain: Terrain | None = None, model: PowerModel | None = None
+) -> Situation:
+    """The situation that a request names.
+
+    Args:
+        request: ground, robot and circumstances.
+        terrain, model: already there, instead of those that the request names.
+
+    Raises:
+        MapError, VehicleError, ModelError: something that it names cannot be used.
+    """
+    model = load_model(request) if model is None else model
+    terrain = open_map(request.map) if terrain is None else terrain
+    return Situation(ground_for(terrain, model.vehicle), circumstances(request, model, terrain))
 
 
 def ground_for(terrain: Terrain, vehicle: Vehicle) -> DrivingGround:
@@ -142,6 +172,12 @@ class Situation:
             found = cost_to_go(field, lattice, goal, start=start if large else None)
             KEPT.put(key, found)
         return found
+
+    def onward(self, field: CostField, start: Point) -> CostToGo:
+        """Least energy cost from a start to everywhere."""
+        lattice = self.lattice("energy", field)
+        key = ("onward", self.key, field.margin, start)
+        return KEPT.get(key, lambda: cost_to_go(field, lattice, start, onward=True))
 
     def path(
         self, objective: str, field: CostField, start: Point, goal: Point

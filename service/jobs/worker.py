@@ -13,8 +13,11 @@ from typing import Any
 from planner.errors import InputError
 from planner.power.catalogue import list_effects
 from planner.power.vehicle import list_vehicles
-from planner.search.plan import KINDS, plan_route, warm_up
-from planner.search.request import PlanRequest
+from planner.search.matrix import energy_matrix
+from planner.search.plan import plan_route, warm_up
+from planner.search.reach import reachable_area
+from planner.search.request import MatrixRequest, PlanRequest, ReachRequest
+from planner.search.situation import KINDS
 from planner.terrain.catalogue import list_maps
 from service.documents import finite, route_text, strict
 from service.jobs.relief import relief_of
@@ -34,6 +37,8 @@ __all__ = [
     "check_model",
     "compare_log",
     "diagnose_log",
+    "matrix",
+    "reach",
     "relief",
     "revert_model",
     "solve",
@@ -63,6 +68,22 @@ def solve(request: PlanRequest) -> str | InputError:
     """ROUTE.json of a request, or why the request cannot be used."""
     try:
         return route_text(plan_route(request).to_json())
+    except InputError as error:
+        return error
+
+
+def matrix(request: MatrixRequest) -> str | InputError:
+    """Energies between places as JSON, or why the request cannot be used."""
+    try:
+        return strict(energy_matrix(request).to_json())
+    except InputError as error:
+        return error
+
+
+def reach(request: ReachRequest) -> str | InputError:
+    """The reachable area as JSON, or why the request cannot be used."""
+    try:
+        return strict(reachable_area(request).to_json())
     except InputError as error:
         return error
 

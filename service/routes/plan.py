@@ -1,15 +1,17 @@
-"""POST /v1/routes: plan a route in a worker process."""
+"""POST /v1/routes, /v1/matrices, /v1/reachable-areas: questions that a worker process answers."""
 
 from __future__ import annotations
 
 import asyncio
+from typing import Any
 
 from fastapi import APIRouter, Request, Response
 
 from planner.errors import RequestError
-from planner.search.request import PlanRequest
+from planner.search.request import MatrixRequest, PlanRequest, ReachRequest
+from planner.search.situation_request import SituationRequest
 from service.bodies import json_body
-from service.schemas import RouteAnswer, problem_responses
+from service.schemas import MatrixAnswer, ReachAnswer, RouteAnswer, problem_responses
 from service.state import Running
 
 router = APIRouter(prefix="/v1", tags=["routes"])
@@ -17,12 +19,24 @@ router = APIRouter(prefix="/v1", tags=["routes"])
 EXAMPLE = {
     "map": "jacksboro-1to100",
     "vehicle": "minibalance",
-    "start": {"x": 12.0, "y": 15.0},
-    "goal": {"x": 85.0, "y": 70.0},
+    "start": {"x": 93.0, "y": 225.0},
+    "goal": {"x": 212.0, "y": 73.0},
     "seed": 1,
 }
 
+MATRIX_EXAMPLE = {
+    "map": "warehouse",
+    "starts": [{"x": 2.0, "y": 2.0}, {"x": 20.0, "y": 17.0}, {"x": 27.0, "y": 4.0}],
+}
+REACH_EXAMPLE = {"map": "jacksboro-1to100", "start": {"x": 93.0, "y": 225.0}, "energy_j": 1500}
+
 _PROBLEMS = problem_responses(413, 415, 422, 500, 503, 504)
+
+
+def _body(schema: str, example: dict[str, Any]) -> dict[str, Any]:
+    """How a request's body is described in the OpenAPI document."""
+    content = {"schema": {"$ref": f"#/components/schemas/{schema}"}, "example": example}
+    return {"requestBody": {"required": True, "content": {"application/json": content}}}
 
 
 @router.post(
@@ -32,17 +46,7 @@ _PROBLEMS = problem_responses(413, 415, 422, 500, 503, 504)
         200: {"model": RouteAnswer, "description": "A route, or why there is none."},
         **_PROBLEMS,
     },
-    openapi_extra={
-        "requestBody": {
-            "required": True,
-            "content": {
-                "application/json": {
-                    "schema": {"$ref": "#/components/schemas/PlanRequest"},
-                    "example": EXAMPLE,
-                }
-            },
-        }
-    },
+    openapi_extra=_body("PlanRequest", EXAMPLE),
 )
 async def plan(request: Request, service: Running) -> Response:
     """Plan the route that costs the least energy.
@@ -59,18 +63,55 @@ async def plan(request: Request, service: Running) -> Response:
             value=asked.time_budget_s,
             accepted=f"seconds to search, above 0 up to {most:g}",
         )
+    return await _answered(request, service, "solve", asked)
+
+
+@router.post(
+    "/matrices",
+    response_class=Response,
+    responses={
+        200: {"model": MatrixAnswer, "description": "Energies between places."},
+        **_PROBLEMS,
+    },
+    openapi_extra=_body("MatrixRequest", MATRIX_EXAMPLE),
+)
+async def matrix(request: Request, service: Running) -> Response:
+    """Energies from each of some places to each of others; null where there is no way."""
+    body = await json_body(request, service.settings.max_body_bytes)
+    return await _answered(request, service, "matrix", MatrixRequest.from_text(body))
+
+
+@router.post(
+    "/reachable-areas",
+    response_class=Response,
+    responses={
+        200: {"model": ReachAnswer, "description": "The area and its outlines."},
+        **_PROBLEMS,
+    },
+    openapi_extra=_body("ReachRequest", REACH_EXAMPLE),
+)
+async def reach(request: Request, service: Running) -> Response:
+    """How far an energy takes the robot, there or there and back."""
+    body = await json_body(request, service.settings.max_body_bytes)
+    return await _answered(request, service, "reach", ReachRequest.from_text(body))
+
+
+async def _answered(
+    request: Request, service: Running, job: str, asked: SituationRequest
+) -> Response:
+    """A worker's JSON text; a client that hangs up ends its own job."""
     asked = await asyncio.to_thread(service.names.resolve, asked)
-    job = asyncio.ensure_future(service.workers.run("solve", asked))
+    work = asyncio.ensure_future(service.workers.run(job, asked))
     gone = asyncio.ensure_future(_disconnected(request))
     try:
-        await asyncio.wait({job, gone}, return_when=asyncio.FIRST_COMPLETED)
-        if not job.done():
+        await asyncio.wait({work, gone}, return_when=asyncio.FIRST_COMPLETED)
+        if not work.done():
             # Nobody reads this answer.
             return Response(status_code=499)
-        return Response(job.result(), media_type="application/json")
+        return Response(work.result(), media_type="application/json")
     finally:
         gone.cancel()
-        job.cancel()
+        work.cancel()
 
 
 async def _disconnected(request: Request) -> None:

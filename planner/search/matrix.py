@@ -1,0 +1,179 @@
+"""The energy from each of many places to each of many others.
+
+    matrix = energy_matrix(map="warehouse", starts=[{"x": 2, "y": 2}, {"x": 27, "y": 17}])
+    matrix.energy_j                    # (starts, goals), infinite where there is no way
+
+One least-cost field answers for all starts of a goal. Its costs know nothing of speeding up, of
+bends and of turning, so some pairs are driven in full and the others are corrected by what these
+show: dissipated energy = a · field + b. Up to ``DRIVEN`` pairs, all are driven.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.errors import Cancelled
+from planner.power.model import PowerModel
+from planner.quantities import STANDARD_GRAVITY
+from planner.search.cost_to_go import cost_from
+from planner.search.edge_energy import sample_surface
+from planner.search.explain import check_hold, check_place
+from planner.search.request import MatrixRequest, PoseRequest
+from planner.search.single_leg import driven_leg, energy_field
+from planner.search.situation import Situation, situation_of
+from planner.terrain.heightmap import Terrain
+
+Array = NDArray[np.float64]
+DRIVEN = 32
+"""Pairs that are driven in full; the others are corrected by them."""
+
+
+@dataclass(frozen=True)
+class Matrix:
+    """Energies between places.
+
+    Attributes:
+        starts, goals: the places.
+        energy_j: (starts, goals) J; infinite where there is no way.
+        driven: (starts, goals) True where a motion was worked out in full.
+        error_share: relative error of the corrected energies that nine of ten driven pairs keep
+            to, each predicted by the others; 0 where all were driven, NaN where too few were.
+    """
+
+    starts: tuple[PoseRequest, ...]
+    goals: tuple[PoseRequest, ...]
+    energy_j: Array
+    driven: NDArray[np.bool_]
+    error_share: float
+
+    def to_json(self) -> dict[str, Any]:
+        """The matrix ready for JSON; None where there is no way."""
+        return {
+            "starts": [place.model_dump(exclude_none=True) for place in self.starts],
+            "goals": [place.model_dump(exclude_none=True) for place in self.goals],
+            "energy_j": [
+                [value if math.isfinite(value) else None for value in row]
+                for row in self.energy_j.tolist()
+            ],
+            "driven": int(self.driven.sum()),
+            "error_share": None if math.isnan(self.error_share) else self.error_share,
+        }
+
+
+def energy_matrix(
+    request: MatrixRequest | Mapping[str, Any] | None = None,
+    *,
+    terrain: Terrain | None = None,
+    model: PowerModel | None = None,
+    progress: Callable[[str, float], None] | None = None,
+    cancelled: Callable[[], bool] | None = None,
+    **fields: Any,
+) -> Matrix:
+    """Energies from every start to every goal.
+
+    Args:
+        request: a MatrixRequest, or a mapping with its fields; or give these as keywords.
+        terrain, model: already there, instead of those that the request names.
+        progress: called with what is being done and the share done, 0 to 1.
+        cancelled: asked often; True raises Cancelled.
+        fields: fields of the request, over those of ``request``.
+
+    Raises:
+        RequestError, MapError, VehicleError, ModelError: something given cannot be used.
+        Cancelled: ``cancelled`` returned True.
+    """
+    if terrain is not None:
+        fields = {"map": terrain.name, **fields}
+    if not isinstance(request, MatrixRequest):
+        request = MatrixRequest.from_json({**(request or {}), **fields})
+    situation = situation_of(request, terrain=terrain, model=model)
+    field = energy_field(situation)
+    starts, goals = request.starts, request.goals or request.starts
+    for name, places in (("starts", starts), ("goals", goals)):
+        for k, place in enumerate(places):
+            check_place(f"{name}[{k}]", place, situation.ground, field, situation.around)
+            check_hold(f"{name}[{k}]", place, field, situation.around)
+    stop, say = cancelled or (lambda: False), progress or (lambda _what, _share: None)
+    done = 0
+
+    def column(goal: PoseRequest) -> list[float]:
+        nonlocal done
+        if stop():
+            raise Cancelled("cancelled by the caller")
+        ahead = situation.ahead("energy", field, (goal.x, goal.y))
+        costs = [cost_from(field, ahead, (start.x, start.y)) for start in starts]
+        done += 1
+        say(f"{done} of {len(goals)} fields", 0.7 * done / len(goals))
+        return costs
+
+    with ThreadPoolExecutor(max_workers=2) as pool:
+        dissipated = np.array(list(pool.map(column, goals))).T
+    weight = situation.around.mass * STANDARD_GRAVITY
+    heights = [
+        sample_surface(field, np.array([[place.x, place.y] for place in places]))[0]
+        for places in (starts, goals)
+    ]
+    climbed = weight * (heights[1][None, :] - heights[0][:, None])
+    pairs = _spread_pairs(dissipated)
+    driven = np.zeros(dissipated.shape, np.bool_)
+    seen: list[tuple[float, float]] = []
+    exact = dissipated.copy()
+
+    def drive(pair: tuple[int, int]) -> float | None:
+        if stop():
+            raise Cancelled("cancelled by the caller")
+        return _driven(situation, starts[pair[0]], goals[pair[1]])
+
+    with ThreadPoolExecutor(max_workers=2) as pool:
+        for number, (pair, energy) in enumerate(
+            zip(pairs, pool.map(drive, pairs), strict=True), start=1
+        ):
+            say(f"{number} of {len(pairs)} motions", 0.7 + 0.3 * number / len(pairs))
+            if energy is not None:
+                driven[pair] = True
+                exact[pair] = energy - climbed[pair]
+                seen.append((float(dissipated[pair]), float(exact[pair])))
+    corrected, error = _corrected(dissipated, np.array(seen).reshape(-1, 2))
+    result = np.where(driven, exact, corrected) + climbed
+    same = np.array([[(a.x, a.y) == (b.x, b.y) for b in goals] for a in starts])
+    result[same & ~driven] = 0.0
+    estimated = np.isfinite(result) & ~driven & ~same
+    return Matrix(starts, goals, result, driven, error if estimated.any() else 0.0)
+
+
+def _spread_pairs(dissipated: Array) -> list[tuple[int, int]]:
+    """Pairs to drive: all of few, else evenly from the cheapest to the dearest."""
+    possible = np.argwhere(np.isfinite(dissipated) & (dissipated > 0.0))
+    order = possible[np.argsort(dissipated[tuple(possible.T)], kind="stable")]
+    if len(order) > DRIVEN:
+        order = order[np.linspace(0, len(order) - 1, DRIVEN).round().astype(int)]
+    return [(int(a), int(b)) for a, b in order]
+
+
+def _driven(situation: Situation, start: PoseRequest, goal: PoseRequest) -> float | None:
+    field = energy_field(situation)
+    path = situation.path("energy", field, (start.x, start.y), (goal.x, goal.y))
+    if path is None or len(path) < 2:
+        return None
+    route = driven_leg(situation, field, path, (start.yaw, goal.yaw))
+    return None if route is None else route.energy_j
+
+
+def _corrected(dissipated: Array, seen: Array) -> tuple[Array, float]:
+    """a · field + b by the driven pairs, and the error that nine of ten keep to, each left out."""
+    if len(seen) < 4:
+        return dissipated, math.nan
+    # Relative errors count: each pair is weighted by its own energy.
+    design = np.column_stack([seen[:, 0], np.ones(len(seen))]) / seen[:, 1:]
+    ones = np.ones(len(seen))
+    slope, offset = np.linalg.lstsq(design, ones, rcond=None)[0]
+    hat = np.einsum("ij,ji->i", design, np.linalg.pinv(design))
+    errors = (design @ np.array([slope, offset]) - ones) / np.maximum(1.0 - hat, 1e-6)
+    return slope * dissipated + offset, float(np.quantile(np.abs(errors), 0.9))

@@ -1,0 +1,281 @@
+"""How far an energy takes the robot: the reachable area, there or there and back.
+
+    reach = reachable_area(map="jacksboro-1to100", start={"x": 60, "y": 60}, energy_j=2000)
+    reach.area_m2, reach.outlines
+
+One least-cost field from the start (and one to it, for the way back) gives what every place takes.
+Such a field knows nothing of speeding up, of bends and of turning, and its few directions lose a
+per cent. So routes to places at the edge are driven in full, and the field is corrected by their
+ratio, interpolated between them; a second round at the new edge tells how good that is.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import contourpy
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.errors import Cancelled, RequestError
+from planner.power.model import PowerModel
+from planner.quantities import STANDARD_GRAVITY
+from planner.search.cost_to_go import CostToGo, grid_path
+from planner.search.edge_energy import sample_surface
+from planner.search.explain import check_hold, check_place
+from planner.search.ground import CostField
+from planner.search.request import ReachRequest
+from planner.search.single_leg import driven_leg, energy_field
+from planner.search.situation import Situation, situation_of
+from planner.terrain.heightmap import Terrain
+
+Array = NDArray[np.float64]
+Point = tuple[float, float]
+EDGE_POINTS = 20
+"""Places at the edge whose routes are driven, in each of the rounds."""
+ROUNDS = 5
+GOOD = 0.007
+"""Error at the edge below which no further round is needed."""
+
+
+@dataclass(frozen=True)
+class Reach:
+    """What can be reached with an energy.
+
+    Attributes:
+        terrain: the map.
+        start: x, y, m.
+        energy_j: J that there are to spend.
+        and_back: whether that has to last for the way back.
+        needed_j: (ny, nx) J that each node takes; infinite where there is no way.
+        origin, cell: m, of the nodes.
+        area_m2: horizontal area that can be reached.
+        outlines: closed lines (k, 2) around it and around holes in it, m.
+        error_share: largest relative error among the places at the edge of the last round, before
+            their routes were taken into account; NaN without any.
+        checked: places whose routes were driven in full.
+    """
+
+    terrain: Terrain
+    start: Point
+    energy_j: float
+    and_back: bool
+    needed_j: Array
+    origin: Point
+    cell: Point
+    area_m2: float
+    outlines: tuple[Array, ...]
+    error_share: float
+    checked: int
+
+    def to_json(self) -> dict[str, Any]:
+        """The area ready for JSON."""
+        return {
+            "start": {"x": self.start[0], "y": self.start[1]},
+            "energy_j": self.energy_j,
+            "and_back": self.and_back,
+            "area_m2": self.area_m2,
+            "outlines": [line.round(3).tolist() for line in self.outlines],
+            "error_share": None if math.isnan(self.error_share) else self.error_share,
+            "checked": self.checked,
+        }
+
+
+def reachable_area(
+    request: ReachRequest | Mapping[str, Any] | None = None,
+    *,
+    terrain: Terrain | None = None,
+    model: PowerModel | None = None,
+    progress: Callable[[str, float], None] | None = None,
+    cancelled: Callable[[], bool] | None = None,
+    **fields: Any,
+) -> Reach:
+    """The area that an energy reaches.
+
+    Args:
+        request: a ReachRequest, or a mapping with its fields; or give these as keywords.
+        terrain, model: already there, instead of those that the request names.
+        progress: called with what is being done and the share done, 0 to 1.
+        cancelled: asked often; True raises Cancelled.
+        fields: fields of the request, over those of ``request``.
+
+    Raises:
+        RequestError, MapError, VehicleError, ModelError: something given cannot be used.
+        Cancelled: ``cancelled`` returned True.
+    """
+    if terrain is not None:
+        fields = {"map": terrain.name, **fields}
+    if not isinstance(request, ReachRequest):
+        request = ReachRequest.from_json({**(request or {}), **fields})
+    say = progress or (lambda _what, _share: None)
+    situation = situation_of(request, terrain=terrain, model=model)
+    budget = _budget(request, situation)
+    field = energy_field(situation)
+    check_place("start", request.start, situation.ground, field, situation.around)
+    check_hold("start", request.start, field, situation.around)
+    say("least-cost field", 0.1)
+    search = _Search(situation, field, request, budget, cancelled or (lambda: False))
+    factor = np.ones(field.heights.shape)
+    seen: list[tuple[Point, float]] = []
+    error = math.nan
+    for number in range(ROUNDS):
+        say("routes to the edge", 0.2 + 0.7 * number / ROUNDS)
+        edge = search.edge(search.needed(factor), number)
+        if not edge:
+            break
+        ratios = search.drive(edge)
+        rows, columns = search.nodes([place for place, _ in ratios])
+        if ratios:
+            expected = factor[rows, columns]
+            found = np.array([ratio for _, ratio in ratios])
+            error = float(np.abs(expected / found - 1.0).max())
+            seen += ratios
+            factor = search.interpolated(seen)
+            if number > 0 and error < GOOD:
+                break
+    needed = search.needed(factor)
+    say("done", 1.0)
+    lines = tuple(search.lines(needed))
+    inside = needed <= budget
+    return Reach(
+        situation.ground.terrain,
+        (request.start.x, request.start.y),
+        budget,
+        request.and_back,
+        needed,
+        (field.x0, field.y0),
+        (field.dx, field.dy),
+        float(inside.sum()) * field.dx * field.dy,
+        lines,
+        error,
+        len(seen),
+    )
+
+
+def _budget(request: ReachRequest, situation: Situation) -> float:
+    """J that there are to spend."""
+    if request.energy_j is not None:
+        return request.energy_j
+    capacity = situation.around.model.vehicle.battery.capacity
+    if not math.isfinite(capacity):
+        raise RequestError(
+            "energy_j", "is missing, and the vehicle's battery is not known", accepted="J to spend"
+        )
+    charge = request.conditions.battery_charge
+    return capacity * (1.0 if charge is None else charge)
+
+
+class _Search:
+    """The fields from and to a start, and routes to places at the edge of what they reach."""
+
+    def __init__(
+        self,
+        situation: Situation,
+        field: CostField,
+        request: ReachRequest,
+        budget: float,
+        cancelled: Callable[[], bool],
+    ) -> None:
+        self.situation, self.field, self.budget = situation, field, budget
+        self.cancelled = cancelled
+        self.start = (request.start.x, request.start.y)
+        self.yaw = request.start.yaw
+        self.weight = situation.around.mass * STANDARD_GRAVITY
+        self.base = float(sample_surface(field, np.array([self.start]))[0][0])
+        self.fields: list[CostToGo] = [situation.onward(field, self.start)]
+        if request.and_back:
+            self.fields.append(situation.ahead("energy", field, self.start))
+        self.dissipated = np.sum([f.values.astype(float) for f in self.fields], axis=0)
+
+    def needed(self, factor: Array) -> Array:
+        """J to every node (and back), with the field's costs times a factor (ny, nx)."""
+        climb = 0.0 if len(self.fields) == 2 else self.weight * (self.field.heights - self.base)
+        return np.asarray(self.dissipated * factor + climb)
+
+    def lines(self, needed: Array) -> list[Array]:
+        """The edge of what can be reached, as closed lines (k, 2) in m."""
+        ny, nx = needed.shape
+        field = self.field
+        # Beyond the border nothing can be reached: the edge closes there.
+        share = np.full((ny + 2, nx + 2), 2.0)
+        share[1:-1, 1:-1] = np.minimum(needed / self.budget, 2.0)
+        x = field.x0 + field.dx * np.arange(-1, nx + 1)
+        y = field.y0 + field.dy * np.arange(-1, ny + 1)
+        x[[0, -1]] = x[[1, -2]] + np.array([-0.5, 0.5]) * field.dx
+        y[[0, -1]] = y[[1, -2]] + np.array([-0.5, 0.5]) * field.dy
+        return [np.asarray(line) for line in contourpy.contour_generator(x, y, share).lines(1.0)]
+
+    def edge(self, needed: Array, number: int) -> list[Point]:
+        """Places on the edge, evenly along it, others in every round; none at the map's border."""
+        spots = []
+        for line in self.lines(needed):
+            rows, columns = self.nodes([(x, y) for x, y in line])
+            spots.append(line[np.abs(needed[rows, columns] / self.budget - 1.0) < 0.1])
+        points = np.vstack(spots) if spots else np.empty((0, 2))
+        if not len(points):
+            return []
+        share = (np.arange(EDGE_POINTS) + number / ROUNDS) / EDGE_POINTS
+        picked = points[np.unique((share * len(points)).astype(int))]
+        return [(float(x), float(y)) for x, y in picked]
+
+    def nodes(self, places: list[Point]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Rows and columns of the nodes nearest to places."""
+        ny, nx = self.field.heights.shape
+        points = np.array(places).reshape(-1, 2)
+        i = np.round((points[:, 0] - self.field.x0) / self.field.dx)
+        j = np.round((points[:, 1] - self.field.y0) / self.field.dy)
+        return np.clip(j, 0, ny - 1).astype(np.int64), np.clip(i, 0, nx - 1).astype(np.int64)
+
+    def drive(self, places: list[Point]) -> list[tuple[Point, float]]:
+        """Places that can be driven to, each with its dissipated energy over the field's."""
+        # At nodes, where the field has its values.
+        rows, columns = self.nodes(places)
+        field = self.field
+        spots = {
+            (int(j), int(i)): (field.x0 + float(i) * field.dx, field.y0 + float(j) * field.dy)
+            for j, i in zip(rows, columns, strict=True)
+        }
+
+        def ratio(node: tuple[int, int]) -> float | None:
+            if self.cancelled():
+                raise Cancelled("cancelled by the caller")
+            spot = spots[node]
+            if not math.isfinite(self.dissipated[node]):
+                return None
+            total = 0.0
+            for way in self.fields:
+                path = grid_path(field, self.situation.lattice("energy", field), way, spot)
+                if path is None:
+                    return None
+                yaws = (self.yaw, None) if way.onward else (None, None)
+                route = driven_leg(self.situation, field, path, yaws, cancelled=self.cancelled)
+                if route is None:
+                    return None
+                climb = float(route.arrays["z"][-1] - route.arrays["z"][0])
+                total += route.energy_j - self.weight * climb
+            return total / float(self.dissipated[node])
+
+        with ThreadPoolExecutor(max_workers=2) as pool:
+            found = list(pool.map(ratio, spots))
+        return [
+            (spot, value)
+            for spot, value in zip(spots.values(), found, strict=True)
+            if value is not None
+        ]
+
+    def interpolated(self, seen: list[tuple[Point, float]]) -> Array:
+        """The ratio everywhere (ny, nx): the mean of those that were seen, near ones first."""
+        ny, nx = self.field.heights.shape
+        x = self.field.x0 + self.field.dx * np.arange(nx)[None, :]
+        y = self.field.y0 + self.field.dy * np.arange(ny)[:, None]
+        weights, total = np.zeros((ny, nx)), np.zeros((ny, nx))
+        softening = (2.0 * max(self.field.dx, self.field.dy)) ** 2
+        for (px, py), ratio in seen:
+            weight = 1.0 / ((x - px) ** 2 + (y - py) ** 2 + softening) ** 2
+            weights += weight
+            total += weight * ratio
+        return np.asarray(total / weights)

@@ -1,0 +1,336 @@
+"""What every request says: ground, robot and circumstances, read and checked field by field.
+
+    class PlanRequest(SituationRequest): ...           # planner.search.request
+    request = PlanRequest.from_text('{"map": "warehouse", "start": {"x": 1, "y": 1}, ...}')
+
+Metres in the map's frame, yaw in rad (counter-clockwise from the map's x axis), omitted = free.
+The same object serves Python, the command line and HTTP; each field's description is its line in
+the JSON schema and what an error says would be accepted. Whether the map and the vehicle exist and
+whether the start is on ground that can be held is for the planner to find out.
+"""
+
+from __future__ import annotations
+
+import difflib
+import json
+import math
+import numbers
+from collections.abc import Mapping
+from typing import Annotated, Any, Self, get_args
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    model_validator,
+)
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticCustomError
+
+from planner.errors import RequestError
+
+DEFAULT_VEHICLE = "minibalance"
+
+
+def _real(value: Any) -> Any:
+    """Numbers of any kind, numpy's among them, but neither booleans nor text."""
+    if isinstance(value, bool) or not isinstance(value, numbers.Real):
+        raise PydanticCustomError("not_a_number", "is not a number")
+    try:
+        result = float(value)
+    except OverflowError:
+        result = math.inf
+    if not math.isfinite(result):
+        raise PydanticCustomError("not_finite", "is not a finite number")
+    return result
+
+
+def _whole(value: Any) -> Any:
+    if isinstance(value, bool) or not isinstance(value, numbers.Integral):
+        raise PydanticCustomError("not_whole", "is not a whole number")
+    return int(value)
+
+
+def _plain_text(value: str) -> str:
+    if not value.isprintable():
+        raise PydanticCustomError("not_plain", "holds characters that cannot be printed")
+    return value
+
+
+Number = Annotated[float, BeforeValidator(_real), Field(allow_inf_nan=False)]
+Whole = Annotated[int, BeforeValidator(_whole)]
+Name = Annotated[str, Field(min_length=1, max_length=1024), AfterValidator(_plain_text)]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=False)
+
+
+class PoseRequest(_Part):
+    """A place, and the direction to stand in there."""
+
+    x: Number = Field(description="metres in the map's frame, a finite number")
+    y: Number = Field(description="metres in the map's frame, a finite number")
+    yaw: Number | None = Field(
+        default=None,
+        description="rad counter-clockwise from the map's x axis; left out, the planner chooses",
+    )
+
+
+class Payload(_Part):
+    """What the robot carries, as one body."""
+
+    mass: Number = Field(default=0.0, ge=0, description="kg, a number of at least 0")
+    x: Number = Field(
+        default=0.0, description="m forward of the robot's geometric centre, a finite number"
+    )
+    y: Number = Field(
+        default=0.0, description="m left of the robot's geometric centre, a finite number"
+    )
+    height: Number | None = Field(
+        default=None,
+        ge=0,
+        description="m from the ground to the payload's centre of mass; "
+        "left out, that of the robot's own",
+    )
+
+
+class Wind(_Part):
+    """Velocity of the air over the ground."""
+
+    x: Number = Field(
+        default=0.0, ge=-100, le=100, description="m/s along the map's x, -100 to 100"
+    )
+    y: Number = Field(
+        default=0.0, ge=-100, le=100, description="m/s along the map's y, -100 to 100"
+    )
+
+
+class Conditions(_Part):
+    """Circumstances that hold for the whole route; what is left out takes the model's reference."""
+
+    motor_temp: Number | None = Field(
+        default=None, ge=-60, le=250, description="motors at the start, °C, -60 to 250"
+    )
+    ambient_temp: Number | None = Field(
+        default=None, ge=-60, le=85, description="air, °C, -60 to 85"
+    )
+    wind: Wind = Field(
+        default=Wind(), description='the air\'s velocity in m/s, such as {"x": 3, "y": 0}'
+    )
+    sensor_rate: Number | None = Field(
+        default=None, ge=0, le=1e6, description="samples per second, Hz, 0 to 1000000"
+    )
+    battery_voltage: Number | None = Field(
+        default=None, gt=0, le=2000, description="V at the battery, above 0 up to 2000"
+    )
+    battery_charge: Number | None = Field(
+        default=None, ge=0, le=1, description="share of the battery's capacity, 0 to 1"
+    )
+
+
+class SituationRequest(_Part):
+    """Over which ground, with which robot, under which circumstances."""
+
+    map: Name = Field(
+        description="a name out of the catalogue of maps, or the path of a map's file",
+        examples=["jacksboro-1to100"],
+    )
+    vehicle: Name | None = Field(
+        default=None,
+        description="a name out of the catalogue of vehicles, or the path of a vehicle's TOML; "
+        f"{DEFAULT_VEHICLE} when neither vehicle nor model is given",
+        examples=[DEFAULT_VEHICLE],
+    )
+    model: Name | None = Field(
+        default=None, description="path of a saved power model, instead of a vehicle"
+    )
+    payload: Payload = Field(
+        default=Payload(), description='what it carries, such as {"mass": 5, "x": 0.1}'
+    )
+    conditions: Conditions = Field(
+        default=Conditions(),
+        description='circumstances, such as {"motor_temp": 60, "wind": {"x": 3}}',
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _one_source_of_the_model(cls, data: Any) -> Any:
+        if not isinstance(data, Mapping):
+            return data
+        if data.get("vehicle") is None and data.get("model") is None:
+            return {**data, "vehicle": DEFAULT_VEHICLE}
+        if data.get("vehicle") is not None and data.get("model") is not None:
+            raise PydanticCustomError("two_models", "is given beside vehicle")
+        return data
+
+    @classmethod
+    def from_json(cls, document: Any) -> Self:
+        """Check a request that is already parsed.
+
+        Args:
+            document: a mapping of the fields above, as json.loads or a Python caller gives it.
+
+        Raises:
+            RequestError: the first field that cannot be used.
+        """
+        if not isinstance(document, Mapping):
+            raise RequestError(
+                "request", "is not a JSON object", value=document, accepted=_fields_of(cls)
+            )
+        try:
+            return cls.model_validate({str(key): value for key, value in document.items()})
+        except ValidationError as error:
+            raise _as_request_error(cls, error) from None
+        except RecursionError:
+            raise _too_deep(cls) from None
+
+    @classmethod
+    def from_text(cls, text: str | bytes, overrides: Mapping[str, Any] | None = None) -> Self:
+        """Check a request given as JSON text.
+
+        Args:
+            text: one JSON object, UTF-8.
+            overrides: fields that replace those of the text.
+
+        Raises:
+            RequestError: not JSON, a field given twice, or a field that cannot be used.
+        """
+        accepted = _fields_of(cls)
+        try:
+            if isinstance(text, bytes):
+                text = text.decode("utf-8-sig")
+            document = json.loads(text, object_pairs_hook=_without_duplicates)
+        except UnicodeDecodeError as error:
+            raise RequestError(
+                "request", f"is not UTF-8 text: byte {error.start}", accepted=accepted
+            ) from None
+        except json.JSONDecodeError as error:
+            raise RequestError(
+                "request",
+                f"is not JSON: {error.msg} in line {error.lineno}, column {error.colno}",
+                accepted=accepted,
+            ) from None
+        except ValueError:
+            # The interpreter refuses to read whole numbers of more than some thousand digits.
+            raise RequestError(
+                "request", "holds a number with too many digits", accepted="finite numbers"
+            ) from None
+        except RecursionError:
+            raise _too_deep(cls) from None
+        if overrides and isinstance(document, dict):
+            document = _override(document, overrides)
+        return cls.from_json(document)
+
+
+def _override(document: dict[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
+    """A vehicle given over a model, or the other way round, replaces it."""
+    replaced = {"vehicle", "model"} if {"vehicle", "model"} & overrides.keys() else set()
+    return {k: v for k, v in document.items() if k not in replaced} | dict(overrides)
+
+
+def _too_deep(asked: type[BaseModel]) -> RequestError:
+    return RequestError("request", "is nested too deeply", accepted=_fields_of(asked))
+
+
+def _without_duplicates(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    result: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in result:
+            raise RequestError(_printable(key), "is given twice", accepted="every field once")
+        result[key] = value
+    return result
+
+
+def _as_request_error(asked: type[BaseModel], error: ValidationError) -> RequestError:
+    """The first complaint as one sentence in the user's terms."""
+    complaints = error.errors(include_url=False)
+    # A misspelt field explains the one that is missing, so it comes first.
+    first = min(complaints, key=lambda complaint: complaint["type"] != "extra_forbidden")
+    location, kind = first["loc"], first["type"]
+    if kind == "two_models":
+        return RequestError(
+            "model", first["msg"], value=first["input"].get("model"), accepted="one of the two"
+        )
+    if kind == "extra_forbidden":
+        owner, _ = _declared(asked, location[:-1])
+        key = _printable(str(location[-1]))
+        close = difflib.get_close_matches(key, list(owner.model_fields), n=1)
+        hint = f", did you mean {close[0]!r}?" if close else ""
+        return RequestError(_path(location), f"no such field{hint}", accepted=_fields_of(owner))
+    _, declared = _declared(asked, location)
+    accepted = (declared.description if declared else None) or _fields_of(asked)
+    if kind == "missing":
+        return RequestError(_path(location), "is missing", accepted=accepted)
+    value = first["input"]
+    if isinstance(value, int) and value.bit_length() > 1024:
+        value = math.inf  # too many digits to be written out
+    return RequestError(_path(location), _problem(first), value=value, accepted=accepted)
+
+
+_PROBLEMS = {
+    "string_type": "is not text",
+    "string_unicode": "is not valid text",
+    "string_too_short": "is empty",
+    "string_too_long": "is too long",
+    "model_type": "is not an object",
+    "dict_type": "is not an object",
+    "tuple_type": "is not a list",
+    "too_long": "has too many entries",
+    "literal_error": "is none of the choices",
+    "greater_than": "is too small",
+    "greater_than_equal": "is too small",
+    "less_than": "is too large",
+    "less_than_equal": "is too large",
+}
+
+
+def _problem(complaint: Mapping[str, Any]) -> str:
+    return _PROBLEMS.get(complaint["type"], str(complaint["msg"]))
+
+
+def _declared(
+    asked: type[BaseModel], location: tuple[int | str, ...]
+) -> tuple[type[BaseModel], FieldInfo | None]:
+    """The model that owns the last field of a path, and that field's declaration.
+
+    An empty path stands for the request itself.
+    """
+    inside = asked
+    owner, declared = inside, None
+    for step in location:
+        if isinstance(step, int):
+            continue
+        owner = inside
+        declared = owner.model_fields.get(step)
+        inside = (declared and _model_in(declared.annotation)) or owner
+    return (inside, None) if not location else (inside if declared else owner, declared)
+
+
+def _model_in(annotation: Any) -> type[BaseModel] | None:
+    """The request's part that an annotation such as ``tuple[PoseRequest, ...]`` speaks of."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    return next((m for a in get_args(annotation) if (m := _model_in(a))), None)
+
+
+def _path(location: tuple[int | str, ...]) -> str:
+    path = ""
+    for step in location:
+        if isinstance(step, int):
+            path += f"[{step}]"
+        else:
+            path += ("." if path else "") + _printable(step)
+    return path or "request"
+
+
+def _printable(key: str) -> str:
+    text = key if key.isprintable() else ascii(key)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def _fields_of(model: type[BaseModel]) -> str:
+    return "an object with " + ", ".join(model.model_fields)

@@ -1,0 +1,82 @@
+"""The commands for many routes at once: ``matrix`` and ``reach``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+import typer
+
+from planner.errors import RequestError
+from planner.search.situation_request import SituationRequest
+from service.terminal import Json, Verbose, interruptible, progress_bar, show, tell_written
+
+Asked = TypeVar("Asked", bound=SituationRequest)
+
+RequestFile = Annotated[
+    Path, typer.Argument(metavar="REQUEST.json", help="The request; - reads it from stdin.")
+]
+Out = Annotated[Path | None, typer.Option(help="Write the answer to this JSON file.")]
+
+
+def matrix(
+    request: RequestFile, out: Out = None, json_: Json = False, verbose: Verbose = False
+) -> None:
+    """Energies from each of some places to each of others."""
+    from planner import energy_matrix
+    from planner.search.request import MatrixRequest
+
+    asked = _read(request, MatrixRequest)
+    with interruptible() as cancelled, progress_bar() as progress:
+        found = energy_matrix(asked, progress=progress, cancelled=cancelled)
+    _tell(found.to_json(), out, json_, "matrix")
+
+
+def reach(
+    request: RequestFile, out: Out = None, json_: Json = False, verbose: Verbose = False
+) -> None:
+    """How far an energy takes the robot, there or there and back."""
+    from planner import reachable_area
+    from planner.search.request import ReachRequest
+
+    asked = _read(request, ReachRequest)
+    with interruptible() as cancelled, progress_bar() as progress:
+        found = reachable_area(asked, progress=progress, cancelled=cancelled)
+    _tell(found.to_json(), out, json_, "reach")
+
+
+VERBS = (matrix, reach)
+
+
+def _tell(document: dict[str, Any], out: Path | None, as_json: bool, verb: str) -> None:
+    from service import documents, tables
+
+    if out is not None:
+        documents.write_whole(out, documents.strict(document) + "\n")
+    if as_json:
+        typer.echo(documents.strict(document))
+        return
+    show(tables.matrix(document) if verb == "matrix" else tables.reach(document))
+    tell_written(out, None)
+
+
+def read_bytes(path: Path) -> bytes:
+    """A request's text, out of a file or from stdin.
+
+    Raises:
+        RequestError: the file cannot be read.
+    """
+    if str(path) == "-":
+        return typer.get_binary_stream("stdin").read()
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise RequestError(
+            str(path),
+            f"cannot be read: {error.strerror}",
+            accepted="the path of a REQUEST.json, or - for stdin",
+        ) from None
+
+
+def _read(path: Path, kind: type[Asked]) -> Asked:
+    return kind.from_text(read_bytes(path))

@@ -1,0 +1,59 @@
+"""The best route for the time given: what contributes, and what a caller who stops gets."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planner import plan_route
+from planner.errors import Cancelled
+from planner.terrain.heightmap import Terrain
+from tests.search.test_cost_to_go import hills
+
+ENDS = {"start": {"x": 3.0, "y": 3.0}, "goal": {"x": 16.0, "y": 15.0}}
+
+
+@pytest.fixture(scope="module")
+def relief() -> Terrain:
+    """Hills of 20 m by 20 m."""
+    return Terrain.from_arrays(hills(), cell=(0.5, 0.5))
+
+
+def test_without_a_time_given_the_grid_answers(relief):
+    answer = plan_route(terrain=relief, **ENDS)
+    assert answer.planner["name"] == "auto"
+    assert "ompl_energy_j" not in answer.planner
+    assert answer.routes[0].energy_j <= answer.planner["grid_energy_j"]
+
+
+def test_more_time_is_never_worse(relief):
+    quick = plan_route(terrain=relief, **ENDS)
+    longer = plan_route(terrain=relief, **ENDS, time_budget_s=1.5)
+    assert longer.planner["library"].startswith("OMPL")
+    assert longer.routes[0].energy_j <= quick.routes[0].energy_j * (1.0 + 1e-9)
+    assert longer.planner["chosen"]
+
+
+def test_who_stops_once_there_is_a_route_gets_it(relief):
+    said: list[str] = []
+    answer = plan_route(
+        terrain=relief,
+        **ENDS,
+        time_budget_s=30.0,
+        progress=lambda what, _share: said.append(what),
+        cancelled=lambda: "OMPL" in said,
+    )
+    assert answer.status == "ok"
+    assert any("stopped early" in note for note in answer.notes)
+
+
+def test_who_stops_before_gets_nothing(relief):
+    with pytest.raises(Cancelled):
+        plan_route(terrain=relief, **ENDS, cancelled=lambda: True)
+
+
+def test_a_second_request_is_answered_alike(relief):
+    """What is kept of the first request changes nothing."""
+    first, second = (plan_route(terrain=relief, **ENDS, planner="grid") for _ in range(2))
+    assert first.routes[0].energy_j == second.routes[0].energy_j
+    assert np.array_equal(first.routes[0].arrays["x"], second.routes[0].arrays["x"])
