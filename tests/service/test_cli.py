@@ -222,3 +222,25 @@ def test_a_reader_that_has_enough_is_no_failure_of_ours() -> None:
     first = f"{JOULEPATH} effects | head -n 1"
     done = subprocess.run(["bash", "-c", first], capture_output=True, text=True, timeout=60)
     assert done.stderr == ""
+
+
+def test_a_matrix_and_a_reachable_area(tmp_path: Path) -> None:
+    places = [{"x": 4.0, "y": 12.0}, {"x": 9.0, "y": 12.0}]
+    request = json.dumps({"map": "tilted-plane", "starts": places})
+    done = joulepath("matrix", "-", "--json", text=request)
+    assert done.returncode == 0
+    energies = json.loads(done.stdout)["energy_j"]
+    assert energies[0][0] == 0.0
+    assert energies[0][1] > energies[1][0] > 0.0  # uphill one way
+    out = tmp_path / "area.json"
+    request = json.dumps({"map": "tilted-plane", "start": places[1], "energy_j": 60.0})
+    done = joulepath("reach", "-", "--out", str(out), text=request)
+    assert done.returncode == 0
+    assert "m²" in done.stdout
+    assert json.loads(out.read_text())["area_m2"] > 1.0
+
+
+def test_what_matrix_and_reach_cannot_use_is_refused(tmp_path: Path) -> None:
+    expect_refusal(joulepath("matrix", "-", text='{"map": "cone", "starts": []}'), "starts")
+    expect_refusal(joulepath("reach", "-", text='{"map": "cone"}'), "start", "is missing")
+    expect_refusal(joulepath("matrix", str(tmp_path / "none.json")), "none.json", "cannot be read")

@@ -289,3 +289,24 @@ def test_a_client_that_hangs_up_ends_its_job(settings: Settings, workers: Script
 
     asyncio.run(talk())
     assert workers.cancelled == 1
+
+
+@pytest.mark.parametrize(
+    ("path", "job", "body"),
+    [
+        ("/v1/matrices", "matrix", {"map": "warehouse", "starts": [{"x": 2, "y": 2}]}),
+        ("/v1/reachable-areas", "reach", {"map": "warehouse", "start": {"x": 6, "y": 2}}),
+    ],
+)
+def test_questions_about_many_routes_reach_a_worker(
+    http: Http, workers: ScriptedWorkers, path: str, job: str, body: dict[str, Any]
+) -> None:
+    workers.work = lambda *_: json.dumps({"said": job})
+    response = http.post(path, json=body)
+    assert response.status_code == 200
+    assert response.json() == {"said": job}
+    asked, (request,) = workers.asked[-1]
+    assert asked == job
+    assert request.map == body["map"]
+    problem = expect_problem(http.post(path, json={**body, "goal": {"x": 1, "y": 1}}), 422)
+    assert problem["field"] == "goal"
