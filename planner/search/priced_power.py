@@ -247,6 +247,7 @@ class PricedPower:
         moving: kg that speeds up with the body, without the rotors.
         rotors: kg that the rotors stand for.
         efficiency: of the gear; the rotors' price follows from it.
+        rotor_slack: W by which Q differs at most for each share that the rotors' price is off.
     """
 
     shares: Array
@@ -259,6 +260,7 @@ class PricedPower:
     moving: float
     rotors: float
     efficiency: float
+    rotor_slack: float
 
 
 def rotor_share(share: Array, efficiency: float) -> Array:
@@ -401,6 +403,7 @@ def priced_power(
         mass + wheel_mass,
         rotor_mass,
         efficiency,
+        named["rotor_torque"] * geared * speed * float((reach**2).sum()),
     )
 
 
