@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt, gaussian_filter
+from scipy.ndimage import distance_transform_edt, gaussian_filter, maximum_filter
 
 from planner.errors import Cancelled
 from planner.quantities import INDEX
@@ -48,6 +48,9 @@ from planner.search.triangle_costs import (
 
 Array = NDArray[np.float64]
 SLOPES = 49
+
+
+_PRICED=priced_power
 
 
 @dataclass(frozen=True)
@@ -115,6 +118,7 @@ def certify(
     seconds: float = 30.0,
     smooth: float = 1.0,
     width: float = 10.0,
+    spread: float = 0.03,
     trace: Any = None,
 ) -> CertifiedBound:
     began = time.perf_counter()
@@ -123,7 +127,7 @@ def certify(
     z, _ = sample_surface(field, places)
     climb = float(z[1] - z[0])
     floor = lower_bound(around, math.dist(start, goal), climb, steepest)
-    priced = priced_power(around, steepest)
+    priced = _PRICED(around, steepest)
     if trace: trace("priced", time.perf_counter() - began)
     if priced is None:
         return CertifiedBound(floor, time.perf_counter() - began, "floor")
@@ -135,31 +139,51 @@ def certify(
     best = np.empty((SLOPES, SLOPES, 3))
     _best_prices(t, steepest, best)
     if trace: trace("best", time.perf_counter() - began)
-    values = cost_field_to(field, goal, start, whole=True)
+    values = _filled(cost_field_to(field, goal, start, whole=True))
+    since = _filled(cost_field_to(field, start, goal, whole=True, onward=True))
     if trace: trace("field", time.perf_counter() - began)
-    reached = np.isfinite(values)
-    if not reached.all():
-        nearest = distance_transform_edt(~reached, return_distances=False, return_indices=True)
-        values = values[tuple(nearest)]
+    total = values + since
+    excess = total - total.min()
+    worth = (1.0 + excess / (spread * total.min())) ** -4.0
+    d_y, d_x = np.gradient(gaussian_filter(values, 1.0), dy, dx)
+    u_y, u_x = np.gradient(gaussian_filter(since, 1.0), dy, dx)
+    # Near the goal the way there is known best from where the robot comes from, and vice versa.
+    ex, ey = -d_x * values + u_x * since, -d_y * values + u_y * since
+    size = np.maximum(np.hypot(ex, ey), 1e-12)
+    ex, ey, worth = (np.pad(f, 1, mode="edge") for f in (ex / size, ey / size, worth))
     values = np.pad(values, 1, mode="reflect", reflect_type="odd")
-    down_y, down_x = np.gradient(gaussian_filter(values, 1.0), dy, dx)
-    size = np.maximum(np.hypot(down_x, down_y), 1e-12)
-    ex, ey = -down_x / size, -down_y / size
     slope_y, slope_x = np.gradient(nodes, dy, dx)
     along, across = slope_x * ex + slope_y * ey, slope_y * ex - slope_x * ey
     half = 0.5 * (SLOPES - 1)
     chosen = _bilinear(best[..., :2], (along / steepest + 1) * half, (across / steepest + 1) * half)
     share, cross = chosen[..., 0], chosen[..., 1]
     b1, b2 = -cross * 2.0 * ex * ey, cross * (ex * ex - ey * ey)
-    if smooth > 0.0:
-        share, b1, b2 = (gaussian_filter(f, (max(1.0, smooth / dy), max(1.0, smooth / dx)), mode="nearest") for f in (share, b1, b2))
-    rotor = np.minimum(1.0, share / (2 - 1 / t.efficiency)) + np.maximum(0.0, share * t.efficiency - 1.0)
-    prices = PriceField(share, rotor, b1, b2)
+    lean = maximum_filter(np.hypot(slope_x, slope_y), size=3)
+    # A price that makes a descent earn more than it costs would leave no room for a potential.
+    most = 1.0 + np.minimum(0.8 * best[SLOPES // 2, SLOPES // 2, 2] / np.maximum(t.weight * lean, 1e-9), 9.0)
+    share = np.minimum(share, most)
+    share, b1, b2 = _smoothed((share, b1, b2), worth, smooth, dx, dy)
+    share = np.minimum(share, most)
+    room = np.maximum(most - share, 0.05) / np.maximum(np.hypot(b1, b2), 1e-9)
+    b1, b2 = b1 * np.minimum(1.0, room), b2 * np.minimum(1.0, room)
     factor = around.class_rows[:, INDEX["rolling_factor"]][np.pad(field.ground, 1, mode="edge")]
     rolling = np.stack([factor, factor], axis=2)
     wall = _walls(field, nodes.shape, ranges, 1.02 * steepest)
     costs = np.empty((*ranges.shape[:2], 2, DIRECTIONS))
-    triangle_costs(t, prices, nodes, ranges, np.ascontiguousarray(rolling), wall, dx, dy, costs)
+    for attempt in range(8):
+        rotor = np.minimum(1.0, share / (2 - 1 / t.efficiency)) + np.maximum(0.0, share * t.efficiency - 1.0)
+        prices = PriceField(share, rotor, b1, b2)
+        triangle_costs(t, prices, nodes, ranges, np.ascontiguousarray(rolling), wall, dx, dy, costs)
+        bad = (costs.min(axis=3) < 0.03 * np.median(costs[np.isfinite(costs[..., 0])])).any(axis=2)
+        if not bad.any(): break
+        if trace: trace("bad %d"%bad.sum(), time.perf_counter() - began)
+        at = np.zeros(nodes.shape)
+        for oy in (0, 1):
+            for ox in (0, 1):
+                at[oy:oy + bad.shape[0], ox:ox + bad.shape[1]] += bad
+        sigma = max(1.0, smooth / dy), max(1.0, smooth / dx)
+        near = np.minimum(gaussian_filter((at > 0).astype(float), sigma, mode="nearest") * 4 , 1.0)
+        share, b1, b2 = 1.0 + (share - 1.0) * (1.0 - 0.4 * near), b1 * (1.0 - 0.4 * near), b2 * (1.0 - 0.4 * near)
     if trace:
         trace("costs", time.perf_counter() - began)
         c=costs[np.isfinite(costs[...,0])]; trace("cost range %g %g; nonpositive %d of %d"%(c.min(),np.median(c),(c.min(axis=1)<=0).sum(),len(c)),0)
@@ -191,6 +215,26 @@ def certify(
     steepest_potential(costs, values, (dx, dy), (s_nodes, s_weights), (g_nodes, g_weights), width=width*min(dx,dy), rounds=100000, more=more)
     bound = found[0] + weight * climb
     return CertifiedBound(max(bound, floor), time.perf_counter() - began, "potential")
+
+
+def _filled(values):
+    reached = np.isfinite(values)
+    if reached.all():
+        return values
+    nearest = distance_transform_edt(~reached, return_distances=False, return_indices=True)
+    return values[tuple(nearest)]
+
+
+def _smoothed(fields, worth, length, dx, dy):
+    """Fields averaged over some length, by worth; where nothing is worth much, from afar."""
+    sums = [0.0] * len(fields)
+    weights = 0.0
+    for scale, share in ((1.0, 1.0), (2.5, 0.1), (6.0, 0.01)):
+        sigma = max(1.0, scale * length / dy), max(1.0, scale * length / dx)
+        if min(sigma) > 2 * max(worth.shape): break
+        weights = weights + share * gaussian_filter(worth, sigma, mode="nearest")
+        sums = [a + share * gaussian_filter(worth * f, sigma, mode="nearest") for a, f in zip(sums, fields)]
+    return [a / weights for a in sums]
 
 
 def _walls(field, shape, ranges, steepest):

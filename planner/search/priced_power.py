@@ -62,11 +62,11 @@ EXCESS = 1.1
 _NAMES = (
     *("geared", "coulomb", "stiffness", "forward", "backward", "rotor_torque"),
     *("rolling", "roller", "roller_viscous", "switching", "weight", "shift_x", "shift_y"),
-    *("spin_mass", "speed", "yaw_rate", "quicker", "off_centre"),
+    *("spin_mass", "speed", "yaw_rate", "quicker", "off_centre", "reach"),
 )
 _GEARED, _COULOMB, _STIFF, _FORWARD, _BACKWARD, _ROTOR_TORQUE = range(6)
 _ROLLING, _ROLLER, _ROLLER_VISCOUS, _SWITCHING, _WEIGHT, _SHIFT_X, _SHIFT_Y = range(6, 13)
-_SPIN_MASS, _SPEED, _YAW_RATE, _QUICKER, _OFF_CENTRE = range(13, 18)
+_SPIN_MASS, _SPEED, _YAW_RATE, _QUICKER, _OFF_CENTRE, _REACH = range(13, 19)
 
 
 @njit(cache=True, error_model="numpy", inline="always")
@@ -158,24 +158,34 @@ def _left_over(
     # Turning is priced like driving; the prices of both add up to those of a rigid motion.
     y_turn, r_turn = prices[0] / speed * rate, prices[2] / speed * rate
     geared, quicker = numbers[_GEARED], numbers[_QUICKER]
-    total, even, by_x, by_y = 0.0, 0.0, 0.0, 0.0
+    price = math.hypot(prices[0], prices[1])
+    turned = width / speed
+    total, bent, even, by_x, by_y = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(wheels.shape[0]):
         ax, ay, aw = wheels[i, RIM], wheels[i, RIM + 1], wheels[i, RIM + 2]
         bx, by, bw = wheels[i, ROLLER], wheels[i, ROLLER + 1], wheels[i, ROLLER + 2]
         rim, roll = speed * (ax * cx + ay * cy) + aw * rate, speed * (bx * cx + by * cy) + bw * rate
         y_rim, y_roll = ax * yx + ay * yy + aw * y_turn, bx * yx + by * yy + bw * y_turn
         reach = math.sqrt(ax * ax + ay * ay)
+        y, s = geared * y_rim, quicker * geared * rim
+        wide = quicker * geared * reach * width
+        torque = numbers[_ROTOR_TORQUE] * reach
         total -= motor_gain(
-            numbers,
-            geared * y_rim,
-            geared * (ax * rx + ay * ry + aw * r_turn),
-            quicker * geared * rim,
-            numbers[_ROTOR_TORQUE] * reach,
-            quicker * geared * reach * width,
+            numbers, y, geared * (ax * rx + ay * ry + aw * r_turn), s, torque, wide
         )
+        # What a concave function of turning vectors bends by between two angles of the table.
+        y_most, s_most = geared * reach * price, quicker * geared * reach * speed
+        off = y_most * turned / numbers[_BACKWARD] + wide
+        force = max(abs(y / numbers[_FORWARD] - s), abs(y / numbers[_BACKWARD] - s)) + off
+        if abs(s) <= LEVELS[0] * REST_SPEED + wide:
+            force = max(force, abs(y) / numbers[_BACKWARD] + off)
+        held = 1.5 * numbers[_COULOMB] + 2.0 * torque
+        force = force / (2.0 * numbers[_STIFF]) + held
+        bent += force * (y_most / numbers[_BACKWARD] + s_most)
         drag = numbers[_ROLLING] * _rubbing(y_rim, rim, reach * width)
         reach = math.sqrt(bx * bx + by * by)
         drag += numbers[_ROLLER] * _rubbing(y_roll, roll, reach * width)
+        bent += 4.0 * numbers[_ROLLER_VISCOUS] * reach * reach * price * speed
         total += numbers[_ROLLER_VISCOUS] * y_roll * roll
         even += wheels[i, LOAD] * drag
         by_x += wheels[i, LOAD + 1] * drag
@@ -184,6 +194,8 @@ def _left_over(
     turning = min(max(rate, -numbers[_YAW_RATE]), numbers[_YAW_RATE])
     # The wheels' own inertia does not keep its direction when the body turns.
     spin = turning * speed * numbers[_SPIN_MASS] * prices[1]
+    bent += numbers[_WEIGHT] * price * (numbers[_ROLLING] + numbers[_ROLLER]) * numbers[_REACH]
+    total -= turned * turned / 8.0 * bent
     total -= abs(spin) + abs(turning) * numbers[_OFF_CENTRE] * prices[0] / speed
     return total, numbers[_WEIGHT] * drag
 
@@ -225,11 +237,10 @@ def _fill(
             for k in range(count):
                 # Quicker turns only stand for the same ones at lower speed.
                 allowed = ALLOWANCE * max(0.0, abs(rates[k]) / most - 1.0)
-                if allowed < 6.0 * ALLOWANCE:
-                    left, drag = _left_over(numbers, wheels, yaw, nodes[node], rates[k], width)
-                    for at in range(loads.shape[0]):
-                        value = left + loads[at] * drag + allowed
-                        table[node, at] = min(table[node, at], value)
+                left, drag = _left_over(numbers, wheels, yaw, nodes[node], rates[k], width)
+                for at in range(loads.shape[0]):
+                    value = left + loads[at] * drag + allowed
+                    table[node, at] = min(table[node, at], value)
 
 
 @dataclass(frozen=True)
@@ -360,6 +371,8 @@ def priced_power(
         "yaw_rate": yaw_rate,
         "quicker": quicker,
         "off_centre": mass * float(np.hypot(*offset)) * (STANDARD_GRAVITY * pull),
+        # Loads on all wheels add up to the weight, and shift by no more than once again.
+        "reach": 2.0 * slide,
     }
     numbers = np.array([named[name] for name in _NAMES])
     factors = around.class_rows[:, INDEX["rolling_factor"]]
@@ -368,12 +381,12 @@ def priced_power(
     forward = 1.0 / efficiency
     along = np.concatenate(
         [
-            np.linspace(0.3 * backward, backward, 4),
-            np.linspace(backward, forward, 5)[1:],
-            forward * np.linspace(1.0, 2.0, 7)[1:],
+            np.linspace(0.3 * backward, backward, 5),
+            np.linspace(backward, forward, 7)[1:],
+            forward * np.linspace(1.0, 1.8, 11)[1:],
         ]
     )
-    across = 0.45 * np.linspace(0.0, 1.0, 8) ** 1.5
+    across = 0.4 * np.linspace(0.0, 1.0, 10) ** 1.5
     if not _mirrored(wheels):
         across = np.concatenate([-across[:0:-1], across])
     shape = (len(along), len(across))
@@ -383,8 +396,6 @@ def priced_power(
     )
     table = np.full((len(nodes), len(loads)), np.inf)
     _fill(numbers, wheels, turns, nodes, loads, table)
-    # Between two angles a concave function of turning vectors bends by no more than this.
-    table -= (_bend(numbers, wheels, nodes) * (math.pi / turns) ** 2 / 8.0)[:, None]
     idle, at_rest = _idle(around, speed, value), _idle(around, 0.0, value)
     drag = viscous * (1.0 + stiff * viscous) * geared**2 * rims * speed**2
     roll = float((wheels[:, ROLLER : ROLLER + 2] ** 2).sum()) * named["roller_viscous"]
@@ -419,25 +430,6 @@ def _idle(around: Circumstances, speed: float, value: Callable[[str, str], float
         watts += per_sample * rate
     efficiency = value("converter_efficiency", "efficiency")
     return watts / efficiency if efficiency > 0.0 else watts
-
-
-def _bend(numbers: Array, wheels: Array, nodes: Array) -> Array:
-    """W: largest product of gradient and vector of what turns with the angle, (nodes,)."""
-    geared, back, rho = numbers[_GEARED], numbers[_BACKWARD], numbers[_STIFF]
-    reach = np.hypot(wheels[:, RIM], wheels[:, RIM + 1])
-    rolling = np.hypot(wheels[:, ROLLER], wheels[:, ROLLER + 1])
-    price = np.hypot(nodes[:, 0], nodes[:, 1])
-    price = np.maximum(price, np.hypot(nodes[:, 2], nodes[:, 3])) * geared
-    speed = numbers[_SPEED] * numbers[_QUICKER] * geared
-    farthest = 8.0 * numbers[_YAW_RATE] * np.abs(wheels[:, RIM + 2]).max() * geared
-    torque = (price * reach.max() / back + speed * reach.max() + farthest * (1.0 + 2.5 / back))
-    torque = torque / (2.0 * rho) + 1.25 * numbers[_COULOMB] + numbers[_ROTOR_TORQUE] * reach.max()
-    bent = (price / back + speed) * reach.sum() * torque
-    bent += price / geared * numbers[_WEIGHT] * (
-        numbers[_ROLLING] * reach.max() + numbers[_ROLLER] * rolling.max()
-    )
-    bent += 4.0 * numbers[_ROLLER_VISCOUS] * price / geared * numbers[_SPEED] * (rolling**2).sum()
-    return np.asarray(bent)
 
 
 def _mirrored(wheels: Array) -> bool:
