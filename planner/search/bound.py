@@ -171,9 +171,13 @@ def _copper_stiffness(around: Circumstances) -> float:
         # Cold windings resist less and cold magnets are stronger.
         temperature = float(around.class_rows[0, INDEX["motor_temp"]])
         rise = min(0.0, temperature - 25.0) if math.isfinite(temperature) else 0.0
-        resistance *= max(0.01, 1.0 + parameter_value(model, "motor_heating", "copper_coefficient") * rise)
+        resistance *= max(
+            0.01, 1.0 + parameter_value(model, "motor_heating", "copper_coefficient") * rise
+        )
         share = parameter_value(model, "motor_heating", "magnet_share")
-        constant *= 1.0 + parameter_value(model, "motor_heating", "magnet_coefficient") * share * rise
+        constant *= (
+            1.0 + parameter_value(model, "motor_heating", "magnet_coefficient") * share * rise
+        )
     return resistance / constant**2
 
 

@@ -2,14 +2,16 @@
 
     bound = certify(field, around, start, goal, seconds=30.0)
     bound.bound_j                     # J; no motion from start to goal takes less
-    bound.how                         # "potential", or "floor" where only planner.search.bound holds
+    bound.how                         # "potential", or "floor": planner.search.bound
 
 How it comes about, with the proof in docs/lower-bound.md:
 
     priced_power      what driving leaves of the power once forces are paid for, by price
-    prices            at every node, the prices that a good motion would pay there
+    force_prices      at every node, the prices that a good motion would pay there
     triangle_costs    from both, a floor of the cost in every triangle and direction
     potential         the steepest function whose slope stays below it, made exact at the end
+
+With little time the table is coarser and nodes are left out; the bound stays one.
 """
 
 from __future__ import annotations
@@ -18,13 +20,10 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
-from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt, gaussian_filter, maximum_filter
+from scipy.ndimage import distance_transform_edt
 
 from planner.errors import Cancelled
 from planner.quantities import INDEX
@@ -32,6 +31,7 @@ from planner.search.bound import lower_bound
 from planner.search.conditions import Circumstances
 from planner.search.cost_to_go import cost_field_to
 from planner.search.edge_energy import sample_surface
+from planner.search.force_prices import best_prices, filled, force_prices, milder, travel
 from planner.search.ground import SPARE, CostField
 from planner.search.potential import levelled, steepest_potential, weights_at
 from planner.search.priced_power import PricedPower, priced_power
@@ -39,18 +39,24 @@ from planner.search.triangle_costs import (
     DIRECTIONS,
     PriceField,
     PriceTable,
-    _rotor,
     cell_ranges,
     even_table,
-    table_watts,
     triangle_costs,
 )
 
 Array = NDArray[np.float64]
-SLOPES = 49
+Place = tuple[float, float]
 
-
-_PRICED=priced_power
+HASTE = 5.0
+"""s below which table and grid are coarser."""
+NODES = {True: 20_000, False: 250_000}
+"""Nodes of the grid at most, in haste and at leisure."""
+TURNS = {True: 90, False: 240}
+"""Steps of the yaw angle in half a turn, likewise."""
+TOO_STEEP = 1.02
+"""Share of the largest slope that can be driven, from which ground counts as a wall."""
+LEAST = 0.03
+"""Share of the median cost below which a triangle's prices are made milder."""
 
 
 @dataclass(frozen=True)
@@ -68,186 +74,206 @@ class CertifiedBound:
     how: str
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
-def _best_prices(t: Any, steepest: float, best: Any) -> None:
-    """Prices (share, cross) that make the floor largest, by slope along and across the travel."""
-    count = best.shape[0]
-    for a in range(count):
-        for b in range(count):
-            along = steepest * (2.0 * a / (count - 1) - 1.0)
-            across = steepest * (2.0 * b / (count - 1) - 1.0)
-            stretch = math.sqrt(1.0 + along * along)
-            normal = math.sqrt(1.0 + along * along + across * across)
-            largest = -np.inf
-            for i in range(t.watts.shape[0]):
-                for j in range(t.watts.shape[1]):
-                    share, cross = t.low + i * t.step, t.cross + j * t.cross_step
-                    watts = table_watts(t, share, cross, 1.0 / normal)
-                    metre = watts * stretch / t.speed + t.weight * (
-                        (share - 1.0) * along + cross * across / (normal * stretch)
-                    )
-                    if metre > largest:
-                        largest, best[a, b, 0], best[a, b, 1] = metre, share, cross
-                        best[a, b, 2] = metre
+@dataclass(frozen=True)
+class _Mesh:
+    """The grid of triangles, with a ring of continued ground round the map.
+
+    Attributes:
+        heights: (ny, nx) m at the nodes.
+        ranges: (ny - 1, nx - 1, 6) slopes and heights between.
+        rolling: (ny, nx, 2) least and largest rolling factor round each node.
+        wall: (ny - 1, nx - 1, 2) triangles where the robot cannot be.
+        origin, cell: m.
+        picked: rows and columns of the map, clipped, that the nodes are.
+    """
+
+    heights: Array
+    ranges: Array
+    rolling: Array
+    wall: NDArray[np.bool_]
+    origin: Place
+    cell: Place
+    picked: tuple[NDArray[np.int64], NDArray[np.int64]]
 
 
-def _bilinear(table: Array, a: Array, b: Array) -> Array:
-    """Values of a table (n, n, k) at fractional places."""
-    last = len(table) - 1
-    a, b = np.clip(a, 0.0, last), np.clip(b, 0.0, last)
-    i, j = np.minimum(a.astype(int), last - 1), np.minimum(b.astype(int), last - 1)
-    u, w = (a - i)[..., None], (b - j)[..., None]
-    low = table[i, j] * (1.0 - w) + table[i, j + 1] * w
-    high = table[i + 1, j] * (1.0 - w) + table[i + 1, j + 1] * w
-    return np.asarray(low * (1.0 - u) + high * u)
+_tables: dict[bytes, PricedPower | None] = {}
 
 
-def _padded(heights: Array, rings: int) -> Array:
-    """Heights with rings of ground that goes on straight, as the interpolation has it."""
-    for _ in range(rings):
-        heights = np.pad(heights, 1, mode="reflect", reflect_type="odd")
-    return heights
+def _table(around: Circumstances, steepest: float, turns: int) -> PricedPower | None:
+    """The table of a model, kept for the last few of this process."""
+    model = around.model
+    parts = (model.parameters, model.body, model.wheels, around.class_rows, around.limits)
+    named = repr((steepest, turns, [e.slug for e in model.effects], model.kind, model.vehicle))
+    key = b"".join(np.ascontiguousarray(p).tobytes() for p in parts) + named.encode()
+    if key not in _tables:
+        if len(_tables) >= 8:
+            _tables.pop(next(iter(_tables)))
+        _tables[key] = priced_power(around, steepest, turns=turns)
+    return _tables[key]
 
 
 def certify(
     field: CostField,
     around: Circumstances,
-    start: tuple[float, float],
-    goal: tuple[float, float],
+    start: Place,
+    goal: Place,
     *,
     seconds: float = 30.0,
-    smooth: float = 1.0,
-    width: float = 10.0,
-    spread: float = 0.03,
-    trace: Any = None,
+    cancelled: Callable[[], bool] | None = None,
 ) -> CertifiedBound:
+    """Bound the energy of every motion from start to goal from below.
+
+    Args:
+        field: map with the costs of steady driving by energy, which only guide the choice of
+            prices: the bound does not depend on them being right.
+        around: model and conditions.
+        start, goal: x, y in the map's frame, m.
+        seconds: time to spend; below HASTE the grid is coarser.
+        cancelled: asked often; True raises Cancelled.
+
+    Raises:
+        Cancelled: ``cancelled`` returned True.
+    """
     began = time.perf_counter()
-    steepest = float(field.limit.max())
-    places = np.array([start, goal])
-    z, _ = sample_surface(field, places)
-    climb = float(z[1] - z[0])
-    floor = lower_bound(around, math.dist(start, goal), climb, steepest)
-    priced = _PRICED(around, steepest)
-    if trace: trace("priced", time.perf_counter() - began)
-    if priced is None:
-        return CertifiedBound(floor, time.perf_counter() - began, "floor")
-    t = even_table(priced)
-    dx, dy = field.dx, field.dy
-    nodes = _padded(field.heights, 1)
-    ranges = cell_ranges(np.ascontiguousarray(_padded(field.heights, 2)), dx, dy)
-    origin = (field.x0 - dx, field.y0 - dy)
-    best = np.empty((SLOPES, SLOPES, 3))
-    _best_prices(t, steepest, best)
-    if trace: trace("best", time.perf_counter() - began)
-    values = _filled(cost_field_to(field, goal, start, whole=True))
-    since = _filled(cost_field_to(field, start, goal, whole=True, onward=True))
-    if trace: trace("field", time.perf_counter() - began)
-    total = values + since
-    excess = total - total.min()
-    worth = (1.0 + excess / (spread * total.min())) ** -4.0
-    d_y, d_x = np.gradient(gaussian_filter(values, 1.0), dy, dx)
-    u_y, u_x = np.gradient(gaussian_filter(since, 1.0), dy, dx)
-    # Near the goal the way there is known best from where the robot comes from, and vice versa.
-    ex, ey = -d_x * values + u_x * since, -d_y * values + u_y * since
-    size = np.maximum(np.hypot(ex, ey), 1e-12)
-    ex, ey, worth = (np.pad(f, 1, mode="edge") for f in (ex / size, ey / size, worth))
-    values = np.pad(values, 1, mode="reflect", reflect_type="odd")
-    slope_y, slope_x = np.gradient(nodes, dy, dx)
-    along, across = slope_x * ex + slope_y * ey, slope_y * ex - slope_x * ey
-    half = 0.5 * (SLOPES - 1)
-    chosen = _bilinear(best[..., :2], (along / steepest + 1) * half, (across / steepest + 1) * half)
-    share, cross = chosen[..., 0], chosen[..., 1]
-    b1, b2 = -cross * 2.0 * ex * ey, cross * (ex * ex - ey * ey)
-    lean = maximum_filter(np.hypot(slope_x, slope_y), size=3)
-    # A price that makes a descent earn more than it costs would leave no room for a potential.
-    most = 1.0 + np.minimum(0.8 * best[SLOPES // 2, SLOPES // 2, 2] / np.maximum(t.weight * lean, 1e-9), 9.0)
-    share = np.minimum(share, most)
-    share, b1, b2 = _smoothed((share, b1, b2), worth, smooth, dx, dy)
-    share = np.minimum(share, most)
-    room = np.maximum(most - share, 0.05) / np.maximum(np.hypot(b1, b2), 1e-9)
-    b1, b2 = b1 * np.minimum(1.0, room), b2 * np.minimum(1.0, room)
-    factor = around.class_rows[:, INDEX["rolling_factor"]][np.pad(field.ground, 1, mode="edge")]
-    rolling = np.stack([factor, factor], axis=2)
-    wall = _walls(field, nodes.shape, ranges, 1.02 * steepest)
-    costs = np.empty((*ranges.shape[:2], 2, DIRECTIONS))
-    for attempt in range(8):
-        rotor = np.minimum(1.0, share / (2 - 1 / t.efficiency)) + np.maximum(0.0, share * t.efficiency - 1.0)
-        prices = PriceField(share, rotor, b1, b2)
-        triangle_costs(t, prices, nodes, ranges, np.ascontiguousarray(rolling), wall, dx, dy, costs)
-        bad = (costs.min(axis=3) < 0.03 * np.median(costs[np.isfinite(costs[..., 0])])).any(axis=2)
-        if not bad.any(): break
-        if trace: trace("bad %d"%bad.sum(), time.perf_counter() - began)
-        at = np.zeros(nodes.shape)
-        for oy in (0, 1):
-            for ox in (0, 1):
-                at[oy:oy + bad.shape[0], ox:ox + bad.shape[1]] += bad
-        sigma = max(1.0, smooth / dy), max(1.0, smooth / dx)
-        near = np.minimum(gaussian_filter((at > 0).astype(float), sigma, mode="nearest") * 4 , 1.0)
-        share, b1, b2 = 1.0 + (share - 1.0) * (1.0 - 0.4 * near), b1 * (1.0 - 0.4 * near), b2 * (1.0 - 0.4 * near)
-    if trace:
-        trace("costs", time.perf_counter() - began)
-        c=costs[np.isfinite(costs[...,0])]; trace("cost range %g %g; nonpositive %d of %d"%(c.min(),np.median(c),(c.min(axis=1)<=0).sum(),len(c)),0)
-    s_nodes, s_weights, s_tri = weights_at(start, origin, (dx, dy), nodes.shape)
-    g_nodes, g_weights, g_tri = weights_at(goal, origin, (dx, dy), nodes.shape)
-    weight = t.weight
 
-    def ends(psi):
-        top = sum(w * psi[n] for n, w in zip(s_nodes, s_weights))
-        bottom = sum(w * psi[n] for n, w in zip(g_nodes, g_weights))
-        return top, bottom
-
-    def off(nodes_, weights, height):
-        """What the surface at a place differs from its triangle, times the price."""
-        mean = sum(nodes[n] for n in nodes_) / 3.0
-        mu = sum(w * share[n] for n, w in zip(nodes_, weights))
-        even = sum(w * (share[n] - 1) * (nodes[n] - mean) for n, w in zip(nodes_, weights))
-        return weight * (even - (mu - 1.0) * (height - mean))
-    correction = off(s_nodes, s_weights, z[0]) - off(g_nodes, g_weights, z[1])
-    found = [-np.inf]
-
-    def more(psi):
-        value = levelled(psi, costs, (dx, dy), *ends(psi)) + correction
-        if value > found[0]:
-            found[0] = value
-        if trace: trace("value %.1f raw %.1f"%(value, ends(psi)[0]-ends(psi)[1]+correction), time.perf_counter() - began)
+    def check() -> bool:
+        if cancelled is not None and cancelled():
+            raise Cancelled("cancelled by the caller")
         return time.perf_counter() - began < seconds
-    more(values)
-    steepest_potential(costs, values, (dx, dy), (s_nodes, s_weights), (g_nodes, g_weights), width=width*min(dx,dy), rounds=100000, more=more)
-    bound = found[0] + weight * climb
+
+    steepest = float(field.limit.max())
+    heights, _ = sample_surface(field, np.array([start, goal]))
+    climb = float(heights[1] - heights[0])
+    floor = lower_bound(around, math.dist(start, goal), climb, steepest)
+    haste = seconds < HASTE
+    priced = None
+    if not around.wind.any() and steepest > 0.0:
+        priced = _table(around, steepest, TURNS[haste])
+    check()
+    if priced is None or start == goal:
+        return CertifiedBound(floor, time.perf_counter() - began, "floor")
+    table = even_table(priced)
+    parts = max(1, math.ceil(math.sqrt(field.heights.size / NODES[haste])))
+    mesh = _mesh(field, around, TOO_STEEP * steepest, parts)
+    to_goal = filled(cost_field_to(field, goal, start, whole=True))
+    check()
+    from_start = filled(cost_field_to(field, start, goal, whole=True, onward=True))
+    check()
+    rows, columns = mesh.picked
+    to_goal, from_start = (v[np.ix_(rows, columns)] for v in (to_goal, from_start))
+    direction, worth = travel(to_goal, from_start, mesh.cell)
+    best = best_prices(table, steepest)
+    prices = force_prices(table, best, mesh.heights, direction, worth, mesh.cell)
+    costs = np.empty((*mesh.ranges.shape[:2], 2, DIRECTIONS))
+    for _ in range(8):
+        triangle_costs(
+            table, prices, mesh.heights, mesh.ranges, mesh.rolling, mesh.wall, *mesh.cell, costs
+        )
+        open_ground = np.isfinite(costs[..., 0])
+        least = LEAST * float(np.median(costs[open_ground])) if open_ground.any() else 0.0
+        bad = (costs.min(axis=3) < least).any(axis=2)
+        if not bad.any() or not check():
+            break
+        prices = milder(table, prices, bad, best.level, mesh.cell)
+    # Where a cost is not above zero, slowing the potential down would not make it admissible.
+    if not open_ground.any() or not costs[open_ground].min() > 0.0:
+        return CertifiedBound(floor, time.perf_counter() - began, "floor")
+    ends = [weights_at(p, mesh.origin, mesh.cell, mesh.heights.shape) for p in (start, goal)]
+    beside = [
+        _beside(table, prices, mesh.heights, *end, float(z))
+        for end, z in zip(ends, heights, strict=True)
+    ]
+    found = -math.inf
+
+    def more(psi: Array) -> bool:
+        nonlocal found
+        top, bottom = (sum(w * float(psi[n]) for n, w in zip(*end, strict=True)) for end in ends)
+        found = max(found, levelled(psi, costs, mesh.cell, top, bottom))
+        return check()
+
+    if more(to_goal):
+        steepest_potential(costs, to_goal, mesh.cell, *ends, more=more)
+    bound = found + beside[0] - beside[1] + table.weight * climb
     return CertifiedBound(max(bound, floor), time.perf_counter() - began, "potential")
 
 
-def _filled(values):
-    reached = np.isfinite(values)
-    if reached.all():
-        return values
-    nearest = distance_transform_edt(~reached, return_distances=False, return_indices=True)
-    return values[tuple(nearest)]
+def _beside(
+    t: PriceTable,
+    prices: PriceField,
+    heights: Array,
+    nodes: list[tuple[int, int]],
+    weights: list[float],
+    height: float,
+) -> float:
+    """J by which the price times the ground's height differs from its triangle's at a place."""
+    mean = sum(float(heights[n]) for n in nodes) / 3.0
+    pairs = list(zip(nodes, weights, strict=True))
+    share = sum(w * float(prices.share[n]) for n, w in pairs)
+    even = sum(w * (float(prices.share[n]) - 1.0) * (float(heights[n]) - mean) for n, w in pairs)
+    return t.weight * (even - (share - 1.0) * (height - mean))
 
 
-def _smoothed(fields, worth, length, dx, dy):
-    """Fields averaged over some length, by worth; where nothing is worth much, from afar."""
-    sums = [0.0] * len(fields)
-    weights = 0.0
-    for scale, share in ((1.0, 1.0), (2.5, 0.1), (6.0, 0.01)):
-        sigma = max(1.0, scale * length / dy), max(1.0, scale * length / dx)
-        if min(sigma) > 2 * max(worth.shape): break
-        weights = weights + share * gaussian_filter(worth, sigma, mode="nearest")
-        sums = [a + share * gaussian_filter(worth * f, sigma, mode="nearest") for a, f in zip(sums, fields)]
-    return [a / weights for a in sums]
-
-
-def _walls(field, shape, ranges, steepest):
-    near = [np.where(r0 * r1 <= 0, 0.0, np.minimum(abs(r0), abs(r1))) for r0, r1 in ((ranges[..., 0], ranges[..., 1]), (ranges[..., 2], ranges[..., 3]))]
-    wall = np.hypot(*near) > steepest
-    blocked = np.pad(field.blocked, 1, constant_values=False)
+def _mesh(field: CostField, around: Circumstances, steepest: float, parts: int) -> _Mesh:
+    """Nodes and triangles of a map; ``parts`` cells of the map make one of the mesh."""
+    ny, nx = field.heights.shape
     dx, dy = field.dx, field.dy
-    apart = distance_transform_edt(~blocked, sampling=(dy, dx)) if blocked.any() else np.full(shape, np.inf)
-    inner = min(field.half_length, field.half_width) - SPARE
-    reach = math.hypot(dx, dy)
-    within = apart - 0.5 * min(dx, dy) + reach <= inner
-    out = np.stack([wall, wall], axis=2)
-    # any vertex of the triangle near enough
-    out[..., 0] |= within[:-1, :-1] | within[:-1, 1:] | within[1:, :-1]
-    out[..., 1] |= within[1:, 1:] | within[:-1, 1:] | within[1:, :-1]
-    return out
+    # As many rings as make the cells' number a multiple, at least one on every side.
+    after = [(-(count + 1)) % parts + 1 for count in (ny, nx)]
+    heights = field.heights
+    for _ in range(max(*after, 1) + 1):
+        heights = np.pad(heights, 1, mode="reflect", reflect_type="odd")
+    rings = max(*after, 1) + 1
+    inner = heights[rings - 2 : rings + ny + after[0] + 1, rings - 2 : rings + nx + after[1] + 1]
+    ranges = cell_ranges(np.ascontiguousarray(inner), dx, dy)
+    nodes = inner[1:-1, 1:-1][::parts, ::parts]
+    rows = np.clip(np.arange(-1, ny + after[0])[::parts], 0, ny - 1)
+    columns = np.clip(np.arange(-1, nx + after[1])[::parts], 0, nx - 1)
+    factors = around.class_rows[:, INDEX["rolling_factor"]]
+    factor = np.pad(factors[field.ground], ((1, after[0]), (1, after[1])), mode="edge")
+    wall = _walls(field, ranges, steepest, after)
+    if parts == 1:
+        rolling = np.stack([factor, factor], axis=2)
+    else:
+        rolling = np.empty((*nodes.shape, 2))
+        rolling[..., 0], rolling[..., 1] = factor.min(), factor.max()
+        blocks = (nodes.shape[0] - 1, parts, nodes.shape[1] - 1, parts)
+        split = [ranges[..., k].reshape(blocks) for k in range(6)]
+        ranges = np.stack(
+            [
+                part.min(axis=(1, 3)) if k % 2 == 0 else part.max(axis=(1, 3))
+                for k, part in enumerate(split)
+            ],
+            axis=2,
+        )
+        solid = wall.all(axis=2).reshape(blocks).all(axis=(1, 3))
+        wall = np.stack([solid, solid], axis=2)
+    return _Mesh(
+        np.ascontiguousarray(nodes),
+        np.ascontiguousarray(ranges),
+        np.ascontiguousarray(rolling),
+        np.ascontiguousarray(wall),
+        (field.x0 - dx, field.y0 - dy),
+        (dx * parts, dy * parts),
+        (rows, columns),
+    )
+
+
+def _walls(field: CostField, ranges: Array, steepest: float, after: list[int]) -> NDArray[np.bool_]:
+    """Triangles (cells y, cells x, 2) that are too steep or too near something everywhere."""
+    gentlest = [
+        np.where(low * high <= 0.0, 0.0, np.minimum(np.abs(low), np.abs(high)))
+        for low, high in ((ranges[..., 0], ranges[..., 1]), (ranges[..., 2], ranges[..., 3]))
+    ]
+    steep = np.hypot(*gentlest) > steepest
+    wall = np.stack([steep, steep], axis=2)
+    if not field.blocked.any():
+        return wall
+    blocked = np.pad(field.blocked, ((1, after[0]), (1, after[1])))
+    apart = distance_transform_edt(~blocked, sampling=(field.dy, field.dx))
+    # A disc round the centre lies in the body whatever its yaw; one in a cell lies in the cell.
+    inner = min(field.half_length, field.half_width) - SPARE + 0.5 * min(field.dx, field.dy)
+    within = apart + math.hypot(field.dx, field.dy) <= inner
+    corners = within[:-1, :-1], within[:-1, 1:], within[1:, :-1], within[1:, 1:]
+    wall[..., 0] |= corners[0] | corners[1] | corners[2]
+    wall[..., 1] |= corners[3] | corners[1] | corners[2]
+    return wall

@@ -24,6 +24,13 @@ from scipy.fft import dctn
 
 Array = NDArray[np.float64]
 LEVELS = 4096
+"""Levels of ψ that are slowed down one by one."""
+SPREAD = 10.0
+"""Cells over which the flow from start to goal is thought to spread; any number converges."""
+ROUNDS, LOOK = 2000, 20
+"""Iterations at most, and how often the potential is looked at."""
+RELAXED = 1.7
+"""Over-relaxation of the gradients."""
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -161,19 +168,20 @@ class Poisson:
 
 
 def weights_at(
-    point: tuple[float, float], origin: tuple[float, float], cell: tuple[float, float],
-    shape: tuple[int, int],
-) -> tuple[list[tuple[int, int]], list[float], tuple[int, int, int]]:
-    """The three nodes (j, i) round a point, their weights, and the triangle (j, i, half)."""
+    point: tuple[float, float],
+    origin: tuple[float, float],
+    cell: tuple[float, float],
+    shape: tuple[int, ...],
+) -> tuple[list[tuple[int, int]], list[float]]:
+    """The three nodes (j, i) round a point, and their weights."""
     u = (point[0] - origin[0]) / cell[0]
     v = (point[1] - origin[1]) / cell[1]
     i = min(max(math.floor(u), 0), shape[1] - 2)
     j = min(max(math.floor(v), 0), shape[0] - 2)
     a, b = u - i, v - j
     if a + b <= 1.0:
-        return [(j, i), (j, i + 1), (j + 1, i)], [1.0 - a - b, a, b], (j, i, 0)
-    nodes = [(j + 1, i + 1), (j + 1, i), (j, i + 1)]
-    return nodes, [a + b - 1.0, 1.0 - a, 1.0 - b], (j, i, 1)
+        return [(j, i), (j, i + 1), (j + 1, i)], [1.0 - a - b, a, b]
+    return [(j + 1, i + 1), (j + 1, i), (j, i + 1)], [a + b - 1.0, 1.0 - a, 1.0 - b]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -228,20 +236,15 @@ def steepest_potential(
     start: tuple[list[tuple[int, int]], list[float]],
     goal: tuple[list[tuple[int, int]], list[float]],
     *,
-    width: float,
-    rounds: int,
     more: Callable[[Array], bool],
-    look: int = 20,
 ) -> None:
-    """Improve ψ (ny, nx) towards the largest difference; ``more`` sees every ``look``-th one.
+    """Improve ψ (ny, nx) towards the largest difference; ``more`` sees every LOOK-th one.
 
     Args:
         costs: (ny - 1, nx - 1, 2, directions) J/m.
         psi: potential to begin with; a copy is worked on.
         cell: dx, dy, m.
         start, goal: nodes and weights of both places.
-        width: m over which the flow from start to goal is thought to spread.
-        rounds: most iterations.
         more: takes ψ and says whether to go on.
     """
     ny, nx = psi.shape
@@ -255,10 +258,10 @@ def steepest_potential(
     pushed = np.zeros((ny, nx))
     psi = psi.copy()
     finite = costs[..., 0][np.isfinite(costs[..., 0])]
-    rate = 1.0 / (width * float(np.median(finite)))
+    rate = 1.0 / (SPREAD * min(cell) * float(np.median(finite)))
     _project(psi, corners, number, dual, pushed, *cell, 1.0)
-    for k in range(rounds):
+    for k in range(ROUNDS):
         psi = poisson.solve(source / rate + pushed)
-        _project(psi, corners, number, dual, pushed, *cell, 1.7)
-        if (k + 1) % look == 0 and not more(psi):
+        _project(psi, corners, number, dual, pushed, *cell, RELAXED)
+        if (k + 1) % LOOK == 0 and not more(psi):
             break

@@ -170,9 +170,7 @@ def _left_over(
         y, s = geared * y_rim, quicker * geared * rim
         wide = quicker * geared * reach * width
         torque = numbers[_ROTOR_TORQUE] * reach
-        total -= motor_gain(
-            numbers, y, geared * (ax * rx + ay * ry + aw * r_turn), s, torque, wide
-        )
+        total -= motor_gain(numbers, y, geared * (ax * rx + ay * ry + aw * r_turn), s, torque, wide)
         # What a concave function of turning vectors bends by between two angles of the table.
         y_most, s_most = geared * reach * price, quicker * geared * reach * speed
         off = y_most * turned / numbers[_BACKWARD] + wide
@@ -201,9 +199,7 @@ def _left_over(
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _fill(
-    numbers: Any, wheels: Any, turns: int, nodes: Any, loads: Any, table: Any
-) -> None:
+def _fill(numbers: Any, wheels: Any, turns: int, nodes: Any, loads: Any, table: Any) -> None:
     """Least power (nodes, loads) over all angles and yaw rates."""
     n = wheels.shape[0]
     speed, most = numbers[_SPEED], numbers[_YAW_RATE]
@@ -340,9 +336,9 @@ def priced_power(
             offset[axis] = gain * float(np.abs(known).max())
             offset[axis] += math.sqrt(value("com_offset", f"offset_{name}_squared"))
     shift = offset + vehicle.com_height * pull
-    width = speed * math.pi / turns
     reach = np.hypot(wheels[:, RIM], wheels[:, RIM + 1])
-    slide = max(float(reach.max()), float(np.hypot(wheels[:, ROLLER], wheels[:, ROLLER + 1]).max()))
+    rolling = np.hypot(wheels[:, ROLLER], wheels[:, ROLLER + 1])
+    slide = max(float(reach.max()), float(rolling.max()))
     quicker = 1.0 + 2.0 * stiff * viscous
     # A metre turns the wheels by as much in every direction.
     rims = float((reach**2).sum()) / 2.0
@@ -425,7 +421,9 @@ def _idle(around: Circumstances, speed: float, value: Callable[[str, str], float
     if per_sample > 0.0:
         rate = float(around.class_rows[0, INDEX["sensor_rate"]])
         if math.isnan(rate):
-            rate = value("sensor_rate", "base_rate") + value("sensor_rate", "rate_per_speed") * speed
+            rate = (
+                value("sensor_rate", "base_rate") + value("sensor_rate", "rate_per_speed") * speed
+            )
             rate = min(rate, value("sensor_rate", "top_rate"))
         watts += per_sample * rate
     efficiency = value("converter_efficiency", "efficiency")

@@ -5,7 +5,7 @@ interpolation) is a bicubic polynomial, whose heights and slopes stay between th
 coefficients. With prices of force that are linear on the triangle (``PriceField``) and the table of
 planner.search.priced_power, the compiled loops here find for each of DIRECTIONS unit vectors e
 
-    costs[j, i, half, k] ≤ J dissipated per horizontal metre along e, at every point of the triangle,
+    costs[j, i, half, k] ≤ J dissipated per horizontal metre along e, anywhere in the triangle,
 
 less what may happen between two of the directions: a gradient g with -g·e ≤ costs for all of them
 keeps to it for every direction. Infinity marks triangles where the robot cannot be.
@@ -167,8 +167,16 @@ def _rotor(share: float, efficiency: float) -> float:
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _vertex_watts(
-    t: Any, share: float, rotor: float, b1: float, b2: float, c2: float, s2: float,
-    low: float, high: float, stretch: float,
+    t: Any,
+    share: float,
+    rotor: float,
+    b1: float,
+    b2: float,
+    c2: float,
+    s2: float,
+    low: float,
+    high: float,
+    stretch: float,
 ) -> float:
     """Q at one node for one direction (double angle), the least over loads and stretches."""
     along = b1 * c2 + b2 * s2
@@ -184,8 +192,15 @@ def _vertex_watts(
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def triangle_costs(
-    t: Any, prices: Any, heights: Any, ranges: Any, rolling: Any, wall: Any,
-    dx: float, dy: float, costs: Any,
+    t: Any,
+    prices: Any,
+    heights: Any,
+    ranges: Any,
+    rolling: Any,
+    wall: Any,
+    dx: float,
+    dy: float,
+    costs: Any,
 ) -> None:
     """Fill costs (cells y, cells x, 2, DIRECTIONS); see the module's head.
 
@@ -269,9 +284,16 @@ def triangle_costs(
                             least = min(
                                 least,
                                 _vertex_watts(
-                                    t, share[q0, q1], prices.rotor[q0, q1],
-                                    prices.b1[q0, q1] * outer, prices.b2[q0, q1] * outer,
-                                    c2, s2, low, high, stretch_most,
+                                    t,
+                                    share[q0, q1],
+                                    prices.rotor[q0, q1],
+                                    prices.b1[q0, q1] * outer,
+                                    prices.b2[q0, q1] * outer,
+                                    c2,
+                                    s2,
+                                    low,
+                                    high,
+                                    stretch_most,
                                 ),
                             )
                         if middle:
@@ -283,8 +305,11 @@ def triangle_costs(
                     math.hypot(b1x, b1y) + math.hypot(b2x, b2y)
                 )
                 bend += math.hypot(lift_x, lift_y) + off * math.hypot(mu_x, mu_y)
-                bend += 0.5 * v * v * (
-                    t.moving * math.hypot(mu_x, mu_y) + t.rotors * math.hypot(rotor_x, rotor_y)
+                bend += (
+                    0.5
+                    * v
+                    * v
+                    * (t.moving * math.hypot(mu_x, mu_y) + t.rotors * math.hypot(rotor_x, rotor_y))
                 )
                 spare = step * step / 8.0 * bend
                 for k in range(count):
