@@ -30,7 +30,7 @@ SCALES = ((1.0, 1.0), (2.5, 0.1), (6.0, 0.01))
 """Lengths over which prices are averaged, and the weight of each."""
 STRETCH = 3.0
 """Length of averaging, in metres driven for what the robot's motion holds."""
-ROOM = 0.8
+ROOM = 0.75
 """Share of the level cost that descending at the price may earn."""
 
 
@@ -129,6 +129,7 @@ def force_prices(
     t: PriceTable,
     best: BestPrices,
     heights: Array,
+    ranges: Array,
     direction: Array,
     worth: Array,
     cell: tuple[float, float],
@@ -138,6 +139,7 @@ def force_prices(
     Args:
         t, best: tables of the model.
         heights: (ny, nx) m at the nodes.
+        ranges: (ny - 1, nx - 1, 6) slopes and heights between them.
         direction: (2, ny, nx) unit vectors in which a good route passes.
         worth: (ny, nx) above 0, how much each node matters.
         cell: dx, dy, m.
@@ -145,7 +147,8 @@ def force_prices(
     slope_y, slope_x = np.gradient(heights, cell[1], cell[0])
     ex, ey = direction
     chosen = _lookup(best, slope_x * ex + slope_y * ey, slope_y * ex - slope_x * ey)
-    lean = maximum_filter(np.hypot(slope_x, slope_y), size=3)
+    far = np.hypot(np.abs(ranges[..., :2]).max(axis=2), np.abs(ranges[..., 2:4]).max(axis=2))
+    lean = maximum_filter(np.pad(far, ((0, 1), (0, 1)), mode="edge"), size=3)
     # A price at which a descent earns more than it costs would leave no room for a potential.
     room = np.minimum(ROOM * best.level / np.maximum(t.weight * lean, 1e-9), 9.0)
     share = np.minimum(chosen[..., 0], 1.0 + room)

@@ -51,7 +51,7 @@ HASTE = 5.0
 """s below which table and grid are coarser."""
 NODES = {True: 20_000, False: 250_000}
 """Nodes of the grid at most, in haste and at leisure."""
-TURNS = {True: 90, False: 240}
+TURNS = {True: 72, False: 180}
 """Steps of the yaw angle in half a turn, likewise."""
 TOO_STEEP = 1.02
 """Share of the largest slope that can be driven, from which ground counts as a wall."""
@@ -163,7 +163,7 @@ def certify(
     to_goal, from_start = (v[np.ix_(rows, columns)] for v in (to_goal, from_start))
     direction, worth = travel(to_goal, from_start, mesh.cell)
     best = best_prices(table, steepest)
-    prices = force_prices(table, best, mesh.heights, direction, worth, mesh.cell)
+    prices = force_prices(table, best, mesh.heights, mesh.ranges, direction, worth, mesh.cell)
     costs = np.empty((*mesh.ranges.shape[:2], 2, DIRECTIONS))
     for _ in range(8):
         triangle_costs(

@@ -53,6 +53,8 @@ KNOWN = frozenset(
 """Effects whose formulas the bound knows; any other must be at its null values."""
 LEVELS = (2.0, 4.0, 9.0, 30.0)
 """Widths of a smooth sign at which it counts as nearer to complete: short of 1 by 1/(2·width²)."""
+CLOSE = 10
+"""Parts of a step of the yaw angle beside an angle at which a wheel stands."""
 ALLOWANCE = 1.0
 """W that turning quicker than the limit is let off, out of what is left at rest."""
 EXCESS = 1.1
@@ -199,17 +201,18 @@ def _left_over(
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _fill(numbers: Any, wheels: Any, turns: int, nodes: Any, loads: Any, table: Any) -> None:
+def _fill(numbers: Any, wheels: Any, yaws: Any, nodes: Any, loads: Any, table: Any) -> None:
     """Least power (nodes, loads) over all angles and yaw rates."""
     n = wheels.shape[0]
     speed, most = numbers[_SPEED], numbers[_YAW_RATE]
-    step = math.pi / turns
-    width = speed * step
     quick = REST_SPEED / (numbers[_GEARED] * numbers[_QUICKER])
     rates = np.empty(3 + 24 * n * len(LEVELS))
     table[:] = np.inf
-    for turn in range(turns):
-        yaw = turn * step
+    for turn in range(yaws.shape[0]):
+        yaw = yaws[turn]
+        before = yaw - yaws[turn - 1] if turn > 0 else yaw + math.pi - yaws[-1]
+        after = yaws[turn + 1] - yaw if turn + 1 < yaws.shape[0] else yaws[0] + math.pi - yaw
+        width = speed * max(before, after)
         cx, cy = math.cos(yaw), math.sin(yaw)
         rates[0], rates[1], rates[2] = -most, 0.0, most
         count = 3
@@ -303,7 +306,7 @@ def priced_power(
     Args:
         around: model and conditions.
         steepest: largest tan(slope) that is driven.
-        turns: steps of the yaw angle in half a turn.
+        turns: steps of the yaw angle in half a turn; there are more where a wheel stands still.
     """
     model = around.model
     if model.kind != "sound" or not _known(model) or not _even(model):
@@ -391,7 +394,7 @@ def priced_power(
         [share, cross, rotor_share(share, efficiency), cross * efficiency]
     )
     table = np.full((len(nodes), len(loads)), np.inf)
-    _fill(numbers, wheels, turns, nodes, loads, table)
+    _fill(numbers, wheels, _yaws(wheels, turns), nodes, loads, table)
     idle, at_rest = _idle(around, speed, value), _idle(around, 0.0, value)
     drag = viscous * (1.0 + stiff * viscous) * geared**2 * rims * speed**2
     roll = float((wheels[:, ROLLER : ROLLER + 2] ** 2).sum()) * named["roller_viscous"]
@@ -428,6 +431,17 @@ def _idle(around: Circumstances, speed: float, value: Callable[[str, str], float
         watts += per_sample * rate
     efficiency = value("converter_efficiency", "efficiency")
     return watts / efficiency if efficiency > 0.0 else watts
+
+
+def _yaws(wheels: Array, turns: int) -> Array:
+    """Angles of the travel in the body over half a turn, close where a wheel or roller stands."""
+    angles = [math.pi * np.arange(turns) / turns]
+    for first in (RIM, ROLLER):
+        still = np.arctan2(-wheels[:, first], wheels[:, first + 1])
+        for part in range(-CLOSE, CLOSE + 1):
+            angles.append(np.remainder(still + part / CLOSE * math.pi / turns, math.pi))
+    found = np.sort(np.concatenate(angles))
+    return np.asarray(found[np.append(True, np.diff(found) > 1e-9)])
 
 
 def _mirrored(wheels: Array) -> bool:

@@ -58,6 +58,8 @@ class PriceTable(NamedTuple):
     rotors: float
     efficiency: float
     rotor_slack: float
+    heavier: bool
+    """Whether more load never takes less power."""
 
 
 def even_table(priced: PricedPower) -> PriceTable:
@@ -91,6 +93,7 @@ def even_table(priced: PricedPower) -> PriceTable:
         priced.rotors,
         priced.efficiency,
         priced.rotor_slack,
+        bool((watts[..., 1] >= watts[..., 0]).all()),
     )
 
 
@@ -185,6 +188,10 @@ def _vertex_watts(
     for load in (low, high):
         for part in (1.0, stretch):
             value = min(value, table_watts(t, share + along, across / part, load))
+            if across == 0.0:
+                break
+        if t.heavier:
+            break
     # The rotors' price in the table belongs to the price along this very direction.
     off = _rotor(share + along, t.efficiency) - rotor - t.efficiency * along
     return value - t.rotor_slack * abs(off)
@@ -273,7 +280,8 @@ def triangle_costs(
                     standing = min(standing, least_standing(t, share[q0, q1], size))
                 standing = max(standing, 0.0)
                 for middle in range(2):
-                    for k in range(count):
+                    for k in range(count // 2):
+                        # Opposite directions see the same prices.
                         angle = (k + 0.5 * middle) * step
                         c2, s2 = math.cos(2.0 * angle), math.sin(2.0 * angle)
                         # Between two directions the prices run on an arc; the corner outside it.
@@ -297,9 +305,9 @@ def triangle_costs(
                                 ),
                             )
                         if middle:
-                            at_middle[k] = least
+                            at_middle[k] = at_middle[k + count // 2] = least
                         else:
-                            at_k[k] = least
+                            at_k[k] = at_k[k + count // 2] = least
                 # Bending of the other terms between two directions.
                 bend = mg * most_b * steep * 9.0 + 0.5 * v * v * 9.0 * both * (
                     math.hypot(b1x, b1y) + math.hypot(b2x, b2y)

@@ -52,7 +52,9 @@ def random_motion(
         aim = aim + np.cumsum(rng.normal(0.0, 0.1, len(xy)))
     yaw = aim.copy()
     for k in range(1, len(xy)):
-        turn = 0.9 * rate * min(seconds[k - 1], lengths[k - 1] / max(speed[k - 1 : k + 1].max(), 1e-9))
+        turn = (
+            0.9 * rate * min(seconds[k - 1], lengths[k - 1] / max(speed[k - 1 : k + 1].max(), 1e-9))
+        )
         yaw[k] = yaw[k - 1] + np.clip(aim[k] - yaw[k - 1], -turn, turn)
     nothing = np.zeros(len(lengths))
     time = np.concatenate([[0.0], np.cumsum(seconds)])
@@ -81,5 +83,3 @@ def energies(
         rows, seconds, _ = motion_rows(field, motion, around.class_rows, around.wind)
         found[k] = float(around.model.watts(rows) @ seconds)
     return found
-
-

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 import pytest
 
 from planner import plan_route
+from planner.errors import Cancelled
 from planner.power.model import PowerModel
 from planner.power.vehicle import load_vehicle
 from planner.quantities import INDEX, STANDARD_GRAVITY
@@ -24,7 +24,6 @@ from planner.search.steady import set_acceleration, set_motion, steady_costs
 from planner.search.triangle_costs import cell_ranges, even_table, table_watts
 from planner.terrain.heightmap import Terrain
 from planner.terrain.interpolation import interpolate_many
-from tests.power.states import changed
 from tests.search.maps import hills, terrain
 from tests.search.random_motions import energies
 from tests.search.test_bound import around_of, model_of
@@ -77,7 +76,8 @@ def test_no_state_undercuts_the_priced_power(name: str, payload: float) -> None:
     weight = around.mass * STANDARD_GRAVITY
     worst = math.inf
     for mu, nu in zip(
-        rng.uniform(priced.shares[0], priced.shares[-1], 24), rng.uniform(-0.3, 0.3, 24),
+        rng.uniform(priced.shares[0], priced.shares[-1], 24),
+        rng.uniform(-0.3, 0.3, 24),
         strict=True,
     ):
         nu *= rng.random() < 0.7
@@ -96,3 +96,127 @@ def test_no_state_undercuts_the_priced_power(name: str, payload: float) -> None:
         worst = min(worst, float((account["bus"] - paid - floor).min()))
     assert worst > -1e-9
     assert worst < 4.0
+
+
+def field_of(ground: Terrain, model: PowerModel) -> tuple[CostField, Circumstances]:
+    around = around_of(model)
+    costs = steady_costs(around.model, around.class_rows)
+    return driving_ground(ground, model.vehicle).field(costs), around
+
+
+def test_slopes_and_heights_of_a_cell_stay_in_their_range() -> None:
+    """Bernstein coefficients against the surface itself, at random points of rough ground."""
+    rng = np.random.default_rng(8)
+    heights = rng.normal(0.0, 0.3, (12, 14))
+    ranges = cell_ranges(heights, 0.5, 0.7)
+    x, y = rng.uniform(1.0, 12.0, 4000), rng.uniform(1.0, 10.0, 4000)
+    z, px, py = interpolate_many(heights, 0.0, 0.0, 0.5, 0.7, 0.5 * x, 0.7 * y)
+    cell = ranges[np.floor(y).astype(int) - 1, np.floor(x).astype(int) - 1]
+    for value, low, high in ((px, 0, 1), (py, 2, 3), (z, 4, 5)):
+        assert (value >= cell[:, low] - 1e-12).all()
+        assert (value <= cell[:, high] + 1e-12).all()
+
+
+def test_level_ground_is_bounded_by_the_cost_of_steady_driving() -> None:
+    """On a plane the best motion is known: straight, at full speed, with both ramps."""
+    model = model_of("minibalance")
+    ground = terrain(np.zeros((40, 80)), cell=0.5)
+    field, around = field_of(ground, model)
+    steady = float(field.best.min(axis=(0, 1))[0])
+    found = certify(field, around, (4.0, 10.0), (36.0, 10.0), seconds=6.0)
+    assert found.how == "potential"
+    assert 0.95 * 32.0 * steady < found.bound_j < 32.0 * steady + 1.0
+
+
+def test_potential_in_an_even_cost_is_distance() -> None:
+    """With |∇ψ| ≤ 1 everywhere the steepest potential falls by the distance, straight or across."""
+    angle = 2.0 * math.pi * np.arange(48) / 48
+    costs = np.broadcast_to(np.ones_like(angle), (30, 40, 2, 48)).copy()
+    cell = (0.5, 0.25)
+    ends = [weights_at(p, (0.0, 0.0), cell, (31, 41)) for p in ((2.0, 1.0), (17.0, 6.0))]
+    found = []
+
+    def more(psi: np.ndarray) -> bool:
+        top, bottom = (sum(w * psi[n] for n, w in zip(*e, strict=True)) for e in ends)
+        found.append(levelled(psi, costs, cell, top, bottom))
+        return len(found) < 15
+
+    steepest_potential(costs, np.zeros((31, 41)), cell, *ends, more=more)
+    distance = math.hypot(15.0, 5.0)
+    # 48 directions let a slope exceed 1 by a part in 470 between two of them.
+    assert 0.99 * distance < max(found) <= 1.0022 * distance
+
+
+def test_a_wall_lengthens_the_potential() -> None:
+    """Where the straight way is shut, the potential falls by the way round."""
+    costs = np.ones((40, 40, 2, 48))
+    costs[5:40, 20] = np.inf
+    ends = [weights_at(p, (0.0, 0.0), (1.0, 1.0), (41, 41)) for p in ((10.0, 20.0), (31.0, 20.0))]
+    found = []
+
+    def more(psi: np.ndarray) -> bool:
+        top, bottom = (sum(w * psi[n] for n, w in zip(*e, strict=True)) for e in ends)
+        found.append(levelled(psi, costs, (1.0, 1.0), top, bottom))
+        return len(found) < 40
+
+    steepest_potential(costs, np.zeros((41, 41)), (1.0, 1.0), *ends, more=more)
+    round_it = math.hypot(10.0, 15.0) + 1.0 + math.hypot(10.0, 15.0)
+    assert 0.97 * round_it < max(found) <= 1.0022 * round_it
+
+
+@pytest.mark.parametrize("seconds", [2.0, 6.0])
+@pytest.mark.parametrize("kind", ["hills", "rough", "tiny"])
+def test_no_motion_at_random_undercuts_the_bound(kind: str, seconds: float) -> None:
+    """Hundreds of motions at random speeds, yaw and accelerations, on the best routes and off."""
+    heights = {
+        "hills": hills(56, rms_degrees=5.0),
+        "rough": hills(40, rms_degrees=7.0, seed=5),
+        "tiny": hills(20, rms_degrees=4.0, seed=9),
+    }[kind]
+    ground = terrain(heights)
+    model = model_of("minibalance")
+    field, around = field_of(ground, model)
+    far = 0.25 * len(heights) - 1.2
+    start, goal = (1.2, 1.4), (far, far - 0.3)
+    found = certify(field, around, start, goal, seconds=seconds)
+    answer = plan_route(
+        terrain=ground,
+        model=model,
+        start={"x": start[0], "y": start[1]},
+        goal={"x": goal[0], "y": goal[1]},
+        planner="grid",
+    )
+    assert answer.status == "ok", answer.reason
+    routes = [answer.routes[0], *(b.route for b in answer.baselines.values())]
+    paths = [np.column_stack([r.arrays["x"], r.arrays["y"]]) for r in routes]
+    paths.append(np.array([start, goal]))
+    least = min(r.energy_j for r in routes)
+    assert found.bound_j < least
+    assert found.bound_j < energies(field, around, paths, 60, seed=3).min()
+    z, _ = sample_surface(field, np.array([start, goal]))
+    quick = lower_bound(around, math.dist(start, goal), z[1] - z[0], float(field.limit.max()))
+    assert found.bound_j >= quick
+
+
+def test_what_the_bound_cannot_follow_gets_the_floor() -> None:
+    """Wind, printed models and effects with unknown formulas fall back to the quick bound."""
+    vehicle = load_vehicle("minibalance")
+    ground = terrain(np.zeros((24, 24)))
+    worn = PowerModel.from_vehicle(vehicle, effects=[*vehicle.active, "wheel_preload"])
+    for place, (effect, *_) in enumerate(worn.slots):
+        if effect.slug == "wheel_preload":
+            worn = worn.with_parameter(place, 2.0)
+            break
+    models = [PowerModel.from_vehicle(vehicle, kind="printed/B"), worn]
+    for model in models:
+        field, around = field_of(ground, model)
+        found = certify(field, around, (1.5, 1.5), (4.0, 4.0), seconds=2.0)
+        assert found.how == "floor"
+        quick = lower_bound(around, math.hypot(2.5, 2.5), 0.0, float(field.limit.max()))
+        assert found.bound_j == pytest.approx(quick)
+
+
+def test_cancelling_stops_it() -> None:
+    field, around = field_of(terrain(np.zeros((24, 24))), model_of("minibalance"))
+    with pytest.raises(Cancelled):
+        certify(field, around, (1.5, 1.5), (4.0, 4.0), cancelled=lambda: True)
