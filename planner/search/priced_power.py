@@ -57,6 +57,8 @@ CLOSE = 10
 """Parts of a step of the yaw angle beside an angle at which a wheel stands."""
 ALLOWANCE = 1.0
 """W that turning quicker than the limit is let off, out of what is left at rest."""
+RESERVE = 0.3
+"""W kept back for speeds and angles between those at which slow motion is looked at."""
 EXCESS = 1.1
 """What the acceleration across a bend may be, as a share of the limit (planner.search.speed)."""
 
@@ -119,7 +121,7 @@ def _gain_near_rest(numbers: Any, y: float, yr: float, s: float, q: float) -> fl
     """The same for a motor that may stand: static friction and smooth signs help to 1.25·c."""
     rho, c = numbers[_STIFF], numbers[_COULOMB]
     back = y / numbers[_BACKWARD]
-    gain = abs(back) * c + back * back / (4.0 * rho) + abs(back - yr) * q
+    gain: float = abs(back) * c + back * back / (4.0 * rho) + abs(back - yr) * q
     gain = max(gain, abs(back) * (c + q) + (abs(yr) + LEVELS[0] * REST_SPEED) * q)
     for side in (-1.0, 1.0):
         pull = max(0.0, side * (s - back))
@@ -271,6 +273,8 @@ class PricedPower:
     rotors: float
     efficiency: float
     rotor_slack: float
+    centred: bool
+    """Whether the centre of mass is known to be in the middle, so that turning lifts nothing."""
 
 
 def rotor_share(share: Array, efficiency: float) -> Array:
@@ -400,7 +404,7 @@ def priced_power(
     roll = float((wheels[:, ROLLER : ROLLER + 2] ** 2).sum()) * named["roller_viscous"]
     spent = np.empty(len(nodes))
     _spent_at_rest(numbers, wheels, nodes, float(loads[0]), spent)
-    standing = at_rest - drag - 2.5 * roll * speed**2 - ALLOWANCE
+    standing = at_rest - drag - 2.5 * roll * speed**2 - ALLOWANCE - RESERVE
     standing -= named["off_centre"] * yaw_rate * along[-1]
     return PricedPower(
         along,
@@ -414,6 +418,7 @@ def priced_power(
         rotor_mass,
         efficiency,
         named["rotor_torque"] * geared * speed * float((reach**2).sum()),
+        not offset.any(),
     )
 
 

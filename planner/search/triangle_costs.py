@@ -184,7 +184,7 @@ def _vertex_watts(
     """Q at one node for one direction (double angle), the least over loads and stretches."""
     along = b1 * c2 + b2 * s2
     across = b2 * c2 - b1 * s2
-    value = np.inf
+    value: float = np.inf
     for load in (low, high):
         for part in (1.0, stretch):
             value = min(value, table_watts(t, share + along, across / part, load))
@@ -193,8 +193,9 @@ def _vertex_watts(
         if t.heavier:
             break
     # The rotors' price in the table belongs to the price along this very direction.
-    off = _rotor(share + along, t.efficiency) - rotor - t.efficiency * along
-    return value - t.rotor_slack * abs(off)
+    off = abs(_rotor(share + along, t.efficiency) - rotor - t.efficiency * along)
+    value -= t.rotor_slack * off
+    return value
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -278,7 +279,10 @@ def triangle_costs(
                     size = math.hypot(prices.b1[q0, q1], prices.b2[q0, q1])
                     most_b = max(most_b, size)
                     standing = min(standing, least_standing(t, share[q0, q1], size))
-                standing = max(standing, 0.0)
+                if standing < 0.0:
+                    # Slow motion could beat these prices: they are of no use here.
+                    cost[:] = -1.0
+                    continue
                 for middle in range(2):
                     for k in range(count // 2):
                         # Opposite directions see the same prices.
