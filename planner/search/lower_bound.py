@@ -57,6 +57,10 @@ TOO_STEEP = 1.02
 """Share of the largest slope that can be driven, from which ground counts as a wall."""
 SETTLED = 8
 """Looks at the potential without a gain of one part in ten thousand, after which it is done."""
+GAMES = 12
+"""Rounds of prices against flows at most."""
+FAINT = 0.02
+"""Share of the largest flow from which its direction is that of travel."""
 LEAST = 0.03
 """Share of the median cost below which a triangle's prices are made milder."""
 
@@ -165,41 +169,84 @@ def certify(
     to_goal, from_start = (v[np.ix_(rows, columns)] for v in (to_goal, from_start))
     direction, worth = travel(to_goal, from_start, mesh.cell)
     best = best_prices(table, steepest)
-    prices = force_prices(table, best, mesh.heights, mesh.ranges, direction, worth, mesh.cell)
+    ends = [weights_at(p, mesh.origin, mesh.cell, mesh.heights.shape) for p in (start, goal)]
+    psi, flow = to_goal, np.zeros((2, *mesh.heights.shape))
+    bound, idle = -math.inf, 0
+    for game in range(GAMES):
+        prices = force_prices(table, best, mesh.heights, mesh.ranges, direction, worth, mesh.cell)
+        costs = _costs(table, best.level, prices, mesh, check)
+        if costs is None:
+            break
+        tables, priced_at = costs
+        beside = [
+            _beside(table, priced_at, mesh.heights, *end, float(z))
+            for end, z in zip(ends, heights, strict=True)
+        ]
+        found, psi, now = _potential(tables, psi, mesh.cell, ends, check, last=haste)
+        value = found + beside[0] - beside[1] + table.weight * climb
+        idle = 0 if value > bound + 1e-3 * abs(bound) else idle + 1
+        bound = max(bound, value)
+        if haste or idle == 2 or not check():
+            break
+        # Prices answer the mean of all flows so far, which answer prices in turn: fictitious play.
+        flow += (now - flow) / (game + 1.0)
+        size = np.hypot(*flow)
+        seen = size / max(float(size.max()), 1e-12)
+        direction = np.where(seen > FAINT, flow / np.maximum(size, 1e-12), direction)
+        worth = np.maximum(worth, seen)
+    if bound == -math.inf:
+        return CertifiedBound(floor, time.perf_counter() - began, "floor")
+    return CertifiedBound(max(bound, floor), time.perf_counter() - began, "potential")
+
+
+def _costs(
+    table: PriceTable,
+    level: float,
+    prices: PriceField,
+    mesh: _Mesh,
+    check: Callable[[], bool],
+) -> tuple[Array, PriceField] | None:
+    """Costs of all triangles, above zero, and the prices that they hold for; None without any."""
     costs = np.empty((*mesh.ranges.shape[:2], 2, DIRECTIONS))
     for _ in range(8):
         triangle_costs(
             table, prices, mesh.heights, mesh.ranges, mesh.rolling, mesh.wall, *mesh.cell, costs
         )
         open_ground = np.isfinite(costs[..., 0])
-        least = LEAST * float(np.median(costs[open_ground])) if open_ground.any() else 0.0
-        bad = (costs.min(axis=3) < least).any(axis=2)
+        if not open_ground.any():
+            return None
+        bad = (costs.min(axis=3) < LEAST * float(np.median(costs[open_ground]))).any(axis=2)
         if not bad.any() or not check():
             break
-        prices = milder(table, prices, bad, best.level, mesh.cell)
+        prices = milder(table, prices, bad, level, mesh.cell)
     # Where a cost is not above zero, slowing the potential down would not make it admissible.
-    if not open_ground.any() or not costs[open_ground].min() > 0.0:
-        return CertifiedBound(floor, time.perf_counter() - began, "floor")
-    ends = [weights_at(p, mesh.origin, mesh.cell, mesh.heights.shape) for p in (start, goal)]
-    beside = [
-        _beside(table, prices, mesh.heights, *end, float(z))
-        for end, z in zip(ends, heights, strict=True)
-    ]
-    found = -math.inf
+    return (costs, prices) if costs[open_ground].min() > 0.0 else None
+
+
+def _potential(
+    costs: Array,
+    psi: Array,
+    cell: Place,
+    ends: list[tuple[list[tuple[int, int]], list[float]]],
+    check: Callable[[], bool],
+    *,
+    last: bool,
+) -> tuple[float, Array, Array]:
+    """J that the best potential falls by, that potential, and its flow."""
     history: list[float] = []
 
     def more(psi: Array) -> bool:
-        nonlocal found
         top, bottom = (sum(w * float(psi[n]) for n, w in zip(*end, strict=True)) for end in ends)
-        found = max(found, levelled(psi, costs, mesh.cell, top, bottom))
-        history.append(found)
-        settled = len(history) > SETTLED and found - history[-1 - SETTLED] < 1e-4 * abs(found)
+        found = levelled(psi, costs, cell, top, bottom)
+        history.append(max(found, history[-1]) if history else found)
+        seen = SETTLED if last else SETTLED // 2
+        settled = len(history) > seen and found - history[-1 - seen] < 1e-4 * abs(found)
         return check() and not settled
 
-    if more(to_goal):
-        steepest_potential(costs, to_goal, mesh.cell, *ends, more=more)
-    bound = found + beside[0] - beside[1] + table.weight * climb
-    return CertifiedBound(max(bound, floor), time.perf_counter() - began, "potential")
+    flow = np.zeros((2, *psi.shape))
+    if more(psi):
+        psi, flow = steepest_potential(costs, psi, cell, *ends, more=more)
+    return history[-1], psi, flow
 
 
 def _beside(
