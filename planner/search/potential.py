@@ -272,8 +272,8 @@ def steepest_potential(
     # The multipliers of the gradients point against the travel.
     across = dual[..., :2] * (-rate / 6.0)
     flow = np.zeros((2, ny, nx))
-    for half, nodes in ((0, ((0, 0), (0, 1), (1, 0))), (1, ((1, 1), (0, 1), (1, 0)))):
-        for down, left in nodes:
+    for half, corner in ((0, (0, 0)), (1, (1, 1))):
+        for down, left in (corner, (0, 1), (1, 0)):
             part = flow[:, down : down + ny - 1, left : left + nx - 1]
             part += np.moveaxis(across[:, :, half], 2, 0)
     return psi, flow

@@ -198,6 +198,18 @@ def test_no_motion_at_random_undercuts_the_bound(kind: str, seconds: float) -> N
     assert found.bound_j >= quick
 
 
+def test_a_coarse_grid_bounds_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Several cells in one triangle: a lower bound again, and no better than the fine one."""
+    field, around = field_of(terrain(hills(56, rms_degrees=4.0)), model_of("minibalance"))
+    start, goal = (1.2, 1.4), (12.5, 12.0)
+    fine = certify(field, around, start, goal, seconds=4.9)
+    monkeypatch.setattr("planner.search.lower_bound.NODES", {True: 500, False: 500})
+    coarse = certify(field, around, start, goal, seconds=4.9)
+    path = np.array([start, goal])
+    assert coarse.bound_j < energies(field, around, [path], 40, seed=2).min()
+    assert coarse.bound_j < 1.05 * fine.bound_j
+
+
 def test_what_the_bound_cannot_follow_gets_the_floor() -> None:
     """Wind, printed models and effects with unknown formulas fall back to the quick bound."""
     vehicle = load_vehicle("minibalance")
