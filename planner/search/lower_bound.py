@@ -31,7 +31,14 @@ from planner.search.bound import lower_bound
 from planner.search.conditions import Circumstances
 from planner.search.cost_to_go import cost_field_to
 from planner.search.edge_energy import sample_surface
-from planner.search.force_prices import best_prices, filled, force_prices, milder, travel
+from planner.search.force_prices import (
+    BestPrices,
+    best_prices,
+    filled,
+    force_prices,
+    milder,
+    travel,
+)
 from planner.search.ground import SPARE, CostField
 from planner.search.potential import levelled, steepest_potential, weights_at
 from planner.search.priced_power import PricedPower, priced_power
@@ -154,7 +161,7 @@ def certify(
     haste = seconds < HASTE
     priced = None
     if not around.wind.any() and steepest > 0.0:
-        priced = _table(around, steepest, TURNS[haste])
+        priced = _table(around, TOO_STEEP * steepest, TURNS[haste])
     check()
     if priced is None or not priced.centred or start == goal:
         return CertifiedBound(floor, time.perf_counter() - began, "floor")
@@ -168,13 +175,13 @@ def certify(
     rows, columns = mesh.picked
     to_goal, from_start = (v[np.ix_(rows, columns)] for v in (to_goal, from_start))
     direction, worth = travel(to_goal, from_start, mesh.cell)
-    best = best_prices(table, steepest)
+    best = best_prices(table, TOO_STEEP * steepest)
     ends = [weights_at(p, mesh.origin, mesh.cell, mesh.heights.shape) for p in (start, goal)]
     psi, flow = to_goal, np.zeros((2, *mesh.heights.shape))
     bound, idle = -math.inf, 0
     for game in range(GAMES):
         prices = force_prices(table, best, mesh.heights, mesh.ranges, direction, worth, mesh.cell)
-        costs = _costs(table, best.level, prices, mesh, check)
+        costs = _costs(table, best, prices, mesh, check)
         if costs is None:
             break
         tables, priced_at = costs
@@ -201,7 +208,7 @@ def certify(
 
 def _costs(
     table: PriceTable,
-    level: float,
+    best: BestPrices,
     prices: PriceField,
     mesh: _Mesh,
     check: Callable[[], bool],
@@ -210,7 +217,15 @@ def _costs(
     costs = np.empty((*mesh.ranges.shape[:2], 2, DIRECTIONS))
     for _ in range(8):
         triangle_costs(
-            table, prices, mesh.heights, mesh.ranges, mesh.rolling, mesh.wall, *mesh.cell, costs
+            table,
+            prices,
+            mesh.heights,
+            mesh.ranges,
+            mesh.rolling,
+            mesh.wall,
+            *mesh.cell,
+            best.steepest,
+            costs,
         )
         open_ground = np.isfinite(costs[..., 0])
         if not open_ground.any():
@@ -218,7 +233,7 @@ def _costs(
         bad = (costs.min(axis=3) < LEAST * float(np.median(costs[open_ground]))).any(axis=2)
         if not bad.any() or not check():
             break
-        prices = milder(table, prices, bad, level, mesh.cell)
+        prices = milder(table, prices, bad, best.level, mesh.cell)
     # Where a cost is not above zero, slowing the potential down would not make it admissible.
     return (costs, prices) if costs[open_ground].min() > 0.0 else None
 

@@ -110,6 +110,8 @@ def table_watts(t: Any, share: float, cross: float, load: float) -> float:
     a -= i
     b -= j
     c = (load - t.load) / t.load_step if t.load_step > 0.0 else 0.0
+    if c < -1e-6 or c > 1.0 + 1e-6:
+        return -np.inf
     value = 0.0
     for k in range(2):
         w = c if k else 1.0 - c
@@ -208,6 +210,7 @@ def triangle_costs(
     wall: Any,
     dx: float,
     dy: float,
+    steepest: float,
     costs: Any,
 ) -> None:
     """Fill costs (cells y, cells x, 2, DIRECTIONS); see the module's head.
@@ -220,22 +223,28 @@ def triangle_costs(
         rolling: (ny, nx, 2) least and largest rolling factor round each node.
         wall: (ny - 1, nx - 1, 2) triangles where the robot cannot be.
         dx, dy: m.
+        steepest: largest tan(slope) that is driven; steeper points do not count.
     """
     count = costs.shape[3]
     step = 2.0 * math.pi / count
     v, mg = t.speed, t.weight
     at_k, at_middle = np.empty(count), np.empty(count)
     node = np.empty((3, 2), np.int64)
+    r = np.empty(6)
     for j in range(ranges.shape[0]):
         for i in range(ranges.shape[1]):
-            r = ranges[j, i]
+            for k in range(6):
+                r[k] = ranges[j, i, k]
+                if k < 4:
+                    r[k] = min(max(r[k], -steepest), steepest)
             far_x, far_y = max(abs(r[0]), abs(r[1])), max(abs(r[2]), abs(r[3]))
             near_x = 0.0 if r[0] * r[1] <= 0.0 else min(abs(r[0]), abs(r[1]))
             near_y = 0.0 if r[2] * r[3] <= 0.0 else min(abs(r[2]), abs(r[3]))
-            steep = math.hypot(far_x, far_y)
+            steep = min(math.hypot(far_x, far_y), steepest)
             stretch_most = math.sqrt(1.0 + steep * steep)
             least_cosine = 1.0 / stretch_most
-            most_cosine = 1.0 / math.sqrt(1.0 + near_x * near_x + near_y * near_y)
+            near = min(math.hypot(near_x, near_y), steepest)
+            most_cosine = 1.0 / math.sqrt(1.0 + near * near)
             for half in range(2):
                 cost = costs[j, i, half]
                 if wall[j, i, half]:
