@@ -66,7 +66,7 @@ def lower_bound(around: Circumstances, distance: float, climb: float, steepest: 
     metre = floor_per_metre(around, steepest) - push * _lengthening(steepest)
     dissipated = metre * distance * (1.0 if metre >= 0.0 else LONGEST)
     through_gears = weight * climb - push * distance
-    efficiency = _value(model, "gear_loss", "efficiency")
+    efficiency = parameter_value(model, "gear_loss", "efficiency")
     dissipated += (1.0 / efficiency - 1.0) * max(0.0, through_gears)
     return dissipated + through_gears
 
@@ -78,9 +78,9 @@ def floor_per_metre(around: Circumstances, steepest: float) -> float:
     rim, roller = _friction(around, steepest)
     spared = SMOOTH * SLIDING_SPEED * float(rim.sum() + roller.sum())
     spared += len(model.wheels) * _spared_by_motor(around)
-    idle = _value(model, "electronics", "power") - spared
+    idle = parameter_value(model, "electronics", "power") - spared
     # The motor's dry friction is in the travel of its wheel; its smoothness is in ``spared``.
-    per_rim = _value(model, "coulomb_drag", "coulomb_torque") * model.vehicle.gear_ratio
+    per_rim = parameter_value(model, "coulomb_drag", "coulomb_torque") * model.vehicle.gear_ratio
     rim = rim + per_rim / model.vehicle.layout.radius
     sliding = _least_norm(model.wheels, rim, roller)
     return max(0.0, sliding + idle / (v if idle >= 0.0 else 0.5 * SLOWEST * v))
@@ -112,8 +112,8 @@ def _friction(around: Circumstances, steepest: float) -> tuple[Array, Array]:
     factor = float(around.class_rows[:, INDEX["rolling_factor"]].min())
     loads = factor * _least_loads(around, steepest)
     return (
-        _value(model, "wheel_rolling", "rolling") * loads,
-        _value(model, "roller_drag", "roller") * loads,
+        parameter_value(model, "wheel_rolling", "rolling") * loads,
+        parameter_value(model, "roller_drag", "roller") * loads,
     )
 
 
@@ -127,10 +127,10 @@ def _least_loads(around: Circumstances, steepest: float) -> Array:
     by_one, by_x, by_y = (np.abs(model.wheels[:, LOAD + k]) for k in range(3))
     shift = model.vehicle.com_height * pull * np.hypot(by_x, by_y)
     if any(effect.slug == "com_offset" for effect in model.effects):
-        gain = abs(_value(model, "com_offset", "gain"))
+        gain = abs(parameter_value(model, "com_offset", "gain"))
         for axis, by in (("x", by_x), ("y", by_y)):
             known = np.nan_to_num(around.class_rows[:, INDEX[f"com_{axis}"]])
-            unknown = math.sqrt(_value(model, "com_offset", f"offset_{axis}_squared"))
+            unknown = math.sqrt(parameter_value(model, "com_offset", f"offset_{axis}_squared"))
             shift = shift + (gain * float(np.abs(known).max()) + unknown) * by
     loads: Array = around.mass * STANDARD_GRAVITY * cosine * np.maximum(0.0, by_one - shift)
     return loads
@@ -143,8 +143,8 @@ def _spared_by_motor(around: Circumstances) -> float:
     not hold; with c·G spared by the teeth, the best G solves c = 2·R/k_t²·(G - held).
     """
     model = around.model
-    efficiency = _value(model, "gear_loss", "efficiency")
-    friction = _value(model, "coulomb_drag", "coulomb_torque")
+    efficiency = parameter_value(model, "gear_loss", "efficiency")
+    friction = parameter_value(model, "coulomb_drag", "coulomb_torque")
     stiffness = _copper_stiffness(around)
     backward = max(0.0, 2.0 - 1.0 / efficiency)
     if any("gear_return" in effect.hooks for effect in model.effects):
@@ -165,15 +165,19 @@ def _spared_by_motor(around: Circumstances) -> float:
 def _copper_stiffness(around: Circumstances) -> float:
     """R/k_t² in W/(N·m)², as small as the temperature makes it."""
     model = around.model
-    resistance = _value(model, "copper_loss", "resistance")
-    constant = _value(model, "copper_loss", "torque_constant")
+    resistance = parameter_value(model, "copper_loss", "resistance")
+    constant = parameter_value(model, "copper_loss", "torque_constant")
     if any(effect.slug == "motor_heating" for effect in model.effects):
         # Cold windings resist less and cold magnets are stronger.
         temperature = float(around.class_rows[0, INDEX["motor_temp"]])
         rise = min(0.0, temperature - 25.0) if math.isfinite(temperature) else 0.0
-        resistance *= max(0.01, 1.0 + _value(model, "motor_heating", "copper_coefficient") * rise)
-        share = _value(model, "motor_heating", "magnet_share")
-        constant *= 1.0 + _value(model, "motor_heating", "magnet_coefficient") * share * rise
+        resistance *= max(
+            0.01, 1.0 + parameter_value(model, "motor_heating", "copper_coefficient") * rise
+        )
+        share = parameter_value(model, "motor_heating", "magnet_share")
+        constant *= (
+            1.0 + parameter_value(model, "motor_heating", "magnet_coefficient") * share * rise
+        )
     return resistance / constant**2
 
 
@@ -185,15 +189,15 @@ def _rotor_torque(model: PowerModel) -> float:
     changes = 2.0 * limits.acceleration * np.hypot(rim[:, 0], rim[:, 1])
     changes = changes + 10.0 * limits.yaw_rate * np.abs(rim[:, 2])
     geared = model.vehicle.gear_ratio / model.vehicle.layout.radius
-    return float(_value(model, "inertia", "rotor_inertia") * geared * changes.max())
+    return float(parameter_value(model, "inertia", "rotor_inertia") * geared * changes.max())
 
 
 def _wind_push(around: Circumstances) -> float:
     """N with which the wind pushes a robot that stands."""
     if not any(effect.slug == "air_drag" for effect in around.model.effects):
         return 0.0
-    area = _value(around.model, "air_drag", "drag_area")
-    density = _value(around.model, "air_drag", "air_density")
+    area = parameter_value(around.model, "air_drag", "drag_area")
+    density = parameter_value(around.model, "air_drag", "air_density")
     return 0.5 * density * area * float(around.wind @ around.wind)
 
 
@@ -212,7 +216,7 @@ def _lengthening(steepest: float) -> float:
     return 1.01 * float(np.linalg.norm(difference, 2, axis=(1, 2)).max())
 
 
-def _value(model: PowerModel, slug: str, name: str) -> float:
+def parameter_value(model: PowerModel, slug: str, name: str) -> float:
     return next(
         float(value)
         for (effect, parameter, _, _), value in zip(model.slots, model.parameters, strict=True)
