@@ -36,8 +36,7 @@ KINDS = ("sound", "printed/A", "printed/B")
 LARGE = 2_000_000
 """Nodes from which a search stops at its start instead of filling the map for later ones."""
 CORNER = {"energy": 0.13, "time": 0.02}
-"""Toll of a corner as a share of what a stop costs; of 0.03 to 0.4, measured best on fractal relief
-(less than 0.1 has routes up to 1 % dearer, 0.4 up to 1.5 %)."""
+"""Toll of a corner as a share of what a stop costs: of 0.03 to 0.4 the best on fractal relief."""
 
 
 def load_model(request: SituationRequest) -> PowerModel:

@@ -13,7 +13,7 @@ import platform
 import sys
 from pathlib import Path
 
-from tests.benchmarks import energy_intervals, naming, power, routes, start
+from tests.benchmarks import energy_intervals, naming, planning, power, routes, start
 
 
 def power_model() -> dict[str, object]:
@@ -29,6 +29,10 @@ MEASUREMENTS = {
     "1,200 x 650 raster, 0.5 m cells": lambda: start.raster_from_the_command_line(0.5),
     "1,200 x 650 raster, 30 m cells": lambda: start.raster_from_the_command_line(30.0),
     "OMPL's route over the grid's, fixed maps": routes.measure,
+    "routes against the best known and against scikit-image": lambda: planning.quality(4),
+    "times of answers": lambda: planning.times(20),
+    "matrix of 50 by 50": planning.matrix,
+    "fields up to 4096²": planning.fields,
     "95 % intervals of energies": energy_intervals.measure,
     "naming of hidden effects": naming.whole,
 }
