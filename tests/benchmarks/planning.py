@@ -112,6 +112,7 @@ def quality(count: int) -> dict[str, Any]:
         "median_percent": statistics.median(excess),
         "worst_percent": max(excess),
         "bar": "median ≤ 0.1 %, worst ≤ 0.5 %",
+        "holds": statistics.median(excess) <= 0.1 and max(excess) <= 0.5,
         "isotropic_median_percent": statistics.median(drivable) if drivable else None,
         "isotropic_least_percent": min(drivable, default=None),
         "isotropic_not_drivable": len(plain) - len(drivable),
@@ -189,6 +190,13 @@ def times(count: int) -> dict[str, Any]:
             plan_route(terrain=terrain, start=one["start"], goal=goal)
             taken.append(time.perf_counter() - begun)
         result[f"known goal, {name}²"] = _spread(taken[1:])
+    result["bar"] = "new goal p50 ≤ 0.2 s and p95 ≤ 0.35 s, 1024² p50 ≤ 0.6 s; known p50 ≤ 0.06 s"
+    result["holds"] = (
+        result["new goal, 512²"]["p50_s"] <= 0.2
+        and result["new goal, 512²"]["p95_s"] <= 0.35
+        and result["new goal, 1024²"]["p50_s"] <= 0.6
+        and result["known goal, 512²"]["p50_s"] <= 0.06
+    )
     return result
 
 
@@ -214,6 +222,7 @@ def matrix(count: int = 50) -> dict[str, Any]:
     return {
         "seconds": taken,
         "bar": "≤ 15 s",
+        "holds": taken <= 15.0,
         "said_percent": 100.0 * found.error_share,
         "median_error_percent": statistics.median(errors),
         "worst_error_percent": max(errors),
@@ -247,12 +256,19 @@ print(json.dumps({"ground_s": ground, "field_s": seconds, "peak_mib": peak}))
 
 def fields(sizes: Sequence[int] = (512, 1024, 2048, 4096)) -> dict[str, Any]:
     """Seconds and peak memory of one field that fills the map, each in a process of its own."""
-    result = {}
+    result: dict[str, Any] = {}
     for size in sizes:
         done = subprocess.run(
             [sys.executable, "-c", _FIELD, str(size)], capture_output=True, text=True, check=True
         )
         result[f"{size}²"] = json.loads(done.stdout)
+    result["bar"] = "1024² ≤ 0.8 s; 4096² ≤ 15 s and ≤ 1,229 MiB"
+    bars = {1024: (0.8, np.inf), 4096: (15.0, 1229.0)}
+    result["holds"] = all(
+        result[f"{size}²"]["field_s"] <= seconds and result[f"{size}²"]["peak_mib"] <= peak
+        for size, (seconds, peak) in bars.items()
+        if size in sizes
+    )
     return result
 
 
