@@ -62,6 +62,11 @@ def situation_of(
     """
     model = load_model(request) if model is None else model
     terrain = open_map(request.map) if terrain is None else terrain
+    if request.avoid:
+        # rasterio is slow to import: only where it is used.
+        from planner.search.avoid import without_areas
+
+        terrain = without_areas(terrain, request.avoid)
     return Situation(ground_for(terrain, model.vehicle), circumstances(request, model, terrain))
 
 

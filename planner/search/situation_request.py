@@ -132,6 +132,27 @@ class Conditions(_Part):
     )
 
 
+class Area(_Part):
+    """A circle, or a polygon, that the robot keeps out of."""
+
+    x: Number | None = Field(default=None, description="m, the circle's centre, a finite number")
+    y: Number | None = Field(default=None, description="m, the circle's centre, a finite number")
+    radius: Number | None = Field(default=None, gt=0, description="m, of the circle, above 0")
+    polygon: tuple[tuple[Number, Number], ...] | None = Field(
+        default=None,
+        min_length=3,
+        max_length=1000,
+        description="corners as [x, y] in m, 3 to 1000, such as [[2, 2], [4, 2], [3, 5]]",
+    )
+
+    @model_validator(mode="after")
+    def _circle_or_polygon(self) -> Self:
+        circle = [value is not None for value in (self.x, self.y, self.radius)]
+        if all(circle) == (self.polygon is not None) or any(circle) != all(circle):
+            raise PydanticCustomError("no_area", "is neither a circle (x, y, radius) nor a polygon")
+        return self
+
+
 class SituationRequest(_Part):
     """Over which ground, with which robot, under which circumstances."""
 
@@ -154,6 +175,13 @@ class SituationRequest(_Part):
     conditions: Conditions = Field(
         default=Conditions(),
         description='circumstances, such as {"motor_temp": 60, "wind": {"x": 3}}',
+    )
+
+    avoid: tuple[Area, ...] = Field(
+        default=(),
+        max_length=100,
+        description='up to 100 areas to keep out of, such as [{"x": 5, "y": 5, "radius": 2}, '
+        '{"polygon": [[2, 2], [4, 2], [3, 5]]}]',
     )
 
     @model_validator(mode="before")
@@ -280,6 +308,7 @@ _PROBLEMS = {
     "dict_type": "is not an object",
     "tuple_type": "is not a list",
     "too_long": "has too many entries",
+    "too_short": "has too few entries",
     "literal_error": "is none of the choices",
     "greater_than": "is too small",
     "greater_than_equal": "is too small",
