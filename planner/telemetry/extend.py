@@ -52,8 +52,7 @@ def addition_of(columns: Sequence[Column], coefficients: Floats, effect: type[Ef
     for column, coefficient in zip(columns, coefficients, strict=True):
         name, _, element = column.parameter.partition(" ")
         null = effect.parameters[name].null or 0.0
-        low, high = effect.parameters[name].bounds
-        start[name, int(element or 0)] = float(np.clip(null + coefficient, low, high))
+        start[name, int(element or 0)] = float(np.clip(coefficient, column.low, column.high)) + null
         if column.shape is not None:
             shapes[column.shape_name] = column.shape[1]
     return Addition(effect if effect.definition is not None else effect.slug, start, shapes)
@@ -68,7 +67,7 @@ def usual_addition(effect: type[Effect], model: PowerModel) -> Addition:
             value = given.get(name, parameter.default)
             start[name, 0] = float(value) if isinstance(value, int | float) else parameter.default
             if parameter.per == "wheel":
-                for wheel in range(1, model.vehicle.layout.wheel_count - 1):
+                for wheel in range(1, model.vehicle.layout.wheel_count):
                     start[name, wheel] = start[name, 0]
             if parameter.per == "surface":
                 for surface in range(1, max(1, len(model.surfaces))):
@@ -101,12 +100,15 @@ def extended(
     values = full.parameters.copy()
     added = {a.declaration.slug: a for a in additions}
     free = []
-    for place, (effect, name, _, element) in enumerate(full.slots):
+    for place, (effect, name, parameter, element) in enumerate(full.slots):
         addition = added.get(effect.slug)
         if (effect.slug, name, element) in own:
             values[place], fitted = own[effect.slug, name, element]
             if fitted:
                 free.append(place)
+        elif addition is not None and parameter.per == "wheel" and (name, 0) in addition.start:
+            values[place] = _against_mean(addition, name, full)[element]
+            free.append(place)
         elif addition is not None and (name, element) in addition.start:
             values[place] = addition.start[name, element]
             free.append(place)
@@ -114,6 +116,15 @@ def extended(
             values[place] = addition.shapes[name]
     stderr = np.full(len(values), np.nan)
     return replace(full, parameters=values, stderr=stderr), tuple(free)
+
+
+def _against_mean(addition: Addition, name: str, model: PowerModel) -> Floats:
+    """Factors of all wheels about their mean; one that the addition does not name is at null."""
+    parameter = addition.declaration.parameters[name]
+    null = parameter.null or 0.0
+    wheels = range(model.vehicle.layout.wheel_count)
+    given = np.array([addition.start.get((name, wheel), null) for wheel in wheels])
+    return np.clip(given - given.mean() + null, *parameter.bounds)
 
 
 def fit_with(

@@ -253,12 +253,16 @@ def _relinearised(
         (effect.slug, name, element): place
         for place, (effect, name, _, element) in enumerate(fitted.model.slots)
     }
+    last_wheel = library.model.vehicle.layout.wheel_count - 1
     held = []
     for member in members:
         for number in atom_of(member).columns:
             column = library.candidates[number]
             name, _, element = column.parameter.partition(" ")
             value = fitted.model.parameters[places[member.name, name, int(element or 0)]]
+            if library.model.slots[column.place][2].per == "wheel":
+                # Columns count from the last wheel, a fit from the mean.
+                value -= fitted.model.parameters[places[member.name, name, last_wheel]]
             null = library.model.parameters[column.place]
             if abs(value - null) > 1e-3 * abs(amplitudes[number]):
                 amplitudes[number] = value - null

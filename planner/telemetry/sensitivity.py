@@ -171,12 +171,16 @@ def doubt_of(model: PowerModel, rows: Floats) -> Floats:
 
 
 def sizes(model: PowerModel) -> Floats:
-    """(P,) size of every parameter that a step is taken relative to."""
+    """(P,) size of every parameter that a step is taken relative to.
+
+    Factors of single wheels and grounds are relative changes: their size is one.
+    """
     result = np.empty(len(model.parameters))
     for place, (_, _, parameter, _) in enumerate(model.slots):
         value = abs(float(model.parameters[place]))
         usual = abs(parameter.default - (parameter.null or 0.0))
-        result[place] = max(value, usual) or min(1e-2, parameter.bounds[1])
+        size = max(value, usual) or min(1e-2, parameter.bounds[1])
+        result[place] = size if parameter.per is None else 1.0
     return result
 
 

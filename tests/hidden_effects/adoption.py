@@ -104,8 +104,8 @@ def covers(entry: Mapping[str, Any], of: str) -> bool:
 
 
 def _true(model: PowerModel, place: int, strengths: Mapping[str, Any]) -> float:
-    """The robot's strength in the terms of the fit: grounds and wheels relative to the one that
-    the fit keeps at its null value.
+    """The robot's strength in the terms of the fit: grounds against the one that the fit keeps at
+    its null value, wheels against their mean.
     """
     effect, name, parameter, element = model.slots[place]
     mine = [p for p, slot in enumerate(model.slots) if slot[0] is effect and slot[1] == name]
@@ -115,8 +115,7 @@ def _true(model: PowerModel, place: int, strengths: Mapping[str, Any]) -> float:
         kept = int(np.argmin(np.abs(values)))
         return (1.0 + true[element]) / (1.0 + true[kept]) - 1.0
     if parameter.per == "wheel":
-        kept = len(values) - 1
-        return float(strengths[name][element]) - float(strengths[name][kept]) + float(values[kept])
+        return float(strengths[name][element]) - float(np.mean(strengths[name]))
     if name.endswith("_squared") and name not in strengths:
         return float(strengths[name.removesuffix("_squared")] ** 2)
     return float(strengths[name])
