@@ -21,7 +21,7 @@ from planner.power.model import PowerModel
 from planner.telemetry.candidates import Atom, CandidateLibrary, candidate_library
 from planner.telemetry.contest import addition_for, coefficients_of, contest
 from planner.telemetry.examine import Competitors, Examination, examine
-from planner.telemetry.extend import Addition, fit_with
+from planner.telemetry.extend import Addition, completed, fit_with
 from planner.telemetry.fit import Fit, fit
 from planner.telemetry.heldout import heldout_rmse
 from planner.telemetry.log import Telemetry
@@ -118,7 +118,14 @@ def investigate(
                 before = corrections.get(kind, (0.0, 0.0))[0]
                 corrections[kind] = (before + value, stderr)
         log = _corrected(sample, corrections)
-    return found
+    if not found.additions:
+        return found
+    library = found.local.competitors.library
+    additions = completed(found.additions, library)
+    fitted = fit_with(
+        found.origin, found.log, additions, noise=found.local.noise, within=library.model
+    )
+    return replace(found, additions=additions, fitted=fitted)
 
 
 def strained(base: Fit, start: PowerModel) -> bool:
@@ -292,8 +299,9 @@ def with_all_rows(source: LogSource, found: Found, watch: Watch) -> Found:
     ties = {m.name: found.selection.ties.get(m.name, ()) for m in selection.members}
     selection = replace(selection, ties=ties)
     chosen = [m for m in selection.members if not m.sensor]
-    additions = tuple(
-        addition_for(examination, m, coefficients_of(selection, m.name)) for m in chosen
+    additions = completed(
+        [addition_for(examination, m, coefficients_of(selection, m.name)) for m in chosen],
+        examination.competitors.library,
     )
     fitted = fit_with(
         found.origin,

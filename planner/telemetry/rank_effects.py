@@ -42,7 +42,7 @@ from planner.telemetry.diagnosis import (
 )
 from planner.telemetry.examine import Examination
 from planner.telemetry.experiments import Advice
-from planner.telemetry.extend import Addition, trimmed, usual_addition
+from planner.telemetry.extend import Addition, completed, trimmed, usual_addition
 from planner.telemetry.fit import Fit, starting_model
 from planner.telemetry.heldout import LinearHeldout, falls, heldout_residual, rms
 from planner.telemetry.investigate import (
@@ -229,7 +229,8 @@ def _additions(
         if not effect.base and slug not in library.own:
             additions[slug] = usual_addition(effect, library.model)
     for standing, where in _standings(found):
-        additions[standing.name] = addition_for(where, standing.member, standing.coefficients)
+        addition = addition_for(where, standing.member, standing.coefficients)
+        additions[standing.name] = completed([addition], where.competitors.library)[0]
     for member, addition in zip(members, found.additions, strict=False):
         additions[member.name] = addition
     if proposal is not None:
