@@ -179,7 +179,8 @@ def sizes(model: PowerModel) -> Floats:
     for place, (_, _, parameter, _) in enumerate(model.slots):
         value = abs(float(model.parameters[place]))
         usual = abs(parameter.default - (parameter.null or 0.0))
-        size = max(value, usual) or min(1e-2, parameter.bounds[1])
+        # A value that a fit left next to nothing must not become the measure of itself.
+        size = max(value, usual or min(1e-2, parameter.bounds[1]))
         result[place] = size if parameter.per is None else 1.0
     return result
 
