@@ -13,7 +13,8 @@ parameter is marked as not identifiable. Of the wheels' own factors only the dif
 sum is held at zero, so that the bounds are those of each wheel against the mean.
 
 Standard errors come from the scatter of the score over blocks of rows (a sandwich), which allows
-for noise that the whitening did not get right.
+for noise that the whitening did not get right. Blocks of one run share the errors of what was
+measured once before it, its load say; these are added run by run.
 
 Left out
     resistance and torque constant apart: with power alone only R/k_t² shows, and R stands for it.
@@ -35,7 +36,7 @@ from planner.telemetry.blocks import block_numbers
 from planner.telemetry.interval import interval_nodes
 from planner.telemetry.log import Telemetry
 from planner.telemetry.noise import CLIP, Noise, huber, noise_of
-from planner.telemetry.sensitivity import doubt_of, predict, sizes, tangent
+from planner.telemetry.sensitivity import doubt_of, predict, run_errors, sizes, tangent
 
 Floats = NDArray[np.float64]
 
@@ -190,7 +191,8 @@ def fit(
             current = _with(model, index, value)
             watts, columns = tangent(current, nodes, places)
     scatter = noise or noise_of(log, log.power - watts, watts, doubt, columns)
-    return _finished(log, current, index, prior, gauge, watts, columns, scatter, doubt)
+    given = run_errors(current, nodes, watts, log.present)
+    return _finished(log, current, index, prior, gauge, watts, columns, scatter, doubt, given)
 
 
 _SURFACE = 15
@@ -215,7 +217,7 @@ def _prior_weights(model: PowerModel, index: NDArray[np.int64]) -> Floats:
 
 
 def _gauge(model: PowerModel, index: NDArray[np.int64]) -> Floats:
-    """(p, p) weights that hold the sum of the wheels' own factors, which changes nothing, at zero."""
+    """(p, p) weights that hold the sum of the wheels' own factors at zero: it changes nothing."""
     groups: dict[tuple[str, str], list[int]] = {}
     for k, place in enumerate(index):
         effect, name, parameter, _ = model.slots[place]
@@ -254,10 +256,12 @@ def _finished(
     columns: Floats,
     noise: Noise,
     doubt: Floats,
+    given: Floats,
 ) -> Fit:
     residual = log.power - watts
     spread = noise.spread(watts, doubt)
-    white = noise.whiten(log, watts, spread, np.column_stack([columns, _clipped(residual, spread)]))
+    everything = np.column_stack([columns, _clipped(residual, spread), given])
+    white = noise.whiten(log, watts, spread, everything)
     covariance, known = _covariance(log, white, prior, gauge)
     stderr = np.full(len(model.parameters), np.nan) if model.stderr is None else model.stderr.copy()
     stderr[index] = np.sqrt(np.diag(covariance))
@@ -301,21 +305,31 @@ def _covariance(
 ) -> tuple[Floats, NDArray[np.bool_]]:
     """Sandwich covariance, and which parameters the log tells more about than the prior did.
 
-    ``white`` is whitened: the free parameters' columns, and the clipped residual last.
+    ``white`` is whitened: the free parameters' columns, the clipped residual, and what errors that
+    last for a run do.
     """
-    scores = white[:, :-1] * white[:, -1:]
+    count = len(prior)
+    own, scores = white[:, :count], white[:, :count] * white[:, count : count + 1]
     blocks = block_numbers(log)
-    count = int(blocks.max()) + 1
-    sums = np.zeros((count, scores.shape[1]))
-    np.add.at(sums, blocks, scores)
-    gram = white[:, :-1].T @ white[:, :-1]
+    sums = _sums_by(blocks, scores)
+    gram = own.T @ own
     inverse = np.linalg.pinv(gram + gauge + np.diag(prior**2), rcond=1e-14, hermitian=True)
-    middle = sums.T @ sums * (count / max(count - gram.shape[0], 1)) + np.diag(prior**2)
+    middle = sums.T @ sums * (len(sums) / max(len(sums) - count, 1)) + np.diag(prior**2)
+    _, run = np.unique(log.run, return_inverse=True)
+    for column in white[:, count + 1 :].T:
+        by_run = _sums_by(run, own * column[:, None])
+        middle += by_run.T @ by_run
     covariance = inverse @ np.maximum(middle, middle.T) @ inverse
     plain = np.diag(inverse)
     # Where the data halve the prior's variance they are what the value rests on.
     known = plain * prior**2 < 0.5
     return np.asarray(covariance), np.asarray(known)
+
+
+def _sums_by(number: NDArray[np.int64], values: Floats) -> Floats:
+    sums = np.zeros((int(number.max()) + 1, values.shape[1]))
+    np.add.at(sums, number, values)
+    return sums
 
 
 @dataclass(frozen=True)
