@@ -150,7 +150,7 @@ def _against_mean(addition: Addition, name: str, model: PowerModel) -> Floats:
     null = parameter.null or 0.0
     wheels = range(model.vehicle.layout.wheel_count)
     given = np.array([addition.start.get((name, wheel), null) for wheel in wheels])
-    return np.clip(given - given.mean() + null, *parameter.bounds)
+    return np.asarray(np.clip(given - given.mean() + null, *parameter.bounds))
 
 
 def fit_with(

@@ -206,6 +206,11 @@ def _with(model: PowerModel, index: NDArray[np.int64], value: Floats) -> PowerMo
 
 def _bounds(model: PowerModel, index: NDArray[np.int64]) -> tuple[Floats, Floats]:
     bounds = np.array([model.slots[place][2].bounds for place in index], float).reshape(-1, 2)
+    for k, place in enumerate(index):
+        if grid := model.slots[place][2].grid:
+            # A shape is looked for where its grid says that physics has it, not beyond.
+            given = model.parameters[place]
+            bounds[k] = min(grid[0], given), max(grid[-1], given)
     return bounds[:, 0], bounds[:, 1]
 
 

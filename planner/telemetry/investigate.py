@@ -201,6 +201,13 @@ def _settled(
     settled = tuple((m.name, m.columns) for m in selection.members if not m.sensor) == chosen
     if best is not None and not (settled and heldout_rmse(log, fitted) <= best[0]):
         return best[1]
+    if not settled:
+        # The last choice has not been fitted yet; names and parameters belong together.
+        members = [m for m in selection.members if not m.sensor]
+        additions = tuple(
+            addition_for(examination, m, coefficients_of(selection, m.name)) for m in members
+        )
+        fitted = fit_with(base.model, log, additions, noise=examination.noise, within=library.model)
     return _found(log, base, examination, selection, fitted, additions)
 
 

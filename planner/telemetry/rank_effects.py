@@ -128,7 +128,7 @@ def diagnose_source(
     watch(0.1, "fitting the model")
     found = investigate(source.sample, start, extra, watch)
     diagnosis = _concluded(source, found, watch)
-    if diagnosis.verdict != "complete" and strained(found.base, start):
+    if strained(found.base, start):
         found = investigate(source.sample, start, extra, watch, as_stated=True)
         other = _concluded(source, found, watch)
         if other.after.heldout_rmse_w < BETTER * diagnosis.after.heldout_rmse_w:
