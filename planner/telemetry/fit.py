@@ -14,7 +14,8 @@ sum is held at zero, so that the bounds are those of each wheel against the mean
 
 Standard errors come from the scatter of the score over blocks of rows (a sandwich), which allows
 for noise that the whitening did not get right. Blocks of one run share the errors of what was
-measured once before it, its load say; these are added run by run.
+measured once before it, its load say; these are added run by run. What a parameter would change by
+if rows in which friction changes side were averaged more finely is added as well.
 
 Left out
     resistance and torque constant apart: with power alone only R/k_t² shows, and R stands for it.
@@ -33,10 +34,10 @@ from scipy.optimize import lsq_linear
 from planner.power.model import PowerModel
 from planner.power.vehicle import Vehicle, load_vehicle
 from planner.telemetry.blocks import block_numbers
-from planner.telemetry.interval import interval_nodes
+from planner.telemetry.interval import MANY_MOMENTS, interval_nodes
 from planner.telemetry.log import Telemetry
 from planner.telemetry.noise import CLIP, Noise, huber, noise_of
-from planner.telemetry.sensitivity import doubt_of, predict, run_errors, sizes, tangent
+from planner.telemetry.sensitivity import doubt_of, mean_watts, predict, run_errors, sizes, tangent
 
 Floats = NDArray[np.float64]
 
@@ -192,6 +193,8 @@ def fit(
             watts, columns = tangent(current, nodes, places)
     scatter = noise or noise_of(log, log.power - watts, watts, doubt, columns)
     given = run_errors(current, nodes, watts, log.present)
+    finely = interval_nodes(rows, log.interval, current, MANY_MOMENTS)
+    given = np.column_stack([mean_watts(current, finely) - watts, given])
     return _finished(log, current, index, prior, gauge, watts, columns, scatter, doubt, given)
 
 
@@ -265,6 +268,7 @@ def _finished(
 ) -> Fit:
     residual = log.power - watts
     spread = noise.spread(watts, doubt)
+    given[:, 0] = _clipped(given[:, 0], spread)
     everything = np.column_stack([columns, _clipped(residual, spread), given])
     white = noise.whiten(log, watts, spread, everything)
     covariance, known = _covariance(log, white, prior, gauge)
@@ -310,8 +314,8 @@ def _covariance(
 ) -> tuple[Floats, NDArray[np.bool_]]:
     """Sandwich covariance, and which parameters the log tells more about than the prior did.
 
-    ``white`` is whitened: the free parameters' columns, the clipped residual, and what errors that
-    last for a run do.
+    ``white`` is whitened: the free parameters' columns, the clipped residual, what a finer average
+    within rows would change, and what errors that last for a run do.
     """
     count = len(prior)
     own, scores = white[:, :count], white[:, :count] * white[:, count : count + 1]
@@ -320,8 +324,10 @@ def _covariance(
     gram = own.T @ own
     inverse = np.linalg.pinv(gram + gauge + np.diag(prior**2), rcond=1e-14, hermitian=True)
     middle = sums.T @ sums * (len(sums) / max(len(sums) - count, 1)) + np.diag(prior**2)
+    averaged = own.T @ white[:, count + 1]
+    middle += np.outer(averaged, averaged)
     _, run = np.unique(log.run, return_inverse=True)
-    for column in white[:, count + 1 :].T:
+    for column in white[:, count + 2 :].T:
         by_run = _sums_by(run, own * column[:, None])
         middle += by_run.T @ by_run
     covariance = inverse @ np.maximum(middle, middle.T) @ inverse

@@ -118,6 +118,11 @@ def investigate(
                 before = corrections.get(kind, (0.0, 0.0))[0]
                 corrections[kind] = (before + value, stderr)
         log = _corrected(sample, corrections)
+    return found
+
+
+def with_everything_free(found: Found) -> Found:
+    """The same names, fitted with all their parameters and shapes (extend.completed)."""
     if not found.additions:
         return found
     library = found.local.competitors.library
@@ -306,9 +311,8 @@ def with_all_rows(source: LogSource, found: Found, watch: Watch) -> Found:
     ties = {m.name: found.selection.ties.get(m.name, ()) for m in selection.members}
     selection = replace(selection, ties=ties)
     chosen = [m for m in selection.members if not m.sensor]
-    additions = completed(
-        [addition_for(examination, m, coefficients_of(selection, m.name)) for m in chosen],
-        examination.competitors.library,
+    additions = tuple(
+        addition_for(examination, m, coefficients_of(selection, m.name)) for m in chosen
     )
     fitted = fit_with(
         found.origin,

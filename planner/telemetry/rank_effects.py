@@ -52,6 +52,7 @@ from planner.telemetry.investigate import (
     sensor_of,
     strained,
     with_all_rows,
+    with_everything_free,
 )
 from planner.telemetry.log import Telemetry
 from planner.telemetry.lookalikes import with_lookalikes
@@ -148,7 +149,9 @@ def _concluded(source: LogSource, found: Found, watch: Watch) -> Diagnosis:
 
 def _report(source: LogSource, found: Found) -> Diagnosis:
     ties = with_lookalikes(found.selection.ties, found.fitted, found.log)
+    searched = found.fitted
     found = replace(found, selection=replace(found.selection, ties=ties))
+    found = with_everything_free(found)
     examination, selection = found.examination, found.selection
     members = [m for m in selection.members if not m.sensor]
     sensors = _sensor_faults(found)
@@ -172,7 +175,11 @@ def _report(source: LogSource, found: Found) -> Diagnosis:
         named = heldout_residual(found.log, found.fitted)
         if not falls(before, left, found.base.spread) or not falls(named, left, found.base.spread):
             proposal, fitted, left = None, found.fitted, named
-    if (proposal or members) and not sensors and not falls(before, left, found.base.spread):
+    lower = falls(before, left, found.base.spread)
+    if members and not proposal and not lower:
+        # Whether an effect is there is asked of the fewest parameters that show it.
+        lower = falls(before, heldout_residual(found.log, searched), found.base.spread)
+    if (proposal or members) and not sensors and not lower:
         proposal, members, lost = None, [], True
         fitted, left = found.base, before
     baseline = Errors(found.base.rmse_w, rms(before), examination.noise.floor_w)
