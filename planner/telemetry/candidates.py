@@ -302,6 +302,8 @@ def _columns(
             continue  # the factors average to 1: the last one follows from the others
         label = name if parameter.per is None else f"{name} {element}"
         low, high = (bound - parameter.null for bound in parameter.bounds)
+        if parameter.per == "wheel":
+            low, high = low - high, high - low  # against the last wheel
         scanned: list[tuple[int, float] | None] = [*shapes[slug]]
         for shape in scanned or [None]:
             called = full.slots[shape[0]][1] if shape is not None else ""

@@ -3,12 +3,15 @@
     fitted = fit_with(model, log, [Addition("air_drag", {"drag_area": 0.2})])
 
 An addition says which parameters of the effect are to be fitted and where the fit starts; its other
-parameters keep their null value, the shapes that were scanned the value that was found.
+parameters keep their null value, the shapes that were scanned the value that was found. A search is
+quick and clear that way. What comes of it is another matter: an effect that acts does so with all
+its parameters and with a shape that no grid holds, and standard errors that leave those out are far
+too small. ``completed`` sets free all of them that the log can show.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -17,7 +20,7 @@ from numpy.typing import NDArray
 from planner.power.catalogue import find_effect
 from planner.power.effect import Effect
 from planner.power.model import PowerModel
-from planner.telemetry.candidates import Column, with_effects
+from planner.telemetry.candidates import CandidateLibrary, Column, with_effects
 from planner.telemetry.fit import Fit, fit, free_places
 from planner.telemetry.log import Telemetry
 from planner.telemetry.noise import Noise
@@ -52,11 +55,34 @@ def addition_of(columns: Sequence[Column], coefficients: Floats, effect: type[Ef
     for column, coefficient in zip(columns, coefficients, strict=True):
         name, _, element = column.parameter.partition(" ")
         null = effect.parameters[name].null or 0.0
-        low, high = effect.parameters[name].bounds
-        start[name, int(element or 0)] = float(np.clip(null + coefficient, low, high))
+        start[name, int(element or 0)] = float(np.clip(coefficient, column.low, column.high)) + null
         if column.shape is not None:
             shapes[column.shape_name] = column.shape[1]
     return Addition(effect if effect.definition is not None else effect.slug, start, shapes)
+
+
+def completed(additions: Sequence[Addition], library: CandidateLibrary) -> tuple[Addition, ...]:
+    """The same effects with everything free that acts in this log, shapes included.
+
+    A parameter that the search left out starts at its usual value: physics knows it better than
+    that it is null.
+    """
+    full = []
+    for addition in additions:
+        effect = addition.declaration
+        start = {(name, 0): value for name, value in addition.shapes.items()}
+        given = library.model.vehicle.parameters.get(effect.slug, {})
+        for column in library.candidates:
+            if column.effect == effect.slug:
+                name, _, element = column.parameter.partition(" ")
+                start[name, int(element or 0)] = _usual_value(effect, name, given)
+        full.append(Addition(addition.effect, {**start, **addition.start}))
+    return tuple(full)
+
+
+def _usual_value(effect: type[Effect], name: str, given: Mapping[str, object]) -> float:
+    value = given.get(name)
+    return float(value) if isinstance(value, int | float) else effect.parameters[name].default
 
 
 def usual_addition(effect: type[Effect], model: PowerModel) -> Addition:
@@ -65,10 +91,9 @@ def usual_addition(effect: type[Effect], model: PowerModel) -> Addition:
     start: dict[tuple[str, int], float] = {}
     for name, parameter in effect.parameters.items():
         if parameter.fitted and parameter.null is not None:
-            value = given.get(name, parameter.default)
-            start[name, 0] = float(value) if isinstance(value, int | float) else parameter.default
+            start[name, 0] = _usual_value(effect, name, given)
             if parameter.per == "wheel":
-                for wheel in range(1, model.vehicle.layout.wheel_count - 1):
+                for wheel in range(1, model.vehicle.layout.wheel_count):
                     start[name, wheel] = start[name, 0]
             if parameter.per == "surface":
                 for surface in range(1, max(1, len(model.surfaces))):
@@ -101,12 +126,15 @@ def extended(
     values = full.parameters.copy()
     added = {a.declaration.slug: a for a in additions}
     free = []
-    for place, (effect, name, _, element) in enumerate(full.slots):
+    for place, (effect, name, parameter, element) in enumerate(full.slots):
         addition = added.get(effect.slug)
         if (effect.slug, name, element) in own:
             values[place], fitted = own[effect.slug, name, element]
             if fitted:
                 free.append(place)
+        elif addition is not None and parameter.per == "wheel" and (name, 0) in addition.start:
+            values[place] = _against_mean(addition, name, full)[element]
+            free.append(place)
         elif addition is not None and (name, element) in addition.start:
             values[place] = addition.start[name, element]
             free.append(place)
@@ -115,6 +143,15 @@ def extended(
     stderr = np.full(len(values), np.nan)
     full = replace(full, parameters=values, stderr=stderr, covariance=None, energy_error=None)
     return full, tuple(free)
+
+
+def _against_mean(addition: Addition, name: str, model: PowerModel) -> Floats:
+    """Factors of all wheels about their mean; one that the addition does not name is at null."""
+    parameter = addition.declaration.parameters[name]
+    null = parameter.null or 0.0
+    wheels = range(model.vehicle.layout.wheel_count)
+    given = np.array([addition.start.get((name, wheel), null) for wheel in wheels])
+    return np.asarray(np.clip(given - given.mean() + null, *parameter.bounds))
 
 
 def fit_with(

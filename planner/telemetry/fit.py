@@ -7,12 +7,15 @@
 
 Gauss-Newton steps on whitened residuals that count at most 3.5 spreads (Huber's pseudo-values);
 each step is a bounded linear least-squares problem (scipy.optimize.lsq_linear), so that no
-parameter leaves its physical range. A wide prior around the starting value, three times the spread
+parameter leaves its physical range. A wide prior around the starting value, ten times the spread
 that its declaration states, keeps a parameter in place that the log says nothing about; such a
-parameter is marked as not identifiable.
+parameter is marked as not identifiable. Of the wheels' own factors only the differences act: their
+sum is held at zero, so that the bounds are those of each wheel against the mean.
 
 Standard errors come from the scatter of the score over blocks of rows (a sandwich), which allows
-for noise that the whitening did not get right.
+for noise that the whitening did not get right. Blocks of one run share the errors of what was
+measured once before it, its load say; these are added run by run. What a parameter would change by
+if rows in which friction changes side were averaged more finely is added as well.
 
 Left out
     resistance and torque constant apart: with power alone only R/k_t² shows, and R stands for it.
@@ -31,15 +34,17 @@ from scipy.optimize import lsq_linear
 from planner.power.model import PowerModel
 from planner.power.vehicle import Vehicle, load_vehicle
 from planner.telemetry.blocks import block_numbers
-from planner.telemetry.interval import interval_nodes
+from planner.telemetry.interval import MANY_MOMENTS, interval_nodes
 from planner.telemetry.log import Telemetry
 from planner.telemetry.noise import CLIP, Noise, huber, noise_of
-from planner.telemetry.sensitivity import doubt_of, predict, sizes, tangent
+from planner.telemetry.sensitivity import doubt_of, mean_watts, predict, run_errors, sizes, tangent
 
 Floats = NDArray[np.float64]
 
 PRIOR_SPREADS = 10.0
 """Standard deviation of the prior, in multiples of the declared spread of a parameter."""
+GAUGE = 1e3
+"""One over the standard deviation that the sum of the wheels' own factors is held with."""
 STEPS = 25
 CLOSE = 0.01
 """Gain of log-likelihood, doubled, that a further step must promise."""
@@ -102,15 +107,23 @@ def free_places(model: PowerModel, log: Telemetry) -> tuple[int, ...]:
     """Numbers of the parameters that a fit to this log may change.
 
     Where every row has a label of the ground, the commonest one keeps its factor: the drag
-    coefficients are those of that ground, otherwise both could change against each other.
+    coefficients are those of that ground, otherwise both could change against each other. The
+    scanned shape of an effect is free where the effect acts.
     """
     labelled = log.rows_for(model.surfaces)[:, _SURFACE] if model.surfaces else np.array([-1.0])
     reference = -1
     if np.all(labelled >= 0):
         reference = int(np.argmax(np.bincount(labelled.astype(int))))
+    acting = {
+        effect.slug
+        for (effect, _, parameter, _), value in zip(model.slots, model.parameters, strict=True)
+        if parameter.null is not None and value != parameter.null
+    }
     places = []
-    for place, (_, _, parameter, element) in enumerate(model.slots):
-        if parameter.fitted and not (parameter.per == "surface" and element == reference):
+    for place, (effect, _, parameter, element) in enumerate(model.slots):
+        shaping = bool(parameter.grid) and effect.slug in acting
+        reference_ground = parameter.per == "surface" and element == reference
+        if (parameter.fitted or shaping) and not reference_ground:
             places.append(place)
     return tuple(places)
 
@@ -135,7 +148,7 @@ def fit(
     places = free_places(model, log) if free is None else tuple(free)
     index = np.array(places, int)
     low, high = _bounds(model, index)
-    prior = _prior_weights(model, index)
+    prior, gauge = _prior_weights(model, index), _gauge(model, index)
     start = model.parameters[index].copy()
     value = start.copy()
     current = model
@@ -157,6 +170,7 @@ def fit(
             white = scatter.whiten(log, watts, spread, everything)
             # Squares of clipped residuals would not show that large ones have become smaller.
             cost = float(huber(white[:, -1]).sum() + (((value - start) * prior) ** 2).sum())
+            cost += float(value @ gauge @ value)
             white = white[:, :-1]
             if cost > best + close and stride > 1e-2:
                 # The step went too far: kinks of friction and gears make the power non-linear.
@@ -165,7 +179,9 @@ def fit(
             else:
                 best, stride, settled = cost, 1.0, value
                 gram, score = white[:, :-1].T @ white[:, :-1], white[:, :-1].T @ white[:, -1]
-                step = _bounded_step(gram, score, value - start, prior, low - value, high - value)
+                held = prior**2 * (value - start) + gauge @ value
+                full = gram + gauge + np.diag(prior**2)
+                step = _bounded_step(full, score - held, low - value, high - value)
                 value = np.clip(value + step, low, high)  # rounding may end beyond a bound
             current = _with(model, index, value)
             watts, columns = tangent(current, nodes, places)
@@ -176,7 +192,10 @@ def fit(
             current = _with(model, index, value)
             watts, columns = tangent(current, nodes, places)
     scatter = noise or noise_of(log, log.power - watts, watts, doubt, columns)
-    return _finished(log, current, index, prior, watts, columns, scatter, doubt)
+    given = run_errors(current, nodes, watts, log.present)
+    finely = interval_nodes(rows, log.interval, current, MANY_MOMENTS)
+    given = np.column_stack([mean_watts(current, finely) - watts, given])
+    return _finished(log, current, index, prior, gauge, watts, columns, scatter, doubt, given)
 
 
 _SURFACE = 15
@@ -190,6 +209,11 @@ def _with(model: PowerModel, index: NDArray[np.int64], value: Floats) -> PowerMo
 
 def _bounds(model: PowerModel, index: NDArray[np.int64]) -> tuple[Floats, Floats]:
     bounds = np.array([model.slots[place][2].bounds for place in index], float).reshape(-1, 2)
+    for k, place in enumerate(index):
+        if grid := model.slots[place][2].grid:
+            # A shape is looked for where its grid says that physics has it, not beyond.
+            given = model.parameters[place]
+            bounds[k] = min(grid[0], given), max(grid[-1], given)
     return bounds[:, 0], bounds[:, 1]
 
 
@@ -200,15 +224,25 @@ def _prior_weights(model: PowerModel, index: NDArray[np.int64]) -> Floats:
     return 1.0 / np.maximum(PRIOR_SPREADS * spread * size, 1e-300)
 
 
+def _gauge(model: PowerModel, index: NDArray[np.int64]) -> Floats:
+    """(p, p) weights that hold the sum of the wheels' own factors at zero: it changes nothing."""
+    groups: dict[tuple[str, str], list[int]] = {}
+    for k, place in enumerate(index):
+        effect, name, parameter, _ = model.slots[place]
+        if parameter.per == "wheel":
+            groups.setdefault((effect.slug, name), []).append(k)
+    gauge = np.zeros((len(index), len(index)))
+    for group in groups.values():
+        if len(group) == model.vehicle.layout.wheel_count:
+            gauge[np.ix_(group, group)] = GAUGE**2
+    return gauge
+
+
 def _clipped(residual: Floats, spread: Floats) -> Floats:
     return np.clip(residual, -CLIP * spread, CLIP * spread)
 
 
-def _bounded_step(
-    gram: Floats, score: Floats, moved: Floats, prior: Floats, low: Floats, high: Floats
-) -> Floats:
-    full = gram + np.diag(prior**2)
-    right = score - prior**2 * moved
+def _bounded_step(full: Floats, right: Floats, low: Floats, high: Floats) -> Floats:
     scale = 1.0 / np.sqrt(np.diag(full))
     factor = np.linalg.cholesky(full * np.outer(scale, scale) + 1e-10 * np.eye(len(full)))
     target = np.linalg.solve(factor, right * scale)
@@ -225,15 +259,19 @@ def _finished(
     model: PowerModel,
     index: NDArray[np.int64],
     prior: Floats,
+    gauge: Floats,
     watts: Floats,
     columns: Floats,
     noise: Noise,
     doubt: Floats,
+    given: Floats,
 ) -> Fit:
     residual = log.power - watts
     spread = noise.spread(watts, doubt)
-    white = noise.whiten(log, watts, spread, np.column_stack([columns, _clipped(residual, spread)]))
-    covariance, known = _covariance(log, white, prior)
+    given[:, 0] = _clipped(given[:, 0], spread)
+    everything = np.column_stack([columns, _clipped(residual, spread), given])
+    white = noise.whiten(log, watts, spread, everything)
+    covariance, known = _covariance(log, white, prior, gauge)
     stderr = np.full(len(model.parameters), np.nan) if model.stderr is None else model.stderr.copy()
     stderr[index] = np.sqrt(np.diag(covariance))
     fitted = []
@@ -272,24 +310,38 @@ def _finished(
     )
 
 
-def _covariance(log: Telemetry, white: Floats, prior: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+def _covariance(
+    log: Telemetry, white: Floats, prior: Floats, gauge: Floats
+) -> tuple[Floats, NDArray[np.bool_]]:
     """Sandwich covariance, and which parameters the log tells more about than the prior did.
 
-    ``white`` is whitened: the free parameters' columns, and the clipped residual last.
+    ``white`` is whitened: the free parameters' columns, the clipped residual, what a finer average
+    within rows would change, and what errors that last for a run do.
     """
-    scores = white[:, :-1] * white[:, -1:]
+    count = len(prior)
+    own, scores = white[:, :count], white[:, :count] * white[:, count : count + 1]
     blocks = block_numbers(log)
-    count = int(blocks.max()) + 1
-    sums = np.zeros((count, scores.shape[1]))
-    np.add.at(sums, blocks, scores)
-    gram = white[:, :-1].T @ white[:, :-1]
-    inverse = np.linalg.pinv(gram + np.diag(prior**2), rcond=1e-14, hermitian=True)
-    middle = sums.T @ sums * (count / max(count - gram.shape[0], 1)) + np.diag(prior**2)
+    sums = _sums_by(blocks, scores)
+    gram = own.T @ own
+    inverse = np.linalg.pinv(gram + gauge + np.diag(prior**2), rcond=1e-14, hermitian=True)
+    middle = sums.T @ sums * (len(sums) / max(len(sums) - count, 1)) + np.diag(prior**2)
+    averaged = own.T @ white[:, count + 1]
+    middle += np.outer(averaged, averaged)
+    _, run = np.unique(log.run, return_inverse=True)
+    for column in white[:, count + 2 :].T:
+        by_run = _sums_by(run, own * column[:, None])
+        middle += by_run.T @ by_run
     covariance = inverse @ np.maximum(middle, middle.T) @ inverse
     plain = np.diag(inverse)
     # Where the data halve the prior's variance they are what the value rests on.
     known = plain * prior**2 < 0.5
     return np.asarray(covariance), np.asarray(known)
+
+
+def _sums_by(number: NDArray[np.int64], values: Floats) -> Floats:
+    sums = np.zeros((int(number.max()) + 1, values.shape[1]))
+    np.add.at(sums, number, values)
+    return sums
 
 
 @dataclass(frozen=True)

@@ -23,8 +23,8 @@ from planner.quantities import INDEX
 
 Floats = NDArray[np.float64]
 
-NODES = (-0.5 * np.sqrt(0.6), 0.0, 0.5 * np.sqrt(0.6))
-WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)
+MOMENTS, MANY_MOMENTS = 3, 7
+"""Moments that a divided row is taken at, and those that show what so few of them leave out."""
 LARGE_CHANGE = 0.5
 """Change of a wheel's or roller's speed within a row, over it, that calls for three moments."""
 SMALL_SPEED = 1e-3
@@ -45,13 +45,16 @@ class Nodes(NamedTuple):
     weight: Floats
 
 
-def interval_nodes(rows: Floats, interval: Floats, model: PowerModel) -> Nodes:
+def interval_nodes(
+    rows: Floats, interval: Floats, model: PowerModel, moments: int = MOMENTS
+) -> Nodes:
     """The moments at which a model is to be evaluated for every row of a log.
 
     Args:
         rows: (n, ROW_LENGTH) means, ``surface`` counting in the model's list.
         interval: (n,) s.
         model: says how the wheels stand.
+        moments: of every divided row.
     """
     vx, vy, wz = (rows[:, INDEX[name]] for name in ("vx", "vy", "wz"))
     # Body velocity changes by inertial acceleration less the turning of the frame.
@@ -64,12 +67,13 @@ def interval_nodes(rows: Floats, interval: Floats, model: PowerModel) -> Nodes:
     axes = np.concatenate([table[:, 2:5], table[:, 5:8]])  # rim and roller speed of every wheel
     speed, moved = np.abs(axes @ motion), np.abs(axes @ change)
     divided = np.any((moved > LARGE_CHANGE * speed) & (moved > SMALL_SPEED), axis=0)
-    count = np.where(divided, len(NODES), 1)
+    places, shares = np.polynomial.legendre.leggauss(moments)
+    count = np.where(divided, moments, 1)
     first = np.concatenate([[0], np.cumsum(count)])
     expanded = np.repeat(rows, count, axis=0)
     weight = np.ones(len(expanded))
     at = np.flatnonzero(divided)
-    for number, (moment, share) in enumerate(zip(NODES, WEIGHTS, strict=True)):
+    for number, (moment, share) in enumerate(zip(places / 2.0, shares / 2.0, strict=True)):
         place = first[at] + number
         weight[place] = share
         for name, step in zip(("vx", "vy", "wz"), change, strict=True):

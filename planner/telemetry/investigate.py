@@ -21,7 +21,7 @@ from planner.power.model import PowerModel
 from planner.telemetry.candidates import Atom, CandidateLibrary, candidate_library
 from planner.telemetry.contest import addition_for, coefficients_of, contest
 from planner.telemetry.examine import Competitors, Examination, examine
-from planner.telemetry.extend import Addition, fit_with
+from planner.telemetry.extend import Addition, completed, fit_with
 from planner.telemetry.fit import Fit, fit
 from planner.telemetry.heldout import heldout_rmse
 from planner.telemetry.log import Telemetry
@@ -121,6 +121,18 @@ def investigate(
     return found
 
 
+def with_everything_free(found: Found) -> Found:
+    """The same names, fitted with all their parameters and shapes (extend.completed)."""
+    if not found.additions:
+        return found
+    library = found.local.competitors.library
+    additions = completed(found.additions, library)
+    fitted = fit_with(
+        found.origin, found.log, additions, noise=found.local.noise, within=library.model
+    )
+    return replace(found, additions=additions, fitted=fitted)
+
+
 def strained(base: Fit, start: PowerModel) -> bool:
     """Whether a fit ran into the bounds of what is physical: something strong is missing."""
     for place in base.places:
@@ -194,6 +206,13 @@ def _settled(
     settled = tuple((m.name, m.columns) for m in selection.members if not m.sensor) == chosen
     if best is not None and not (settled and heldout_rmse(log, fitted) <= best[0]):
         return best[1]
+    if not settled:
+        # The last choice has not been fitted yet; names and parameters belong together.
+        members = [m for m in selection.members if not m.sensor]
+        additions = tuple(
+            addition_for(examination, m, coefficients_of(selection, m.name)) for m in members
+        )
+        fitted = fit_with(base.model, log, additions, noise=examination.noise, within=library.model)
     return _found(log, base, examination, selection, fitted, additions)
 
 
@@ -253,12 +272,16 @@ def _relinearised(
         (effect.slug, name, element): place
         for place, (effect, name, _, element) in enumerate(fitted.model.slots)
     }
+    last_wheel = library.model.vehicle.layout.wheel_count - 1
     held = []
     for member in members:
         for number in atom_of(member).columns:
             column = library.candidates[number]
             name, _, element = column.parameter.partition(" ")
             value = fitted.model.parameters[places[member.name, name, int(element or 0)]]
+            if library.model.slots[column.place][2].per == "wheel":
+                # Columns count from the last wheel, a fit from the mean.
+                value -= fitted.model.parameters[places[member.name, name, last_wheel]]
             null = library.model.parameters[column.place]
             if abs(value - null) > 1e-3 * abs(amplitudes[number]):
                 amplitudes[number] = value - null

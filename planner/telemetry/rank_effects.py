@@ -42,7 +42,7 @@ from planner.telemetry.diagnosis import (
 )
 from planner.telemetry.examine import Examination
 from planner.telemetry.experiments import Advice
-from planner.telemetry.extend import Addition, trimmed, usual_addition
+from planner.telemetry.extend import Addition, completed, trimmed, usual_addition
 from planner.telemetry.fit import Fit, starting_model
 from planner.telemetry.heldout import LinearHeldout, falls, heldout_residual, rms
 from planner.telemetry.investigate import (
@@ -52,6 +52,7 @@ from planner.telemetry.investigate import (
     sensor_of,
     strained,
     with_all_rows,
+    with_everything_free,
 )
 from planner.telemetry.log import Telemetry
 from planner.telemetry.lookalikes import with_lookalikes
@@ -61,8 +62,9 @@ from planner.telemetry.select_effects import Standing
 from planner.telemetry.subsets import Member
 from planner.telemetry.unknown_effect import Proposal, propose
 
-BETTER = 0.98
-"""Held-out error of a second search over the first, from which the second is believed."""
+BETTER, FAR_BETTER = 0.98, 0.5
+"""Held-out error of a second search over the first, from which the second is believed; the same
+where the first found nothing missing, and must have taken something large for noise."""
 
 Floats = NDArray[np.float64]
 Progress = Callable[[float, str], None]
@@ -128,10 +130,11 @@ def diagnose_source(
     watch(0.1, "fitting the model")
     found = investigate(source.sample, start, extra, watch)
     diagnosis = _concluded(source, found, watch)
-    if diagnosis.verdict != "complete" and strained(found.base, start):
+    enough = BETTER if diagnosis.verdict != "complete" else FAR_BETTER
+    if strained(found.base, start):
         found = investigate(source.sample, start, extra, watch, as_stated=True)
         other = _concluded(source, found, watch)
-        if other.after.heldout_rmse_w < BETTER * diagnosis.after.heldout_rmse_w:
+        if other.after.heldout_rmse_w < enough * diagnosis.after.heldout_rmse_w:
             return other
     return diagnosis
 
@@ -148,7 +151,9 @@ def _concluded(source: LogSource, found: Found, watch: Watch) -> Diagnosis:
 
 def _report(source: LogSource, found: Found) -> Diagnosis:
     ties = with_lookalikes(found.selection.ties, found.fitted, found.log)
+    searched = found.fitted
     found = replace(found, selection=replace(found.selection, ties=ties))
+    found = with_everything_free(found)
     examination, selection = found.examination, found.selection
     members = [m for m in selection.members if not m.sensor]
     sensors = _sensor_faults(found)
@@ -172,7 +177,11 @@ def _report(source: LogSource, found: Found) -> Diagnosis:
         named = heldout_residual(found.log, found.fitted)
         if not falls(before, left, found.base.spread) or not falls(named, left, found.base.spread):
             proposal, fitted, left = None, found.fitted, named
-    if (proposal or members) and not sensors and not falls(before, left, found.base.spread):
+    lower = falls(before, left, found.base.spread)
+    if members and not proposal and not lower:
+        # Whether an effect is there is asked of the fewest parameters that show it.
+        lower = falls(before, heldout_residual(found.log, searched), found.base.spread)
+    if (proposal or members) and not sensors and not lower:
         proposal, members, lost = None, [], True
         fitted, left = found.base, before
     baseline = Errors(found.base.rmse_w, rms(before), examination.noise.floor_w)
@@ -229,7 +238,8 @@ def _additions(
         if not effect.base and slug not in library.own:
             additions[slug] = usual_addition(effect, library.model)
     for standing, where in _standings(found):
-        additions[standing.name] = addition_for(where, standing.member, standing.coefficients)
+        addition = addition_for(where, standing.member, standing.coefficients)
+        additions[standing.name] = completed([addition], where.competitors.library)[0]
     for member, addition in zip(members, found.additions, strict=False):
         additions[member.name] = addition
     if proposal is not None:

@@ -15,7 +15,7 @@ The rows are shared out among the processor's cores; the compiled loop holds no 
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
 from typing import Any
@@ -170,13 +170,46 @@ def doubt_of(model: PowerModel, rows: Floats) -> Floats:
     return doubt
 
 
+RUN_ERRORS = {"payload": 0.02, "com_x": 0.002, "com_y": 0.002, "ambient_temp": 0.5}
+"""kg, m, m and °C: usual errors of what is weighed or measured once before a run."""
+
+
+def run_errors(model: PowerModel, nodes: Nodes, watts: Floats, known: Collection[str]) -> Floats:
+    """What an error of a quantity that is measured once a run does to the power of its rows.
+
+    Args:
+        model: the model.
+        nodes: the rows of a log.
+        watts: (n,) W, what the model says for them.
+        known: quantities that the log has.
+
+    Returns:
+        (n, k) W, one column for each quantity of RUN_ERRORS that is known and acts, by its usual
+        error.
+    """
+    columns = []
+    for name, error in RUN_ERRORS.items():
+        if name in known:
+            rows = nodes.rows.copy()
+            rows[:, INDEX[name]] += error
+            column = mean_watts(model, nodes._replace(rows=rows)) - watts
+            if np.any(column):
+                columns.append(column)
+    return np.column_stack(columns) if columns else np.empty((len(watts), 0))
+
+
 def sizes(model: PowerModel) -> Floats:
-    """(P,) size of every parameter that a step is taken relative to."""
+    """(P,) size of every parameter that a step is taken relative to.
+
+    Factors of single wheels and grounds are relative changes: their size is one.
+    """
     result = np.empty(len(model.parameters))
     for place, (_, _, parameter, _) in enumerate(model.slots):
         value = abs(float(model.parameters[place]))
         usual = abs(parameter.default - (parameter.null or 0.0))
-        result[place] = max(value, usual) or min(1e-2, parameter.bounds[1])
+        # A value that a fit left next to nothing must not become the measure of itself.
+        size = max(value, usual or min(1e-2, parameter.bounds[1]))
+        result[place] = size if parameter.per is None else 1.0
     return result
 
 

@@ -7,6 +7,9 @@ A shape is one column: a power or a bump of the speed, a harmonic of the heading
 slope, a decay since the start, each alone and times the speed. Shapes are there to show *that*
 something is missing, over which quantity, and with which curve; the formula that is proposed then
 has its thresholds and widths fitted (planner.telemetry.unknown_effect).
+
+A quantity that was driven at three speeds, say, and nothing in between says nothing about a curve:
+any bump on one of them would fit, and be wrong at the next speed. Such an axis has no shapes.
 """
 
 from __future__ import annotations
@@ -34,6 +37,12 @@ LEAST_RANGE = {
     "time_since_start": 5.0,
 }
 """An axis that varies less than this (1st to 99th percentile) tells nothing."""
+
+
+LEAST_LEVELS = 4
+"""An axis on which values stand at fewer places than this, far apart, tells no curve."""
+FAR_APART, NARROW = 0.2, 0.25
+"""Gap between such places, and the most that each may be wide, as shares of the axis' range."""
 
 
 @dataclass(frozen=True)
@@ -93,12 +102,21 @@ def shapes_of(log: Telemetry) -> Dictionary:
         if len(known) < 0.5 * len(values) or not len(known):
             continue
         low, high = np.percentile(known, [1, 99])
-        if high - low >= LEAST_RANGE[name]:
+        if high - low >= LEAST_RANGE[name] and levels(known) >= LEAST_LEVELS:
             ranges[name] = (float(low), float(high))
     shapes: list[Shape] = []
     for name, (low, high) in ranges.items():
         shapes += _OF_AXIS[name](low, high)
     return Dictionary(tuple(shapes), temperature, ranges)
+
+
+def levels(values: Floats) -> float:
+    """At how many places values (n,) stand; infinite where they are spread out."""
+    low, high = np.percentile(values, [1, 99])
+    inside = np.sort(values[(values >= low) & (values <= high)])
+    borders = np.flatnonzero(np.diff(inside) > FAR_APART * (high - low)) + 1
+    widths = [float(np.ptp(place)) for place in np.split(inside, borders)]
+    return len(widths) if max(widths) <= NARROW * (high - low) else np.inf
 
 
 def _times(shapes: list[Shape], powers: tuple[int, ...] = (0, 1)) -> list[Shape]:

@@ -103,7 +103,10 @@ def drive_again(case: Case, made: Made, experiment: Mapping[str, Any]) -> Path:
 def tie_broken(
     case: Case, made: Made, found: Mapping[str, Any], diagnose: Callable[..., Any]
 ) -> dict[str, Any] | None:
-    """Follow the recommendation that concerns the truth; None where there is none.
+    """Follow the recommendation that concerns the truth; None where there is none to drive.
+
+    Where no motion would part two effects the advice is to log or to measure something, without
+    settings of a run.
 
     The tie is broken when the second diagnosis selects every hidden effect, nothing else, and no
     longer counts one of the rivals among what it cannot be told from.
@@ -111,7 +114,7 @@ def tie_broken(
     truth = set(case.truth)
     for experiment in found.get("experiments") or ():
         separates = set(experiment["separates"])
-        if not truth & separates or not separates - truth:
+        if not truth & separates or not separates - truth or not experiment["settings"]:
             continue
         path = drive_again(case, made, experiment)
         answer = diagnose(path, VEHICLE, mapping=made.mapping)

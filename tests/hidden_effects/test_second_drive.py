@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from planner.telemetry.virtual_robot import QUIET, VirtualRobot
-from tests.hidden_effects.second_drive import RAMP, recommended_drive
+from tests.hidden_effects.cases import cases
+from tests.hidden_effects.second_drive import RAMP, recommended_drive, tie_broken
 
 CLIMB = {"vx": 0.3, "vy": 0.0, "wz": 0.0, "pitch": -0.08, "roll": 0.0, "acceleration": 0.0}
 HARD = {"vx": 0.0, "vy": 0.4, "wz": 0.0, "pitch": 0.0, "roll": 0.0, "acceleration": 0.5}
@@ -48,3 +49,13 @@ def test_load_and_heat_are_those_asked_for(robot):
     assert set(log["payload"]) == {4.8}
     assert log["motor_temp"] == pytest.approx(60.0)
     assert math.isfinite(log["power"].sum())
+
+
+def test_advice_to_log_something_is_no_drive():
+    case = next(c for c in cases(["one"], 1) if c.group == "com_offset")
+    advice = {"separates": ["wheel_imbalance", "com_offset"], "run": "Log com_x.", "settings": {}}
+
+    def asked_again(*given, **more):
+        raise AssertionError("nothing was driven")
+
+    assert tie_broken(case, None, {"experiments": [advice]}, asked_again) is None

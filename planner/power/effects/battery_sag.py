@@ -1,8 +1,10 @@
 """Battery sag: what the battery loses inside itself.
 
-    I = 2·P / (V + √(V² - 4·R_b·P))        loss = R_b·I²
+    I = P / U                              loss = R_b·I²
+    I = 2·P / (V + √(V² - 4·R_b·P))        where U is not known
 
-the smaller root of V·I - R_b·I² = P, written so that R_b = 0 is no special case.
+U is the voltage under load, V that without. The second is the smaller root of V·I - R_b·I² = P,
+written so that R_b = 0 is no special case.
 
 Sign
     P is the power that leaves the battery's terminals; charging loses too.
@@ -10,9 +12,10 @@ Source
     internal-resistance model, own solution of the quadratic.
 Holds for
     power at the source: with a log measured at the terminals the loss happens before the meter and
-    cannot be seen. V is ``battery_voltage`` where known, otherwise the open-circuit value; taking a
-    voltage under load for the open one changes the loss by the relative sag, under 2 % here. Beyond
-    P = V²/(4·R_b) the battery cannot deliver, and the current stays at 2·P/V.
+    cannot be seen. U is ``battery_voltage``: what a log holds was measured while the current
+    flowed. Taken for the voltage without load it would count the sag twice, and a strong resistance
+    would be found some 10 % too small. Beyond P = V²/(4·R_b) the battery cannot deliver, and the
+    current stays at 2·P/V.
 Left out
     polarisation, state of charge, temperature of the cells.
 """
@@ -47,11 +50,10 @@ class BatterySag(Effect):
     def supply(bus_watts, battery_voltage, internal_resistance, open_circuit_voltage):
         """W lost in the battery."""
         if known(battery_voltage):
-            voltage = battery_voltage + 0.0 * open_circuit_voltage
+            current = bus_watts / battery_voltage
         else:
-            voltage = 1.0 * open_circuit_voltage
-        spare = larger(voltage * voltage - 4.0 * internal_resistance * bus_watts, 0.0)
-        current = 2.0 * bus_watts / (voltage + root(spare))
+            spare = larger(open_circuit_voltage**2 - 4.0 * internal_resistance * bus_watts, 0.0)
+            current = 2.0 * bus_watts / (open_circuit_voltage + root(spare))
         return internal_resistance * current * current
 
     examples = (
@@ -74,7 +76,7 @@ class BatterySag(Effect):
                 "internal_resistance": 1,
                 "open_circuit_voltage": 12,
             },
-            1.0,
-            "charging: √(100 + 44) = 12, I = -22/22 = -1 A",
+            1.21,
+            "charging: I = -11/10 A, 1·1.1²",
         ),
     )

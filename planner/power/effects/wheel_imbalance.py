@@ -9,7 +9,8 @@ Source
     harmonic of the heading that single coefficients cannot follow.
 Holds for
     steady differences between wheels, bearings and loads that no other quantity explains. The mean
-    is taken off, so that the factors average to 1 and the common part stays with c_w and c_r.
+    is taken off, so that the factors average to 1 and the common part stays with c_w and c_r. A
+    wheel at -1 below the mean has no drag at all.
 Left out
     imbalance in the sense of a mass off a wheel's axle; a wheel whose motor differs.
 """
@@ -27,7 +28,7 @@ class WheelImbalance(Effect):
         unit="1",
         default=0.0,
         null=0.0,
-        bounds=(-0.9, 10.0),
+        bounds=(-1.0, 10.0),
         per="wheel",
         doc="Relative change of this wheel's drag; the mean over wheels is taken off.",
         spread=0.5,
