@@ -87,7 +87,6 @@ def best_route(run: Run, field: CostField) -> Found:
         return found
     found.planner["slope_margin"] = attempt.field.margin
     found.planner["grid_cost"] = sum(cost for _, cost in attempt.refined)
-    found.planner["grid_seconds"] = time.perf_counter() - begun
     if candidates:
         found.planner["grid_energy_j"] = min(route.energy_j for route in candidates.values())
     try:

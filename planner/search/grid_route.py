@@ -15,7 +15,7 @@ from planner.quantities import STANDARD_GRAVITY
 from planner.search.drive import Stuck, drive
 from planner.search.explain import explain_no_route
 from planner.search.ground import CostField, polyline_cost
-from planner.search.refine import KNOT_CELLS, refine
+from planner.search.refine import VARIANTS, refine
 from planner.search.route import Route
 from planner.search.run import Run
 from planner.search.steady import MARGIN, OBJECTIVES
@@ -84,12 +84,13 @@ def on_grid(run: Run, field: CostField, objective: str) -> Attempt:
 def _refined_and_driven(
     run: Run, field: CostField, paths: list[Array], objective: str
 ) -> tuple[list[tuple[Array, float]], Route | Stuck]:
-    """The legs refined with closer and with wider knots; what costs less once it is driven."""
+    """The legs refined with closer and wider knots; what costs least once it is driven."""
     toll = run.situation.toll(objective)
     best: tuple[list[tuple[Array, float]], Route | Stuck] | None = None
-    for knot_cells in KNOT_CELLS if objective == "energy" else KNOT_CELLS[:1]:
+    for knot_cells, share in VARIANTS if objective == "energy" else VARIANTS[:1]:
         refined = [
-            refine(field, path, toll=toll, knot_cells=knot_cells, check=run.check) for path in paths
+            refine(field, path, toll=share * toll, knot_cells=knot_cells, check=run.check)
+            for path in paths
         ]
         driven = drive_legs(run, field, [path for path, _ in refined], objective)
         if best is None or isinstance(best[1], Stuck):

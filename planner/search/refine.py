@@ -25,9 +25,9 @@ from planner.search.ground import CostField, polyline_cost, segment_cost
 
 Path = NDArray[np.float64]
 
-KNOT_CELLS = (4.0, 8.0)
-"""Distances of knots in cells, to choose from: close ones bend round an obstacle, wide ones stay
-smooth."""
+VARIANTS = ((4.0, 1.0), (8.0, 1.0), (8.0, 0.1))
+"""Distance of knots in cells and share of the toll, to choose from once they are driven: close
+knots bend round an obstacle, wide ones stay smooth, and evenly round ways have cheap corners."""
 REACH, LONG = 30, 500
 """Knots that a shortcut may leave out; half of that on paths of more knots than LONG."""
 BANDS = ((2.0, 5, 5), (0.7, 5, 6), (0.25, 4, 8))
@@ -136,7 +136,7 @@ def refine(
     path: Path,
     *,
     toll: float = 0.0,
-    knot_cells: float = KNOT_CELLS[0],
+    knot_cells: float = VARIANTS[0][0],
     check: Callable[[], None] = lambda: None,
 ) -> tuple[Path, float]:
     """The cheapest polyline found near a path, and its cost without tolls.

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from planner.search.drive import drive
 from planner.search.grid_route import MARGINS, grid_route
 from planner.search.ground import CostField
-from planner.search.refine import KNOT_CELLS, refine
+from planner.search.refine import VARIANTS, refine
 from planner.search.request import PlanRequest, PoseRequest
 from planner.search.route import Route
 from planner.search.run import Run
@@ -43,8 +43,8 @@ def driven_leg(
     """
     best: Route | None = None
     toll = situation.toll("energy")
-    for knot_cells in KNOT_CELLS:
-        refined, _ = refine(field, path, toll=toll, knot_cells=knot_cells)
+    for knot_cells, share in VARIANTS:
+        refined, _ = refine(field, path, toll=share * toll, knot_cells=knot_cells)
         route = drive(field, situation.around, [refined], yaws, objective=0)
         if isinstance(route, Route) and (best is None or route.energy_j < best.energy_j):
             best = route
