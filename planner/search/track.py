@@ -150,9 +150,10 @@ def _arc(
         if radius < TIGHTEST * full:
             return None
         # Chords short enough for the bend, long enough for yaw and speed to change on them.
-        # A body that turns evenly along a long chord would crab on both its halves.
+        # A body that turns evenly along a long chord would crab on both its halves, and its
+        # sideways force would come in blows.
         way = radius * abs(turn)
-        count = max(math.ceil(abs(turn) / ARC_STEP), math.ceil(way / spacing))
+        count = max(math.ceil(abs(turn) / ARC_STEP), math.ceil(2.0 * way / spacing))
         count = max(2, min(count, int(way / SHORTEST)))
         tangent = radius * math.tan(half)
         begin = corner - tangent * np.array([math.cos(direction), math.sin(direction)])
