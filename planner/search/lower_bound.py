@@ -75,7 +75,7 @@ LEAST = 0.03
 
 @dataclass(frozen=True)
 class CertifiedBound:
-    """A proven bound.
+    """A bound by the proof in docs/lower-bound.md, one step of which rests on a grid and a reserve.
 
     Attributes:
         bound_j: J that every motion from start to goal takes from the source at least.

@@ -91,8 +91,7 @@ def energy_matrix(
     """
     if terrain is not None:
         fields = {"map": terrain.name, **fields}
-    if not isinstance(request, MatrixRequest):
-        request = MatrixRequest.from_json({**(request or {}), **fields})
+    request = MatrixRequest.from_call(request, fields)
     situation = situation_of(request, terrain=terrain, model=model)
     field = energy_field(situation)
     starts, goals = request.starts, request.goals or request.starts

@@ -61,10 +61,7 @@ def plan_route(
         fields, model = {"model": model, **fields}, None
     if terrain is not None:
         fields = {"map": terrain.name, **fields}
-    if not isinstance(request, PlanRequest):
-        request = PlanRequest.from_json({**(request or {}), **fields})
-    elif fields:
-        request = PlanRequest.from_json({**request.model_dump(exclude_unset=True), **fields})
+    request = PlanRequest.from_call(request, fields)
     say = progress or (lambda _what, _share: None)
     say("reading map and model", 0.0)
     situation = situation_of(request, terrain=terrain, model=model)

@@ -109,8 +109,7 @@ def reachable_area(
     """
     if terrain is not None:
         fields = {"map": terrain.name, **fields}
-    if not isinstance(request, ReachRequest):
-        request = ReachRequest.from_json({**(request or {}), **fields})
+    request = ReachRequest.from_call(request, fields)
     say = progress or (lambda _what, _share: None)
     situation = situation_of(request, terrain=terrain, model=model)
     budget = _budget(request, situation)

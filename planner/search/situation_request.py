@@ -217,6 +217,22 @@ class SituationRequest(_Part):
             raise _too_deep(cls) from None
 
     @classmethod
+    def from_call(
+        cls, request: SituationRequest | Mapping[str, Any] | None, fields: Mapping[str, Any]
+    ) -> Self:
+        """A request as a function takes it: ready or as a mapping, with keywords laid over it.
+
+        Raises:
+            RequestError: the first field that cannot be used.
+        """
+        if not isinstance(request, cls):
+            given = request.model_dump() if isinstance(request, SituationRequest) else request
+            return cls.from_json({**(given or {}), **fields})
+        if fields:
+            return cls.from_json({**request.model_dump(exclude_unset=True), **fields})
+        return request
+
+    @classmethod
     def from_text(cls, text: str | bytes, overrides: Mapping[str, Any] | None = None) -> Self:
         """Check a request given as JSON text.
 

@@ -23,16 +23,8 @@ from planner.quantities import INDEX
 from planner.search.ground import ALL_YAWS, CostField
 from planner.search.steady import SLOWEST
 from planner.search.track import Track
-from planner.search.yaw_kernel import (
-    STATES,
-    TURNS,
-    WIDTH,
-    most_turn,
-    outline,
-    programme,
-    spin_costs,
-    turning_costs,
-)
+from planner.search.yaw_kernel import STATES, WIDTH, most_turn, programme, spin_costs
+from planner.search.yaw_outline import TURNS, outline, turning_costs
 from planner.terrain.obstacles import rectangle_free
 
 Array = NDArray[np.float64]

@@ -9,6 +9,7 @@ import pytest
 
 from planner import energy_matrix, plan_route, reachable_area
 from planner.errors import Cancelled, RequestError
+from planner.search.request import MatrixRequest
 from planner.terrain.heightmap import Terrain
 from tests.search.test_cost_to_go import hills
 
@@ -44,6 +45,14 @@ def test_pairs_that_are_not_driven_are_right_within_what_is_said(relief):
         single = plan_route(terrain=relief, start=places[i], goal=places[j], planner="grid")
         allowed = max(3.0 * matrix.error_share, 0.02)
         assert matrix.energy_j[i, j] == pytest.approx(single.routes[0].energy_j, rel=allowed)
+
+
+def test_keywords_lie_over_a_request_that_is_ready(relief):
+    ready = MatrixRequest.from_json({"map": "here", "starts": PLACES})
+    matrix = energy_matrix(ready, terrain=relief, goals=PLACES[:1])
+    assert matrix.energy_j.shape == (3, 1)
+    loaded = energy_matrix(ready, terrain=relief, goals=PLACES[:1], payload={"mass": 5.0})
+    assert loaded.energy_j[1, 0] > 1.1 * matrix.energy_j[1, 0]
 
 
 def test_no_way_is_said_in_a_matrix():
