@@ -10,6 +10,7 @@
 from __future__ import annotations
 
 import inspect
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 
 from planner.power.effect import HOOKS, Effect, Parameter
@@ -55,7 +56,7 @@ def parameter_slots(
     return slots
 
 
-class KernelWriter:
+class KernelWriter(ABC):
     """Lines of one generated module; a subclass writes the stages.
 
     Args:
@@ -136,13 +137,13 @@ class KernelWriter:
         self._stages()
         self.lines = outer + self._sides(spread, self.lines)
 
+    @abstractmethod
     def _inputs(self) -> None:
         """Lines that do not depend on the centre of mass."""
-        raise NotImplementedError
 
+    @abstractmethod
     def _stages(self) -> None:
         """Lines from the centre of mass to the source."""
-        raise NotImplementedError
 
     def _sides(self, spread: list[tuple[str, type[Effect]]], stages: list[str]) -> list[str]:
         """The stages for each side of an unknown offset: mean of the watts, worst of the limits."""
