@@ -1,6 +1,7 @@
 """From a path to a route that a robot drives: corners, yaw, speed, energy, in this order.
 
-route = drive(ground, field, around, legs, yaws, ...)      # a Route, or a Stuck that says where
+route = drive(field, around, legs, yaws, objective=0)      # a Route, or a Stuck that says where
+motion = move(field, around, legs, yaws, objective=0)      # not priced yet, to choose among many
 """
 
 from __future__ import annotations
@@ -71,6 +72,19 @@ def drive(
         objective: 1 minimises time, anything else energy.
         charge: share of the battery's capacity that is left; None counts it as full.
     """
+    motion = move(field, around, legs, yaws, objective=objective)
+    return motion if isinstance(motion, Stuck) else price(field, around, motion, charge=charge)
+
+
+def move(
+    field: CostField,
+    around: Circumstances,
+    legs: Sequence[Array],
+    yaws: Sequence[float | None],
+    *,
+    objective: int,
+) -> Motion | Stuck:
+    """The best motion along a path; arguments as for ``drive``."""
     model = around.model
     vehicle = model.vehicle
     spacing = pose_spacing(min(field.dx, field.dy))
@@ -83,7 +97,7 @@ def drive(
         acceleration=vehicle.limits.acceleration,
     )
     if not len(track.lengths):
-        return _turn_only(field, around, track, yaws, spacing, charge)
+        return _turn_only(field, around, track, yaws, spacing)
     middle = 0.5 * (track.points[1:] + track.points[:-1])
     _, slopes = sample_surface(field, middle)
     grounds = ground_classes(field, middle)
@@ -113,7 +127,7 @@ def drive(
     if touched >= 0:
         x, y = motion.x[touched], motion.y[touched]
         return Stuck(float(x), float(y), "the body touches something", True)
-    return price(field, around, motion, charge=charge)
+    return motion
 
 
 def first_contact(field: CostField, motion: Motion) -> int:
@@ -121,7 +135,7 @@ def first_contact(field: CostField, motion: Motion) -> int:
     return int(_contact(field, motion.x, motion.y, motion.yaw))
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _contact(field: Any, x: Any, y: Any, yaw: Any) -> int:
     for k in range(x.shape[0]):
         following = min(k + 1, x.shape[0] - 1)
@@ -150,9 +164,8 @@ def _turn_only(
     track: Track,
     yaws: Sequence[float | None],
     spacing: float,
-    charge: float | None,
-) -> Route | Stuck:
-    """The route where all places are one: turns on the spot through every yaw asked for."""
+) -> Motion | Stuck:
+    """The motion where all places are one: turns on the spot through every yaw asked for."""
     wanted = [yaw for yaw in yaws if yaw is not None] or [0.0]
     rate = around.model.vehicle.limits.yaw_rate
     arriving, leaving = [wanted[0]], [wanted[0]]
@@ -182,10 +195,7 @@ def _turn_only(
         (0, len(arriving) - 1),
     )
     profile = YawProfile(np.array(arriving), np.array(leaving), 0.0)
-    motion = assemble(
-        field, turns, profile, np.zeros(len(arriving)), yaw_rate=rate, spacing=spacing
-    )
-    return price(field, around, motion, charge=charge)
+    return assemble(field, turns, profile, np.zeros(len(arriving)), yaw_rate=rate, spacing=spacing)
 
 
 def ground_classes(field: CostField, points: Array) -> NDArray[np.int64]:
@@ -249,6 +259,12 @@ def _yaw_through(
         leaving.append(profile.leaving[(0 if part == 0 else 1) :] + offset)
         cost += profile.cost
     return YawProfile(np.concatenate(arriving), np.concatenate(leaving), cost)
+
+
+def energy_of(field: CostField, around: Circumstances, motion: Motion) -> float:
+    """J of a motion, without the account by effect."""
+    rows, seconds, _ = motion_rows(field, motion, around.class_rows, around.wind)
+    return float(around.model.watts(rows) @ seconds)
 
 
 def price(

@@ -210,7 +210,7 @@ def driving_ground(terrain: Terrain, vehicle: Vehicle) -> DrivingGround:
     )
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _steepest(heights: Any, dx: float, dy: float) -> Any:
     """Largest tan(slope) at nine points of every cell."""
     ny, nx = heights.shape
@@ -406,7 +406,7 @@ def passable(field: Any, x: float, y: float, direction: float) -> bool:
     return _tight_cost(field, j, i, x, y, px, py, direction) < np.inf
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def polyline_cost(field: Any, points: Any, step: float) -> float:
     """Cost of a polyline (k, 2)."""
     total = 0.0

@@ -60,7 +60,8 @@ def ompl_legs(run: Run, attempt: Attempt, seconds: float) -> tuple[list[Array], 
         if result.path is not None:
             polyline = result.path.copy()
             polyline[0], polyline[-1] = a, b
-            best = refine(field, polyline, toll=run.situation.toll(request.objective))
+            toll = run.situation.toll(request.objective)
+            [best] = refine(field, polyline, tolls=[toll], knot_cells=4.0)
         if result.path is None or not math.isfinite(best[1]):
             best = own
             without += 1

@@ -10,6 +10,7 @@ fastest) and alternatives go the same way with other costs, and all are priced b
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any
@@ -66,7 +67,8 @@ def plan_route(
     say("reading map and model", 0.0)
     situation = situation_of(request, terrain=terrain, model=model)
     run = Run(request, situation, say, cancelled or (lambda: False))
-    return _plan(run)
+    with run.watched() if cancelled else nullcontext():
+        return _plan(run)
 
 
 def _plan(run: Run) -> Answer:

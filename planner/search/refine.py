@@ -1,5 +1,7 @@
 """Refinement: from a path on the grid, or from OMPL, to the best polyline in its neighbourhood.
 
+    [(path, cost)] = refine(field, path, tolls=[toll])
+
     band        move every knot across the path, a row of offsets each, and choose the cheapest
                 combination (dynamic programming over the rows), with ever finer offsets
     shortcut    keep only the knots that pay for themselves (exact dynamic programming)
@@ -14,7 +16,7 @@ a per cent.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -25,8 +27,8 @@ from planner.search.ground import CostField, polyline_cost, segment_cost
 
 Path = NDArray[np.float64]
 
-VARIANTS = ((4.0, 1.0), (8.0, 1.0), (8.0, 0.1))
-"""Distance of knots in cells and share of the toll, to choose from once they are driven: close
+VARIANTS = {4.0: (1.0,), 8.0: (1.0, 0.1)}
+"""Shares of the toll by the distance of knots in cells, to choose from once they are driven: close
 knots bend round an obstacle, wide ones stay smooth, and evenly round ways have cheap corners."""
 REACH, LONG = 30, 500
 """Knots that a shortcut may leave out; half of that on paths of more knots than LONG."""
@@ -135,16 +137,16 @@ def refine(
     field: CostField,
     path: Path,
     *,
-    toll: float = 0.0,
-    knot_cells: float = VARIANTS[0][0],
+    tolls: Sequence[float] = (0.0,),
+    knot_cells: float = 8.0,
     check: Callable[[], None] = lambda: None,
-) -> tuple[Path, float]:
-    """The cheapest polyline found near a path, and its cost without tolls.
+) -> list[tuple[Path, float]]:
+    """The cheapest polylines found near a path, and their costs without tolls, one for each toll.
 
     Args:
         field: map and costs.
         path: (k, 2) polyline whose cost is finite.
-        toll: what a corner costs, which the costs of a metre do not contain.
+        tolls: what a corner costs, which the costs of a metre do not contain.
         knot_cells: distance of the knots.
         check: called between rounds; may raise to stop.
     """
@@ -158,9 +160,13 @@ def refine(
         moved, cost = _band(field, knots, delta * cell, side, window, step)
         if math.isfinite(cost):
             knots = moved
-    candidates = [
-        (polyline_cost(field, candidate, step), candidate)
-        for candidate in (path, knots, shortcut(field, knots, toll))
-    ]
-    cost, best = min(candidates, key=lambda pair: pair[0] + toll * len(pair[1]))
-    return best, float(cost)
+    found = []
+    for toll in tolls:
+        check()
+        candidates = [
+            (polyline_cost(field, candidate, step), candidate)
+            for candidate in (path, knots, shortcut(field, knots, toll))
+        ]
+        cost, best = min(candidates, key=lambda pair: pair[0] + toll * len(pair[1]))
+        found.append((best, float(cost)))
+    return found

@@ -160,22 +160,25 @@ class Situation:
         field: CostField,
         goal: Point,
         start: Point | None = None,
+        stop: NDArray[np.bool_] | None = None,
     ) -> CostToGo:
-        """Least cost from everywhere to the goal; only as far as ``start`` if that will do.
+        """Least cost from everywhere to the goal; no more than ``start`` needs if that will do.
 
         The whole map is worth its time for "energy", where other starts may ask for it later, and
         where the map is not too large.
         """
         lattice = self.lattice(objective, field)
-        large = field.heights.size > LARGE or objective != "energy"
         if field.factor.size > 1:
-            return cost_to_go(field, lattice, goal, start=start)
+            return cost_to_go(field, lattice, goal, start=start, stop=stop)
         key = ("ahead", self.key, objective, field.margin, goal)
-        found: CostToGo | None = KEPT.find(key)
-        if found is None or not (start is None or found.reaches(field, start)):
-            found = cost_to_go(field, lattice, goal, start=start if large else None)
-            KEPT.put(key, found)
-        return found
+        whole: CostToGo | None = KEPT.find(key)
+        if whole is not None:
+            return whole
+        if start is not None and (field.heights.size > LARGE or objective != "energy"):
+            return KEPT.get(
+                (*key, start), lambda: cost_to_go(field, lattice, goal, start=start, stop=stop)
+            )
+        return KEPT.get(key, lambda: cost_to_go(field, lattice, goal, stop=stop))
 
     def onward(self, field: CostField, start: Point) -> CostToGo:
         """Least energy cost from a start to everywhere."""
@@ -184,8 +187,13 @@ class Situation:
         return KEPT.get(key, lambda: cost_to_go(field, lattice, start, onward=True))
 
     def path(
-        self, objective: str, field: CostField, start: Point, goal: Point
+        self,
+        objective: str,
+        field: CostField,
+        start: Point,
+        goal: Point,
+        stop: NDArray[np.bool_] | None = None,
     ) -> NDArray[np.float64] | None:
         """Polyline (k, 2) of the least-cost moves, or None if there is no way."""
-        ahead = self.ahead(objective, field, goal, start)
+        ahead = self.ahead(objective, field, goal, start, stop)
         return grid_path(field, self.lattice(objective, field), ahead, start)
