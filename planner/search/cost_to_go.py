@@ -46,12 +46,14 @@ class CostToGo:
         values: (ny, nx) cost of every node; infinity where there is no way.
         moves: (ny, nx) number of the move that a node starts with.
         onward: costs are from the goal to the nodes instead, and moves those that arrive there.
+        start: the only point that the costs are final for, or None if they are for all.
     """
 
     goal: tuple[float, float]
     values: NDArray[np.float32]
     moves: NDArray[np.uint8]
     onward: bool = False
+    start: tuple[float, float] | None = None
 
     @property
     def nbytes(self) -> int:
@@ -98,7 +100,7 @@ def cost_to_go(
     )
     if stop is not None and stop[0]:
         raise Cancelled("cancelled by the caller")
-    return CostToGo(goal, values, moves, onward)
+    return CostToGo(goal, values, moves, onward, start)
 
 
 @njit(cache=True, error_model="numpy")
@@ -289,6 +291,8 @@ def _solve(
                 after[place] = head[ahead]
                 head[ahead] = place
                 waiting += 1
+            elif rounded == values[y, x] and m < moves[y, x] < _ARRIVED:
+                moves[y, x] = m  # of equally good ones the first, in whatever order they came
     return values, moves
 
 

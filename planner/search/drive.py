@@ -36,6 +36,8 @@ from planner.search.yaw import YawProfile, yaw_programme
 from planner.terrain.obstacles import rectangle_free
 
 Array = NDArray[np.float64]
+ROUGHLY, CLOSELY = (1, 1), (2, 3)
+"""Angles and levels of speed beside the best ones that are priced."""
 
 
 @dataclass(frozen=True)
@@ -83,8 +85,15 @@ def move(
     yaws: Sequence[float | None],
     *,
     objective: int,
+    beside: tuple[int, int] = CLOSELY,
 ) -> Motion | Stuck:
-    """The best motion along a path; arguments as for ``drive``."""
+    """The best motion along a path.
+
+    Args:
+        field, around, legs, yaws, objective: as for ``drive``.
+        beside: how far from the best yaw and the best speed others are priced as well;
+            ``ROUGHLY`` is good to a few parts in ten thousand, to choose among paths.
+    """
     model = around.model
     vehicle = model.vehicle
     spacing = pose_spacing(min(field.dx, field.dy))
@@ -101,7 +110,7 @@ def move(
     middle = 0.5 * (track.points[1:] + track.points[:-1])
     _, slopes = sample_surface(field, middle)
     grounds = ground_classes(field, middle)
-    yaw = _yaw_through(field, around, track, slopes, grounds, yaws, objective)
+    yaw = _yaw_through(field, around, track, slopes, grounds, yaws, objective, beside[0])
     if isinstance(yaw, Stuck):
         return yaw
     track, yaw = room_to_move(track, yaw)
@@ -118,6 +127,7 @@ def move(
         around.limits,
         around.wind,
         objective,
+        beside[1],
     )
     if speeds is None:
         x, y = track.points[broken_at]
@@ -215,6 +225,7 @@ def _yaw_through(
     grounds: NDArray[np.int64],
     yaws: Sequence[float | None],
     objective: int,
+    beside: int,
 ) -> YawProfile | Stuck:
     """Yaw along the whole track; a via point with a yaw of its own parts the programme in two."""
     fixed = [k for k, yaw in enumerate(yaws) if yaw is not None and 0 < k < len(yaws) - 1]
@@ -244,6 +255,7 @@ def _yaw_through(
             objective=objective,
             start_yaw=wanted[part],
             goal_yaw=wanted[part + 1],
+            beside=beside,
         )
         if profile is None:
             x, y = track.points[a]

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.quantities import STANDARD_GRAVITY
-from planner.search.drive import Stuck, energy_of, move, price
+from planner.search.drive import CLOSELY, ROUGHLY, Stuck, energy_of, move, price
 from planner.search.edge_energy import Motion
 from planner.search.explain import explain_no_route
 from planner.search.ground import CostField, polyline_cost
@@ -108,7 +108,7 @@ def _refined_and_driven(
             for path in paths
         ]
         return [
-            Tried(list(refined), move_legs(run, field, [path for path, _ in refined], objective))
+            Tried(list(refined), _move(run, field, list(refined), objective, ROUGHLY))
             for refined in zip(*legs, strict=True)
         ]
 
@@ -121,8 +121,11 @@ def _refined_and_driven(
                 best, least = one, energy
     if isinstance(best.motion, Stuck):
         return best.refined, best.motion
-    charge = run.request.conditions.battery_charge
-    return best.refined, price(field, run.around, best.motion, charge=charge)
+    motion = best.motion
+    if objective == run.request.objective:
+        closer = _move(run, field, best.refined, objective, CLOSELY)
+        motion = motion if isinstance(closer, Stuck) else closer
+    return best.refined, _priced(run, field, motion)
 
 
 def _much_turning(run: Run, attempt: Attempt, factor: Array) -> bool:
@@ -155,21 +158,31 @@ def _paths(run: Run, field: CostField, objective: str) -> list[Array] | None:
     return legs
 
 
-def move_legs(run: Run, field: CostField, legs: list[Array], objective: str) -> Motion | Stuck:
-    """The best motion along paths, one for each leg."""
+def _move(
+    run: Run,
+    field: CostField,
+    refined: list[tuple[Array, float]],
+    objective: str,
+    beside: tuple[int, int],
+) -> Motion | Stuck:
     run.check()
+    legs = [path for path, _ in refined]
     if objective == "length":
         # Whatever way it goes, a robot turns as costs it least.
         costs = run.situation.costs("energy")
         field = field._replace(by_yaw=costs.by_yaw, yaw_limit=costs.yaw_limit)
-    return move(field, run.around, legs, run.yaws, objective=OBJECTIVES[objective])
+    return move(field, run.around, legs, run.yaws, objective=OBJECTIVES[objective], beside=beside)
 
 
-def drive_legs(run: Run, field: CostField, legs: list[Array], objective: str) -> Route | Stuck:
-    """The best motion along paths, and its energy."""
-    motion = move_legs(run, field, legs, objective)
-    if isinstance(motion, Stuck):
-        return motion
+def drive_legs(
+    run: Run, field: CostField, refined: list[tuple[Array, float]], objective: str
+) -> Route | Stuck:
+    """The best motion along refined legs, and its energy."""
+    motion = _move(run, field, refined, objective, CLOSELY)
+    return motion if isinstance(motion, Stuck) else _priced(run, field, motion)
+
+
+def _priced(run: Run, field: CostField, motion: Motion) -> Route:
     return price(field, run.around, motion, charge=run.request.conditions.battery_charge)
 
 

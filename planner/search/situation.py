@@ -34,7 +34,7 @@ Array = NDArray[np.float64]
 Point = tuple[float, float]
 KINDS = ("sound", "printed/A", "printed/B")
 LARGE = 2_000_000
-"""Nodes from which a search stops at its start instead of filling the map for later ones."""
+"""Nodes from which a search never fills the whole map for later starts."""
 CORNER = {"energy": 0.13, "time": 0.02}
 """Toll of a corner as a share of what a stop costs: of 0.03 to 0.4 the best on fractal relief."""
 
@@ -164,21 +164,19 @@ class Situation:
     ) -> CostToGo:
         """Least cost from everywhere to the goal; no more than ``start`` needs if that will do.
 
-        The whole map is worth its time for "energy", where other starts may ask for it later, and
-        where the map is not too large.
+        The whole map is worth its time when a second start asks for the way to the same goal, by
+        the least energy and where the map is not too large.
         """
         lattice = self.lattice(objective, field)
-        if field.factor.size > 1:
-            return cost_to_go(field, lattice, goal, start=start, stop=stop)
         key = ("ahead", self.key, objective, field.margin, goal)
-        whole: CostToGo | None = KEPT.find(key)
-        if whole is not None:
-            return whole
-        if start is not None and (field.heights.size > LARGE or objective != "energy"):
-            return KEPT.get(
-                (*key, start), lambda: cost_to_go(field, lattice, goal, start=start, stop=stop)
-            )
-        return KEPT.get(key, lambda: cost_to_go(field, lattice, goal, stop=stop))
+        found: CostToGo | None = KEPT.find(key) if field.factor.size == 1 else None
+        if found is not None and found.start in (None, start):
+            return found
+        again = found is not None and objective == "energy" and field.heights.size <= LARGE
+        found = cost_to_go(field, lattice, goal, start=None if again else start, stop=stop)
+        if field.factor.size == 1:
+            KEPT.put(key, found)
+        return found
 
     def onward(self, field: CostField, start: Point) -> CostToGo:
         """Least energy cost from a start to everywhere."""

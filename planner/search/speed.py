@@ -4,8 +4,8 @@ Squared speed is on an even grid and acceleration constant between stations; the
 every step with its acceleration, turning and bend, so that ramps at start, stop and corners are
 paid for, and what braking gives back is earned. Limits hold at every step.
 
-As in planner.search.yaw_kernel, changes of speed are first estimated, by even driving here, and only
-those near the best way so far are priced, until that way has nothing but exact prices.
+As in planner.search.yaw_kernel, changes of speed are first estimated, here by even driving, and
+only those near the best way so far are priced, until that way has nothing but exact prices.
 """
 
 from __future__ import annotations
@@ -38,8 +38,6 @@ LEVELS = len(_CREEP) + 20
 """Standstill, three speeds to creep round corners, and an even grid of the squared speed."""
 REACH = 9
 """Largest change of level between stations."""
-BESIDE = 3
-"""Levels beside those of the best way that are priced with them."""
 ROUNDS = 24
 """Rounds of pricing after which the best speeds among the exact prices will do."""
 ESTIMATED = 4
@@ -229,7 +227,7 @@ def _estimate(
     types.float64(
         *(KERNEL, _F1, _F1, _F2, _F2, _F1, _F1),
         *(_F1, _F1, _F1, _F2, _F1, _F1, _I1, _B1),
-        *(types.float64, types.int64, _F3, _F1),
+        *(types.float64, types.int64, _F3, types.int64, _F1),
     ),
     cache=True,
     error_model="numpy",
@@ -254,6 +252,7 @@ def _speeds(
     most_acceleration: float,
     objective: int,
     expected: Any,
+    beside: int,
     speeds: Any,
 ) -> Any:
     """Cost of the best speeds, written to ``speeds``; ``expected`` of ``_estimate`` is used up.
@@ -316,8 +315,8 @@ def _speeds(
                 change = math.hypot(
                     slopes[j + 1, 0] - slopes[j, 0], slopes[j + 1, 1] - slopes[j, 1]
                 )
-            for a in range(max(0, p - BESIDE), min(LEVELS, p + BESIDE + 1)):
-                for b in range(max(0, q - BESIDE), min(LEVELS, q + BESIDE + 1)):
+            for a in range(max(0, p - beside), min(LEVELS, p + beside + 1)):
+                for b in range(max(0, q - beside), min(LEVELS, q + beside + 1)):
                     at = b - a + REACH
                     if at < 0 or at > 2 * REACH or exact[j, a, at] or expected[j, a, at] == np.inf:
                         continue
@@ -363,8 +362,12 @@ def speed_programme(
     limits: Array,
     wind: Array,
     objective: int,
+    beside: int,
 ) -> tuple[Array | None, int]:
-    """Speed (n,) at every station, or None and the station where no speed leads further."""
+    """Speed (n,) at every station, or None and the station where no speed leads further.
+
+    Levels up to ``beside`` from the best ones are priced by the power model as well.
+    """
     stops = track.stops | (np.abs(yaw.leaving - yaw.arriving) > 1e-9)
     turns = yaw.arriving[1:] - yaw.leaving[:-1]
     speeds = np.zeros(len(track.points))
@@ -389,7 +392,7 @@ def speed_programme(
     )
     expected = np.empty((len(track.lengths), LEVELS, 2 * REACH + 1))
     _estimate(*task, expected)
-    cost = _speeds(*task, expected, speeds)
+    cost = _speeds(*task, expected, beside, speeds)
     if not math.isfinite(cost):
         return None, int(speeds[0])
     return speeds, -1

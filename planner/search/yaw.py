@@ -61,6 +61,7 @@ def yaw_programme(
     objective: int,
     start_yaw: float | None,
     goal_yaw: float | None,
+    beside: int,
 ) -> YawProfile | None:
     """Best yaw along a track, or None where no sequence of free yaw angles leads through.
 
@@ -75,6 +76,7 @@ def yaw_programme(
         wind: (2,) m/s in the map's frame.
         objective: 1 minimises time, anything else energy.
         start_yaw, goal_yaw: rad; None leaves them free.
+        beside: angles to either side of the best ones that the power model prices as well.
     """
     knots = _knots(track, _crowded(field, track.points))
     directions = _knot_directions(track, knots)
@@ -109,6 +111,7 @@ def yaw_programme(
         stop,
         _state(start_yaw, directions[0]),
         _state(goal_yaw, directions[-1]),
+        beside,
         states,
     )
     if not math.isfinite(cost):

@@ -117,7 +117,7 @@ def steady_costs_of(
             steady[k, s] *= whole / taken
             if steady[k, s] < np.inf:
                 worst = max(worst, steady[k, s])
-        # Near a limit the tables err on the safe side: what they refuse is tried when all else ends.
+        # Near a limit the tables err on the safe side: what they refuse is tried in the end.
         for s in range(STATES):
             if steady[k, s] == np.inf:
                 steady[k, s] = max(DOUBTFUL * worst, 1e6)

@@ -199,7 +199,7 @@ def turn_cost(turning: Any, tightest: float, s: int, span: float, turn: float) -
         *(KERNEL, _F1, _F1, _F2, _F2, _F1, _F1, types.int64),
         *(_I1, _F1, _F1, _F1, _F1, _F1, _I1, _I1),
         *(_F2, _F2, types.float64, _B2, _F2, types.float64),
-        *(types.int64, types.int64, _I1),
+        *(types.int64, types.int64, types.int64, _I1),
     ),
     cache=True,
     error_model="numpy",
@@ -230,6 +230,7 @@ def programme(
     stop_cost: float,
     start_state: int,
     goal_state: int,
+    beside: int,
     states: Any,
 ) -> Any:
     """Cost of the best yaw; ``states`` (2·knots,) gets the state before and after each knot.
@@ -245,6 +246,7 @@ def programme(
         spin_cost: (knots, STATES) cost per rad of turning on the spot.
         stop_cost: cost of a stop on the way.
         start_state, goal_state: -1 leaves them free.
+        beside: states to either side of the best way that are priced with it.
         states: written.
     """
     account = np.empty(ACCOUNT_LENGTH)
@@ -321,8 +323,8 @@ def programme(
             if not math.isnan(price[k, s, t]):
                 continue
             new += 1
-            for a in range(s - 2, s + 3):
-                for b in range(t - 2, t + 3):
+            for a in range(s - beside, s + beside + 1):
+                for b in range(t - beside, t + beside + 1):
                     p, q = a % STATES, b % STATES
                     w = (q - p + STATES // 2) % STATES - STATES // 2
                     if abs(w) > window[k] or not math.isnan(price[k, p, q]) or not free[k + 1, q]:
