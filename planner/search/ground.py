@@ -16,6 +16,7 @@ clearance, is free: a passage narrower than the robot is long is entered lengthw
 from __future__ import annotations
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -56,7 +57,7 @@ class CostField(NamedTuple):
     """Arrays that the compiled search reads; row 0 is the southern row."""
 
     heights: NDArray[np.float64]
-    mask: NDArray[np.uint64]
+    mask: NDArray[np.uint32]
     blocked: NDArray[np.bool_]
     ground: NDArray[np.uint8]
     x0: float
@@ -111,11 +112,11 @@ class DrivingGround:
     ground: NDArray[np.uint8]
     heights: NDArray[np.float64]
     blocked: NDArray[np.bool_]
-    mask: NDArray[np.uint64]
+    mask: NDArray[np.uint32]
     half_length: float
     half_width: float
     step_height: float
-    steepest: NDArray[np.float64]
+    steepest: NDArray[np.float32]
 
     @property
     def nbytes(self) -> int:
@@ -202,7 +203,7 @@ def driving_ground(terrain: Terrain, vehicle: Vehicle) -> DrivingGround:
         np.ascontiguousarray(ground),
         np.ascontiguousarray(heights),
         np.ascontiguousarray(blocked),
-        yaw_mask(blocked, *cell, half_length, half_width, YAW_BINS),
+        yaw_mask(blocked, *cell, half_length, half_width, YAW_BINS).astype(np.uint32),
         half_length,
         half_width,
         step_height(vehicle),
@@ -210,19 +211,27 @@ def driving_ground(terrain: Terrain, vehicle: Vehicle) -> DrivingGround:
     )
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
-def _steepest(heights: Any, dx: float, dy: float) -> Any:
+def _steepest(heights: NDArray[np.float64], dx: float, dy: float) -> NDArray[np.float32]:
     """Largest tan(slope) at nine points of every cell."""
-    ny, nx = heights.shape
-    result = np.zeros((ny, nx))
-    for j in range(ny):
-        for i in range(nx):
+    result = np.empty(heights.shape, np.float32)
+    half = len(heights) // 2
+    with ThreadPoolExecutor(max_workers=2) as pool:
+        for part in ((0, half), (half, len(heights))):
+            pool.submit(_fill_steepest, heights, dx, dy, result, *part)
+    return result
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _fill_steepest(heights: Any, dx: float, dy: float, result: Any, first: int, last: int) -> None:
+    for j in range(first, last):
+        for i in range(heights.shape[1]):
+            most = 0.0
             for b in (-1.0, 0.0, 1.0):
                 for a in (-1.0, 0.0, 1.0):
                     x, y = (i + a / 3.0) * dx, (j + b / 3.0) * dy
                     _, px, py = interpolate(heights, 0.0, 0.0, dx, dy, x, y)
-                    result[j, i] = max(result[j, i], math.sqrt(px * px + py * py))
-    return result
+                    most = max(most, px * px + py * py)
+            result[j, i] = math.sqrt(most)
 
 
 def _division(

@@ -84,4 +84,4 @@ class Kept:
             self._bytes = 0
 
 
-KEPT = Kept(most_bytes=1 << 30)
+KEPT = Kept(most_bytes=5 << 29)

@@ -1,6 +1,7 @@
 """What every move on the map's grid costs, small enough to be kept for maps of any size.
 
     lattice = build_lattice(field)             # for planner.search.cost_to_go
+    numbering = number_nodes(field)            # the same for all objectives: build_lattice(.., it)
 
 A robot has 16 moves at a node: all coprime offsets of up to two cells. What a metre costs depends
 on the slope and the direction only, so every node keeps the number of its slope in a square grid of
@@ -16,6 +17,7 @@ from __future__ import annotations
 
 import math
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -49,11 +51,32 @@ MOVES = grid_moves()
 COUNT = len(MOVES)
 
 
+@dataclass(frozen=True)
+class Numbering:
+    """What tells the nodes of a map apart, whatever the objective.
+
+    Attributes:
+        slopes: (ny, nx) number of the node's slope, or CLOSELY.
+        row: (ny, nx) row of ``Lattice.close`` for nodes that are priced closely, else -1; (1, 1)
+            without any, or where their prices would take too much memory.
+        count: of such rows.
+    """
+
+    slopes: NDArray[np.uint16]
+    row: NDArray[np.int32]
+    count: int
+
+    @property
+    def nbytes(self) -> int:
+        """Memory that is kept."""
+        return self.slopes.nbytes + self.row.nbytes
+
+
 class Lattice(NamedTuple):
     """Costs of the moves of one map for one model, as the compiled search reads them."""
 
     slopes: NDArray[np.uint16]
-    """(ny, nx) number of the node's slope, or CLOSELY."""
+    """Of the numbering."""
     table: NDArray[np.float32]
     """(grounds, SIDE², COUNT) cost of each slope over half the length of each move; a quarter of
     it where a move also passes between two nodes."""
@@ -62,7 +85,7 @@ class Lattice(NamedTuple):
     beside: NDArray[np.int64]
     """(COUNT, 4) columns and rows of the two nodes that a move passes between; zeros if none."""
     row: NDArray[np.int32]
-    """(ny, nx) row of ``close`` for nodes that are priced closely, else -1; (1, 1) without any."""
+    """Of the numbering."""
     close: NDArray[np.float32]
     """(rows, COUNT) costs of their moves, NaN until they are asked for."""
     factor: NDArray[np.float64]
@@ -72,9 +95,8 @@ class Lattice(NamedTuple):
 
     @property
     def nbytes(self) -> int:
-        """Memory that is kept."""
-        arrays = (self.slopes, self.table, self.row, self.close)
-        return sum(array.nbytes for array in arrays)
+        """Memory that is kept, beside that of the numbering."""
+        return self.table.nbytes + self.close.nbytes
 
 
 def _beside(moves: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -91,50 +113,60 @@ def _beside(moves: NDArray[np.int64]) -> NDArray[np.int64]:
     return result
 
 
-def build_lattice(field: CostField) -> Lattice:
+def number_nodes(field: CostField) -> Numbering:
+    """Number the slopes of a map's nodes; the objective of the field does not matter."""
+    ny, nx = field.heights.shape
+    slopes = np.empty((ny, nx), np.uint16)
+    halves = np.linspace(0, ny, 3).astype(int)
+    with ThreadPoolExecutor(max_workers=2) as pool:
+        for task in [
+            pool.submit(_number_slopes, field, _reach(field), slopes, a, b)
+            for a, b in zip(halves[:-1], halves[1:], strict=True)
+        ]:
+            task.result()
+    closely = slopes == CLOSELY
+    count = int(np.count_nonzero(closely))
+    if count == 0 or count * COUNT * 4 + closely.size * 4 > MOST_CLOSE_BYTES:
+        return Numbering(slopes, np.full((1, 1), -1, np.int32), 1)
+    row = np.full((ny, nx), -1, np.int32)
+    row[closely] = np.arange(count, dtype=np.int32)
+    return Numbering(slopes, row, count)
+
+
+def _reach(field: CostField) -> float:
+    """Largest slope along an axis that has a number."""
+    return max(field.safe, 1e-9)
+
+
+def build_lattice(field: CostField, numbering: Numbering | None = None) -> Lattice:
     """Costs of the moves of a map for one model and one objective.
 
     Args:
         field: map and costs, with no ground to be avoided: see ``Lattice.factor``.
+        numbering: of a field for the same map and model, if there is one.
     """
-    ny, nx = field.heights.shape
-    reach = max(field.safe, 1e-9)
+    numbering = number_nodes(field) if numbering is None else numbering
     beside = _beside(MOVES)
     shares = np.hypot(MOVES[:, 0] * field.dx, MOVES[:, 1] * field.dy)
     shares *= np.where(beside.any(axis=1), 0.25, 0.5)
     table = np.full((field.best.shape[0], SIDE * SIDE, COUNT), np.inf, np.float32)
-    slopes = np.empty((ny, nx), np.uint16)
+    rows = np.linspace(0, SIDE, 3).astype(int)
+    directions = np.arctan2(MOVES[:, 1] * field.dy, MOVES[:, 0] * field.dx)
     with ThreadPoolExecutor(max_workers=2) as pool:
-        halves = np.linspace(0, ny, 3).astype(int)
-        work = [
-            pool.submit(_number_slopes, field, reach, slopes, a, b)
-            for a, b in zip(halves[:-1], halves[1:], strict=True)
-        ]
-        rows = np.linspace(0, SIDE, 3).astype(int)
-        directions = np.arctan2(MOVES[:, 1] * field.dy, MOVES[:, 0] * field.dx)
-        work += [
-            pool.submit(_fill_table, field, reach, directions, shares, table, a, b)
+        for task in [
+            pool.submit(_fill_table, field, _reach(field), directions, shares, table, a, b)
             for a, b in zip(rows[:-1], rows[1:], strict=True)
-        ]
-        for task in work:
+        ]:
             task.result()
-    closely = slopes == CLOSELY
-    count = int(np.count_nonzero(closely))
-    row = np.full((1, 1), -1, np.int32)
-    close = np.full((1, COUNT), np.nan, np.float32)
-    if count > 0 and count * COUNT * 4 + closely.size * 4 <= MOST_CLOSE_BYTES:
-        row = np.full((ny, nx), -1, np.int32)
-        row[closely] = np.arange(count, dtype=np.int32)
-        close = np.full((count, COUNT), np.nan, np.float32)
     finite = np.isfinite(field.best)
     cheapest = float(field.best[finite].min(initial=math.inf)) + min(0.0, float(field.extra.min()))
     return Lattice(
-        slopes,
+        numbering.slopes,
         table,
         MOVES,
         beside,
-        row,
-        close,
+        numbering.row,
+        np.full((numbering.count, COUNT), np.nan, np.float32),
         np.ones((1, 1)),
         max(cheapest, 1e-3) if math.isfinite(cheapest) else 1e-3,
     )

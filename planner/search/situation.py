@@ -23,7 +23,7 @@ from planner.search.conditions import Circumstances, circumstances
 from planner.search.cost_to_go import CostToGo, cost_to_go, grid_path
 from planner.search.ground import CostField, DrivingGround, driving_ground
 from planner.search.kept import KEPT
-from planner.search.lattice import Lattice, build_lattice
+from planner.search.lattice import Lattice, build_lattice, number_nodes
 from planner.search.situation_request import DEFAULT_VEHICLE, SituationRequest
 from planner.search.steady import MARGIN, OBJECTIVES, SteadyCosts, steady_costs
 from planner.search.yaw import cost_of_a_stop
@@ -34,7 +34,7 @@ Array = NDArray[np.float64]
 Point = tuple[float, float]
 KINDS = ("sound", "printed/A", "printed/B")
 LARGE = 2_000_000
-"""Nodes from which a search never fills the whole map for later starts."""
+"""Nodes from which a search for one start fills nothing for others, and is not kept."""
 CORNER = {"energy": 0.13, "time": 0.02}
 """Toll of a corner as a share of what a stop costs: of 0.03 to 0.4 the best on fractal relief."""
 
@@ -150,8 +150,9 @@ class Situation:
     def lattice(self, objective: str, field: CostField) -> Lattice:
         """The moves on the grid for a field of ``field``."""
         plain = field._replace(factor=np.ones((1, 1)))
+        numbering = KEPT.get(("numbering", self.key[0], field.safe), lambda: number_nodes(plain))
         return KEPT.get(
-            ("lattice", self.key, objective, field.margin), lambda: build_lattice(plain)
+            ("lattice", self.key, objective, field.margin), lambda: build_lattice(plain, numbering)
         )
 
     def ahead(
@@ -172,9 +173,10 @@ class Situation:
         found: CostToGo | None = KEPT.find(key) if field.factor.size == 1 else None
         if found is not None and found.start in (None, start):
             return found
-        again = found is not None and objective == "energy" and field.heights.size <= LARGE
+        large = field.heights.size > LARGE
+        again = found is not None and objective == "energy" and not large
         found = cost_to_go(field, lattice, goal, start=None if again else start, stop=stop)
-        if field.factor.size == 1:
+        if field.factor.size == 1 and not (large and found.start):
             KEPT.put(key, found)
         return found
 
