@@ -1,4 +1,4 @@
-"""What a user may ask for: a route, a matrix of energies, or the area that a battery reaches.
+"""What a user may ask for: a route, a front of routes, a matrix of energies, the area in reach.
 
     request = PlanRequest.from_text('{"map": "warehouse", "start": {"x": 1, "y": 1}, ...}')
 
@@ -21,16 +21,18 @@ from planner.search.situation_request import (
 
 __all__ = [
     "DEFAULT_VEHICLE",
+    "FrontRequest",
     "MatrixRequest",
     "PlanRequest",
     "PoseRequest",
     "ReachRequest",
     "SituationRequest",
+    "WayRequest",
 ]
 
 
-class PlanRequest(SituationRequest):
-    """From where to where, over which ground, with which robot, and how well."""
+class WayRequest(SituationRequest):
+    """From where to where, over which ground, with which robot."""
 
     start: PoseRequest = Field(
         description='where the robot stands, such as {"x": 2, "y": 3, "yaw": 0}',
@@ -43,6 +45,11 @@ class PlanRequest(SituationRequest):
     via: tuple[PoseRequest, ...] = Field(
         default=(), max_length=50, description="up to 50 places to pass in this order"
     )
+
+
+class PlanRequest(WayRequest):
+    """A way, and what a route along it shall be good for."""
+
     objective: Literal["energy", "time", "length"] = Field(
         default="energy", description='what to minimise: "energy", "time" or "length"'
     )
@@ -69,6 +76,17 @@ class PlanRequest(SituationRequest):
         default="auto",
         description='how to search: "auto" (the grid, then OMPL for the time that is given), '
         '"tube" (OMPL round the grid\'s route), "plane" (OMPL over the whole map) or "grid"',
+    )
+
+
+class FrontRequest(WayRequest):
+    """A way, and how many routes shall show what its time costs in energy."""
+
+    points: Whole = Field(
+        default=7,
+        ge=2,
+        le=30,
+        description="how many routes at most, a whole number from 2 to 30",
     )
 
 

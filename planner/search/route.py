@@ -19,6 +19,8 @@ from planner.terrain.heightmap import Terrain
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from planner.search.edge_energy import Motion
+
 Array = NDArray[np.float64]
 
 
@@ -62,6 +64,7 @@ class Route:
         arrays: x, y, z, yaw, t, speed, energy_j, watts (mean since the pose before), each (n,).
         watts_by_effect: W since the pose before, by effect, each (n,).
         battery: None where the vehicle's battery is not known.
+        motion: what was priced, for another model to price it.
     """
 
     energy_j: float
@@ -74,6 +77,7 @@ class Route:
     arrays: Mapping[str, Array]
     watts_by_effect: Mapping[str, Array]
     battery: Battery | None = None
+    motion: Motion | None = None
 
     @cached_property
     def distribution(self) -> EnergyDistribution:

@@ -27,7 +27,7 @@ from planner.search.steady import (
     set_wind,
 )
 from planner.search.track import Track
-from planner.search.yaw import YawProfile
+from planner.search.yaw import YawProfile, cost_of_a_stop
 
 Array = NDArray[np.float64]
 _CREEP = (0.0, SLOWEST, 0.1, 0.16)
@@ -127,7 +127,7 @@ def _ramp_cost(
     types.boolean(
         *(KERNEL, _F1, _F1, _F2, _F2, _F1, _F1),
         *(_F1, _F1, _F1, _F2, _F1, _F1, _I1, _B1),
-        *(types.float64, types.int64, _B3),
+        *(types.float64, types.int64, types.float64, _B3),
     ),
     cache=True,
     error_model="numpy",
@@ -151,6 +151,7 @@ def _outline(
     stops: Any,
     most_acceleration: float,
     objective: int,
+    ramp: float,
     near: Any,
 ) -> bool:
     """Mark the changes of level near the best speeds by even driving; False if there are none.
@@ -222,9 +223,6 @@ def _outline(
             best = come[steps, 0]
             if best == np.inf:
                 return False
-            ramp = limits[0] / most_acceleration
-            if objective != 1:
-                ramp = limits[4] * limits[0] * limits[0]
             most = best + NEAR * abs(best) + NEAR_RAMPS * ramp
     return True
 
@@ -233,7 +231,7 @@ def _outline(
     types.float64(
         *(KERNEL, _F1, _F1, _F2, _F2, _F1, _F1),
         *(_F1, _F1, _F1, _F2, _F1, _F1, _I1, _B1),
-        *(types.float64, types.int64, _B3, _F1),
+        *(types.float64, types.int64, types.float64, _B3, _F1),
     ),
     cache=True,
     error_model="numpy",
@@ -257,6 +255,7 @@ def _speeds(
     stops: Any,
     most_acceleration: float,
     objective: int,
+    ramp: float,
     near: Any,
     speeds: Any,
 ) -> Any:
@@ -271,9 +270,6 @@ def _speeds(
     came = np.full((steps + 1, LEVELS), -1, np.int64)
     level = _levels(limits[0])
     cost[0, 0] = 0.0
-    lag = 4.0 * limits[4] * limits[0] * limits[0]
-    if objective == 1:
-        lag = 4.0 * limits[0] / most_acceleration
     unit = np.empty(2)
     for j in range(steps):
         row = class_rows[ground[j]].copy()
@@ -286,7 +282,7 @@ def _speeds(
         # Over steps longer than a whole ramp every third level will do.
         long = lengths[j] * most_acceleration > limits[0] * limits[0] and not stops[j + 1]
         # A speed that is behind by more than any change of speed costs cannot catch up again.
-        hopeless = cost[j].min() + lag
+        hopeless = cost[j].min() + 4.0 * ramp
         for a in range(LEVELS):
             if cost[j, a] > hopeless or cost[j, a] == np.inf:
                 continue
@@ -332,6 +328,13 @@ def _speeds(
     return best
 
 
+def _ramp(model: PowerModel, class_rows: Array, limits: Array, objective: int) -> float:
+    """What standing still and starting again costs at most, in J or s."""
+    stop = cost_of_a_stop(model, class_rows, limits, objective)
+    # With a price of time the seconds of a stop may cost more than all kinetic energy.
+    return stop if objective == 1 else max(float(limits[4] * limits[0] * limits[0]), stop)
+
+
 def speed_programme(
     model: PowerModel,
     track: Track,
@@ -365,6 +368,7 @@ def speed_programme(
         stops,
         model.vehicle.limits.acceleration,
         objective,
+        _ramp(model, class_rows, limits, objective),
     )
     near = np.zeros((len(speeds), LEVELS, LEVELS), np.bool_)
     cost = math.inf

@@ -240,6 +240,24 @@ def test_a_matrix_and_a_reachable_area(tmp_path: Path) -> None:
     assert json.loads(out.read_text())["area_m2"] > 1.0
 
 
+def test_a_front_of_duration_against_energy(tmp_path: Path) -> None:
+    way = {"start": {"x": 4.0, "y": 4.0}, "goal": {"x": 14.0, "y": 16.0}}
+    request = json.dumps({"map": "tilted-plane", **way, "points": 2})
+    done = joulepath("front", "-", "--json", text=request)
+    assert done.returncode == 0
+    points = json.loads(done.stdout)["points"]
+    assert 1 <= len(points) <= 2
+    assert points[0]["price_w"][1] is None
+    assert points[-1]["price_w"][0] == 0.0
+    assert all(sum(p["breakdown_j"].values()) == pytest.approx(p["energy_j"]) for p in points)
+    out = tmp_path / "front.json"
+    done = joulepath("front", "-", "--out", str(out), text=request)
+    assert "price of time" in done.stdout
+    assert json.loads(out.read_text())["status"] == "ok"
+    request = json.dumps({"map": "tilted-plane", **way, "points": 1})
+    expect_refusal(joulepath("front", "-", text=request), "points", "2 to 30")
+
+
 def test_what_matrix_and_reach_cannot_use_is_refused(tmp_path: Path) -> None:
     expect_refusal(joulepath("matrix", "-", text='{"map": "cone", "starts": []}'), "starts")
     expect_refusal(joulepath("reach", "-", text='{"map": "cone"}'), "start", "is missing")

@@ -296,6 +296,11 @@ def test_a_client_that_hangs_up_ends_its_job(settings: Settings, workers: Script
     [
         ("/v1/matrices", "matrix", {"map": "warehouse", "starts": [{"x": 2, "y": 2}]}),
         ("/v1/reachable-areas", "reach", {"map": "warehouse", "start": {"x": 6, "y": 2}}),
+        (
+            "/v1/fronts",
+            "front",
+            {"map": "warehouse", "start": {"x": 6, "y": 2}, "goal": {"x": 9, "y": 2}},
+        ),
     ],
 )
 def test_questions_about_many_routes_reach_a_worker(
@@ -308,5 +313,5 @@ def test_questions_about_many_routes_reach_a_worker(
     asked, (request,) = workers.asked[-1]
     assert asked == job
     assert request.map == body["map"]
-    problem = expect_problem(http.post(path, json={**body, "goal": {"x": 1, "y": 1}}), 422)
-    assert problem["field"] == "goal"
+    problem = expect_problem(http.post(path, json={**body, "whither": {"x": 1, "y": 1}}), 422)
+    assert problem["field"] == "whither"
