@@ -120,6 +120,11 @@ class RouteAnswer(BaseModel):
 
     status: Literal["ok", "no_route"]
     reason: str | None = Field(default=None, description="what blocks, when there is no route")
+    goal: dict[str, float] | None = Field(
+        default=None,
+        description="x, y, yaw where the best route ends, where the request left that open; of "
+        "several places, the number of the one, from 0",
+    )
     routes: list[Route] = Field(description="best first")
     baselines: dict[str, BaselineSummary]
     planner: dict[str, Any] = Field(description="how the route was found")

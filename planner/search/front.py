@@ -29,7 +29,7 @@ from typing import Any
 import numpy as np
 
 from planner.power.model import PowerModel
-from planner.search.explain import check_hold, check_place
+from planner.search.arrival import check_places
 from planner.search.priced_routes import PricedSearch, Ridden
 from planner.search.request import FrontRequest, PlanRequest
 from planner.search.route import Route
@@ -147,12 +147,10 @@ def energy_time_front(
     question = request.model_dump(exclude_unset=True, exclude={"points"})
     run = Run(PlanRequest.from_json({**question, "planner": "grid"}), situation, say, stop)
     run.step("costs of steady driving", 0.02)
-    field = run.field("energy", MARGIN)
-    names = ["start", *(f"via[{k}]" for k in range(len(request.via))), "goal"]
-    for name, pose in zip(names, (request.start, *request.via, request.goal), strict=True):
-        check_place(name, pose, run.ground, field, run.around)
-        check_hold(name, pose, field, run.around)
+    reason = check_places(run, run.field("energy", MARGIN))
     said = situation.around.model.describe()
+    if reason is not None:
+        return Front("no_route", situation.ground.terrain, said, reason=reason)
     search = PricedSearch(run)
     run.step("least energy", 0.05)
     ends = _ends(search)
@@ -172,8 +170,14 @@ def _ends(search: PricedSearch) -> list[Ridden]:
     if power == 0.0:
         return [frugal]
     search.run.step("least time", 0.1)
-    quick = search.at(HURRIED * power)
-    return _polished(search, [frugal] if quick is None else [frugal, quick])
+    # Whatever is found counts for both ends, as it does for a single route.
+    with ThreadPoolExecutor(max_workers=2) as pool:
+        tasks = [
+            pool.submit(search.at, HURRIED * power),
+            *(pool.submit(search.by, objective) for objective in ("time", "length")),
+        ]
+    others = [task.result() for task in tasks]
+    return _polished(search, [frugal, *(route for route in others if route is not None)])
 
 
 def _polished(search: PricedSearch, found: list[Ridden]) -> list[Ridden]:

@@ -14,14 +14,13 @@ from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
-from planner.errors import RequestError
 from planner.power.model import PowerModel
 from planner.power.vehicle import load_vehicle
 from planner.search.alternatives import find_alternatives
+from planner.search.arrival import check_places, settled
 from planner.search.best_route import best_route, value_of
-from planner.search.explain import check_hold, check_place
 from planner.search.grid_route import grid_route
-from planner.search.request import DEFAULT_VEHICLE, PlanRequest
+from planner.search.request import DEFAULT_VEHICLE, Goal, PlanRequest, PoseRequest, RegionRequest
 from planner.search.route import Answer, Baseline, Route
 from planner.search.run import Progress, Run
 from planner.search.situation import situation_of
@@ -73,10 +72,7 @@ def _plan(run: Run) -> Answer:
     request = run.request
     run.step("costs of steady driving", 0.05)
     field = run.field(request.objective, MARGIN)
-    names = ["start", *(f"via[{k}]" for k in range(len(request.via))), "goal"]
-    for name, pose in zip(names, (request.start, *request.via, request.goal), strict=True):
-        check_place(name, pose, run.ground, field, run.around)
-    check_hold("start", request.start, field, run.around)
+    reason = check_places(run, field)
     blank = Answer(
         "no_route",
         run.ground.terrain,
@@ -84,12 +80,9 @@ def _plan(run: Run) -> Answer:
         {"name": request.planner, "seed": request.seed},
         notes=_notes(run),
     )
-    try:
-        for name, pose in zip(names[1:], (*request.via, request.goal), strict=True):
-            check_hold(name, pose, field, run.around)
-    except RequestError as error:
-        # Where it stands is for the user to say; where it can get to is for the answer.
-        return replace(blank, reason=f"{error.field}: {error.problem}")
+    if reason is not None:
+        return replace(blank, reason=reason)
+    run = settled(run, request.objective)
     found = best_route(run, field)
     best = found.route
     if best is None:
@@ -117,7 +110,18 @@ def _plan(run: Run) -> Answer:
         },
         planner=found.planner,
         notes=tuple(notes),
+        goal=_arrived(request.goal, run.request.goal, best),
     )
+
+
+def _arrived(asked: Goal, chosen: Goal, route: Route) -> Mapping[str, float] | None:
+    """Where a route ends that could choose: x, y, yaw and, of several places, which."""
+    if not isinstance(asked, RegionRequest):
+        return None
+    end = {name: float(route.arrays[name][-1]) for name in ("x", "y", "yaw")}
+    if asked.any is not None and isinstance(chosen, PoseRequest):
+        end["number"] = asked.any.index(chosen)
+    return end
 
 
 def _notes(run: Run) -> tuple[str, ...]:

@@ -11,13 +11,13 @@ then priced by the model without it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.power.price_of_time import with_price_of_time
+from planner.search.arrival import settled
 from planner.search.drive import drive, price
 from planner.search.grid_route import on_grid
 from planner.search.ground import CostField
@@ -59,11 +59,13 @@ class Ridden:
     Attributes:
         route: priced by the model without a price of time.
         legs: polylines (k, 2) from one fixed place to the next.
+        yaws: asked for at the fixed places, None where it is free.
         margin: share of the slope limit with which the way was found.
     """
 
     route: Route
     legs: tuple[Array, ...]
+    yaws: tuple[float | None, ...]
     margin: float
 
     def cost(self, price: float) -> float:
@@ -86,28 +88,47 @@ class PricedSearch:
         self.reason = ""
 
     def at(self, watts: float) -> Ridden | None:
-        """The best route that the grid with refinement finds at a price, W."""
-        run = replace(self.run, situation=self._priced(watts))
-        attempt = on_grid(run, run.field("energy", MARGIN), "energy")
+        """The best route that the grid with refinement finds at a price, W.
+
+        A goal that is a region is settled for that price.
+        """
+        run = settled(replace(self.run, situation=self._priced(watts)), "energy")
+        return self._found(run, "energy")
+
+    def by(self, objective: str) -> Ridden | None:
+        """The best route of the grid for an objective alone, "time" or "length"."""
+        return self._found(settled(self.run, objective), objective)
+
+    def _found(self, run: Run, objective: str) -> Ridden | None:
+        attempt = on_grid(run, run.field(objective, MARGIN), objective)
         if attempt.route is None or attempt.refined is None:
             self.reason = self.reason or attempt.reason
             return None
-        return self._ridden(attempt.route, [leg for leg, _ in attempt.refined], attempt.field)
+        legs = tuple(leg for leg, _ in attempt.refined)
+        return self._ridden(attempt.route, legs, tuple(run.yaws), attempt.field)
 
     def along(self, known: Ridden, watts: float) -> Ridden | None:
         """The best motion on a known way at a price, W; None where it breaks a limit."""
         self.run.check()
         situation = self._priced(watts)
         field = situation.field("energy", known.margin)
-        route = drive(field, situation.around, known.legs, self.run.yaws, objective=0)
-        return self._ridden(route, known.legs, field) if isinstance(route, Route) else None
+        route = drive(field, situation.around, known.legs, known.yaws, objective=0)
+        if not isinstance(route, Route):
+            return None
+        return self._ridden(route, known.legs, known.yaws, field)
 
     def _priced(self, watts: float) -> Situation:
         plain = self.run.situation
         return PricedSituation.of(plain, watts) if watts > 0.0 else plain
 
-    def _ridden(self, route: Route, legs: Sequence[Array], field: CostField) -> Ridden:
+    def _ridden(
+        self,
+        route: Route,
+        legs: tuple[Array, ...],
+        yaws: tuple[float | None, ...],
+        field: CostField,
+    ) -> Ridden:
         assert route.motion is not None  # as ``drive`` leaves it
         charge = self.run.request.conditions.battery_charge
         honest = price(field, self.run.around, route.motion, charge=charge)
-        return Ridden(honest, tuple(legs), field.margin)
+        return Ridden(honest, legs, yaws, field.margin)

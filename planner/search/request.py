@@ -13,8 +13,10 @@ from pydantic import Field
 
 from planner.search.situation_request import (
     DEFAULT_VEHICLE,
+    Goal,
     Number,
     PoseRequest,
+    RegionRequest,
     SituationRequest,
     Whole,
 )
@@ -22,10 +24,12 @@ from planner.search.situation_request import (
 __all__ = [
     "DEFAULT_VEHICLE",
     "FrontRequest",
+    "Goal",
     "MatrixRequest",
     "PlanRequest",
     "PoseRequest",
     "ReachRequest",
+    "RegionRequest",
     "SituationRequest",
     "WayRequest",
 ]
@@ -38,8 +42,10 @@ class WayRequest(SituationRequest):
         description='where the robot stands, such as {"x": 2, "y": 3, "yaw": 0}',
         examples=[{"x": 4.0, "y": 4.0, "yaw": 0.0}],
     )
-    goal: PoseRequest = Field(
-        description='where it shall go, such as {"x": 20, "y": 8}',
+    goal: Goal = Field(
+        description='where it shall go: {"x": 20, "y": 8}, anywhere in {"x": 20, "y": 8, '
+        '"radius": 2} or in {"polygon": [[2, 2], [4, 2], [3, 5]]}, or one of {"any": [{"x": 20, '
+        '"y": 8}, {"x": 4, "y": 9}]}',
         examples=[{"x": 28.0, "y": 30.0}],
     )
     via: tuple[PoseRequest, ...] = Field(

@@ -173,6 +173,8 @@ class Answer:
         model: the power model that priced it.
         notes: what was assumed or could not be done, in sentences.
         terrain: the map.
+        goal: where the best route ends, where the request left that open: x, y, yaw and, of several
+            places, the number of the one.
     """
 
     status: str
@@ -183,12 +185,15 @@ class Answer:
     baselines: Mapping[str, Baseline] = field(default_factory=dict)
     reason: str | None = None
     notes: tuple[str, ...] = ()
+    goal: Mapping[str, float] | None = None
 
     def to_json(self) -> dict[str, Any]:
         """The answer as ROUTE.json."""
         document: dict[str, Any] = {"status": self.status}
         if self.reason is not None:
             document["reason"] = self.reason
+        if self.goal is not None:
+            document["goal"] = dict(self.goal)
         document["routes"] = [route.to_json() for route in self.routes]
         document["baselines"] = {
             name: {**baseline.route.to_json(poses=False), "extra_share": baseline.extra_share}

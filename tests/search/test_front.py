@@ -37,7 +37,7 @@ def made(seconds: float, joules: float) -> Ridden:
     """A route of which only duration and energy count."""
     t = np.array([0.0, seconds])
     arrays = {"t": t, "watts": np.array([0.0, joules / seconds])}
-    return Ridden(Route(joules, 0.0, 0.0, seconds, 1.0, lambda: None, {}, arrays, {}), (), 1.0)
+    return Ridden(Route(joules, 0.0, 0.0, seconds, 1.0, lambda: None, {}, arrays, {}), (), (), 1.0)
 
 
 def test_no_route_is_dominated(front):
