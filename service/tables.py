@@ -11,6 +11,7 @@ from rich.text import Text
 
 from planner.search.wording import (
     EXCHANGE,
+    arrival,
     chance,
     extra_cost,
     joules,
@@ -94,6 +95,8 @@ def remarks(document: Document, titles: Mapping[str, str] | None = None) -> Iter
     """
     best = document["routes"][0]
     low, high = best["energy_interval_j"]
+    if goal := document.get("goal"):
+        yield arrival(goal)
     yield f"One drive takes {joules(low)} … {joules(high)} in 95 of 100 cases."
     if parts := best.get("sensitivity"):
         yield f"The interval's width comes from {width_from(parts, titles or {})}."

@@ -258,6 +258,22 @@ def test_a_front_of_duration_against_energy(tmp_path: Path) -> None:
     expect_refusal(joulepath("front", "-", text=request), "points", "2 to 30")
 
 
+def test_a_goal_that_is_a_region(tmp_path: Path) -> None:
+    request = {"map": "tilted-plane", "start": {"x": 4.0, "y": 4.0}}
+    circle = {**request, "goal": {"x": 12.0, "y": 12.0, "radius": 3.0}}
+    done = joulepath("plan", "-", "--json", text=json.dumps(circle))
+    assert done.returncode == 0
+    document = json.loads(done.stdout)
+    last = document["routes"][0]["poses"][-1]
+    assert {name: last[name] for name in ("x", "y", "yaw")} == document["goal"]
+    assert (last["x"] - 12.0) ** 2 + (last["y"] - 12.0) ** 2 <= 9.0
+    places = {**request, "goal": {"any": [{"x": 20.0, "y": 20.0}, {"x": 6.0, "y": 6.0}]}}
+    done = joulepath("plan", "-", text=json.dumps(places))
+    assert "It arrives at x 6.00, y 6.00, number 1 of the places." in done.stdout
+    wrong = {**request, "goal": {"polygon": [[1, 1], [5, 5], [5, 1], [1, 5]]}}
+    expect_refusal(joulepath("plan", "-", text=json.dumps(wrong)), "goal.polygon", "crosses")
+
+
 def test_what_matrix_and_reach_cannot_use_is_refused(tmp_path: Path) -> None:
     expect_refusal(joulepath("matrix", "-", text='{"map": "cone", "starts": []}'), "starts")
     expect_refusal(joulepath("reach", "-", text='{"map": "cone"}'), "start", "is missing")
