@@ -153,7 +153,7 @@ def energy_time_front(
         return Front("no_route", situation.ground.terrain, said, reason=reason)
     search = PricedSearch(run)
     run.step("least energy", 0.05)
-    ends = _ends(search)
+    ends = ends_of(search)
     if not ends:
         return Front("no_route", situation.ground.terrain, said, reason=search.reason)
     front, searches = _between(search, ends, request.points)
@@ -161,8 +161,8 @@ def energy_time_front(
     return Front("ok", situation.ground.terrain, said, _points(front), searches)
 
 
-def _ends(search: PricedSearch) -> list[Ridden]:
-    """Routes from a fast one to a frugal one; none where there is no way."""
+def ends_of(search: PricedSearch) -> list[Ridden]:
+    """Routes from the fastest to that of least energy; none where there is no way."""
     frugal = search.at(0.0)
     if frugal is None:
         return []
@@ -198,19 +198,6 @@ def _polished(search: PricedSearch, found: list[Ridden]) -> list[Ridden]:
 
 def _between(search: PricedSearch, ends: list[Ridden], most: int) -> tuple[list[Ridden], int]:
     """A front of at most so many routes, and how many prices were searched at."""
-
-    def explored(pair: tuple[Ridden, Ridden]) -> Ridden | None:
-        quick, frugal = pair
-        watts = _slope(quick, frugal)
-        tried = (search.at(watts), search.along(quick, watts), search.along(frugal, watts))
-        best = min(
-            (route for route in tried if route is not None),
-            key=lambda r: r.cost(watts),
-            default=quick,
-        )
-        spread = quick.route.energy_j - frugal.route.energy_j
-        return best if best.cost(watts) < quick.cost(watts) - WORTHWHILE * spread else None
-
     front, pool, done = ends, list(ends), set[tuple[int, int]]()
     with ThreadPoolExecutor(max_workers=2) as threads:
         while len(front) < most and len(done) < most:
@@ -221,13 +208,27 @@ def _between(search: PricedSearch, ends: list[Ridden], most: int) -> tuple[list[
             pairs.sort(key=lambda pair: _length(pair, front), reverse=True)
             chosen = pairs[: min(2, most - len(front))]
             done |= {_identity(pair) for pair in chosen}
-            pool += [route for route in threads.map(explored, chosen) if route is not None]
+            found = threads.map(lambda pair: between(search, *pair), chosen)
+            pool += [route for route in found if route is not None]
             front = lower_hull(pool)
     front = _polished(search, pool)
     while len(front) > most:
         # Without the corner that lies least below the chord of its neighbours.
         front.pop(min(range(1, len(front) - 1), key=lambda k: _height(front[k - 1 : k + 2])))
     return front, len(done)
+
+
+def between(search: PricedSearch, quick: Ridden, frugal: Ridden) -> Ridden | None:
+    """The best route at the price of a chord; None where it does not lie below the chord."""
+    watts = _slope(quick, frugal)
+    tried = (search.at(watts), search.along(quick, watts), search.along(frugal, watts))
+    best = min(
+        (route for route in tried if route is not None),
+        key=lambda r: r.cost(watts),
+        default=quick,
+    )
+    spread = quick.route.energy_j - frugal.route.energy_j
+    return best if best.cost(watts) < quick.cost(watts) - WORTHWHILE * spread else None
 
 
 def lower_hull(routes: Sequence[Ridden]) -> list[Ridden]:

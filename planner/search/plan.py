@@ -9,6 +9,7 @@ fastest) and alternatives go the same way with other costs, and all are priced b
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import lru_cache
@@ -20,6 +21,7 @@ from planner.search.alternatives import find_alternatives
 from planner.search.arrival import check_places, settled
 from planner.search.best_route import best_route, value_of
 from planner.search.grid_route import grid_route
+from planner.search.in_time import in_time
 from planner.search.request import DEFAULT_VEHICLE, Goal, PlanRequest, PoseRequest, RegionRequest
 from planner.search.route import Answer, Baseline, Route
 from planner.search.run import Progress, Run
@@ -82,11 +84,22 @@ def _plan(run: Run) -> Answer:
     )
     if reason is not None:
         return replace(blank, reason=reason)
+    open_ended = run
     run = settled(run, request.objective)
     found = best_route(run, field)
     best = found.route
     if best is None:
         return replace(blank, reason=found.reason, planner=found.planner)
+    baselines = dict(found.baselines)
+    if request.max_duration_s is not None and best.duration_s > request.max_duration_s:
+        timely, late = in_time(open_ended, request.max_duration_s)
+        quick = [r for r in baselines.values() if r.duration_s <= request.max_duration_s]
+        quick += [] if timely is None else [timely]
+        if not quick:
+            return replace(blank, reason=late, planner=found.planner)
+        best = min(quick, key=lambda route: route.energy_j)
+        found.planner["chosen"] = "in time"
+        baselines["fastest"] = min(baselines["fastest"], best, key=lambda r: r.duration_s)
     routes: tuple[Route, ...] = (best,)
     notes = [*blank.notes, *found.notes]
     if request.alternatives > 1 and not run.cancelled():
@@ -99,6 +112,8 @@ def _plan(run: Run) -> Answer:
             lambda route: value_of(route, request.objective),
         )
         notes += [note] if note else []
+        latest = request.max_duration_s or math.inf
+        routes = tuple(route for route in routes if route.duration_s <= latest)
     run.progress("done", 1.0)
     return replace(
         blank,
@@ -106,21 +121,28 @@ def _plan(run: Run) -> Answer:
         routes=routes,
         baselines={
             name: Baseline(route, route.energy_j / best.energy_j - 1.0 if best.energy_j else 0.0)
-            for name, route in found.baselines.items()
+            for name, route in baselines.items()
         },
         planner=found.planner,
         notes=tuple(notes),
-        goal=_arrived(request.goal, run.request.goal, best),
+        goal=_arrived(request.goal, best),
     )
 
 
-def _arrived(asked: Goal, chosen: Goal, route: Route) -> Mapping[str, float] | None:
+def _arrived(asked: Goal, route: Route) -> Mapping[str, float] | None:
     """Where a route ends that could choose: x, y, yaw and, of several places, which."""
     if not isinstance(asked, RegionRequest):
         return None
     end = {name: float(route.arrays[name][-1]) for name in ("x", "y", "yaw")}
-    if asked.any is not None and isinstance(chosen, PoseRequest):
-        end["number"] = asked.any.index(chosen)
+
+    def off(place: PoseRequest) -> tuple[float, float]:
+        turn = 0.0 if place.yaw is None else place.yaw - end["yaw"]
+        away = math.hypot(place.x - end["x"], place.y - end["y"])
+        return away, abs(math.remainder(turn, 2.0 * math.pi))
+
+    if asked.any is not None:
+        apart = [off(place) for place in asked.any]
+        end["number"] = apart.index(min(apart))
     return end
 
 

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pydantic import Field
+from pydantic import Field, ValidationInfo, field_validator
+from pydantic_core import PydanticCustomError
 
 from planner.search.situation_request import (
     DEFAULT_VEHICLE,
@@ -59,6 +60,11 @@ class PlanRequest(WayRequest):
     objective: Literal["energy", "time", "length"] = Field(
         default="energy", description='what to minimise: "energy", "time" or "length"'
     )
+    max_duration_s: Number | None = Field(
+        default=None,
+        gt=0,
+        description='s within which to arrive, above 0; only for the objective "energy"',
+    )
     alternatives: Whole = Field(
         default=1, ge=1, le=5, description="how many different routes, a whole number from 1 to 5"
     )
@@ -83,6 +89,13 @@ class PlanRequest(WayRequest):
         description='how to search: "auto" (the grid, then OMPL for the time that is given), '
         '"tube" (OMPL round the grid\'s route), "plane" (OMPL over the whole map) or "grid"',
     )
+
+    @field_validator("max_duration_s")
+    @classmethod
+    def _for_energy(cls, value: float | None, info: ValidationInfo) -> float | None:
+        if value is not None and info.data.get("objective", "energy") != "energy":
+            raise PydanticCustomError("not_energy", "is given beside another objective")
+        return value
 
 
 class FrontRequest(WayRequest):
