@@ -40,7 +40,7 @@ from planner.terrain.heightmap import Terrain
 
 HURRIED = 10.0
 """Price of time over the mean power at which quick ways are searched for."""
-CHEAP, DEAR = 1e-4, 1e3
+CHEAP, DEAR = 1e-2, 1e2
 """Prices of time over the mean power beyond which hardly anything but energy, or time, counts."""
 WORTHWHILE = 0.01
 """Share of a chord's energy by which a route has to lie below it."""

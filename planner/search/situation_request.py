@@ -166,6 +166,17 @@ class Area(_Part):
 class RegionRequest(Area):
     """A circle or a polygon to arrive in, or any of several places."""
 
+    # A place alone is no region in the JSON schema either.
+    model_config = ConfigDict(
+        json_schema_extra={
+            "anyOf": [
+                {"required": ["x", "y", "radius"]},
+                {"required": ["polygon"]},
+                {"required": ["any"]},
+            ]
+        }
+    )
+
     yaw: Number | None = Field(
         default=None,
         description="rad counter-clockwise from the map's x axis, to arrive with in a circle or "

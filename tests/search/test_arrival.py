@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from jsonschema import ValidationError, validate
 
 from planner import energy_time_front, plan_route
 from planner.errors import RequestError
@@ -186,3 +187,13 @@ def test_a_place_is_a_place_whatever_is_left_out():
         request = PlanRequest.from_json({"map": "m", "start": START, "goal": goal})
         assert PlanRequest.from_json(request.model_dump(exclude_unset=True)) == request
         assert PlanRequest.from_call(request, {"seed": 3}).goal == request.goal
+
+
+def test_the_schema_tells_places_from_regions():
+    schema = PlanRequest.model_json_schema()
+    request = {"map": "m", "start": START}
+    for goal in (START, {**START, "yaw": 1.0}, CIRCLE, POLYGON, {"any": [START]}):
+        validate({**request, "goal": goal}, schema)
+    for goal in ({"x": 1.0}, {"x": 1.0, "radius": 2.0}, {}):
+        with pytest.raises(ValidationError):
+            validate({**request, "goal": goal}, schema)
