@@ -50,7 +50,7 @@ _F1 = types.Array(types.float64, 1, "C")
 _F2 = types.Array(types.float64, 2, "C")
 
 
-@njit(types.void(KERNEL, _F2, _F1, _F1, _F2, _F2, _F2), cache=True, error_model="numpy")
+@njit(types.void(KERNEL, _F2, _F1, _F1, _F2, _F2, _F2), cache=True, error_model="numpy", nogil=True)
 def _evaluate_rows(
     kernel: Any, rows: Any, parameters: Any, body: Any, wheels: Any, accounts: Any, per_wheel: Any
 ) -> None:

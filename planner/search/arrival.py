@@ -240,7 +240,7 @@ class _Arrival:
         toll = self.run.situation.toll(self.objective)
         cost = 0.0
         for _ in range(ROUNDS):
-            leg, cost = refine(self.field, leg, toll=toll, check=self.run.check)
+            [(leg, cost)] = refine(self.field, leg, tolls=[toll], check=self.run.check)
             moved = slide(leg)
             if moved is leg:
                 break

@@ -12,8 +12,8 @@ cancels once there is a route gets the best so far.
 from __future__ import annotations
 
 import time
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -72,15 +72,14 @@ def best_route(run: Run, field: CostField) -> Found:
     begun = time.perf_counter()
     found = Found({"name": request.planner, "seed": request.seed})
     run.step("least-cost fields, refinement, yaw, speed", 0.1)
-    # Compiled code lets other threads run: two searches at once on two cores.
-    others = [name for name, aim in BASELINES.items() if aim != request.objective]
-    with ThreadPoolExecutor(max_workers=2) as pool:
-        main = pool.submit(on_grid, run, field, request.objective)
-        waiting = [pool.submit(grid_route, run, BASELINES[name]) for name in others]
-        attempt = main.result()
-        routes = {"grid": attempt.route} | {
-            f"grid, {name}": task.result() for name, task in zip(others, waiting, strict=True)
-        }
+    waiting = {
+        f"grid, {name}": run.other_core.submit(partial(grid_route, run, aim))
+        for name, aim in BASELINES.items()
+        if aim != request.objective
+    }
+    attempt = on_grid(run, field, request.objective)
+    routes = {"grid": attempt.route}
+    routes |= {name: run.other_core.result(task) for name, task in waiting.items()}
     candidates = {name: route for name, route in routes.items() if route is not None}
     if attempt.paths is None or attempt.refined is None:
         found.reason = attempt.reason

@@ -1,14 +1,17 @@
 """Exhaustive search on the map's grid: the least cost from everywhere to one goal.
 
     ahead = cost_to_go(field, lattice, goal)               # the whole map
-    path = grid_path(field, ahead, start)                  # (k, 2), or None
+    ahead = cost_to_go(field, lattice, goal, start=start)  # no more than this start needs
+    path = grid_path(field, lattice, ahead, start)         # (k, 2), or None
 
 Dijkstra's algorithm runs backwards from the goal with the 16 moves of ``planner.search.lattice``.
 Yaw is eliminated (planner.search.ground), costs are dissipated and so never negative. Nodes wait in
 buckets of equal width instead of a sorted queue (Dial; Meyer and Sanders, J. Algorithms 49, 2003):
 what is improved within its own bucket is taken up again, so costs are exact for any width. Every
 node keeps the move that it starts with, and the path is read off. What the limited set of
-directions loses, planner.search.refine takes back.
+directions loses, planner.search.refine takes back. For one start only, nodes wait by their cost
+with that of the straight way to the start, at the least that any metre costs (A*, Hart, Nilsson and
+Raphael, 1968).
 
 Costs are kept in single precision: 1e-7 of each sum, a thousandth of what the directions lose.
 """
@@ -23,6 +26,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from planner.errors import Cancelled
 from planner.search.ground import CostField, segment_cost
 from planner.search.lattice import CLOSELY, Lattice, close_cost
 
@@ -41,25 +45,20 @@ class CostToGo:
         goal: x, y, m.
         values: (ny, nx) cost of every node; infinity where there is no way.
         moves: (ny, nx) number of the move that a node starts with.
-        settled: costs up to here are final; infinity where the whole map is.
         onward: costs are from the goal to the nodes instead, and moves those that arrive there.
+        start: the only point that the costs are final for, or None if they are for all.
     """
 
     goal: tuple[float, float]
     values: NDArray[np.float32]
     moves: NDArray[np.uint8]
-    settled: float
     onward: bool = False
+    start: tuple[float, float] | None = None
 
     @property
     def nbytes(self) -> int:
         """Memory that is kept."""
         return self.values.nbytes + self.moves.nbytes
-
-    def reaches(self, field: CostField, point: tuple[float, float]) -> bool:
-        """Whether the costs of the nodes round a point are final."""
-        j0, j1, i0, i1 = _surrounding(field, *point)
-        return float(self.values[j0 : j1 + 1, i0 : i1 + 1].max()) <= self.settled
 
 
 def cost_to_go(
@@ -68,8 +67,8 @@ def cost_to_go(
     goal: tuple[float, float],
     *,
     start: tuple[float, float] | None = None,
-    most: float = math.inf,
     onward: bool = False,
+    stop: NDArray[np.bool_] | None = None,
 ) -> CostToGo:
     """Least cost from every node to the goal.
 
@@ -77,24 +76,31 @@ def cost_to_go(
         field: map and costs.
         lattice: its moves.
         goal: x, y in the map's frame, m.
-        start: stop once the nodes round this point are settled; None fills the whole map.
-        most: stop at this cost.
+        start: only what the least cost from this point needs; None fills the whole map.
         onward: least cost from ``goal`` to every node instead.
+        stop: (1,) set True by another thread to stop.
+
+    Raises:
+        Cancelled: ``stop`` was set.
     """
     # Wide enough that few buckets are empty, narrow enough that little is taken up twice.
     least = max(lattice.cheapest * float(field.factor.min()), 1e-3)
     width = 0.35 * least * min(field.dx, field.dy)
-    values, moves, settled = _solve(
+    never = np.zeros(1, np.bool_)
+    values, moves = _solve(
         field._replace(factor=lattice.factor),
         lattice._replace(factor=field.factor),
         *goal,
         start is not None,
         *(start if start is not None else goal),
-        most,
         width,
+        0.999 * least if start is not None else 0.0,
         onward,
+        never if stop is None else stop,
     )
-    return CostToGo(goal, values, moves, settled, onward)
+    if stop is not None and stop[0]:
+        raise Cancelled("cancelled by the caller")
+    return CostToGo(goal, values, moves, onward, start)
 
 
 @njit(cache=True, error_model="numpy")
@@ -115,9 +121,10 @@ def _solve(
     wanted: bool,
     start_x: float,
     start_y: float,
-    most: float,
     width: float,
+    metre: float,
     onward: bool,
+    stop: Any,
 ) -> Any:
     ny, nx = field.heights.shape
     values = np.full((ny, nx), np.float32(np.inf))
@@ -150,38 +157,52 @@ def _solve(
                     continue
                 if lattice.factor.shape[0] > 1:
                     cost *= lattice.factor[j, i]
+                whole = cost + metre * math.hypot(px - start_x, py - start_y)
                 if seeding:
-                    first = min(first, cost)
+                    first = min(first, whole)
                     continue
                 values[j, i] = cost
                 moves[j, i] = _ARRIVED
                 place = free
                 free = after[place]
                 node_of[place], key_of[place] = j * nx + i, values[j, i]
-                ahead = min(int(values[j, i] / width), current + BUCKETS - 1) % BUCKETS
+                ahead = max(min(int(whole / width), current + BUCKETS - 1), current) % BUCKETS
                 after[place] = head[ahead]
                 head[ahead] = place
                 waiting += 1
         if seeding and first < np.inf:
             current = int(np.float32(first) / width)
     sj0, sj1, si0, si1 = _surrounding(field, start_x, start_y)
+    useful = np.zeros((2, 2), np.bool_)
+    for j in range(sj0, sj1 + 1):
+        for i in range(si0, si1 + 1):
+            px, py = field.x0 + i * field.dx, field.y0 + j * field.dy
+            if onward:
+                cost = segment_cost(field, px, py, start_x, start_y, field.step)
+            else:
+                cost = segment_cost(field, start_x, start_y, px, py, field.step)
+            useful[j - sj0, i - si0] = cost < np.inf
+    # Where it can be left by none of them, the goal may still be near enough for a straight line.
     # Arrays by names of their own: taking them out of the tuples costs more than a look-up.
     slopes, table, offsets, beside = lattice.slopes, lattice.table, lattice.moves, lattice.beside
     row, close, factor, ground = lattice.row, lattice.close, lattice.factor, field.ground
     dearer, remembered = factor.shape[0] > 1, row.shape[0] > 1
+    field_x0, field_y0, dx, dy = field.x0, field.y0, field.dx, field.dy
     while waiting > 0:
         slot = current % BUCKETS
         place = head[slot]
         if place < 0:
             current += 1
-            if current * width > most:
+            if stop[0]:
                 break
             if wanted and current % 16 == 0:
+                # Nodes that the start cannot be left by need not be reached.
                 farthest = 0.0
                 for j in range(sj0, sj1 + 1):
                     for i in range(si0, si1 + 1):
-                        farthest = max(farthest, values[j, i])
-                if farthest < current * width:
+                        if useful[j - sj0, i - si0]:
+                            farthest = max(farthest, values[j, i])
+                if farthest + metre * (dx + dy) < current * width:
                     break
             continue
         head[slot] = after[place]
@@ -193,9 +214,13 @@ def _solve(
         value = values[j, i]
         if key > value:
             continue  # a better way was found since
-        if int(value / width) > current:
+        whole = value
+        if wanted:
+            px, py = field_x0 + i * dx, field_y0 + j * dy
+            whole += metre * math.sqrt((px - start_x) ** 2 + (py - start_y) ** 2)
+        if int(whole / width) > current:
             # It waited in the last bucket for its own to come into the ring.
-            ahead = min(int(value / width), current + BUCKETS - 1) % BUCKETS
+            ahead = min(int(whole / width), current + BUCKETS - 1) % BUCKETS
             place = free
             free = after[place]
             node_of[place], key_of[place] = node, key
@@ -258,14 +283,20 @@ def _solve(
                 place = free
                 free = after[place]
                 node_of[place], key_of[place] = y * nx + x, rounded
-                ahead = max(min(int(rounded / width), current + BUCKETS - 1), current) % BUCKETS
+                whole = cost
+                if wanted:
+                    px, py = field_x0 + x * dx, field_y0 + y * dy
+                    whole += metre * math.sqrt((px - start_x) ** 2 + (py - start_y) ** 2)
+                ahead = max(min(int(whole / width), current + BUCKETS - 1), current) % BUCKETS
                 after[place] = head[ahead]
                 head[ahead] = place
                 waiting += 1
-    return values, moves, np.inf if waiting == 0 else current * width
+            elif rounded == values[y, x] and m < moves[y, x] < _ARRIVED:
+                moves[y, x] = m  # of equally good ones the first, in whatever order they came
+    return values, moves
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _follow(lattice: Any, values: Any, moves: Any, j: int, i: int, side: int) -> Any:
     nodes = np.empty((values.size, 2), np.int64)
     count = 0

@@ -1,6 +1,7 @@
 """From a path to a route that a robot drives: corners, yaw, speed, energy, in this order.
 
-route = drive(ground, field, around, legs, yaws, ...)      # a Route, or a Stuck that says where
+route = drive(field, around, legs, yaws, objective=0)      # a Route, or a Stuck that says where
+motion = move(field, around, legs, yaws, objective=0)      # not priced yet, to choose among many
 """
 
 from __future__ import annotations
@@ -35,6 +36,8 @@ from planner.search.yaw import YawProfile, yaw_programme
 from planner.terrain.obstacles import rectangle_free
 
 Array = NDArray[np.float64]
+ROUGHLY, CLOSELY = (1, 1), (2, 3)
+"""Angles and levels of speed beside the best ones that are priced."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +74,26 @@ def drive(
         objective: 1 minimises time, anything else energy.
         charge: share of the battery's capacity that is left; None counts it as full.
     """
+    motion = move(field, around, legs, yaws, objective=objective)
+    return motion if isinstance(motion, Stuck) else price(field, around, motion, charge=charge)
+
+
+def move(
+    field: CostField,
+    around: Circumstances,
+    legs: Sequence[Array],
+    yaws: Sequence[float | None],
+    *,
+    objective: int,
+    beside: tuple[int, int] = CLOSELY,
+) -> Motion | Stuck:
+    """The best motion along a path.
+
+    Args:
+        field, around, legs, yaws, objective: as for ``drive``.
+        beside: how far from the best yaw and the best speed others are priced as well;
+            ``ROUGHLY`` is good to a few parts in ten thousand, to choose among paths.
+    """
     model = around.model
     vehicle = model.vehicle
     spacing = pose_spacing(min(field.dx, field.dy))
@@ -83,11 +106,11 @@ def drive(
         acceleration=vehicle.limits.acceleration,
     )
     if not len(track.lengths):
-        return _turn_only(field, around, track, yaws, spacing, charge)
+        return _turn_only(field, around, track, yaws, spacing)
     middle = 0.5 * (track.points[1:] + track.points[:-1])
     _, slopes = sample_surface(field, middle)
     grounds = ground_classes(field, middle)
-    yaw = _yaw_through(field, around, track, slopes, grounds, yaws, objective)
+    yaw = _yaw_through(field, around, track, slopes, grounds, yaws, objective, beside[0])
     if isinstance(yaw, Stuck):
         return yaw
     track, yaw = room_to_move(track, yaw)
@@ -104,6 +127,7 @@ def drive(
         around.limits,
         around.wind,
         objective,
+        beside[1],
     )
     if speeds is None:
         x, y = track.points[broken_at]
@@ -113,7 +137,7 @@ def drive(
     if touched >= 0:
         x, y = motion.x[touched], motion.y[touched]
         return Stuck(float(x), float(y), "the body touches something", True)
-    return price(field, around, motion, charge=charge)
+    return motion
 
 
 def first_contact(field: CostField, motion: Motion) -> int:
@@ -121,7 +145,7 @@ def first_contact(field: CostField, motion: Motion) -> int:
     return int(_contact(field, motion.x, motion.y, motion.yaw))
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _contact(field: Any, x: Any, y: Any, yaw: Any) -> int:
     for k in range(x.shape[0]):
         following = min(k + 1, x.shape[0] - 1)
@@ -150,9 +174,8 @@ def _turn_only(
     track: Track,
     yaws: Sequence[float | None],
     spacing: float,
-    charge: float | None,
-) -> Route | Stuck:
-    """The route where all places are one: turns on the spot through every yaw asked for."""
+) -> Motion | Stuck:
+    """The motion where all places are one: turns on the spot through every yaw asked for."""
     wanted = [yaw for yaw in yaws if yaw is not None] or [0.0]
     rate = around.model.vehicle.limits.yaw_rate
     arriving, leaving = [wanted[0]], [wanted[0]]
@@ -182,10 +205,7 @@ def _turn_only(
         (0, len(arriving) - 1),
     )
     profile = YawProfile(np.array(arriving), np.array(leaving), 0.0)
-    motion = assemble(
-        field, turns, profile, np.zeros(len(arriving)), yaw_rate=rate, spacing=spacing
-    )
-    return price(field, around, motion, charge=charge)
+    return assemble(field, turns, profile, np.zeros(len(arriving)), yaw_rate=rate, spacing=spacing)
 
 
 def ground_classes(field: CostField, points: Array) -> NDArray[np.int64]:
@@ -205,6 +225,7 @@ def _yaw_through(
     grounds: NDArray[np.int64],
     yaws: Sequence[float | None],
     objective: int,
+    beside: int,
 ) -> YawProfile | Stuck:
     """Yaw along the whole track; a via point with a yaw of its own parts the programme in two."""
     fixed = [k for k, yaw in enumerate(yaws) if yaw is not None and 0 < k < len(yaws) - 1]
@@ -234,6 +255,7 @@ def _yaw_through(
             objective=objective,
             start_yaw=wanted[part],
             goal_yaw=wanted[part + 1],
+            beside=beside,
         )
         if profile is None:
             x, y = track.points[a]
@@ -249,6 +271,12 @@ def _yaw_through(
         leaving.append(profile.leaving[(0 if part == 0 else 1) :] + offset)
         cost += profile.cost
     return YawProfile(np.concatenate(arriving), np.concatenate(leaving), cost)
+
+
+def energy_of(field: CostField, around: Circumstances, motion: Motion) -> float:
+    """J of a motion, without the account by effect."""
+    rows, seconds, _ = motion_rows(field, motion, around.class_rows, around.wind)
+    return float(around.model.watts(rows) @ seconds)
 
 
 def price(

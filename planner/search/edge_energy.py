@@ -187,7 +187,7 @@ def _turn_on_the_spot(spin: float, rate: float) -> list[tuple[float, float, floa
     return parts
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _surface(field: Any, points: Any) -> Any:
     out = np.empty((points.shape[0], 3))
     for k in range(points.shape[0]):
@@ -204,7 +204,7 @@ def sample_surface(field: CostField, points: Array) -> tuple[Array, Array]:
     return values[:, 0].copy(), np.ascontiguousarray(values[:, 1:])
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _motion_rows(field: Any, motion: Any, class_rows: Any, wind: Any, pieces: Any) -> Any:
     x, y, z, yaw, time, speed, curvatures, yaw_accelerations = motion
     steps = x.shape[0] - 1

@@ -22,7 +22,8 @@ import html
 import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
@@ -146,19 +147,24 @@ def energy_time_front(
     say, stop = progress or (lambda _what, _share: None), cancelled or (lambda: False)
     question = request.model_dump(exclude_unset=True, exclude={"points"})
     run = Run(PlanRequest.from_json({**question, "planner": "grid"}), situation, say, stop)
+    with run.watched() if cancelled else nullcontext():
+        return _front(run, request.points)
+
+
+def _front(run: Run, most: int) -> Front:
     run.step("costs of steady driving", 0.02)
     reason = check_places(run, run.field("energy", MARGIN))
-    said = situation.around.model.describe()
+    blank = Front("no_route", run.ground.terrain, run.around.model.describe())
     if reason is not None:
-        return Front("no_route", situation.ground.terrain, said, reason=reason)
+        return replace(blank, reason=reason)
     search = PricedSearch(run)
     run.step("least energy", 0.05)
     ends = ends_of(search)
     if not ends:
-        return Front("no_route", situation.ground.terrain, said, reason=search.reason)
-    front, searches = _between(search, ends, request.points)
+        return replace(blank, reason=search.reason)
+    front, searches = _between(search, ends, most)
     run.progress("done", 1.0)
-    return Front("ok", situation.ground.terrain, said, _points(front), searches)
+    return replace(blank, status="ok", points=_points(front), searches=searches)
 
 
 def ends_of(search: PricedSearch) -> list[Ridden]:

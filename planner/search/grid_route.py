@@ -6,13 +6,18 @@ attempt.route            # or None, with attempt.reason
 
 from __future__ import annotations
 
+import itertools
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.quantities import STANDARD_GRAVITY
-from planner.search.drive import Stuck, drive
+from planner.search.drive import CLOSELY, ROUGHLY, Stuck, energy_of, move, price
+from planner.search.edge_energy import Motion
 from planner.search.explain import explain_no_route
 from planner.search.ground import CostField, polyline_cost
 from planner.search.refine import VARIANTS, refine
@@ -28,6 +33,14 @@ ROOMS = (0.0, 0.4, 1.0, 2.0, 5.0, 16.0)
 """How much dearer ground gets where the body fits with hardly a yaw, until it can turn in time."""
 MUCH = 1.1
 """Energy over that of even driving from which a way with more room is tried as well."""
+
+
+@dataclass(frozen=True)
+class Tried:
+    """Refined legs with their costs, and the motion along them."""
+
+    refined: list[tuple[Array, float]]
+    motion: Motion | Stuck
 
 
 @dataclass(frozen=True)
@@ -86,21 +99,33 @@ def _refined_and_driven(
 ) -> tuple[list[tuple[Array, float]], Route | Stuck]:
     """The legs refined with closer and wider knots; what costs least once it is driven."""
     toll = run.situation.toll(objective)
-    best: tuple[list[tuple[Array, float]], Route | Stuck] | None = None
-    for knot_cells, share in VARIANTS if objective == "energy" else VARIANTS[:1]:
-        refined = [
-            refine(field, path, toll=share * toll, knot_cells=knot_cells, check=run.check)
+    variants = VARIANTS if objective == "energy" else {8.0: (1.0,)}
+
+    def tried(knot_cells: float, shares: Sequence[float]) -> list[Tried]:
+        tolls = [share * toll for share in shares]
+        legs = [
+            refine(field, path, tolls=tolls, knot_cells=knot_cells, check=run.check)
             for path in paths
         ]
-        driven = drive_legs(run, field, [path for path, _ in refined], objective)
-        if best is None or isinstance(best[1], Stuck):
-            better = best is None or isinstance(driven, Route)
-        else:
-            better = isinstance(driven, Route) and driven.energy_j < best[1].energy_j
-        if better:
-            best = refined, driven
-    assert best is not None  # there are always distances of knots
-    return best
+        return [
+            Tried(list(refined), _move(run, field, list(refined), objective, ROUGHLY))
+            for refined in zip(*legs, strict=True)
+        ]
+
+    several = run.other_core.all([partial(tried, *variant) for variant in variants.items()])
+    best, least = several[0][0], math.inf
+    for one in itertools.chain.from_iterable(several):
+        if isinstance(one.motion, Motion):
+            energy = energy_of(field, run.around, one.motion)
+            if energy < least:
+                best, least = one, energy
+    if isinstance(best.motion, Stuck):
+        return best.refined, best.motion
+    motion = best.motion
+    if objective == run.request.objective:
+        closer = _move(run, field, best.refined, objective, CLOSELY)
+        motion = motion if isinstance(closer, Stuck) else closer
+    return best.refined, _priced(run, field, motion)
 
 
 def _much_turning(run: Run, attempt: Attempt, factor: Array) -> bool:
@@ -116,7 +141,7 @@ def _much_turning(run: Run, attempt: Attempt, factor: Array) -> bool:
 
 def _why_not(run: Run, field: CostField, objective: str) -> str:
     for a, b in zip(run.places[:-1], run.places[1:], strict=True):
-        if run.situation.path(objective, field, a, b) is None:
+        if run.situation.path(objective, field, a, b, run.stop) is None:
             return explain_no_route(run.ground, field, a, b)
     return "no way from start to goal"
 
@@ -126,28 +151,39 @@ def _paths(run: Run, field: CostField, objective: str) -> list[Array] | None:
     run.check()
     legs = []
     for a, b in zip(run.places[:-1], run.places[1:], strict=True):
-        path = run.situation.path(objective, field, a, b)
+        path = run.situation.path(objective, field, a, b, run.stop)
         if path is None:
             return None
         legs.append(path)
     return legs
 
 
-def drive_legs(run: Run, field: CostField, legs: list[Array], objective: str) -> Route | Stuck:
-    """The best motion along paths, one for each leg."""
+def _move(
+    run: Run,
+    field: CostField,
+    refined: list[tuple[Array, float]],
+    objective: str,
+    beside: tuple[int, int],
+) -> Motion | Stuck:
     run.check()
+    legs = [path for path, _ in refined]
     if objective == "length":
         # Whatever way it goes, a robot turns as costs it least.
         costs = run.situation.costs("energy")
         field = field._replace(by_yaw=costs.by_yaw, yaw_limit=costs.yaw_limit)
-    return drive(
-        field,
-        run.around,
-        legs,
-        run.yaws,
-        objective=OBJECTIVES[objective],
-        charge=run.request.conditions.battery_charge,
-    )
+    return move(field, run.around, legs, run.yaws, objective=OBJECTIVES[objective], beside=beside)
+
+
+def drive_legs(
+    run: Run, field: CostField, refined: list[tuple[Array, float]], objective: str
+) -> Route | Stuck:
+    """The best motion along refined legs, and its energy."""
+    motion = _move(run, field, refined, objective, CLOSELY)
+    return motion if isinstance(motion, Stuck) else _priced(run, field, motion)
+
+
+def _priced(run: Run, field: CostField, motion: Motion) -> Route:
+    return price(field, run.around, motion, charge=run.request.conditions.battery_charge)
 
 
 def grid_route(run: Run, objective: str, factor: Array | None = None) -> Route | None:

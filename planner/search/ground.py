@@ -210,7 +210,7 @@ def driving_ground(terrain: Terrain, vehicle: Vehicle) -> DrivingGround:
     )
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _steepest(heights: Any, dx: float, dy: float) -> Any:
     """Largest tan(slope) at nine points of every cell."""
     ny, nx = heights.shape
@@ -344,7 +344,10 @@ def _tight_cost(
 
 @njit(cache=True, error_model="numpy")
 def segment_cost(field: Any, xa: float, ya: float, xb: float, yb: float, step: float) -> float:
-    """Cost of a straight segment by the midpoint rule with steps of at most ``step`` metres."""
+    """Cost of a straight segment by the midpoint rule with steps of at most ``step`` metres.
+
+    A ``step`` above the field's own holds in the open only.
+    """
     ex, ey = xb - xa, yb - ya
     length = math.sqrt(ex * ex + ey * ey)
     if length < 1e-12:
@@ -360,16 +363,22 @@ def segment_cost(field: Any, xa: float, ya: float, xb: float, yb: float, step: f
         wind = wind_cost(field, math.atan2(ey, ex))
     scale = 0.5 * (GENTLE - 1) / reach
     count = max(1, int(math.ceil(length / step)))
+    finer = max(1, int(step / field.step + 0.5))
     total = 0.0
     for k in range(count):
         w = (k + 0.5) / count
         i = _node(xa + w * ex - x0, dx, nx)
         j = _node(ya + w * ey - y0, dy, ny)
-        # Where a limit may be near, two points instead of one: no stepping over what is too steep.
-        points = 2 if steep[j, i] else 1
+        # Where something may be near, as close as ever, and twice as close where that is a limit:
+        # no stepping over what is too steep.
+        points = 1
+        if steep[j, i]:
+            points = 2 * finer
+        elif mask[j, i] != ALL_YAWS:
+            points = finer
         for point in range(points):
-            if points == 2:
-                w = (k + (point + 0.5) / 2.0) / count
+            if points > 1:
+                w = (k + (point + 0.5) / points) / count
                 i = _node(xa + w * ex - x0, dx, nx)
                 j = _node(ya + w * ey - y0, dy, ny)
             x, y = xa + w * ex, ya + w * ey
@@ -406,7 +415,7 @@ def passable(field: Any, x: float, y: float, direction: float) -> bool:
     return _tight_cost(field, j, i, x, y, px, py, direction) < np.inf
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def polyline_cost(field: Any, points: Any, step: float) -> float:
     """Cost of a polyline (k, 2)."""
     total = 0.0

@@ -18,8 +18,10 @@ from planner.search.run import Run
 Array = NDArray[np.float64]
 
 
-def ompl_legs(run: Run, attempt: Attempt, seconds: float) -> tuple[list[Array], dict[str, Any]]:
-    """OMPL's refined paths, one for each leg, and what there is to say about its search.
+def ompl_legs(
+    run: Run, attempt: Attempt, seconds: float
+) -> tuple[list[tuple[Array, float]], dict[str, Any]]:
+    """OMPL's refined paths with their costs, one for each leg, and what to say of its search.
 
     Where OMPL finds nothing in its time, the grid's refined path stands in and is counted.
 
@@ -37,14 +39,15 @@ def ompl_legs(run: Run, attempt: Attempt, seconds: float) -> tuple[list[Array], 
 
     request = run.request
     cheapest = run.situation.lattice(request.objective, field).cheapest
-    legs, cost, iterations, evaluations, without = [], 0.0, 0, 0, 0
+    legs: list[tuple[Array, float]] = []
+    iterations, evaluations, without = 0, 0, 0
     whole = request.planner == "plane"
     places = run.places
     for path, own, a, b in zip(
         attempt.paths, attempt.refined, places[:-1], places[1:], strict=True
     ):
         if a == b:
-            legs.append(own[0])
+            legs.append(own)
             continue
         plane: Plane = WholeMap(field, a, b, cheapest) if whole else Tube(field, path, cheapest)
         result = solve(
@@ -60,18 +63,18 @@ def ompl_legs(run: Run, attempt: Attempt, seconds: float) -> tuple[list[Array], 
         if result.path is not None:
             polyline = result.path.copy()
             polyline[0], polyline[-1] = a, b
-            best = refine(field, polyline, toll=run.situation.toll(request.objective))
+            toll = run.situation.toll(request.objective)
+            [best] = refine(field, polyline, tolls=[toll], knot_cells=4.0)
         if result.path is None or not math.isfinite(best[1]):
             best = own
             without += 1
-        legs.append(best[0])
-        cost += best[1]
+        legs.append(best)
     said = {
         "library": "OMPL BIT*",
         "space": "plane" if whole else "tube",
         "iterations": iterations,
         "edges_evaluated": evaluations,
-        "ompl_cost": cost,
+        "ompl_cost": sum(cost for _, cost in legs),
         "legs_without_ompl": without,
     }
     return legs, said

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any
@@ -67,7 +68,8 @@ def plan_route(
     say("reading map and model", 0.0)
     situation = situation_of(request, terrain=terrain, model=model)
     run = Run(request, situation, say, cancelled or (lambda: False))
-    return _plan(run)
+    with run.watched() if cancelled else nullcontext():
+        return _plan(run)
 
 
 def _plan(run: Run) -> Answer:

@@ -1,5 +1,7 @@
 """Refinement: from a path on the grid, or from OMPL, to the best polyline in its neighbourhood.
 
+    [(path, cost)] = refine(field, path, tolls=[toll])
+
     band        move every knot across the path, a row of offsets each, and choose the cheapest
                 combination (dynamic programming over the rows), with ever finer offsets
     shortcut    keep only the knots that pay for themselves (exact dynamic programming)
@@ -14,7 +16,7 @@ a per cent.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -25,13 +27,17 @@ from planner.search.ground import CostField, polyline_cost, segment_cost
 
 Path = NDArray[np.float64]
 
-VARIANTS = ((4.0, 1.0), (8.0, 1.0), (8.0, 0.1))
-"""Distance of knots in cells and share of the toll, to choose from once they are driven: close
+VARIANTS = {4.0: (1.0,), 8.0: (1.0, 0.1)}
+"""Shares of the toll by the distance of knots in cells, to choose from once they are driven: close
 knots bend round an obstacle, wide ones stay smooth, and evenly round ways have cheap corners."""
 REACH, LONG = 30, 500
 """Knots that a shortcut may leave out; half of that on paths of more knots than LONG."""
-BANDS = ((2.0, 5, 5), (0.7, 5, 6), (0.25, 4, 8))
-"""Offset step in cells, offsets to each side, largest change of offset between knots."""
+COARSE = 2.0
+"""So much further apart than for the final cost are the points that pieces are priced at while
+there are many to choose from."""
+BANDS = ((2.0, 5, 5, COARSE), (0.7, 5, 6, COARSE), (0.25, 4, 8, 1.0))
+"""Offset step in cells, offsets to each side, largest change of offset between knots, and how much
+further apart the points are that a piece is priced at."""
 
 
 def resample(path: Path, spacing: float) -> Path:
@@ -52,22 +58,31 @@ def even(path: Path, spacing: float) -> Path:
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _shortcut(field: Any, path: Any, reach: int, step: float, toll: float) -> Any:
+def _straight(field: Any, path: Any, reach: int, step: float) -> Any:
+    """Cost of the straight way to every knot from the knots before it, (knots, reach)."""
     count = path.shape[0]
+    cost = np.full((count, reach), np.inf)
+    for k in range(1, count):
+        for back in range(min(reach, k)):
+            q = k - 1 - back
+            cost[k, back] = segment_cost(
+                field, path[q, 0], path[q, 1], path[k, 0], path[k, 1], step
+            )
+    return cost
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _fewest(straight: Any, toll: float) -> Any:
+    """Knots of the cheapest way over a subset of them, each of which costs a toll."""
+    count, reach = straight.shape
     cost = np.full(count, np.inf)
     came = np.zeros(count, np.int64)
     cost[0] = 0.0
     for k in range(1, count):
-        for q in range(k - 1, max(-1, k - 1 - reach), -1):
-            if cost[q] == np.inf:
-                continue
-            c = (
-                cost[q]
-                + toll
-                + segment_cost(field, path[q, 0], path[q, 1], path[k, 0], path[k, 1], step)
-            )
+        for back in range(min(reach, k)):
+            c = cost[k - 1 - back] + toll + straight[k, back]
             if c < cost[k]:
-                cost[k], came[k] = c, q
+                cost[k], came[k] = c, k - 1 - back
     kept = np.empty(count, np.int64)
     size, k = 0, count - 1
     while k > 0:
@@ -78,17 +93,19 @@ def _shortcut(field: Any, path: Any, reach: int, step: float, toll: float) -> An
     return kept[: size + 1][::-1].copy(), cost[count - 1]
 
 
-def shortcut(field: CostField, path: Path, toll: float) -> Path:
-    """The cheapest polyline over a subset of the knots, each of which costs a toll."""
-    step = field.step
-    whole = polyline_cost(field, path, step)
+def shortcuts(field: CostField, path: Path, tolls: Sequence[float]) -> list[Path]:
+    """The cheapest polylines over a subset of the knots, each of which costs a toll."""
+    whole = polyline_cost(field, path, field.step)
     if not math.isfinite(whole):
-        return path
+        return [path] * len(tolls)
     reach = REACH if len(path) <= LONG else REACH // 2
-    # At least a tiny toll: on even ground a straight line then has no knots at all.
-    kept, cost = _shortcut(field, path, reach, step, max(toll, 1e-6 * whole))
-    chosen: Path = path[kept]
-    return chosen if math.isfinite(cost) else path
+    straight = _straight(field, path, reach, COARSE * field.step)
+    found = []
+    for toll in tolls:
+        # At least a tiny toll: on even ground a straight line then has no knots at all.
+        kept, cost = _fewest(straight, max(toll, 1e-6 * whole))
+        found.append(path[kept] if math.isfinite(cost) else path)
+    return found
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -135,16 +152,16 @@ def refine(
     field: CostField,
     path: Path,
     *,
-    toll: float = 0.0,
-    knot_cells: float = VARIANTS[0][0],
+    tolls: Sequence[float] = (0.0,),
+    knot_cells: float = 8.0,
     check: Callable[[], None] = lambda: None,
-) -> tuple[Path, float]:
-    """The cheapest polyline found near a path, and its cost without tolls.
+) -> list[tuple[Path, float]]:
+    """The cheapest polylines found near a path, and their costs without tolls, one for each toll.
 
     Args:
         field: map and costs.
         path: (k, 2) polyline whose cost is finite.
-        toll: what a corner costs, which the costs of a metre do not contain.
+        tolls: what a corner costs, which the costs of a metre do not contain.
         knot_cells: distance of the knots.
         check: called between rounds; may raise to stop.
     """
@@ -153,14 +170,16 @@ def refine(
     knots = even(path, knot_cells * cell)
     if not math.isfinite(polyline_cost(field, knots, step)):
         knots = resample(path, knot_cells * cell)
-    for delta, side, window in BANDS:
+    for delta, side, window, coarse in BANDS:
         check()
-        moved, cost = _band(field, knots, delta * cell, side, window, step)
+        moved, cost = _band(field, knots, delta * cell, side, window, coarse * step)
         if math.isfinite(cost):
             knots = moved
-    candidates = [
-        (polyline_cost(field, candidate, step), candidate)
-        for candidate in (path, knots, shortcut(field, knots, toll))
-    ]
-    cost, best = min(candidates, key=lambda pair: pair[0] + toll * len(pair[1]))
-    return best, float(cost)
+    check()
+    known = [(polyline_cost(field, candidate, step), candidate) for candidate in (path, knots)]
+    found = []
+    for toll, shorter in zip(tolls, shortcuts(field, knots, tolls), strict=True):
+        candidates = [*known, (polyline_cost(field, shorter, step), shorter)]
+        cost, best = min(candidates, key=lambda pair: pair[0] + toll * len(pair[1]))
+        found.append((best, float(cost)))
+    return found

@@ -1,9 +1,15 @@
-"""One request being answered: what its steps share, and how it tells of progress."""
+"""One request being answered: what its steps share, how it tells of progress, and how it stops.
+
+with run.watched():            # compiled searches stop as well when the caller cancels
+    ...
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from threading import Event, Thread
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,12 +17,15 @@ from numpy.typing import NDArray
 from planner.errors import Cancelled
 from planner.search.conditions import Circumstances
 from planner.search.ground import CostField, DrivingGround
+from planner.search.other_core import OtherCore
 from planner.search.request import PlanRequest, PoseRequest
 from planner.search.situation import Situation
 from planner.search.steady import MARGIN
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
+WATCHED = 0.02
+"""s between two looks at whether the caller has cancelled."""
 
 
 @dataclass(frozen=True)
@@ -28,12 +37,35 @@ class Run:
         situation: map and model.
         progress: called with what is being done and the share done.
         cancelled: asked often; True stops.
+        other_core: for what can be done at once.
+        stop: (1,) True once the caller has cancelled; compiled searches look at it.
     """
 
     request: PlanRequest
     situation: Situation
     progress: Progress
     cancelled: Callable[[], bool]
+    other_core: OtherCore = field(default_factory=OtherCore)
+    stop: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(1, np.bool_))
+
+    @contextmanager
+    def watched(self) -> Iterator[None]:
+        """Look out for the caller's wish to stop, also while compiled code runs."""
+        done = Event()
+
+        def watch() -> None:
+            while not done.wait(WATCHED):
+                if self.cancelled():
+                    self.stop[0] = True
+                    return
+
+        watcher = Thread(target=watch, daemon=True)
+        watcher.start()
+        try:
+            yield
+        finally:
+            done.set()
+            watcher.join()
 
     @property
     def ground(self) -> DrivingGround:
@@ -52,7 +84,7 @@ class Run:
 
     def check(self) -> None:
         """Stop if the caller wants to."""
-        if self.cancelled():
+        if self.stop[0] or self.cancelled():
             raise Cancelled("cancelled by the caller")
 
     @property

@@ -7,12 +7,14 @@ For questions that need the energy of many routes: planner.search.matrix and pla
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.search.drive import drive
+from planner.search.drive import energy_of, move, price
+from planner.search.edge_energy import Motion
 from planner.search.grid_route import MARGINS, grid_route
 from planner.search.ground import CostField
 from planner.search.refine import VARIANTS, refine
@@ -41,24 +43,26 @@ def driven_leg(
         yaws: at both ends, None where it is free.
         cancelled: asked often; True raises Cancelled.
     """
-    best: Route | None = None
+    best, least = None, math.inf
     toll = situation.toll("energy")
-    for knot_cells, share in VARIANTS:
-        refined, _ = refine(field, path, toll=share * toll, knot_cells=knot_cells)
-        route = drive(field, situation.around, [refined], yaws, objective=0)
-        if isinstance(route, Route) and (best is None or route.energy_j < best.energy_j):
-            best = route
-    if best is not None and not situation.ground.blocked.any():
-        return best
+    variants = {} if situation.ground.blocked.any() else VARIANTS
+    for knot_cells, shares in variants.items():
+        tolls = [share * toll for share in shares]
+        for refined, _ in refine(field, path, tolls=tolls, knot_cells=knot_cells):
+            motion = move(field, situation.around, [refined], yaws, objective=0)
+            if isinstance(motion, Motion):
+                energy = energy_of(field, situation.around, motion)
+                if energy < least:
+                    best, least = motion, energy
+    if best is not None:
+        return price(field, situation.around, best)
     # Among obstacles, or where a limit was broken: as carefully as for a single request.
     places = [
         PoseRequest(x=float(x), y=float(y), yaw=yaw)
         for (x, y), yaw in zip((path[0], path[-1]), yaws, strict=True)
     ]
     request = PlanRequest(map=situation.ground.terrain.name, start=places[0], goal=places[1])
-    found = grid_route(Run(request, situation, lambda _what, _share: None, cancelled), "energy")
-    routes = [route for route in (best, found) if route is not None]
-    return min(routes, key=lambda route: route.energy_j, default=None)
+    return grid_route(Run(request, situation, lambda _what, _share: None, cancelled), "energy")
 
 
 def energy_field(situation: Situation) -> CostField:

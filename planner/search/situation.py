@@ -34,7 +34,7 @@ Array = NDArray[np.float64]
 Point = tuple[float, float]
 KINDS = ("sound", "printed/A", "printed/B")
 LARGE = 2_000_000
-"""Nodes from which a search stops at its start instead of filling the map for later ones."""
+"""Nodes from which a search never fills the whole map for later starts."""
 CORNER = {"energy": 0.13, "time": 0.02}
 """Toll of a corner as a share of what a stop costs: of 0.03 to 0.4 the best on fractal relief."""
 
@@ -160,20 +160,21 @@ class Situation:
         field: CostField,
         goal: Point,
         start: Point | None = None,
+        stop: NDArray[np.bool_] | None = None,
     ) -> CostToGo:
-        """Least cost from everywhere to the goal; only as far as ``start`` if that will do.
+        """Least cost from everywhere to the goal; no more than ``start`` needs if that will do.
 
-        The whole map is worth its time for "energy", where other starts may ask for it later, and
-        where the map is not too large.
+        The whole map is worth its time when a second start asks for the way to the same goal, by
+        the least energy and where the map is not too large.
         """
         lattice = self.lattice(objective, field)
-        large = field.heights.size > LARGE or objective != "energy"
-        if field.factor.size > 1:
-            return cost_to_go(field, lattice, goal, start=start)
         key = ("ahead", self.key, objective, field.margin, goal)
-        found: CostToGo | None = KEPT.find(key)
-        if found is None or not (start is None or found.reaches(field, start)):
-            found = cost_to_go(field, lattice, goal, start=start if large else None)
+        found: CostToGo | None = KEPT.find(key) if field.factor.size == 1 else None
+        if found is not None and found.start in (None, start):
+            return found
+        again = found is not None and objective == "energy" and field.heights.size <= LARGE
+        found = cost_to_go(field, lattice, goal, start=None if again else start, stop=stop)
+        if field.factor.size == 1:
             KEPT.put(key, found)
         return found
 
@@ -184,8 +185,13 @@ class Situation:
         return KEPT.get(key, lambda: cost_to_go(field, lattice, start, onward=True))
 
     def path(
-        self, objective: str, field: CostField, start: Point, goal: Point
+        self,
+        objective: str,
+        field: CostField,
+        start: Point,
+        goal: Point,
+        stop: NDArray[np.bool_] | None = None,
     ) -> NDArray[np.float64] | None:
         """Polyline (k, 2) of the least-cost moves, or None if there is no way."""
-        ahead = self.ahead(objective, field, goal, start)
+        ahead = self.ahead(objective, field, goal, start, stop)
         return grid_path(field, self.lattice(objective, field), ahead, start)

@@ -3,6 +3,9 @@
 Squared speed is on an even grid and acceleration constant between stations; the power model prices
 every step with its acceleration, turning and bend, so that ramps at start, stop and corners are
 paid for, and what braking gives back is earned. Limits hold at every step.
+
+As in planner.search.yaw_kernel, changes of speed are first estimated, here by even driving, and
+only those near the best way so far are priced, until that way has nothing but exact prices.
 """
 
 from __future__ import annotations
@@ -27,7 +30,7 @@ from planner.search.steady import (
     set_wind,
 )
 from planner.search.track import Track
-from planner.search.yaw import YawProfile, cost_of_a_stop
+from planner.search.yaw import YawProfile
 
 Array = NDArray[np.float64]
 _CREEP = (0.0, SLOWEST, 0.1, 0.16)
@@ -35,20 +38,17 @@ LEVELS = len(_CREEP) + 20
 """Standstill, three speeds to creep round corners, and an even grid of the squared speed."""
 REACH = 9
 """Largest change of level between stations."""
-NEAR = 0.001
-"""Share of the best cost by which speeds in the outline may be dearer and still be looked at."""
-NEAR_RAMPS = 0.05
-"""The same, as a share of what standing still and starting again costs."""
-
-FORWARDS, BACKWARDS, MARK = 0, 1, 2
-"""Phases of the outline."""
+ROUNDS = 24
+"""Rounds of pricing after which the best speeds among the exact prices will do."""
+ESTIMATED = 4
+"""Even driving is priced at every so many levels for the estimates, and evenly in between."""
 
 _WHEEL_COLUMNS = len(PER_WHEEL)
 _F1 = types.Array(types.float64, 1, "C")
 _F2 = types.Array(types.float64, 2, "C")
 _I1 = types.Array(types.int64, 1, "C")
 _B1 = types.Array(types.boolean, 1, "C")
-_B3 = types.Array(types.boolean, 3, "C")
+_F3 = types.Array(types.float64, 3, "C")
 _VX, _VY, _WZ = INDEX["vx"], INDEX["vy"], INDEX["wz"]
 _SLOPE_RATE = INDEX["slope_rate"]
 # Gauss-Legendre nodes and weights on [0, 1], exact for cubics.
@@ -124,16 +124,16 @@ def _ramp_cost(
 
 
 @njit(
-    types.boolean(
+    types.void(
         *(KERNEL, _F1, _F1, _F2, _F2, _F1, _F1),
         *(_F1, _F1, _F1, _F2, _F1, _F1, _I1, _B1),
-        *(types.float64, types.int64, types.float64, _B3),
+        *(types.float64, types.int64, _F3),
     ),
     cache=True,
     error_model="numpy",
     nogil=True,
 )
-def _outline(
+def _estimate(
     kernel: Any,
     parameters: Any,
     body: Any,
@@ -151,87 +151,83 @@ def _outline(
     stops: Any,
     most_acceleration: float,
     objective: int,
-    ramp: float,
-    near: Any,
-) -> bool:
-    """Mark the changes of level near the best speeds by even driving; False if there are none.
+    expected: Any,
+) -> None:
+    """Cost of every change of level by even driving, (steps, LEVELS, 2·REACH + 1).
 
-    A step costs the mean of even driving at its two speeds, and for speeding up or slowing down
-    what that takes or gives at half speed. The programme proper then prices what is near.
+    A step costs the mean of even driving between its two speeds, and for speeding up or slowing
+    down what that takes or gives at half speed. Infinite where it cannot be.
     """
     account = np.empty(ACCOUNT_LENGTH)
     per_wheel = np.empty((wheels.shape[0], _WHEEL_COLUMNS))
-    steps = lengths.shape[0]
     level = _levels(limits[0])
     unit = np.empty(2)
-    even = np.full((steps, LEVELS), np.inf)  # W
-    up, down = np.empty(steps), np.empty(steps)
-    surface = np.empty(steps)
-    for j in range(steps):
+    even = np.empty(LEVELS)  # W
+    below = np.zeros(LEVELS)  # W·m/s, its integral over the speed up to a level
+    drawn = np.zeros(5)  # W, at accelerations from braking hard to speeding up hard
+    pull, half = 0.5 * most_acceleration, 0.5 * limits[0]
+    expected[:] = np.inf
+    for j in range(lengths.shape[0]):
         row = class_rows[ground[j]].copy()
         stretch = set_motion(row, slopes[j, 0], slopes[j, 1], yaw[j], directions[j], 1.0)
         unit[0], unit[1] = row[_VX], row[_VY]
         set_wind(row, wind, yaw[j])
-        surface[j] = lengths[j] * stretch
-        for q in range(LEVELS):
-            speed = max(level[q], 0.5 * level[1])
-            if speed * speed * abs(curvatures[j]) > most_acceleration * 1.1:
-                break
-            if abs(turns[j]) * speed > limits[6] * surface[j] * (1.0 + 1e-6):
-                break
-            row[_VX], row[_VY] = unit[0] * speed, unit[1] * speed
-            row[_WZ] = turns[j] * speed / surface[j]
-            set_acceleration(row, 0.0, speed * speed * curvatures[j], unit[0], unit[1], 1.0)
-            even[j, q] = kernel(row, parameters, body, wheels, account, per_wheel)
-        speed, pull = 0.5 * limits[0], 0.5 * most_acceleration
-        row[_VX], row[_VY] = unit[0] * speed, unit[1] * speed
-        row[_WZ] = 0.0
-        set_acceleration(row, 0.0, 0.0, unit[0], unit[1], 1.0)
-        watts = kernel(row, parameters, body, wheels, account, per_wheel)
-        set_acceleration(row, pull, 0.0, unit[0], unit[1], 1.0)
-        up[j] = kernel(row, parameters, body, wheels, account, per_wheel) - watts
-        set_acceleration(row, -pull, 0.0, unit[0], unit[1], 1.0)
-        down[j] = watts - kernel(row, parameters, body, wheels, account, per_wheel)
-        # J for each m²/s² of the squared speed
-        up[j], down[j] = 0.5 * up[j] / (pull * speed), 0.5 * down[j] / (pull * speed)
-    come = np.full((steps + 1, LEVELS), np.inf)
-    ahead = np.full((steps + 1, LEVELS), np.inf)
-    come[0, 0] = ahead[steps, 0] = 0.0
-    most = np.inf
-    for phase in (FORWARDS, BACKWARDS, MARK):
-        for n in range(steps):
-            j = steps - 1 - n if phase == BACKWARDS else n
-            reached = 2.0 * surface[j] * most_acceleration * (1.0 + 1e-6)
-            for a in range(LEVELS):
-                if (phase != BACKWARDS and come[j, a] == np.inf) or even[j, a] == np.inf:
+        surface = lengths[j] * stretch
+        most = min(
+            limits[6] * surface / max(abs(turns[j]), 1e-12),
+            math.sqrt(1.1 * most_acceleration / max(abs(curvatures[j]), 1e-12)),
+        ) * (1.0 + 1e-6)
+        if objective != 1:
+            before = -1
+            for q in range(LEVELS):
+                if (LEVELS - 1 - q) % ESTIMATED and q >= len(_CREEP):
                     continue
-                for b in range(max(0, a - REACH), min(LEVELS, a + REACH + 1)):
-                    change = level[b] * level[b] - level[a] * level[a]
-                    if a + b == 0 or (stops[j + 1] and b > 0) or abs(change) > reached:
-                        continue
-                    cost = 2.0 * surface[j] / (level[a] + level[b])
-                    if objective != 1:
-                        cost *= 0.5 * (even[j, a] + even[j, b])
-                        cost += change * (up[j] if change > 0.0 else down[j])
-                    if phase == FORWARDS:
-                        come[j + 1, b] = min(come[j + 1, b], cost + come[j, a])
-                    elif phase == BACKWARDS:
-                        ahead[j, a] = min(ahead[j, a], cost + ahead[j + 1, b])
-                    else:
-                        near[j, a, b] = come[j, a] + cost + ahead[j + 1, b] <= most
-        if phase == FORWARDS:
-            best = come[steps, 0]
-            if best == np.inf:
-                return False
-            most = best + NEAR * abs(best) + NEAR_RAMPS * ramp
-    return True
+                speed = max(level[q], 0.5 * level[1])
+                row[_VX], row[_VY] = unit[0] * speed, unit[1] * speed
+                row[_WZ] = turns[j] * speed / surface
+                across = speed * speed * curvatures[j]
+                set_acceleration(row, 0.0, across, unit[0], unit[1], 1.0)
+                even[q] = kernel(row, parameters, body, wheels, account, per_wheel)
+                for r in range(before + 1, q):
+                    share = (level[r] - level[before]) / (level[q] - level[before])
+                    even[r] = even[before] + share * (even[q] - even[before])
+                before = q
+            for q in range(1, LEVELS):
+                below[q] = below[q - 1] + 0.5 * (even[q - 1] + even[q]) * (level[q] - level[q - 1])
+            row[_VX], row[_VY] = unit[0] * half, unit[1] * half
+            row[_WZ] = 0.0
+            for k in range(5):
+                set_acceleration(row, (k - 2) * pull, 0.0, unit[0], unit[1], 1.0)
+                drawn[k] = kernel(row, parameters, body, wheels, account, per_wheel)
+        reached = 2.0 * surface * most_acceleration * (1.0 + 1e-6)
+        for a in range(LEVELS):
+            if level[a] > most:
+                break
+            for b in range(max(0, a - REACH), min(LEVELS, a + REACH + 1)):
+                change = level[b] * level[b] - level[a] * level[a]
+                if a + b == 0 or (stops[j + 1] and b > 0) or abs(change) > reached:
+                    continue
+                if level[b] > most:
+                    break
+                cost = time = 2.0 * surface / (level[a] + level[b])
+                if objective != 1:
+                    cost = time * even[a]
+                    if change != 0.0:
+                        cost = time * (below[b] - below[a]) / (level[b] - level[a])
+                        # Work goes with the speed, heat with the square of the acceleration.
+                        side = 1 if change > 0.0 else -1
+                        once = drawn[2 + side] - drawn[2]
+                        bent = 0.5 * (drawn[2 + 2 * side] - drawn[2] - 2.0 * once)
+                        cost += 0.5 * abs(change) * (once - bent) / (pull * half)
+                        cost += bent * (change / (2.0 * surface * pull)) ** 2 * time
+                expected[j, a, b - a + REACH] = cost
 
 
 @njit(
     types.float64(
         *(KERNEL, _F1, _F1, _F2, _F2, _F1, _F1),
         *(_F1, _F1, _F1, _F2, _F1, _F1, _I1, _B1),
-        *(types.float64, types.int64, types.float64, _B3, _F1),
+        *(types.float64, types.int64, _F3, types.int64, _F1),
     ),
     cache=True,
     error_model="numpy",
@@ -255,84 +251,105 @@ def _speeds(
     stops: Any,
     most_acceleration: float,
     objective: int,
-    ramp: float,
-    near: Any,
+    expected: Any,
+    beside: int,
     speeds: Any,
 ) -> Any:
-    """Cost of the best speeds among changes ``near`` the outline, (steps + 1, LEVELS, LEVELS).
+    """Cost of the best speeds, written to ``speeds``; ``expected`` of ``_estimate`` is used up.
 
-    Without any, speeds[0] is the station where none leads on.
+    Infinite without any; speeds[0] then is the station where none leads on.
     """
     account = np.empty(ACCOUNT_LENGTH)
     per_wheel = np.empty((wheels.shape[0], _WHEEL_COLUMNS))
     steps = lengths.shape[0]
-    cost = np.full((steps + 1, LEVELS), np.inf)
-    came = np.full((steps + 1, LEVELS), -1, np.int64)
+    cost = np.empty((steps + 1, LEVELS))
+    came = np.empty((steps + 1, LEVELS), np.int64)
+    chosen = np.empty(steps + 1, np.int64)
+    exact = np.zeros(expected.shape, np.bool_)
     level = _levels(limits[0])
-    cost[0, 0] = 0.0
     unit = np.empty(2)
-    for j in range(steps):
-        row = class_rows[ground[j]].copy()
-        stretch = set_motion(row, slopes[j, 0], slopes[j, 1], yaw[j], directions[j], 1.0)
-        unit[0], unit[1] = row[_VX], row[_VY]
-        set_wind(row, wind, yaw[j])
-        change = 0.0
-        if j + 1 < steps:
-            change = math.hypot(slopes[j + 1, 0] - slopes[j, 0], slopes[j + 1, 1] - slopes[j, 1])
-        # Over steps longer than a whole ramp every third level will do.
-        long = lengths[j] * most_acceleration > limits[0] * limits[0] and not stops[j + 1]
-        # A speed that is behind by more than any change of speed costs cannot catch up again.
-        hopeless = cost[j].min() + 4.0 * ramp
-        for a in range(LEVELS):
-            if cost[j, a] > hopeless or cost[j, a] == np.inf:
+    nothing = False
+    for attempt in range(20 * ROUNDS):
+        only = attempt >= ROUNDS and not nothing
+        cost[:] = np.inf
+        cost[0, 0] = 0.0
+        for j in range(steps):
+            for a in range(LEVELS):
+                if cost[j, a] == np.inf:
+                    continue
+                for b in range(max(0, a - REACH), min(LEVELS, a + REACH + 1)):
+                    at = b - a + REACH
+                    total = cost[j, a] + expected[j, a, at]
+                    if total < cost[j + 1, b] and (exact[j, a, at] or not only):
+                        cost[j + 1, b] = total
+                        came[j + 1, b] = a
+        best = cost[steps, 0]
+        if best == np.inf:
+            if only:
+                nothing = True  # what is priced leads nowhere yet
                 continue
-            for b in range(max(0, a - REACH), min(LEVELS, a + REACH + 1)):
-                if a + b == 0 or (stops[j + 1] and b > 0) or not near[j, a, b]:
-                    continue
-                if long and b > 0 and (LEVELS - 1 - b) % 3:
-                    continue
-                c = cost[j, a] + _ramp_cost(
-                    kernel,
-                    parameters,
-                    body,
-                    wheels,
-                    row,
-                    unit,
-                    limits,
-                    lengths[j] * stretch,
-                    turns[j],
-                    curvatures[j],
-                    level[a],
-                    level[b],
-                    change,
-                    most_acceleration,
-                    objective,
-                    account,
-                    per_wheel,
-                )
-                if c < cost[j + 1, b]:
-                    cost[j + 1, b] = c
-                    came[j + 1, b] = a
-    best = cost[steps, 0]
-    if best < np.inf:
+            for j in range(steps + 1):
+                if cost[j].min() < np.inf:
+                    speeds[0] = j
+            return best
+        nothing = False
         q = 0
         for j in range(steps, 0, -1):
+            chosen[j] = q
             speeds[j] = level[q]
             q = came[j, q]
-    else:
-        furthest = 0
-        for j in range(steps + 1):
-            if cost[j].min() < np.inf:
-                furthest = j
-        speeds[0] = furthest
-    return best
-
-
-def _ramp(model: PowerModel, class_rows: Array, limits: Array, objective: int) -> float:
-    """What standing still and starting again costs at most, in J or s."""
-    stop = cost_of_a_stop(model, class_rows, limits, objective)
-    # With a price of time the seconds of a stop may cost more than all kinetic energy.
-    return stop if objective == 1 else max(float(limits[4] * limits[0] * limits[0]), stop)
+        chosen[0] = 0
+        new = 0
+        for j in range(steps):
+            p, q = chosen[j], chosen[j + 1]
+            if exact[j, p, q - p + REACH]:
+                continue
+            new += 1
+            guess = expected[j, p, q - p + REACH]
+            row = class_rows[ground[j]].copy()
+            stretch = set_motion(row, slopes[j, 0], slopes[j, 1], yaw[j], directions[j], 1.0)
+            unit[0], unit[1] = row[_VX], row[_VY]
+            set_wind(row, wind, yaw[j])
+            change = 0.0
+            if j + 1 < steps:
+                change = math.hypot(
+                    slopes[j + 1, 0] - slopes[j, 0], slopes[j + 1, 1] - slopes[j, 1]
+                )
+            for a in range(max(0, p - beside), min(LEVELS, p + beside + 1)):
+                for b in range(max(0, q - beside), min(LEVELS, q + beside + 1)):
+                    at = b - a + REACH
+                    if at < 0 or at > 2 * REACH or exact[j, a, at] or expected[j, a, at] == np.inf:
+                        continue
+                    exact[j, a, at] = True
+                    expected[j, a, at] = _ramp_cost(
+                        kernel,
+                        parameters,
+                        body,
+                        wheels,
+                        row,
+                        unit,
+                        limits,
+                        lengths[j] * stretch,
+                        turns[j],
+                        curvatures[j],
+                        level[a],
+                        level[b],
+                        change,
+                        most_acceleration,
+                        objective,
+                        account,
+                        per_wheel,
+                    )
+            # What this guess was off by, its neighbours are off by as well.
+            off = expected[j, p, q - p + REACH] - guess
+            if off < np.inf:
+                for a in range(LEVELS):
+                    for at in range(2 * REACH + 1):
+                        if not exact[j, a, at]:
+                            expected[j, a, at] += off
+        if new == 0:
+            return best
+    return np.inf
 
 
 def speed_programme(
@@ -345,8 +362,12 @@ def speed_programme(
     limits: Array,
     wind: Array,
     objective: int,
+    beside: int,
 ) -> tuple[Array | None, int]:
-    """Speed (n,) at every station, or None and the station where no speed leads further."""
+    """Speed (n,) at every station, or None and the station where no speed leads further.
+
+    Levels up to ``beside`` from the best ones are priced by the power model as well.
+    """
     stops = track.stops | (np.abs(yaw.leaving - yaw.arriving) > 1e-9)
     turns = yaw.arriving[1:] - yaw.leaving[:-1]
     speeds = np.zeros(len(track.points))
@@ -368,16 +389,10 @@ def speed_programme(
         stops,
         model.vehicle.limits.acceleration,
         objective,
-        _ramp(model, class_rows, limits, objective),
     )
-    near = np.zeros((len(speeds), LEVELS, LEVELS), np.bool_)
-    cost = math.inf
-    if _outline(*task, near):
-        cost = _speeds(*task, near, speeds)
-    if not math.isfinite(cost):
-        near[:] = True
-        speeds[:] = 0.0
-        cost = _speeds(*task, near, speeds)
+    expected = np.empty((len(track.lengths), LEVELS, 2 * REACH + 1))
+    _estimate(*task, expected)
+    cost = _speeds(*task, expected, beside, speeds)
     if not math.isfinite(cost):
         return None, int(speeds[0])
     return speeds, -1

@@ -36,7 +36,7 @@ from planner.power.model import PowerModel
 from planner.power.pipeline import ACCOUNT, ACCOUNT_LENGTH, PER_WHEEL
 from planner.quantities import INDEX, STANDARD_GRAVITY
 
-YAWS, DIRECTIONS, STEEPNESSES = 32, 72, 17
+YAWS, DIRECTIONS, STEEPNESSES = 64, 72, 17
 SPEEDS = 8
 SLOWEST = 0.05
 """Share of full speed below which the robot stops rather than creeps."""
@@ -279,6 +279,16 @@ def _fill(
 
 
 @njit(cache=True, error_model="numpy", inline="always")
+def _level(costs: Any, edge: float, steepness: float, levels: int) -> float:
+    """Linear in the share of the limit."""
+    u = steepness / edge * (levels - 1) if edge > 0.0 else 0.0
+    k = min(int(u), levels - 2)
+    u -= k
+    value: float = (1.0 - u) * costs[k] + u * costs[k + 1]
+    return value
+
+
+@njit(cache=True, error_model="numpy", inline="always")
 def _polar(
     table: Any,
     edge: Any,
@@ -305,10 +315,7 @@ def _polar(
     for f, weight in ((f0, 1.0 - w), (f1, w)):
         if weight == 0.0:
             continue
-        u = steepness / edge[f] * (levels - 1) if edge[f] > 0.0 else 0.0
-        k = min(int(u), levels - 2)
-        u -= k
-        value += weight * ((1.0 - u) * table[f, k] + u * table[f, k + 1])
+        value += weight * _level(table[f], edge[f], steepness, levels)
     return value
 
 
@@ -346,15 +353,16 @@ def cost_for_best_yaw(
 def _minimise_over_yaw(by_yaw: Any, yaw_limit: Any, best: Any, limit: Any) -> None:
     for c in range(best.shape[0]):
         for f in range(DIRECTIONS):
-            azimuth = 2.0 * math.pi * f / DIRECTIONS
             limit[c, f] = yaw_limit[c, :, f].max()
             for s in range(STEEPNESSES):
                 steepness = max(limit[c, f], 0.0) * s / (STEEPNESSES - 1)
                 least = np.inf
                 for t in range(YAWS):
-                    if yaw_limit[c, t, f] >= steepness:
-                        cost = cost_for_yaw(by_yaw, yaw_limit, c, t, azimuth, steepness, 1.0)
-                        least = min(least, cost)
+                    if 0.0 <= yaw_limit[c, t, f] >= steepness:
+                        least = min(
+                            least,
+                            _level(by_yaw[c, t, f], yaw_limit[c, t, f], steepness, STEEPNESSES),
+                        )
                 best[c, f, s] = least
 
 

@@ -12,8 +12,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from planner.search.ground import CostField, polyline_cost
@@ -25,6 +27,8 @@ TIGHTEST = 0.06
 """Smallest radius as a share of the one for full speed; below it the robot stops to turn."""
 SHORTEST = 0.04
 """m, length of an arc's chords where the bend allows it."""
+MOST_CHORDS = 500
+"""Chords of one arc."""
 STRAIGHT = math.radians(0.5)
 """Changes of direction below this one need no arc: the tyres' creep takes them."""
 
@@ -75,10 +79,12 @@ def lay_track(
     radius = speed * speed / acceleration
     ramp = radius / 2.0  # distance to reach full speed, v²/2a
     for leg in legs:
-        pieces = _rounded(field, leg, spacing, radius, deviation)
-        for number, (end, curvature, stop) in enumerate(pieces):
+        apart = np.hypot(*np.diff(leg, axis=0).T) > 1e-9
+        leg = np.ascontiguousarray(leg[np.concatenate([[True], apart])])
+        ends, bends, halts = _rounded(field, leg, spacing, radius, deviation)
+        for number, (end, curvature, stop) in enumerate(zip(ends, bends, halts, strict=True)):
             begin = points[-1][-1]
-            first, last = number == 0, number == len(pieces) - 1
+            first, last = number == 0, number == len(ends) - 1
             added = _stations(begin, end, spacing, ramp, near_start=first, near_end=last or stop)
             points.append(added)
             curvatures += [curvature] * len(added)
@@ -103,79 +109,103 @@ def lay_track(
     )
 
 
+@njit(cache=True, error_model="numpy", nogil=True)
 def _rounded(
-    field: CostField, leg: Array, spacing: float, radius: float, deviation: float
-) -> list[tuple[Array, float, bool]]:
-    """Straight pieces and chords: end point, curvature, whether the robot stops there."""
-    apart = np.hypot(*np.diff(leg, axis=0).T) > 1e-9
-    leg = leg[np.concatenate([[True], apart])]
-    if len(leg) == 1:
-        return []
-    lengths = np.hypot(*np.diff(leg, axis=0).T)
-    directions = np.arctan2(*np.diff(leg, axis=0).T[::-1])
-    pieces: list[tuple[Array, float, bool]] = []
-    for k in range(1, len(leg) - 1):
-        turn = math.remainder(float(directions[k] - directions[k - 1]), 2.0 * math.pi)
-        room = 0.48 * min(lengths[k - 1], lengths[k])
-        arc = _arc(field, spacing, leg[k], float(directions[k - 1]), turn, radius, room, deviation)
-        if arc is None:
-            pieces.append((leg[k], 0.0, abs(turn) > STRAIGHT))
-            continue
-        chords, bend = arc
-        pieces.append((chords[0], 0.0, False))
-        pieces += [(point, bend, False) for point in chords[1:]]
-    pieces.append((leg[-1], 0.0, False))
-    return pieces
+    field: Any, leg: Any, spacing: float, radius: float, deviation: float
+) -> tuple[Any, Any, Any]:
+    """Straight pieces and chords: end points (n, 2), curvatures (n,), whether the robot stops."""
+    count = leg.shape[0]
+    ends = np.empty((64, 2))
+    curvatures = np.zeros(64)
+    stops = np.zeros(64, np.bool_)
+    arc = np.empty((MOST_CHORDS + 1, 2))
+    n = 0
+    for k in range(1, count):
+        ax, ay = leg[k, 0] - leg[k - 1, 0], leg[k, 1] - leg[k - 1, 1]
+        chords, bend, turn = 0, 0.0, 0.0
+        if k < count - 1:
+            bx, by = leg[k + 1, 0] - leg[k, 0], leg[k + 1, 1] - leg[k, 1]
+            turn = math.atan2(ax * by - ay * bx, ax * bx + ay * by)
+            room = 0.48 * math.sqrt(min(ax * ax + ay * ay, bx * bx + by * by))
+            chords, bend = _arc(
+                field, spacing, leg[k], math.atan2(ay, ax), turn, radius, room, deviation, arc
+            )
+        if n + chords + 1 > ends.shape[0]:
+            size = 2 * (n + chords + 1)
+            old_ends, old_curvatures, old_stops = ends, curvatures, stops
+            ends = np.empty((size, 2))
+            curvatures = np.zeros(size)
+            stops = np.zeros(size, np.bool_)
+            ends[:n], curvatures[:n], stops[:n] = old_ends[:n], old_curvatures[:n], old_stops[:n]
+        if chords == 0:
+            ends[n] = leg[k]
+            stops[n] = abs(turn) > STRAIGHT
+            n += 1
+        else:
+            for c in range(chords + 1):
+                ends[n] = arc[c]
+                curvatures[n] = bend if c > 0 else 0.0
+                n += 1
+    return ends[:n].copy(), curvatures[:n].copy(), stops[:n].copy()
 
 
+@njit(cache=True, error_model="numpy", nogil=True)
 def _arc(
-    field: CostField,
+    field: Any,
     spacing: float,
-    corner: Array,
+    corner: Any,
     direction: float,
     turn: float,
-    radius: float,
+    full: float,
     room: float,
     deviation: float,
-) -> tuple[Array, float] | None:
-    """Points of the arc that replaces a corner and its curvature; None if the corner stays."""
+    points: Any,
+) -> tuple[int, float]:
+    """Chords of the arc that replaces a corner, and its curvature; 0 chords if the corner stays.
+
+    The arc's ``chords + 1`` points are written to ``points``.
+    """
     half = abs(turn) / 2.0
     if abs(turn) <= STRAIGHT or half > math.radians(85.0):
-        return None
+        return 0, 0.0
     # Tangent length R·tan(half) must fit the pieces; the arc passes R·(1/cos(half) - 1) inside.
-    full = radius
     radius = min(room / math.tan(half), deviation / (1.0 / math.cos(half) - 1.0))
     side = math.copysign(1.0, turn)
     for _ in range(4):
         if radius < TIGHTEST * full:
-            return None
+            return 0, 0.0
         # Chords short enough for the bend, long enough for yaw and speed to change on them.
         # A body that turns evenly along a long chord would crab on both its halves, and its
         # sideways force would come in blows.
         way = radius * abs(turn)
-        count = max(math.ceil(abs(turn) / ARC_STEP), math.ceil(2.0 * way / spacing))
-        count = max(2, min(count, int(way / SHORTEST)))
+        chords = max(math.ceil(abs(turn) / ARC_STEP), math.ceil(2.0 * way / spacing))
+        chords = int(max(2, min(chords, int(way / SHORTEST), MOST_CHORDS)))
         tangent = radius * math.tan(half)
-        begin = corner - tangent * np.array([math.cos(direction), math.sin(direction)])
-        centre = begin + side * radius * np.array([-math.sin(direction), math.cos(direction)])
-        angles = direction - side * math.pi / 2.0 + turn * np.arange(count + 1) / count
-        points = centre + radius * np.column_stack([np.cos(angles), np.sin(angles)])
-        step = field.step
-        if math.isfinite(polyline_cost(field, points, step)):
-            return points, side / radius
+        from_x = corner[0] - tangent * math.cos(direction)
+        from_y = corner[1] - tangent * math.sin(direction)
+        centre_x = from_x - side * radius * math.sin(direction)
+        centre_y = from_y + side * radius * math.cos(direction)
+        for c in range(chords + 1):
+            angle = direction - side * math.pi / 2.0 + turn * c / chords
+            points[c, 0] = centre_x + radius * math.cos(angle)
+            points[c, 1] = centre_y + radius * math.sin(angle)
+        if polyline_cost(field, points[: chords + 1], field.step) < np.inf:
+            return chords, side / radius
         radius /= 2.0
-    return None
+    return 0, 0.0
 
 
 def _stations(
     begin: Array, end: Array, spacing: float, ramp: float, *, near_start: bool, near_end: bool
 ) -> Array:
     """Points after ``begin`` up to ``end``, closer where the robot gathers or loses speed."""
-    length = float(np.hypot(*(end - begin)))
-    if length < 1e-9:
-        return end[None, :]
+    length = math.hypot(end[0] - begin[0], end[1] - begin[1])
     count = max(1, math.ceil(length / spacing - 1e-9))
+    if length < 1e-9 or (count == 1 and not near_start and not near_end):
+        return end[None, :]
     at = length * np.arange(1, count + 1) / count
+    if not near_start and not near_end:
+        return begin + (end - begin) * (at / length)[:, None]
     fine = ramp * np.array([0.05, 0.15, 0.3, 0.5, 0.75, 1.0, 1.3])
     if near_start:
         at = np.concatenate([at, fine])

@@ -23,8 +23,8 @@ from planner.quantities import INDEX
 from planner.search.ground import ALL_YAWS, CostField
 from planner.search.steady import SLOWEST
 from planner.search.track import Track
-from planner.search.yaw_kernel import STATES, WIDTH, most_turn, programme, spin_costs
-from planner.search.yaw_outline import TURNS, outline, turning_costs
+from planner.search.yaw_estimate import TURNS, steady_costs_of, turning_costs
+from planner.search.yaw_kernel import MOST_SAMPLES, STATES, WIDTH, programme, spin_costs
 from planner.terrain.obstacles import rectangle_free
 
 Array = NDArray[np.float64]
@@ -61,6 +61,7 @@ def yaw_programme(
     objective: int,
     start_yaw: float | None,
     goal_yaw: float | None,
+    beside: int,
 ) -> YawProfile | None:
     """Best yaw along a track, or None where no sequence of free yaw angles leads through.
 
@@ -75,6 +76,7 @@ def yaw_programme(
         wind: (2,) m/s in the map's frame.
         objective: 1 minimises time, anything else energy.
         start_yaw, goal_yaw: rad; None leaves them free.
+        beside: angles to either side of the best ones that the power model prices as well.
     """
     knots = _knots(track, _crowded(field, track.points))
     directions = _knot_directions(track, knots)
@@ -89,46 +91,38 @@ def yaw_programme(
     turning = np.empty((STATES, TURNS))
     tightest = 0.8 * float(limits[6] / (SLOWEST * limits[0]))
     turning_costs(*numbers[:4], class_rows[0], limits, objective, tightest, turning)
-    spans = np.add.reduceat(track.lengths, knots[:-1])
-    bends = np.remainder(np.diff(directions) + np.pi, 2.0 * np.pi) - np.pi
-    near = np.zeros((*free.shape, STATES), np.bool_)
-    told = outline(
-        field,
+    stride = _stride(knots, np.hypot(slope_x, slope_y), GENTLE * float(field.limit.min()))
+    steady = np.empty((len(knots) - 1, STATES))
+    steady_costs_of(field, knots, *steps, stride, steady)
+    states = np.full(2 * len(knots), -1, np.int64)
+    cost = programme(
+        *numbers,
+        wind,
+        objective,
         knots,
-        spans,
-        bends,
+        directions,
         *steps,
+        stride,
+        steady,
+        turning,
+        tightest,
         free,
         spin,
         stop,
-        turning,
-        tightest,
         _state(start_yaw, directions[0]),
         _state(goal_yaw, directions[-1]),
-        np.array([most_turn(*way, limits) for way in zip(spans, bends, strict=True)], np.int64),
-        near,
+        beside,
+        states,
     )
-    states = np.full(2 * len(knots), -1, np.int64)
-    for looked_at in (near, np.ones_like(near))[0 if told else 1 :]:
-        cost = programme(
-            *numbers,
-            wind,
-            objective,
-            knots,
-            directions,
-            *steps,
-            free,
-            looked_at,
-            spin,
-            stop,
-            GENTLE * float(field.limit.min()),
-            math.nan if start_yaw is None else start_yaw,
-            math.nan if goal_yaw is None else goal_yaw,
-            states,
-        )
-        if math.isfinite(cost):
-            return _spread(track, knots, directions, states, cost, start_yaw, goal_yaw)
-    return None
+    if not math.isfinite(cost):
+        return None
+    return _spread(track, knots, directions, states, cost, start_yaw, goal_yaw)
+
+
+def _stride(knots: NDArray[np.int64], steepness: Array, gentle: float) -> NDArray[np.int64]:
+    """Where knots lie far apart on gentle ground, a few steps stand for all between them."""
+    count = np.maximum(1, np.diff(knots) // MOST_SAMPLES)
+    return np.where(np.maximum.reduceat(steepness, knots[:-1]) < gentle, count, 1)
 
 
 def _state(yaw: float | None, direction: float) -> int:
@@ -183,7 +177,7 @@ def cost_of_a_stop(model: PowerModel, class_rows: Array, limits: Array, objectiv
     return up + down - float(model.watts(cruise)[0]) * v / a
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _free_states(field: Any, points: Any, directions: Any, width: float) -> Any:
     ny, nx = field.heights.shape
     free = np.ones((points.shape[0], STATES), np.bool_)

@@ -1,4 +1,12 @@
-"""The compiled part of the yaw programme: prices of steps, and the way back through the states."""
+"""The compiled part of the yaw programme: the best states, with few prices from the power model.
+
+    cost = programme(..., estimates, ..., states)
+
+A change of state is first estimated by tables (planner.search.yaw_estimate). The best way by these
+estimates is priced exactly, with its neighbours; what the estimates were off by at a knot corrects
+the others there; and so on until the best way has nothing but exact prices. (Lazy evaluation of
+edges: Dellin and Srinivasa, ICAPS 2016.)
+"""
 
 from __future__ import annotations
 
@@ -29,13 +37,14 @@ MOST_SAMPLES = 2
 """Steps that stand for those between two knots, where there are more than three."""
 WINDOW = 8
 """Largest change of the angle to the travel between knots, in states (45°)."""
+ROUNDS = 24
+"""Rounds of pricing after which the best way among the exact prices will do."""
 
 _WHEEL_COLUMNS = len(PER_WHEEL)
 _F1 = types.Array(types.float64, 1, "C")
 _F2 = types.Array(types.float64, 2, "C")
 _I1 = types.Array(types.int64, 1, "C")
 _B2 = types.Array(types.boolean, 2, "C")
-_B3 = types.Array(types.boolean, 3, "C")
 _VX, _VY, _WZ = INDEX["vx"], INDEX["vy"], INDEX["wz"]
 
 
@@ -147,7 +156,7 @@ def most_turn(span: float, bend: float, limits: Any) -> int:
     # No further than the yaw rate allows at full speed, and one state more.
     window = min(WINDOW, 1 + int(math.ceil(limits[6] * span / limits[0] / WIDTH)))
     # Where the travel turns sharply the body may keep its yaw instead.
-    return window + int(math.ceil(abs(bend) / WIDTH))
+    return min(window + int(math.ceil(abs(bend) / WIDTH)), STATES // 2)
 
 
 @njit(cache=True, error_model="numpy", nogil=True, inline="always")
@@ -172,11 +181,25 @@ def spin_round(driven: Any, free: Any, spin_cost: Any, halt: float, cost: Any, s
                     spun[at] = s
 
 
+@njit(cache=True, error_model="numpy", inline="always")
+def turn_cost(turning: Any, tightest: float, s: int, span: float, turn: float) -> float:
+    """What a turn adds to the cost of ``span`` metres, by a table (STATES, TURNS)."""
+    last = turning.shape[1] - 1
+    u = abs(turn) / span / tightest * last
+    if u > last:
+        return np.inf
+    q = min(int(u), last - 1)
+    u -= q
+    cost: float = span * ((1.0 - u) * turning[s, q] + u * turning[s, q + 1])
+    return cost
+
+
 @njit(
     types.float64(
         *(KERNEL, _F1, _F1, _F2, _F2, _F1, _F1, types.int64),
-        *(_I1, _F1, _F1, _F1, _F1, _F1, _I1),  # knots and their directions; steps
-        *(_B2, _B3, _F2, *(types.float64,) * 4, _I1),
+        *(_I1, _F1, _F1, _F1, _F1, _F1, _I1, _I1),
+        *(_F2, _F2, types.float64, _B2, _F2, types.float64),
+        *(types.int64, types.int64, types.int64, _I1),
     ),
     cache=True,
     error_model="numpy",
@@ -198,109 +221,145 @@ def programme(
     slope_x: Any,
     slope_y: Any,
     ground: Any,
+    stride: Any,
+    steady: Any,
+    turning: Any,
+    tightest: float,
     free: Any,
-    near: Any,
     spin_cost: Any,
     stop_cost: float,
-    gentle: float,
-    start_yaw: float,
-    goal_yaw: float,
+    start_state: int,
+    goal_state: int,
+    beside: int,
     states: Any,
 ) -> Any:
-    """Cost of the best yaw; ``states`` (2·knots,) gets the state before and after each knot."""
+    """Cost of the best yaw; ``states`` (2·knots,) gets the state before and after each knot.
+
+    Args:
+        kernel, parameters, body, wheels, class_rows, limits, wind, objective: as for ``step_cost``.
+        knots, knot_directions: stations, and the direction of travel there.
+        directions, lengths, slope_x, slope_y, ground: of the steps between stations.
+        stride: (knots,) every so many of the steps after a knot stands for the others.
+        steady: (knots, STATES) estimate of the way to the next knot at an even angle.
+        turning, tightest: table of what turning on the way adds.
+        free: (knots, STATES) whether the body fits.
+        spin_cost: (knots, STATES) cost per rad of turning on the spot.
+        stop_cost: cost of a stop on the way.
+        start_state, goal_state: -1 leaves them free.
+        beside: states to either side of the best way that are priced with it.
+        states: written.
+    """
     account = np.empty(ACCOUNT_LENGTH)
     per_wheel = np.empty((wheels.shape[0], _WHEEL_COLUMNS))
     rows = class_rows.copy()
     count = knots.shape[0]
-    cost = np.full((count, STATES), np.inf)
-    driven = np.full((count, STATES), np.inf)
-    came = np.full((count, STATES), -1, np.int64)  # state at the knot before
-    spun = np.full((count, STATES), -1, np.int64)  # state before a turn on the spot, at this knot
-    for s in range(STATES):
-        if free[0, s]:
-            driven[0, s] = 0.0
-    if not math.isnan(start_yaw):
-        for s in range(STATES):
-            driven[0, s] = np.inf
-        nearest = int(round(wrap(start_yaw - knot_directions[0]) / WIDTH)) % STATES
-        driven[0, nearest] = 0.0
-    # Where knots lie far apart on gentle ground, a few steps stand for all between them.
-    stride = np.ones(count, np.int64)
-    scale = np.ones(count)
-    steepest = np.zeros(count)
-    for k in range(count - 1):
-        for j in range(knots[k], knots[k + 1]):
-            steepest[k] = max(steepest[k], slope_x[j] ** 2 + slope_y[j] ** 2)
-        if steepest[k] < gentle * gentle:
-            stride[k] = max(1, (knots[k + 1] - knots[k]) // MOST_SAMPLES)
-        whole, taken = 0.0, 0.0
-        for j in range(knots[k], knots[k + 1]):
-            whole += lengths[j]
-            if (j - knots[k] - (stride[k] - 1) // 2) % stride[k] == 0:
-                taken += lengths[j]
-        scale[k] = whole / taken
-    for k in range(count):
-        spin_round(
-            driven[k], free[k], spin_cost[k], stop_cost * (0 < k < count - 1), cost[k], spun[k]
-        )
-        if k == count - 1:
-            break
-        bend = wrap(knot_directions[k + 1] - knot_directions[k])
-        span = 0.0
-        for j in range(knots[k], knots[k + 1]):
-            span += lengths[j]
-        window = most_turn(span, bend, limits)
-        for s in range(STATES):
-            if cost[k, s] == np.inf:
-                continue
-            yaw_a = knot_directions[k] + s * WIDTH
-            for w in range(-window, window + 1):
-                t = (s + w) % STATES
-                if not free[k + 1, t] or not near[k, s, t]:
-                    continue
-                turn = bend + w * WIDTH
-                total = cost[k, s]
-                done = 0.0
-                for j in range(knots[k] + (stride[k] - 1) // 2, knots[k + 1], stride[k]):
-                    share = lengths[j] * scale[k] / span
-                    yaw = yaw_a + turn * (done + 0.5 * share)
-                    done += share
-                    total += step_cost(
-                        kernel,
-                        parameters,
-                        body,
-                        wheels,
-                        rows[ground[j]],
-                        limits,
-                        wind,
-                        slope_x[j],
-                        slope_y[j],
-                        yaw,
-                        directions[j],
-                        lengths[j] * scale[k],
-                        turn * share,
-                        objective,
-                        account,
-                        per_wheel,
-                    )
-                    if total >= driven[k + 1, t]:
-                        break
-                if total < driven[k + 1, t]:
-                    driven[k + 1, t] = total
-                    came[k + 1, t] = s
     last = count - 1
-    best, at = np.inf, -1
-    if math.isnan(goal_yaw):
+    cost = np.empty((count, STATES))
+    driven = np.empty((count, STATES))
+    came = np.empty((count, STATES), np.int64)  # state at the knot before
+    spun = np.empty((count, STATES), np.int64)  # state before a turn on the spot, at this knot
+    price = np.full((last, STATES, STATES), np.float32(np.nan))
+    off = np.zeros(last)  # what the estimates at a knot are wrong by
+    spans, bends, scale = np.zeros(last), np.empty(last), np.empty(last)
+    window = np.empty(last, np.int64)
+    for k in range(last):
+        taken = 0.0
+        for j in range(knots[k], knots[k + 1]):
+            spans[k] += lengths[j]
+        for j in range(knots[k] + (stride[k] - 1) // 2, knots[k + 1], stride[k]):
+            taken += lengths[j]
+        scale[k] = spans[k] / taken
+        bends[k] = wrap(knot_directions[k + 1] - knot_directions[k])
+        window[k] = most_turn(spans[k], bends[k], limits)
+    nothing = False
+    for attempt in range(20 * ROUNDS):
+        exact = attempt >= ROUNDS and not nothing
+        driven[:] = np.inf
         for s in range(STATES):
-            if cost[last, s] < best:
-                best, at = cost[last, s], s
-    else:
-        at = int(round(wrap(goal_yaw - knot_directions[last]) / WIDTH)) % STATES
+            if free[0, s] and (start_state < 0 or s == start_state):
+                driven[0, s] = 0.0
+        for k in range(count):
+            halt = stop_cost if 0 < k < last else 0.0
+            spin_round(driven[k], free[k], spin_cost[k], halt, cost[k], spun[k])
+            if k == last:
+                break
+            for s in range(STATES):
+                if cost[k, s] == np.inf:
+                    continue
+                for w in range(-window[k], min(window[k] + 1, STATES // 2)):
+                    t = (s + w) % STATES
+                    if not free[k + 1, t]:
+                        continue
+                    total = price[k, s, t]
+                    if math.isnan(total):
+                        if exact:
+                            continue
+                        total = 0.5 * (steady[k, s] + steady[k, t]) + off[k]
+                        total += turn_cost(
+                            turning, tightest, s, spans[k], wrap(bends[k] + w * WIDTH)
+                        )
+                    total += cost[k, s]
+                    if total < driven[k + 1, t]:
+                        driven[k + 1, t] = total
+                        came[k + 1, t] = s
+        at = goal_state
+        if goal_state < 0:
+            at = int(np.argmin(cost[last]))
         best = cost[last, at]
-    if best < np.inf:
+        if best == np.inf:
+            if exact:
+                nothing = True  # what is priced leads nowhere yet
+                continue
+            return np.inf
+        nothing = False
         for k in range(last, -1, -1):
             states[2 * k + 1] = at
             at = spun[k, at]
             states[2 * k] = at
             at = came[k, at]
-    return best
+        new = 0
+        for k in range(last):
+            s, t = states[2 * k + 1], states[2 * k + 2]
+            if not math.isnan(price[k, s, t]):
+                continue
+            new += 1
+            for a in range(s - beside, s + beside + 1):
+                for b in range(t - beside, t + beside + 1):
+                    p, q = a % STATES, b % STATES
+                    w = (q - p + STATES // 2) % STATES - STATES // 2
+                    if abs(w) > window[k] or not math.isnan(price[k, p, q]) or not free[k + 1, q]:
+                        continue
+                    turn = wrap(bends[k] + w * WIDTH)
+                    yaw = knot_directions[k] + p * WIDTH
+                    total, done = 0.0, 0.0
+                    for j in range(knots[k] + (stride[k] - 1) // 2, knots[k + 1], stride[k]):
+                        share = lengths[j] * scale[k] / spans[k]
+                        total += step_cost(
+                            kernel,
+                            parameters,
+                            body,
+                            wheels,
+                            rows[ground[j]],
+                            limits,
+                            wind,
+                            slope_x[j],
+                            slope_y[j],
+                            yaw + turn * (done + 0.5 * share),
+                            directions[j],
+                            lengths[j] * scale[k],
+                            turn * share,
+                            objective,
+                            account,
+                            per_wheel,
+                        )
+                        done += share
+                        if total == np.inf:
+                            break
+                    price[k, p, q] = total
+            if price[k, s, t] < np.inf:
+                w = (t - s + STATES // 2) % STATES - STATES // 2
+                off[k] = price[k, s, t] - 0.5 * (steady[k, s] + steady[k, t])
+                off[k] -= turn_cost(turning, tightest, s, spans[k], wrap(bends[k] + w * WIDTH))
+        if new == 0:
+            return best
+    return np.inf

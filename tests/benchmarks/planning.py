@@ -148,7 +148,7 @@ def _isotropic(terrain: Terrain, asked: Question) -> dict[str, float | None]:
     points[0] = asked["start"]["x"], asked["start"]["y"]
     points[-1] = asked["goal"]["x"], asked["goal"]["y"]
     energies: dict[str, float | None] = {}
-    smoother, _ = refine(field, points, toll=situation.toll("energy"))
+    [(smoother, _)] = refine(field, points, tolls=[situation.toll("energy")], knot_cells=4.0)
     for key, path in (("as it is", points), ("refined", smoother)):
         route = drive(field, situation.around, [path], (None, None), objective=0)
         energies[key] = route.energy_j if isinstance(route, Route) else None

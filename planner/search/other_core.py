@@ -1,0 +1,48 @@
+"""The other core, while compiled code lets a second thread run.
+
+    core = OtherCore()
+    later = core.submit(search, run, "length")       # begins when the other core is free
+    first, second = core.all([task, other_task])     # both, on whichever core is free
+    answer = core.result(later)                      # worked out here if it has not begun
+
+Who waits does not wait idly: a task that has not begun is taken back and done at once. So tasks may
+ask for tasks, and one thread is enough.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Later(Generic[T]):
+    """A task that was handed over."""
+
+    task: Callable[[], T]
+    future: Future[T]
+
+
+class OtherCore:
+    """One thread beside the caller's."""
+
+    def __init__(self) -> None:
+        self._pool = ThreadPoolExecutor(max_workers=1)
+
+    def submit(self, task: Callable[[], T]) -> Later[T]:
+        """Hand a task over."""
+        return Later(task, self._pool.submit(task))
+
+    def result(self, later: Later[T]) -> T:
+        """What a task came to; raises what it raised."""
+        return later.task() if later.future.cancel() else later.future.result()
+
+    def all(self, tasks: Sequence[Callable[[], T]]) -> list[T]:
+        """What all of these tasks come to, in their order."""
+        handed = [self.submit(task) for task in tasks[1:]]
+        first = [task() for task in tasks[:1]]
+        return first + [self.result(later) for later in handed]

@@ -1,0 +1,123 @@
+"""What the yaw programme expects, by tables, of a way before the power model prices it.
+
+turning_costs(kernel, ..., tightest, turning)     # what turning on the way adds
+steady_costs_of(field, knots, ..., steady)        # what driving at an even angle costs
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit, types
+
+from planner.power.compile_kernel import KERNEL
+from planner.power.pipeline import ACCOUNT_LENGTH, PER_WHEEL
+from planner.search.steady import cost_for_yaw
+from planner.search.yaw_kernel import STATES, WIDTH, step_cost
+
+DOUBTFUL = 10.0
+"""How much dearer than the dearest what the tables refuse is taken to be."""
+TURNS = 24
+"""Bends of the table of what turning on the move adds."""
+
+_WHEEL_COLUMNS = len(PER_WHEEL)
+_F1 = types.Array(types.float64, 1, "C")
+_F2 = types.Array(types.float64, 2, "C")
+
+
+@njit(
+    types.void(*(KERNEL, _F1, _F1, _F2, _F1, _F1, types.int64, types.float64, _F2)),
+    cache=True,
+    error_model="numpy",
+    nogil=True,
+)
+def turning_costs(
+    kernel: Any,
+    parameters: Any,
+    body: Any,
+    wheels: Any,
+    row: Any,
+    limits: Any,
+    objective: int,
+    tightest: float,
+    turning: Any,
+) -> None:
+    """Cost that turning adds to a level metre, (STATES, TURNS) into ``turning``.
+
+    By the angle to the travel, and by rad/m from 0 to ``tightest``; infinite where it cannot be.
+    """
+    account = np.empty(ACCOUNT_LENGTH)
+    per_wheel = np.empty((wheels.shape[0], _WHEEL_COLUMNS))
+    still = np.zeros(2)
+    row = row.copy()
+    for s in range(STATES):
+        straight = 0.0
+        for q in range(TURNS):
+            cost = step_cost(
+                kernel,
+                parameters,
+                body,
+                wheels,
+                row,
+                limits,
+                still,
+                0.0,
+                0.0,
+                s * WIDTH,
+                0.0,
+                1.0,
+                q * tightest / (TURNS - 1),
+                objective,
+                account,
+                per_wheel,
+            )
+            straight = cost if q == 0 else straight
+            turning[s, q] = max(cost - straight, 0.0)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def steady_costs_of(
+    field: Any,
+    knots: Any,
+    directions: Any,
+    lengths: Any,
+    slope_x: Any,
+    slope_y: Any,
+    ground: Any,
+    stride: Any,
+    steady: Any,
+) -> None:
+    """Cost of the way from each knot to the next at an even angle to the travel.
+
+    Args:
+        field: tables of steady costs by yaw.
+        knots: stations.
+        directions, lengths, slope_x, slope_y, ground: of the steps.
+        stride: (knots - 1,) every so many of the steps after a knot stands for the others.
+        steady: (knots - 1, STATES) written.
+    """
+    for k in range(knots.shape[0] - 1):
+        first, last = knots[k], knots[k + 1]
+        whole, taken = 0.0, 0.0
+        for j in range(first, last):
+            whole += lengths[j]
+        steady[k] = 0.0
+        for j in range(first + (stride[k] - 1) // 2, last, stride[k]):
+            taken += lengths[j]
+            steepness = math.sqrt(slope_x[j] ** 2 + slope_y[j] ** 2)
+            azimuth = math.atan2(slope_y[j], slope_x[j]) - directions[j]
+            for s in range(STATES):
+                steady[k, s] += lengths[j] * cost_for_yaw(
+                    field.by_yaw, field.yaw_limit, ground[j], s, azimuth, steepness, 1.0
+                )
+        worst = 0.0
+        for s in range(STATES):
+            steady[k, s] *= whole / taken
+            if steady[k, s] < np.inf:
+                worst = max(worst, steady[k, s])
+        # Near a limit the tables err on the safe side: what they refuse is tried in the end.
+        for s in range(STATES):
+            if steady[k, s] == np.inf:
+                steady[k, s] = max(DOUBTFUL * worst, 1e6)
