@@ -11,6 +11,7 @@ from planner import compiled_code as _compiled_code
 
 if TYPE_CHECKING:
     from planner.power.model import PowerModel
+    from planner.search.front import Front, energy_time_front
     from planner.search.matrix import Matrix, energy_matrix
     from planner.search.plan import plan_route
     from planner.search.reach import Reach, reachable_area
@@ -27,6 +28,7 @@ __all__ = [
     "Answer",
     "Comparison",
     "Diagnosis",
+    "Front",
     "Matrix",
     "PlanRequest",
     "PowerModel",
@@ -37,6 +39,7 @@ __all__ = [
     "compare",
     "diagnose",
     "energy_matrix",
+    "energy_time_front",
     "plan_route",
     "reachable_area",
     "revert",
@@ -47,6 +50,8 @@ _compiled_code.settle()
 
 _HOMES = {
     "plan_route": "planner.search.plan",
+    "Front": "planner.search.front",
+    "energy_time_front": "planner.search.front",
     "Matrix": "planner.search.matrix",
     "energy_matrix": "planner.search.matrix",
     "Reach": "planner.search.reach",

@@ -19,7 +19,7 @@ from pydantic.json_schema import models_json_schema
 from starlette.datastructures import MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from planner.search.request import MatrixRequest, PlanRequest, ReachRequest
+from planner.search.request import FrontRequest, MatrixRequest, PlanRequest, ReachRequest
 from service import problems
 from service.jobs.pool import WorkerPool, Workers
 from service.jobs.runner import Runner
@@ -166,7 +166,7 @@ def _describe(app: FastAPI) -> None:
                 routes=app.routes,
             )
             asked = (
-                *(PlanRequest, MatrixRequest, ReachRequest),
+                *(PlanRequest, MatrixRequest, ReachRequest, FrontRequest),
                 *(CompareRequest, DiagnoseRequest, AdoptRequest, RevertRequest),
             )
             _, requests = models_json_schema(

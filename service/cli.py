@@ -2,7 +2,7 @@
 
     joulepath plan REQUEST.json            joulepath maps | vehicles | effects
     joulepath plan --map DEM.tif --start 2,3 --goal 40,25
-    joulepath matrix | reach REQUEST.json         see service.cli_areas
+    joulepath matrix | reach | front REQUEST.json see service.cli_areas
     joulepath compare | diagnose | adopt … LOG    see service.cli_telemetry
     joulepath serve
 

@@ -1,4 +1,4 @@
-"""The commands for many routes at once: ``matrix`` and ``reach``."""
+"""The commands for many routes at once: ``matrix``, ``reach`` and ``front``."""
 
 from __future__ import annotations
 
@@ -45,7 +45,20 @@ def reach(
     _tell(found.to_json(), out, json_, "reach")
 
 
-VERBS = (matrix, reach)
+def front(
+    request: RequestFile, out: Out = None, json_: Json = False, verbose: Verbose = False
+) -> None:
+    """What a second costs: routes from the fastest to that of least energy."""
+    from planner import energy_time_front
+    from planner.search.request import FrontRequest
+
+    asked = _read(request, FrontRequest)
+    with interruptible() as cancelled, progress_bar() as progress:
+        found = energy_time_front(asked, progress=progress, cancelled=cancelled)
+    _tell(found.to_json(), out, json_, "front")
+
+
+VERBS = (matrix, reach, front)
 
 
 def _tell(document: dict[str, Any], out: Path | None, as_json: bool, verb: str) -> None:
@@ -56,7 +69,8 @@ def _tell(document: dict[str, Any], out: Path | None, as_json: bool, verb: str) 
     if as_json:
         typer.echo(documents.strict(document))
         return
-    show(tables.matrix(document) if verb == "matrix" else tables.reach(document))
+    shown = {"matrix": tables.matrix, "reach": tables.reach, "front": tables.front}[verb]
+    show(shown(document))
     tell_written(out, None)
 
 

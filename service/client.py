@@ -83,6 +83,16 @@ class JoulepathClient:
         result: dict[str, Any] = _document(response)
         return result
 
+    def front(self, request: Mapping[str, Any] | None = None, **fields: Any) -> dict[str, Any]:
+        """Routes from the fastest to that of least energy; arguments as for ``plan``.
+
+        Returns:
+            a document with ``points``, each a route as in ROUTE.json with its ``price_w``.
+        """
+        response = self._http.post("/v1/fronts", json={**(request or {}), **fields})
+        result: dict[str, Any] = _document(response)
+        return result
+
     def upload_log(
         self,
         log: str | Path | bytes,

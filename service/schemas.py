@@ -120,11 +120,35 @@ class RouteAnswer(BaseModel):
 
     status: Literal["ok", "no_route"]
     reason: str | None = Field(default=None, description="what blocks, when there is no route")
+    goal: dict[str, float] | None = Field(
+        default=None,
+        description="x, y, yaw where the best route ends, where the request left that open; of "
+        "several places, the number of the one, from 0",
+    )
     routes: list[Route] = Field(description="best first")
     baselines: dict[str, BaselineSummary]
     planner: dict[str, Any] = Field(description="how the route was found")
     model: dict[str, Any] = Field(description="name, version and effects of the power model")
     notes: list[str] = Field(default=[], description="what was assumed or could not be done")
+
+
+class FrontRoute(Route):
+    """A route of a front, and the prices of time at which it is the best of them."""
+
+    price_w: tuple[float, float | None] = Field(
+        description="W: what each second costs that it saves against the next slower route, and "
+        "what each would cost to the next faster one; null for the fastest"
+    )
+
+
+class FrontAnswer(BaseModel):
+    """What a second costs."""
+
+    status: Literal["ok", "no_route"]
+    reason: str | None = Field(default=None, description="what blocks, when there is no route")
+    points: list[FrontRoute] = Field(description="fastest first, so energy falls")
+    searches: int = Field(description="prices of time that were searched at between the ends")
+    model: dict[str, Any] = Field(description="name, version and effects of the power model")
 
 
 class MatrixAnswer(BaseModel):

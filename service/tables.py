@@ -11,6 +11,7 @@ from rich.text import Text
 
 from planner.search.wording import (
     EXCHANGE,
+    arrival,
     chance,
     extra_cost,
     joules,
@@ -94,6 +95,8 @@ def remarks(document: Document, titles: Mapping[str, str] | None = None) -> Iter
     """
     best = document["routes"][0]
     low, high = best["energy_interval_j"]
+    if goal := document.get("goal"):
+        yield arrival(goal)
     yield f"One drive takes {joules(low)} … {joules(high)} in 95 of 100 cases."
     if parts := best.get("sensitivity"):
         yield f"The interval's width comes from {width_from(parts, titles or {})}."
@@ -168,3 +171,25 @@ def reach(document: Document) -> Group:
         f"{document['checked']} routes to the edge were worked out in full.",
     ]
     return Group(*(Text(line) for line in lines))
+
+
+def front(document: Document) -> RenderableType:
+    """Routes from the fastest to that of least energy, and what a second costs between them."""
+    if document["status"] != "ok":
+        return Text(f"No route: {document.get('reason')}")
+    table = Table(header_style="bold")
+    for heading in ("duration", "energy", "length", "mean power", "best at a price of time of"):
+        table.add_column(heading, justify="right")
+    for point in document["points"]:
+        (low, high), duration = point["price_w"], point["duration_s"]
+        table.add_row(
+            seconds(duration),
+            joules(point["energy_j"]),
+            metres(point["length_m"]),
+            f"{point['energy_j'] / duration:.1f} W" if duration > 0 else "",
+            f"{low:.3g} W and more" if high is None else f"{low:.3g} to {high:.3g} W",
+        )
+    said = (
+        "Each second that is saved costs the joules by which the row below gives way to the next."
+    )
+    return Group(table, Text(said))

@@ -23,8 +23,8 @@ def all_effects() -> dict[str, type[Effect]]:
         importlib.import_module(f"{effects_package.__name__}.{module.name}")
     stages = list(dict.fromkeys(hook.stage for hook in HOOKS.values()))
     found = sorted(
-        # Custom effects are classes as well, and belong to the model that brought them.
-        (effect for effect in Effect.__subclasses__() if effect.definition is None),
+        # Custom effects and a price of time are classes as well, and belong to no catalogue.
+        (e for e in Effect.__subclasses__() if e.__module__.startswith(effects_package.__name__)),
         key=lambda effect: (
             BASE_EFFECTS.index(effect.slug) if effect.base else len(BASE_EFFECTS),
             stages.index(effect.stages()[0]),

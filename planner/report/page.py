@@ -31,6 +31,7 @@ from planner.search.pictures import (
 from planner.search.route import Answer, Route
 from planner.search.wording import (
     EXCHANGE,
+    arrival,
     chance,
     extra_cost,
     joules,
@@ -122,6 +123,7 @@ def _remarks(answer: Answer, titles: Mapping[str, str]) -> str:
     route = answer.routes[0]
     low, high = route.energy_interval_j
     remarks = [
+        *([] if answer.goal is None else [arrival(answer.goal)]),
         f"Energy of one drive: {joules(low)} … {joules(high)} (95 %).",
         *_width(route, titles),
         f"No feasible route of this motion model costs less than "

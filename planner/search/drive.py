@@ -328,6 +328,7 @@ def price(
             slug: np.concatenate([first, values / durations]) for slug, values in by_step.items()
         },
         battery=_battery(model.vehicle.battery.capacity, charge, energy),
+        motion=motion,
     )
 
 

@@ -126,7 +126,7 @@ def map_svg(answer: Answer, *, width: int = 720, identity: str = "map") -> str:
         )
     if "route" in named:
         parts += _route_parts(named["route"], points)
-    parts.append(_scale_bar(x1 - x0, width, height))
+    parts.append(scale_bar(x1 - x0, width, height))
     return "".join(parts) + "</svg>"
 
 
@@ -162,7 +162,8 @@ def _route_parts(route: Route, points: object) -> list[str]:
     return parts
 
 
-def _scale_bar(metres_wide: float, width: int, height: float) -> str:
+def scale_bar(metres_wide: float, width: int, height: float) -> str:
+    """A bar with its length, for the lower left corner of a map of this many pixels."""
     target = metres_wide / 5
     power = 10 ** math.floor(math.log10(target))
     length = max(m * power for m in (1, 2, 5) if m * power <= target)

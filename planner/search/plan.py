@@ -9,20 +9,21 @@ fastest) and alternatives go the same way with other costs, and all are priced b
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from contextlib import nullcontext
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
-from planner.errors import RequestError
 from planner.power.model import PowerModel
 from planner.power.vehicle import load_vehicle
 from planner.search.alternatives import find_alternatives
+from planner.search.arrival import check_places, settled
 from planner.search.best_route import best_route, value_of
-from planner.search.explain import check_hold, check_place
 from planner.search.grid_route import grid_route
-from planner.search.request import DEFAULT_VEHICLE, PlanRequest
+from planner.search.in_time import in_time
+from planner.search.request import DEFAULT_VEHICLE, Goal, PlanRequest, PoseRequest, RegionRequest
 from planner.search.route import Answer, Baseline, Route
 from planner.search.run import Progress, Run
 from planner.search.situation import situation_of
@@ -75,10 +76,7 @@ def _plan(run: Run) -> Answer:
     request = run.request
     run.step("costs of steady driving", 0.05)
     field = run.field(request.objective, MARGIN)
-    names = ["start", *(f"via[{k}]" for k in range(len(request.via))), "goal"]
-    for name, pose in zip(names, (request.start, *request.via, request.goal), strict=True):
-        check_place(name, pose, run.ground, field, run.around)
-    check_hold("start", request.start, field, run.around)
+    reason = check_places(run, field)
     blank = Answer(
         "no_route",
         run.ground.terrain,
@@ -86,16 +84,24 @@ def _plan(run: Run) -> Answer:
         {"name": request.planner, "seed": request.seed},
         notes=_notes(run),
     )
-    try:
-        for name, pose in zip(names[1:], (*request.via, request.goal), strict=True):
-            check_hold(name, pose, field, run.around)
-    except RequestError as error:
-        # Where it stands is for the user to say; where it can get to is for the answer.
-        return replace(blank, reason=f"{error.field}: {error.problem}")
+    if reason is not None:
+        return replace(blank, reason=reason)
+    open_ended = run
+    run = settled(run, request.objective)
     found = best_route(run, field)
     best = found.route
     if best is None:
         return replace(blank, reason=found.reason, planner=found.planner)
+    baselines = dict(found.baselines)
+    if request.max_duration_s is not None and best.duration_s > request.max_duration_s:
+        timely, late = in_time(open_ended, request.max_duration_s)
+        quick = [r for r in baselines.values() if r.duration_s <= request.max_duration_s]
+        quick += [] if timely is None else [timely]
+        if not quick:
+            return replace(blank, reason=late, planner=found.planner)
+        best = min(quick, key=lambda route: route.energy_j)
+        found.planner["chosen"] = "in time"
+        baselines["fastest"] = min(baselines["fastest"], best, key=lambda r: r.duration_s)
     routes: tuple[Route, ...] = (best,)
     notes = [*blank.notes, *found.notes]
     if request.alternatives > 1 and not run.cancelled():
@@ -108,6 +114,8 @@ def _plan(run: Run) -> Answer:
             lambda route: value_of(route, request.objective),
         )
         notes += [note] if note else []
+        latest = request.max_duration_s or math.inf
+        routes = tuple(route for route in routes if route.duration_s <= latest)
     run.progress("done", 1.0)
     return replace(
         blank,
@@ -115,11 +123,29 @@ def _plan(run: Run) -> Answer:
         routes=routes,
         baselines={
             name: Baseline(route, route.energy_j / best.energy_j - 1.0 if best.energy_j else 0.0)
-            for name, route in found.baselines.items()
+            for name, route in baselines.items()
         },
         planner=found.planner,
         notes=tuple(notes),
+        goal=_arrived(request.goal, best),
     )
+
+
+def _arrived(asked: Goal, route: Route) -> Mapping[str, float] | None:
+    """Where a route ends that could choose: x, y, yaw and, of several places, which."""
+    if not isinstance(asked, RegionRequest):
+        return None
+    end = {name: float(route.arrays[name][-1]) for name in ("x", "y", "yaw")}
+
+    def off(place: PoseRequest) -> tuple[float, float]:
+        turn = 0.0 if place.yaw is None else place.yaw - end["yaw"]
+        away = math.hypot(place.x - end["x"], place.y - end["y"])
+        return away, abs(math.remainder(turn, 2.0 * math.pi))
+
+    if asked.any is not None:
+        apart = [off(place) for place in asked.any]
+        end["number"] = apart.index(min(apart))
+    return end
 
 
 def _notes(run: Run) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""What a user may ask for: a route, a matrix of energies, or the area that a battery reaches.
+"""What a user may ask for: a route, a front of routes, a matrix of energies, the area in reach.
 
     request = PlanRequest.from_text('{"map": "warehouse", "start": {"x": 1, "y": 1}, ...}')
 
@@ -9,42 +9,61 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pydantic import Field
+from pydantic import Field, ValidationInfo, field_validator
+from pydantic_core import PydanticCustomError
 
 from planner.search.situation_request import (
     DEFAULT_VEHICLE,
+    Goal,
     Number,
     PoseRequest,
+    RegionRequest,
     SituationRequest,
     Whole,
 )
 
 __all__ = [
     "DEFAULT_VEHICLE",
+    "FrontRequest",
+    "Goal",
     "MatrixRequest",
     "PlanRequest",
     "PoseRequest",
     "ReachRequest",
+    "RegionRequest",
     "SituationRequest",
+    "WayRequest",
 ]
 
 
-class PlanRequest(SituationRequest):
-    """From where to where, over which ground, with which robot, and how well."""
+class WayRequest(SituationRequest):
+    """From where to where, over which ground, with which robot."""
 
     start: PoseRequest = Field(
         description='where the robot stands, such as {"x": 2, "y": 3, "yaw": 0}',
         examples=[{"x": 4.0, "y": 4.0, "yaw": 0.0}],
     )
-    goal: PoseRequest = Field(
-        description='where it shall go, such as {"x": 20, "y": 8}',
+    goal: Goal = Field(
+        description='where it shall go: {"x": 20, "y": 8}, anywhere in {"x": 20, "y": 8, '
+        '"radius": 2} or in {"polygon": [[2, 2], [4, 2], [3, 5]]}, or one of {"any": [{"x": 20, '
+        '"y": 8}, {"x": 4, "y": 9}]}',
         examples=[{"x": 28.0, "y": 30.0}],
     )
     via: tuple[PoseRequest, ...] = Field(
         default=(), max_length=50, description="up to 50 places to pass in this order"
     )
+
+
+class PlanRequest(WayRequest):
+    """A way, and what a route along it shall be good for."""
+
     objective: Literal["energy", "time", "length"] = Field(
         default="energy", description='what to minimise: "energy", "time" or "length"'
+    )
+    max_duration_s: Number | None = Field(
+        default=None,
+        gt=0,
+        description='s within which to arrive, above 0; only for the objective "energy"',
     )
     alternatives: Whole = Field(
         default=1, ge=1, le=5, description="how many different routes, a whole number from 1 to 5"
@@ -69,6 +88,24 @@ class PlanRequest(SituationRequest):
         default="auto",
         description='how to search: "auto" (the grid, then OMPL for the time that is given), '
         '"tube" (OMPL round the grid\'s route), "plane" (OMPL over the whole map) or "grid"',
+    )
+
+    @field_validator("max_duration_s")
+    @classmethod
+    def _for_energy(cls, value: float | None, info: ValidationInfo) -> float | None:
+        if value is not None and info.data.get("objective", "energy") != "energy":
+            raise PydanticCustomError("not_energy", "is given beside another objective")
+        return value
+
+
+class FrontRequest(WayRequest):
+    """A way, and how many routes shall show what its time costs in energy."""
+
+    points: Whole = Field(
+        default=7,
+        ge=2,
+        le=30,
+        description="how many routes at most, a whole number from 2 to 30",
     )
 
 

@@ -19,6 +19,8 @@ from planner.terrain.heightmap import Terrain
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from planner.search.edge_energy import Motion
+
 Array = NDArray[np.float64]
 
 
@@ -62,6 +64,7 @@ class Route:
         arrays: x, y, z, yaw, t, speed, energy_j, watts (mean since the pose before), each (n,).
         watts_by_effect: W since the pose before, by effect, each (n,).
         battery: None where the vehicle's battery is not known.
+        motion: what was priced, for another model to price it.
     """
 
     energy_j: float
@@ -74,6 +77,7 @@ class Route:
     arrays: Mapping[str, Array]
     watts_by_effect: Mapping[str, Array]
     battery: Battery | None = None
+    motion: Motion | None = None
 
     @cached_property
     def distribution(self) -> EnergyDistribution:
@@ -169,6 +173,8 @@ class Answer:
         model: the power model that priced it.
         notes: what was assumed or could not be done, in sentences.
         terrain: the map.
+        goal: where the best route ends, where the request left that open: x, y, yaw and, of several
+            places, the number of the one.
     """
 
     status: str
@@ -179,12 +185,15 @@ class Answer:
     baselines: Mapping[str, Baseline] = field(default_factory=dict)
     reason: str | None = None
     notes: tuple[str, ...] = ()
+    goal: Mapping[str, float] | None = None
 
     def to_json(self) -> dict[str, Any]:
         """The answer as ROUTE.json."""
         document: dict[str, Any] = {"status": self.status}
         if self.reason is not None:
             document["reason"] = self.reason
+        if self.goal is not None:
+            document["goal"] = dict(self.goal)
         document["routes"] = [route.to_json() for route in self.routes]
         document["baselines"] = {
             name: {**baseline.route.to_json(poses=False), "extra_share": baseline.extra_share}

@@ -18,7 +18,7 @@ from planner.errors import Cancelled
 from planner.search.conditions import Circumstances
 from planner.search.ground import CostField, DrivingGround
 from planner.search.other_core import OtherCore
-from planner.search.request import PlanRequest
+from planner.search.request import PlanRequest, PoseRequest
 from planner.search.situation import Situation
 from planner.search.steady import MARGIN
 
@@ -88,16 +88,24 @@ class Run:
             raise Cancelled("cancelled by the caller")
 
     @property
+    def poses(self) -> tuple[PoseRequest, ...]:
+        """Start, via points and goal, as they are asked for.
+
+        A goal that is a region must be settled (planner.search.arrival).
+        """
+        goal = self.request.goal
+        assert isinstance(goal, PoseRequest)
+        return (self.request.start, *self.request.via, goal)
+
+    @property
     def places(self) -> list[tuple[float, float]]:
         """Start, via points and goal."""
-        r = self.request
-        return [(p.x, p.y) for p in (r.start, *r.via, r.goal)]
+        return [(p.x, p.y) for p in self.poses]
 
     @property
     def yaws(self) -> list[float | None]:
         """Yaw asked for at each of them."""
-        r = self.request
-        return [p.yaw for p in (r.start, *r.via, r.goal)]
+        return [p.yaw for p in self.poses]
 
     def field(
         self, objective: str, margin: float = MARGIN, factor: Array | None = None

@@ -11,26 +11,33 @@ whether the start is on ground that can be held is for the planner to find out.
 
 from __future__ import annotations
 
-import difflib
 import json
 import math
 import numbers
 from collections.abc import Mapping
-from typing import Annotated, Any, Self, get_args
+from typing import Annotated, Any, Self
 
 from pydantic import (
     AfterValidator,
     BaseModel,
     BeforeValidator,
     ConfigDict,
+    Discriminator,
     Field,
+    Tag,
     ValidationError,
     model_validator,
 )
-from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
 from planner.errors import RequestError
+from planner.search.request_errors import (
+    AMONG,
+    as_request_error,
+    fields_of,
+    printable,
+    too_deep,
+)
 
 DEFAULT_VEHICLE = "minibalance"
 
@@ -146,11 +153,65 @@ class Area(_Part):
     )
 
     @model_validator(mode="after")
-    def _circle_or_polygon(self) -> Self:
+    def _of_one_kind(self) -> Self:
+        self._check_kind()
+        return self
+
+    def _check_kind(self) -> None:
         circle = [value is not None for value in (self.x, self.y, self.radius)]
         if all(circle) == (self.polygon is not None) or any(circle) != all(circle):
             raise PydanticCustomError("no_area", "is neither a circle (x, y, radius) nor a polygon")
-        return self
+
+
+class RegionRequest(Area):
+    """A circle or a polygon to arrive in, or any of several places."""
+
+    # A place alone is no region in the JSON schema either.
+    model_config = ConfigDict(
+        json_schema_extra={
+            "anyOf": [
+                {"required": ["x", "y", "radius"]},
+                {"required": ["polygon"]},
+                {"required": ["any"]},
+            ]
+        }
+    )
+
+    yaw: Number | None = Field(
+        default=None,
+        description="rad counter-clockwise from the map's x axis, to arrive with in a circle or "
+        "polygon; left out, the planner chooses",
+    )
+    any: tuple[PoseRequest, ...] | None = Field(
+        default=None,
+        min_length=1,
+        max_length=100,
+        description='1 to 100 places of which one will do, such as [{"x": 2, "y": 3}, {"x": 8, '
+        '"y": 1, "yaw": 0}]',
+    )
+
+    def _check_kind(self) -> None:
+        area = (self.x, self.y, self.radius, self.polygon, self.yaw)
+        if self.any is None:
+            super()._check_kind()
+        elif any(value is not None for value in area):
+            raise PydanticCustomError("two_goals", "has other fields beside any")
+
+
+def goal_kind(value: Any) -> str:
+    """Tag of what a goal is given as: a place, or a region of places."""
+    region = isinstance(value, RegionRequest)
+    if isinstance(value, Mapping):
+        region = bool({"radius", "polygon", "any"} & value.keys())
+    return AMONG + (RegionRequest if region else PoseRequest).__name__
+
+
+Goal = Annotated[
+    Annotated[PoseRequest, Tag(AMONG + "PoseRequest")]
+    | Annotated[RegionRequest, Tag(AMONG + "RegionRequest")],
+    Discriminator(goal_kind),
+]
+"""A place, or a region of places."""
 
 
 class SituationRequest(_Part):
@@ -207,14 +268,14 @@ class SituationRequest(_Part):
         """
         if not isinstance(document, Mapping):
             raise RequestError(
-                "request", "is not a JSON object", value=document, accepted=_fields_of(cls)
+                "request", "is not a JSON object", value=document, accepted=fields_of(cls)
             )
         try:
             return cls.model_validate({str(key): value for key, value in document.items()})
         except ValidationError as error:
-            raise _as_request_error(cls, error) from None
+            raise as_request_error(cls, error) from None
         except RecursionError:
-            raise _too_deep(cls) from None
+            raise too_deep(cls) from None
 
     @classmethod
     def from_call(
@@ -243,7 +304,7 @@ class SituationRequest(_Part):
         Raises:
             RequestError: not JSON, a field given twice, or a field that cannot be used.
         """
-        accepted = _fields_of(cls)
+        accepted = fields_of(cls)
         try:
             if isinstance(text, bytes):
                 text = text.decode("utf-8-sig")
@@ -264,7 +325,7 @@ class SituationRequest(_Part):
                 "request", "holds a number with too many digits", accepted="finite numbers"
             ) from None
         except RecursionError:
-            raise _too_deep(cls) from None
+            raise too_deep(cls) from None
         if overrides and isinstance(document, dict):
             document = _override(document, overrides)
         return cls.from_json(document)
@@ -276,106 +337,10 @@ def _override(document: dict[str, Any], overrides: Mapping[str, Any]) -> dict[st
     return {k: v for k, v in document.items() if k not in replaced} | dict(overrides)
 
 
-def _too_deep(asked: type[BaseModel]) -> RequestError:
-    return RequestError("request", "is nested too deeply", accepted=_fields_of(asked))
-
-
 def _without_duplicates(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     result: dict[str, Any] = {}
     for key, value in pairs:
         if key in result:
-            raise RequestError(_printable(key), "is given twice", accepted="every field once")
+            raise RequestError(printable(key), "is given twice", accepted="every field once")
         result[key] = value
     return result
-
-
-def _as_request_error(asked: type[BaseModel], error: ValidationError) -> RequestError:
-    """The first complaint as one sentence in the user's terms."""
-    complaints = error.errors(include_url=False)
-    # A misspelt field explains the one that is missing, so it comes first.
-    first = min(complaints, key=lambda complaint: complaint["type"] != "extra_forbidden")
-    location, kind = first["loc"], first["type"]
-    if kind == "two_models":
-        return RequestError(
-            "model", first["msg"], value=first["input"].get("model"), accepted="one of the two"
-        )
-    if kind == "extra_forbidden":
-        owner, _ = _declared(asked, location[:-1])
-        key = _printable(str(location[-1]))
-        close = difflib.get_close_matches(key, list(owner.model_fields), n=1)
-        hint = f", did you mean {close[0]!r}?" if close else ""
-        return RequestError(_path(location), f"no such field{hint}", accepted=_fields_of(owner))
-    _, declared = _declared(asked, location)
-    accepted = (declared.description if declared else None) or _fields_of(asked)
-    if kind == "missing":
-        return RequestError(_path(location), "is missing", accepted=accepted)
-    value = first["input"]
-    if isinstance(value, int) and value.bit_length() > 1024:
-        value = math.inf  # too many digits to be written out
-    return RequestError(_path(location), _problem(first), value=value, accepted=accepted)
-
-
-_PROBLEMS = {
-    "string_type": "is not text",
-    "string_unicode": "is not valid text",
-    "string_too_short": "is empty",
-    "string_too_long": "is too long",
-    "model_type": "is not an object",
-    "dict_type": "is not an object",
-    "tuple_type": "is not a list",
-    "too_long": "has too many entries",
-    "too_short": "has too few entries",
-    "literal_error": "is none of the choices",
-    "greater_than": "is too small",
-    "greater_than_equal": "is too small",
-    "less_than": "is too large",
-    "less_than_equal": "is too large",
-}
-
-
-def _problem(complaint: Mapping[str, Any]) -> str:
-    return _PROBLEMS.get(complaint["type"], str(complaint["msg"]))
-
-
-def _declared(
-    asked: type[BaseModel], location: tuple[int | str, ...]
-) -> tuple[type[BaseModel], FieldInfo | None]:
-    """The model that owns the last field of a path, and that field's declaration.
-
-    An empty path stands for the request itself.
-    """
-    inside = asked
-    owner, declared = inside, None
-    for step in location:
-        if isinstance(step, int):
-            continue
-        owner = inside
-        declared = owner.model_fields.get(step)
-        inside = (declared and _model_in(declared.annotation)) or owner
-    return (inside, None) if not location else (inside if declared else owner, declared)
-
-
-def _model_in(annotation: Any) -> type[BaseModel] | None:
-    """The request's part that an annotation such as ``tuple[PoseRequest, ...]`` speaks of."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return annotation
-    return next((m for a in get_args(annotation) if (m := _model_in(a))), None)
-
-
-def _path(location: tuple[int | str, ...]) -> str:
-    path = ""
-    for step in location:
-        if isinstance(step, int):
-            path += f"[{step}]"
-        else:
-            path += ("." if path else "") + _printable(step)
-    return path or "request"
-
-
-def _printable(key: str) -> str:
-    text = key if key.isprintable() else ascii(key)
-    return text if len(text) <= 60 else text[:57] + "..."
-
-
-def _fields_of(model: type[BaseModel]) -> str:
-    return "an object with " + ", ".join(model.model_fields)

@@ -56,6 +56,12 @@ def extra_share(energy: float, best: float) -> str:
     return f"{share:+.{0 if abs(share) >= 10 else 1}f} %"
 
 
+def arrival(goal: Mapping[str, float]) -> str:
+    """Where a route ends that could choose: "It arrives at x 18.28, y 10.52"."""
+    number = f", number {goal['number']} of the places" if "number" in goal else ""
+    return f"It arrives at x {goal['x']:.2f}, y {goal['y']:.2f}{number}."
+
+
 def chance(probability: float) -> str:
     """A probability as a person says it: 97 %, 99.98 %, over 99.99 %, under 0.01 %."""
     percent = 100.0 * probability

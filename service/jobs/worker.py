@@ -13,10 +13,11 @@ from typing import Any
 from planner.errors import InputError
 from planner.power.catalogue import list_effects
 from planner.power.vehicle import list_vehicles
+from planner.search.front import energy_time_front
 from planner.search.matrix import energy_matrix
 from planner.search.plan import plan_route, warm_up
 from planner.search.reach import reachable_area
-from planner.search.request import MatrixRequest, PlanRequest, ReachRequest
+from planner.search.request import FrontRequest, MatrixRequest, PlanRequest, ReachRequest
 from planner.search.situation import KINDS
 from planner.terrain.catalogue import list_maps
 from service.documents import finite, route_text, strict
@@ -37,6 +38,7 @@ __all__ = [
     "check_model",
     "compare_log",
     "diagnose_log",
+    "front",
     "matrix",
     "reach",
     "relief",
@@ -84,6 +86,14 @@ def reach(request: ReachRequest) -> str | InputError:
     """The reachable area as JSON, or why the request cannot be used."""
     try:
         return strict(reachable_area(request).to_json())
+    except InputError as error:
+        return error
+
+
+def front(request: FrontRequest) -> str | InputError:
+    """The front of duration against energy as JSON, or why the request cannot be used."""
+    try:
+        return strict(energy_time_front(request).to_json())
     except InputError as error:
         return error
 

@@ -1,4 +1,7 @@
-"""POST /v1/routes, /v1/matrices, /v1/reachable-areas: questions that a worker process answers."""
+"""POST /v1/routes, /v1/fronts, /v1/matrices, /v1/reachable-areas: questions about ways.
+
+A worker process answers each of them.
+"""
 
 from __future__ import annotations
 
@@ -8,10 +11,10 @@ from typing import Any
 from fastapi import APIRouter, Request, Response
 
 from planner.errors import RequestError
-from planner.search.request import MatrixRequest, PlanRequest, ReachRequest
+from planner.search.request import FrontRequest, MatrixRequest, PlanRequest, ReachRequest
 from planner.search.situation_request import SituationRequest
 from service.bodies import json_body
-from service.schemas import MatrixAnswer, ReachAnswer, RouteAnswer, problem_responses
+from service.schemas import FrontAnswer, MatrixAnswer, ReachAnswer, RouteAnswer, problem_responses
 from service.state import Running
 
 router = APIRouter(prefix="/v1", tags=["routes"])
@@ -27,6 +30,12 @@ EXAMPLE = {
 MATRIX_EXAMPLE = {
     "map": "warehouse",
     "starts": [{"x": 2.0, "y": 2.0}, {"x": 20.0, "y": 17.0}, {"x": 27.0, "y": 4.0}],
+}
+FRONT_EXAMPLE = {
+    "map": "warehouse",
+    "start": {"x": 1.5, "y": 2.0},
+    "goal": {"x": 27.0, "y": 17.0},
+    "points": 5,
 }
 REACH_EXAMPLE = {"map": "jacksboro-1to100", "start": {"x": 93.0, "y": 225.0}, "energy_j": 1500}
 
@@ -94,6 +103,21 @@ async def reach(request: Request, service: Running) -> Response:
     """How far an energy takes the robot, there or there and back."""
     body = await json_body(request, service.settings.max_body_bytes)
     return await _answered(request, service, "reach", ReachRequest.from_text(body))
+
+
+@router.post(
+    "/fronts",
+    response_class=Response,
+    responses={
+        200: {"model": FrontAnswer, "description": "Routes, or why there are none."},
+        **_PROBLEMS,
+    },
+    openapi_extra=_body("FrontRequest", FRONT_EXAMPLE),
+)
+async def front(request: Request, service: Running) -> Response:
+    """What a second costs: routes from the fastest to that of least energy."""
+    body = await json_body(request, service.settings.max_body_bytes)
+    return await _answered(request, service, "front", FrontRequest.from_text(body))
 
 
 async def _answered(

@@ -240,6 +240,40 @@ def test_a_matrix_and_a_reachable_area(tmp_path: Path) -> None:
     assert json.loads(out.read_text())["area_m2"] > 1.0
 
 
+def test_a_front_of_duration_against_energy(tmp_path: Path) -> None:
+    way = {"start": {"x": 4.0, "y": 4.0}, "goal": {"x": 14.0, "y": 16.0}}
+    request = json.dumps({"map": "tilted-plane", **way, "points": 2})
+    done = joulepath("front", "-", "--json", text=request)
+    assert done.returncode == 0
+    points = json.loads(done.stdout)["points"]
+    assert 1 <= len(points) <= 2
+    assert points[0]["price_w"][1] is None
+    assert points[-1]["price_w"][0] == 0.0
+    assert all(sum(p["breakdown_j"].values()) == pytest.approx(p["energy_j"]) for p in points)
+    out = tmp_path / "front.json"
+    done = joulepath("front", "-", "--out", str(out), text=request)
+    assert "price of time" in done.stdout
+    assert json.loads(out.read_text())["status"] == "ok"
+    request = json.dumps({"map": "tilted-plane", **way, "points": 1})
+    expect_refusal(joulepath("front", "-", text=request), "points", "2 to 30")
+
+
+def test_a_goal_that_is_a_region(tmp_path: Path) -> None:
+    request = {"map": "tilted-plane", "start": {"x": 4.0, "y": 4.0}}
+    circle = {**request, "goal": {"x": 12.0, "y": 12.0, "radius": 3.0}}
+    done = joulepath("plan", "-", "--json", text=json.dumps(circle))
+    assert done.returncode == 0
+    document = json.loads(done.stdout)
+    last = document["routes"][0]["poses"][-1]
+    assert {name: last[name] for name in ("x", "y", "yaw")} == document["goal"]
+    assert (last["x"] - 12.0) ** 2 + (last["y"] - 12.0) ** 2 <= 9.0
+    places = {**request, "goal": {"any": [{"x": 20.0, "y": 20.0}, {"x": 6.0, "y": 6.0}]}}
+    done = joulepath("plan", "-", text=json.dumps(places))
+    assert "It arrives at x 6.00, y 6.00, number 1 of the places." in done.stdout
+    wrong = {**request, "goal": {"polygon": [[1, 1], [5, 5], [5, 1], [1, 5]]}}
+    expect_refusal(joulepath("plan", "-", text=json.dumps(wrong)), "goal.polygon", "crosses")
+
+
 def test_what_matrix_and_reach_cannot_use_is_refused(tmp_path: Path) -> None:
     expect_refusal(joulepath("matrix", "-", text='{"map": "cone", "starts": []}'), "starts")
     expect_refusal(joulepath("reach", "-", text='{"map": "cone"}'), "start", "is missing")

@@ -29,6 +29,15 @@ def test_a_route_is_returned_as_a_document() -> None:
         assert service.plan({"map": "m", "seed": 1}, seed=2) == answer()
 
 
+def test_a_front_is_asked_for() -> None:
+    def respond(request: httpx.Request) -> httpx.Response:
+        assert (request.method, request.url.path) == ("POST", "/v1/fronts")
+        return httpx.Response(200, json={"asked": json.loads(request.content)})
+
+    with client(httpx.MockTransport(respond)) as service:
+        assert service.front({"map": "m"}, points=3) == {"asked": {"map": "m", "points": 3}}
+
+
 def test_a_problem_is_raised_with_its_document() -> None:
     document = {
         "title": "Unprocessable",

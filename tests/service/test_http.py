@@ -9,9 +9,12 @@ from typing import Any
 import jsonschema
 import pytest
 
-from planner.errors import MapError
+from planner.errors import InputError, MapError
+from planner.search.request import FrontRequest
 from service.app import create_app
+from service.jobs import worker
 from service.problems import Busy, TookTooLong, WorkerLost
+from service.schemas import FrontAnswer
 from service.settings import Settings
 from tests.service.conftest import Http, ScriptedWorkers
 from tests.service.route_documents import answer
@@ -296,6 +299,11 @@ def test_a_client_that_hangs_up_ends_its_job(settings: Settings, workers: Script
     [
         ("/v1/matrices", "matrix", {"map": "warehouse", "starts": [{"x": 2, "y": 2}]}),
         ("/v1/reachable-areas", "reach", {"map": "warehouse", "start": {"x": 6, "y": 2}}),
+        (
+            "/v1/fronts",
+            "front",
+            {"map": "warehouse", "start": {"x": 6, "y": 2}, "goal": {"x": 9, "y": 2}},
+        ),
     ],
 )
 def test_questions_about_many_routes_reach_a_worker(
@@ -308,5 +316,17 @@ def test_questions_about_many_routes_reach_a_worker(
     asked, (request,) = workers.asked[-1]
     assert asked == job
     assert request.map == body["map"]
-    problem = expect_problem(http.post(path, json={**body, "goal": {"x": 1, "y": 1}}), 422)
-    assert problem["field"] == "goal"
+    problem = expect_problem(http.post(path, json={**body, "whither": {"x": 1, "y": 1}}), 422)
+    assert problem["field"] == "whither"
+
+
+def test_a_workers_front_is_as_the_schema_says() -> None:
+    way = {"start": {"x": 4.0, "y": 4.0}, "goal": {"x": 12.0, "y": 12.0, "radius": 2.0}}
+    request = FrontRequest.from_json({"map": "tilted-plane", **way, "points": 2})
+    text = worker.front(request)
+    assert isinstance(text, str)
+    answer = FrontAnswer.model_validate_json(text, strict=True)
+    assert answer.points[0].price_w[1] is None
+    assert answer.points[0].poses[-1].speed == 0.0
+    refused = worker.front(request.model_copy(update={"map": "nowhere"}))
+    assert isinstance(refused, InputError)
