@@ -31,6 +31,7 @@ from planner.search.steady import (
     DIRECTIONS,
     GENTLE,
     MARGIN,
+    STEEPNESSES,
     YAWS,
     SteadyCosts,
     cost_for_best_yaw,
@@ -70,6 +71,8 @@ class CostField(NamedTuple):
     yaw_limit: NDArray[np.float64]
     best: NDArray[np.float64]
     limit: NDArray[np.float64]
+    order: NDArray[np.uint8]
+    """(grounds, DIRECTIONS, STEEPNESSES, YAWS) numbers of the yaws, cheapest first."""
     extra: NDArray[np.float64]
     """(DIRECTIONS,) added per metre by azimuth of travel: wind."""
     factor: NDArray[np.float64]
@@ -154,6 +157,7 @@ class DrivingGround:
             costs.yaw_limit,
             costs.best,
             costs.limit,
+            costs.order,
             np.zeros(DIRECTIONS) if extra is None else extra,
             np.ones((1, 1)) if factor is None else factor,
             margin,
@@ -273,41 +277,40 @@ def masked_cost(
 ) -> float:
     """Cheapest cost per metre among yaw angles at which the body is free.
 
-    With ``exact`` the rectangle is tested at (x, y) itself, cheapest yaw first; otherwise the mask
-    of the node speaks for the point.
+    With ``exact`` the rectangle is tested at (x, y) itself; otherwise the mask of the node speaks
+    for the point. Yaws are tried in the order of their costs at the nearest entry of the tables.
     """
-    tried = np.uint64(0)
-    one = np.uint64(1)
-    while True:
-        least, at = np.inf, -1
-        for t in range(YAWS):
-            if (tried >> np.uint64(t)) & one:
-                continue
-            yaw = direction + 2.0 * math.pi * t / YAWS
-            if not mask & mask_bit(yaw):
-                continue
-            cost = cost_for_yaw(
-                field.by_yaw, field.yaw_limit, ground, t, azimuth, steepness, field.margin
+    f = int(math.floor(azimuth / (2.0 * math.pi) * DIRECTIONS + 0.5)) % DIRECTIONS
+    edge = field.limit[ground, f]
+    s = 0
+    if edge > 0.0:
+        s = min(int(steepness / edge * (STEEPNESSES - 1) + 0.5), STEEPNESSES - 1)
+    order = field.order[ground, f, s]
+    for rank in range(YAWS):
+        t = order[rank]
+        yaw = direction + 2.0 * math.pi * t / YAWS
+        if not mask & mask_bit(yaw):
+            continue
+        cost: float = cost_for_yaw(
+            field.by_yaw, field.yaw_limit, ground, t, azimuth, steepness, field.margin
+        )
+        if cost < np.inf and (
+            not exact
+            or rectangle_free(
+                field.blocked,
+                field.x0,
+                field.y0,
+                field.dx,
+                field.dy,
+                x,
+                y,
+                yaw,
+                field.half_length,
+                field.half_width,
             )
-            if cost < least:
-                least, at = cost, t
-        if at < 0 or not exact:
-            return least
-        yaw = direction + 2.0 * math.pi * at / YAWS
-        if rectangle_free(
-            field.blocked,
-            field.x0,
-            field.y0,
-            field.dx,
-            field.dy,
-            x,
-            y,
-            yaw,
-            field.half_length,
-            field.half_width,
         ):
-            return least
-        tried |= one << np.uint64(at)
+            return cost
+    return np.inf
 
 
 @njit(cache=True, error_model="numpy")

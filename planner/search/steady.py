@@ -350,20 +350,20 @@ def cost_for_best_yaw(
 
 
 @njit(cache=True, error_model="numpy")
-def _minimise_over_yaw(by_yaw: Any, yaw_limit: Any, best: Any, limit: Any) -> None:
+def _minimise_over_yaw(by_yaw: Any, yaw_limit: Any, best: Any, limit: Any, order: Any) -> None:
+    cost = np.empty(YAWS)
     for c in range(best.shape[0]):
         for f in range(DIRECTIONS):
             limit[c, f] = yaw_limit[c, :, f].max()
             for s in range(STEEPNESSES):
                 steepness = max(limit[c, f], 0.0) * s / (STEEPNESSES - 1)
-                least = np.inf
                 for t in range(YAWS):
-                    if 0.0 <= yaw_limit[c, t, f] >= steepness:
-                        least = min(
-                            least,
-                            _level(by_yaw[c, t, f], yaw_limit[c, t, f], steepness, STEEPNESSES),
-                        )
-                best[c, f, s] = least
+                    edge = yaw_limit[c, t, f]
+                    cost[t] = np.inf
+                    if 0.0 <= edge >= steepness:
+                        cost[t] = _level(by_yaw[c, t, f], edge, steepness, STEEPNESSES)
+                order[c, f, s] = np.argsort(cost)
+                best[c, f, s] = cost.min()
 
 
 @njit(cache=True, error_model="numpy")
@@ -390,12 +390,13 @@ class SteadyCosts:
     best: NDArray[np.float64]
     limit: NDArray[np.float64]
     gentle: NDArray[np.float64]
+    order: NDArray[np.uint8]
     reach: float
 
     @property
     def nbytes(self) -> int:
         """Memory that is kept."""
-        arrays = (self.by_yaw, self.yaw_limit, self.best, self.limit, self.gentle)
+        arrays = (self.by_yaw, self.yaw_limit, self.best, self.limit, self.gentle, self.order)
         return sum(array.nbytes for array in arrays)
 
 
@@ -443,6 +444,7 @@ def steady_costs(
     )
     best = np.empty((classes, DIRECTIONS, STEEPNESSES))
     limit = np.empty((classes, DIRECTIONS))
-    _minimise_over_yaw(by_yaw, yaw_limit, best, limit)
+    order = np.empty((*best.shape, YAWS), np.uint8)
+    _minimise_over_yaw(by_yaw, yaw_limit, best, limit, order)
     reach = max(float(limit.min()), 1e-9)
-    return SteadyCosts(by_yaw, yaw_limit, best, limit, _gentle(best, limit, reach), reach)
+    return SteadyCosts(by_yaw, yaw_limit, best, limit, _gentle(best, limit, reach), order, reach)
