@@ -1,7 +1,9 @@
-"""Questions that benchmarks of planning ask: maps, and starts and goals at random that have a route.
+"""Questions that benchmarks of planning ask: maps, and places on them at random.
 
     for asked in questions(open_map("cone"), count=4, seed=7):
         plan_route(map="cone", **asked)
+
+Every question has a route.
 """
 
 from __future__ import annotations

@@ -1,6 +1,8 @@
 """The best route that is known for a question: what all methods found, refined in many ways.
 
     route = best_known(case, paths, seconds=20.0)
+
+No method has it alone: a peer's path that goes round another side of a hill counts as well.
 """
 
 from __future__ import annotations

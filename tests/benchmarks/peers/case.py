@@ -25,6 +25,7 @@ from planner.search.request import PlanRequest
 from planner.search.route import Route
 from planner.search.situation import Situation, situation_of
 from planner.terrain.catalogue import open_map
+from planner.terrain.heightmap import Terrain
 
 Array = NDArray[np.float64]
 HEADINGS = 16
@@ -98,15 +99,16 @@ class Case:
         return path
 
 
-def case_of(name: str, asked: Mapping[str, Any]) -> Case:
+def case_of(name: str, asked: Mapping[str, Any], terrain: Terrain | None = None) -> Case:
     """The question with what it costs to drive there.
 
     Args:
         name: of a map in the catalogue.
         asked: start and goal, as in a request.
+        terrain: already there, instead of the catalogue's.
     """
     request = PlanRequest.from_json({"map": name, **asked})
-    situation = situation_of(request, terrain=open_map(name))
+    situation = situation_of(request, terrain=open_map(name) if terrain is None else terrain)
     return Case(
         name,
         asked,

@@ -6,6 +6,8 @@
                    searched: no request takes longer to stop
     determinism    two fresh processes, the same seed and a limit of iterations: the same digest
     memory         resident memory after 100 and after 1,100 small requests, each to a new goal
+
+What cannot be stopped for long is told with the places in the code between which it happens.
 """
 
 from __future__ import annotations
@@ -157,9 +159,7 @@ print(json.dumps(found))
 
 def memory() -> dict[str, Any]:
     """MiB that a process grows by in 1,000 requests, beside what it keeps on purpose."""
-    done = subprocess.run(
-        [sys.executable, "-c", _MANY], capture_output=True, text=True, check=True
-    )
+    done = subprocess.run([sys.executable, "-c", _MANY], capture_output=True, text=True, check=True)
     (before, kept_before), (after, kept_after) = json.loads(done.stdout)
     kept = kept_after - kept_before
     return {

@@ -1,4 +1,4 @@
-"""scikit-image's MCP_Geometric (what route_through_array uses), with a cost that knows no direction.
+"""scikit-image's MCP_Geometric (what route_through_array uses), with an isotropic cost.
 
     prepared = prepare(case)
     for name, path in paths(case, prepared): ...

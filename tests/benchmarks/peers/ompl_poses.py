@@ -4,15 +4,15 @@
 
 After every time in TIMES the best poses so far are given. OMPL keeps no best solution by a Python
 objective (nor does its planner's order of stored paths follow it), so the cheapest is kept here.
-Yaw is free at start and goal: several of each are given to the planner. A process plans once: OMPL's
-random generator cannot be set back.
+Yaw is free at start and goal: several of each are given to the planner. A process plans once:
+OMPL's random generator cannot be set back.
 """
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -30,8 +30,8 @@ TIMES = (0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 ENDS = 16
 """Yaw angles to choose from at start and goal."""
 BATCH = 1000
-"""BIT*'s samples at a time, with all neighbours in a radius: of 100 to 3,000, and of the nearest ones
-instead, what did best on four of the benchmark's own questions."""
+"""BIT*'s samples at a time, with all neighbours in a radius: of 100 to 3,000, and of the nearest
+ones instead, what did best on four of the benchmark's own questions."""
 PATH_LENGTH = 1e-5
 """Weight of the length beside mechanical work: OMPL's own default."""
 PLANNERS = {
@@ -53,6 +53,8 @@ class Motions:
         lattice = case.situation.lattice("energy", field)
         self.cheapest = PATH_LENGTH if self.work else lattice.cheapest
         self.evaluations = 0
+        # Compiled code is loaded before time counts.
+        pose_cost(field, *self.prices, *case.start, 0.0, *case.start, 0.1)
         self._last: tuple[Any, float] = (None, 0.0)
 
     def cost(self, a: Any, b: Any) -> float:
@@ -187,8 +189,7 @@ def plan(
             return
         problem.clearSolutionPaths()
         begun = time.process_time()
-        until = begun + at - spent
-        search.solve(ob.PlannerTerminationCondition(lambda until=until: time.process_time() > until))
+        search.solve(ob.PlannerTerminationCondition(_after(begun + at - spent)))
         spent += time.process_time() - begun
         if problem.hasExactSolution():
             states = problem.getSolutionPath().getStates()
@@ -197,6 +198,11 @@ def plan(
                 least = cost
                 best = np.array([(s.getX(), s.getY(), s.getYaw()) for s in states])
         yield spent, motions.evaluations, best
+
+
+def _after(moment: float) -> Callable[[], bool]:
+    """Whether the process has worked until a moment."""
+    return lambda: time.process_time() > moment
 
 
 def _state(space: Any, x: float, y: float, yaw: float) -> Any:

@@ -1,6 +1,8 @@
 """The comparison as a picture: excess over the best known route against CPU time.
 
     text = draw(rows)            # SVG
+
+Medians over the questions; a question on which a method found nothing drivable counts as NOTHING.
 """
 
 from __future__ import annotations
@@ -74,7 +76,7 @@ def _panel(panel: Any, rows: Sequence[Row]) -> None:
     panel.set_ylim(0.8 * FLOOR, NOTHING)
     panel.grid(visible=True, which="major", alpha=0.25)
     panel.tick_params(labelsize=8)
-    panel.yaxis.set_major_formatter(FuncFormatter(lambda v, _: "≤ 0.01" if v <= FLOOR else f"{v:g}"))
+    panel.yaxis.set_major_formatter(FuncFormatter(_percent))
     panel.xaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
     panel.axhline(1.0, color="black", lw=0.6, ls=":")
     for method, colour in CURVES:
@@ -114,6 +116,10 @@ def _curve(rows: Sequence[Row], method: str, kind: str) -> tuple[list[float], li
             values.append(_height(least(early, [kind])))
         medians.append(statistics.median(values))
     return times, medians
+
+
+def _percent(value: float, _place: int) -> str:
+    return "≤ 0.01" if value <= FLOOR else f"{value:g}"
 
 
 def _height(percent: float | None) -> float:

@@ -4,8 +4,8 @@
     pose_cost(case.field, *prices, xa, ya, yaw_a, xb, yb, yaw_b)     # J dissipated; inf: impossible
     energy = score_as_they_are(case, poses)                          # (k, 3), with their own yaw
 
-Position and yaw change evenly along a motion, yaw by the shorter way. Metres cost what the tables of
-planner.search.steady say for the body's angle to the travel; turning costs what it takes on the
+Position and yaw change evenly along a motion, yaw by the shorter way. Metres cost what the tables
+of planner.search.steady say for the body's angle to the travel; turning costs what it takes on the
 spot, and on the move as much without the electronics, which metres pay already.
 """
 
