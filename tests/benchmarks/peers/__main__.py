@@ -6,6 +6,10 @@ import json
 import sys
 
 from tests.benchmarks.peers.comparison import side_by_side
+from tests.benchmarks.peers.report import table
 
 if __name__ == "__main__":
-    print(json.dumps(side_by_side(sys.argv[1:]), indent=1, ensure_ascii=False))
+    told = side_by_side(sys.argv[1:])
+    print(table(told))
+    print(json.dumps({k: told[k] for k in ("bars", "checks")}, indent=1, ensure_ascii=False))
+    sys.exit(0 if told["holds"] else 1)

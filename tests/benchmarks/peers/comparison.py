@@ -92,12 +92,13 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 def write(rows: list[Row], kept: dict[str, Any]) -> dict[str, Any]:
     """Summary, rows and picture into docs/."""
     rows.sort(key=lambda row: MAPS.index(row["map"]))
-    told = summary(rows) | {"checks": kept}
-    document = {"summary": told, "checks": kept, "rows": rows}
-    text = json.dumps(document, indent=1, ensure_ascii=False)
-    KEPT.write_text(text + "\n", encoding="utf-8")
+    told = summary(rows)
+    head = json.dumps({"summary": told, "checks": kept}, indent=1, ensure_ascii=False)
+    # A question a line.
+    lines = ",\n".join(json.dumps(row, ensure_ascii=False) for row in rows)
+    KEPT.write_text(f'{head[:-2]},\n "rows": [\n{lines}\n]}}\n', encoding="utf-8")
     PICTURE.write_text(draw(rows), encoding="utf-8")
-    return told
+    return told | {"checks": kept}
 
 
 def side_by_side(arguments: Sequence[str] = ()) -> dict[str, Any]:

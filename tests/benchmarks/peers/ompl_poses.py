@@ -24,9 +24,8 @@ from planner.quantities import STANDARD_GRAVITY
 from planner.terrain.interpolation import interpolate
 from tests.benchmarks.peers.case import Array, Case
 from tests.benchmarks.peers.poses import pose_cost, pose_free, turning_prices
+from tests.benchmarks.peers.report import TIMES
 
-TIMES = (0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
-"""CPU s after which the best poses are taken."""
 ENDS = 16
 """Yaw angles to choose from at start and goal."""
 BATCH = 1000

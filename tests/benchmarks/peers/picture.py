@@ -17,7 +17,7 @@ from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
-from tests.benchmarks.peers.report import Row, least
+from tests.benchmarks.peers.report import TIMES, Row, least
 
 FLOOR = 0.01
 """Percent below which the picture does not tell excesses apart."""
@@ -103,11 +103,10 @@ def _panel(panel: Any, rows: Sequence[Row]) -> None:
 
 def _curve(rows: Sequence[Row], method: str, kind: str) -> tuple[list[float], list[float]]:
     """Medians over the questions at the times at which a search was looked at."""
-    times = [0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0]
     most = max(
         (found["seconds"] for row in rows for found in row["methods"].get(method, [])), default=0.0
     )
-    times = [at for at in times if at <= 1.2 * most]
+    times = [at for at in TIMES if at <= 1.2 * most]
     medians = []
     for at in times:
         values = []

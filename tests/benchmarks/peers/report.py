@@ -15,6 +15,8 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 Row = dict[str, Any]
+TIMES = (0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
+"""CPU s after which a search that goes on is looked at."""
 NEAR = 1.0
 """Percent over the best known within which a method counts as there."""
 
@@ -133,6 +135,33 @@ def bars(rows: Sequence[Row]) -> dict[str, Any]:
     if any("BIT*, energy" in row["methods"] for row in rows):
         found["time to within 1 %, BIT* over ours"] = _faster(rows)
     return found
+
+
+KINDS = ("own yaw", "as it is", "straightened", "refined")
+
+
+def table(told: dict[str, Any]) -> str:
+    """Methods by median and worst excess, as Markdown: for docs/planning.md.
+
+    Args:
+        told: of ``summary``.
+    """
+    lines = [
+        f"| method | CPU s | {' | '.join(KINDS)} |",
+        f"|---|---|{'---|' * len(KINDS)}",
+    ]
+    for name, method in told["methods"].items():
+        cells = []
+        for kind in KINDS:
+            found = method.get(kind)
+            if found is None or not found["found"]:
+                cells.append("" if found is None else "none")
+                continue
+            cell = f"{found['median_percent']:.2f} ({found['worst_percent']:.2f})"
+            lacking = told["questions"] - found["found"]
+            cells.append(cell + (f", none on {lacking}" if lacking else ""))
+        lines.append(f"| {name} | {method['median_s']:.3g} | {' | '.join(cells)} |")
+    return "\n".join(lines)
 
 
 def _faster(rows: Sequence[Row]) -> dict[str, Any]:
