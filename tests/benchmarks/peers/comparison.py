@@ -3,6 +3,7 @@
     python -m tests.benchmarks.peers                        20 questions, half an hour on two cores
     python -m tests.benchmarks.peers --questions 1 --seconds 5 --others 2
     python -m tests.benchmarks.peers --maps cone saddle     other maps' rows stay as they are
+    python -m tests.benchmarks.peers --only ours            the same questions, others' rows stay
     python -m tests.benchmarks.peers --picture              only the summary and the picture again
 
 Writes docs/benchmarks/planning.json and docs/images/planning.svg. Times are CPU seconds of the
@@ -23,7 +24,7 @@ from typing import Any
 from planner.terrain.catalogue import open_map
 from tests.benchmarks.peers import checks
 from tests.benchmarks.peers.picture import draw
-from tests.benchmarks.peers.report import Row, row_of, summary
+from tests.benchmarks.peers.report import Row, findings_of, row_of, summary
 from tests.benchmarks.questions import FIRST_SEED, MAPS, questions
 
 KEPT = Path("docs/benchmarks/planning.json")
@@ -33,6 +34,11 @@ POSES = ("BIT*, energy", "Informed RRT*, energy", "RRT*, energy", "BIT*, work")
 LONG = 10.0
 """s for our own long run."""
 Findings = list[dict[str, Any]]
+
+
+def budgets(options: argparse.Namespace) -> dict[str, float]:
+    """CPU seconds by method."""
+    return {"ours": LONG, **dict.fromkeys(POSES, options.others), POSES[0]: options.seconds}
 
 
 def find(task: dict[str, Any], paths: Sequence[Any] = ()) -> Findings:
@@ -50,10 +56,23 @@ def find(task: dict[str, Any], paths: Sequence[Any] = ()) -> Findings:
     return found
 
 
+def again(row: Row, methods: Sequence[str], budget: dict[str, float]) -> Row:
+    """The same question with some methods measured anew."""
+    task = {"map": row["map"], "asked": {end: row[end] for end in ("start", "goal")}}
+    fresh: Findings = []
+    for method in methods:
+        fresh += find({**task, "method": method, "seconds": budget.get(method, 0.0)})
+    # Methods with several findings carry names of their own beside the one asked for.
+    names = {one["method"] for one in fresh} | set(methods)
+    kept = [one for one in findings_of(row) if one["method"] not in names]
+    found = row_of(row["map"], task["asked"], kept + fresh)
+    return {**found, "poses_s": row["poses_s"]}
+
+
 def answer(name: str, asked: dict[str, Any], options: argparse.Namespace) -> Row:
     """Everything on one question."""
     task = {"map": name, "asked": asked}
-    budget = {"ours": LONG, **dict.fromkeys(POSES, options.others), POSES[0]: options.seconds}
+    budget = budgets(options)
     # Ours has two threads, so nothing beside it.
     found = find({**task, "method": "ours", "seconds": LONG})
     others = [name for name in (*ALONE[1:], *POSES) if name not in options.without]
@@ -78,8 +97,16 @@ def _promising(found: Findings) -> list[Any]:
 def run(options: argparse.Namespace) -> dict[str, Any]:
     """Ask all questions and put the results beside those that are kept."""
     document = json.loads(KEPT.read_text(encoding="utf-8")) if KEPT.exists() else {}
-    rows: list[Row] = [r for r in document.get("rows", []) if r["map"] not in options.maps]
-    for name in options.maps:
+    rows: list[Row] = document.get("rows", [])
+    if options.only:
+        chosen = [row["map"] in options.maps for row in rows]
+        rows = [
+            again(row, options.only, budgets(options)) if anew else row
+            for row, anew in zip(rows, chosen, strict=True)
+        ]
+    else:
+        rows = [row for row in rows if row["map"] not in options.maps]
+    for name in () if options.only else options.maps:
         seed = FIRST_SEED + MAPS.index(name)
         for asked in questions(open_map(name), options.questions, seed):
             rows.append(answer(name, asked, options))
@@ -112,6 +139,7 @@ def side_by_side(arguments: Sequence[str] = ()) -> dict[str, Any]:
     parser.add_argument("--workers", type=int, default=2, help="processes at once")
     choices = [*ALONE[1:], *POSES, "checks"]
     parser.add_argument("--without", nargs="*", default=[], choices=choices)
+    parser.add_argument("--only", nargs="+", choices=[*ALONE, *POSES], help="measure these anew")
     parser.add_argument("--picture", action="store_true", help="only the summary and the picture")
     options = parser.parse_args(arguments)
     if options.picture:

@@ -50,6 +50,22 @@ def row_of(name: str, asked: dict[str, Any], findings: Sequence[dict[str, Any]])
     return {"map": name, **asked, "best_known_j": best, "best_by": by, "methods": methods}
 
 
+def findings_of(row: Row) -> list[dict[str, Any]]:
+    """The findings that a row was made of, without their paths."""
+    return [
+        {key: value for key, value in told.items() if key != "percent"}
+        | {
+            "method": method,
+            "energies": {
+                kind: None if percent is None else row["best_known_j"] * (1.0 + 0.01 * percent)
+                for kind, percent in told["percent"].items()
+            },
+        }
+        for method, found in row["methods"].items()
+        for told in found
+    ]
+
+
 def least(told: Iterable[dict[str, Any]], kinds: Sequence[str] | None = None) -> float | None:
     """The least excess among findings, of some kinds or of all."""
     values = [
@@ -172,7 +188,7 @@ def _faster(rows: Sequence[Row]) -> dict[str, Any]:
         for row in rows:
             own = min(
                 time_to(row["methods"].get(method, []), ["as it is"])
-                for method in ("ours", "ours, long")
+                for method in ("ours, path alone", "ours", "ours, long")
             )
             curve = row["methods"].get("BIT*, energy")
             theirs = time_to(curve or [], kinds)
