@@ -25,6 +25,7 @@ NOTHING = 300.0
 """Percent at which questions without a drivable path count in a median."""
 POINTS = (
     ("ours", "as it is", "this planner", "*", "#c0392b"),
+    ("ours, path alone", "as it is", "this planner, path alone", "X", "#e67e73"),
     ("ours, long", "as it is", "this planner, 10 s given", "P", "#c0392b"),
     ("MCP_Geometric", "as it is", "scikit-image, best of four costs", "s", "#2471a3"),
     ("MCP_Geometric", "straightened", "the same, straightened", "D", "#5dade2"),

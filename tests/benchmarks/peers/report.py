@@ -15,7 +15,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 Row = dict[str, Any]
-TIMES = (0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
+TIMES = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
 """CPU s after which a search that goes on is looked at."""
 NEAR = 1.0
 """Percent over the best known within which a method counts as there."""
