@@ -57,7 +57,7 @@ def cancelling() -> dict[str, Any]:
         result[name] = {
             "answer_s": round(ended - begun, 3),
             "longest_s": round(longest[0][0], 3),
-            "where": {where: round(seconds, 3) for seconds, where in longest},
+            "where": {where: round(seconds, 3) for seconds, where in reversed(longest)},
         }
     taken = result["a new goal"]["answer_s"]
     late = []
