@@ -3,7 +3,8 @@
     python -m tests.benchmarks                 all; naming takes an hour
     python -m tests.benchmarks power routes    those whose names hold one of these words
 
-The measurement "naming" also writes docs/naming.md, its picture and its JSON.
+The measurement "naming" also writes docs/naming.md, its picture and its JSON, and "planners" writes
+docs/benchmarks/planning.json and docs/images/planning.svg.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import sys
 from pathlib import Path
 
 from tests.benchmarks import energy_intervals, naming, planning, power, routes, start
+from tests.benchmarks.peers.comparison import side_by_side
 
 
 def power_model() -> dict[str, object]:
@@ -29,7 +31,7 @@ MEASUREMENTS = {
     "1,200 x 650 raster, 0.5 m cells": lambda: start.raster_from_the_command_line(0.5),
     "1,200 x 650 raster, 30 m cells": lambda: start.raster_from_the_command_line(30.0),
     "OMPL's route over the grid's, fixed maps": routes.measure,
-    "routes against the best known and against scikit-image": lambda: planning.quality(4),
+    "planners side by side": side_by_side,
     "times of answers": lambda: planning.times(20),
     "matrix of 50 by 50": planning.matrix,
     "fields up to 4096²": planning.fields,

@@ -1,12 +1,9 @@
-"""How fast and how near the best routes are: five maps, random questions, other planners beside.
+"""How fast answers come: whole answers, a matrix of energies, fields up to 4096².
 
-    python -m tests.benchmarks.planning                 everything, some 15 minutes on two cores
-    python -m tests.benchmarks.planning --questions 2 --without fields large
+    python -m tests.benchmarks.planning                 everything, some five minutes on two cores
+    python -m tests.benchmarks.planning --questions 2 --without fields matrix
 
-Every route is priced by the same power model along a motion worked out in the same way. The best
-known route of a question is the cheapest that any method found, ours with ten seconds included.
-Other methods: scikit-image's MCP_Geometric with the cost of a metre averaged over all directions
-(pip install 'joulepath[bench]'), its path driven as it is and refined as ours are.
+How good the answers are, beside those of other planners: python -m tests.benchmarks.peers.
 """
 
 from __future__ import annotations
@@ -21,154 +18,12 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from planner import energy_matrix, plan_route
-from planner.errors import InputError
-from planner.search.drive import drive
-from planner.search.lattice import CLOSELY
-from planner.search.refine import refine
-from planner.search.request import PlanRequest
-from planner.search.route import Route
-from planner.search.situation import Situation, situation_of
 from planner.terrain.catalogue import open_map
-from planner.terrain.heightmap import Terrain
+from tests.benchmarks.questions import fractal, questions
 
-MAPS = ("fractal-512", "jacksboro-1to100", "cone", "saddle", "warehouse")
-LONG = 10.0
-"""s for the best known route."""
-PARTS = ("quality", "times", "matrix", "fields")
-
-Question = dict[str, Any]
-Array = NDArray[np.float64]
-
-
-def fractal(count: int, seed: int) -> Terrain:
-    """Relief of count by count cells of 0.25 m with a mean slope of 4.6°."""
-    rng = np.random.default_rng(seed)
-    rows, columns = np.fft.fftfreq(count)[:, None], np.fft.rfftfreq(count)[None, :]
-    frequency = np.hypot(rows, columns)
-    frequency[0, 0] = 1.0
-    spectrum = rng.standard_normal(frequency.shape) + 1j * rng.standard_normal(frequency.shape)
-    heights = np.fft.irfft2(spectrum / frequency**2.1, (count, count))
-    slope = np.hypot(*np.gradient(heights, 0.25)).mean()
-    return Terrain.from_arrays(heights * (0.08 / slope), cell=(0.25, 0.25), name=f"fractal-{count}")
-
-
-def questions(terrain: Terrain, count: int, seed: int) -> list[Question]:
-    """Starts and goals at random that have a route."""
-    rng = np.random.default_rng(seed)
-    west, south, east, north = terrain.extent
-    found: list[Question] = []
-    while len(found) < count:
-        x = west + (east - west) * rng.uniform(0.05, 0.95, 2)
-        y = south + (north - south) * rng.uniform(0.05, 0.95, 2)
-        asked = {
-            "start": {"x": float(x[0]), "y": float(y[0])},
-            "goal": {"x": float(x[1]), "y": float(y[1])},
-        }
-        if np.hypot(x[1] - x[0], y[1] - y[0]) < 0.2 * (east - west):
-            continue
-        try:
-            if plan_route(terrain=terrain, **asked).status == "ok":
-                found.append(asked)
-        except InputError:
-            continue
-    return found
-
-
-def quality(count: int) -> dict[str, Any]:
-    """Excess over the best known route in percent, by map, for us and for others."""
-    rows = []
-    for number, name in enumerate(MAPS):
-        terrain = open_map(name)
-        for asked in questions(terrain, count, 100 + number):
-            quick = plan_route(terrain=terrain, **asked).routes[0].energy_j
-            long = plan_route(terrain=terrain, **asked, time_budget_s=LONG)
-            others = _isotropic(terrain, asked)
-            best = min([quick, long.routes[0].energy_j, *(e for e in others.values() if e)])
-            rows.append(
-                {
-                    "map": name,
-                    **asked,
-                    "best_known_j": best,
-                    "found_by": long.planner["chosen"],
-                    "quick_percent": 100.0 * (quick / best - 1.0),
-                    "isotropic_percent": {
-                        key: 100.0 * (energy / best - 1.0) if energy else None
-                        for key, energy in others.items()
-                    },
-                    "isotropic_over_ours_percent": {
-                        key: 100.0 * (energy / quick - 1.0) if energy else None
-                        for key, energy in others.items()
-                    },
-                }
-            )
-    excess = [row["quick_percent"] for row in rows]
-    plain = [row["isotropic_over_ours_percent"].get("as it is") for row in rows]
-    drivable = [value for value in plain if value is not None]
-    return {
-        "questions": len(rows),
-        "median_percent": statistics.median(excess),
-        "worst_percent": max(excess),
-        "bar": "median ≤ 0.1 %, worst ≤ 0.5 %",
-        "holds": statistics.median(excess) <= 0.1 and max(excess) <= 0.5,
-        "isotropic_median_percent": statistics.median(drivable) if drivable else None,
-        "isotropic_least_percent": min(drivable, default=None),
-        "isotropic_not_drivable": len(plain) - len(drivable),
-        "isotropic_bar": "never below 0 %, median ≥ 5 %",
-        "rows": rows,
-    }
-
-
-def _isotropic(terrain: Terrain, asked: Question) -> dict[str, float | None]:
-    """Energy of scikit-image's path as it is and refined; None where it cannot be driven."""
-    try:
-        from skimage.graph import MCP_Geometric
-    except ImportError:
-        return {}
-    request = PlanRequest.from_json({"map": terrain.name, **asked})
-    situation = situation_of(request, terrain=terrain)
-    field = situation.field("energy")
-    costs = _mean_costs(situation)
-    ends = [
-        (
-            round((asked[end]["y"] - field.y0) / field.dy),
-            round((asked[end]["x"] - field.x0) / field.dx),
-        )
-        for end in ("start", "goal")
-    ]
-    search = MCP_Geometric(costs, sampling=(field.dy, field.dx))
-    search.find_costs([ends[0]], [ends[1]])
-    try:
-        nodes = np.array(search.traceback(ends[1]))
-    except ValueError:
-        return {"as it is": None, "refined": None}
-    points = np.column_stack([field.x0 + field.dx * nodes[:, 1], field.y0 + field.dy * nodes[:, 0]])
-    points[0] = asked["start"]["x"], asked["start"]["y"]
-    points[-1] = asked["goal"]["x"], asked["goal"]["y"]
-    energies: dict[str, float | None] = {}
-    [(smoother, _)] = refine(field, points, tolls=[situation.toll("energy")], knot_cells=4.0)
-    for key, path in (("as it is", points), ("refined", smoother)):
-        route = drive(field, situation.around, [path], (None, None), objective=0)
-        energies[key] = route.energy_j if isinstance(route, Route) else None
-    return energies
-
-
-def _mean_costs(situation: Situation) -> Array:
-    """J/m of every node (ny, nx), the mean over all directions; dear where a limit may be near."""
-    field = situation.field("energy")
-    lattice = situation.lattice("energy", field)
-    lengths = np.hypot(lattice.moves[:, 0] * field.dx, lattice.moves[:, 1] * field.dy)
-    shares = lengths * np.where(lattice.beside.any(axis=1), 0.25, 0.5)
-    by_slope = (lattice.table[0] / shares).mean(axis=1)
-    costs = np.full(field.heights.shape, np.nan)
-    known = lattice.slopes != CLOSELY
-    costs[known] = by_slope[lattice.slopes[known]]
-    dear = 3.0 * float(np.nanmax(costs)) if known.any() else 1.0
-    costs[~known] = dear
-    costs[field.mask == 0] = -1.0  # no way
-    return costs
+PARTS = ("times", "matrix", "fields")
 
 
 def times(count: int) -> dict[str, Any]:
@@ -234,7 +89,7 @@ import json, resource, sys, time
 from planner.search.cost_to_go import cost_to_go
 from planner.search.request import PlanRequest
 from planner.search.situation import situation_of
-from tests.benchmarks.planning import fractal
+from tests.benchmarks.questions import fractal
 count = int(sys.argv[1])
 asked = {"map": "x", "start": {"x": 5, "y": 5}, "goal": {"x": 10, "y": 10}}
 def run(count):
@@ -275,7 +130,6 @@ def fields(sizes: Sequence[int] = (512, 1024, 2048, 4096)) -> dict[str, Any]:
 def whole(count: int, without: Sequence[str] = ()) -> dict[str, Any]:
     """All parts, or some."""
     parts = {
-        "quality": lambda: quality(count),
         "times": lambda: times(5 * count),
         "matrix": matrix,
         "fields": fields,
