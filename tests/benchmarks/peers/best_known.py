@@ -36,7 +36,7 @@ def best_known(case: Case, paths: Sequence[Array], seconds: float) -> Route | No
         for path in paths:
             if time.process_time() - begun > seconds:
                 return best
-            route = case.refined(path, ((knots, toll),))
+            route = case.refined(path, {knots: (toll,)})
             if route is not None and (best is None or route.energy_j < best.energy_j):
                 best = route
     return best

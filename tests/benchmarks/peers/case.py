@@ -66,19 +66,19 @@ class Case:
         return None if route is None else route.energy_j
 
     def refined(
-        self, path: Array, variants: Sequence[tuple[float, float]] = VARIANTS
+        self, path: Array, variants: Mapping[float, Sequence[float]] = VARIANTS
     ) -> Route | None:
         """The best motion near a polyline: refined as our own paths are, then driven.
 
         Args:
             path: (k, 2).
-            variants: distance of knots in cells, and share of the toll.
+            variants: shares of the toll by the distance of knots in cells.
         """
         routes = []
-        for knot_cells, share in variants:
-            toll = share * self.situation.toll("energy")
-            near, _ = refine(self.field, path[:, :2].copy(), toll=toll, knot_cells=knot_cells)
-            routes.append(self.drive(near))
+        for knot_cells, shares in variants.items():
+            tolls = [share * self.situation.toll("energy") for share in shares]
+            near = refine(self.field, path[:, :2].copy(), tolls=tolls, knot_cells=knot_cells)
+            routes += [self.drive(polyline) for polyline, _ in near]
         driven = [route for route in routes if route is not None]
         return min(driven, key=lambda route: route.energy_j, default=None)
 

@@ -70,7 +70,7 @@ def _path_alone(case: Case) -> Finding:
     path = situation.path("energy", field, case.start, case.goal)
     if path is None:
         return {"method": "ours, path alone", "seconds": 0.0, "energies": {}}
-    path, _ = refine(field, path, toll=toll)
+    [(path, _)] = refine(field, path, tolls=[toll])
     worked = time.process_time() - begun
     return {
         "method": "ours, path alone",
