@@ -26,6 +26,7 @@ from planner.search.ground import CostField
 from planner.search.ompl_route import ompl_legs
 from planner.search.route import Route
 from planner.search.run import Run
+from planner.search.steady import MARGIN
 
 Array = NDArray[np.float64]
 
@@ -34,6 +35,8 @@ DETOURS = 6
 """Searches away from what was found, at most."""
 DEARER = 0.1
 """By how much ground near a known route gets dearer for the next one."""
+CLOSE = 0.02
+"""Another aim's way that is dearer by less is driven for the request's objective as well."""
 ENOUGH = 0.15
 """s left from which another search is begun."""
 
@@ -73,17 +76,24 @@ def best_route(run: Run, field: CostField) -> Found:
     found = Found({"name": request.planner, "seed": request.seed})
     run.step("least-cost fields, refinement, yaw, speed", 0.1)
     waiting = {
-        f"grid, {name}": run.other_core.submit(partial(grid_route, run, aim))
+        name: run.other_core.submit(
+            partial(on_grid, run, run.field(aim, MARGIN, field.factor), aim)
+        )
         for name, aim in BASELINES.items()
         if aim != request.objective
     }
     attempt = on_grid(run, field, request.objective)
-    routes = {"grid": attempt.route}
-    routes |= {name: run.other_core.result(task) for name, task in waiting.items()}
-    candidates = {name: route for name, route in routes.items() if route is not None}
+    others = {name: run.other_core.result(task) for name, task in waiting.items()}
     if attempt.paths is None or attempt.refined is None:
         found.reason = attempt.reason
         return found
+    routes = {"grid": attempt.route}
+    for name, other in others.items():
+        routes[f"grid, {name}"] = other.route
+        if _worth_driving(other, attempt.route, request.objective) and other.refined is not None:
+            driven = drive_legs(run, field, other.refined, request.objective)
+            routes[f"grid, way of the {name}"] = driven if isinstance(driven, Route) else None
+    candidates = {name: route for name, route in routes.items() if route is not None}
     found.planner["slope_margin"] = attempt.field.margin
     found.planner["grid_cost"] = sum(cost for _, cost in attempt.refined)
     if candidates:
@@ -105,6 +115,13 @@ def best_route(run: Run, field: CostField) -> Found:
     found.route = candidates[best(request.objective)]
     found.baselines = {name: candidates[best(aim)] for name, aim in BASELINES.items()}
     return found
+
+
+def _worth_driving(other: Attempt, route: Route | None, objective: str) -> bool:
+    """Whether another aim's way may be better for this objective once it is driven for it."""
+    if route is None or other.route is None:
+        return route is None
+    return value_of(other.route, objective) < (1.0 + CLOSE) * value_of(route, objective)
 
 
 def _improve(

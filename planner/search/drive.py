@@ -27,7 +27,8 @@ from planner.search.edge_energy import (
     sample_surface,
 )
 from planner.search.energy_interval import energy_distribution, thinned
-from planner.search.ground import SPARE, CostField
+from planner.search.ground import ALL_YAWS, SPARE, CostField
+from planner.search.kept_limits import broken_limits, ease
 from planner.search.route import Battery, Route
 from planner.search.speed import speed_programme
 from planner.search.steady import BRIEFLY, broken_limit
@@ -38,6 +39,10 @@ from planner.terrain.obstacles import rectangle_free
 Array = NDArray[np.float64]
 ROUGHLY, CLOSELY = (1, 1), (2, 3)
 """Angles and levels of speed beside the best ones that are priced."""
+APART, TURNED = 0.1, math.radians(2.0)
+"""Cells and rad between two looks at whether the body touches something."""
+REPAIRS = 12
+"""Speed programmes until the motion keeps to all limits between its stations as well."""
 
 
 @dataclass(frozen=True)
@@ -86,6 +91,7 @@ def move(
     *,
     objective: int,
     beside: tuple[int, int] = CLOSELY,
+    checked: bool = True,
 ) -> Motion | Stuck:
     """The best motion along a path.
 
@@ -93,6 +99,7 @@ def move(
         field, around, legs, yaws, objective: as for ``drive``.
         beside: how far from the best yaw and the best speed others are priced as well;
             ``ROUGHLY`` is good to a few parts in ten thousand, to choose among paths.
+        checked: whether all limits are looked at between the points that the programmes look at.
     """
     model = around.model
     vehicle = model.vehicle
@@ -117,22 +124,36 @@ def move(
     middle = 0.5 * (track.points[1:] + track.points[:-1])
     _, slopes = sample_surface(field, middle)
     grounds = ground_classes(field, middle)
-    speeds, broken_at = speed_programme(
-        model,
-        track,
-        yaw,
-        slopes,
-        grounds,
-        around.class_rows,
-        around.limits,
-        around.wind,
-        objective,
-        beside[1],
-    )
-    if speeds is None:
-        x, y = track.points[broken_at]
-        return Stuck(float(x), float(y), "no speed keeps to all limits")
-    motion = assemble(field, track, yaw, speeds, yaw_rate=vehicle.limits.yaw_rate, spacing=spacing)
+    fastest = np.full(len(track.lengths), vehicle.limits.speed)
+    hardest = np.full(len(track.lengths), vehicle.limits.acceleration)
+    for _ in range(REPAIRS):
+        speeds, broken_at = speed_programme(
+            model,
+            track,
+            yaw,
+            slopes,
+            grounds,
+            around.class_rows,
+            around.limits,
+            around.wind,
+            objective,
+            beside[1],
+            fastest,
+            hardest,
+        )
+        if speeds is None:
+            x, y = track.points[broken_at]
+            return Stuck(float(x), float(y), "no speed keeps to all limits")
+        motion = assemble(
+            field, track, yaw, speeds, yaw_rate=vehicle.limits.yaw_rate, spacing=spacing
+        )
+        broken = broken_limits(field, around, motion) if checked else None
+        if not broken:
+            break
+        ease(broken, motion, track, fastest, hardest)
+    if broken:
+        x, y = motion.x[broken.steps[0]], motion.y[broken.steps[0]]
+        return Stuck(float(x), float(y), broken.what)
     touched = first_contact(field, motion)
     if touched >= 0:
         x, y = motion.x[touched], motion.y[touched]
@@ -147,12 +168,19 @@ def first_contact(field: CostField, motion: Motion) -> int:
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _contact(field: Any, x: Any, y: Any, yaw: Any) -> int:
+    ny, nx = field.mask.shape
+    cell = min(field.dx, field.dy)
     for k in range(x.shape[0]):
         following = min(k + 1, x.shape[0] - 1)
-        for w in (0.0, 0.5):
-            px = x[k] + w * (x[following] - x[k])
-            py = y[k] + w * (y[following] - y[k])
-            if not rectangle_free(
+        ex, ey, turn = x[following] - x[k], y[following] - y[k], yaw[following] - yaw[k]
+        way = math.sqrt(ex * ex + ey * ey) / cell
+        count = max(2, int(math.ceil(max(way / APART, abs(turn) / TURNED))))
+        for n in range(count):
+            w = n / count
+            px, py = x[k] + w * ex, y[k] + w * ey
+            i = min(max(int(math.floor((px - field.x0) / field.dx + 0.5)), 0), nx - 1)
+            j = min(max(int(math.floor((py - field.y0) / field.dy + 0.5)), 0), ny - 1)
+            if field.mask[j, i] != ALL_YAWS and not rectangle_free(
                 field.blocked,
                 field.x0,
                 field.y0,
@@ -160,7 +188,7 @@ def _contact(field: Any, x: Any, y: Any, yaw: Any) -> int:
                 field.dy,
                 px,
                 py,
-                yaw[k] + w * (yaw[following] - yaw[k]),
+                yaw[k] + w * turn,
                 field.half_length - SPARE,
                 field.half_width - SPARE,
             ):

@@ -7,7 +7,6 @@ attempt.route            # or None, with attempt.reason
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -31,6 +30,8 @@ MARGINS = (MARGIN, 0.95, 0.9, 0.8)
 """Shares of the slope limit to search with, until the finished motion keeps to all limits."""
 ROOMS = (0.0, 0.4, 1.0, 2.0, 5.0, 16.0)
 """How much dearer ground gets where the body fits with hardly a yaw, until it can turn in time."""
+SHUNNED = 4
+"""Places where a limit was broken that are made dearer before all steep ground is."""
 MUCH = 1.1
 """Energy over that of even driving from which a way with more room is tried as well."""
 
@@ -60,7 +61,7 @@ def on_grid(run: Run, field: CostField, objective: str) -> Attempt:
     A speed that breaks a limit on a bend asks for less steep ground, a body that cannot turn in
     time for ways with more room.
     """
-    plain = field.factor
+    plain, shunned = field.factor, 0
     tries, rooms = list(MARGINS), list(ROOMS) if run.ground.blocked.any() else [0.0]
     attempt = Attempt(field)
     best: Attempt | None = None
@@ -85,6 +86,9 @@ def on_grid(run: Run, field: CostField, objective: str) -> Attempt:
         attempt = Attempt(field, paths, refined, None, reason)
         if driven.for_want_of_room and len(rooms) > 1:
             rooms.pop(0)
+        elif not driven.for_want_of_room and shunned < SHUNNED:
+            # Another way past this place may do; less steep ground everywhere costs more.
+            plain, shunned = plain * _dearer_near(field, driven), shunned + 1
         else:
             tries.pop(0)
     if best is not None:
@@ -94,12 +98,22 @@ def on_grid(run: Run, field: CostField, objective: str) -> Attempt:
     return attempt
 
 
+def _dearer_near(field: CostField, place: Stuck) -> Array:
+    """Factor (ny, nx) that makes a few cells round a place dearer."""
+    ny, nx = field.heights.shape
+    x, y = field.x0 + field.dx * np.arange(nx), field.y0 + field.dy * np.arange(ny)
+    near = np.hypot((x - place.x)[None, :] / field.dx, (y - place.y)[:, None] / field.dy) < 3.0
+    return np.where(near, 2.0, 1.0)
+
+
 def _refined_and_driven(
     run: Run, field: CostField, paths: list[Array], objective: str
 ) -> tuple[list[tuple[Array, float]], Route | Stuck]:
     """The legs refined with closer and wider knots; what costs least once it is driven."""
     toll = run.situation.toll(objective)
     variants = VARIANTS if objective == "energy" else {8.0: (1.0,)}
+    # A baseline is no worse for a yaw that is a few parts in ten thousand off the best.
+    alone = objective != "energy" and objective != run.request.objective
 
     def tried(knot_cells: float, shares: Sequence[float]) -> list[Tried]:
         tolls = [share * toll for share in shares]
@@ -108,24 +122,25 @@ def _refined_and_driven(
             for path in paths
         ]
         return [
-            Tried(list(refined), _move(run, field, list(refined), objective, ROUGHLY))
+            Tried(list(refined), _move(run, field, list(refined), objective, ROUGHLY, alone))
             for refined in zip(*legs, strict=True)
         ]
 
     several = run.other_core.all([partial(tried, *variant) for variant in variants.items()])
-    best, least = several[0][0], math.inf
-    for one in itertools.chain.from_iterable(several):
-        if isinstance(one.motion, Motion):
-            energy = energy_of(field, run.around, one.motion)
-            if energy < least:
-                best, least = one, energy
-    if isinstance(best.motion, Stuck):
-        return best.refined, best.motion
-    motion = best.motion
-    if objective == run.request.objective:
-        closer = _move(run, field, best.refined, objective, CLOSELY)
-        motion = motion if isinstance(closer, Stuck) else closer
-    return best.refined, _priced(run, field, motion)
+    found = list(itertools.chain.from_iterable(several))
+    moved = [
+        (energy_of(field, run.around, one.motion), one.refined, one.motion)
+        for one in found
+        if isinstance(one.motion, Motion)
+    ]
+    stuck = next((one.motion for one in found if isinstance(one.motion, Stuck)), None)
+    for _, refined, motion in sorted(moved, key=lambda one: one[0]):
+        closer = motion if alone else _move(run, field, refined, objective, CLOSELY, True)
+        if isinstance(closer, Motion):
+            return refined, _priced(run, field, closer)
+        stuck = closer
+    assert stuck is not None  # whatever did not move is stuck
+    return found[0].refined, stuck
 
 
 def _much_turning(run: Run, attempt: Attempt, factor: Array) -> bool:
@@ -164,6 +179,7 @@ def _move(
     refined: list[tuple[Array, float]],
     objective: str,
     beside: tuple[int, int],
+    checked: bool,
 ) -> Motion | Stuck:
     run.check()
     legs = [path for path, _ in refined]
@@ -178,7 +194,7 @@ def drive_legs(
     run: Run, field: CostField, refined: list[tuple[Array, float]], objective: str
 ) -> Route | Stuck:
     """The best motion along refined legs, and its energy."""
-    motion = _move(run, field, refined, objective, CLOSELY)
+    motion = _move(run, field, refined, objective, CLOSELY, True)
     return motion if isinstance(motion, Stuck) else _priced(run, field, motion)
 
 

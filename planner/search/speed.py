@@ -127,7 +127,7 @@ def _ramp_cost(
     types.void(
         *(KERNEL, _F1, _F1, _F2, _F2, _F1, _F1),
         *(_F1, _F1, _F1, _F2, _F1, _F1, _I1, _B1),
-        *(types.float64, types.int64, _F3),
+        *(types.float64, types.int64, _F1, _F1, _F3),
     ),
     cache=True,
     error_model="numpy",
@@ -151,6 +151,8 @@ def _estimate(
     stops: Any,
     most_acceleration: float,
     objective: int,
+    fastest: Any,
+    hardest: Any,
     expected: Any,
 ) -> None:
     """Cost of every change of level by even driving, (steps, LEVELS, 2·REACH + 1).
@@ -174,6 +176,7 @@ def _estimate(
         set_wind(row, wind, yaw[j])
         surface = lengths[j] * stretch
         most = min(
+            fastest[j],
             limits[6] * surface / max(abs(turns[j]), 1e-12),
             math.sqrt(1.1 * most_acceleration / max(abs(curvatures[j]), 1e-12)),
         ) * (1.0 + 1e-6)
@@ -199,7 +202,7 @@ def _estimate(
             for k in range(5):
                 set_acceleration(row, (k - 2) * pull, 0.0, unit[0], unit[1], 1.0)
                 drawn[k] = kernel(row, parameters, body, wheels, account, per_wheel)
-        reached = 2.0 * surface * most_acceleration * (1.0 + 1e-6)
+        reached = 2.0 * surface * hardest[j] * (1.0 + 1e-6)
         for a in range(LEVELS):
             if level[a] > most:
                 break
@@ -363,10 +366,13 @@ def speed_programme(
     wind: Array,
     objective: int,
     beside: int,
+    fastest: Array,
+    hardest: Array,
 ) -> tuple[Array | None, int]:
     """Speed (n,) at every station, or None and the station where no speed leads further.
 
-    Levels up to ``beside`` from the best ones are priced by the power model as well.
+    Levels up to ``beside`` from the best ones are priced by the power model as well; ``fastest``
+    and ``hardest`` (steps,) are the largest speeds and accelerations.
     """
     stops = track.stops | (np.abs(yaw.leaving - yaw.arriving) > 1e-9)
     turns = yaw.arriving[1:] - yaw.leaving[:-1]
@@ -391,7 +397,7 @@ def speed_programme(
         objective,
     )
     expected = np.empty((len(track.lengths), LEVELS, 2 * REACH + 1))
-    _estimate(*task, expected)
+    _estimate(*task, fastest, hardest, expected)
     cost = _speeds(*task, expected, beside, speeds)
     if not math.isfinite(cost):
         return None, int(speeds[0])

@@ -103,7 +103,7 @@ def test_dijkstra_goes_straight_where_nothing_is_gained_by_a_bend() -> None:
 def test_the_best_known_is_never_above_a_path_refined(relief: Case) -> None:
     _, path = dijkstra.shortest(relief, dijkstra.prepare(relief))
     assert path is not None
-    refined = relief.refined(path, ((4.0, 1.0),))
+    refined = relief.refined(path, {4.0: (1.0,)})
     best = best_known(relief, distinct(relief, [path, path + 1e-3], 5), seconds=0.5)
     assert refined is not None
     assert best is not None

@@ -18,7 +18,7 @@ import numpy as np
 from numba import njit
 
 from planner.quantities import INDEX
-from planner.search.drive import first_contact, ground_classes, pose_spacing, price
+from planner.search.drive import CLOSELY, first_contact, ground_classes, pose_spacing, price
 from planner.search.edge_energy import assemble, room_to_move, sample_surface
 from planner.search.ground import ALL_YAWS
 from planner.search.speed import speed_programme
@@ -157,6 +157,9 @@ def score_as_they_are(case: Case, poses: Array) -> float | None:
         around.limits,
         around.wind,
         0,
+        CLOSELY[1],
+        np.full(len(track.lengths), limits.speed),
+        np.full(len(track.lengths), limits.acceleration),
     )
     if speeds is None:
         return None
