@@ -42,7 +42,8 @@ ROUGHLY, CLOSELY = (1, 1), (2, 3)
 APART, TURNED = 0.1, math.radians(2.0)
 """Cells and rad between two looks at whether the body touches something."""
 REPAIRS = 12
-"""Speed programmes until the motion keeps to all limits between its stations as well."""
+"""Programmes for yaw, and for speed, until nothing is touched and no limit broken between stations
+as well."""
 
 
 @dataclass(frozen=True)
@@ -101,8 +102,7 @@ def move(
             ``ROUGHLY`` is good to a few parts in ten thousand, to choose among paths.
         checked: whether all limits are looked at between the points that the programmes look at.
     """
-    model = around.model
-    vehicle = model.vehicle
+    vehicle = around.model.vehicle
     spacing = pose_spacing(min(field.dx, field.dy))
     track = lay_track(
         field,
@@ -114,21 +114,49 @@ def move(
     )
     if not len(track.lengths):
         return _turn_only(field, around, track, yaws, spacing)
+    shut: list[tuple[float, float, float]] = []
+    for _ in range(REPAIRS):
+        middle = 0.5 * (track.points[1:] + track.points[:-1])
+        _, slopes = sample_surface(field, middle)
+        grounds = ground_classes(field, middle)
+        yaw = _yaw_through(field, around, track, slopes, grounds, yaws, objective, beside[0], shut)
+        if isinstance(yaw, Stuck):
+            return yaw
+        roomy, yaw = room_to_move(track, yaw)
+        motion = _at_speed(field, around, roomy, yaw, objective, beside[1], checked, spacing)
+        if isinstance(motion, Stuck):
+            return motion
+        touched = first_contact(field, motion)
+        if touched < 0:
+            return motion
+        # Both yaw angles were free; on the way from one to the other something is touched.
+        shut += [
+            (float(motion.x[k]), float(motion.y[k]), float(motion.yaw[k]))
+            for k in (touched, min(touched + 1, len(motion.x) - 1))
+        ]
+    return Stuck(*shut[-2][:2], "the body touches something", True)
+
+
+def _at_speed(
+    field: CostField,
+    around: Circumstances,
+    track: Track,
+    yaw: YawProfile,
+    objective: int,
+    beside: int,
+    checked: bool,
+    spacing: float,
+) -> Motion | Stuck:
+    """The best speeds along a track with its yaw, within all limits."""
+    limits = around.model.vehicle.limits
     middle = 0.5 * (track.points[1:] + track.points[:-1])
     _, slopes = sample_surface(field, middle)
     grounds = ground_classes(field, middle)
-    yaw = _yaw_through(field, around, track, slopes, grounds, yaws, objective, beside[0])
-    if isinstance(yaw, Stuck):
-        return yaw
-    track, yaw = room_to_move(track, yaw)
-    middle = 0.5 * (track.points[1:] + track.points[:-1])
-    _, slopes = sample_surface(field, middle)
-    grounds = ground_classes(field, middle)
-    fastest = np.full(len(track.lengths), vehicle.limits.speed)
-    hardest = np.full(len(track.lengths), vehicle.limits.acceleration)
+    fastest = np.full(len(track.lengths), limits.speed)
+    hardest = np.full(len(track.lengths), limits.acceleration)
     for _ in range(REPAIRS):
         speeds, broken_at = speed_programme(
-            model,
+            around.model,
             track,
             yaw,
             slopes,
@@ -137,28 +165,23 @@ def move(
             around.limits,
             around.wind,
             objective,
-            beside[1],
+            beside,
             fastest,
             hardest,
         )
         if speeds is None:
             x, y = track.points[broken_at]
             return Stuck(float(x), float(y), "no speed keeps to all limits")
-        motion = assemble(
-            field, track, yaw, speeds, yaw_rate=vehicle.limits.yaw_rate, spacing=spacing
-        )
-        broken = broken_limits(field, around, motion) if checked else None
+        motion = assemble(field, track, yaw, speeds, yaw_rate=limits.yaw_rate, spacing=spacing)
+        if not checked:
+            return motion
+        broken = broken_limits(field, around, motion)
         if not broken:
-            break
+            return motion
         ease(broken, motion, track, fastest, hardest)
-    if broken:
         x, y = motion.x[broken.steps[0]], motion.y[broken.steps[0]]
-        return Stuck(float(x), float(y), broken.what)
-    touched = first_contact(field, motion)
-    if touched >= 0:
-        x, y = motion.x[touched], motion.y[touched]
-        return Stuck(float(x), float(y), "the body touches something", True)
-    return motion
+        stuck = Stuck(float(x), float(y), broken.what)
+    return stuck
 
 
 def first_contact(field: CostField, motion: Motion) -> int:
@@ -254,6 +277,7 @@ def _yaw_through(
     yaws: Sequence[float | None],
     objective: int,
     beside: int,
+    shut: Sequence[tuple[float, float, float]],
 ) -> YawProfile | Stuck:
     """Yaw along the whole track; a via point with a yaw of its own parts the programme in two."""
     fixed = [k for k, yaw in enumerate(yaws) if yaw is not None and 0 < k < len(yaws) - 1]
@@ -284,6 +308,7 @@ def _yaw_through(
             start_yaw=wanted[part],
             goal_yaw=wanted[part + 1],
             beside=beside,
+            shut=shut,
         )
         if profile is None:
             x, y = track.points[a]
