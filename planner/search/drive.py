@@ -27,23 +27,19 @@ from planner.search.edge_energy import (
     sample_surface,
 )
 from planner.search.energy_interval import energy_distribution, thinned
-from planner.search.ground import ALL_YAWS, SPARE, CostField
+from planner.search.ground import ALL_YAWS, CostField, touches
 from planner.search.kept_limits import broken_limits, ease
 from planner.search.route import Battery, Route
 from planner.search.speed import speed_programme
 from planner.search.steady import BRIEFLY, broken_limit
 from planner.search.track import Track, lay_track
 from planner.search.yaw import YawProfile, yaw_programme
-from planner.terrain.obstacles import rectangle_free
 
 Array = NDArray[np.float64]
 ROUGHLY, CLOSELY = (1, 1), (2, 3)
 """Angles and levels of speed beside the best ones that are priced."""
-APART, TURNED = 0.1, math.radians(2.0)
-"""Cells and rad between two looks at whether the body touches something."""
 REPAIRS = 12
-"""Programmes for yaw, and for speed, until nothing is touched and no limit broken between stations
-as well."""
+"""Speed programmes until no limit is broken between stations either."""
 
 
 @dataclass(frozen=True)
@@ -114,27 +110,21 @@ def move(
     )
     if not len(track.lengths):
         return _turn_only(field, around, track, yaws, spacing)
-    shut: list[tuple[float, float, float]] = []
-    for _ in range(REPAIRS):
-        middle = 0.5 * (track.points[1:] + track.points[:-1])
-        _, slopes = sample_surface(field, middle)
-        grounds = ground_classes(field, middle)
-        yaw = _yaw_through(field, around, track, slopes, grounds, yaws, objective, beside[0], shut)
-        if isinstance(yaw, Stuck):
-            return yaw
-        roomy, yaw = room_to_move(track, yaw)
-        motion = _at_speed(field, around, roomy, yaw, objective, beside[1], checked, spacing)
-        if isinstance(motion, Stuck):
-            return motion
-        touched = first_contact(field, motion)
-        if touched < 0:
-            return motion
-        # Both yaw angles were free; on the way from one to the other something is touched.
-        shut += [
-            (float(motion.x[k]), float(motion.y[k]), float(motion.yaw[k]))
-            for k in (touched, min(touched + 1, len(motion.x) - 1))
-        ]
-    return Stuck(*shut[-2][:2], "the body touches something", True)
+    middle = 0.5 * (track.points[1:] + track.points[:-1])
+    _, slopes = sample_surface(field, middle)
+    grounds = ground_classes(field, middle)
+    yaw = _yaw_through(field, around, track, slopes, grounds, yaws, objective, beside[0])
+    if isinstance(yaw, Stuck):
+        return yaw
+    track, yaw = room_to_move(track, yaw)
+    motion = _at_speed(field, around, track, yaw, objective, beside[1], checked, spacing)
+    if isinstance(motion, Stuck):
+        return motion
+    touched = first_contact(field, motion)
+    if touched >= 0:
+        x, y = motion.x[touched], motion.y[touched]
+        return Stuck(float(x), float(y), "the body touches something", True)
+    return motion
 
 
 def _at_speed(
@@ -192,30 +182,14 @@ def first_contact(field: CostField, motion: Motion) -> int:
 @njit(cache=True, error_model="numpy", nogil=True)
 def _contact(field: Any, x: Any, y: Any, yaw: Any) -> int:
     ny, nx = field.mask.shape
-    cell = min(field.dx, field.dy)
     for k in range(x.shape[0]):
-        following = min(k + 1, x.shape[0] - 1)
-        ex, ey, turn = x[following] - x[k], y[following] - y[k], yaw[following] - yaw[k]
-        way = math.sqrt(ex * ex + ey * ey) / cell
-        count = max(2, int(math.ceil(max(way / APART, abs(turn) / TURNED))))
-        for n in range(count):
-            w = n / count
-            px, py = x[k] + w * ex, y[k] + w * ey
-            i = min(max(int(math.floor((px - field.x0) / field.dx + 0.5)), 0), nx - 1)
-            j = min(max(int(math.floor((py - field.y0) / field.dy + 0.5)), 0), ny - 1)
-            if field.mask[j, i] != ALL_YAWS and not rectangle_free(
-                field.blocked,
-                field.x0,
-                field.y0,
-                field.dx,
-                field.dy,
-                px,
-                py,
-                yaw[k] + w * turn,
-                field.half_length - SPARE,
-                field.half_width - SPARE,
-            ):
-                return k
+        after = min(k + 1, x.shape[0] - 1)
+        i = min(max(int(math.floor((x[k] - field.x0) / field.dx + 0.5)), 0), nx - 1)
+        j = min(max(int(math.floor((y[k] - field.y0) / field.dy + 0.5)), 0), ny - 1)
+        if field.mask[j, i] != ALL_YAWS and touches(
+            field, x[k], y[k], x[after], y[after], yaw[k], yaw[after] - yaw[k]
+        ):
+            return k
     return -1
 
 
@@ -277,7 +251,6 @@ def _yaw_through(
     yaws: Sequence[float | None],
     objective: int,
     beside: int,
-    shut: Sequence[tuple[float, float, float]],
 ) -> YawProfile | Stuck:
     """Yaw along the whole track; a via point with a yaw of its own parts the programme in two."""
     fixed = [k for k, yaw in enumerate(yaws) if yaw is not None and 0 < k < len(yaws) - 1]
@@ -308,7 +281,6 @@ def _yaw_through(
             start_yaw=wanted[part],
             goal_yaw=wanted[part + 1],
             beside=beside,
-            shut=shut,
         )
         if profile is None:
             x, y = track.points[a]

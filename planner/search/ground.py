@@ -45,6 +45,8 @@ YAW_BINS = 32
 """Bins of the body's yaw in the mask; its rectangle looks the same after half a turn."""
 SPARE = 0.02
 """m beyond the clearance that the search keeps, for what happens between its samples."""
+APART, TURNED = 0.1, math.radians(2.0)
+"""Cells and rad between two looks at whether the body touches something on its way."""
 MOST_NODES = 1_000_000
 """Nodes that dividing cells may lead to."""
 ALL_YAWS = np.uint64((1 << YAW_BINS) - 1)
@@ -311,6 +313,32 @@ def masked_cost(
         ):
             return cost
     return np.inf
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def touches(
+    field: Any, xa: float, ya: float, xb: float, yb: float, yaw: float, turn: float
+) -> bool:
+    """Whether the body touches something on a straight way while it turns evenly by ``turn``."""
+    ex, ey = xb - xa, yb - ya
+    cells = math.sqrt(ex * ex + ey * ey) / min(field.dx, field.dy)
+    count = max(1, int(math.ceil(max(cells / APART, abs(turn) / TURNED))))
+    for n in range(count + 1):
+        w = n / count
+        if not rectangle_free(
+            field.blocked,
+            field.x0,
+            field.y0,
+            field.dx,
+            field.dy,
+            xa + w * ex,
+            ya + w * ey,
+            yaw + w * turn,
+            field.half_length - SPARE,
+            field.half_width - SPARE,
+        ):
+            return True
+    return False
 
 
 @njit(cache=True, error_model="numpy")

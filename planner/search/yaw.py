@@ -11,7 +11,6 @@ touch something are left out.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -63,7 +62,6 @@ def yaw_programme(
     start_yaw: float | None,
     goal_yaw: float | None,
     beside: int,
-    shut: Sequence[tuple[float, float, float]] = (),
 ) -> YawProfile | None:
     """Best yaw along a track, or None where no sequence of free yaw angles leads through.
 
@@ -79,18 +77,13 @@ def yaw_programme(
         objective: 1 minimises time, anything else energy.
         start_yaw, goal_yaw: rad; None leaves them free.
         beside: angles to either side of the best ones that the power model prices as well.
-        shut: x, y and yaw of what is not to be passed through.
     """
-    knots = _knots(track, _crowded(field, track.points))
+    crowded = _crowded(field, track.points)
+    knots = _knots(track, crowded)
     directions = _knot_directions(track, knots)
     slope_x, slope_y = (np.ascontiguousarray(slopes[:, k]) for k in (0, 1))
     steps = (track.directions, track.lengths, slope_x, slope_y, grounds)
     free = _free_states(field, track.points[knots], directions, WIDTH)
-    for x, y, angle in shut:
-        apart = np.hypot(*(track.points[knots] - (x, y)).T)
-        if apart.min() <= track.lengths.max():
-            k = int(apart.argmin())
-            free[k, _state(angle, directions[k])] = False
     spin = np.empty(free.shape)
     at = np.minimum(knots, len(slopes) - 1)
     numbers = (model.kernel, model.parameters, model.body, model.wheels, class_rows, limits)
@@ -104,6 +97,9 @@ def yaw_programme(
     steady_costs_of(field, knots, *steps, stride, steady)
     states = np.full(2 * len(knots), -1, np.int64)
     cost = programme(
+        field,
+        track.points,
+        crowded,
         *numbers,
         wind,
         objective,

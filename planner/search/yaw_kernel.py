@@ -19,6 +19,7 @@ from numba import njit, types
 from planner.power.compile_kernel import KERNEL
 from planner.power.pipeline import ACCOUNT_LENGTH, PER_WHEEL
 from planner.quantities import INDEX
+from planner.search.ground import touches
 from planner.search.steady import (
     BRIEFLY,
     SLOWEST,
@@ -194,18 +195,11 @@ def turn_cost(turning: Any, tightest: float, s: int, span: float, turn: float) -
     return cost
 
 
-@njit(
-    types.float64(
-        *(KERNEL, _F1, _F1, _F2, _F2, _F1, _F1, types.int64),
-        *(_I1, _F1, _F1, _F1, _F1, _F1, _I1, _I1),
-        *(_F2, _F2, types.float64, _B2, _F2, types.float64),
-        *(types.int64, types.int64, types.int64, _I1),
-    ),
-    cache=True,
-    error_model="numpy",
-    nogil=True,
-)
+@njit(cache=True, error_model="numpy", nogil=True)
 def programme(
+    field: Any,
+    points: Any,
+    crowded: Any,
     kernel: Any,
     parameters: Any,
     body: Any,
@@ -236,6 +230,9 @@ def programme(
     """Cost of the best yaw; ``states`` (2·knots,) gets the state before and after each knot.
 
     Args:
+        field: map, for what stands on it.
+        points: (stations, 2) m.
+        crowded: (stations,) whether some yaw does not fit there.
         kernel, parameters, body, wheels, class_rows, limits, wind, objective: as for ``step_cost``.
         knots, knot_directions: stations, and the direction of travel there.
         directions, lengths, slope_x, slope_y, ground: of the steps between stations.
@@ -262,6 +259,7 @@ def programme(
     off = np.zeros(last)  # what the estimates at a knot are wrong by
     spans, bends, scale = np.zeros(last), np.empty(last), np.empty(last)
     window = np.empty(last, np.int64)
+    narrow = np.empty(last, np.bool_)
     for k in range(last):
         taken = 0.0
         for j in range(knots[k], knots[k + 1]):
@@ -269,6 +267,7 @@ def programme(
         for j in range(knots[k] + (stride[k] - 1) // 2, knots[k + 1], stride[k]):
             taken += lengths[j]
         scale[k] = spans[k] / taken
+        narrow[k] = crowded[knots[k] : knots[k + 1] + 1].any()
         bends[k] = wrap(knot_directions[k + 1] - knot_directions[k])
         window[k] = most_turn(spans[k], bends[k], limits)
     nothing = False
@@ -332,6 +331,24 @@ def programme(
                     turn = wrap(bends[k] + w * WIDTH)
                     yaw = knot_directions[k] + p * WIDTH
                     total, done = 0.0, 0.0
+                    if narrow[k]:
+                        for j in range(knots[k], knots[k + 1]):
+                            share = lengths[j] / spans[k]
+                            angle = yaw + turn * done
+                            x, y, to_x, to_y = (
+                                points[j, 0],
+                                points[j, 1],
+                                points[j + 1, 0],
+                                points[j + 1, 1],
+                            )
+                            if touches(field, x, y, to_x, to_y, angle, turn * share):
+                                total = np.inf
+                                break
+                            done += share
+                        done = 0.0
+                    if total == np.inf:
+                        price[k, p, q] = total
+                        continue
                     for j in range(knots[k] + (stride[k] - 1) // 2, knots[k + 1], stride[k]):
                         share = lengths[j] * scale[k] / spans[k]
                         total += step_cost(
