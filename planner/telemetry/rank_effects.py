@@ -59,6 +59,7 @@ from planner.telemetry.lookalikes import with_lookalikes
 from planner.telemetry.regimes import regimes_of
 from planner.telemetry.sample import LogSource, open_source
 from planner.telemetry.select_effects import Standing
+from planner.telemetry.steady_drive import at_steady_speeds
 from planner.telemetry.subsets import Member
 from planner.telemetry.unknown_effect import Proposal, propose
 
@@ -127,6 +128,7 @@ def diagnose_source(
     watch: Watch = lambda share, sentence: None,
 ) -> Diagnosis:
     """As ``diagnose``, for a log that is open."""
+    source = replace(source, sample=at_steady_speeds(source.sample))
     watch(0.1, "fitting the model")
     found = investigate(source.sample, start, extra, watch)
     diagnosis = _concluded(source, found, watch)
