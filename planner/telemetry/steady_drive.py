@@ -1,6 +1,6 @@
 """Speeds of steady drives, taken at their means.
 
-    log = at_steady_speeds(log)          # the same rows, vx, vy and wz averaged where they are steady
+    log = at_steady_speeds(log)     # the same rows; where steady, vx, vy and wz at their means
 
 What the speed does by millimetres a second while a robot keeps its speed is the error of odometry,
 or the answer of the speed controller to a bump: the robot slows down a little *because* it needs
@@ -30,6 +30,7 @@ from typing import Any
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from planner.quantities import INDEX
 from planner.telemetry.log import Telemetry
@@ -65,6 +66,20 @@ def at_steady_speeds(log: Telemetry) -> Telemetry:
         if name not in log.present:
             rows[inside, INDEX[name]] = value
     return replace(log, rows=rows)
+
+
+def stretches(log: Telemetry) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Which rows share their speeds: what odometry errs by is averaged over these.
+
+    Returns:
+        (n,) number of the stretch of every row, and (n,) how many rows it has; 1 outside of steady
+        drives.
+    """
+    speeds = log.rows[:, _SPEEDS]
+    begins = np.ones(len(log), np.bool_)
+    begins[1:] = np.any(speeds[1:] != speeds[:-1], axis=1) | (log.run[1:] != log.run[:-1])
+    number = np.cumsum(begins) - 1
+    return number, np.bincount(number)[number]
 
 
 @njit(cache=True, nogil=True)
