@@ -354,8 +354,9 @@ def _over_sensors(log: Telemetry, plain: Examination) -> Floats:
             continue  # a constant is not measured row by row
         error = (fixed + relative * np.abs(column)) * rng.standard_normal(len(rows))
         if name in ("vx", "vy", "wz"):
-            first = np.unique(number, return_index=True, return_inverse=True)
-            error = error[first[1]][first[2]] / np.sqrt(count)
+            # Rows of a steady drive share what is left of the error in their mean.
+            _, begin, stretch = np.unique(number, return_index=True, return_inverse=True)
+            error = error[begin][stretch] / np.sqrt(count)
         column += error
     _, disturbed = competitors.raw(replace(probe, rows=rows))
     scale = 1.0 / plain.spread[at]
