@@ -9,7 +9,7 @@ import pytest
 
 from planner.quantities import INDEX
 from planner.telemetry.sensitivity import SPEED_ERROR
-from planner.telemetry.steady_drive import at_steady_speeds
+from planner.telemetry.steady_drive import at_steady_speeds, stretches
 from tests.telemetry.rows import plain_log
 
 SPEEDS = [INDEX[name] for name in ("vx", "vy", "wz")]
@@ -94,6 +94,21 @@ def test_what_the_controller_answers_is_no_cause_of_the_power():
 
     assert slope(log.rows[:, INDEX["vx"]]) == pytest.approx(-1.0, abs=0.05)
     assert abs(slope(after)) < 0.1
+
+
+def test_stretches_are_the_rows_that_share_a_mean():
+    speeds = np.concatenate([steady(rows=20), steady(rows=20)])
+    speeds[20:, 0] = 0.5 * np.sin(np.arange(20.0))
+    log = at_steady_speeds(driven(speeds))
+    number, count = stretches(log)
+    assert np.all(number[:20] == 0)
+    assert np.all(count[:20] == 20)
+    assert np.array_equal(number[20:], np.arange(1, 21))
+    assert np.all(count[20:] == 1)
+    # The same speed in two runs is two stretches.
+    number, count = stretches(replace(log, run=np.repeat([0, 1], [10, 30])))
+    assert set(count[:20]) == {10}
+    assert number[9] != number[10]
 
 
 def test_an_empty_log_stays_empty():
