@@ -118,6 +118,9 @@ HOOKS: dict[str, Hook] = {
     "contact_factor": Hook(
         "contact", _CONTACT, ("factor",), "multiply", "factor on rolling and roller drag of a wheel"
     ),
+    "roller_factor": Hook(
+        "contact", _CONTACT, ("factor",), "multiply", "factor on the roller drag of a wheel alone"
+    ),
     "wheel_drag": Hook(
         "contact", _CONTACT, ("force",), "add", "N at the rim, ≥ 0, against the wheel's rolling"
     ),

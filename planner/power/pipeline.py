@@ -133,9 +133,12 @@ class _Pipeline(KernelWriter):
         put(f"    factor = zero + row[{INDEX['rolling_factor']}]")
         for call, _ in self._calls("contact_factor"):
             put(f"    factor *= {call}")
+        factor = "factor"
+        for call, _ in self._calls("roller_factor"):
+            factor += f" * {call}"
         put("    roller_force = zero")
         for call, effect in self._calls("roller_drag"):
-            put(f"    part = factor * {call}")
+            put(f"    part = {factor} * {call}")
             put("    roller_force += part")
             if self.pass_number == 2:
                 self._book(effect, "part * roller_speed", "    ")

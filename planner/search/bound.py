@@ -21,6 +21,8 @@ The bound is d·distance + E plus that. Air: the drag k·|v - w|·(v - w) is the
 function, so its power is at least -k·|w|·w·v, which sums to -k·w²·distance however the route
 bends. Body axes on a slope see w·v a little longer than the map, which adds a share of the way.
 
+Where an effect of the model changes what is rubbed off at wheels or rollers, these count nothing.
+
 Left out: with wind so strong that this share outweighs d, no route is taken to be longer than a
 hundred straight lines. A formula of the user's own may give energy back: such models, and the
 printed ones, get no more than min(0, M·g·Δz), which then is no proven bound.
@@ -111,10 +113,10 @@ def _friction(around: Circumstances, steepest: float) -> tuple[Array, Array]:
         return nothing, nothing
     factor = float(around.class_rows[:, INDEX["rolling_factor"]].min())
     loads = factor * _least_loads(around, steepest)
-    return (
-        parameter_value(model, "wheel_rolling", "rolling") * loads,
-        parameter_value(model, "roller_drag", "roller") * loads,
-    )
+    rollers = parameter_value(model, "roller_drag", "roller")
+    if any("roller_factor" in effect.hooks for effect in model.effects):
+        rollers = 0.0
+    return parameter_value(model, "wheel_rolling", "rolling") * loads, rollers * loads
 
 
 def _least_loads(around: Circumstances, steepest: float) -> Array:

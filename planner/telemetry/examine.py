@@ -31,6 +31,7 @@ from planner.telemetry.noise import CLIP, Noise, noise_and_leftover, run_pieces
 from planner.telemetry.sensitivity import doubt_of
 from planner.telemetry.sensors import SENSORS, Sensor, sensor_column
 from planner.telemetry.shapes import Dictionary, shape_columns
+from planner.telemetry.steady_drive import stretches
 
 Floats = NDArray[np.float64]
 
@@ -345,12 +346,18 @@ def _over_sensors(log: Telemetry, plain: Examination) -> Floats:
     at = np.arange(0, len(log), step)
     probe = log.take(at)
     rng = np.random.default_rng(7)
+    number, count = (values[at] for values in stretches(log))
     rows = probe.rows.copy()
     for name, (fixed, relative) in SENSOR_ERRORS.items():
         column = rows[:, INDEX[name]]
         if np.all(column == column[0]):
             continue  # a constant is not measured row by row
-        column += (fixed + relative * np.abs(column)) * rng.standard_normal(len(rows))
+        error = (fixed + relative * np.abs(column)) * rng.standard_normal(len(rows))
+        if name in ("vx", "vy", "wz"):
+            # Rows of a steady drive share what is left of the error in their mean.
+            _, begin, stretch = np.unique(number, return_index=True, return_inverse=True)
+            error = error[begin][stretch] / np.sqrt(count)
+        column += error
     _, disturbed = competitors.raw(replace(probe, rows=rows))
     scale = 1.0 / plain.spread[at]
     first, second = plain.raw[at] * scale[:, None], disturbed * scale[:, None]

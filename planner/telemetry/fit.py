@@ -49,6 +49,8 @@ STEPS = 25
 CLOSE = 0.01
 """Gain of log-likelihood, doubled, that a further step must promise."""
 FOLDS = 5
+AT_THE_END = "at the end of its physical range"
+"""Note of a parameter that the log would move beyond its bounds."""
 
 
 @dataclass(frozen=True)
@@ -283,7 +285,7 @@ def _finished(
         if not known[k]:
             note = "this log says too little about it; it stays near its starting value"
         elif value <= low[k] or value >= high[k]:
-            note = "at the end of its physical range"
+            note = AT_THE_END
         fitted.append(
             FittedParameter(
                 effect.slug,

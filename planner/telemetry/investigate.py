@@ -29,6 +29,7 @@ from planner.telemetry.sample import LogSource
 from planner.telemetry.select_effects import Selection, Standing, select
 from planner.telemetry.sensors import SENSORS, Sensor
 from planner.telemetry.shapes import shapes_of
+from planner.telemetry.steady_drive import at_steady_speeds
 from planner.telemetry.stream import examine_all
 from planner.telemetry.subsets import Member, Rival, members_of
 
@@ -201,7 +202,7 @@ def _settled(
         if selection.shape is not None:
             explained.append(selection.shape.column)
         examination = examine(log, competitors, tuple(explained) or None)
-        selection = _chosen(log, base, examination, known)
+        selection = _chosen(log, base, examination, known, provisional=number == 0)
     # Around stated values that are far off, later rounds may wander; the best one counts.
     settled = tuple((m.name, m.columns) for m in selection.members if not m.sensor) == chosen
     if best is not None and not (settled and heldout_rmse(log, fitted) <= best[0]):
@@ -227,10 +228,18 @@ def _found(
     return Found(log, base, examination, selection, fitted, additions, {}, examination, base.model)
 
 
-def _chosen(log: Telemetry, base: Fit, examination: Examination, known: list[Rival]) -> Selection:
+def _chosen(
+    log: Telemetry,
+    base: Fit,
+    examination: Examination,
+    known: list[Rival],
+    *,
+    provisional: bool = False,
+) -> Selection:
     """The best subset of the sums, once it has stood against its rivals fitted in full.
 
-    ``known`` are rivals of earlier rounds; those of this one join them.
+    ``known`` are rivals of earlier rounds; those of this one join them. ``provisional``: a rival
+    that won has to pass its tests only when it comes up again, laid out around its own fit.
     """
     selection = select(examination)
     if not selection.members:
@@ -241,7 +250,9 @@ def _chosen(log: Telemetry, base: Fit, examination: Examination, known: list[Riv
     outcome = contest(log, base, examination, selection, able)
     known[:] = outcome.near
     if {m.name for m in outcome.members} != {m.name for m in selection.members}:
-        selection = select(examination, outcome.members)
+        # Whoever blames a sensor corrects the log: that is never done on trial.
+        trial = provisional and not any(m.sensor for m in outcome.members)
+        selection = select(examination, outcome.members, provisional=trial)
     ties = {m.name: outcome.ties.get(m.name, ()) for m in selection.members}
     return replace(selection, ties=ties)
 
@@ -299,7 +310,7 @@ def with_all_rows(source: LogSource, found: Found, watch: Watch) -> Found:
     corrections = found.corrections
 
     def correct(chunk: Telemetry) -> Telemetry:
-        return _corrected(chunk, corrections)
+        return _corrected(at_steady_speeds(chunk), corrections)
 
     members = [c for m in found.selection.members for c in m.columns]
     rivals = {name for tied in found.selection.ties.values() for name in tied}

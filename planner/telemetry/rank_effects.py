@@ -59,12 +59,10 @@ from planner.telemetry.lookalikes import with_lookalikes
 from planner.telemetry.regimes import regimes_of
 from planner.telemetry.sample import LogSource, open_source
 from planner.telemetry.select_effects import Standing
+from planner.telemetry.steady_drive import at_steady_speeds
 from planner.telemetry.subsets import Member
+from planner.telemetry.two_searches import rather
 from planner.telemetry.unknown_effect import Proposal, propose
-
-BETTER, FAR_BETTER = 0.98, 0.5
-"""Held-out error of a second search over the first, from which the second is believed; the same
-where the first found nothing missing, and must have taken something large for noise."""
 
 Floats = NDArray[np.float64]
 Progress = Callable[[float, str], None]
@@ -127,15 +125,13 @@ def diagnose_source(
     watch: Watch = lambda share, sentence: None,
 ) -> Diagnosis:
     """As ``diagnose``, for a log that is open."""
+    source = replace(source, sample=at_steady_speeds(source.sample))
     watch(0.1, "fitting the model")
     found = investigate(source.sample, start, extra, watch)
     diagnosis = _concluded(source, found, watch)
-    enough = BETTER if diagnosis.verdict != "complete" else FAR_BETTER
     if strained(found.base, start):
         found = investigate(source.sample, start, extra, watch, as_stated=True)
-        other = _concluded(source, found, watch)
-        if other.after.heldout_rmse_w < enough * diagnosis.after.heldout_rmse_w:
-            return other
+        return rather(diagnosis, _concluded(source, found, watch))
     return diagnosis
 
 

@@ -40,7 +40,7 @@ EFFECTS = (
     "viscous_drag", "stiction", "driver_loss", "sensor_rate", "slope_transition", "current_ripple",
     "wheel_preload", "wheel_slip", "yaw_scrub", "surface_rolling", "sinkage", "battery_sag",
     "converter_efficiency", "air_drag", "vibration", "cold_grease", "light_load_gear_drag", "wear",
-    "wheel_imbalance",
+    "wheel_imbalance", "roller_presliding",
 )  # fmt: skip
 
 # Quantity that an effect outside the catalogue depends on, and those that may stand beside it.

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from planner.power.catalogue import all_effects
-from planner.power.model import rows_from
+from planner.power.model import PowerModel, rows_from
+from planner.power.vehicle import load_vehicle
 from tests.power.states import Array, model_with, plane_gravity
 
 
@@ -119,6 +120,31 @@ def test_stiction_is_gone_in_motion() -> None:
     assert abs(shares[1]) < 1e-9
     # Turning on the spot at speed is not standstill, though the centre rests.
     assert abs(model.watts_by_effect(rows_from(wz=2.0))["stiction"][0]) < 1e-9
+
+
+def test_presliding_is_the_mean_of_friction_that_builds_up_over_a_path() -> None:
+    rim, spin, share = 0.4, -0.09, 0.15
+    # Over a contact the roller is carried by spin/rim, in distances between two rollers.
+    way = np.linspace(0.0, abs(spin) / rim, 20_001)
+    built_up = np.trapezoid(1.0 - np.exp(-way / share), way) / way[-1]
+    factor = all_effects()["roller_presliding"].hooks["roller_factor"]
+    assert factor(rim, spin, share) == pytest.approx(built_up, rel=2e-3)
+    # Straight ahead next to nothing is left, sideways of the rim nearly all.
+    assert factor(rim, 0.0, share) < 0.05
+    assert factor(0.01, 0.4, share) > 0.99
+
+
+def test_presliding_rounds_the_dip_of_power_where_a_roller_stands() -> None:
+    # On omni wheels one roller stands at 90°; complete friction jumps within a degree of it.
+    vehicle = load_vehicle("robotino")
+    angle = np.radians([90.0, 92.0, 95.0, 100.0, 110.0])
+    rows = rows_from(vx=0.2 * np.cos(angle), vy=0.2 * np.sin(angle))
+    model = PowerModel.from_vehicle(vehicle, effects=["roller_presliding"])
+    place = next(k for k, slot in enumerate(model.slots) if slot[1] == "presliding")
+    sharp = np.diff(model.with_parameter(place, 0.0).account(rows)["bus"])
+    round_ = np.diff(model.with_parameter(place, 0.15).account(rows)["bus"])
+    assert sharp[0] > 0.5 * sharp.sum()
+    assert 0.0 < round_[0] < 0.2 * sharp[0]
 
 
 def test_cold_grease_falls_and_heat_rises_with_temperature() -> None:

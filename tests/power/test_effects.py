@@ -35,6 +35,7 @@ CATALOGUE = {
     *("slope_transition", "current_ripple", "wheel_preload", "wheel_slip", "yaw_scrub"),
     *("surface_rolling", "sinkage", "battery_sag", "converter_efficiency", "air_drag"),
     *("vibration", "cold_grease", "light_load_gear_drag", "wear", "wheel_imbalance"),
+    "roller_presliding",
 }
 SYMBOLS = {"W", "N", "m", "s", "rad", "kg", "K", "J", "Hz", "V", "A", "Ω", "1"}
 

@@ -25,6 +25,7 @@ from tests.search.maps import hills, terrain
 QUARTER = math.pi / 4
 WIND = {"x": 3.0, "y": 2.0}
 VEHICLES = ("minibalance", "robotino", "four omni wheels", "steep rollers", "no limits")
+VEHICLES += ("giving rollers",)
 
 
 @lru_cache
@@ -34,6 +35,9 @@ def model_of(name: str) -> PowerModel:
         return PowerModel.from_vehicle(load_vehicle(name))
     vehicle = load_vehicle("minibalance")
     radius = vehicle.layout.radius
+    if name == "giving rollers":
+        model = PowerModel.from_vehicle(vehicle, effects=[*vehicle.active, "roller_presliding"])
+        return changed(model, roller_presliding__presliding=0.3)
     if name == "four omni wheels":
         corners = tuple(QUARTER + k * math.pi / 2 for k in range(4))
         vehicle = replace(vehicle, layout=omni(base_radius=0.33, angles=corners, radius=radius))

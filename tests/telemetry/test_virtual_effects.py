@@ -81,6 +81,18 @@ def test_slip_dissipates_force_times_creep():
     assert book[0, BOOK.index("slip")] / duration == pytest.approx(watts, rel=0.01)
 
 
+def test_presliding_rollers_rub_less_where_their_wheels_turn():
+    # Diagonally two wheels stand and two turn at 0.6 m/s; all rollers do 0.3·√2 m/s.
+    share, duration = 0.2, 10.0
+    robot = VirtualRobot("minibalance", hidden={"roller_presliding": {"presliding": share}})
+    _, book = robot.simulate(steady(vx=0.3, vy=0.3, duration=duration))
+    spin, load = 0.3 * math.sqrt(2.0), 3.0 * 9.80665
+    ratio = share * 0.6 / spin
+    turning = 1.0 - ratio * (1.0 - math.exp(-1.0 / ratio))
+    watts = 0.045 * load * spin * (2.0 + 2.0 * turning)
+    assert book[0, BOOK.index("rollers")] / duration == pytest.approx(watts, rel=0.01)
+
+
 # Motions in which an effect has nothing to act on.
 STILL: dict[str, float] = {}
 SILENT = [
@@ -97,6 +109,7 @@ SILENT = [
     ("slope_threshold", {"vx": 0.5, "pitch": -0.04}),
     ("resonance", {"vx": 1.1}),
     ("wheel_slip", STILL),
+    ("roller_presliding", {"vx": 0.5}),
     ("motor_heating", STILL),
 ]
 

@@ -134,8 +134,14 @@ def _wheels(
         if hidden.strength != 0.0:
             creeping = (rim * rim + spin * spin) / hidden.stiction_speed**2
             factor *= 1.0 + hidden.strength * math.exp(-creeping)
-        held = factor * (
-            chassis.roller * load * math.tanh(spin / _SLIDING) + chassis.roller_viscous * spin
+        gripped = 1.0
+        if hidden.presliding != 0.0:
+            steep = hidden.presliding * abs(rim) / max(abs(spin), 1e-9)
+            gripped -= steep * (1.0 - math.exp(-1.0 / max(steep, 1e-9)))
+        held = (
+            factor
+            * gripped
+            * (chassis.roller * load * math.tanh(spin / _SLIDING) + chassis.roller_viscous * spin)
         )
         rolled = chassis.rolling * load
         if hidden.compaction != 0.0:

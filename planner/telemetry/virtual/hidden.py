@@ -45,6 +45,7 @@ class Hidden(NamedTuple):
     viscous_torque: float = 0.0
     strength: float = 0.0
     stiction_speed: float = 0.03
+    presliding: float = 0.0
     bridge_resistance: float = 0.0
     diode_voltage: float = 0.0
     switching_power: float = 0.0
@@ -115,6 +116,7 @@ CATALOGUE: dict[str, dict[str, Strength]] = {
         "strength": Strength("strength", 0.5),
         "stiction_speed": _shape("stiction_speed", 0.03),
     },
+    "roller_presliding": {"presliding": Strength("presliding", 0.1)},
     "driver_loss": {
         "bridge_resistance": Strength("bridge_resistance", 0.03),
         "diode_voltage": Strength("diode_voltage", 0.5),
