@@ -202,7 +202,7 @@ def _settled(
         if selection.shape is not None:
             explained.append(selection.shape.column)
         examination = examine(log, competitors, tuple(explained) or None)
-        selection = _chosen(log, base, examination, known, provisional=number == 0)
+        selection = _chosen(log, base, examination, known)
     # Around stated values that are far off, later rounds may wander; the best one counts.
     settled = tuple((m.name, m.columns) for m in selection.members if not m.sensor) == chosen
     if best is not None and not (settled and heldout_rmse(log, fitted) <= best[0]):
@@ -228,18 +228,10 @@ def _found(
     return Found(log, base, examination, selection, fitted, additions, {}, examination, base.model)
 
 
-def _chosen(
-    log: Telemetry,
-    base: Fit,
-    examination: Examination,
-    known: list[Rival],
-    *,
-    provisional: bool = False,
-) -> Selection:
+def _chosen(log: Telemetry, base: Fit, examination: Examination, known: list[Rival]) -> Selection:
     """The best subset of the sums, once it has stood against its rivals fitted in full.
 
-    ``known`` are rivals of earlier rounds; those of this one join them. ``provisional``: a rival
-    that won has to pass its tests only when it comes up again, laid out around its own fit.
+    ``known`` are rivals of earlier rounds; those of this one join them.
     """
     selection = select(examination)
     if not selection.members:
@@ -250,9 +242,7 @@ def _chosen(
     outcome = contest(log, base, examination, selection, able)
     known[:] = outcome.near
     if {m.name for m in outcome.members} != {m.name for m in selection.members}:
-        # Whoever blames a sensor corrects the log: that is never done on trial.
-        trial = provisional and not any(m.sensor for m in outcome.members)
-        selection = select(examination, outcome.members, provisional=trial)
+        selection = select(examination, outcome.members)
     ties = {m.name: outcome.ties.get(m.name, ()) for m in selection.members}
     return replace(selection, ties=ties)
 

@@ -75,8 +75,6 @@ def select(
     examination: Examination,
     members: Sequence[Member] | None = None,
     check: Callable[[], None] = lambda: None,
-    *,
-    provisional: bool = False,
 ) -> Selection:
     """Choose among everything that competes.
 
@@ -84,8 +82,6 @@ def select(
         examination: the log, summed up.
         members: take these instead of the best subset, as far as they pass the tests.
         check: called between the parts; raises when the caller was cancelled.
-        provisional: take the members whether they pass or not: sums around a model without one of
-            them are no judge of it.
     """
     chooser = Chooser(examination)
     evidence = examination.evidence
@@ -93,7 +89,7 @@ def select(
     if members is not None:
         best = chooser.find(members)
     check()
-    chosen, tests = (best, chooser.tested(best)) if provisional else chooser.checked(best)
+    chosen, tests = chooser.checked(best)
     chooser.admit(chosen)
     singles = sorted({c for m in chooser.members for c in m.columns})
     z, _, _ = evidence.test_each(singles) if singles else (np.zeros(0), None, None)

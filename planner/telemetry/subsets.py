@@ -186,23 +186,15 @@ class Chooser:
             rivals.append(Rival(members, tuple(parts), charged, self.scored[chosen]))
         return tuple(rivals)
 
-    def tested(self, chosen: Sequence[int]) -> dict[str, Test]:
-        """Every member's test given the others."""
-        return {
-            self.members[k].name: self.evidence.test(
-                self.members[k].columns, given=self.columns([q for q in chosen if q != k])
-            )
-            for k in chosen
-        }
-
     def checked(self, chosen: tuple[int, ...]) -> tuple[tuple[int, ...], dict[str, Test]]:
         """Drop members that are not significant, or too small, given the others."""
         while chosen:
-            tests, sizes = self.tested(chosen), {}
+            tests, sizes = {}, {}
             for k in chosen:
                 rest = self.columns([q for q in chosen if q != k])
-                found = tests[self.members[k].name].coefficients
-                sizes[k] = self.evidence.size(self.members[k].columns, found, rest)
+                mine = self.members[k].columns
+                tests[self.members[k].name] = test = self.evidence.test(mine, given=rest)
+                sizes[k] = self.evidence.size(mine, test.coefficients, rest)
             worst, worst_k = -1.0, -1
             for k in chosen:
                 p = min(1.0, tests[self.members[k].name].p_value * self.name_count)
