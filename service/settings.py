@@ -30,7 +30,10 @@ class Settings(BaseSettings):
         default=120.0, gt=0, le=3600, description="seconds after which a request is ended with 504"
     )
     max_time_budget_s: float = Field(
-        default=60.0, gt=0, le=600, description="largest time_budget_s that a request may ask for"
+        default=60.0,
+        gt=0,
+        le=600,
+        description="largest time_budget_s, and certify_s, that a request may ask for",
     )
     max_body_bytes: int = Field(
         default=65_536, ge=1024, description="largest request body in bytes; more gets 413"

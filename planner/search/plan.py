@@ -21,6 +21,7 @@ from planner.power.vehicle import load_vehicle
 from planner.search.alternatives import find_alternatives
 from planner.search.arrival import check_places, settled
 from planner.search.best_route import best_route, value_of
+from planner.search.certified import certified
 from planner.search.grid_route import grid_route
 from planner.search.in_time import in_time
 from planner.search.request import DEFAULT_VEHICLE, Goal, PlanRequest, PoseRequest, RegionRequest
@@ -116,6 +117,10 @@ def _plan(run: Run) -> Answer:
         notes += [note] if note else []
         latest = request.max_duration_s or math.inf
         routes = tuple(route for route in routes if route.duration_s <= latest)
+    if request.certify_s is not None and not run.cancelled():
+        run.step("certified bound", 0.95)
+        routes, said = certified(run, routes)
+        found.planner |= said
     run.progress("done", 1.0)
     return replace(
         blank,

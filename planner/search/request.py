@@ -84,6 +84,12 @@ class PlanRequest(WayRequest):
         description="iterations to search instead of the time budget, which makes the answer "
         "reproducible; a whole number of at least 1",
     )
+    certify_s: Number | None = Field(
+        default=None,
+        gt=0,
+        le=600,
+        description="seconds for a closer lower bound, above 0 up to 600; left out, the quick one",
+    )
     planner: Literal["auto", "tube", "plane", "grid"] = Field(
         default="auto",
         description='how to search: "auto" (the grid, then OMPL for the time that is given), '

@@ -65,13 +65,15 @@ async def plan(request: Request, service: Running) -> Response:
     """
     asked = PlanRequest.from_text(await json_body(request, service.settings.max_body_bytes))
     most = service.settings.max_time_budget_s
-    if asked.time_budget_s > most:
-        raise RequestError(
-            "time_budget_s",
-            "is larger than this service allows",
-            value=asked.time_budget_s,
-            accepted=f"seconds to search, above 0 up to {most:g}",
-        )
+    for name in ("time_budget_s", "certify_s"):
+        seconds = getattr(asked, name) or 0.0
+        if seconds > most:
+            raise RequestError(
+                name,
+                "is larger than this service allows",
+                value=seconds,
+                accepted=f"seconds, above 0 up to {most:g}",
+            )
     return await _answered(request, service, "solve", asked)
 
 
