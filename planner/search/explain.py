@@ -11,8 +11,9 @@ from scipy import ndimage
 from planner.errors import RequestError
 from planner.search.conditions import Circumstances
 from planner.search.cost_to_go import cost_to_go
+from planner.search.driving_ground import DrivingGround
 from planner.search.edge_energy import sample_surface
-from planner.search.ground import ALL_YAWS, SPARE, CostField, DrivingGround
+from planner.search.ground import ALL_YAWS, SPARE, CostField
 from planner.search.lattice import build_lattice
 from planner.search.request import PoseRequest
 from planner.search.steady import DIRECTIONS, LIMIT_NAMES, broken_limit, set_motion

@@ -1,7 +1,6 @@
-"""The map as one robot feels it, and what driving over it costs in any direction.
+"""What driving over a map costs in any direction, for compiled code.
 
-``driving_ground`` turns a terrain and a vehicle into arrays: the footprint-averaged heights, their
-gradient at the nodes, where the body fits and with which yaw. Together with the tables of
+``planner.search.driving_ground`` turns a terrain and a vehicle into arrays; with the tables of
 ``planner.search.steady`` they form a ``CostField``, which answers one question fast:
 
     segment_cost(field, xa, ya, xb, yb, step) → cost of a straight line, yaw chosen as is cheapest
@@ -16,30 +15,22 @@ clearance, is free: a passage narrower than the robot is long is entered lengthw
 from __future__ import annotations
 
 import math
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter
 
-from planner.power.kinematics import X, Y
-from planner.power.vehicle import Vehicle
 from planner.search.steady import (
     DIRECTIONS,
     GENTLE,
-    MARGIN,
     STEEPNESSES,
     YAWS,
-    SteadyCosts,
     cost_for_best_yaw,
     cost_for_yaw,
 )
-from planner.terrain.heightmap import Terrain
-from planner.terrain.interpolation import interpolate, interpolate_many
-from planner.terrain.obstacles import blocked_cells, rectangle_free, yaw_mask
+from planner.terrain.interpolation import interpolate
+from planner.terrain.obstacles import rectangle_free
 
 YAW_BINS = 32
 """Bins of the body's yaw in the mask; its rectangle looks the same after half a turn."""
@@ -47,13 +38,7 @@ SPARE = 0.02
 """m beyond the clearance that the search keeps, for what happens between its samples."""
 APART, TURNED = 0.1, math.radians(2.0)
 """Cells and rad between two looks at whether the body touches something on its way."""
-MOST_NODES = 1_000_000
-"""Nodes that dividing cells may lead to."""
 ALL_YAWS = np.uint64((1 << YAW_BINS) - 1)
-
-
-STEEP = 0.94
-"""Share of the safe slope from which a limit may be near between the points that are looked at."""
 
 
 class CostField(NamedTuple):
@@ -91,166 +76,6 @@ class CostField(NamedTuple):
     """Slope up to which ``gentle`` goes."""
     safe: float
     """Slope up to which no limit is broken whatever the direction."""
-
-
-@dataclass(frozen=True)
-class DrivingGround:
-    """A terrain seen from one vehicle.
-
-    Where the map has cells too coarse for the body to find its way between obstacles, they are
-    divided, and all arrays here are of the finer grid.
-
-    Attributes:
-        origin, cell: m, centre of node [0, 0] and distance of the nodes.
-        ground: (ny, nx) ground class of the cells.
-        heights: (ny, nx) m, averaged over the footprint: the height at which the robot rides.
-        blocked: (ny, nx) cells that no part of the body may cover.
-        mask: (ny, nx) bit k is set where the body fits with yaw k·π/YAW_BINS.
-        half_length, half_width: m, of the body with clearance and ``SPARE``.
-        step_height: m, edge that counts as a ledge.
-        steepest: (ny, nx) largest tan(slope) within three cells of a node.
-    """
-
-    terrain: Terrain
-    origin: tuple[float, float]
-    cell: tuple[float, float]
-    ground: NDArray[np.uint8]
-    heights: NDArray[np.float64]
-    blocked: NDArray[np.bool_]
-    mask: NDArray[np.uint32]
-    half_length: float
-    half_width: float
-    step_height: float
-    steepest: NDArray[np.float32]
-
-    @property
-    def nbytes(self) -> int:
-        """Memory that is kept."""
-        arrays = (self.ground, self.heights, self.blocked, self.mask, self.steepest)
-        return sum(array.nbytes for array in arrays)
-
-    def preferring_room(self, weight: float) -> NDArray[np.float64]:
-        """Factor (ny, nx) on the cost: 1 in the open, 1 + weight where hardly any yaw fits."""
-        free = np.bitwise_count(self.mask).astype(np.float64) / YAW_BINS
-        return np.asarray(1.0 + weight * (1.0 - free))
-
-    def field(
-        self,
-        costs: SteadyCosts,
-        *,
-        extra: NDArray[np.float64] | None = None,
-        factor: NDArray[np.float64] | None = None,
-        margin: float = MARGIN,
-    ) -> CostField:
-        """What the compiled search reads, with these tables of steady costs."""
-        safe = min(costs.reach, margin * float(costs.limit.min()))
-        return CostField(
-            self.heights,
-            self.mask,
-            self.blocked,
-            self.ground,
-            float(self.origin[0]),
-            float(self.origin[1]),
-            float(self.cell[0]),
-            float(self.cell[1]),
-            self.half_length,
-            self.half_width,
-            costs.by_yaw,
-            costs.yaw_limit,
-            costs.best,
-            costs.limit,
-            costs.order,
-            np.zeros(DIRECTIONS) if extra is None else extra,
-            np.ones((1, 1)) if factor is None else factor,
-            margin,
-            0.5 * float(min(self.cell)),
-            self.steepest > STEEP * safe,
-            costs.gentle,
-            costs.reach,
-            safe,
-        )
-
-
-def step_height(vehicle: Vehicle) -> float:
-    """Largest step, m, that a wheel climbs without a run: half its radius."""
-    return 0.5 * vehicle.layout.radius
-
-
-def driving_ground(terrain: Terrain, vehicle: Vehicle) -> DrivingGround:
-    """Work out what one vehicle feels on a terrain; kept by the caller for further routes."""
-    table = vehicle.layout.table
-    half_footprint = 0.5 * (np.abs(table[:, X]).max() + np.abs(table[:, Y]).max())
-    heights = np.ascontiguousarray(terrain.riding_surface(half_footprint))
-    blocked = blocked_cells(terrain, step_height(vehicle))
-    clearance = vehicle.limits.clearance
-    half_length = 0.5 * vehicle.length + clearance + SPARE
-    half_width = 0.5 * vehicle.width + clearance + SPARE
-    parts = _division(blocked, terrain.cell, half_width, vehicle.length)
-    origin, cell, ground = terrain.origin, terrain.cell, terrain.ground
-    if parts > 1:
-        origin = (
-            origin[0] - 0.5 * cell[0] * (1.0 - 1.0 / parts),
-            origin[1] - 0.5 * cell[1] * (1.0 - 1.0 / parts),
-        )
-        ny, nx = heights.shape
-        x = origin[0] + cell[0] / parts * np.arange(nx * parts)
-        y = origin[1] + cell[1] / parts * np.arange(ny * parts)
-        grid_x, grid_y = np.meshgrid(x, y)
-        heights = interpolate_many(
-            heights, *terrain.origin, *terrain.cell, grid_x.ravel(), grid_y.ravel()
-        )[0].reshape(grid_x.shape)
-        blocked = blocked.repeat(parts, 0).repeat(parts, 1)
-        ground = ground.repeat(parts, 0).repeat(parts, 1)
-        cell = (cell[0] / parts, cell[1] / parts)
-    return DrivingGround(
-        terrain,
-        origin,
-        cell,
-        np.ascontiguousarray(ground),
-        np.ascontiguousarray(heights),
-        np.ascontiguousarray(blocked),
-        yaw_mask(blocked, *cell, half_length, half_width, YAW_BINS).astype(np.uint32),
-        half_length,
-        half_width,
-        step_height(vehicle),
-        maximum_filter(_steepest(np.ascontiguousarray(heights), *cell), size=7),
-    )
-
-
-def _steepest(heights: NDArray[np.float64], dx: float, dy: float) -> NDArray[np.float32]:
-    """Largest tan(slope) at nine points of every cell."""
-    result = np.empty(heights.shape, np.float32)
-    half = len(heights) // 2
-    with ThreadPoolExecutor(max_workers=2) as pool:
-        for part in ((0, half), (half, len(heights))):
-            pool.submit(_fill_steepest, heights, dx, dy, result, *part)
-    return result
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def _fill_steepest(heights: Any, dx: float, dy: float, result: Any, first: int, last: int) -> None:
-    for j in range(first, last):
-        for i in range(heights.shape[1]):
-            most = 0.0
-            for b in (-1.0, 0.0, 1.0):
-                for a in (-1.0, 0.0, 1.0):
-                    x, y = (i + a / 3.0) * dx, (j + b / 3.0) * dy
-                    _, px, py = interpolate(heights, 0.0, 0.0, dx, dy, x, y)
-                    most = max(most, px * px + py * py)
-            result[j, i] = math.sqrt(most)
-
-
-def _division(
-    blocked: NDArray[np.bool_], cell: tuple[float, float], half_width: float, length: float
-) -> int:
-    """Into how many parts to divide a cell's sides, so that the body finds gaps between cells."""
-    coarse = max(cell)
-    if not blocked.any() or coarse > 2.0 * length:
-        return 1
-    parts = math.ceil(coarse / (0.5 * half_width) - 1e-9)
-    while parts > 1 and blocked.size * parts**2 > MOST_NODES:
-        parts -= 1
-    return parts
 
 
 @njit(cache=True, error_model="numpy", inline="always")

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from planner.errors import Cancelled
 from planner.search.conditions import Circumstances
-from planner.search.ground import CostField, DrivingGround
+from planner.search.driving_ground import DrivingGround
+from planner.search.ground import CostField
 from planner.search.other_core import OtherCore
 from planner.search.request import PlanRequest, PoseRequest
 from planner.search.situation import Situation

@@ -21,7 +21,8 @@ from planner.power.model import PowerModel
 from planner.power.vehicle import Vehicle, load_vehicle
 from planner.search.conditions import Circumstances, circumstances
 from planner.search.cost_to_go import CostToGo, cost_to_go, grid_path
-from planner.search.ground import CostField, DrivingGround, driving_ground
+from planner.search.driving_ground import DrivingGround, driving_ground
+from planner.search.ground import CostField
 from planner.search.kept import KEPT
 from planner.search.lattice import Lattice, build_lattice, number_nodes
 from planner.search.situation_request import DEFAULT_VEHICLE, SituationRequest

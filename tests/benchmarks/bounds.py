@@ -21,7 +21,7 @@ import numpy as np
 from planner import plan_route
 from planner.quantities import STANDARD_GRAVITY
 from planner.search.conditions import circumstances
-from planner.search.ground import driving_ground
+from planner.search.driving_ground import driving_ground
 from planner.search.lower_bound import certify
 from planner.search.plan import load_model
 from planner.search.request import PlanRequest

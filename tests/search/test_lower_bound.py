@@ -15,8 +15,9 @@ from planner.power.vehicle import load_vehicle
 from planner.quantities import INDEX, STANDARD_GRAVITY
 from planner.search.bound import lower_bound
 from planner.search.conditions import Circumstances
+from planner.search.driving_ground import driving_ground
 from planner.search.edge_energy import sample_surface
-from planner.search.ground import CostField, driving_ground
+from planner.search.ground import CostField
 from planner.search.lower_bound import certify
 from planner.search.potential import levelled, steepest_potential, weights_at
 from planner.search.priced_power import PricedPower, priced_power, rotor_share
