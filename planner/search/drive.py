@@ -27,7 +27,7 @@ from planner.search.edge_energy import (
     sample_surface,
 )
 from planner.search.energy_interval import energy_distribution, thinned
-from planner.search.ground import ALL_YAWS, CostField, touches
+from planner.search.ground import ALL_YAWS, CostField, body_frame, touches
 from planner.search.kept_limits import broken_limits, ease
 from planner.search.route import Battery, Route
 from planner.search.speed import speed_programme
@@ -176,18 +176,18 @@ def _at_speed(
 
 def first_contact(field: CostField, motion: Motion) -> int:
     """The first pose at which, or on the way from which, the clearance is not free; -1 if none."""
-    return int(_contact(field, motion.x, motion.y, motion.yaw))
+    return int(_contact(field, body_frame(field), motion.x, motion.y, motion.yaw))
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _contact(field: Any, x: Any, y: Any, yaw: Any) -> int:
+def _contact(field: Any, frame: Any, x: Any, y: Any, yaw: Any) -> int:
     ny, nx = field.mask.shape
     for k in range(x.shape[0]):
         after = min(k + 1, x.shape[0] - 1)
         i = min(max(int(math.floor((x[k] - field.x0) / field.dx + 0.5)), 0), nx - 1)
         j = min(max(int(math.floor((y[k] - field.y0) / field.dy + 0.5)), 0), ny - 1)
         if field.mask[j, i] != ALL_YAWS and touches(
-            field, x[k], y[k], x[after], y[after], yaw[k], yaw[after] - yaw[k]
+            field.blocked, frame, x[k], y[k], x[after], y[after], yaw[k], yaw[after] - yaw[k]
         ):
             return k
     return -1

@@ -140,28 +140,30 @@ def masked_cost(
     return np.inf
 
 
+def body_frame(field: CostField) -> NDArray[np.float64]:
+    """What ``touches`` needs beside blocked cells: x0, y0, dx, dy, and half the body's sides."""
+    return np.array(
+        [
+            *(field.x0, field.y0, field.dx, field.dy),
+            *(field.half_length - SPARE, field.half_width - SPARE),
+        ]
+    )
+
+
 @njit(cache=True, error_model="numpy", nogil=True)
 def touches(
-    field: Any, xa: float, ya: float, xb: float, yb: float, yaw: float, turn: float
+    blocked: Any, frame: Any, xa: float, ya: float, xb: float, yb: float, yaw: float, turn: float
 ) -> bool:
     """Whether the body touches something on a straight way while it turns evenly by ``turn``."""
+    x0, y0, dx, dy = frame[0], frame[1], frame[2], frame[3]
+    half_length, half_width = frame[4], frame[5]
     ex, ey = xb - xa, yb - ya
-    cells = math.sqrt(ex * ex + ey * ey) / min(field.dx, field.dy)
+    cells = math.sqrt(ex * ex + ey * ey) / min(dx, dy)
     count = max(1, int(math.ceil(max(cells / APART, abs(turn) / TURNED))))
     for n in range(count + 1):
         w = n / count
-        if not rectangle_free(
-            field.blocked,
-            field.x0,
-            field.y0,
-            field.dx,
-            field.dy,
-            xa + w * ex,
-            ya + w * ey,
-            yaw + w * turn,
-            field.half_length - SPARE,
-            field.half_width - SPARE,
-        ):
+        x, y, angle = xa + w * ex, ya + w * ey, yaw + w * turn
+        if not rectangle_free(blocked, x0, y0, dx, dy, x, y, angle, half_length, half_width):
             return True
     return False
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from planner.power.model import PowerModel
 from planner.quantities import INDEX
-from planner.search.ground import ALL_YAWS, CostField
+from planner.search.ground import ALL_YAWS, CostField, body_frame
 from planner.search.steady import SLOWEST
 from planner.search.track import Track
 from planner.search.yaw_estimate import TURNS, steady_costs_of, turning_costs
@@ -100,7 +100,8 @@ def yaw_programme(
     steady_costs_of(field, knots, *steps, stride, steady)
     states = np.full(2 * len(knots), -1, np.int64)
     cost = programme(
-        field,
+        field.blocked,
+        body_frame(field),
         track.points,
         crowded,
         *numbers,

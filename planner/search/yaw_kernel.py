@@ -45,6 +45,7 @@ _WHEEL_COLUMNS = len(PER_WHEEL)
 _F1 = types.Array(types.float64, 1, "C")
 _F2 = types.Array(types.float64, 2, "C")
 _I1 = types.Array(types.int64, 1, "C")
+_B1 = types.Array(types.boolean, 1, "C")
 _B2 = types.Array(types.boolean, 2, "C")
 _VX, _VY, _WZ = INDEX["vx"], INDEX["vy"], INDEX["wz"]
 
@@ -195,9 +196,21 @@ def turn_cost(turning: Any, tightest: float, s: int, span: float, turn: float) -
     return cost
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@njit(
+    types.float64(
+        *(_B2, _F1, _F2, _B1),
+        *(KERNEL, _F1, _F1, _F2, _F2, _F1, _F1, types.int64),
+        *(_I1, _F1, _F1, _F1, _F1, _F1, _I1, _I1),
+        *(_F2, _F2, types.float64, _B2, _F2, types.float64),
+        *(types.int64, types.int64, types.int64, _I1),
+    ),
+    cache=True,
+    error_model="numpy",
+    nogil=True,
+)
 def programme(
-    field: Any,
+    blocked: Any,
+    frame: Any,
     points: Any,
     crowded: Any,
     kernel: Any,
@@ -230,7 +243,7 @@ def programme(
     """Cost of the best yaw; ``states`` (2·knots,) gets the state before and after each knot.
 
     Args:
-        field: map, for what stands on it.
+        blocked, frame: as for ``planner.search.ground.touches``.
         points: (stations, 2) m.
         crowded: (stations,) whether some yaw does not fit there.
         kernel, parameters, body, wheels, class_rows, limits, wind, objective: as for ``step_cost``.
@@ -341,7 +354,7 @@ def programme(
                                 points[j + 1, 0],
                                 points[j + 1, 1],
                             )
-                            if touches(field, x, y, to_x, to_y, angle, turn * share):
+                            if touches(blocked, frame, x, y, to_x, to_y, angle, turn * share):
                                 total = np.inf
                                 break
                             done += share
