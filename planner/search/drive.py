@@ -38,6 +38,8 @@ from planner.search.yaw import YawProfile, yaw_programme
 Array = NDArray[np.float64]
 ROUGHLY, CLOSELY = (1, 1), (2, 3)
 """Angles and levels of speed beside the best ones that are priced."""
+TURNED_AWAY = 8
+"""Yaw programmes until the motion keeps to all limits, each without an angle that did not."""
 REPAIRS = 12
 """Speed programmes until no limit is broken between stations either."""
 
@@ -113,11 +115,18 @@ def move(
     middle = 0.5 * (track.points[1:] + track.points[:-1])
     _, slopes = sample_surface(field, middle)
     grounds = ground_classes(field, middle)
-    yaw = _yaw_through(field, around, track, slopes, grounds, yaws, objective, beside[0])
-    if isinstance(yaw, Stuck):
-        return yaw
-    track, yaw = room_to_move(track, yaw)
-    motion = _at_speed(field, around, track, yaw, objective, beside[1], checked, spacing)
+    shut: list[tuple[float, float, float]] = []
+    for _ in range(TURNED_AWAY):
+        yaw = _yaw_through(field, around, track, slopes, grounds, yaws, objective, beside[0], shut)
+        if isinstance(yaw, Stuck):
+            return yaw
+        roomy, yaw = room_to_move(track, yaw)
+        motion = _at_speed(field, around, roomy, yaw, objective, beside[1], checked, spacing)
+        if isinstance(motion, Motion):
+            break
+        # With the body turned otherwise it may keep to its limits there.
+        place = int(np.hypot(*(roomy.points - (motion.x, motion.y)).T).argmin())
+        shut.append((motion.x, motion.y, float(yaw.leaving[place])))
     if isinstance(motion, Stuck):
         return motion
     touched = first_contact(field, motion)
@@ -251,6 +260,7 @@ def _yaw_through(
     yaws: Sequence[float | None],
     objective: int,
     beside: int,
+    shut: Sequence[tuple[float, float, float]],
 ) -> YawProfile | Stuck:
     """Yaw along the whole track; a via point with a yaw of its own parts the programme in two."""
     fixed = [k for k, yaw in enumerate(yaws) if yaw is not None and 0 < k < len(yaws) - 1]
@@ -281,6 +291,7 @@ def _yaw_through(
             start_yaw=wanted[part],
             goal_yaw=wanted[part + 1],
             beside=beside,
+            shut=shut,
         )
         if profile is None:
             x, y = track.points[a]

@@ -11,6 +11,7 @@ touch something are left out.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -64,6 +65,7 @@ def yaw_programme(
     start_yaw: float | None,
     goal_yaw: float | None,
     beside: int,
+    shut: Sequence[tuple[float, float, float]] = (),
 ) -> YawProfile | None:
     """Best yaw along a track, or None where no sequence of free yaw angles leads through.
 
@@ -79,6 +81,7 @@ def yaw_programme(
         objective: 1 minimises time, anything else energy.
         start_yaw, goal_yaw: rad; None leaves them free.
         beside: angles to either side of the best ones that the power model prices as well.
+        shut: x, y and yaw with which the body is not to pass there, nor with angles near it.
     """
     crowded = _crowded(field, track.points)
     knots = _knots(track, crowded)
@@ -87,6 +90,12 @@ def yaw_programme(
     slope_x, slope_y = (np.ascontiguousarray(slopes[:, k]) for k in (0, 1))
     steps = (track.directions, track.lengths, slope_x, slope_y, grounds)
     free = _free_states(field, track.points[knots], directions, WIDTH)
+    for x, y, angle in shut:
+        apart = np.hypot(*(track.points[knots] - (x, y)).T)
+        if apart.min() <= track.lengths.max():
+            k = int(apart.argmin())
+            near = _state(angle, directions[k]) + np.arange(-1, 2)
+            free[max(0, k - 1) : k + 2, near % STATES] = False
     spin = np.empty(free.shape)
     at = np.minimum(knots, len(slopes) - 1)
     numbers = (model.kernel, model.parameters, model.body, model.wheels, class_rows, limits)
