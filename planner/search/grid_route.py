@@ -32,6 +32,8 @@ ROOMS = (0.0, 0.4, 1.0, 2.0, 5.0, 16.0)
 """How much dearer ground gets where the body fits with hardly a yaw, until it can turn in time."""
 SHUNNED = 4
 """Places where a limit was broken that are made dearer before all steep ground is."""
+DEARER = 0.01
+"""Share of the energy that keeping to limits between the stations as well may cost."""
 MUCH = 1.1
 """Energy over that of even driving from which a way with more room is tried as well."""
 
@@ -134,11 +136,20 @@ def _refined_and_driven(
         if isinstance(one.motion, Motion)
     ]
     stuck = next((one.motion for one in found if isinstance(one.motion, Stuck)), None)
-    for _, refined, motion in sorted(moved, key=lambda one: one[0]):
+    moved.sort(key=lambda one: one[0])
+    for _, refined, motion in moved:
         closer = motion if alone else _move(run, field, refined, objective, CLOSELY, True)
         if isinstance(closer, Motion):
-            return refined, _priced(run, field, closer)
-        stuck = closer
+            route = _priced(run, field, closer)
+            if alone or route.energy_j <= moved[0][0] + DEARER * abs(moved[0][0]):
+                return refined, route
+        else:
+            stuck = closer
+    if moved and not alone:
+        # Keeping to limits between the stations as well would cost much more: as they are.
+        refined = moved[0][1]
+        closer = _move(run, field, refined, objective, CLOSELY, False)
+        return refined, _priced(run, field, closer if isinstance(closer, Motion) else moved[0][2])
     assert stuck is not None  # whatever did not move is stuck
     return found[0].refined, stuck
 
