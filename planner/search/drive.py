@@ -24,7 +24,6 @@ from planner.search.edge_energy import (
     assemble,
     motion_rows,
     room_to_move,
-    sample_surface,
 )
 from planner.search.energy_interval import energy_distribution, thinned
 from planner.search.ground import ALL_YAWS, CostField, body_frame, touches
@@ -32,7 +31,7 @@ from planner.search.kept_limits import broken_limits, ease
 from planner.search.route import Battery, Route
 from planner.search.speed import speed_programme
 from planner.search.steady import BRIEFLY, broken_limit
-from planner.search.track import Track, lay_track
+from planner.search.track import Track, lay_track, slopes_of_steps
 from planner.search.yaw import YawProfile, yaw_programme
 
 Array = NDArray[np.float64]
@@ -112,9 +111,8 @@ def move(
     )
     if not len(track.lengths):
         return _turn_only(field, around, track, yaws, spacing)
-    middle = 0.5 * (track.points[1:] + track.points[:-1])
-    _, slopes = sample_surface(field, middle)
-    grounds = ground_classes(field, middle)
+    slopes = slopes_of_steps(field, track.points)
+    grounds = ground_classes(field, 0.5 * (track.points[1:] + track.points[:-1]))
     shut: list[tuple[float, float, float]] = []
     for _ in range(TURNED_AWAY):
         yaw = _yaw_through(field, around, track, slopes, grounds, yaws, objective, beside[0], shut)
@@ -148,9 +146,8 @@ def _at_speed(
 ) -> Motion | Stuck:
     """The best speeds along a track with its yaw, within all limits."""
     limits = around.model.vehicle.limits
-    middle = 0.5 * (track.points[1:] + track.points[:-1])
-    _, slopes = sample_surface(field, middle)
-    grounds = ground_classes(field, middle)
+    slopes = slopes_of_steps(field, track.points)
+    grounds = ground_classes(field, 0.5 * (track.points[1:] + track.points[:-1]))
     fastest = np.full(len(track.lengths), limits.speed)
     hardest = np.full(len(track.lengths), limits.acceleration)
     for _ in range(REPAIRS):

@@ -124,7 +124,7 @@ def _refined_and_driven(
             for path in paths
         ]
         return [
-            Tried(list(refined), _move(run, field, list(refined), objective, ROUGHLY, alone))
+            Tried(list(refined), _move(run, field, list(refined), objective, ROUGHLY, False))
             for refined in zip(*legs, strict=True)
         ]
 
@@ -198,7 +198,15 @@ def _move(
         # Whatever way it goes, a robot turns as costs it least.
         costs = run.situation.costs("energy")
         field = field._replace(by_yaw=costs.by_yaw, yaw_limit=costs.yaw_limit)
-    return move(field, run.around, legs, run.yaws, objective=OBJECTIVES[objective], beside=beside)
+    return move(
+        field,
+        run.around,
+        legs,
+        run.yaws,
+        objective=OBJECTIVES[objective],
+        beside=beside,
+        checked=checked,
+    )
 
 
 def drive_legs(

@@ -31,6 +31,7 @@ from planner.search.steady import (
 )
 from planner.search.track import Track
 from planner.search.yaw import YawProfile
+from planner.search.yaw_kernel import STILL
 
 Array = NDArray[np.float64]
 _CREEP = (0.0, SLOWEST, 0.1, 0.16)
@@ -67,7 +68,7 @@ def _levels(top: float) -> Any:
 
 @njit(
     types.float64(
-        *(KERNEL, _F1, _F1, _F2, _F1, _F1, _F1),
+        *(KERNEL, _F1, _F1, _F2, _F1, _F1, _F1, _F1),
         *(types.float64,) * 7,
         *(types.int64, _F1, _F2),
     ),
@@ -80,6 +81,7 @@ def _ramp_cost(
     body: Any,
     wheels: Any,
     row: Any,
+    steepest: Any,
     unit: Any,
     limits: Any,
     surface: float,
@@ -93,7 +95,11 @@ def _ramp_cost(
     account: Any,
     per_wheel: Any,
 ) -> float:
-    """Cost of one step between two speeds; infinity where a limit is broken."""
+    """Cost of one step between two speeds; infinity where a limit is broken.
+
+    ``row`` is at the middle of the step; ``steepest``, unless empty, at unit speed where its ground
+    is steepest.
+    """
     acceleration = (speed_b * speed_b - speed_a * speed_a) / (2.0 * surface)
     if abs(acceleration) > most_acceleration * (1.0 + 1e-6):
         return np.inf
@@ -103,7 +109,15 @@ def _ramp_cost(
         return np.inf
     if faster * faster * abs(curvature) > most_acceleration * 1.1:
         return np.inf
-    brief = turn != 0.0 or curvature != 0.0 or abs(acceleration) > 0.05 * most_acceleration
+    brief = abs(turn) > STILL or curvature != 0.0 or abs(acceleration) > 0.05 * most_acceleration
+    if steepest.shape[0]:
+        vx, vy = steepest[_VX], steepest[_VY]
+        steepest[_VX], steepest[_VY], steepest[_WZ] = vx * faster, vy * faster, turn / time
+        set_acceleration(steepest, acceleration, faster * faster * curvature, vx, vy, 1.0)
+        kernel(steepest, parameters, body, wheels, account, per_wheel)
+        steepest[_VX], steepest[_VY] = vx, vy
+        if broken_limit(account, limits, BRIEFLY if brief else 1.0) >= 0:
+            return np.inf
     row[_WZ] = turn / time
     row[_SLOPE_RATE] = slope_change / time
     total = 0.0
@@ -313,6 +327,10 @@ def _speeds(
             stretch = set_motion(row, slopes[j, 0], slopes[j, 1], yaw[j], directions[j], 1.0)
             unit[0], unit[1] = row[_VX], row[_VY]
             set_wind(row, wind, yaw[j])
+            steepest = row[:0]
+            if slopes[j, 2] != slopes[j, 0] or slopes[j, 3] != slopes[j, 1]:
+                steepest = row.copy()
+                set_motion(steepest, slopes[j, 2], slopes[j, 3], yaw[j], directions[j], 1.0)
             change = 0.0
             if j + 1 < steps:
                 change = math.hypot(
@@ -330,6 +348,7 @@ def _speeds(
                         body,
                         wheels,
                         row,
+                        steepest,
                         unit,
                         limits,
                         lengths[j] * stretch,

@@ -19,6 +19,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from planner.search.ground import CostField, polyline_cost
+from planner.terrain.interpolation import interpolate
 
 Array = NDArray[np.float64]
 ARC_STEP = math.radians(8.0)
@@ -31,6 +32,10 @@ MOST_CHORDS = 500
 """Chords of one arc."""
 STRAIGHT = math.radians(0.5)
 """Changes of direction below this one need no arc: the tyres' creep takes them."""
+LOOKS = 15
+"""Looks at the slope on a cell's length."""
+GENTLE = 0.6
+"""Share of the least slope limit below which no yaw comes near a limit."""
 
 
 @dataclass(frozen=True)
@@ -217,3 +222,34 @@ def _stations(
     at = at[keep]
     at[-1] = length
     return begin + (end - begin) * (at / length)[:, None]
+
+
+def slopes_of_steps(field: CostField, points: Array) -> Array:
+    """Gradients (steps, 4) on the steps between points (n, 2).
+
+    In columns 0 and 1 that at the middle, in 2 and 3 the steepest one of LOOKS in every cell;
+    where that is far from every limit, the one at the middle once more.
+    """
+    return np.asarray(_slopes_of_steps(field, points, GENTLE * float(field.limit.min())))
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _slopes_of_steps(field: Any, points: Any, gentle: float) -> Any:
+    x0, y0, dx, dy = field.x0, field.y0, field.dx, field.dy
+    slopes = np.empty((points.shape[0] - 1, 4))
+    for j in range(slopes.shape[0]):
+        x, y = points[j]
+        ex, ey = points[j + 1, 0] - x, points[j + 1, 1] - y
+        looks = max(3, int(math.ceil(LOOKS * math.sqrt(ex * ex + ey * ey) / min(dx, dy))))
+        most = 0.0
+        for look in range(-1, looks):
+            w = 0.5 if look < 0 else (look + 0.5) / looks
+            _, px, py = interpolate(field.heights, x0, y0, dx, dy, x + w * ex, y + w * ey)
+            if look < 0:
+                slopes[j] = px, py, px, py
+                continue
+            steep = math.sqrt(px * px + py * py)
+            if steep > max(most, gentle):
+                most = steep
+                slopes[j, 2], slopes[j, 3] = px, py
+    return slopes

@@ -23,7 +23,7 @@ from planner.power.model import PowerModel
 from planner.quantities import INDEX
 from planner.search.ground import ALL_YAWS, CostField, body_frame
 from planner.search.steady import SLOWEST
-from planner.search.track import Track
+from planner.search.track import GENTLE, Track
 from planner.search.yaw_estimate import TURNS, steady_costs_of, turning_costs
 from planner.search.yaw_kernel import MOST_SAMPLES, STATES, WIDTH, programme, spin_costs
 from planner.terrain.obstacles import rectangle_free
@@ -32,8 +32,6 @@ Array = NDArray[np.float64]
 MOST_KNOTS = 240
 FINER, FEW = 4, 5
 """Angles within a state that are tried in a gap; states on half a turn that count as few."""
-GENTLE = 0.6
-"""Share of the least slope limit below which no yaw comes near a limit."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +71,7 @@ def yaw_programme(
         model: the power model.
         field: map and costs, for the free yaw angles.
         track: stations.
-        slopes: (steps, 2) gradient at the middle of every step.
+        slopes: (steps, 4) of ``slopes_of_steps``.
         grounds: (steps,) ground class of every step.
         class_rows: (classes, ROW_LENGTH) conditions.
         limits: of steady.limit_values with the yaw rate behind.
@@ -87,8 +85,7 @@ def yaw_programme(
     knots = _knots(track, crowded)
     directions = _knot_directions(track, knots)
     _fit_gaps(field, track.points[knots], directions)
-    slope_x, slope_y = (np.ascontiguousarray(slopes[:, k]) for k in (0, 1))
-    steps = (track.directions, track.lengths, slope_x, slope_y, grounds)
+    steps = (track.directions, track.lengths, slopes, grounds)
     free = _free_states(field, track.points[knots], directions, WIDTH)
     for x, y, angle in shut:
         apart = np.hypot(*(track.points[knots] - (x, y)).T)
@@ -99,12 +96,12 @@ def yaw_programme(
     spin = np.empty(free.shape)
     at = np.minimum(knots, len(slopes) - 1)
     numbers = (model.kernel, model.parameters, model.body, model.wheels, class_rows, limits)
-    spin_costs(*numbers, directions, slope_x[at], slope_y[at], grounds[at], objective, spin)
+    spin_costs(*numbers, directions, slopes[at], grounds[at], objective, spin)
     stop = cost_of_a_stop(model, class_rows, limits, objective)
     turning = np.empty((STATES, TURNS))
     tightest = 0.8 * float(limits[6] / (SLOWEST * limits[0]))
     turning_costs(*numbers[:4], class_rows[0], limits, objective, tightest, turning)
-    stride = _stride(knots, np.hypot(slope_x, slope_y), GENTLE * float(field.limit.min()))
+    stride = _stride(knots, np.hypot(*slopes[:, 2:].T), GENTLE * float(field.limit.min()))
     steady = np.empty((len(knots) - 1, STATES))
     steady_costs_of(field, knots, *steps, stride, steady)
     states = np.full(2 * len(knots), -1, np.int64)

@@ -50,7 +50,7 @@ def turning_costs(
     """
     account = np.empty(ACCOUNT_LENGTH)
     per_wheel = np.empty((wheels.shape[0], _WHEEL_COLUMNS))
-    still = np.zeros(2)
+    still, level = np.zeros(2), np.zeros(4)
     row = row.copy()
     for s in range(STATES):
         straight = 0.0
@@ -63,8 +63,7 @@ def turning_costs(
                 row,
                 limits,
                 still,
-                0.0,
-                0.0,
+                level,
                 s * WIDTH,
                 0.0,
                 1.0,
@@ -83,8 +82,7 @@ def steady_costs_of(
     knots: Any,
     directions: Any,
     lengths: Any,
-    slope_x: Any,
-    slope_y: Any,
+    slopes: Any,
     ground: Any,
     stride: Any,
     steady: Any,
@@ -94,7 +92,7 @@ def steady_costs_of(
     Args:
         field: tables of steady costs by yaw.
         knots: stations.
-        directions, lengths, slope_x, slope_y, ground: of the steps.
+        directions, lengths, slopes, ground: of the steps.
         stride: (knots - 1,) every so many of the steps after a knot stands for the others.
         steady: (knots - 1, STATES) written.
     """
@@ -106,8 +104,8 @@ def steady_costs_of(
         steady[k] = 0.0
         for j in range(first + (stride[k] - 1) // 2, last, stride[k]):
             taken += lengths[j]
-            steepness = math.sqrt(slope_x[j] ** 2 + slope_y[j] ** 2)
-            azimuth = math.atan2(slope_y[j], slope_x[j]) - directions[j]
+            steepness = math.sqrt(slopes[j, 0] ** 2 + slopes[j, 1] ** 2)
+            azimuth = math.atan2(slopes[j, 1], slopes[j, 0]) - directions[j]
             for s in range(STATES):
                 steady[k, s] += lengths[j] * cost_for_yaw(
                     field.by_yaw, field.yaw_limit, ground[j], s, azimuth, steepness, 1.0

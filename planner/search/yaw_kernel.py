@@ -32,6 +32,8 @@ STATES = 64
 """Angles to the travel at which the body may stand."""
 WIDTH = 2.0 * math.pi / STATES
 """rad from one to the next."""
+STILL = 1e-9
+"""rad: what turns less does not turn."""
 SPUN = 4
 """Turning on the spot is priced at every so many states, and evenly in between."""
 MOST_SAMPLES = 2
@@ -58,7 +60,7 @@ def wrap(angle: float) -> float:
 
 @njit(
     types.float64(
-        *(KERNEL, _F1, _F1, _F2, _F1, _F1, _F1, types.float64, types.float64, types.float64),
+        *(KERNEL, _F1, _F1, _F2, _F1, _F1, _F1, _F1, types.float64),
         *(types.float64, types.float64, types.float64, types.int64, _F1, _F2),
     ),
     cache=True,
@@ -72,8 +74,7 @@ def step_cost(
     row: Any,
     limits: Any,
     wind: Any,
-    slope_x: float,
-    slope_y: float,
+    slopes: Any,
     yaw: float,
     direction: float,
     length: float,
@@ -82,34 +83,41 @@ def step_cost(
     account: Any,
     per_wheel: Any,
 ) -> float:
-    """Cost of one straight step during which the body turns by ``turn``; infinity if impossible."""
-    stretch = set_motion(row, slope_x, slope_y, yaw, direction, 1.0)
-    vx, vy = row[_VX], row[_VY]
+    """Cost of one straight step during which the body turns by ``turn``; infinity if impossible.
+
+    Limits hold at both of the step's ``slopes`` (4,), in the middle and where it is steepest.
+    """
     set_wind(row, wind, yaw)
-    surface = length * stretch
-    speed = limits[0]
-    if abs(turn) > 1e-12:
-        speed = min(speed, limits[6] * surface / abs(turn))
-        if speed < 1.1 * SLOWEST * limits[0]:
-            return np.inf
-    cost = np.inf
-    # As fast as the limits let it: the speed programme finds the best speed afterwards.
-    for _ in range(7):
-        time = surface / speed
-        row[_VX], row[_VY] = vx * speed, vy * speed
-        row[_WZ] = turn / time
-        watts = kernel(row, parameters, body, wheels, account, per_wheel)
-        if broken_limit(account, limits, BRIEFLY if turn != 0.0 else 1.0) < 0:
-            cost = time if objective == 1 else watts * time
+    speed, cost = limits[0], np.inf
+    first = 0 if slopes[2] == slopes[0] and slopes[3] == slopes[1] else 2
+    for at in range(first, -1, -2):
+        stretch = set_motion(row, slopes[at], slopes[at + 1], yaw, direction, 1.0)
+        vx, vy = row[_VX], row[_VY]
+        surface = length * stretch
+        if abs(turn) > STILL:
+            speed = min(speed, limits[6] * surface / abs(turn))
+            if speed < 1.1 * SLOWEST * limits[0]:
+                return np.inf
+        # As fast as the limits let it: the speed programme finds the best speed afterwards.
+        cost = np.inf
+        for _ in range(7):
+            time = surface / speed
+            row[_VX], row[_VY] = vx * speed, vy * speed
+            row[_WZ] = turn / time
+            watts = kernel(row, parameters, body, wheels, account, per_wheel)
+            if broken_limit(account, limits, BRIEFLY if abs(turn) > STILL else 1.0) < 0:
+                cost = time if objective == 1 else watts * time
+                break
+            speed *= 0.85
+        if cost == np.inf:
             break
-        speed *= 0.85
     row[_WZ] = 0.0
     return cost
 
 
 @njit(
     types.void(
-        *(KERNEL, _F1, _F1, _F2, _F2, _F1, _F1, _F1, _F1, _I1, types.int64, _F2),
+        *(KERNEL, _F1, _F1, _F2, _F2, _F1, _F1, _F2, _I1, types.int64, _F2),
     ),
     cache=True,
     error_model="numpy",
@@ -123,8 +131,7 @@ def spin_costs(
     class_rows: Any,
     limits: Any,
     directions: Any,
-    slope_x: Any,
-    slope_y: Any,
+    slopes: Any,
     ground: Any,
     objective: int,
     spin: Any,
@@ -140,7 +147,7 @@ def spin_costs(
         row = class_rows[ground[k]].copy()
         row[_WZ] = rate
         for s in range(0, STATES, SPUN):
-            set_motion(row, slope_x[k], slope_y[k], directions[k] + s * WIDTH, 0.0, 0.0)
+            set_motion(row, slopes[k, 0], slopes[k, 1], directions[k] + s * WIDTH, 0.0, 0.0)
             watts = kernel(row, parameters, body, wheels, account, per_wheel)
             spin[k, s] = max(1.0 if objective == 1 else watts, 0.0) / rate
             if broken_limit(account, limits, BRIEFLY) >= 0:
@@ -200,7 +207,7 @@ def turn_cost(turning: Any, tightest: float, s: int, span: float, turn: float) -
     types.float64(
         *(_B2, _F1, _F2, _B1),
         *(KERNEL, _F1, _F1, _F2, _F2, _F1, _F1, types.int64),
-        *(_I1, _F1, _F1, _F1, _F1, _F1, _I1, _I1),
+        *(_I1, _F1, _F1, _F1, _F2, _I1, _I1),
         *(_F2, _F2, types.float64, _B2, _F2, types.float64),
         *(types.int64, types.int64, types.int64, _I1),
     ),
@@ -225,8 +232,7 @@ def programme(
     knot_directions: Any,
     directions: Any,
     lengths: Any,
-    slope_x: Any,
-    slope_y: Any,
+    slopes: Any,
     ground: Any,
     stride: Any,
     steady: Any,
@@ -248,7 +254,7 @@ def programme(
         crowded: (stations,) whether some yaw does not fit there.
         kernel, parameters, body, wheels, class_rows, limits, wind, objective: as for ``step_cost``.
         knots, knot_directions: stations, and the direction of travel there.
-        directions, lengths, slope_x, slope_y, ground: of the steps between stations.
+        directions, lengths, slopes, ground: of the steps between stations.
         stride: (knots,) every so many of the steps after a knot stands for the others.
         steady: (knots, STATES) estimate of the way to the next knot at an even angle.
         turning, tightest: table of what turning on the way adds.
@@ -372,8 +378,7 @@ def programme(
                             rows[ground[j]],
                             limits,
                             wind,
-                            slope_x[j],
-                            slope_y[j],
+                            slopes[j],
                             yaw + turn * (done + 0.5 * share),
                             directions[j],
                             lengths[j] * scale[k],

@@ -19,11 +19,11 @@ from numba import njit
 
 from planner.quantities import INDEX
 from planner.search.drive import CLOSELY, first_contact, ground_classes, pose_spacing, price
-from planner.search.edge_energy import assemble, room_to_move, sample_surface
+from planner.search.edge_energy import assemble, room_to_move
 from planner.search.ground import ALL_YAWS
 from planner.search.speed import speed_programme
 from planner.search.steady import YAWS, cost_for_yaw
-from planner.search.track import lay_track
+from planner.search.track import lay_track, slopes_of_steps
 from planner.search.yaw import YawProfile
 from planner.terrain.interpolation import interpolate
 from planner.terrain.obstacles import rectangle_free
@@ -146,12 +146,11 @@ def score_as_they_are(case: Case, poses: Array) -> float | None:
     angles = np.interp(_along(kept[:, :2], track.points), np.arange(len(kept)), unwound)
     track, yaw = room_to_move(track, YawProfile(angles, angles.copy(), 0.0))
     middle = 0.5 * (track.points[1:] + track.points[:-1])
-    _, slopes = sample_surface(field, middle)
     speeds, _ = speed_programme(
         around.model,
         track,
         yaw,
-        slopes,
+        slopes_of_steps(field, track.points),
         ground_classes(field, middle),
         around.class_rows,
         around.limits,
