@@ -41,6 +41,8 @@ TURNED_AWAY = 8
 """Yaw programmes until the motion keeps to all limits, each without an angle that did not."""
 REPAIRS = 12
 """Speed programmes until no limit is broken between stations either."""
+PATIENCE = 2
+"""Repairs of one place, other than of the voltage, until the body is to be turned otherwise."""
 
 
 @dataclass(frozen=True)
@@ -146,10 +148,12 @@ def _at_speed(
 ) -> Motion | Stuck:
     """The best speeds along a track with its yaw, within all limits."""
     limits = around.model.vehicle.limits
+    middle = 0.5 * (track.points[1:] + track.points[:-1])
     slopes = slopes_of_steps(field, track.points)
-    grounds = ground_classes(field, 0.5 * (track.points[1:] + track.points[:-1]))
+    grounds = ground_classes(field, middle)
     fastest = np.full(len(track.lengths), limits.speed)
     hardest = np.full(len(track.lengths), limits.acceleration)
+    eased = np.zeros(len(track.lengths), np.int64)
     for _ in range(REPAIRS):
         speeds, broken_at = speed_programme(
             around.model,
@@ -174,9 +178,12 @@ def _at_speed(
         broken = broken_limits(field, around, motion)
         if not broken:
             return motion
-        ease(broken, motion, track, fastest, hardest)
+        ease(broken, motion, track, fastest, hardest, eased)
         x, y = motion.x[broken.steps[0]], motion.y[broken.steps[0]]
         stuck = Stuck(float(x), float(y), broken.what)
+        if eased.max() > PATIENCE:
+            x, y = middle[int(eased.argmax())]
+            return Stuck(float(x), float(y), broken.what)
     return stuck
 
 

@@ -72,7 +72,14 @@ def _numbers(accounts: Any, limits: Any, brief: Any) -> Any:
     return numbers
 
 
-def ease(broken: Broken, motion: Motion, track: Track, fastest: Array, hardest: Array) -> None:
+def ease(
+    broken: Broken,
+    motion: Motion,
+    track: Track,
+    fastest: Array,
+    hardest: Array,
+    eased: NDArray[np.int64],
+) -> None:
     """Ask for less speed where the voltage does not suffice, else for less acceleration.
 
     Args:
@@ -80,6 +87,7 @@ def ease(broken: Broken, motion: Motion, track: Track, fastest: Array, hardest: 
         motion: along ``track``, perhaps with stations of its own.
         track: stations.
         fastest, hardest: (steps of the track,) m/s and m/s², lowered in place.
+        eased: (steps of the track,) how often that was for more than voltage, counted in place.
     """
     along = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(motion.x), np.diff(motion.y)))])
     ends = np.cumsum(track.lengths)
@@ -89,6 +97,7 @@ def ease(broken: Broken, motion: Motion, track: Track, fastest: Array, hardest: 
     for step, limit in set(zip(broken.steps.tolist(), broken.limits.tolist(), strict=True)):
         place = int(np.searchsorted(ends, 0.5 * (along[step] + along[step + 1])))
         near = slice(max(0, place - 1), place + 2)
+        eased[place] += LIMIT_NAMES[limit] != "voltage"
         if LIMIT_NAMES[limit] == "voltage" or change[step] < HARDLY * most:
             fastest[near] = np.minimum(fastest[near], SLOWER * speed[step])
         else:
