@@ -40,6 +40,8 @@ MOST_SAMPLES = 2
 """Steps that stand for those between two knots, where there are more than three."""
 WINDOW = 8
 """Largest change of the angle to the travel between knots, in states (45°)."""
+PATIENCE = 2
+"""Ways refused at a knot until others further from them are priced as well."""
 ROUNDS = 24
 """Rounds of pricing after which the best way among the exact prices will do."""
 
@@ -275,6 +277,7 @@ def programme(
     came = np.empty((count, STATES), np.int64)  # state at the knot before
     spun = np.empty((count, STATES), np.int64)  # state before a turn on the spot, at this knot
     price = np.full((last, STATES, STATES), np.float32(np.nan))
+    refused = np.zeros(last, np.int64)
     off = np.zeros(last)  # what the estimates at a knot are wrong by
     spans, bends, scale = np.zeros(last), np.empty(last), np.empty(last)
     window = np.empty(last, np.int64)
@@ -341,8 +344,10 @@ def programme(
             if not math.isnan(price[k, s, t]):
                 continue
             new += 1
-            for a in range(s - beside, s + beside + 1):
-                for b in range(t - beside, t + beside + 1):
+            # What has been refused often here will be refused again: look further about.
+            far = beside + refused[k] // PATIENCE
+            for a in range(s - far, s + far + 1):
+                for b in range(t - far, t + far + 1):
                     p, q = a % STATES, b % STATES
                     w = (q - p + STATES // 2) % STATES - STATES // 2
                     if abs(w) > window[k] or not math.isnan(price[k, p, q]) or not free[k + 1, q]:
@@ -391,7 +396,9 @@ def programme(
                         if total == np.inf:
                             break
                     price[k, p, q] = total
-            if price[k, s, t] < np.inf:
+            if price[k, s, t] == np.inf:
+                refused[k] += 1
+            else:
                 w = (t - s + STATES // 2) % STATES - STATES // 2
                 off[k] = price[k, s, t] - 0.5 * (steady[k, s] + steady[k, t])
                 off[k] -= turn_cost(turning, tightest, s, spans[k], wrap(bends[k] + w * WIDTH))
