@@ -23,6 +23,7 @@ from planner.errors import Cancelled
 from planner.search.alternatives import nearness
 from planner.search.grid_route import Attempt, drive_legs, grid_route, on_grid
 from planner.search.ground import CostField
+from planner.search.kept_limits import broken_limits
 from planner.search.ompl_route import ompl_legs
 from planner.search.route import Route
 from planner.search.run import Run
@@ -88,6 +89,8 @@ def best_route(run: Run, field: CostField) -> Found:
         found.reason = attempt.reason
         return found
     routes = {"grid": attempt.route}
+    # To compare with, limits between the stations do not matter; for an answer they do.
+    unchecked = {f"grid, {name}" for name in others}
     for name, other in others.items():
         routes[f"grid, {name}"] = other.route
         if _worth_driving(other, attempt.route, request.objective) and other.refined is not None:
@@ -108,12 +111,17 @@ def best_route(run: Run, field: CostField) -> Found:
         found.reason = attempt.reason
         return found
 
-    def best(objective: str) -> str:
-        return min(candidates, key=lambda name: value_of(candidates[name], objective))
+    def ranked(objective: str) -> list[str]:
+        return sorted(candidates, key=lambda name: value_of(candidates[name], objective))
 
-    found.planner["chosen"] = best(request.objective)
-    found.route = candidates[best(request.objective)]
-    found.baselines = {name: candidates[best(aim)] for name, aim in BASELINES.items()}
+    def keeps_limits(name: str) -> bool:
+        motion = candidates[name].motion
+        return name not in unchecked or not (motion and broken_limits(field, run.around, motion))
+
+    names = ranked(request.objective)
+    found.planner["chosen"] = chosen = next(filter(keeps_limits, names), names[0])
+    found.route = candidates[chosen]
+    found.baselines = {name: candidates[ranked(aim)[0]] for name, aim in BASELINES.items()}
     return found
 
 
