@@ -13,12 +13,12 @@ from planner.search.conditions import Circumstances
 from planner.search.cost_to_go import cost_to_go
 from planner.search.driving_ground import DrivingGround
 from planner.search.edge_energy import sample_surface
-from planner.search.ground import ALL_YAWS, SPARE, CostField
+from planner.search.ground import ALL_YAWS, SPARE, CostField, body_fits
 from planner.search.lattice import build_lattice
 from planner.search.request import PoseRequest
 from planner.search.steady import DIRECTIONS, LIMIT_NAMES, broken_limit, set_motion
 from planner.terrain.interpolation import interpolate
-from planner.terrain.obstacles import rectangle_free, why_blocked
+from planner.terrain.obstacles import why_blocked
 
 YAW_TRIES = 64
 
@@ -52,7 +52,7 @@ def check_place(
             accepted=_nearest_free(ground, field, x, y),
         )
     yaws = _tried(pose.yaw)
-    if not any(_fits(field, x, y, yaw) for yaw in yaws):
+    if not any(body_fits(field, x, y, yaw) for yaw in yaws):
         at = "with this yaw" if pose.yaw is not None else "with any yaw"
         raise RequestError(
             name,
@@ -199,23 +199,6 @@ def _ring(field: CostField, x: float, y: float) -> list[tuple[float, float]]:
     return [(x, y)] + [
         (x + field.dx * a, y + field.dy * b) for a in (-1, 0, 1) for b in (-1, 0, 1) if a or b
     ]
-
-
-def _fits(field: CostField, x: float, y: float, yaw: float) -> bool:
-    return bool(
-        rectangle_free(
-            field.blocked,
-            field.x0,
-            field.y0,
-            field.dx,
-            field.dy,
-            x,
-            y,
-            yaw,
-            field.half_length,
-            field.half_width,
-        )
-    )
 
 
 def _nearest_free(ground: DrivingGround, field: CostField, x: float, y: float) -> str:

@@ -91,6 +91,25 @@ def mask_bit(yaw: float) -> Any:
 
 
 @njit(cache=True, error_model="numpy")
+def body_fits(field: Any, x: float, y: float, yaw: float) -> bool:
+    """Whether the body with its clearance is free of what is solid."""
+    return bool(
+        rectangle_free(
+            field.blocked,
+            field.x0,
+            field.y0,
+            field.dx,
+            field.dy,
+            x,
+            y,
+            yaw,
+            field.half_length,
+            field.half_width,
+        )
+    )
+
+
+@njit(cache=True, error_model="numpy")
 def masked_cost(
     field: Any,
     ground: int,
@@ -121,21 +140,7 @@ def masked_cost(
         cost: float = cost_for_yaw(
             field.by_yaw, field.yaw_limit, ground, t, azimuth, steepness, field.margin
         )
-        if cost < np.inf and (
-            not exact
-            or rectangle_free(
-                field.blocked,
-                field.x0,
-                field.y0,
-                field.dx,
-                field.dy,
-                x,
-                y,
-                yaw,
-                field.half_length,
-                field.half_width,
-            )
-        ):
+        if cost < np.inf and (not exact or body_fits(field, x, y, yaw)):
             return cost
     return np.inf
 

@@ -21,12 +21,11 @@ from numpy.typing import NDArray
 
 from planner.power.model import PowerModel
 from planner.quantities import INDEX
-from planner.search.ground import ALL_YAWS, CostField, body_frame
+from planner.search.ground import ALL_YAWS, CostField, body_fits, body_frame
 from planner.search.steady import SLOWEST
 from planner.search.track import GENTLE, Track
 from planner.search.yaw_estimate import TURNS, steady_costs_of, turning_costs
 from planner.search.yaw_kernel import MOST_SAMPLES, STATES, WIDTH, programme, spin_costs
-from planner.terrain.obstacles import rectangle_free
 
 Array = NDArray[np.float64]
 MOST_KNOTS = 240
@@ -207,18 +206,7 @@ def _fit_gaps(field: Any, points: Any, directions: Any) -> None:
         if field.mask[j, i] == ALL_YAWS:
             continue
         for n in range(count):
-            fits[n] = rectangle_free(
-                field.blocked,
-                field.x0,
-                field.y0,
-                field.dx,
-                field.dy,
-                x,
-                y,
-                directions[k] + n * WIDTH / FINER,
-                field.half_length,
-                field.half_width,
-            )
+            fits[n] = body_fits(field, x, y, directions[k] + n * WIDTH / FINER)
         if not fits.any() or fits.sum() > FEW * FINER:
             continue
         # The longest run of angles that fit, round the end as well.
@@ -242,18 +230,7 @@ def _free_states(field: Any, points: Any, directions: Any, width: float) -> Any:
         if field.mask[j, i] == ALL_YAWS:
             continue
         for s in range(STATES):
-            free[k, s] = rectangle_free(
-                field.blocked,
-                field.x0,
-                field.y0,
-                field.dx,
-                field.dy,
-                x,
-                y,
-                directions[k] + s * width,
-                field.half_length,
-                field.half_width,
-            )
+            free[k, s] = body_fits(field, x, y, directions[k] + s * width)
     return free
 
 

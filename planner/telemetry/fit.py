@@ -317,23 +317,32 @@ def _covariance(
 ) -> tuple[Floats, NDArray[np.bool_]]:
     """Sandwich covariance, and which parameters the log tells more about than the prior did.
 
+    What the rows tell scatters together within blocks, and may within whole runs: the wider of the
+    two counts, with the correction for few clusters (Cameron and Miller, A practitioner's guide to
+    cluster-robust inference, 2015).
     ``white`` is whitened: the free parameters' columns, the clipped residual, what a finer average
     within rows would change, and what errors that last for a run do.
     """
     count = len(prior)
     own, scores = white[:, :count], white[:, :count] * white[:, count : count + 1]
-    blocks = block_numbers(log)
-    sums = _sums_by(blocks, scores)
+    blocks = _sums_by(block_numbers(log), scores)
     gram = own.T @ own
     inverse = np.linalg.pinv(gram + gauge + np.diag(prior**2), rcond=1e-14, hermitian=True)
-    middle = sums.T @ sums * (len(sums) / max(len(sums) - count, 1)) + np.diag(prior**2)
-    averaged = own.T @ white[:, count + 1]
-    middle += np.outer(averaged, averaged)
     _, run = np.unique(log.run, return_inverse=True)
+    runs = _sums_by(run, scores)
+    lasting = np.diag(prior**2)
+    averaged = own.T @ white[:, count + 1]
+    lasting += np.outer(averaged, averaged)
     for column in white[:, count + 2 :].T:
         by_run = _sums_by(run, own * column[:, None])
-        middle += by_run.T @ by_run
+        lasting += by_run.T @ by_run
+    middle = blocks.T @ blocks * (len(blocks) / max(len(blocks) - count, 1)) + lasting
     covariance = inverse @ np.maximum(middle, middle.T) @ inverse
+    if len(runs) > 1:
+        middle = runs.T @ runs * (len(runs) / (len(runs) - 1)) + lasting
+        of_runs = np.diag(inverse @ middle @ inverse)
+        wider = np.sqrt(np.maximum(of_runs / np.maximum(np.diag(covariance), 1e-300), 1.0))
+        covariance *= np.outer(wider, wider)
     plain = np.diag(inverse)
     # Where the data halve the prior's variance they are what the value rests on.
     known = plain * prior**2 < 0.5

@@ -20,13 +20,12 @@ from numba import njit
 from planner.quantities import INDEX
 from planner.search.drive import CLOSELY, first_contact, ground_classes, pose_spacing, price
 from planner.search.edge_energy import assemble, room_to_move
-from planner.search.ground import ALL_YAWS
+from planner.search.ground import ALL_YAWS, body_fits
 from planner.search.speed import speed_programme
 from planner.search.steady import YAWS, cost_for_yaw
 from planner.search.track import lay_track, slopes_of_steps
 from planner.search.yaw import YawProfile
 from planner.terrain.interpolation import interpolate
-from planner.terrain.obstacles import rectangle_free
 from tests.benchmarks.peers.case import Array, Case
 
 
@@ -38,24 +37,6 @@ def turning_prices(case: Case) -> tuple[float, float]:
     rows[1, INDEX["wz"]] = rate
     still, turning = (float(watts) for watts in around.model.watts(rows))
     return turning / rate, (turning - still) / rate
-
-
-@njit(cache=True, error_model="numpy")
-def _free(field: Any, x: float, y: float, yaw: float) -> bool:
-    return bool(
-        rectangle_free(
-            field.blocked,
-            field.x0,
-            field.y0,
-            field.dx,
-            field.dy,
-            x,
-            y,
-            yaw,
-            field.half_length,
-            field.half_width,
-        )
-    )
 
 
 @njit(cache=True, error_model="numpy")
@@ -85,7 +66,7 @@ def pose_cost(
         x, y, yaw = xa + w * ex, ya + w * ey, yaw_a + w * turn
         i = min(max(int(math.floor((x - field.x0) / field.dx + 0.5)), 0), nx - 1)
         j = min(max(int(math.floor((y - field.y0) / field.dy + 0.5)), 0), ny - 1)
-        if field.mask[j, i] != ALL_YAWS and not _free(field, x, y, yaw):
+        if field.mask[j, i] != ALL_YAWS and not body_fits(field, x, y, yaw):
             return np.inf
         if spots:
             continue
@@ -118,7 +99,7 @@ def pose_free(field: Any, x: float, y: float, yaw: float) -> bool:
     ny, nx = field.heights.shape
     i = min(max(int(math.floor((x - field.x0) / field.dx + 0.5)), 0), nx - 1)
     j = min(max(int(math.floor((y - field.y0) / field.dy + 0.5)), 0), ny - 1)
-    if field.mask[j, i] != ALL_YAWS and not _free(field, x, y, yaw):
+    if field.mask[j, i] != ALL_YAWS and not body_fits(field, x, y, yaw):
         return False
     _, px, py = interpolate(field.heights, field.x0, field.y0, field.dx, field.dy, x, y)
     return bool(px * px + py * py < field.limit.max() ** 2)
