@@ -80,7 +80,8 @@ def select(
 
     Args:
         examination: the log, summed up.
-        members: take these instead of the best subset, as far as they pass the tests.
+        members: take these instead of the best subset, as far as they pass the tests. Where they
+            blame no sensor, none is blamed instead of a shape either: it has lost already.
         check: called between the parts; raises when the caller was cancelled.
     """
     chooser = Chooser(examination)
@@ -96,7 +97,8 @@ def select(
     none_p = float(min(1.0, two_sided(float(z.max())) * len(z))) if len(z) else 1.0
     check()
     shape = shape_beyond(examination, chooser, chosen)
-    if shape is not None:
+    honest = members is not None and not any(m.sensor for m in members)
+    if shape is not None and not honest:
         chosen, tests, shape = rather_a_sensor(examination, chooser, chosen, tests, shape)
     if shape is not None and shape.alone:
         chosen, tests = (), {}
