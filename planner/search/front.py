@@ -22,7 +22,6 @@ import html
 import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -37,6 +36,7 @@ from planner.search.route import Route
 from planner.search.run import Run
 from planner.search.situation import situation_of
 from planner.search.steady import MARGIN
+from planner.search.stopping import Stop
 from planner.terrain.heightmap import Terrain
 
 HURRIED = 10.0
@@ -144,10 +144,10 @@ def energy_time_front(
         fields = {"map": terrain.name, **fields}
     request = FrontRequest.from_call(request, fields)
     situation = situation_of(request, terrain=terrain, model=model)
-    say, stop = progress or (lambda _what, _share: None), cancelled or (lambda: False)
+    say = progress or (lambda _what, _share: None)
     question = request.model_dump(exclude_unset=True, exclude={"points"})
-    run = Run(PlanRequest.from_json({**question, "planner": "grid"}), situation, say, stop)
-    with run.watched() if cancelled else nullcontext():
+    with Stop(cancelled) as stop:
+        run = Run(PlanRequest.from_json({**question, "planner": "grid"}), situation, say, stop)
         return _front(run, request.points)
 
 

@@ -167,7 +167,7 @@ def _much_turning(run: Run, attempt: Attempt, factor: Array) -> bool:
 
 def _why_not(run: Run, field: CostField, objective: str) -> str:
     for a, b in zip(run.places[:-1], run.places[1:], strict=True):
-        if run.situation.path(objective, field, a, b, run.stop) is None:
+        if run.situation.path(objective, field, a, b, run.stop.flag) is None:
             return explain_no_route(run.ground, field, a, b)
     return "no way from start to goal"
 
@@ -177,7 +177,7 @@ def _paths(run: Run, field: CostField, objective: str) -> list[Array] | None:
     run.check()
     legs = []
     for a, b in zip(run.places[:-1], run.places[1:], strict=True):
-        path = run.situation.path(objective, field, a, b, run.stop)
+        path = run.situation.path(objective, field, a, b, run.stop.flag)
         if path is None:
             return None
         legs.append(path)

@@ -19,15 +19,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.errors import Cancelled
 from planner.power.model import PowerModel
 from planner.quantities import STANDARD_GRAVITY
 from planner.search.cost_to_go import cost_from
 from planner.search.edge_energy import sample_surface
 from planner.search.explain import check_hold, check_place
+from planner.search.ground import CostField
 from planner.search.request import MatrixRequest, PoseRequest
 from planner.search.single_leg import driven_leg, energy_field
 from planner.search.situation import Situation, situation_of
+from planner.search.stopping import Stop
 from planner.terrain.heightmap import Terrain
 
 Array = NDArray[np.float64]
@@ -99,14 +100,25 @@ def energy_matrix(
         for k, place in enumerate(places):
             check_place(f"{name}[{k}]", place, situation.ground, field, situation.around)
             check_hold(f"{name}[{k}]", place, field, situation.around)
-    stop, say = cancelled or (lambda: False), progress or (lambda _what, _share: None)
+    say = progress or (lambda _what, _share: None)
+    with Stop(cancelled) as stop:
+        return _filled(situation, field, starts, goals, say, stop)
+
+
+def _filled(
+    situation: Situation,
+    field: CostField,
+    starts: tuple[PoseRequest, ...],
+    goals: tuple[PoseRequest, ...],
+    say: Callable[[str, float], None],
+    stop: Stop,
+) -> Matrix:
     done = 0
 
     def column(goal: PoseRequest) -> list[float]:
         nonlocal done
-        if stop():
-            raise Cancelled("cancelled by the caller")
-        ahead = situation.ahead("energy", field, (goal.x, goal.y))
+        stop.check()
+        ahead = situation.ahead("energy", field, (goal.x, goal.y), stop=stop.flag)
         costs = [cost_from(field, ahead, (start.x, start.y)) for start in starts]
         done += 1
         say(f"{done} of {len(goals)} fields", 0.7 * done / len(goals))
@@ -126,9 +138,8 @@ def energy_matrix(
     exact = dissipated.copy()
 
     def drive(pair: tuple[int, int]) -> float | None:
-        if stop():
-            raise Cancelled("cancelled by the caller")
-        return _driven(situation, starts[pair[0]], goals[pair[1]])
+        stop.check()
+        return _driven(situation, starts[pair[0]], goals[pair[1]], stop)
 
     with ThreadPoolExecutor(max_workers=2) as pool:
         for number, (pair, energy) in enumerate(
@@ -156,12 +167,14 @@ def _spread_pairs(dissipated: Array) -> list[tuple[int, int]]:
     return [(int(a), int(b)) for a, b in order]
 
 
-def _driven(situation: Situation, start: PoseRequest, goal: PoseRequest) -> float | None:
+def _driven(
+    situation: Situation, start: PoseRequest, goal: PoseRequest, stop: Stop
+) -> float | None:
     field = energy_field(situation)
     path = situation.path("energy", field, (start.x, start.y), (goal.x, goal.y))
     if path is None or len(path) < 2:
         return None
-    route = driven_leg(situation, field, path, (start.yaw, goal.yaw))
+    route = driven_leg(situation, field, path, (start.yaw, goal.yaw), stop=stop)
     return None if route is None else route.energy_j
 
 

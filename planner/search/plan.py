@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from contextlib import nullcontext
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any
@@ -29,6 +28,7 @@ from planner.search.route import Answer, Baseline, Route
 from planner.search.run import Progress, Run
 from planner.search.situation import situation_of
 from planner.search.steady import MARGIN
+from planner.search.stopping import Stop
 from planner.terrain.heightmap import Terrain
 
 
@@ -68,9 +68,8 @@ def plan_route(
     say = progress or (lambda _what, _share: None)
     say("reading map and model", 0.0)
     situation = situation_of(request, terrain=terrain, model=model)
-    run = Run(request, situation, say, cancelled or (lambda: False))
-    with run.watched() if cancelled else nullcontext():
-        return _plan(run)
+    with Stop(cancelled) as stop:
+        return _plan(Run(request, situation, say, stop))
 
 
 def _plan(run: Run) -> Answer:

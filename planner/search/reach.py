@@ -21,7 +21,7 @@ import contourpy
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.errors import Cancelled, RequestError
+from planner.errors import RequestError
 from planner.power.model import PowerModel
 from planner.quantities import STANDARD_GRAVITY
 from planner.search.cost_to_go import CostToGo, grid_path
@@ -31,6 +31,7 @@ from planner.search.ground import CostField
 from planner.search.request import ReachRequest
 from planner.search.single_leg import driven_leg, energy_field
 from planner.search.situation import Situation, situation_of
+from planner.search.stopping import Stop
 from planner.terrain.heightmap import Terrain
 
 Array = NDArray[np.float64]
@@ -117,7 +118,13 @@ def reachable_area(
     check_place("start", request.start, situation.ground, field, situation.around)
     check_hold("start", request.start, field, situation.around)
     say("least-cost field", 0.1)
-    search = _Search(situation, field, request, budget, cancelled or (lambda: False))
+    with Stop(cancelled) as stop:
+        search = _Search(situation, field, request, budget, stop)
+        return _reached(search, request, say)
+
+
+def _reached(search: _Search, request: ReachRequest, say: Callable[[str, float], None]) -> Reach:
+    situation, field, budget = search.situation, search.field, search.budget
     factor = np.ones(field.heights.shape)
     seen: list[tuple[Point, float]] = []
     error = math.nan
@@ -177,17 +184,16 @@ class _Search:
         field: CostField,
         request: ReachRequest,
         budget: float,
-        cancelled: Callable[[], bool],
+        stop: Stop,
     ) -> None:
-        self.situation, self.field, self.budget = situation, field, budget
-        self.cancelled = cancelled
+        self.situation, self.field, self.budget, self.stop = situation, field, budget, stop
         self.start = (request.start.x, request.start.y)
         self.yaw = request.start.yaw
         self.weight = situation.around.mass * STANDARD_GRAVITY
         self.base = float(sample_surface(field, np.array([self.start]))[0][0])
-        self.fields: list[CostToGo] = [situation.onward(field, self.start)]
+        self.fields: list[CostToGo] = [situation.onward(field, self.start, stop.flag)]
         if request.and_back:
-            self.fields.append(situation.ahead("energy", field, self.start))
+            self.fields.append(situation.ahead("energy", field, self.start, stop=stop.flag))
         self.dissipated = np.sum([f.values.astype(float) for f in self.fields], axis=0)
 
     def needed(self, factor: Array) -> Array:
@@ -240,8 +246,7 @@ class _Search:
         }
 
         def ratio(node: tuple[int, int]) -> float | None:
-            if self.cancelled():
-                raise Cancelled("cancelled by the caller")
+            self.stop.check()
             spot = spots[node]
             if not math.isfinite(self.dissipated[node]):
                 return None
@@ -251,7 +256,7 @@ class _Search:
                 if path is None:
                     return None
                 yaws = (self.yaw, None) if way.onward else (None, None)
-                route = driven_leg(self.situation, field, path, yaws, cancelled=self.cancelled)
+                route = driven_leg(self.situation, field, path, yaws, stop=self.stop)
                 if route is None:
                     return None
                 climb = float(route.arrays["z"][-1] - route.arrays["z"][0])

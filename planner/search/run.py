@@ -1,20 +1,17 @@
 """One request being answered: what its steps share, how it tells of progress, and how it stops.
 
-with run.watched():            # compiled searches stop as well when the caller cancels
-    ...
+with Stop(cancelled) as stop:
+    run = Run(request, situation, progress, stop)
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from threading import Event, Thread
 
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.errors import Cancelled
 from planner.search.conditions import Circumstances
 from planner.search.driving_ground import DrivingGround
 from planner.search.ground import CostField
@@ -22,11 +19,10 @@ from planner.search.other_core import OtherCore
 from planner.search.request import PlanRequest, PoseRequest
 from planner.search.situation import Situation
 from planner.search.steady import MARGIN
+from planner.search.stopping import Stop
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
-WATCHED = 0.02
-"""s between two looks at whether the caller has cancelled."""
 
 
 @dataclass(frozen=True)
@@ -37,36 +33,15 @@ class Run:
         request: what is asked for.
         situation: map and model.
         progress: called with what is being done and the share done.
-        cancelled: asked often; True stops.
+        stop: the caller's wish to.
         other_core: for what can be done at once.
-        stop: (1,) True once the caller has cancelled; compiled searches look at it.
     """
 
     request: PlanRequest
     situation: Situation
     progress: Progress
-    cancelled: Callable[[], bool]
+    stop: Stop
     other_core: OtherCore = field(default_factory=OtherCore)
-    stop: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(1, np.bool_))
-
-    @contextmanager
-    def watched(self) -> Iterator[None]:
-        """Look out for the caller's wish to stop, also while compiled code runs."""
-        done = Event()
-
-        def watch() -> None:
-            while not done.wait(WATCHED):
-                if self.cancelled():
-                    self.stop[0] = True
-                    return
-
-        watcher = Thread(target=watch, daemon=True)
-        watcher.start()
-        try:
-            yield
-        finally:
-            done.set()
-            watcher.join()
 
     @property
     def ground(self) -> DrivingGround:
@@ -85,8 +60,11 @@ class Run:
 
     def check(self) -> None:
         """Stop if the caller wants to."""
-        if self.stop[0] or self.cancelled():
-            raise Cancelled("cancelled by the caller")
+        self.stop.check()
+
+    def cancelled(self) -> bool:
+        """Whether the caller wants to stop."""
+        return self.stop.asked()
 
     @property
     def poses(self) -> tuple[PoseRequest, ...]:

@@ -1,6 +1,6 @@
 """The energy of one leg without more ado: grid path, refinement, motion, and nothing beside it.
 
-    route = driven_leg(situation, field, path, yaws)
+    route = driven_leg(situation, field, path, yaws, stop=stop)
 
 For questions that need the energy of many routes: planner.search.matrix and planner.search.reach.
 """
@@ -8,7 +8,6 @@ For questions that need the energy of many routes: planner.search.matrix and pla
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +21,7 @@ from planner.search.request import PlanRequest, PoseRequest
 from planner.search.route import Route
 from planner.search.run import Run
 from planner.search.situation import Situation
+from planner.search.stopping import Stop
 
 Array = NDArray[np.float64]
 
@@ -32,7 +32,7 @@ def driven_leg(
     path: Array,
     yaws: tuple[float | None, float | None] = (None, None),
     *,
-    cancelled: Callable[[], bool] = lambda: False,
+    stop: Stop,
 ) -> Route | None:
     """The best motion near a path; None where there is none even with more caution.
 
@@ -41,7 +41,7 @@ def driven_leg(
         field: of the situation, for energy.
         path: (k, 2) from the grid.
         yaws: at both ends, None where it is free.
-        cancelled: asked often; True raises Cancelled.
+        stop: the caller's wish to, which raises Cancelled.
     """
     best, least = None, math.inf
     toll = situation.toll("energy")
@@ -62,7 +62,7 @@ def driven_leg(
         for (x, y), yaw in zip((path[0], path[-1]), yaws, strict=True)
     ]
     request = PlanRequest(map=situation.ground.terrain.name, start=places[0], goal=places[1])
-    return grid_route(Run(request, situation, lambda _what, _share: None, cancelled), "energy")
+    return grid_route(Run(request, situation, lambda _what, _share: None, stop), "energy")
 
 
 def energy_field(situation: Situation) -> CostField:

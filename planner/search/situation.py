@@ -181,11 +181,13 @@ class Situation:
             KEPT.put(key, found)
         return found
 
-    def onward(self, field: CostField, start: Point) -> CostToGo:
+    def onward(
+        self, field: CostField, start: Point, stop: NDArray[np.bool_] | None = None
+    ) -> CostToGo:
         """Least energy cost from a start to everywhere."""
         lattice = self.lattice("energy", field)
         key = ("onward", self.key, field.margin, start)
-        return KEPT.get(key, lambda: cost_to_go(field, lattice, start, onward=True))
+        return KEPT.get(key, lambda: cost_to_go(field, lattice, start, onward=True, stop=stop))
 
     def path(
         self,

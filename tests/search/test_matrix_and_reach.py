@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from threading import Event
 
 import numpy as np
 import pytest
@@ -10,6 +11,9 @@ import pytest
 from planner import energy_matrix, plan_route, reachable_area
 from planner.errors import Cancelled, RequestError
 from planner.search.request import MatrixRequest
+from planner.search.single_leg import energy_field
+from planner.search.situation import situation_of
+from planner.search.stopping import Stop
 from planner.terrain.heightmap import Terrain
 from tests.search.test_cost_to_go import hills
 
@@ -109,3 +113,27 @@ def test_what_cannot_be_answered_is_refused(relief):
         energy_matrix(terrain=relief, starts=[PLACES[0], {"x": 500.0, "y": 1.0}])
     with pytest.raises(Cancelled):
         energy_matrix(terrain=relief, starts=PLACES, cancelled=lambda: True)
+    with pytest.raises(Cancelled):
+        reachable_area(terrain=relief, start=PLACES[0], energy_j=200.0, cancelled=lambda: True)
+
+
+def test_wish_to_stop_is_seen_while_nobody_asks():
+    asked = Event()
+
+    def cancelled() -> bool:
+        asked.set()
+        return True
+
+    with Stop(cancelled) as stop:
+        assert asked.wait(10.0)
+    assert stop.flag[0]  # compiled searches look at this
+    with pytest.raises(Cancelled):
+        stop.check()
+
+
+def test_compiled_search_stops_for_the_flag(relief):
+    situation = situation_of(MatrixRequest(map=relief.name, starts=PLACES), terrain=relief)
+    with Stop(lambda: True) as stop:
+        assert stop.asked()
+        with pytest.raises(Cancelled):
+            situation.onward(energy_field(situation), (1.0, 1.0), stop.flag)
