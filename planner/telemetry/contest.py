@@ -89,9 +89,13 @@ def contest(
         selection: what the sums say; its rivals are tried.
         known: rivals from before, which the sums around another model may not do justice to.
     """
+    field = _field(selection, known)
+    if len(field) == 1:
+        only = field[0]
+        return Outcome(only.members, {m.name: () for m in only.members}, (only,))
     blocks = block_numbers(log)
     entries: list[tuple[float, Rival, Floats]] = []
-    for rival in _field(selection, known):
+    for rival in field:
         rows, surprise = _row_likelihood(log, base, examination, rival)
         by_block = np.bincount(blocks, rows).astype(float)
         entries.append((float(by_block.sum()) - rival.penalty - surprise, rival, by_block))

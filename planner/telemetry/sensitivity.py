@@ -35,7 +35,8 @@ Floats = NDArray[np.float64]
 
 STEP = 1e-6
 """Step of a derivative relative to the parameter's size."""
-_PIECE = 4096  # rows that one task takes
+_PIECE = 4096  # rows that one task takes at most
+_SMALL = 500  # rows that one thread sees to
 _F1 = types.Array(types.float64, 1, "C")
 _F2 = types.Array(types.float64, 2, "C")
 _I1 = types.Array(types.int64, 1, "C")
@@ -74,10 +75,14 @@ def _differences(
                 columns[k, j] += weight[node] * (there - here)
 
 
+def _cores() -> int:
+    return len(os.sched_getaffinity(0))
+
+
 @lru_cache(maxsize=1)
 def _threads(process: int) -> ThreadPoolExecutor:
     # Keyed by the process: threads do not survive a fork.
-    return ThreadPoolExecutor(max_workers=len(os.sched_getaffinity(0)))
+    return ThreadPoolExecutor(max_workers=_cores())
 
 
 def differences(model: PowerModel, nodes: Nodes, variants: Floats) -> tuple[Floats, Floats]:
@@ -96,8 +101,12 @@ def differences(model: PowerModel, nodes: Nodes, variants: Floats) -> tuple[Floa
     watts = np.empty(count)
     columns = np.empty((count, len(variants)))
 
+    # As many for each core, so that none waits for another's last one.
+    rounds = -(-count // (_PIECE * _cores()))
+    length = -(-count // (rounds * _cores())) if count > _SMALL else max(count, 1)
+
     def piece(start: int) -> None:
-        stop = min(start + _PIECE, count)
+        stop = min(start + length, count)
         _differences(
             model.lean_kernel,
             nodes.rows,
@@ -111,7 +120,7 @@ def differences(model: PowerModel, nodes: Nodes, variants: Floats) -> tuple[Floa
             columns[start:stop],
         )
 
-    starts = range(0, count, _PIECE)
+    starts = range(0, count, length)
     if len(starts) <= 1:
         piece(0)
     else:
