@@ -210,7 +210,7 @@ def _lengthening(steepest: float) -> float:
     length = np.hypot(1.0, ahead)
     normal = math.hypot(1.0, steepest)
     difference = np.empty((SAMPLES, 2, 2))
-    # Columns: a metre along x and along y of the map, written as in planner.search.steady.
+    # Columns: a metre along x and along y of the map, written as in planner.search.motion_row.
     difference[:, 0, 0] = length - 1.0
     difference[:, 0, 1] = left * ahead / length
     difference[:, 1, 0] = 0.0

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from planner.power.model import PowerModel, rows_from
 from planner.quantities import INDEX
+from planner.search.motion_row import broken_limit, limit_values, set_motion
 from planner.search.situation_request import SituationRequest
-from planner.search.steady import DIRECTIONS, broken_limit, limit_values, set_motion
+from planner.search.steady import DIRECTIONS
 from planner.terrain.heightmap import Terrain
 
 Array = NDArray[np.float64]

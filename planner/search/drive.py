@@ -28,9 +28,9 @@ from planner.search.edge_energy import (
 from planner.search.energy_interval import energy_distribution, thinned
 from planner.search.ground import ALL_YAWS, CostField, body_frame, touches
 from planner.search.kept_limits import broken_limits, ease
+from planner.search.motion_row import BRIEFLY, broken_limit
 from planner.search.route import Battery, Route
 from planner.search.speed import speed_programme
-from planner.search.steady import BRIEFLY, broken_limit
 from planner.search.track import Track, lay_track, slopes_of_steps
 from planner.search.yaw import YawProfile, yaw_programme
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from planner.quantities import INDEX, ROW_LENGTH
 from planner.search.ground import CostField
-from planner.search.steady import set_acceleration, set_motion, set_wind
+from planner.search.motion_row import set_acceleration, set_motion, set_wind
 from planner.search.track import Track
 from planner.search.yaw import YawProfile
 from planner.terrain.interpolation import interpolate

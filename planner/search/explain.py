@@ -15,8 +15,9 @@ from planner.search.driving_ground import DrivingGround
 from planner.search.edge_energy import sample_surface
 from planner.search.ground import ALL_YAWS, SPARE, CostField, body_fits
 from planner.search.lattice import build_lattice
+from planner.search.motion_row import LIMIT_NAMES, broken_limit, set_motion
 from planner.search.request import PoseRequest
-from planner.search.steady import DIRECTIONS, LIMIT_NAMES, broken_limit, set_motion
+from planner.search.steady import DIRECTIONS
 from planner.terrain.interpolation import interpolate
 from planner.terrain.obstacles import why_blocked
 

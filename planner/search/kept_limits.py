@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from planner.search.conditions import Circumstances
 from planner.search.edge_energy import Motion, motion_rows
 from planner.search.ground import CostField
-from planner.search.steady import BRIEFLY, LIMIT_NAMES, broken_limit
+from planner.search.motion_row import BRIEFLY, LIMIT_NAMES, broken_limit
 from planner.search.track import Track
 
 Array = NDArray[np.float64]

@@ -21,14 +21,8 @@ from planner.power.compile_kernel import KERNEL
 from planner.power.model import PowerModel
 from planner.power.pipeline import ACCOUNT_LENGTH, PER_WHEEL
 from planner.quantities import INDEX
-from planner.search.steady import (
-    BRIEFLY,
-    SLOWEST,
-    broken_limit,
-    set_acceleration,
-    set_motion,
-    set_wind,
-)
+from planner.search.motion_row import BRIEFLY, broken_limit, set_acceleration, set_motion, set_wind
+from planner.search.steady import SLOWEST
 from planner.search.track import Track
 from planner.search.yaw import YawProfile
 from planner.search.yaw_kernel import STILL

@@ -73,7 +73,7 @@ def yaw_programme(
         slopes: (steps, 4) of ``slopes_of_steps``.
         grounds: (steps,) ground class of every step.
         class_rows: (classes, ROW_LENGTH) conditions.
-        limits: of steady.limit_values with the yaw rate behind.
+        limits: of motion_row.limit_values with the yaw rate behind.
         wind: (2,) m/s in the map's frame.
         objective: 1 minimises time, anything else energy.
         start_yaw, goal_yaw: rad; None leaves them free.

@@ -20,13 +20,8 @@ from planner.power.compile_kernel import KERNEL
 from planner.power.pipeline import ACCOUNT_LENGTH, PER_WHEEL
 from planner.quantities import INDEX
 from planner.search.ground import touches
-from planner.search.steady import (
-    BRIEFLY,
-    SLOWEST,
-    broken_limit,
-    set_motion,
-    set_wind,
-)
+from planner.search.motion_row import BRIEFLY, broken_limit, set_motion, set_wind
+from planner.search.steady import SLOWEST
 
 STATES = 64
 """Angles to the travel at which the body may stand."""

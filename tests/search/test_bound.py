@@ -16,8 +16,8 @@ from planner.power.vehicle import load_vehicle
 from planner.quantities import INDEX, STANDARD_GRAVITY
 from planner.search.bound import floor_per_metre, lower_bound
 from planner.search.conditions import Circumstances, circumstances
+from planner.search.motion_row import set_motion, set_wind
 from planner.search.request import PlanRequest
-from planner.search.steady import set_motion, set_wind
 from planner.terrain.heightmap import Terrain
 from tests.power.states import changed
 from tests.search.maps import hills, terrain

@@ -17,8 +17,7 @@ from planner.quantities import INDEX
 from planner.search.drive import ground_classes
 from planner.search.edge_energy import sample_surface
 from planner.search.ground import SPARE
-from planner.search.route import Route
-from planner.search.steady import (
+from planner.search.motion_row import (
     BRIEFLY,
     LIMIT_NAMES,
     broken_limit,
@@ -26,6 +25,7 @@ from planner.search.steady import (
     set_motion,
     set_wind,
 )
+from planner.search.route import Route
 from planner.terrain.obstacles import rectangle_free
 from tests.benchmarks.peers.case import Array, Case
 
