@@ -1,11 +1,11 @@
 """Smaller promises of the planner: it stops when it is told to, stays the same, and keeps its size.
 
-    python -m tests.benchmarks.peers.checks                     all three, some four minutes
+python -m tests.benchmarks.peers.checks                     all three, some four minutes
 
-    cancelling     how long an answer on a map of 1024² goes on after it was told to stop, at ten
-                   moments
-    determinism    two fresh processes, the same seed and a limit of iterations: the same digest
-    memory         resident memory after 100 and after 1,100 small requests, each to a new goal
+cancelling     how long an answer on a map of 1024² goes on after it was told to stop, at ten
+               moments
+determinism    two fresh processes, the same seed and a limit of iterations: the same digest
+memory         resident memory after 100 and after 1,100 small requests, each to a new goal
 """
 
 from __future__ import annotations
