@@ -91,12 +91,12 @@ def step_cost(
         stretch = set_motion(row, slopes[at], slopes[at + 1], yaw, direction, 1.0)
         vx, vy = row[_VX], row[_VY]
         surface = length * stretch
+        cost = np.inf
         if abs(turn) > STILL:
             speed = min(speed, limits[6] * surface / abs(turn))
             if speed < 1.1 * SLOWEST * limits[0]:
-                return np.inf
+                break
         # As fast as the limits let it: the speed programme finds the best speed afterwards.
-        cost = np.inf
         for _ in range(7):
             time = surface / speed
             row[_VX], row[_VY] = vx * speed, vy * speed
@@ -340,7 +340,7 @@ def programme(
                 continue
             new += 1
             # What has been refused often here will be refused again: look further about.
-            far = beside + refused[k] // PATIENCE
+            far = min(beside + refused[k] // PATIENCE, STATES // 2)
             for a in range(s - far, s + far + 1):
                 for b in range(t - far, t + far + 1):
                     p, q = a % STATES, b % STATES
