@@ -57,12 +57,14 @@ def _fill_best(t: Any, steepest: float, best: Any, metres: Any) -> None:
         stretch = math.sqrt(1.0 + along * along)
         for b in range(count):
             across = steepest * (2.0 * b / (count - 1) - 1.0)
+            # Ground steeper than the table's least load is driven by nobody: as for that load.
             normal = math.sqrt(1.0 + along * along + across * across)
+            load = max(1.0 / normal, t.load)
             for i in range(t.watts.shape[0]):
                 share = t.low + i * t.step
                 for j in range(t.watts.shape[1]):
                     cross = t.cross + j * t.cross_step
-                    metre = table_watts(t, share, cross, 1.0 / normal) * stretch / t.speed
+                    metre = table_watts(t, share, cross, load) * stretch / t.speed
                     rise = (share - 1.0) * along + cross * across / (normal * stretch)
                     metre += t.weight * rise
                     if metre > metres[a, b]:

@@ -20,13 +20,10 @@ import numpy as np
 
 from planner import plan_route
 from planner.quantities import STANDARD_GRAVITY
-from planner.search.conditions import circumstances
-from planner.search.driving_ground import driving_ground
 from planner.search.lower_bound import certify
-from planner.search.plan import load_model
 from planner.search.request import PlanRequest
-from planner.search.steady import steady_costs
-from planner.terrain.catalogue import open_map
+from planner.search.situation import situation_of
+from planner.search.steady import MARGIN
 from tests.search.random_motions import energies
 
 PAIRS: dict[str, tuple[tuple[float, float, float, float], ...]] = {
@@ -48,11 +45,8 @@ def measure(name: str, ends: tuple[float, ...], times: list[float], tries: int) 
     if answer.status != "ok":
         return {"map": name, "ends": ends, "status": answer.reason}
     request = PlanRequest.from_json({"map": name, **places})
-    model, terrain = load_model(request), open_map(name)
-    around = circumstances(request, model, terrain)
-    field = driving_ground(terrain, model.vehicle).field(
-        steady_costs(around.model, around.class_rows), extra=around.wind_by_direction()
-    )
+    situation = situation_of(request)
+    around, field = situation.around, situation.field("energy", MARGIN)
     best = answer.routes[0]
     routes = [best, *(baseline.route for baseline in answer.baselines.values())]
     height = best.arrays["z"]
