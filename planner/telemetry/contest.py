@@ -1,20 +1,22 @@
 """Explanations fitted in full and compared: is a simple one as good as several effects together?
 
-    outcome = contest(log, base, examination, selection)
-    outcome.members, outcome.ties
+    ranked, near = contest(log, base, examination, selection)
+    ranked[0].members, ranked[0].ties
 
 Sums are linear around one model. Far from it a single strong effect can look like two or three
 weaker ones, like the error of a sensor, or like another effect. So before anything is named, the
-selection, its subsets, rivals that come near it and the best single effects and pairs are fitted
-with all parameters free. The likelihood less the penalty of the selection decides; what is not
-clearly behind, block by block (Vuong's test), is a tie.
+selection, its subsets, rivals that come near it, what it might have missed and the best single
+effects and pairs are fitted with all parameters free. The likelihood less the penalty of the
+selection decides; what is not clearly behind, block by block (Vuong's test), is a tie.
 """
 
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +29,7 @@ from planner.telemetry.fit import Fit
 from planner.telemetry.log import Telemetry
 from planner.telemetry.noise import CLIP
 from planner.telemetry.select_effects import Selection
+from planner.telemetry.sensors import seen_after
 from planner.telemetry.subsets import Member, Rival
 
 Floats = NDArray[np.float64]
@@ -35,6 +38,8 @@ OTHERS = 3
 """How many of the best singles, and of the best pairs, stand against several effects."""
 NEIGHBOURS = 4
 """How many sets in which one member is replaced are fitted."""
+EXTENSIONS = 6
+"""How many sets with one member more are."""
 TIE_GAIN = 2.0
 TIE_Z = 1.64
 SURE_GAIN = 8.0
@@ -60,17 +65,24 @@ def addition_for(examination: Examination, member: Member, coefficients: Floats)
 
 @dataclass(frozen=True)
 class Outcome:
-    """Who won.
+    """How one explanation came out of a contest.
 
     Attributes:
-        members: the winner.
+        members: of it.
         ties: name of a member → names that explain the log as well in its place.
-        near: those that were fitted and did not trail far, to be tried again later.
+        sizes: name of a member → ρ of what it adds to the others, where these were fitted alone.
     """
 
     members: tuple[Member, ...]
     ties: dict[str, tuple[str, ...]]
-    near: tuple[Rival, ...]
+    sizes: dict[str, float]
+
+
+class _Entry(NamedTuple):
+    rival: Rival
+    names: frozenset[str]
+    score: float
+    by_block: Floats
 
 
 def contest(
@@ -79,8 +91,8 @@ def contest(
     examination: Examination,
     selection: Selection,
     known: Sequence[Rival] = (),
-) -> Outcome:
-    """The members that explain the log best when everything is fitted, and their equals.
+) -> tuple[list[Outcome], tuple[Rival, ...]]:
+    """The members that explain the log when everything is fitted, best first, and their equals.
 
     Args:
         log: the rows.
@@ -88,41 +100,62 @@ def contest(
         examination: of the same rows.
         selection: what the sums say; its rivals are tried.
         known: rivals from before, which the sums around another model may not do justice to.
+
+    Returns:
+        Outcomes that do not trail far, and their rivals, to be tried again later.
     """
     field = _field(selection, known)
     if len(field) == 1:
         only = field[0]
-        return Outcome(only.members, {m.name: () for m in only.members}, (only,))
+        return [Outcome(only.members, {m.name: () for m in only.members}, {})], (only,)
     blocks = block_numbers(log)
-    entries: list[tuple[float, Rival, Floats]] = []
+    entries = []
     for rival in field:
         rows, surprise = _row_likelihood(log, base, examination, rival)
         by_block = np.bincount(blocks, rows).astype(float)
-        entries.append((float(by_block.sum()) - rival.penalty - surprise, rival, by_block))
-    score, winner, mine = max(entries, key=lambda entry: entry[0])
-    honest = [e for e in entries if not any(m.sensor for m in e[1].members)]
-    if any(m.sensor for m in winner.members) and honest:
+        score = float(by_block.sum()) - rival.penalty - surprise
+        entries.append(_Entry(rival, frozenset(m.name for m in rival.members), score, by_block))
+
+    def rank(entry: _Entry) -> float:
         # A sensor is blamed only when it is clearly ahead of everything that blames none.
-        best = max(honest, key=lambda entry: entry[0])
-        if score - best[0] < SURE_GAIN:
-            score, winner, mine = best
-    names = {m.name for m in winner.members}
-    ties: dict[str, list[str]] = {name: [] for name in names}
-    for other, rival, theirs in entries:
-        other_names = {m.name for m in rival.members}
-        if len(other_names) != len(names) or len(other_names & names) != len(names) - 1:
+        return entry.score - SURE_GAIN * any(m.sensor for m in entry.rival.members)
+
+    entries.sort(key=rank, reverse=True)
+    entries = [e for e in entries if entries[0].score - e.score < FAR_BEHIND]
+    outcomes = [
+        Outcome(e.rival.members, _ties(e, entries), _sizes(e, entries, len(log))) for e in entries
+    ]
+    return outcomes, tuple(e.rival for e in entries)
+
+
+def _ties(winner: _Entry, entries: Sequence[_Entry]) -> dict[str, tuple[str, ...]]:
+    """By member, what explains the log as well in its place."""
+    ties: dict[str, list[str]] = {name: [] for name in winner.names}
+    for other in entries:
+        gone, come = winner.names - other.names, other.names - winner.names
+        if len(gone) != 1 or len(come) != 1:
             continue
-        difference = mine - theirs
+        difference = winner.by_block - other.by_block
         scatter = float(difference.std()) * np.sqrt(len(difference)) + 1e-12
-        gain, z = score - other, float(difference.sum()) / scatter
+        gain, z = winner.score - other.score, float(difference.sum()) / scatter
         if gain < TIE_GAIN or (z < TIE_Z and gain < SURE_GAIN):
-            ties[(names - other_names).pop()].append((other_names - names).pop())
-    near = tuple(rival for other, rival, _ in entries if score - other < FAR_BEHIND)
-    return Outcome(winner.members, {n: tuple(rivals) for n, rivals in ties.items()}, near)
+            ties[next(iter(gone))].append(next(iter(come)))
+    return {name: tuple(rivals) for name, rivals in ties.items()}
+
+
+def _sizes(winner: _Entry, entries: Sequence[_Entry], rows: int) -> dict[str, float]:
+    """By member, ρ of what it adds to the others, where these were fitted alone."""
+    sizes = {}
+    for other in entries:
+        gone = winner.names - other.names
+        if other.names < winner.names and len(gone) == 1:
+            gain = max(0.0, float((winner.by_block - other.by_block).sum()))
+            sizes[next(iter(gone))] = math.sqrt(2.0 * gain / rows)
+    return sizes
 
 
 def _field(selection: Selection, known: Sequence[Rival]) -> list[Rival]:
-    """The selection, its subsets, the best singles and pairs, and near rivals of one member."""
+    """The selection, its subsets, what may stand for one member or beside all, singles, pairs."""
     chosen = frozenset(m.name for m in selection.members)
     wanted = {
         frozenset(some)
@@ -131,7 +164,7 @@ def _field(selection: Selection, known: Sequence[Rival]) -> list[Rival]:
     }
     field: dict[frozenset[str], Rival] = {}
     counts = {1: 0, 2: 0}
-    neighbours = 0
+    neighbours, extensions = 0, 0
     best = max((r.score for r in selection.rivals), default=0.0)
     for rival in selection.rivals:  # best first
         names = frozenset(m.name for m in rival.members)
@@ -143,6 +176,9 @@ def _field(selection: Selection, known: Sequence[Rival]) -> list[Rival]:
             field[names] = rival
         elif near and neighbours < NEIGHBOURS and best - rival.score < FAR_BEHIND:
             neighbours += 1
+            field[names] = rival
+        elif chosen < names and size == len(chosen) + 1 and extensions < EXTENSIONS:
+            extensions += 1
             field[names] = rival
         elif len(chosen) > 1 and size in counts and counts[size] < OTHERS:
             counts[size] += 1
@@ -160,7 +196,7 @@ def _row_likelihood(
     And how unusual the sizes of its sensors' errors are, as a log-likelihood.
     """
     additions = []
-    corrected, factor, surprise = log, 1.0, 0.0
+    corrected, factor, delay, surprise = log, 1.0, 0.0, 0.0
     for member, values in zip(rival.members, rival.coefficients, strict=True):
         if member.sensor:
             sensor = next(s for s in examination.competitors.sensors if s.kind == member.name)
@@ -169,11 +205,18 @@ def _row_likelihood(
             surprise += 0.5 * (size / sensor.usual) ** 2
             if sensor.kind == "power_scale":
                 factor *= 1.0 + size  # residuals count in the watts that were measured
+            elif sensor.kind == "power_delay":
+                delay = size
         else:
             additions.append(addition_for(examination, member, values))
     library = examination.competitors.library.model
     fitted = fit_with(base.model, corrected, additions, noise=examination.noise, within=library)
+    residual = factor * fitted.residual
+    if delay:
+        # Against the power as it was measured: between two rows, noise would average out.
+        modelled = factor * (corrected.power - fitted.residual)
+        residual = log.power - seen_after(log, modelled, -delay)
     spread = examination.spread
-    clipped = np.clip(factor * fitted.residual, -CLIP * spread, CLIP * spread)
+    clipped = np.clip(residual, -CLIP * spread, CLIP * spread)
     white = examination.noise.whiten(log, examination.watts, spread, clipped[:, None])
     return np.asarray(-0.5 * white[:, 0] ** 2), surprise

@@ -239,12 +239,22 @@ def _chosen(log: Telemetry, base: Fit, examination: Examination, known: list[Riv
     # What could be told in an earlier round may drown in this one, around other parameters.
     there = members_of(examination)
     able = [rival for rival in known if all(m in there for m in rival.members)]
-    outcome = contest(log, base, examination, selection, able)
-    known[:] = outcome.near
-    if {m.name for m in outcome.members} != {m.name for m in selection.members}:
-        selection = select(examination, outcome.members)
-    ties = {m.name: outcome.ties.get(m.name, ()) for m in selection.members}
-    return replace(selection, ties=ties)
+    ranked, near = contest(log, base, examination, selection, able)
+    known[:] = near
+    names = {m.name for m in selection.members}
+    first: Selection | None = None
+    for outcome in ranked:
+        wanted = {m.name for m in outcome.members}
+        stands = selection
+        if wanted != names:
+            stands = select(examination, outcome.members, outcome.sizes)
+        ties = {m.name: outcome.ties.get(m.name, ()) for m in stands.members}
+        stands = replace(stands, ties=ties)
+        if {m.name for m in stands.members} == wanted:
+            return stands
+        first = first or stands
+    # Of no explanation do all members pass the tests: what is left of the best one.
+    return first or selection
 
 
 def atom_of(member: Member) -> Atom:

@@ -110,9 +110,9 @@ class Noise:
         if not runs:
             return white
         kept, shared = white[:, : columns.shape[1]], white[:, columns.shape[1] :]
-        for start, stop in run_pieces(log):
-            _take_out_run(kept[start:stop], shared[start:stop], self.by_run)
-        return np.ascontiguousarray(kept)
+        kept, shared = np.ascontiguousarray(kept), np.ascontiguousarray(shared)
+        _take_out_runs(kept, shared, self.by_run, np.array(list(run_pieces(log))))
+        return kept
 
 
 def run_pieces(log: Telemetry) -> Iterator[tuple[int, int]]:
@@ -136,12 +136,31 @@ def _filter(columns: Any, reflections: Any, shrink: Any, white: Any) -> None:
             white[k, j] /= shrink[order]
 
 
-def _take_out_run(columns: Floats, shared: Floats, by_run: Floats) -> None:
-    """Apply (1 + shared·by_run·sharedᵀ)^(-1/2) in place; only two directions change."""
-    basis, upper = np.linalg.qr(shared)
-    values, vectors = np.linalg.eigh(np.eye(len(upper)) + upper @ by_run @ upper.T)
-    change = np.eye(len(upper)) - (vectors * values**-0.5) @ vectors.T
-    columns -= basis @ (change @ (basis.T @ columns))
+@njit(cache=True, nogil=True)
+def _take_out_runs(columns: Any, shared: Any, by_run: Any, pieces: Any) -> None:
+    """Apply (1 + shared·by_run·sharedᵀ)^(-1/2) to every run in place; two directions change."""
+    for piece in range(pieces.shape[0]):
+        start, stop = pieces[piece]
+        basis, upper = np.linalg.qr(shared[start:stop])
+        size = upper.shape[0]
+        grown = np.eye(size) + upper @ by_run @ np.ascontiguousarray(upper.T)
+        values, vectors = np.linalg.eigh(grown)
+        for j in range(columns.shape[1]):
+            share = np.zeros(size)
+            for a in range(size):
+                for k in range(stop - start):
+                    share[a] += basis[k, a] * columns[start + k, j]
+            change = np.zeros(size)
+            for v in range(size):
+                along = 0.0
+                for a in range(size):
+                    along += vectors[a, v] * share[a]
+                along *= 1.0 - values[v] ** -0.5
+                for a in range(size):
+                    change[a] += vectors[a, v] * along
+            for k in range(stop - start):
+                for a in range(size):
+                    columns[start + k, j] -= basis[k, a] * change[a]
 
 
 def noise_of(

@@ -11,8 +11,9 @@ are found by fitting rivals in full (planner.telemetry.contest).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,6 +75,7 @@ class Selection:
 def select(
     examination: Examination,
     members: Sequence[Member] | None = None,
+    sizes: Mapping[str, float] = MappingProxyType({}),
     check: Callable[[], None] = lambda: None,
 ) -> Selection:
     """Choose among everything that competes.
@@ -82,6 +84,7 @@ def select(
         examination: the log, summed up.
         members: take these instead of the best subset, as far as they pass the tests. Where they
             blame no sensor, none is blamed instead of a shape either: it has lost already.
+        sizes: of members that were fitted in full.
         check: called between the parts; raises when the caller was cancelled.
     """
     chooser = Chooser(examination)
@@ -90,7 +93,7 @@ def select(
     if members is not None:
         best = chooser.find(members)
     check()
-    chosen, tests = chooser.checked(best)
+    chosen, tests = chooser.checked(best, sizes)
     chooser.admit(chosen)
     singles = sorted({c for m in chooser.members for c in m.columns})
     z, _, _ = evidence.test_each(singles) if singles else (np.zeros(0), None, None)

@@ -105,12 +105,17 @@ def _turned(log: Telemetry, angle: float) -> Telemetry:
 
 
 def _earlier(log: Telemetry, delay: float) -> Telemetry:
-    """The power moved back in time, linearly between rows of the same stretch."""
-    power = log.power.copy()
+    """The power moved back in time."""
+    return replace(log, power=seen_after(log, log.power, delay))
+
+
+def seen_after(log: Telemetry, watts: Floats, delay: float) -> Floats:
+    """Power (n,) W ``delay`` s after every row, linear between rows of the same stretch."""
+    later = watts.copy()
     for start, stop in segments(log):
         time = log.time[start:stop]
-        power[start:stop] = np.interp(time + delay, time, log.power[start:stop])
-    return replace(log, power=power)
+        later[start:stop] = np.interp(time + delay, time, watts[start:stop])
+    return later
 
 
 def _smaller_power(log: Telemetry, share: float) -> Telemetry:

@@ -13,8 +13,9 @@ noise and in what any model leaves.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -186,15 +187,21 @@ class Chooser:
             rivals.append(Rival(members, tuple(parts), charged, self.scored[chosen]))
         return tuple(rivals)
 
-    def checked(self, chosen: tuple[int, ...]) -> tuple[tuple[int, ...], dict[str, Test]]:
-        """Drop members that are not significant, or too small, given the others."""
+    def checked(
+        self, chosen: tuple[int, ...], fitted: Mapping[str, float] = MappingProxyType({})
+    ) -> tuple[tuple[int, ...], dict[str, Test]]:
+        """Drop members that are not significant, or too small, given the others.
+
+        ``fitted`` are sizes out of full fits, which see more of an effect than the sums.
+        """
         while chosen:
             tests, sizes = {}, {}
             for k in chosen:
                 rest = self.columns([q for q in chosen if q != k])
                 mine = self.members[k].columns
                 tests[self.members[k].name] = test = self.evidence.test(mine, given=rest)
-                sizes[k] = self.evidence.size(mine, test.coefficients, rest)
+                size = self.evidence.size(mine, test.coefficients, rest)
+                sizes[k] = max(size, fitted.get(self.members[k].name, 0.0))
             worst, worst_k = -1.0, -1
             for k in chosen:
                 p = min(1.0, tests[self.members[k].name].p_value * self.name_count)

@@ -66,7 +66,8 @@ def again(row: Row, methods: Sequence[str], budget: dict[str, float]) -> Row:
     names = {one["method"] for one in fresh} | set(methods)
     kept = [one for one in findings_of(row) if one["method"] not in names]
     found = row_of(row["map"], task["asked"], kept + fresh)
-    return {**found, "poses_s": row["poses_s"]}
+    had = budget[POSES[0]] if POSES[0] in methods else row["poses_s"]
+    return {**found, "poses_s": had}
 
 
 def answer(name: str, asked: dict[str, Any], options: argparse.Namespace) -> Row:
