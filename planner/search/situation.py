@@ -166,8 +166,8 @@ class Situation:
     ) -> CostToGo:
         """Least cost from everywhere to the goal; no more than ``start`` needs if that will do.
 
-        The whole map is worth its time when a second start asks for the way to the same goal, by
-        the least energy and where the map is not too large.
+        The whole map is worth its time when a second start asks for the way to the same goal,
+        where the map is not too large.
         """
         lattice = self.lattice(objective, field)
         key = ("ahead", self.key, objective, field.margin, goal)
@@ -175,7 +175,7 @@ class Situation:
         if found is not None and found.start in (None, start):
             return found
         large = field.heights.size > LARGE
-        again = found is not None and objective == "energy" and not large
+        again = found is not None and not large
         found = cost_to_go(field, lattice, goal, start=None if again else start, stop=stop)
         if field.factor.size == 1 and not (large and found.start):
             KEPT.put(key, found)

@@ -168,11 +168,14 @@ def most_turn(span: float, bend: float, limits: Any) -> int:
 @njit(cache=True, error_model="numpy", nogil=True, inline="always")
 def spin_round(driven: Any, free: Any, spin_cost: Any, halt: float, cost: Any, spun: Any) -> None:
     """Turning on the spot at one knot: cheapest way round the ring, both ways, stopping once."""
+    dearest = 0.0  # where the body may stand; what costs more to turn from helps nowhere
     for s in range(STATES):
         cost[s] = driven[s]
         spun[s] = s
+        if free[s]:
+            dearest = max(dearest, driven[s])
     for s in range(STATES):
-        if driven[s] == np.inf:
+        if driven[s] + halt >= dearest:
             continue
         for way in (1, -1):
             total, at = driven[s] + halt, s
@@ -181,6 +184,8 @@ def spin_round(driven: Any, free: Any, spin_cost: Any, halt: float, cost: Any, s
                 if not free[following]:
                     break
                 total += 0.5 * (spin_cost[at] + spin_cost[following]) * WIDTH
+                if total >= dearest:
+                    break
                 at = following
                 if total < cost[at]:
                     cost[at] = total

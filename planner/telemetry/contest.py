@@ -5,9 +5,9 @@
 
 Sums are linear around one model. Far from it a single strong effect can look like two or three
 weaker ones, like the error of a sensor, or like another effect. So before anything is named, the
-selection, its subsets, rivals that come near it, what it might have missed and the best single
-effects and pairs are fitted with all parameters free. The likelihood less the penalty of the
-selection decides; what is not clearly behind, block by block (Vuong's test), is a tie.
+selection, its subsets, rivals that come near it and the best single effects and pairs are fitted
+with all parameters free. The likelihood less the penalty of the selection decides; what is not
+clearly behind, block by block (Vuong's test), is a tie.
 """
 
 from __future__ import annotations
@@ -38,8 +38,6 @@ OTHERS = 3
 """How many of the best singles, and of the best pairs, stand against several effects."""
 NEIGHBOURS = 4
 """How many sets in which one member is replaced are fitted."""
-EXTENSIONS = 6
-"""How many sets with one member more are."""
 TIE_GAIN = 2.0
 TIE_Z = 1.64
 SURE_GAIN = 8.0
@@ -155,7 +153,7 @@ def _sizes(winner: _Entry, entries: Sequence[_Entry], rows: int) -> dict[str, fl
 
 
 def _field(selection: Selection, known: Sequence[Rival]) -> list[Rival]:
-    """The selection, its subsets, what may stand for one member or beside all, singles, pairs."""
+    """The selection, its subsets, the best singles and pairs, and near rivals of one member."""
     chosen = frozenset(m.name for m in selection.members)
     wanted = {
         frozenset(some)
@@ -164,7 +162,7 @@ def _field(selection: Selection, known: Sequence[Rival]) -> list[Rival]:
     }
     field: dict[frozenset[str], Rival] = {}
     counts = {1: 0, 2: 0}
-    neighbours, extensions = 0, 0
+    neighbours = 0
     best = max((r.score for r in selection.rivals), default=0.0)
     for rival in selection.rivals:  # best first
         names = frozenset(m.name for m in rival.members)
@@ -176,9 +174,6 @@ def _field(selection: Selection, known: Sequence[Rival]) -> list[Rival]:
             field[names] = rival
         elif near and neighbours < NEIGHBOURS and best - rival.score < FAR_BEHIND:
             neighbours += 1
-            field[names] = rival
-        elif chosen < names and size == len(chosen) + 1 and extensions < EXTENSIONS:
-            extensions += 1
             field[names] = rival
         elif len(chosen) > 1 and size in counts and counts[size] < OTHERS:
             counts[size] += 1

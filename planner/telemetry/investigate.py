@@ -250,7 +250,7 @@ def _chosen(log: Telemetry, base: Fit, examination: Examination, known: list[Riv
             stands = select(examination, outcome.members, outcome.sizes)
         ties = {m.name: outcome.ties.get(m.name, ()) for m in stands.members}
         stands = replace(stands, ties=ties)
-        if {m.name for m in stands.members} == wanted:
+        if stands.shape is not None or {m.name for m in stands.members} == wanted:
             return stands
         first = first or stands
     # Of no explanation do all members pass the tests: what is left of the best one.
