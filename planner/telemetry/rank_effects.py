@@ -56,6 +56,7 @@ from planner.telemetry.investigate import (
 )
 from planner.telemetry.log import Telemetry
 from planner.telemetry.lookalikes import with_lookalikes
+from planner.telemetry.needed import without_idle
 from planner.telemetry.regimes import regimes_of
 from planner.telemetry.sample import LogSource, open_source
 from planner.telemetry.select_effects import Standing
@@ -139,7 +140,7 @@ def _concluded(source: LogSource, found: Found, watch: Watch) -> Diagnosis:
     if not source.complete:
         found = with_all_rows(source, found, watch)
     watch(0.9, "weighing what was found")
-    return _report(source, found)
+    return _report(source, without_idle(found))
 
 
 # What is said about it.

@@ -5,22 +5,26 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from planner.power.model import rows_from
 from planner.telemetry.candidates import candidate_library
 from planner.telemetry.contest import _Entry, _row_likelihood, _sizes, _ties
 from planner.telemetry.examine import Competitors, examine
 from planner.telemetry.fit import fit
 from planner.telemetry.sensors import SENSORS
 from planner.telemetry.shapes import shapes_of
-from planner.telemetry.subsets import Rival, members_of
-from tests.telemetry.rows import STEP, measured
+from planner.telemetry.subsets import Member, Rival
+from tests.telemetry.rows import STEP, measured, plain_log
 
 NOISE = 0.03
 
 
 @pytest.fixture(scope="module")
-def examined(motion, base):
-    """A log of a robot that is as its model says, fitted and summed up."""
-    log = measured(motion, base, NOISE, seed=4)
+def examined(base):
+    """Steady drives of a robot that is as its model says, fitted and summed up."""
+    angle = np.repeat(np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False), 50)
+    speed = np.repeat(np.tile([0.3, 0.6, 0.9], 4), 50)
+    rows = rows_from(vx=speed * np.cos(angle), vy=speed * np.sin(angle))
+    log = measured(plain_log([50] * 12, rows), base, NOISE, seed=4)
     fitted = fit(log, base)
     library = candidate_library(fitted.model, log)
     return log, fitted, examine(log, Competitors(library, shapes_of(log), SENSORS))
@@ -30,7 +34,9 @@ def examined(motion, base):
 def test_noise_that_averages_out_between_two_rows_speaks_for_no_delay(examined, rows):
     """Half a row's delay mixes neighbours, whose noise is smaller in the mean: no less error."""
     log, fitted, examination = examined
-    delay = next(m for m in members_of(examination) if m.name == "power_delay")
+    number = [s.kind for s in SENSORS].index("power_delay")
+    column = examination.competitors.sensor(number)
+    delay = Member("power_delay", (column,), sensor=True, atom=None, scanned=False)
     nothing, _ = _row_likelihood(log, fitted, examination, Rival((), (), 0.0, 0.0))
     late = Rival((delay,), (np.array([rows * STEP]),), 0.0, 0.0)
     found, _ = _row_likelihood(log, fitted, examination, late)
