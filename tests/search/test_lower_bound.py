@@ -17,6 +17,7 @@ from planner.search.bound import lower_bound
 from planner.search.conditions import Circumstances
 from planner.search.driving_ground import driving_ground
 from planner.search.edge_energy import sample_surface
+from planner.search.force_prices import best_prices
 from planner.search.ground import CostField
 from planner.search.lower_bound import certify
 from planner.search.motion_row import set_acceleration, set_motion
@@ -98,6 +99,18 @@ def test_no_state_undercuts_the_priced_power(name: str, payload: float) -> None:
         worst = min(worst, float((account["bus"] - paid - floor).min()))
     assert worst > -1e-9
     assert worst < 4.0
+
+
+def test_prices_are_of_the_table_on_any_slope() -> None:
+    """Also where both slopes are the steepest, which is beyond what can be driven."""
+    _, priced = priced_of("minibalance", 0.0)
+    best = best_prices(even_table(priced), STEEPEST)
+    shares, across = best.table[..., 0], best.table[..., 1]
+    assert (shares >= priced.shares[0]).all()
+    assert (shares <= priced.shares[-1]).all()
+    assert (np.abs(across) <= priced.cross[-1] + 1e-12).all()
+    # The steeper the climb, the dearer is force along it.
+    assert (np.diff(shares[len(shares) // 2 :], axis=0) >= -1e-9).all()
 
 
 def field_of(ground: Terrain, model: PowerModel) -> tuple[CostField, Circumstances]:
