@@ -1,6 +1,6 @@
 """What is named beside others has to lower the error on runs that were left out.
 
-    found = without_idle(found)
+    found = without_idle(found, watch)
 
 Evidence within a log counts every row; that a shape fits the runs of one log a little better does
 not make it the effect that the next run needs. So each member is left out in turn, the rest fitted
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from planner.telemetry.extend import fit_with
 from planner.telemetry.heldout import heldout_residual
-from planner.telemetry.investigate import Found
+from planner.telemetry.investigate import Found, Watch
 from planner.telemetry.noise import huber
 
 Floats = NDArray[np.float64]
@@ -28,11 +28,11 @@ MOST_RUNS = 1.64
 """z of what it takes off, run by run."""
 
 
-def without_idle(found: Found) -> Found:
+def without_idle(found: Found, watch: Watch) -> Found:
     """The same without members that do not lower the error on runs left out.
 
     A member stays that takes a fair share of it, or a smaller one in most runs. Of a single member
-    the report asks the same.
+    the report asks the same. ``watch`` hears of every fit, and raises when the caller cancelled.
     """
     if any(m.sensor for m in found.selection.members):
         return found
@@ -40,7 +40,8 @@ def without_idle(found: Found) -> Found:
     while len(members) > 1:
         residual = heldout_residual(found.log, found.fitted)
         gains = []
-        for k in range(len(members)):
+        for k, member in enumerate(members):
+            watch(0.9, f"fitting without {member.name}")
             rest = tuple(a for j, a in enumerate(found.additions) if j != k)
             fitted = fit_with(
                 found.origin, found.log, rest, noise=found.local.noise, within=library.model

@@ -140,7 +140,7 @@ def _concluded(source: LogSource, found: Found, watch: Watch) -> Diagnosis:
     if not source.complete:
         found = with_all_rows(source, found, watch)
     watch(0.9, "weighing what was found")
-    return _report(source, without_idle(found))
+    return _report(source, without_idle(found, watch))
 
 
 # What is said about it.
