@@ -297,8 +297,8 @@ def _yaw_through(
             beside=beside,
             shut=shut,
         )
-        if profile is None:
-            x, y = track.points[a]
+        if not isinstance(profile, YawProfile):
+            x, y = profile
             return Stuck(float(x), float(y), "the body cannot turn as the way would need it", True)
         offset = 0.0
         if part > 0:

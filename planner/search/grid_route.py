@@ -19,6 +19,7 @@ from planner.search.drive import CLOSELY, ROUGHLY, Stuck, energy_of, move, price
 from planner.search.edge_energy import Motion
 from planner.search.explain import explain_no_route
 from planner.search.ground import CostField, polyline_cost
+from planner.search.pose_search import PosePath, keeping_yaw, pose_path
 from planner.search.refine import VARIANTS, refine
 from planner.search.route import Route
 from planner.search.run import Run
@@ -32,6 +33,8 @@ ROOMS = (0.0, 0.4, 1.0, 2.0, 5.0, 16.0)
 """How much dearer ground gets where the body fits with hardly a yaw, until it can turn in time."""
 SHUNNED = 4
 """Places where a limit was broken that are made dearer before all steep ground is."""
+POSED = {2.0: (1.0,), 4.0: (1.0,)}
+"""As VARIANTS of planner.search.refine, for ways that keep their yaw angles."""
 DEARER = 0.01
 """Share of the energy that keeping to limits between the stations as well may cost."""
 MUCH = 1.1
@@ -55,15 +58,16 @@ class Attempt:
     refined: list[tuple[Array, float]] | None = None
     route: Route | None = None
     reason: str = ""
+    stuck: Stuck | None = None
 
 
 def on_grid(run: Run, field: CostField, objective: str) -> Attempt:
     """Search, refine and drive; where the motion does not come out, search more cautiously.
 
-    A speed that breaks a limit on a bend asks for less steep ground, a body that cannot turn in
-    time for ways with more room.
+    A speed that breaks a limit on a bend asks for less steep ground. A body that cannot turn in
+    time, or only at much cost, asks for a search with the yaw in it, and for ways with more room.
     """
-    plain, shunned = field.factor, 0
+    plain, shunned, posed = field.factor, 0, False
     tries, rooms = list(MARGINS), list(ROOMS) if run.ground.blocked.any() else [0.0]
     attempt = Attempt(field)
     best: Attempt | None = None
@@ -73,24 +77,26 @@ def on_grid(run: Run, field: CostField, objective: str) -> Attempt:
         paths = _paths(run, field, objective)
         if paths is None:
             break
-        refined, driven = _refined_and_driven(run, field, paths, objective)
-        if isinstance(driven, Route):
-            if best is None or best.route is None or driven.energy_j < best.route.energy_j:
-                best = Attempt(field, paths, refined, driven)
-            else:
-                return best
+        attempt = latest = _attempted(run, field, paths, objective)
+        stuck = latest.stuck
+        turned = objective == "energy" and len(rooms) > 1 and _much_turning(run, latest, plain)
+        if not posed and (turned or (stuck is not None and stuck.for_want_of_room)):
+            posed = True
+            latest = _cheaper(
+                latest, _by_poses(run, run.field(objective, tries[0], plain), objective)
+            )
+        if best is not None and _cheaper(best, latest) is best:
+            return best
+        if latest.route is not None:
+            best = latest
             # Turning among obstacles may cost more than a way round with more room.
             if objective != "energy" or len(rooms) == 1 or not _much_turning(run, best, plain):
                 return best
+        if stuck is None or (stuck.for_want_of_room and len(rooms) > 1):
             rooms.pop(0)
-            continue
-        reason = f"a way was found, but at x {driven.x:.2f}, y {driven.y:.2f} {driven.what}"
-        attempt = Attempt(field, paths, refined, None, reason)
-        if driven.for_want_of_room and len(rooms) > 1:
-            rooms.pop(0)
-        elif not driven.for_want_of_room and shunned < SHUNNED:
+        elif not stuck.for_want_of_room and shunned < SHUNNED:
             # Another way past this place may do; less steep ground everywhere costs more.
-            plain, shunned = plain * _dearer_near(field, driven), shunned + 1
+            plain, shunned = plain * _dearer_near(field, stuck), shunned + 1
         else:
             tries.pop(0)
     if best is not None:
@@ -98,6 +104,43 @@ def on_grid(run: Run, field: CostField, objective: str) -> Attempt:
     if paths is None:
         return replace(attempt, reason=attempt.reason or _why_not(run, field, objective))
     return attempt
+
+
+def _attempted(
+    run: Run,
+    field: CostField,
+    paths: list[Array],
+    objective: str,
+    ways: Sequence[PosePath] = (),
+) -> Attempt:
+    """Refine and drive these paths; with ``ways`` near them, and with the yaw angles they have."""
+    refined, driven = _refined_and_driven(run, field, paths, objective, ways)
+    if isinstance(driven, Route):
+        return Attempt(field, paths, refined, driven)
+    reason = f"a way was found, but at x {driven.x:.2f}, y {driven.y:.2f} {driven.what}"
+    return Attempt(field, paths, refined, None, reason, driven)
+
+
+def _by_poses(run: Run, field: CostField, objective: str) -> Attempt:
+    """What a search with the yaw in it comes to."""
+    ways: list[PosePath] = []
+    yaws = list(run.yaws)
+    for k, (a, b) in enumerate(itertools.pairwise(run.places)):
+        way = pose_path(
+            run.situation, field, objective, (a, yaws[k]), (b, yaws[k + 1]), stop=run.stop
+        )
+        if way is None:
+            return Attempt(field)
+        ways.append(way)
+        yaws[k + 1] = float(way.yaws[-1]) if yaws[k + 1] is None else yaws[k + 1]
+    return _attempted(run, field, [way.polyline for way in ways], objective, ways)
+
+
+def _cheaper(one: Attempt, other: Attempt) -> Attempt:
+    """That with the route that needs less energy; the first one if they are alike."""
+    if other.route is None or (one.route and one.route.energy_j <= other.route.energy_j):
+        return one
+    return other
 
 
 def _dearer_near(field: CostField, place: Stuck) -> Array:
@@ -109,18 +152,25 @@ def _dearer_near(field: CostField, place: Stuck) -> Array:
 
 
 def _refined_and_driven(
-    run: Run, field: CostField, paths: list[Array], objective: str
+    run: Run,
+    field: CostField,
+    paths: list[Array],
+    objective: str,
+    ways: Sequence[PosePath],
 ) -> tuple[list[tuple[Array, float]], Route | Stuck]:
     """The legs refined with closer and wider knots; what costs least once it is driven."""
     toll = run.situation.toll(objective)
     variants = VARIANTS if objective == "energy" else {8.0: (1.0,)}
+    near = field
+    if ways:
+        variants, near = POSED, keeping_yaw(field, ways)
     # A baseline is no worse for a yaw that is a few parts in ten thousand off the best.
     alone = objective != "energy" and objective != run.request.objective
 
     def tried(knot_cells: float, shares: Sequence[float]) -> list[Tried]:
         tolls = [share * toll for share in shares]
         legs = [
-            refine(field, path, tolls=tolls, knot_cells=knot_cells, check=run.check)
+            refine(near, path, tolls=tolls, knot_cells=knot_cells, check=run.check)
             for path in paths
         ]
         return [

@@ -243,7 +243,7 @@ def close_cost(field: Any, j: int, i: int, di: int, dj: int) -> float:
             a0, b0 = int(math.floor(u)), int(math.floor(v))
             a1, b1 = min(int(math.ceil(u)), nx - 1), min(int(math.ceil(v)), ny - 1)
             for a, b in ((a0, b0), (a1, b1)):
-                qx, qy = _node_slope(field, b, a)
+                qx, qy = node_slope(field, b, a)
                 px, py = px + 0.25 * qx, py + 0.25 * qy
                 mask &= field.mask[b, a]
         if mask == np.uint64(0):
@@ -263,7 +263,7 @@ def close_cost(field: Any, j: int, i: int, di: int, dj: int) -> float:
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _node_slope(field: Any, j: int, i: int) -> tuple[float, float]:
+def node_slope(field: Any, j: int, i: int) -> tuple[float, float]:
     """Gradient at a node: central differences, one-sided at the border."""
     ny, nx = field.heights.shape
     west, east = max(i - 1, 0), min(i + 1, nx - 1)

@@ -29,8 +29,8 @@ from planner.search.yaw_kernel import MOST_SAMPLES, STATES, WIDTH, programme, sp
 
 Array = NDArray[np.float64]
 MOST_KNOTS = 240
-FINER, FEW = 4, 5
-"""Angles within a state that are tried in a gap; states on half a turn that count as few."""
+FINER = 4
+"""Angles off a state's own that are tried where the body does not fit with that, to either side."""
 
 
 @dataclass(frozen=True)
@@ -63,8 +63,8 @@ def yaw_programme(
     goal_yaw: float | None,
     beside: int,
     shut: Sequence[tuple[float, float, float]] = (),
-) -> YawProfile | None:
-    """Best yaw along a track, or None where no sequence of free yaw angles leads through.
+) -> YawProfile | Array:
+    """Best yaw along a track, or the place (2,) beyond which no free yaw angles lead.
 
     Args:
         model: the power model.
@@ -83,9 +83,8 @@ def yaw_programme(
     crowded = _crowded(field, track.points)
     knots = _knots(track, crowded)
     directions = _knot_directions(track, knots)
-    _fit_gaps(field, track.points[knots], directions)
     steps = (track.directions, track.lengths, slopes, grounds)
-    free = _free_states(field, track.points[knots], directions, WIDTH)
+    free, shift = _free_states(field, track.points[knots], directions)
     for x, y, angle in shut:
         apart = np.hypot(*(track.points[knots] - (x, y)).T)
         if apart.min() <= track.lengths.max():
@@ -98,7 +97,7 @@ def yaw_programme(
     spin_costs(*numbers, directions, slopes[at], grounds[at], objective, spin)
     stop = cost_of_a_stop(model, class_rows, limits, objective)
     turning = np.empty((STATES, TURNS))
-    tightest = 0.8 * float(limits[6] / (SLOWEST * limits[0]))
+    tightest = tightest_turn(limits)
     turning_costs(*numbers[:4], class_rows[0], limits, objective, tightest, turning)
     stride = _stride(knots, np.hypot(*slopes[:, 2:].T), GENTLE * float(field.limit.min()))
     steady = np.empty((len(knots) - 1, STATES))
@@ -120,6 +119,7 @@ def yaw_programme(
         turning,
         tightest,
         free,
+        shift,
         spin,
         stop,
         _state(start_yaw, directions[0]),
@@ -128,8 +128,12 @@ def yaw_programme(
         states,
     )
     if not math.isfinite(cost):
-        return None
-    return _spread(track, knots, directions, states, cost, start_yaw, goal_yaw)
+        return np.asarray(track.points[knots[states[0]]])
+    before, after = directions + WIDTH * states[0::2], directions + WIDTH * states[1::2]
+    at = np.arange(len(knots))
+    before += shift[at, states[0::2]]
+    after += shift[at, states[1::2]]
+    return _spread(track, knots, (before, after), states, cost, start_yaw, goal_yaw)
 
 
 def _stride(knots: NDArray[np.int64], steepness: Array, gentle: float) -> NDArray[np.int64]:
@@ -172,6 +176,11 @@ def _knot_directions(track: Track, knots: NDArray[np.int64]) -> Array:
     return np.asarray(before + 0.5 * turn)
 
 
+def tightest_turn(limits: Array) -> float:
+    """rad/m up to which turning on the way is tabulated: at the lowest speed that is tried."""
+    return 0.8 * float(limits[6] / (SLOWEST * limits[0]))
+
+
 def cost_of_a_stop(model: PowerModel, class_rows: Array, limits: Array, objective: int) -> float:
     """Cost of speeding up again after a stop on the way: kinetic energy with the rotors', of which
     braking returns little, or the time lost on both ramps.
@@ -191,61 +200,49 @@ def cost_of_a_stop(model: PowerModel, class_rows: Array, limits: Array, objectiv
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _fit_gaps(field: Any, points: Any, directions: Any) -> None:
-    """Where few yaw angles fit, turn the direction that they are counted from, in place.
-
-    Then the middle of those that fit is one of the states, by 2.8° of crabbing at most.
+def _free_states(field: Any, points: Any, directions: Any) -> tuple[Any, Any]:
+    """Whether the body fits at points (n, 2) in every state, and by how much it must be turned off
+    it, rad: half a state at most, to the middle of what fits.
     """
     ny, nx = field.heights.shape
-    count = FINER * STATES // 2  # the body looks the same after half a turn
-    fits = np.empty(count, np.bool_)
-    for k in range(points.shape[0]):
-        x, y = points[k]
-        i = min(max(int(math.floor((x - field.x0) / field.dx + 0.5)), 0), nx - 1)
-        j = min(max(int(math.floor((y - field.y0) / field.dy + 0.5)), 0), ny - 1)
-        if field.mask[j, i] == ALL_YAWS:
-            continue
-        for n in range(count):
-            fits[n] = body_fits(field, x, y, directions[k] + n * WIDTH / FINER)
-        if not fits.any() or fits.sum() > FEW * FINER:
-            continue
-        # The longest run of angles that fit, round the end as well.
-        most, middle, run = 0, 0.0, 0
-        for n in range(2 * count):
-            run = run + 1 if fits[n % count] else 0
-            if run > most:
-                most, middle = run, n - 0.5 * (run - 1)
-        off = middle * WIDTH / FINER
-        directions[k] += off - WIDTH * math.floor(off / WIDTH + 0.5)
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def _free_states(field: Any, points: Any, directions: Any, width: float) -> Any:
-    ny, nx = field.heights.shape
     free = np.ones((points.shape[0], STATES), np.bool_)
+    shift = np.zeros((points.shape[0], STATES))
+    half = STATES // 2  # the body looks the same after half a turn
     for k in range(points.shape[0]):
         x, y = points[k]
         i = min(max(int(math.floor((x - field.x0) / field.dx + 0.5)), 0), nx - 1)
         j = min(max(int(math.floor((y - field.y0) / field.dy + 0.5)), 0), ny - 1)
         if field.mask[j, i] == ALL_YAWS:
             continue
-        for s in range(STATES):
-            free[k, s] = body_fits(field, x, y, directions[k] + s * width)
-    return free
+        for s in range(half):
+            angle = directions[k] + s * WIDTH
+            free[k, s] = body_fits(field, x, y, angle)
+            if not free[k, s]:
+                first, last = FINER + 1, -FINER - 1
+                for n in range(-FINER, FINER + 1):
+                    if n != 0 and body_fits(field, x, y, angle + 0.5 * n * WIDTH / FINER):
+                        first, last = min(first, n), max(last, n)
+                # On one side only: in between the body does not fit.
+                if first < 0 < last:
+                    first, last = (first, -1) if -first > last else (1, last)
+                if first <= last:
+                    free[k, s] = True
+                    shift[k, s] = 0.25 * (first + last) * WIDTH / FINER
+            free[k, s + half], shift[k, s + half] = free[k, s], shift[k, s]
+    return free, shift
 
 
 def _spread(
     track: Track,
     knots: NDArray[np.int64],
-    directions: Array,
+    angles: tuple[Array, Array],
     states: NDArray[np.int64],
     cost: float,
     start_yaw: float | None,
     goal_yaw: float | None,
 ) -> YawProfile:
     """Yaw at all stations, even in distance between the knots and without jumps of 2π."""
-    arriving_at = directions + WIDTH * states[0::2]
-    leaving_at = directions + WIDTH * states[1::2]
+    arriving_at, leaving_at = angles
     if start_yaw is not None:
         arriving_at[0] = start_yaw
         if states[0] == states[1]:

@@ -210,7 +210,7 @@ def turn_cost(turning: Any, tightest: float, s: int, span: float, turn: float) -
         *(_B2, _F1, _F2, _B1),
         *(KERNEL, _F1, _F1, _F2, _F2, _F1, _F1, types.int64),
         *(_I1, _F1, _F1, _F1, _F2, _I1, _I1),
-        *(_F2, _F2, types.float64, _B2, _F2, types.float64),
+        *(_F2, _F2, types.float64, _B2, _F2, _F2, types.float64),
         *(types.int64, types.int64, types.int64, _I1),
     ),
     cache=True,
@@ -241,6 +241,7 @@ def programme(
     turning: Any,
     tightest: float,
     free: Any,
+    shift: Any,
     spin_cost: Any,
     stop_cost: float,
     start_state: int,
@@ -249,6 +250,8 @@ def programme(
     states: Any,
 ) -> Any:
     """Cost of the best yaw; ``states`` (2·knots,) gets the state before and after each knot.
+
+    Infinite where no yaw leads through: states[0] is then the last knot that can be reached.
 
     Args:
         blocked, frame: as for ``planner.search.ground.touches``.
@@ -260,7 +263,8 @@ def programme(
         stride: (knots,) every so many of the steps after a knot stands for the others.
         steady: (knots, STATES) estimate of the way to the next knot at an even angle.
         turning, tightest: table of what turning on the way adds.
-        free: (knots, STATES) whether the body fits.
+        free, shift: (knots, STATES) whether the body fits, and rad by which its angle is off the
+            state's own so that it does.
         spin_cost: (knots, STATES) cost per rad of turning on the spot.
         stop_cost: cost of a stop on the way.
         start_state, goal_state: -1 leaves them free.
@@ -331,6 +335,9 @@ def programme(
             if exact:
                 nothing = True  # what is priced leads nowhere yet
                 continue
+            for k in range(count):
+                if driven[k].min() < np.inf:
+                    states[0] = k
             return np.inf
         nothing = False
         for k in range(last, -1, -1):
@@ -352,8 +359,8 @@ def programme(
                     w = (q - p + STATES // 2) % STATES - STATES // 2
                     if abs(w) > window[k] or not math.isnan(price[k, p, q]) or not free[k + 1, q]:
                         continue
-                    turn = wrap(bends[k] + w * WIDTH)
-                    yaw = knot_directions[k] + p * WIDTH
+                    turn = wrap(bends[k] + w * WIDTH) + shift[k + 1, q] - shift[k, p]
+                    yaw = knot_directions[k] + p * WIDTH + shift[k, p]
                     total, done = 0.0, 0.0
                     if narrow[k]:
                         for j in range(knots[k], knots[k + 1]):
