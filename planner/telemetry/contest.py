@@ -120,8 +120,11 @@ def contest(
 
     entries.sort(key=rank, reverse=True)
     entries = [e for e in entries if entries[0].score - e.score < FAR_BEHIND]
+    rows, _ = _row_likelihood(log, base, examination, Rival((), (), 0.0, 0.0))
+    nothing = np.bincount(blocks, rows).astype(float)
     outcomes = [
-        Outcome(e.rival.members, _ties(e, entries), _sizes(e, entries, len(log))) for e in entries
+        Outcome(e.rival.members, _ties(e, entries), _sizes(e, entries, nothing, len(log)))
+        for e in entries
     ]
     return outcomes, tuple(e.rival for e in entries)
 
@@ -141,13 +144,16 @@ def _ties(winner: _Entry, entries: Sequence[_Entry]) -> dict[str, tuple[str, ...
     return {name: tuple(rivals) for name, rivals in ties.items()}
 
 
-def _sizes(winner: _Entry, entries: Sequence[_Entry], rows: int) -> dict[str, float]:
-    """By member, ρ of what it adds to the others, where these were fitted alone."""
+def _sizes(
+    winner: _Entry, entries: Sequence[_Entry], nothing: Floats, rows: int
+) -> dict[str, float]:
+    """By member, ρ of what it adds to the others, or to nothing, where these were fitted alone."""
     sizes = {}
-    for other in entries:
-        gone = winner.names - other.names
-        if other.names < winner.names and len(gone) == 1:
-            gain = max(0.0, float((winner.by_block - other.by_block).sum()))
+    fitted = [(other.names, other.by_block) for other in entries]
+    for names, by_block in [*fitted, (frozenset[str](), nothing)]:
+        gone = winner.names - names
+        if names < winner.names and len(gone) == 1:
+            gain = max(0.0, float((winner.by_block - by_block).sum()))
             sizes[next(iter(gone))] = math.sqrt(2.0 * gain / rows)
     return sizes
 

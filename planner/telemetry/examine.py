@@ -37,6 +37,8 @@ Floats = NDArray[np.float64]
 
 LEAST_SHARE = 2e-3
 LEAST_OVER_SENSORS = 4.0
+TOLD_BEFORE = 0.25
+"""Share of both borders that will do for an effect that an earlier round could tell."""
 LARGEST_UNNOTICED = 0.10
 """Share of the mean power; an effect that could be larger without being noticed is not testable."""
 WORTH_SAYING = 0.01
@@ -72,6 +74,8 @@ class Competitors:
         dictionary: shapes over the axes of motion.
         sensors: errors of sensors that compete.
         exact: take the inputs for exact: a column that their errors would drown counts as well.
+        told: effects that an earlier round could tell and chose, or found tied with its choice:
+            around another model they do not fall out of the race for a border of what can be told.
         brief: take whatever does not need the whole catalogue from a model without it, which is
             three times as fast and worth compiling for many rows.
     """
@@ -80,6 +84,7 @@ class Competitors:
     dictionary: Dictionary
     sensors: tuple[Sensor, ...] = SENSORS
     exact: bool = False
+    told: frozenset[str] = frozenset()
     brief: bool = False
 
     @property
@@ -296,9 +301,10 @@ def _sorted_out(log: Telemetry, plain: Examination) -> Examination:
 def _why_not(plain: Examination, number: int, over_sensors: Floats) -> str | None:
     evidence, candidate = plain.evidence, plain.competitors.library.candidates[number]
     column = plain.competitors.candidate(number)
-    if evidence.kept_share(column) < LEAST_SHARE:
+    told = candidate.effect in plain.competitors.told
+    if evidence.kept_share(column) < LEAST_SHARE * (TOLD_BEFORE if told else 1.0):
         return "refitting the model's own parameters does the same to the power in this log"
-    if over_sensors[column] < LEAST_OVER_SENSORS:
+    if over_sensors[column] < LEAST_OVER_SENSORS * (TOLD_BEFORE if told else 1.0):
         return (
             "what refitting the model's parameters leaves of it is no larger than the errors of "
             "the sensors"

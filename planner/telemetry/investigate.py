@@ -195,8 +195,11 @@ def _settled(
             error = heldout_rmse(log, fitted)
             if best is None or error < best[0]:
                 best = error, _found(log, base, examination, selection, fitted, additions)
+        tied = {name for ties in selection.ties.values() for name in ties}
         competitors = replace(
-            competitors, library=_relinearised(competitors, selection, members, fitted)
+            competitors,
+            library=_relinearised(competitors, selection, members, fitted),
+            told=competitors.told | tied | {m.name for m in members},
         )
         explained = [c for m in selection.members for c in m.columns]
         if selection.shape is not None:
