@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from planner.power.model import rows_from
+from planner.telemetry import examine as layout
 from planner.telemetry.candidates import candidate_library
 from planner.telemetry.contest import _Entry, _row_likelihood, _sizes, _ties
 from planner.telemetry.examine import Competitors, examine
@@ -57,5 +60,25 @@ def test_what_explains_as_much_is_a_tie_and_what_trails_in_every_block_is_none()
 
 def test_size_of_a_member_is_what_the_others_lack_without_it():
     """Gain G over n rows is that of a column of ρ: G = n·ρ²/2."""
-    both, alone = entry("ab", [10.0] * 20), entry("a", [5.0] * 20)
-    assert _sizes(both, [both, alone], 5000) == {"b": pytest.approx(np.sqrt(2.0 * 100.0 / 5000))}
+    both, alone, nothing = entry("ab", [10.0] * 20), entry("a", [5.0] * 20), np.full(20, 2.0)
+    rho = {gain: pytest.approx(np.sqrt(2.0 * gain / 5000)) for gain in (100.0, 60.0)}
+    assert _sizes(both, [both, alone], nothing, 5000) == {"b": rho[100.0]}
+    assert _sizes(alone, [both, alone], nothing, 5000) == {"a": rho[60.0]}
+
+
+def test_what_an_earlier_round_could_tell_does_not_fall_out_at_a_border(base, monkeypatch):
+    """At half the border it stays in the race, at a fifth it does not."""
+    rng = np.random.default_rng(3)
+    angle, speed = rng.uniform(0.0, 2.0 * np.pi, 1200), rng.uniform(0.1, 0.9, 1200)
+    rows = rows_from(vx=speed * np.cos(angle), vy=speed * np.sin(angle))
+    log = measured(plain_log([100] * 12, rows), base, NOISE, seed=4)
+    plain = Competitors(candidate_library(fit(log, base).model, log), shapes_of(log), SENSORS)
+    first = examine(log, plain)
+    assert first.testable["air_drag"] is None
+    number = [c.effect for c in plain.library.candidates].index("air_drag")
+    over = layout._over_sensors(log, first)[plain.candidate(number)]
+    known = replace(plain, told=frozenset({"air_drag"}))
+    for share, stays in ((0.5, True), (0.2, False)):
+        monkeypatch.setattr(layout, "LEAST_OVER_SENSORS", over / share)
+        assert examine(log, plain).testable["air_drag"] is not None
+        assert (examine(log, known).testable["air_drag"] is None) is stays
