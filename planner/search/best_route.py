@@ -91,9 +91,13 @@ def best_route(run: Run, field: CostField) -> Found:
     routes = {"grid": attempt.route}
     # To compare with, limits between the stations do not matter; for an answer they do.
     unchecked = {f"grid, {name}" for name in others}
+    ways: set[bytes] = set()
     for name, other in others.items():
         routes[f"grid, {name}"] = other.route
-        if _worth_driving(other, attempt.route, request.objective) and other.refined is not None:
+        if other.refined is None or (way := _way(other.refined)) in ways:
+            continue
+        if _worth_driving(other, attempt.route, request.objective):
+            ways.add(way)
             driven = drive_legs(run, field, other.refined, request.objective)
             routes[f"grid, way of the {name}"] = driven if isinstance(driven, Route) else None
     candidates = {name: route for name, route in routes.items() if route is not None}
@@ -123,6 +127,11 @@ def best_route(run: Run, field: CostField) -> Found:
     found.route = candidates[chosen]
     found.baselines = {name: candidates[ranked(aim)[0]] for name, aim in BASELINES.items()}
     return found
+
+
+def _way(refined: list[tuple[Array, float]]) -> bytes:
+    """What tells one way from another: both baselines may be straight."""
+    return b"".join(path.tobytes() for path, _ in refined)
 
 
 def _worth_driving(other: Attempt, route: Route | None, objective: str) -> bool:

@@ -7,6 +7,7 @@ attempt.route            # or None, with attempt.reason
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -18,7 +19,7 @@ from planner.quantities import STANDARD_GRAVITY
 from planner.search.drive import CLOSELY, ROUGHLY, Stuck, energy_of, move, price
 from planner.search.edge_energy import Motion
 from planner.search.explain import explain_no_route
-from planner.search.ground import CostField, polyline_cost
+from planner.search.ground import CostField, polyline_cost, segment_cost
 from planner.search.pose_search import PosePath, keeping_yaw, pose_path
 from planner.search.refine import VARIANTS, refine
 from planner.search.route import Route
@@ -37,6 +38,8 @@ POSED = {2.0: (1.0,), 4.0: (1.0,)}
 """As VARIANTS of planner.search.refine, for ways that keep their yaw angles."""
 DEARER = 0.01
 """Share of the energy that keeping to limits between the stations as well may cost."""
+STRAIGHT = 0.005
+"""Share by which a baseline may cost more than the floor of its length and still be straight."""
 MUCH = 1.1
 """Energy over that of even driving from which a way with more room is tried as well."""
 
@@ -67,6 +70,9 @@ def on_grid(run: Run, field: CostField, objective: str) -> Attempt:
     A speed that breaks a limit on a bend asks for less steep ground. A body that cannot turn in
     time, or only at much cost, asks for a search with the yaw in it, and for ways with more room.
     """
+    straight = _straight(run, field, objective)
+    if straight is not None:
+        return straight
     plain, shunned, posed = field.factor, 0, False
     tries, rooms = list(MARGINS), list(ROOMS) if run.ground.blocked.any() else [0.0]
     attempt = Attempt(field)
@@ -104,6 +110,24 @@ def on_grid(run: Run, field: CostField, objective: str) -> Attempt:
     if paths is None:
         return replace(attempt, reason=attempt.reason or _why_not(run, field, objective))
     return attempt
+
+
+def _straight(run: Run, field: CostField, objective: str) -> Attempt | None:
+    """The straight line for a baseline that no way undercuts by more than a few parts in 1000."""
+    if objective == "energy" or objective == run.request.objective or field.factor.size > 1:
+        return None
+    cheapest = run.situation.lattice(objective, field).cheapest
+    refined = []
+    for a, b in itertools.pairwise(run.places):
+        cost = float(segment_cost(field, *a, *b, field.step))
+        if not cost <= (1.0 + STRAIGHT) * cheapest * math.dist(a, b):
+            return None
+        refined.append((np.array([a, b]), cost))
+    motion = _move(run, field, refined, objective, ROUGHLY, False)
+    if isinstance(motion, Stuck):
+        return None
+    paths = [path for path, _ in refined]
+    return Attempt(field, paths, refined, _priced(run, field, motion))
 
 
 def _attempted(
