@@ -31,6 +31,7 @@ KEPT = Path("docs/benchmarks/planning.json")
 PICTURE = Path("docs/images/planning.svg")
 ALONE = ("ours", "MCP_Geometric", "Dijkstra", "ttcrpy")
 POSES = ("BIT*, energy", "Informed RRT*, energy", "RRT*, energy", "BIT*, work")
+REFINED = "everything, refined"
 LONG = 10.0
 """s for our own long run."""
 Findings = list[dict[str, Any]]
@@ -38,7 +39,8 @@ Findings = list[dict[str, Any]]
 
 def budgets(options: argparse.Namespace) -> dict[str, float]:
     """CPU seconds by method."""
-    return {"ours": LONG, **dict.fromkeys(POSES, options.others), POSES[0]: options.seconds}
+    poses = {**dict.fromkeys(POSES, options.others), POSES[0]: options.seconds}
+    return {"ours": LONG, **poses, REFINED: options.polish}
 
 
 def find(task: dict[str, Any], paths: Sequence[Any] = ()) -> Findings:
@@ -57,11 +59,18 @@ def find(task: dict[str, Any], paths: Sequence[Any] = ()) -> Findings:
 
 
 def again(row: Row, methods: Sequence[str], budget: dict[str, float]) -> Row:
-    """The same question with some methods measured anew."""
+    """The same question with some methods measured anew.
+
+    What is refined for the best known route are the paths of these.
+    """
     task = {"map": row["map"], "asked": {end: row[end] for end in ("start", "goal")}}
     fresh: Findings = []
     for method in methods:
-        fresh += find({**task, "method": method, "seconds": budget.get(method, 0.0)})
+        if method != REFINED:
+            fresh += find({**task, "method": method, "seconds": budget.get(method, 0.0)})
+    if REFINED in methods:
+        asked = {**task, "method": "best known", "seconds": budget[REFINED]}
+        fresh += find(asked, _promising(fresh))
     # Methods with several findings carry names of their own beside the one asked for.
     names = {one["method"] for one in fresh} | set(methods)
     kept = [one for one in findings_of(row) if one["method"] not in names]
@@ -81,7 +90,8 @@ def answer(name: str, asked: dict[str, Any], options: argparse.Namespace) -> Row
         asks = [{**task, "method": m, "seconds": budget.get(m, 0.0)} for m in others]
         for findings in pool.map(find, asks):
             found += findings
-    found += find({**task, "method": "best known", "seconds": options.polish}, _promising(found))
+    asking = {**task, "method": "best known", "seconds": budget[REFINED]}
+    found += find(asking, _promising(found))
     return {**row_of(name, asked, found), "poses_s": options.seconds}
 
 
@@ -140,7 +150,7 @@ def side_by_side(arguments: Sequence[str] = ()) -> dict[str, Any]:
     parser.add_argument("--workers", type=int, default=2, help="processes at once")
     choices = [*ALONE[1:], *POSES, "checks"]
     parser.add_argument("--without", nargs="*", default=[], choices=choices)
-    parser.add_argument("--only", nargs="+", choices=[*ALONE, *POSES], help="measure these anew")
+    parser.add_argument("--only", nargs="+", choices=[*ALONE, *POSES, REFINED], help="these anew")
     parser.add_argument("--picture", action="store_true", help="only the summary and the picture")
     options = parser.parse_args(arguments)
     if options.picture:
