@@ -4,14 +4,17 @@
 
 The grid with refinement answers first, for the request's objective and, on the other core, for
 the shortest and the fastest route: whatever is found counts for all three. With time left, OMPL
-searches in a tube round the grid's path (or on the whole map), and the grid searches again away
-from what it found. Every motion is priced by the power model, and the best one is the answer. Who
-cancels once there is a route gets the best so far.
+searches in a tube round the grid's path (or on the whole map), the grid searches again away from
+what it found, and all of these ways are refined with other knots and tolls. Every motion is priced
+by the power model, and the best one is the answer. Who cancels once there is a route gets the best
+so far.
 """
 
 from __future__ import annotations
 
+import itertools
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -21,10 +24,12 @@ from numpy.typing import NDArray
 
 from planner.errors import Cancelled
 from planner.search.alternatives import nearness
-from planner.search.grid_route import Attempt, drive_legs, grid_route, on_grid
+from planner.search.drive import Stuck
+from planner.search.grid_route import Attempt, drive_legs, on_grid
 from planner.search.ground import CostField
 from planner.search.kept_limits import broken_limits
 from planner.search.ompl_route import ompl_legs
+from planner.search.refine import refine
 from planner.search.route import Route
 from planner.search.run import Run
 from planner.search.steady import MARGIN
@@ -38,6 +43,8 @@ DEARER = 0.1
 """By how much ground near a known route gets dearer for the next one."""
 CLOSE = 0.02
 """Another aim's way that is dearer by less is driven for the request's objective as well."""
+KNOTS, SHARES = (4.0, 8.0, 6.0, 12.0, 3.0, 16.0), (1.0, 0.3, 0.1, 3.0)
+"""Cells between knots, and shares of a corner's toll, that ways are refined with in time left."""
 ENOUGH = 0.15
 """s left from which another search is begun."""
 
@@ -167,13 +174,50 @@ def _improve(
     if request.planner != "auto" or request.objective != "energy":
         return
     factor = np.ones(attempt.field.heights.shape)
+    ways = [attempt.paths or [], [path for path, _ in legs]]
     for number in range(DETOURS):
         if not candidates or (request.iterations is None and left() < ENOUGH):
             break
         run.step("other ways", 0.7 + 0.02 * number)
         latest = list(candidates.values())[-1]
         factor = factor * (1.0 + DEARER * nearness(latest, attempt.field))
-        other = grid_route(run, request.objective, factor)
-        if other is None:
+        other = on_grid(run, run.field(request.objective, MARGIN, factor), request.objective)
+        if other.route is None or other.paths is None:
             break
-        candidates[f"detour {number + 1}"] = other
+        candidates[f"detour {number + 1}"] = other.route
+        ways.append(other.paths)
+    if request.iterations is None:
+        _refine_otherwise(run, attempt.field.margin, ways, candidates, left)
+
+
+def _refine_otherwise(
+    run: Run,
+    margin: float,
+    ways: list[list[Array]],
+    candidates: dict[str, Route],
+    left: Callable[[], float],
+) -> None:
+    """Refine ways with other knots and tolls than a search has time for, two at once."""
+    objective = run.request.objective
+    field, toll = run.field(objective, margin), run.situation.toll(objective)
+
+    def refined(knots: float, share: float, way: list[Array]) -> Route | Stuck:
+        legs = [
+            refine(field, path, tolls=[share * toll], knot_cells=knots, check=run.check)[0]
+            for path in way
+        ]
+        return drive_legs(run, field, legs, objective)
+
+    kinds = sorted(
+        itertools.product(KNOTS, SHARES),
+        key=lambda kind: KNOTS.index(kind[0]) + SHARES.index(kind[1]),
+    )
+    tasks = [partial(refined, *kind, way) for kind in kinds for way in ways if way]
+    for first in range(0, len(tasks), 2):
+        if left() < ENOUGH:
+            break
+        run.step("other refinements", 0.85)
+        for route in run.other_core.all(tasks[first : first + 2]):
+            if isinstance(route, Route):
+                best = candidates.get("refined otherwise", route)
+                candidates["refined otherwise"] = min(best, route, key=lambda r: r.energy_j)

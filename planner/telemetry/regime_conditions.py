@@ -200,6 +200,8 @@ def refined(condition: Condition, values: Floats, residual: Floats) -> Condition
     if name in ("heading", "surface"):
         return condition
     unit, known = _unit(name), np.isfinite(values)
+    if not known.any():
+        return condition  # the others, moved already, let nothing through that has a value here
     size = (np.abs(values) if condition.magnitude else values)[known] / unit
     low, high = (None if v is None else v / unit for v in (condition.low, condition.high))
     # What stands is known from the start.

@@ -182,8 +182,10 @@ def find_regimes(
                 break
             conditions = _refined(conditions, axes, left)
             met = _met(conditions, axes)
-            if abs(search.excess_of(met, left, len(conditions))) < 1.0 or not search.runs_agree(
-                met, left
+            if (
+                not met.any()
+                or abs(search.excess_of(met, left, len(conditions))) < 1.0
+                or not search.runs_agree(met, left)
             ):
                 candidates.drop()
                 continue

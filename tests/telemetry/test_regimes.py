@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planner.telemetry.quantities_of_motion import AXES
-from planner.telemetry.regime_conditions import conditions_on
+from planner.telemetry.regime_conditions import conditions_on, refined, within
 from planner.telemetry.regimes import find_regimes
 
 GROUNDS = ("hard", "carpet", "gravel")
@@ -221,3 +221,10 @@ def test_forty_thousand_rows_take_a_second():
     started = time.perf_counter()
     regimes(residual, axes, run)
     assert time.perf_counter() - started < 3.0  # 0.4 s on a free core
+
+
+def test_a_threshold_without_rows_stays():
+    """Where the other conditions of a regime let no row through, there is nothing to move it by."""
+    slow = within("yaw_rate", None, 0.1, magnitude=True)
+    assert refined(slow, np.zeros(0), np.zeros(0)) is slow
+    assert refined(slow, np.full(9, np.nan), np.ones(9)) is slow
