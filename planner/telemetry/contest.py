@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -89,6 +89,7 @@ def contest(
     examination: Examination,
     selection: Selection,
     known: Sequence[Rival] = (),
+    check: Callable[[], None] = lambda: None,
 ) -> tuple[list[Outcome], tuple[Rival, ...]]:
     """The members that explain the log when everything is fitted, best first, and their equals.
 
@@ -98,6 +99,7 @@ def contest(
         examination: of the same rows.
         selection: what the sums say; its rivals are tried.
         known: rivals from before, which the sums around another model may not do justice to.
+        check: called before every fit; raises when the caller was cancelled.
 
     Returns:
         Outcomes that do not trail far, and their rivals, to be tried again later.
@@ -109,6 +111,7 @@ def contest(
     blocks = block_numbers(log)
     entries = []
     for rival in field:
+        check()
         rows, surprise = _row_likelihood(log, base, examination, rival)
         by_block = np.bincount(blocks, rows).astype(float)
         score = float(by_block.sum()) - rival.penalty - surprise

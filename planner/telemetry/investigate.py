@@ -175,7 +175,13 @@ def _settled(
     competitors = Competitors(library, shapes_of(log), sensors, exact=exact)
     examination = examine(log, competitors)
     known: list[Rival] = []
-    selection = _chosen(log, base, examination, known)
+
+    reached = share
+
+    def check() -> None:
+        watch(reached, "fitting what comes near in full")
+
+    selection = _chosen(log, base, examination, known, check)
     fitted = base
     additions: tuple[Addition, ...] = ()
     chosen: tuple[tuple[str, tuple[int, ...]], ...] = ()
@@ -186,7 +192,8 @@ def _settled(
         if names == chosen:
             break
         chosen = names
-        watch(share + 0.04 * number, "refitting with " + ", ".join(m.name for m in members))
+        reached = share + 0.04 * number
+        watch(reached, "refitting with " + ", ".join(m.name for m in members))
         additions = tuple(
             addition_for(examination, m, coefficients_of(selection, m.name)) for m in members
         )
@@ -205,7 +212,7 @@ def _settled(
         if selection.shape is not None:
             explained.append(selection.shape.column)
         examination = examine(log, competitors, tuple(explained) or None)
-        selection = _chosen(log, base, examination, known)
+        selection = _chosen(log, base, examination, known, check)
     # Around stated values that are far off, later rounds may wander; the best one counts.
     settled = tuple((m.name, m.columns) for m in selection.members if not m.sensor) == chosen
     if best is not None and not (settled and heldout_rmse(log, fitted) <= best[0]):
@@ -231,10 +238,17 @@ def _found(
     return Found(log, base, examination, selection, fitted, additions, {}, examination, base.model)
 
 
-def _chosen(log: Telemetry, base: Fit, examination: Examination, known: list[Rival]) -> Selection:
+def _chosen(
+    log: Telemetry,
+    base: Fit,
+    examination: Examination,
+    known: list[Rival],
+    check: Callable[[], None],
+) -> Selection:
     """The best subset of the sums, once it has stood against its rivals fitted in full.
 
-    ``known`` are rivals of earlier rounds; those of this one join them.
+    ``known`` are rivals of earlier rounds; those of this one join them. ``check`` is called before
+    every fit; it raises when the caller cancelled.
     """
     selection = select(examination)
     if not selection.members:
@@ -242,7 +256,7 @@ def _chosen(log: Telemetry, base: Fit, examination: Examination, known: list[Riv
     # What could be told in an earlier round may drown in this one, around other parameters.
     there = members_of(examination)
     able = [rival for rival in known if all(m in there for m in rival.members)]
-    ranked, near = contest(log, base, examination, selection, able)
+    ranked, near = contest(log, base, examination, selection, able, check)
     known[:] = near
     names = {m.name for m in selection.members}
     first: Selection | None = None

@@ -7,12 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from planner.errors import Cancelled
 from planner.power.model import rows_from
 from planner.telemetry import examine as layout
 from planner.telemetry.candidates import candidate_library
-from planner.telemetry.contest import _Entry, _row_likelihood, _sizes, _ties
+from planner.telemetry.contest import _Entry, _row_likelihood, _sizes, _ties, contest
 from planner.telemetry.examine import Competitors, examine
 from planner.telemetry.fit import fit
+from planner.telemetry.select_effects import select
 from planner.telemetry.sensors import SENSORS
 from planner.telemetry.shapes import shapes_of
 from planner.telemetry.subsets import Member, Rival
@@ -82,3 +84,22 @@ def test_what_an_earlier_round_could_tell_does_not_fall_out_at_a_border(base, mo
         monkeypatch.setattr(layout, "LEAST_OVER_SENSORS", over / share)
         assert examine(log, plain).testable["air_drag"] is not None
         assert (examine(log, known).testable["air_drag"] is None) is stays
+
+
+def test_a_contest_is_stopped_between_two_fits(examined):
+    """Whoever cancels while explanations are fitted is asked before each of them."""
+    log, fitted, examination = examined
+    selection = select(examination)
+    number = [s.kind for s in SENSORS].index("power_scale")
+    scale = Member("power_scale", (examination.competitors.sensor(number),), True, None, False)
+    known = (Rival((), (), 0.0, 0.0), Rival((scale,), (np.array([0.01]),), 0.0, 0.0))
+    asked: list[int] = []
+
+    def check() -> None:
+        asked.append(1)
+        if len(asked) == 2:
+            raise Cancelled("stop")
+
+    with pytest.raises(Cancelled):
+        contest(log, fitted, examination, selection, known, check)
+    assert len(asked) == 2
