@@ -80,34 +80,29 @@ def assemble(
     track, yaw, speeds = _closer(track, yaw, speeds, spacing)
     heights, _ = sample_surface(field, track.points)
     surface = np.hypot(track.lengths, np.diff(heights))
-    out: dict[str, list[float]] = {k: [] for k in ("x", "y", "z", "yaw", "t", "v", "k", "a")}
-    time = 0.0
-
-    def put(place: int, angle: float, speed: float) -> None:
-        out["x"].append(float(track.points[place, 0]))
-        out["y"].append(float(track.points[place, 1]))
-        out["z"].append(float(heights[place]))
-        out["yaw"].append(float(angle))
-        out["t"].append(time)
-        out["v"].append(float(speed))
-
-    for place in range(len(track.points)):
-        if place == 0:
-            put(place, yaw.arriving[place], speeds[place])
-        elif surface[place - 1] > 0.0:
-            time += 2.0 * surface[place - 1] / (speeds[place - 1] + speeds[place])
-            out["k"].append(float(track.curvatures[place - 1]))
-            out["a"].append(0.0)
-            put(place, yaw.arriving[place], speeds[place])
-        spin = yaw.leaving[place] - yaw.arriving[place]
-        if abs(spin) > 1e-9:
-            for angle, after, acceleration in _turn_on_the_spot(spin, yaw_rate):
-                time += after
-                out["k"].append(0.0)
-                out["a"].append(acceleration)
-                put(place, yaw.arriving[place] + angle, 0.0)
+    # One row for each pose: station, yaw, speed, and what leads there: s, 1/m, rad/s².
+    places = np.flatnonzero(np.append(True, surface > 0.0))
+    before = places[1:] - 1
+    poses = np.zeros((len(places), 6))
+    poses[:, 0], poses[:, 1], poses[:, 2] = places, yaw.arriving[places], speeds[places]
+    poses[1:, 3] = 2.0 * surface[before] / (speeds[before] + speeds[before + 1])
+    poses[1:, 4] = track.curvatures[before]
+    spins = yaw.leaving - yaw.arriving
+    turned: list[tuple[float, ...]] = []
+    at: list[int] = []
+    for place in np.flatnonzero(np.abs(spins) > 1e-9):
+        begun = float(yaw.arriving[place])
+        for angle, after, acceleration in _turn_on_the_spot(float(spins[place]), yaw_rate):
+            turned.append((float(place), begun + angle, 0.0, after, 0.0, acceleration))
+            at.append(int(np.searchsorted(places, place, side="right")))
+    if turned:
+        poses = np.insert(poses, at, np.array(turned), axis=0)
+    number = poses[:, 0].astype(np.int64)
+    x, y = np.ascontiguousarray(track.points[number].T)
+    _, angles, pace, seconds, _, _ = np.ascontiguousarray(poses.T)
+    curvatures, accelerations = np.ascontiguousarray(poses[1:, 4:].T)
     return Motion(
-        *(np.array(out[k]) for k in ("x", "y", "z", "yaw", "t", "v", "k", "a")),
+        x, y, heights[number], angles, np.cumsum(seconds), pace, curvatures, accelerations
     )
 
 

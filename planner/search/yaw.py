@@ -252,17 +252,18 @@ def _spread(
         if states[-2] == states[-1]:
             arriving_at[-1] = goal_yaw
     along = np.concatenate([[0.0], np.cumsum(track.lengths)])
-    arriving = np.empty(len(along))
-    leaving = np.empty(len(along))
-    arriving[0] = arriving_at[0]
-    yaw = arriving[0] + math.remainder(leaving_at[0] - arriving[0], 2.0 * math.pi)
-    leaving[0] = yaw
-    for k in range(len(knots) - 1):
-        a, b = knots[k], knots[k + 1]
-        turn = math.remainder(arriving_at[k + 1] - yaw, 2.0 * math.pi)
-        share = (along[a + 1 : b + 1] - along[a]) / (along[b] - along[a])
-        arriving[a + 1 : b + 1] = yaw + turn * share
-        leaving[a + 1 : b] = arriving[a + 1 : b]
-        yaw = arriving[b] + math.remainder(leaving_at[k + 1] - arriving[b], 2.0 * math.pi)
-        leaving[b] = yaw
+    spins = _turned(leaving_at - arriving_at)
+    turns = _turned(arriving_at[1:] - leaving_at[:-1])
+    at_knots = arriving_at[0] + np.concatenate([[0.0], np.cumsum(spins[:-1] + turns)])
+    # Every station but the first belongs to the knot before it.
+    k = np.searchsorted(knots, np.arange(1, len(along))) - 1
+    share = (along[1:] - along[knots[k]]) / (along[knots[k + 1]] - along[knots[k]])
+    arriving = np.append(at_knots[0], (at_knots + spins)[k] + turns[k] * share)
+    leaving = arriving.copy()
+    leaving[knots] = at_knots + spins
     return YawProfile(arriving, leaving, cost)
+
+
+def _turned(angles: Array) -> Array:
+    """The shorter way round, between -π and π."""
+    return np.asarray(angles - 2.0 * np.pi * np.round(angles / (2.0 * np.pi)))
