@@ -129,7 +129,23 @@ def contest(
         Outcome(e.rival.members, _ties(e, entries), _sizes(e, entries, nothing, len(log)))
         for e in entries
     ]
-    return outcomes, tuple(e.rival for e in entries)
+    return _simpler_first(outcomes, entries), tuple(e.rival for e in entries)
+
+
+def _simpler_first(outcomes: list[Outcome], entries: Sequence[_Entry]) -> list[Outcome]:
+    """The error of one sensor before several effects, each of which is tied with it.
+
+    That two effects are missing at once and look like one faulty sensor is the odder story.
+    """
+    tied = [set(names) for names in outcomes[0].ties.values()]
+    if len(tied) < 2:
+        return outcomes
+    for number, (outcome, entry) in enumerate(zip(outcomes, entries, strict=True)):
+        alone = len(outcome.members) == 1 and outcome.members[0].sensor
+        near = entries[0].score - entry.score < SURE_GAIN
+        if alone and near and all(outcome.members[0].name in names for names in tied):
+            return [outcome, *outcomes[:number], *outcomes[number + 1 :]]
+    return outcomes
 
 
 def _ties(winner: _Entry, entries: Sequence[_Entry]) -> dict[str, tuple[str, ...]]:

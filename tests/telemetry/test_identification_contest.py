@@ -11,7 +11,15 @@ from planner.errors import Cancelled
 from planner.power.model import rows_from
 from planner.telemetry import examine as layout
 from planner.telemetry.candidates import candidate_library
-from planner.telemetry.contest import _Entry, _row_likelihood, _sizes, _ties, contest
+from planner.telemetry.contest import (
+    Outcome,
+    _Entry,
+    _row_likelihood,
+    _simpler_first,
+    _sizes,
+    _ties,
+    contest,
+)
 from planner.telemetry.examine import Competitors, examine
 from planner.telemetry.fit import fit
 from planner.telemetry.select_effects import select
@@ -103,3 +111,19 @@ def test_a_contest_is_stopped_between_two_fits(examined):
     with pytest.raises(Cancelled):
         contest(log, fitted, examination, selection, known, check)
     assert len(asked) == 2
+
+
+def told(names: str, ties: dict[str, tuple[str, ...]], *, sensor: bool = False) -> Outcome:
+    members = tuple(Member(name, (0,), sensor, None, False) for name in names)
+    return Outcome(members, ties, {})
+
+
+@pytest.mark.parametrize(("behind", "first"), [(3.0, "s"), (9.0, "ab")])
+def test_one_sensor_comes_before_two_effects_that_are_tied_with_it(behind, first):
+    """Unless it is clearly behind, or only one of the effects is tied with it."""
+    entries = [entry("ab", [0.0]), entry("s", [-behind])]
+    sensor = told("s", {"s": ()}, sensor=True)
+    both = told("ab", {"a": ("s",), "b": ("c", "s")})
+    assert [m.name for m in _simpler_first([both, sensor], entries)[0].members] == list(first)
+    one = told("ab", {"a": ("s",), "b": ("c",)})
+    assert _simpler_first([one, sensor], entries)[0] is one
