@@ -35,7 +35,7 @@ REACH, LONG = 30, 500
 COARSE = 2.0
 """So much further apart than for the final cost are the points that pieces are priced at while
 there are many to choose from."""
-BANDS = ((2.0, 5, 3, COARSE), (0.7, 5, 4, COARSE), (0.25, 4, 5, 1.0))
+BANDS = ((2.0, 5, 5, COARSE), (0.7, 5, 6, COARSE), (0.25, 4, 8, 1.0))
 """Offset step in cells, offsets to each side, largest change of offset between knots, and how much
 further apart the points are that a piece is priced at."""
 
