@@ -123,6 +123,7 @@ def contest(
 
     entries.sort(key=rank, reverse=True)
     entries = [e for e in entries if entries[0].score - e.score < FAR_BEHIND]
+    check()
     rows, _ = _row_likelihood(log, base, examination, Rival((), (), 0.0, 0.0))
     nothing = np.bincount(blocks, rows).astype(float)
     outcomes = [
