@@ -352,7 +352,6 @@ def _over_sensors(log: Telemetry, plain: Examination) -> Floats:
     at = np.arange(0, len(log), step)
     probe = log.take(at)
     rng = np.random.default_rng(7)
-    number, count = (values[at] for values in stretches(log))
     rows = probe.rows.copy()
     for name, (fixed, relative) in SENSOR_ERRORS.items():
         column = rows[:, INDEX[name]]
@@ -361,6 +360,7 @@ def _over_sensors(log: Telemetry, plain: Examination) -> Floats:
         error = (fixed + relative * np.abs(column)) * rng.standard_normal(len(rows))
         if name in ("vx", "vy", "wz"):
             # Rows of a steady drive share what is left of the error in their mean.
+            number, count = (values[at] for values in stretches(log, name))
             _, begin, stretch = np.unique(number, return_index=True, return_inverse=True)
             error = error[begin][stretch] / np.sqrt(count)
         column += error

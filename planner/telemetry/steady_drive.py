@@ -1,21 +1,21 @@
 """Speeds of steady drives, taken at their means.
 
-    log = at_steady_speeds(log)     # the same rows; where steady, vx, vy and wz at their means
+    log = at_steady_speeds(log)     # the same rows; vx, vy and wz each at its mean where steady
 
 What the speed does by millimetres a second while a robot keeps its speed is the error of odometry,
 or the answer of the speed controller to a bump: the robot slows down a little *because* it needs
 more power. A fit that takes these wiggles for causes finds friction that falls with speed, as
 stiction does, where there is none; and of a wheel or roller that nearly stands they decide the side
-on which friction acts. So the speeds of a stretch of consecutive rows are replaced by their means
-where
+on which friction acts. Rollers do so in all forward travel, also where it speeds up: vx, vy and wz
+are seen to one by one. In a stretch of consecutive rows a speed is replaced by its mean where
 
-    range   each of them stays within what odometry usually errs by (SPEED_ERROR)
+    range   it stays within what odometry usually errs by (SPEED_ERROR)
     drift   the means of the stretch's halves differ by no more than the scatter from row to row
             (von Neumann's mean square successive difference) makes them
 
 Stretches that drift are halved until they hold or are shorter than SHORTEST rows; those keep their
-speeds. Accelerations that were derived from the speeds are those of a steady drive in the inside of
-a stretch; measured ones stay.
+speeds. Accelerations that were derived from the speeds follow them, with no change of a speed in
+the inside of its stretch; measured ones stay.
 
 Source
     own; the estimate of a scatter that drift does not enlarge: von Neumann, "Distribution of the
@@ -32,7 +32,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from planner.quantities import INDEX
+from planner.quantities import INDEX, QUANTITIES
 from planner.telemetry.log import Telemetry
 from planner.telemetry.noise import segments
 from planner.telemetry.sensitivity import SPEED_ERROR
@@ -42,6 +42,7 @@ SHORTEST = 4
 DRIFT_Z = 2.5
 """Standard errors by which the means of the halves of a stretch may differ."""
 _SPEEDS = [INDEX[name] for name in ("vx", "vy", "wz")]
+_RATES = [INDEX[name] for name in ("ax", "ay", "yaw_acceleration")]
 
 
 def at_steady_speeds(log: Telemetry) -> Telemetry:
@@ -54,59 +55,68 @@ def at_steady_speeds(log: Telemetry) -> Telemetry:
         A log with the same rows, of which only velocities and derived accelerations differ.
     """
     rows = log.rows.copy()
-    speeds = np.ascontiguousarray(rows[:, _SPEEDS])
+    rate = rows[:, _RATES]  # of the body's speeds, without the turning of the frame
+    vx, vy, wz = rows[:, _SPEEDS].T
+    rate[:, 0] += wz * vy
+    rate[:, 1] -= wz * vx
     ends = np.array([stop for _, stop in segments(log)], np.int64)
-    inside = np.zeros(len(log), np.bool_)
-    if len(log):
-        _average(speeds, ends, np.array(SPEED_ERROR), inside)
-    rows[:, _SPEEDS] = speeds
-    vx, vy, wz = speeds[inside].T
-    steady = {"ax": -wz * vy, "ay": wz * vx, "yaw_acceleration": 0.0}
-    for name, value in steady.items():
-        if name not in log.present:
-            rows[inside, INDEX[name]] = value
+    for axis, (place, most) in enumerate(zip(_SPEEDS, SPEED_ERROR, strict=True)):
+        speed, inside = rows[:, place].copy(), np.zeros(len(log), np.bool_)
+        if len(log):
+            _average(speed, ends, most, inside)
+        rows[:, place] = speed
+        rate[inside, axis] = 0.0
+    vx, vy, wz = rows[:, _SPEEDS].T
+    rate[:, 0] -= wz * vy
+    rate[:, 1] += wz * vx
+    for place, values in zip(_RATES, rate.T, strict=True):
+        if QUANTITIES[place].name not in log.present:
+            rows[:, place] = values
     return replace(log, rows=rows)
 
 
-def stretches(log: Telemetry) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Which rows share their speeds: what odometry errs by is averaged over these.
+def stretches(log: Telemetry, speed: str) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Which rows share a speed: what odometry errs by is averaged over these.
+
+    Args:
+        log: the rows, at steady speeds.
+        speed: "vx", "vy" or "wz".
 
     Returns:
-        (n,) number of the stretch of every row, and (n,) how many rows it has; 1 outside of steady
-        drives.
+        (n,) number of the stretch of every row, and (n,) how many rows it has; 1 where the speed
+        changes.
     """
-    speeds = log.rows[:, _SPEEDS]
+    values = log.rows[:, INDEX[speed]]
     begins = np.ones(len(log), np.bool_)
-    begins[1:] = np.any(speeds[1:] != speeds[:-1], axis=1) | (log.run[1:] != log.run[:-1])
+    begins[1:] = (np.diff(values) != 0.0) | (np.diff(log.run) != 0)
     number = np.cumsum(begins) - 1
     return number, np.bincount(number)[number]
 
 
 @njit(cache=True, nogil=True)
-def _average(speeds: Any, ends: Any, most: Any, inside: Any) -> None:
-    """Average speeds (n, 3) over steady stretches, in place, and mark the rows inside of them.
+def _average(speed: Any, ends: Any, most: float, inside: Any) -> None:
+    """Average a speed (n,) over steady stretches, in place, and mark the rows inside of them.
 
-    ``ends`` are those of the segments; ``most`` is how far a speed may range. A row beside another
-    motion is not inside: it may have begun to change its own.
+    ``ends`` are those of the segments; ``most`` is how far the speed may range. A row beside
+    another motion is not inside: it may have begun to change its own.
     """
     first = 0
     for last in ends:
         start = first
         while start < last:
-            stop = _end_of_range(speeds, start, last, most)
+            stop = _end_of_range(speed, start, last, most)
             # Halves wait here; each is half as long as the one before it.
             waiting = [(start, stop)]
             while len(waiting) > 0:
                 begin, end = waiting.pop()
                 if end - begin < SHORTEST:
                     continue
-                if _drifts(speeds[begin:end]):
+                if _drifts(speed[begin:end]):
                     middle = begin + (end - begin) // 2
                     waiting.append((middle, end))
                     waiting.append((begin, middle))
                     continue
-                for j in range(speeds.shape[1]):
-                    speeds[begin:end, j] = np.mean(speeds[begin:end, j])
+                speed[begin:end] = np.mean(speed[begin:end])
                 inside[begin if begin == first else begin + 1 : end if end == last else end - 1] = (
                     True
                 )
@@ -115,25 +125,20 @@ def _average(speeds: Any, ends: Any, most: Any, inside: Any) -> None:
 
 
 @njit(cache=True, nogil=True)
-def _end_of_range(speeds: Any, start: int, last: int, most: Any) -> int:
-    """End of the longest stretch from ``start`` on in which no speed ranges further than that."""
-    low, high = speeds[start].copy(), speeds[start].copy()
+def _end_of_range(speed: Any, start: int, last: int, most: float) -> int:
+    """End of the longest stretch from ``start`` on in which the speed ranges no further."""
+    low = high = speed[start]
     for k in range(start + 1, last):
-        for j in range(speeds.shape[1]):
-            low[j], high[j] = min(low[j], speeds[k, j]), max(high[j], speeds[k, j])
-            if high[j] - low[j] > most[j]:
-                return k
+        low, high = min(low, speed[k]), max(high, speed[k])
+        if high - low > most:
+            return k
     return last
 
 
 @njit(cache=True, nogil=True)
 def _drifts(part: Any) -> bool:
-    """Whether the halves of a stretch (n, 3) differ by more than its scatter from row to row."""
-    count = part.shape[0]
-    half = count // 2
-    for j in range(part.shape[1]):
-        apart = abs(np.mean(part[:half, j]) - np.mean(part[count - half :, j]))
-        scatter = np.sqrt(0.5 * np.mean((part[1:, j] - part[:-1, j]) ** 2))
-        if apart > DRIFT_Z * scatter * np.sqrt(2.0 / half):
-            return True
-    return False
+    """Whether the halves of a stretch (n,) differ by more than its scatter from row to row."""
+    half = part.shape[0] // 2
+    apart = abs(np.mean(part[:half]) - np.mean(part[part.shape[0] - half :]))
+    scatter = np.sqrt(0.5 * np.mean((part[1:] - part[:-1]) ** 2))
+    return bool(apart > DRIFT_Z * scatter * np.sqrt(2.0 / half))

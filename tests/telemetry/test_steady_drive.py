@@ -96,17 +96,42 @@ def test_what_the_controller_answers_is_no_cause_of_the_power():
     assert abs(slope(after)) < 0.1
 
 
+def test_each_speed_is_steady_by_itself():
+    # A robot that speeds up straight ahead still does not drive sideways.
+    speeds = steady(vy=0.0, wz=0.0)
+    speeds[:, 0] = 0.2 + 0.15 * np.sin(0.5 * np.arange(60.0))
+    log = driven(speeds)
+    log = replace(log, present=log.present - {"ax", "ay", "yaw_acceleration"})
+    log.rows[:, INDEX["ax"]] = np.gradient(log.rows[:, INDEX["vx"]], 0.5) - np.prod(
+        log.rows[:, SPEEDS[1:]], axis=1
+    )
+    found = at_steady_speeds(log)
+    assert np.ptp(found.rows[:, SPEEDS[1:]], axis=0) == pytest.approx([0.0, 0.0], abs=1e-12)
+    swinging = found.rows[:, INDEX["vx"]]
+    assert np.sqrt(np.mean((swinging - speeds[:, 0]) ** 2)) < 1.2 * NOISE[0]
+    # What the acceleration says of the speed that changes is kept, of the others it is nothing.
+    turning = np.prod(found.rows[:, SPEEDS[1:]], axis=1)
+    rate = np.gradient(log.rows[:, INDEX["vx"]], 0.5)
+    kept = found.rows[:, INDEX["ax"]] + turning
+    assert np.all((kept == 0.0) | (np.abs(kept - rate) < 1e-12))
+    assert np.count_nonzero(kept == 0.0) < 6  # at the crests at most
+    assert found.rows[:, INDEX["ay"]] == pytest.approx(
+        found.rows[:, INDEX["wz"]] * swinging, abs=1e-12
+    )
+
+
 def test_stretches_are_the_rows_that_share_a_mean():
     speeds = np.concatenate([steady(rows=20), steady(rows=20)])
     speeds[20:, 0] = 0.5 * np.sin(np.arange(20.0))
     log = at_steady_speeds(driven(speeds))
-    number, count = stretches(log)
+    number, count = stretches(log, "vx")
     assert np.all(number[:20] == 0)
     assert np.all(count[:20] == 20)
     assert np.array_equal(number[20:], np.arange(1, 21))
     assert np.all(count[20:] == 1)
+    assert np.all(stretches(log, "vy")[1] == 40)
     # The same speed in two runs is two stretches.
-    number, count = stretches(replace(log, run=np.repeat([0, 1], [10, 30])))
+    number, count = stretches(replace(log, run=np.repeat([0, 1], [10, 30])), "vx")
     assert set(count[:20]) == {10}
     assert number[9] != number[10]
 
