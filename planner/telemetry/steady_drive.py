@@ -9,14 +9,17 @@ stiction does, where there is none; and of a wheel or roller that nearly stands 
 on which friction acts. Rollers do so in all forward travel, also where it speeds up: vx, vy and wz
 are seen to one by one. In a stretch of consecutive rows a speed is replaced by its mean where
 
-    range   it stays within what odometry usually errs by (SPEED_ERROR)
+    range   it ranges over no more than what odometry usually errs by (SPEED_ERROR), or stays within
+            as much of zero
     drift   the means of the stretch's halves differ by no more than the scatter from row to row
             (von Neumann's mean square successive difference) makes them
 
+A mean that cannot be told from zero is zero: of a roller that hardly turns even its error would
+say that there is next to no friction, for friction one way and the other would show in the power.
 Stretches that drift are halved until they hold or are shorter than SHORTEST rows; those keep their
-speeds. Accelerations that were derived from the speeds follow them, with no change of a speed in
-the inside of its stretch; measured ones stay.
-
+speeds. In the inside of a stretch the acceleration is that of a speed that does not change, also
+where it was measured: an accelerometer's noise is larger than what odometry leaves open there, and
+would send the rollers of a straight drive to and fro within every row.
 Source
     own; the estimate of a scatter that drift does not enlarge: von Neumann, "Distribution of the
     ratio of the mean square successive difference to the variance", Annals of Mathematical
@@ -32,7 +35,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from planner.quantities import INDEX, QUANTITIES
+from planner.quantities import INDEX
 from planner.telemetry.log import Telemetry
 from planner.telemetry.noise import segments
 from planner.telemetry.sensitivity import SPEED_ERROR
@@ -41,6 +44,8 @@ SHORTEST = 4
 """Rows; fewer say nothing about drift."""
 DRIFT_Z = 2.5
 """Standard errors by which the means of the halves of a stretch may differ."""
+REST_Z = 4.0
+"""Standard errors from zero that a mean must have to be a motion."""
 _SPEEDS = [INDEX[name] for name in ("vx", "vy", "wz")]
 _RATES = [INDEX[name] for name in ("ax", "ay", "yaw_acceleration")]
 
@@ -52,7 +57,7 @@ def at_steady_speeds(log: Telemetry) -> Telemetry:
         log: the rows; their runs and times say which of them follow each other.
 
     Returns:
-        A log with the same rows, of which only velocities and derived accelerations differ.
+        A log with the same rows, of which only velocities and accelerations differ.
     """
     rows = log.rows.copy()
     rate = rows[:, _RATES]  # of the body's speeds, without the turning of the frame
@@ -69,9 +74,7 @@ def at_steady_speeds(log: Telemetry) -> Telemetry:
     vx, vy, wz = rows[:, _SPEEDS].T
     rate[:, 0] -= wz * vy
     rate[:, 1] += wz * vx
-    for place, values in zip(_RATES, rate.T, strict=True):
-        if QUANTITIES[place].name not in log.present:
-            rows[:, place] = values
+    rows[:, _RATES] = rate
     return replace(log, rows=rows)
 
 
@@ -116,7 +119,7 @@ def _average(speed: Any, ends: Any, most: float, inside: Any) -> None:
                     waiting.append((middle, end))
                     waiting.append((begin, middle))
                     continue
-                speed[begin:end] = np.mean(speed[begin:end])
+                speed[begin:end] = _steady(speed[begin:end])
                 inside[begin if begin == first else begin + 1 : end if end == last else end - 1] = (
                     True
                 )
@@ -126,11 +129,11 @@ def _average(speed: Any, ends: Any, most: float, inside: Any) -> None:
 
 @njit(cache=True, nogil=True)
 def _end_of_range(speed: Any, start: int, last: int, most: float) -> int:
-    """End of the longest stretch from ``start`` on in which the speed ranges no further."""
+    """End of the longest stretch from ``start`` on that ranges, or leaves zero, by no more."""
     low = high = speed[start]
     for k in range(start + 1, last):
         low, high = min(low, speed[k]), max(high, speed[k])
-        if high - low > most:
+        if high - low > most and max(high, -low) > most:
             return k
     return last
 
@@ -140,5 +143,16 @@ def _drifts(part: Any) -> bool:
     """Whether the halves of a stretch (n,) differ by more than its scatter from row to row."""
     half = part.shape[0] // 2
     apart = abs(np.mean(part[:half]) - np.mean(part[part.shape[0] - half :]))
-    scatter = np.sqrt(0.5 * np.mean((part[1:] - part[:-1]) ** 2))
-    return bool(apart > DRIFT_Z * scatter * np.sqrt(2.0 / half))
+    return bool(apart > DRIFT_Z * _scatter(part) * np.sqrt(2.0 / half))
+
+
+@njit(cache=True, nogil=True)
+def _steady(part: Any) -> float:
+    """Mean of a stretch (n,), or zero where its scatter does not tell it from zero."""
+    mean = np.mean(part)
+    return 0.0 if abs(mean) < REST_Z * _scatter(part) / np.sqrt(part.shape[0]) else float(mean)
+
+
+@njit(cache=True, nogil=True)
+def _scatter(part: Any) -> float:
+    return float(np.sqrt(0.5 * np.mean((part[1:] - part[:-1]) ** 2)))

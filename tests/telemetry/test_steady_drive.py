@@ -13,6 +13,7 @@ from planner.telemetry.steady_drive import at_steady_speeds, stretches
 from tests.telemetry.rows import plain_log
 
 SPEEDS = [INDEX[name] for name in ("vx", "vy", "wz")]
+RATES = [INDEX[name] for name in ("ax", "ay", "yaw_acceleration")]
 NOISE = np.array([0.001, 0.001, 0.003])
 
 
@@ -38,13 +39,34 @@ def test_a_steady_drive_has_one_speed_and_the_acceleration_of_its_turn():
     assert np.all(calm[:, INDEX["yaw_acceleration"]] == 0.0)
 
 
-def test_only_speeds_change_where_accelerations_were_measured():
-    log = driven(steady())
+def test_a_measured_acceleration_counts_where_the_speed_changes():
+    speeds = np.concatenate([steady(rows=20), steady(rows=20)])
+    speeds[20:, 0] += 0.3 * np.sin(np.arange(20.0))
+    log = driven(speeds)
+    log.rows[:, RATES] = 0.01 * np.random.default_rng(2).standard_normal((40, 3))
     log = replace(log, present=log.present | {"ax", "ay", "yaw_acceleration"})
     calm = at_steady_speeds(log)
-    rest = [k for k in range(log.rows.shape[1]) if k not in SPEEDS]
+    vx, vy, wz = calm.rows[:, SPEEDS].T
+    along, _, turning = calm.rows[:, RATES].T
+    assert along[:19] == pytest.approx(-(wz * vy)[:19], abs=1e-12)
+    raw = log.rows[:, SPEEDS].T
+    expected = log.rows[:, INDEX["ax"]] + raw[2] * raw[1] - wz * vy
+    assert along[21:] == pytest.approx(expected[21:], abs=1e-12)
+    assert calm.rows[:, INDEX["ay"]] == pytest.approx(wz * vx, abs=1e-12)
+    assert turning == pytest.approx(0.0)
+    rest = [k for k in range(log.rows.shape[1]) if k not in SPEEDS + RATES]
     assert np.array_equal(calm.rows[:, rest], log.rows[:, rest], equal_nan=True)
     assert calm.power is log.power
+
+
+def test_what_cannot_be_told_from_rest_is_rest():
+    speeds = steady(vy=0.0, wz=0.0)
+    found = at_steady_speeds(driven(speeds)).rows[:, SPEEDS]
+    assert np.all(found[:, 1:] == 0.0)
+    assert np.all(found[:, 0] > 0.29)
+    # Five millimetres a second are a motion: four standard errors of 60 rows are half of one.
+    speeds[:, 1] = 0.005
+    assert at_steady_speeds(driven(speeds)).rows[:, INDEX["vy"]] == pytest.approx(0.005, abs=5e-4)
 
 
 def test_runs_are_steady_each_by_itself():
