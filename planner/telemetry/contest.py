@@ -209,6 +209,29 @@ def _field(selection: Selection, known: Sequence[Rival]) -> list[Rival]:
     return list(field.values())
 
 
+def confirmed(
+    log: Telemetry,
+    base: Fit,
+    examination: Examination,
+    selection: Selection,
+    kind: str,
+    check: Callable[[], None] = lambda: None,
+) -> bool:
+    """Whether a selected sensor's error makes the log likelier once all the rest is fitted in full.
+
+    Arguments as ``contest``; ``kind`` is a member of the selection.
+    """
+    members = selection.members
+    rest = tuple(m for m in members if m.name != kind)
+    scores = []
+    for some in (members, rest):
+        check()
+        sizes = tuple(coefficients_of(selection, m.name) for m in some)
+        rows, surprise = _row_likelihood(log, base, examination, Rival(some, sizes, 0.0, 0.0))
+        scores.append(float(rows.sum()) - surprise)
+    return scores[0] - scores[1] > SURE_GAIN
+
+
 def _row_likelihood(
     log: Telemetry, base: Fit, examination: Examination, rival: Rival
 ) -> tuple[Floats, float]:

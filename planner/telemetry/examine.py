@@ -31,7 +31,7 @@ from planner.telemetry.noise import CLIP, Noise, noise_and_leftover, run_pieces
 from planner.telemetry.sensitivity import doubt_of
 from planner.telemetry.sensors import SENSORS, Sensor, sensor_column
 from planner.telemetry.shapes import Dictionary, shape_columns
-from planner.telemetry.steady_drive import stretches
+from planner.telemetry.steady_drive import SHORTEST, stretches
 
 Floats = NDArray[np.float64]
 
@@ -63,6 +63,8 @@ SENSOR_ERRORS: dict[str, tuple[float, float]] = {
     "wind_y": (0.1, 0.0),
 }
 """Usual errors of single rows, SI and relative (odometry, 0.1° of slope, MEMS accelerometers)."""
+SPEED_OF = {"vx": "vx", "vy": "vy", "wz": "wz", "ax": "vx", "ay": "vy"}
+"""What is averaged where it is steady, by what that leaves no error of (steady_drive)."""
 
 
 @dataclass(frozen=True)
@@ -358,11 +360,16 @@ def _over_sensors(log: Telemetry, plain: Examination) -> Floats:
         if np.all(column == column[0]):
             continue  # a constant is not measured row by row
         error = (fixed + relative * np.abs(column)) * rng.standard_normal(len(rows))
-        if name in ("vx", "vy", "wz"):
-            # Rows of a steady drive share what is left of the error in their mean.
-            number, count = (values[at] for values in stretches(log, name))
-            _, begin, stretch = np.unique(number, return_index=True, return_inverse=True)
-            error = error[begin][stretch] / np.sqrt(count)
+        if name in SPEED_OF:
+            number, count = (values[at] for values in stretches(log, SPEED_OF[name]))
+            if name == SPEED_OF[name]:
+                # Rows of a steady drive share what is left of the error in their mean.
+                _, begin, stretch = np.unique(number, return_index=True, return_inverse=True)
+                error = error[begin][stretch] / np.sqrt(count)
+                calm = (count >= SHORTEST) & (column == 0.0)  # at rest
+            else:
+                calm = count >= SHORTEST  # no acceleration that was measured
+            error[calm] = 0.0
         column += error
     _, disturbed = competitors.raw(replace(probe, rows=rows))
     scale = 1.0 / plain.spread[at]

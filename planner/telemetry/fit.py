@@ -200,6 +200,17 @@ def fit(
     return _finished(log, current, index, prior, gauge, watts, columns, scatter, doubt, given)
 
 
+def prior_of(model: PowerModel, places: Sequence[int]) -> tuple[Floats, Floats, Floats]:
+    """What is known of some parameters without any log.
+
+    Returns:
+        (p, p) inverse covariance of the prior, and (p,) lowest and (p,) highest possible values.
+    """
+    index = np.array(places, int)
+    low, high = _bounds(model, index)
+    return np.diag(_prior_weights(model, index) ** 2) + _gauge(model, index), low, high
+
+
 _SURFACE = 15
 
 

@@ -5,8 +5,9 @@
     LinearHeldout(log, examination).rmse(columns)        # of many candidates, from sums
 
 A fold is a fifth of the runs. Its parameters are those of one Gauss-Newton step from the fit to all
-runs towards the fit without the fold, which is as good as refitting when folds change them little;
-tests/telemetry/test_identification_fit.py compares it with cross_validate, which refits.
+runs towards the fit without the fold, with the same bounds and the same prior: a parameter that
+only the fold tells about stays where it is. That is as good as refitting when folds change them
+little; tests/telemetry/test_identification_fit.py compares it with cross_validate, which refits.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 
 from planner.telemetry.blocks import block_numbers
 from planner.telemetry.examine import Examination
-from planner.telemetry.fit import Fit, fold_numbers
+from planner.telemetry.fit import Fit, fold_numbers, prior_of
 from planner.telemetry.interval import interval_nodes
 from planner.telemetry.log import Telemetry
 from planner.telemetry.noise import CLIP, huber
@@ -26,6 +27,8 @@ from planner.telemetry.sensitivity import tangent
 
 Floats = NDArray[np.float64]
 
+RIDGE = 1e-6
+"""Of a scaled Gram matrix, so that columns which do the same share what they explain."""
 LEAST_FALL = 0.999
 """Held-out error after over before, below which it counts as fallen."""
 CLEAR_FALL, GREAT_FALL = 0.99, 0.9
@@ -72,21 +75,25 @@ def heldout_residual(log: Telemetry, fitted: Fit) -> Floats:
     white = fitted.noise.whiten(
         log, fitted.watts, fitted.spread, np.column_stack([columns, clipped])
     )
+    prior, low, high = prior_of(model, fitted.places)
+    value = model.parameters[list(fitted.places)]
     folds, _ = fold_numbers(log)
-    grams = {int(fold): white[folds == fold].T @ white[folds == fold] for fold in np.unique(folds)}
-    total = np.sum(list(grams.values()), axis=0)
+    everything = white[:, :-1].T @ white[:, :-1] + prior
     left = np.empty(len(log))
-    for fold, gram in grams.items():
+    for fold in np.unique(folds):
         held = folds == fold
-        left[held] = fitted.residual[held] - columns[held] @ _ridge_solution(total - gram)
+        part = white[held]
+        own, score = part[:, :-1], part[:, :-1].T @ part[:, -1]
+        # All rows and the prior are in balance at the fit; without the fold its pull is missing.
+        found = value - _solution(everything - own.T @ own, score)
+        left[held] = fitted.residual[held] - columns[held] @ (np.clip(found, low, high) - value)
     return left
 
 
-def _ridge_solution(gram: Floats) -> Floats:
-    """Coefficients of the last column on all others."""
-    scale = np.sqrt(np.maximum(np.diag(gram)[:-1], 1e-300))
-    inner = gram[:-1, :-1] / np.outer(scale, scale) + 1e-6 * np.eye(len(scale))
-    return np.asarray(np.linalg.solve(inner, gram[:-1, -1] / scale) / scale)
+def _solution(gram: Floats, score: Floats) -> Floats:
+    scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    inner = gram / np.outer(scale, scale) + RIDGE * np.eye(len(scale))
+    return np.asarray(np.linalg.solve(inner, score / scale) / scale)
 
 
 class LinearHeldout:
@@ -102,6 +109,8 @@ class LinearHeldout:
         self.examination = examination
         self.folds, _ = fold_numbers(log)
         blocks = block_numbers(log)
+        library = examination.competitors.library
+        self.prior = prior_of(library.held_model, library.places)[0]
         self.grams = {
             int(fold): evidence.total - evidence.grams[np.unique(blocks[self.folds == fold])].sum(0)
             for fold in np.unique(self.folds)
@@ -111,10 +120,12 @@ class LinearHeldout:
         """W, of the model with some columns."""
         evidence, examination = self.examination.evidence, self.examination
         at = [*evidence.tangent.tolist(), *columns]
-        wanted = [*at, evidence.residual]
+        prior = np.zeros((len(at), len(at)))
+        own = range(len(evidence.tangent))
+        prior[np.ix_(own, own)] = self.prior
         squares = 0.0
         for fold, gram in self.grams.items():
-            found = _ridge_solution(gram[np.ix_(wanted, wanted)])
+            found = _solution(gram[np.ix_(at, at)] + prior, gram[at, evidence.residual])
             held = self.folds == fold
             left = examination.residual[held] - examination.raw[held][:, at] @ found
             squares += float(left @ left)

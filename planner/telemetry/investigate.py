@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.telemetry.candidates import Atom, CandidateLibrary, candidate_library
-from planner.telemetry.contest import addition_for, coefficients_of, contest
+from planner.telemetry.contest import addition_for, coefficients_of, confirmed, contest
 from planner.telemetry.examine import Competitors, Examination, examine
 from planner.telemetry.extend import Addition, completed, fit_with
 from planner.telemetry.fit import Fit, fit
@@ -111,6 +111,8 @@ def investigate(
             for kind, (value, _) in sizes.items()
             if kind in corrections and abs(value) > STEADY * abs(corrections[kind][0])
         }
+        # Around another linearisation an error may look plain that corrects next to nothing.
+        wandering |= {kind for kind in faults if not _confirmed(found, kind, watch)}
         if wandering:
             believed -= wandering
             corrections = {k: v for k, v in corrections.items() if k in believed}
@@ -143,6 +145,13 @@ def strained(base: Fit, start: PowerModel) -> bool:
         if before != value and (value - low <= near or high - value <= near):
             return True
     return False
+
+
+def _confirmed(found: Found, kind: str, watch: Watch) -> bool:
+    def check() -> None:
+        watch(0.45, "fitting without the error of a sensor")
+
+    return confirmed(found.log, found.base, found.examination, found.selection, kind, check)
 
 
 def _size(found: Found, kind: str) -> tuple[float, float]:
