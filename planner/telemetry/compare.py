@@ -10,6 +10,7 @@ Residuals are measured minus predicted, as everywhere: positive where the robot 
 model says. Energies are told the other way round, as one speaks of a prediction: ``error_share``
 -0.03 is 3 % predicted too little.
 
+Speeds of steady drives count at their means (planner.telemetry.steady_drive), as in a diagnosis.
 A log of any length passes by in chunks and is added up by run, by regime and by bins of the curves.
 What cannot be added up is settled on the sample (planner.telemetry.sample): the fit, its error on
 held-out runs, the noise, and which regimes there are.
@@ -158,7 +159,7 @@ def compare(
 
     watch(0.0, "reading the log")
     start = starting_model(model)
-    source = open_source(log, mapping, progress=progress, cancelled=cancelled)
+    source = open_source(log, mapping, progress=progress, cancelled=cancelled).steady()
     settled = _settle(source.sample, start, not isinstance(model, PowerModel), watch)
     sums = _add_up(source, settled, watch)
     whole = sums.whole()

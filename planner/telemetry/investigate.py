@@ -29,7 +29,6 @@ from planner.telemetry.sample import LogSource
 from planner.telemetry.select_effects import Selection, Standing, select
 from planner.telemetry.sensors import SENSORS, Sensor
 from planner.telemetry.shapes import shapes_of
-from planner.telemetry.steady_drive import at_steady_speeds
 from planner.telemetry.stream import examine_all
 from planner.telemetry.subsets import Member, Rival, members_of
 
@@ -336,7 +335,7 @@ def with_all_rows(source: LogSource, found: Found, watch: Watch) -> Found:
     corrections = found.corrections
 
     def correct(chunk: Telemetry) -> Telemetry:
-        return _corrected(at_steady_speeds(chunk), corrections)
+        return _corrected(chunk, corrections)
 
     members = [c for m in found.selection.members for c in m.columns]
     rivals = {name for tied in found.selection.ties.values() for name in tied}

@@ -60,7 +60,6 @@ from planner.telemetry.needed import without_idle
 from planner.telemetry.regimes import regimes_of
 from planner.telemetry.sample import LogSource, open_source
 from planner.telemetry.select_effects import Standing
-from planner.telemetry.steady_drive import at_steady_speeds
 from planner.telemetry.subsets import Member
 from planner.telemetry.two_searches import rather
 from planner.telemetry.unknown_effect import Proposal, propose
@@ -126,7 +125,7 @@ def diagnose_source(
     watch: Watch = lambda share, sentence: None,
 ) -> Diagnosis:
     """As ``diagnose``, for a log that is open."""
-    source = replace(source, sample=at_steady_speeds(source.sample))
+    source = source.steady()
     watch(0.1, "fitting the model")
     found = investigate(source.sample, start, extra, watch)
     diagnosis = _concluded(source, found, watch)

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from planner.errors import Cancelled, LogError
 from planner.telemetry.log import Telemetry
+from planner.telemetry.steady_drive import at_steady_speeds
 
 SAMPLE_ROWS = 12_000
 PIECE_ROWS = 200
@@ -40,6 +41,7 @@ class LogSource:
         run_rows: (runs,) rows of every run.
         complete: True when the sample is the whole log.
         path, mapping: where the chunks come from; None for a log in memory.
+        calm: whether ``sample`` and chunks are at steady speeds.
     """
 
     sample: Telemetry
@@ -49,12 +51,21 @@ class LogSource:
     log: Telemetry | None
     path: Path | None
     mapping: Path | None
+    calm: bool = False
+
+    def steady(self) -> LogSource:
+        """The same log with the speeds of steady drives at their means (steady_drive)."""
+        return replace(self, sample=at_steady_speeds(self.sample), calm=True)
 
     def chunks(self) -> Iterator[Telemetry]:
         """The whole log in chunks of about CHUNK_ROWS rows."""
         if self.complete:
             yield self.sample
-        elif self.log is not None:
+        else:
+            yield from map(at_steady_speeds, self._read()) if self.calm else self._read()
+
+    def _read(self) -> Iterator[Telemetry]:
+        if self.log is not None:
             for start in range(0, len(self.log), CHUNK_ROWS):
                 yield self.log.take(slice(start, start + CHUNK_ROWS))
         else:

@@ -13,6 +13,8 @@ are seen to one by one. In a stretch of consecutive rows a speed is replaced by 
             as much of zero
     drift   the means of the stretch's halves differ by no more than the scatter from row to row
             (von Neumann's mean square successive difference) makes them
+    scatter it is scatter: rows differ from the next one as much as from the mean, or nearly so.
+            Of a motion that swings or that a simulator logs without noise they do not
 
 A mean that cannot be told from zero is zero: of a roller that hardly turns even its error would
 say that there is next to no friction, for friction one way and the other would show in the power.
@@ -44,6 +46,8 @@ SHORTEST = 4
 """Rows; fewer say nothing about drift."""
 DRIFT_Z = 2.5
 """Standard errors by which the means of the halves of a stretch may differ."""
+SMOOTH_Z = 1.64
+"""Standard errors by which the ratio of that scatter to the stretch's variance may fall short."""
 REST_Z = 4.0
 """Standard errors from zero that a mean must have to be a motion."""
 _SPEEDS = [INDEX[name] for name in ("vx", "vy", "wz")]
@@ -141,9 +145,11 @@ def _end_of_range(speed: Any, start: int, last: int, most: float) -> int:
 @njit(cache=True, nogil=True)
 def _drifts(part: Any) -> bool:
     """Whether the halves of a stretch (n,) differ by more than its scatter from row to row."""
-    half = part.shape[0] // 2
-    apart = abs(np.mean(part[:half]) - np.mean(part[part.shape[0] - half :]))
-    return bool(apart > DRIFT_Z * _scatter(part) * np.sqrt(2.0 / half))
+    count, scatter = part.shape[0], _scatter(part)
+    half = count // 2
+    apart = abs(np.mean(part[:half]) - np.mean(part[count - half :]))
+    smooth = scatter**2 < (1.0 - SMOOTH_Z / np.sqrt(count + 1.0)) * np.var(part)
+    return bool(smooth or apart > DRIFT_Z * scatter * np.sqrt(2.0 / half))
 
 
 @njit(cache=True, nogil=True)

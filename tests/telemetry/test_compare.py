@@ -16,6 +16,7 @@ from planner.telemetry import sample
 from planner.telemetry.compare import compare
 from planner.telemetry.log import Telemetry
 from planner.telemetry.sensitivity import predict
+from planner.telemetry.steady_drive import at_steady_speeds
 from planner.telemetry.virtual.dynamics import AROUND
 from planner.telemetry.virtual_robot import QUIET, Noise, VirtualRobot
 
@@ -39,7 +40,7 @@ def model():
 
 def measured_as(drive, model, error):
     """The drive with a power that the model misses by ``error``, (n,) W."""
-    return replace(drive, power=predict(model, drive) + error)
+    return replace(drive, power=predict(model, at_steady_speeds(drive)) + error)
 
 
 def test_a_constant_error(drive, model):

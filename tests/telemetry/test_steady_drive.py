@@ -100,6 +100,15 @@ def test_a_motion_that_swings_is_left_alone():
     assert found == pytest.approx(log.rows[:, INDEX["vx"]], abs=0.5 * SPEED_ERROR[0])
 
 
+def test_a_simulator_without_noise_keeps_its_motion():
+    speeds = steady(wz=0.0)
+    speeds[:, 1] = 0.004 * np.sin(0.4 * np.arange(60.0))
+    log = plain_log([60])
+    log.rows[:, SPEEDS] = speeds
+    found = at_steady_speeds(log).rows[:, INDEX["vy"]]
+    assert np.sqrt(np.mean((found - speeds[:, 1]) ** 2)) < 0.1 * 0.004
+
+
 def test_what_the_controller_answers_is_no_cause_of_the_power():
     # Bumps that cost power slow the robot by a little; the power does not depend on the speed.
     rng = np.random.default_rng(3)
