@@ -105,6 +105,7 @@ def select(
         chosen, tests, shape = rather_a_sensor(examination, chooser, chosen, tests, shape)
     if shape is not None and shape.alone:
         chosen, tests = (), {}
+    chooser.admit(chosen)  # a sensor may have taken the place of a shape
     order = sorted(chosen, key=lambda k: -_single_gain(chooser, k))
     return Selection(
         tuple(chooser.members[k] for k in order),
@@ -113,7 +114,7 @@ def select(
         shape,
         none_p,
         tests,
-        chooser.rivals(),
+        chooser.rivals(chosen),
     )
 
 

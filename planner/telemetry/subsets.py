@@ -172,11 +172,12 @@ class Chooser:
         """The subset of given members."""
         return tuple(sorted(self.members.index(m) for m in members))
 
-    def rivals(self, most: int = 400) -> tuple[Rival, ...]:
-        """Subsets in the order of their score."""
-        order = sorted(self.scored, key=lambda chosen: -self.scored[chosen])
+    def rivals(self, kept: tuple[int, ...], most: int = 400) -> tuple[Rival, ...]:
+        """The best subsets, in the order of their score, and ``kept`` whatever its score."""
+        ranked = sorted(self.scored, key=lambda chosen: -self.scored[chosen])
+        best = {*[c for c in ranked if c][:most], kept}
         rivals = []
-        for chosen in [c for c in order if c][:most]:
+        for chosen in [c for c in ranked if c and c in best]:
             parts, start = [], 0
             for k in chosen:
                 stop = start + len(self.members[k].columns)
