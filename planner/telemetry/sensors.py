@@ -189,9 +189,7 @@ def sensor_column(
         log: the rows as measured.
         model: the model.
         watts: (n,) W that the model says for the rows as measured.
-        size: of the errors, one way and the other, between which the secant is taken. Around no
-            error at all, power that rises both ways would count as a slope otherwise: of a robot
-            that drives straight ahead any turn of its velocity makes the rollers roll.
+        size: of the error at which the secant is taken.
 
     Returns:
         (n,) W per unit of the error.
@@ -204,9 +202,6 @@ def sensor_column(
             if stop - start > 2:
                 slope[start:stop] = np.gradient(watts[start:stop], log.time[start:stop])
         return -slope
-    over, under = (_watts(sensor.correct(log, error), model) for error in (size, -size))
-    return (over - under) / (2.0 * size)
-
-
-def _watts(log: Telemetry, model: PowerModel) -> Floats:
-    return mean_watts(model, interval_nodes(log.rows_for(model.surfaces), log.interval, model))
+    corrected = sensor.correct(log, size)
+    nodes = interval_nodes(corrected.rows_for(model.surfaces), corrected.interval, model)
+    return (mean_watts(model, nodes) - watts) / size
