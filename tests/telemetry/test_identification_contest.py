@@ -18,14 +18,15 @@ from planner.telemetry.contest import (
     _simpler_first,
     _sizes,
     _ties,
+    confirmed,
     contest,
 )
 from planner.telemetry.examine import Competitors, examine
 from planner.telemetry.fit import fit
-from planner.telemetry.select_effects import select
+from planner.telemetry.select_effects import Standing, select
 from planner.telemetry.sensors import SENSORS
 from planner.telemetry.shapes import shapes_of
-from planner.telemetry.subsets import Member, Rival
+from planner.telemetry.subsets import Chooser, Member, Rival
 from tests.telemetry.rows import STEP, measured, plain_log
 
 NOISE = 0.03
@@ -111,6 +112,31 @@ def test_a_contest_is_stopped_between_two_fits(examined):
     with pytest.raises(Cancelled):
         contest(log, fitted, examination, selection, known, check)
     assert len(asked) == 2
+
+
+@pytest.mark.parametrize(("wrong", "stands"), [(0.0, False), (0.05, True)])
+def test_a_sensor_is_blamed_where_the_log_without_its_error_is_likelier(examined, wrong, stands):
+    """What the sums say for it is not enough, once everything is fitted in full."""
+    log, fitted, examination = examined
+    kind = "heading_misalignment"
+    number = [s.kind for s in SENSORS].index(kind)
+    turned = Member(kind, (examination.competitors.sensor(number),), True, None, False)
+    said = Standing(kind, 500.0, 30.0, 0.0, 1.0, 1.0, turned, np.array([0.05]))
+    blamed = replace(select(examination), members=(turned,), standings=(said,))
+    rows = log.rows.copy()
+    motion = (rows[:, 0] + 1j * rows[:, 1]) * np.exp(1j * wrong)
+    rows[:, 0], rows[:, 1] = motion.real, motion.imag
+    assert confirmed(replace(log, rows=rows), fitted, examination, blamed, kind) is stands
+
+
+def test_what_is_selected_is_among_the_rivals_however_low_it_scores(examined):
+    chooser = Chooser(examined[2])
+    chooser.admit((0,))
+    chooser.admit((1,))
+    low = min([(0,), (1,)], key=lambda chosen: chooser.scored[chosen])
+    rivals = chooser.rivals(low, most=1)
+    assert len(rivals) == 2
+    assert rivals[-1].members == (chooser.members[low[0]],)
 
 
 def told(names: str, ties: dict[str, tuple[str, ...]], *, sensor: bool = False) -> Outcome:
