@@ -10,7 +10,9 @@ Residuals are measured minus predicted, as everywhere: positive where the robot 
 model says. Energies are told the other way round, as one speaks of a prediction: ``error_share``
 -0.03 is 3 % predicted too little.
 
-Speeds of steady drives count at their means (planner.telemetry.steady_drive), as in a diagnosis.
+The model is asked about steady drives at their mean speeds (planner.telemetry.steady_drive), as in
+a diagnosis; regimes and curves lie over the speeds as logged.
+
 A log of any length passes by in chunks and is added up by run, by regime and by bins of the curves.
 What cannot be added up is settled on the sample (planner.telemetry.sample): the fit, its error on
 held-out runs, the noise, and which regimes there are.
@@ -45,6 +47,7 @@ from planner.telemetry.regimes import Regime, axes_of, find_regimes
 from planner.telemetry.sample import Cancel, LogSource, Progress, open_source
 from planner.telemetry.sensitivity import doubt_of, predict, tangent
 from planner.telemetry.shapes import shape_columns, shapes_of
+from planner.telemetry.steady_drive import at_steady_speeds
 
 Floats = NDArray[np.float64]
 
@@ -159,7 +162,7 @@ def compare(
 
     watch(0.0, "reading the log")
     start = starting_model(model)
-    source = open_source(log, mapping, progress=progress, cancelled=cancelled).steady()
+    source = open_source(log, mapping, progress=progress, cancelled=cancelled)
     settled = _settle(source.sample, start, not isinstance(model, PowerModel), watch)
     sums = _add_up(source, settled, watch)
     whole = sums.whole()
@@ -209,14 +212,15 @@ def _settle(
 ) -> _Settled:
     parameters: tuple[FittedParameter, ...] = ()
     heldout = None
+    calm = at_steady_speeds(sample)
     if fitted:
         watch(0.3, "fitting the base model")
-        result = fit(sample, model)
+        result = fit(calm, model)
         model, parameters = result.model, result.parameters
         watch(0.45, "predicting held-out runs")
-        heldout = heldout_rmse(sample, result)
+        heldout = heldout_rmse(calm, result)
     watch(0.5, "telling noise from misfit")
-    watts = predict(model, sample)
+    watts = predict(model, calm)
     finite = np.isfinite(watts)
     if not finite.any():
         raise ModelError(
@@ -225,10 +229,10 @@ def _settle(
             accepted="a model whose parameters are all numbers",
         )
     if not finite.all():
-        sample, watts = sample.take(finite), watts[finite]
+        sample, calm, watts = sample.take(finite), calm.take(finite), watts[finite]
     residual = sample.power - watts
     rmse = float(np.sqrt(np.mean(residual**2)))
-    noise, spread = _noise(sample, model, watts)
+    noise, spread = _noise(calm, model, watts)
     watch(0.6, "looking for regimes")
     temperature = temperature_of(sample.rows)
     axes = axes_of(sample, temperature=temperature)
@@ -315,7 +319,7 @@ def _add_up(source: LogSource, settled: _Settled, watch: Callable[[float, str], 
     done = 0
     for chunk in source.chunks():
         watch(0.65 + 0.35 * done / source.rows, f"comparing {source.rows:,} rows")
-        sums.add(chunk, predict(settled.model, chunk))
+        sums.add(chunk, predict(settled.model, at_steady_speeds(chunk)))
         done += len(chunk)
     return sums
 

@@ -114,19 +114,7 @@ class Telemetry:
                     f"has more than {MOST_ROWS} rows",
                     accepted="Telemetry.chunks for longer logs",
                 )
-        last = parts[-1]
-        if len(parts) == 1:
-            return last
-        currents = [p.wheel_currents for p in parts if p.wheel_currents is not None]
-        return replace(
-            last,
-            rows=np.concatenate([p.rows for p in parts]),
-            power=np.concatenate([p.power for p in parts]),
-            run=np.concatenate([p.run for p in parts]),
-            time=np.concatenate([p.time for p in parts]),
-            interval=np.concatenate([p.interval for p in parts]),
-            wheel_currents=np.concatenate(currents) if currents else None,
-        )
+        return parts[0] if len(parts) == 1 else joined(parts, parts[-1])
 
     @classmethod
     def chunks(
@@ -240,6 +228,20 @@ class Telemetry:
                 while part := file.read(1 << 20):
                     digest.update(part)
         return digest.hexdigest()
+
+
+def joined(parts: Sequence[Telemetry], last: Telemetry) -> Telemetry:
+    """Parts of a log as one; ``last`` is the last chunk, whose labels and report are complete."""
+    currents = [p.wheel_currents for p in parts if p.wheel_currents is not None]
+    return replace(
+        last,
+        rows=np.concatenate([p.rows for p in parts]),
+        power=np.concatenate([p.power for p in parts]),
+        run=np.concatenate([p.run for p in parts]),
+        time=np.concatenate([p.time for p in parts]),
+        interval=np.concatenate([p.interval for p in parts]),
+        wheel_currents=np.concatenate(currents) if currents else None,
+    )
 
 
 def _joined(first: Piece, second: Piece) -> Piece:

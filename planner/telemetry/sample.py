@@ -20,12 +20,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.errors import Cancelled, LogError
-from planner.telemetry.log import Telemetry
+from planner.telemetry.log import Telemetry, joined
 from planner.telemetry.steady_drive import at_steady_speeds
 
 SAMPLE_ROWS = 12_000
 PIECE_ROWS = 200
 CHUNK_ROWS = 50_000
+LONGEST_RUN = 20_000
+"""Most rows of a run that are held back until its end is there."""
 
 Progress = Callable[[float, str], None]
 Cancel = Callable[[], bool]
@@ -58,11 +60,16 @@ class LogSource:
         return replace(self, sample=at_steady_speeds(self.sample), calm=True)
 
     def chunks(self) -> Iterator[Telemetry]:
-        """The whole log in chunks of about CHUNK_ROWS rows."""
+        """The whole log in chunks of about CHUNK_ROWS rows, and of whole runs as far as they go.
+
+        What belongs together within a run, its noise and its steady drives, is then the same
+        wherever the file was cut. Of runs beyond LONGEST_RUN rows only parts come at a time.
+        """
         if self.complete:
             yield self.sample
         else:
-            yield from map(at_steady_speeds, self._read()) if self.calm else self._read()
+            whole = _whole_runs(self._read())
+            yield from map(at_steady_speeds, whole) if self.calm else whole
 
     def _read(self) -> Iterator[Telemetry]:
         if self.log is not None:
@@ -189,17 +196,21 @@ class _Picker:
 
     def sample(self, last: Telemetry) -> Telemetry:
         """The pieces as one log, with the labels of the last chunk."""
-        parts = [piece for _, piece in self.kept]
-        currents = [p.wheel_currents for p in parts if p.wheel_currents is not None]
-        return replace(
-            last,
-            rows=np.concatenate([p.rows for p in parts]),
-            power=np.concatenate([p.power for p in parts]),
-            run=np.concatenate([p.run for p in parts]),
-            time=np.concatenate([p.time for p in parts]),
-            interval=np.concatenate([p.interval for p in parts]),
-            wheel_currents=np.concatenate(currents) if currents else None,
-        )
+        return joined([piece for _, piece in self.kept], last)
+
+
+def _whole_runs(chunks: Iterator[Telemetry]) -> Iterator[Telemetry]:
+    """The chunks, each ending with a run, unless the run is too long to be held back."""
+    waiting: list[Telemetry] = []
+    for chunk in chunks:
+        known = joined([*waiting, chunk], chunk)
+        end = int(np.searchsorted(known.run, known.run[-1]))  # runs are numbered as they come
+        if len(known) - end > LONGEST_RUN:
+            end = len(known)
+        if end:
+            yield known.take(slice(0, end))
+        waiting = [known.take(slice(end, None))] if end < len(known) else []
+    yield from waiting
 
 
 def _pieces(run: NDArray[np.int64]) -> Iterator[tuple[int, int]]:

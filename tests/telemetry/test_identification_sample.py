@@ -64,13 +64,20 @@ def test_the_sample_of_a_long_log(lengths):
             assert share == pytest.approx(len(kept) / len(log), rel=0.6)
 
 
-def test_chunks_are_the_whole_log(monkeypatch):
-    monkeypatch.setattr(sample, "CHUNK_ROWS", 7001)
+@pytest.mark.parametrize("longest", [9000, 5000])
+def test_chunks_are_the_whole_log_run_by_run(monkeypatch, longest):
+    monkeypatch.setattr(sample, "CHUNK_ROWS", 4001)
+    monkeypatch.setattr(sample, "LONGEST_RUN", longest)
     log = numbered([9000, 5000, 8003])
     chunks = list(open_source(log).chunks())
-    assert max(map(len, chunks)) <= 7001
     np.testing.assert_array_equal(np.concatenate([c.power for c in chunks]), log.power)
     np.testing.assert_array_equal(np.concatenate([c.run for c in chunks]), log.run)
+    assert max(map(len, chunks)) <= longest + 4001
+    last = [c.run[-1] for c in chunks[:-1]]
+    first = [c.run[0] for c in chunks[1:]]
+    # Runs that can be held back are whole; of longer ones only parts come.
+    cut = any(a == b for a, b in zip(last, first, strict=True))
+    assert bool(cut) is (longest < 9000)
 
 
 def test_a_file_is_sampled_as_the_log_in_memory(motion, monkeypatch):
