@@ -45,13 +45,18 @@ SECONDS = 600.0
 SLOPE = 0.0873  # 5°
 WARM, COLD = 60.0, 20.0
 LOADED = 0.4
-"""Payload of a loaded run, as a share of the robot's mass."""
+"""Payload of a loaded run, as a share of the robot's mass, unless the log has a heavier one."""
 HOPELESS = 1.0
 """Distance in standard deviations below which a run is no advice."""
 HINT = 3.0
 """Standard errors from which an effect that is not named is mentioned."""
 CLEARLY = 5.0
 """Distance in standard deviations from which effects count as told apart."""
+ROUGH = 0.25
+"""What a row counts in which the speed changes: its mean over half a second leaves out of the
+changes of friction as much as the power has noise (docs/virtual-robot.md), and lastingly."""
+AS_GOOD = 0.98
+"""Share of the largest distance from which a run with fewer conditions is preferred."""
 _SPEEDS = (0.15, 0.35, 0.6, 0.85)
 
 
@@ -129,7 +134,9 @@ def feasible_runs(examination: Examination, log: Telemetry) -> list[Run]:
     top = 0.65 * vehicle.limits.speed
     turn = 0.6 * vehicle.limits.yaw_rate
     manoeuvres = _manoeuvres(top, turn)
-    heavy = round(LOADED * vehicle.mass, 1)
+    # What the robot has carried before it can carry again.
+    carried = float(np.nanmax(log.rows[:, INDEX["payload"]]))
+    heavy = round(max(LOADED * vehicle.mass, carried), 1)
     loads: list[tuple[str, list[float]]] = [
         ("", [0.0]),
         (f", without load and with {heavy} kg", [0.0, heavy]),
@@ -201,6 +208,8 @@ class Advice:
         # Rows of one steady segment share their noise as neighbouring rows do.
         usual = float(np.median(self.log.interval))
         weight = interval / max(usual, 1e-6) * (1.0 - noise.correlation) / (1.0 + noise.correlation)
+        hard = np.any(rows[:, [INDEX["ax"], INDEX["ay"]]] != 0.0, axis=1)
+        weight = np.where(hard, ROUGH * weight, weight)
         scaled: Floats = columns * (np.sqrt(np.maximum(weight, 0.0)) / spread)[:, None]
         return scaled
 
@@ -222,15 +231,15 @@ class Advice:
                 continue
             mine = standings[name].member.columns
             strength = standings[name].coefficients
-            best: tuple[float, Run] | None = None
-            for run, gram in self._runs:
-                distance = min(
+            distances = [
+                min(
                     self._distance(gram, mine, strength, standings[r].member.columns) for r in known
                 )
-                if best is None or distance > best[0]:
-                    best = (distance, run)
-            assert best is not None  # there are always feasible runs
-            distance, run = best
+                for _, gram in self._runs
+            ]
+            enough = [k for k, d in enumerate(distances) if d >= AS_GOOD * max(distances)]
+            k = min(enough, key=lambda k: (len(self._runs[k][0].settings["runs"]), -distances[k]))
+            distance, run = distances[k], self._runs[k][0]
             if name == UNEVEN and OFFSET in known and self._missing(OFFSET):
                 distance = 0.0  # the columns of an unknown offset know nothing of its side
             sure = "" if distance >= CLEARLY else " It may take several such runs."

@@ -74,6 +74,7 @@ class Fit:
     Attributes:
         model: with the fitted parameters and their standard errors.
         places: numbers of the parameters that were free.
+        start: (p,) of these, where the fit began: the middle of the prior.
         covariance: (p, p) of the free parameters.
         watts, residual: (n,) W of the fitted model, and measured less modelled.
         spread: (n,) W, standard deviation of single rows.
@@ -84,6 +85,7 @@ class Fit:
 
     model: PowerModel
     places: tuple[int, ...]
+    start: Floats
     covariance: Floats
     watts: Floats
     residual: Floats
@@ -197,7 +199,9 @@ def fit(
     given = run_errors(current, nodes, watts, log.present)
     finely = interval_nodes(rows, log.interval, current, MANY_MOMENTS)
     given = np.column_stack([mean_watts(current, finely) - watts, given])
-    return _finished(log, current, index, prior, gauge, watts, columns, scatter, doubt, given)
+    return _finished(
+        log, current, index, start, prior, gauge, watts, columns, scatter, doubt, given
+    )
 
 
 def prior_of(model: PowerModel, places: Sequence[int]) -> tuple[Floats, Floats, Floats]:
@@ -271,6 +275,7 @@ def _finished(
     log: Telemetry,
     model: PowerModel,
     index: NDArray[np.int64],
+    start: Floats,
     prior: Floats,
     gauge: Floats,
     watts: Floats,
@@ -313,6 +318,7 @@ def _finished(
         # What was known of the energy belonged to the values that the fit started from.
         replace(model, stderr=stderr, covariance=None, energy_error=None),
         tuple(index.tolist()),
+        start,
         covariance,
         watts,
         residual,

@@ -78,14 +78,12 @@ def heldout_residual(log: Telemetry, fitted: Fit) -> Floats:
     prior, low, high = prior_of(model, fitted.places)
     value = model.parameters[list(fitted.places)]
     folds, _ = fold_numbers(log)
-    everything = white[:, :-1].T @ white[:, :-1] + prior
     left = np.empty(len(log))
     for fold in np.unique(folds):
         held = folds == fold
-        part = white[held]
-        own, score = part[:, :-1], part[:, :-1].T @ part[:, -1]
-        # All rows and the prior are in balance at the fit; without the fold its pull is missing.
-        found = value - _solution(everything - own.T @ own, score)
+        own = white[~held, :-1]
+        score = own.T @ white[~held, -1] - prior @ (value - fitted.start)
+        found = value + _solution(own.T @ own + prior, score)
         left[held] = fitted.residual[held] - columns[held] @ (np.clip(found, low, high) - value)
     return left
 
