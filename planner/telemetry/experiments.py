@@ -56,7 +56,7 @@ ROUGH = 0.25
 """What a row counts in which the speed changes: its mean over half a second leaves out of the
 changes of friction as much as the power has noise (docs/virtual-robot.md), and lastingly."""
 AS_GOOD = 0.98
-"""Share of the largest distance from which a run with fewer conditions is preferred."""
+"""Share of the largest distance from which a run that asks less, or shows more, is preferred."""
 _SPEEDS = (0.15, 0.35, 0.6, 0.85)
 
 
@@ -66,6 +66,16 @@ class Run:
 
     sentence: str
     settings: dict[str, Any]
+
+    @property
+    def demands(self) -> tuple[int, int]:
+        """Temperatures that the motors have to be brought to, and how few loads are carried.
+
+        Loads are changed at once, and tell what is hardest to tell otherwise: the shape of a drag.
+        """
+        runs = self.settings["runs"]
+        heats, loads = ({run[name] for run in runs} for name in ("motor_temp", "payload"))
+        return len(heats), -len(loads)
 
 
 def _segment(
@@ -238,7 +248,7 @@ class Advice:
                 for _, gram in self._runs
             ]
             enough = [k for k, d in enumerate(distances) if d >= AS_GOOD * max(distances)]
-            k = min(enough, key=lambda k: (len(self._runs[k][0].settings["runs"]), -distances[k]))
+            k = min(enough, key=lambda k: (*self._runs[k][0].demands, -distances[k]))
             distance, run = distances[k], self._runs[k][0]
             if name == UNEVEN and OFFSET in known and self._missing(OFFSET):
                 distance = 0.0  # the columns of an unknown offset know nothing of its side
