@@ -49,6 +49,7 @@ ERRANDS = (
     _errand("over the ridge", (93, 225), (212, 73)),
     _errand("down the valley", (288, 215), (238, 61)),
     _errand("along the crest", (137, 283), (262, 248)),
+    _errand("back over the ridge", (212, 73), (93, 225)),
 )
 
 
