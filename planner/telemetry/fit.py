@@ -185,7 +185,7 @@ def fit(
                 gram, score = white[:, :-1].T @ white[:, :-1], white[:, :-1].T @ white[:, -1]
                 held = prior**2 * (value - start) + gauge @ value
                 full = gram + gauge + np.diag(prior**2)
-                step = _bounded_step(full, score - held, low - value, high - value)
+                step = bounded_step(full, score - held, low - value, high - value)
                 value = np.clip(value + step, low, high)  # rounding may end beyond a bound
             current = _with(model, index, value)
             watts, columns = tangent(current, nodes, places)
@@ -259,7 +259,8 @@ def _clipped(residual: Floats, spread: Floats) -> Floats:
     return np.clip(residual, -CLIP * spread, CLIP * spread)
 
 
-def _bounded_step(full: Floats, right: Floats, low: Floats, high: Floats) -> Floats:
+def bounded_step(full: Floats, right: Floats, low: Floats, high: Floats) -> Floats:
+    """The step (p,) from low to high that ``full`` (p, p) and the score ``right`` (p,) ask for."""
     scale = 1.0 / np.sqrt(np.diag(full))
     factor = np.linalg.cholesky(full * np.outer(scale, scale) + 1e-10 * np.eye(len(full)))
     target = np.linalg.solve(factor, right * scale)

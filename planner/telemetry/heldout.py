@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from planner.telemetry.blocks import block_numbers
 from planner.telemetry.examine import Examination
-from planner.telemetry.fit import Fit, fold_numbers, prior_of
+from planner.telemetry.fit import Fit, bounded_step, fold_numbers, prior_of
 from planner.telemetry.interval import interval_nodes
 from planner.telemetry.log import Telemetry
 from planner.telemetry.noise import CLIP, huber
@@ -83,8 +83,8 @@ def heldout_residual(log: Telemetry, fitted: Fit) -> Floats:
         held = folds == fold
         own = white[~held, :-1]
         score = own.T @ white[~held, -1] - prior @ (value - fitted.start)
-        found = value + _solution(own.T @ own + prior, score)
-        left[held] = fitted.residual[held] - columns[held] @ (np.clip(found, low, high) - value)
+        step = bounded_step(own.T @ own + prior, score, low - value, high - value)
+        left[held] = fitted.residual[held] - columns[held] @ step
     return left
 
 
