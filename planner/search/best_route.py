@@ -13,6 +13,7 @@ so far.
 from __future__ import annotations
 
 import itertools
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -23,10 +24,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.errors import Cancelled
+from planner.quantities import STANDARD_GRAVITY
 from planner.search.alternatives import nearness
 from planner.search.drive import Stuck
 from planner.search.grid_route import Attempt, drive_legs, on_grid
-from planner.search.ground import CostField
+from planner.search.ground import CostField, polyline_cost
 from planner.search.kept_limits import broken_limits
 from planner.search.ompl_route import ompl_legs
 from planner.search.refine import refine
@@ -103,7 +105,7 @@ def best_route(run: Run, field: CostField) -> Found:
         routes[f"grid, {name}"] = other.route
         if other.refined is None or (way := _way(other.refined)) in ways:
             continue
-        if _worth_driving(other, attempt.route, request.objective):
+        if _worth_driving(run, field, other, attempt.route):
             ways.add(way)
             driven = drive_legs(run, field, other.refined, request.objective)
             routes[f"grid, way of the {name}"] = driven if isinstance(driven, Route) else None
@@ -141,10 +143,17 @@ def _way(refined: list[tuple[Array, float]]) -> bytes:
     return b"".join(path.tobytes() for path, _ in refined)
 
 
-def _worth_driving(other: Attempt, route: Route | None, objective: str) -> bool:
+def _worth_driving(run: Run, field: CostField, other: Attempt, route: Route | None) -> bool:
     """Whether another aim's way may be better for this objective once it is driven for it."""
-    if route is None or other.route is None:
+    objective = run.request.objective
+    if route is None or other.route is None or other.refined is None:
         return route is None
+    if objective == "energy":
+        # No motion along it dissipates less than its metres do, whatever it does at its bends.
+        metres = sum(polyline_cost(field, path, field.step) for path, _ in other.refined)
+        dissipated = route.energy_j - run.around.mass * STANDARD_GRAVITY * route.rise_m
+        if metres >= dissipated and math.isfinite(metres):
+            return False
     return value_of(other.route, objective) < (1.0 + CLOSE) * value_of(route, objective)
 
 

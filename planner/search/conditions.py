@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,12 +29,14 @@ class Circumstances:
         class_rows: (classes, ROW_LENGTH) one row of conditions for each ground class of the map.
         limits: [speed, current, voltage, continuous torque, mass, largest tan(slope), yaw rate].
         wind: (2,) m/s in the map's frame.
+        turning: what planner.search.turning keeps here, by objective.
     """
 
     model: PowerModel
     class_rows: Array
     limits: Array
     wind: Array
+    turning: dict[int, Any] = field(default_factory=dict, init=False, compare=False, repr=False)
 
     @property
     def mass(self) -> float:

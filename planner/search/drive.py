@@ -156,14 +156,11 @@ def _at_speed(
     eased = np.zeros(len(track.lengths), np.int64)
     for _ in range(REPAIRS):
         speeds, broken_at = speed_programme(
-            around.model,
+            around,
             track,
             yaw,
             slopes,
             grounds,
-            around.class_rows,
-            around.limits,
-            around.wind,
             objective,
             beside,
             fastest,
@@ -283,14 +280,11 @@ def _yaw_through(
             (0, b - a),
         )
         profile = yaw_programme(
-            around.model,
+            around,
             field,
             piece,
             slopes[a:b],
             grounds[a:b],
-            around.class_rows,
-            around.limits,
-            around.wind,
             objective=objective,
             start_yaw=wanted[part],
             goal_yaw=wanted[part + 1],

@@ -234,8 +234,7 @@ def _much_turning(run: Run, attempt: Attempt, factor: Array) -> bool:
     if route is None or attempt.refined is None:
         return False
     expected = sum(polyline_cost(field, path, field.step) for path, _ in attempt.refined)
-    z = route.arrays["z"]
-    climb = run.around.mass * STANDARD_GRAVITY * float(z[-1] - z[0])
+    climb = run.around.mass * STANDARD_GRAVITY * route.rise_m
     return route.energy_j - climb > MUCH * expected
 
 

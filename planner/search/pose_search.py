@@ -43,8 +43,7 @@ from planner.search.lattice import COUNT, MOVES, node_slope
 from planner.search.situation import Situation
 from planner.search.steady import OBJECTIVES, cost_for_yaw
 from planner.search.stopping import Stop
-from planner.search.yaw import cost_of_a_stop, tightest_turn
-from planner.search.yaw_estimate import TURNS, turning_costs
+from planner.search.turning import TURNS, Turning, turning
 from planner.search.yaw_kernel import STATES, spin_costs, turn_cost
 
 Array = NDArray[np.float64]
@@ -118,17 +117,20 @@ def pose_path(
     if field.heights.size > MOST_NODES:
         return None
     ahead = cost_to_go(field, situation.lattice(objective, field), goal[0], stop=stop.flag)
-    costs = _turning(situation.around, objective)
+    prices, spin = _prices(situation.around, objective)
     states, cost = _search(
         field,
         body_frame(field),
         MOVES,
         ahead.values,
-        *costs,
+        prices.table,
+        prices.tightest,
+        spin,
+        prices.stop,
         *start[0],
-        _at_end(field, *start, costs[2]),
+        _at_end(field, *start, spin),
         *goal[0],
-        _at_end(field, *goal, costs[2]),
+        _at_end(field, *goal, spin),
         stop.flag,
     )
     if stop.flag[0]:
@@ -151,22 +153,20 @@ def keeping_yaw(field: CostField, ways: Sequence[PosePath]) -> CostField:
     return field._replace(mask=np.where(crowded, field.mask & allowed, field.mask))
 
 
-def _turning(around: Circumstances, objective: str) -> tuple[Array, float, float, float]:
-    """Table of turning on the way with its tightest turn, J for an angle on the spot, of a stop."""
-    table = np.zeros((STATES, TURNS))
-    tightest = tightest_turn(around.limits)
+def _prices(around: Circumstances, objective: str) -> tuple[Turning, float]:
+    """Turning on the way and stops; and what an angle on the spot costs."""
+    aim = OBJECTIVES[objective]
+    prices = turning(around, aim)
     if objective == "length":
         # Turning takes no way; of equal ways the one with less of it.
-        table[:] = IN_PLACE * np.linspace(0.0, tightest, TURNS)
-        return table, tightest, IN_PLACE * _BIN, IN_PLACE
-    model, aim = around.model, OBJECTIVES[objective]
+        table = np.tile(IN_PLACE * np.linspace(0.0, prices.tightest, TURNS), (STATES, 1))
+        return Turning(IN_PLACE, prices.tightest, table), IN_PLACE * _BIN
+    model = around.model
     numbers = (model.kernel, model.parameters, model.body, model.wheels)
-    turning_costs(*numbers, around.class_rows[0], around.limits, aim, tightest, table)
     spin = np.empty((1, STATES))
     level = (np.zeros(1), np.zeros((1, 4)), np.zeros(1, np.int64))
     spin_costs(*numbers, around.class_rows, around.limits, *level, aim, spin)
-    stop = cost_of_a_stop(model, around.class_rows, around.limits, aim)
-    return table, tightest, float(spin.mean()) * _BIN, stop
+    return prices, float(spin.mean()) * _BIN
 
 
 def _at_end(field: CostField, place: Point, yaw: float | None, spin: float) -> Array:

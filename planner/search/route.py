@@ -114,6 +114,11 @@ class Route:
         steps = np.sqrt(sum(np.diff(self.arrays[k]) ** 2 for k in ("x", "y", "z")))
         return np.concatenate([[0.0], np.cumsum(steps)])
 
+    @property
+    def rise_m(self) -> float:
+        """m from the start up to the end."""
+        return float(self.arrays["z"][-1] - self.arrays["z"][0])
+
     def to_json(self, *, poses: bool = True) -> dict[str, Any]:
         """The route as in ROUTE.json; baselines leave the poses out."""
         document: dict[str, Any] = {

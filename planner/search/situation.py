@@ -27,7 +27,7 @@ from planner.search.kept import KEPT
 from planner.search.lattice import Lattice, build_lattice, number_nodes
 from planner.search.situation_request import DEFAULT_VEHICLE, SituationRequest
 from planner.search.steady import MARGIN, OBJECTIVES, SteadyCosts, steady_costs
-from planner.search.yaw import cost_of_a_stop
+from planner.search.turning import turning
 from planner.terrain.catalogue import open_map
 from planner.terrain.heightmap import Terrain
 
@@ -143,10 +143,7 @@ class Situation:
         """What refinement counts for a corner, beside the costs of the metres."""
         if objective == "length":
             return 0.0
-        around = self.around
-        return CORNER[objective] * cost_of_a_stop(
-            around.model, around.class_rows, around.limits, OBJECTIVES[objective]
-        )
+        return CORNER[objective] * turning(self.around, OBJECTIVES[objective]).stop
 
     def lattice(self, objective: str, field: CostField) -> Lattice:
         """The moves on the grid for a field of ``field``."""

@@ -18,9 +18,9 @@ from numba import njit, types
 from numpy.typing import NDArray
 
 from planner.power.compile_kernel import KERNEL
-from planner.power.model import PowerModel
 from planner.power.pipeline import ACCOUNT_LENGTH, PER_WHEEL
 from planner.quantities import INDEX
+from planner.search.conditions import Circumstances
 from planner.search.motion_row import BRIEFLY, broken_limit, set_acceleration, set_motion, set_wind
 from planner.search.steady import SLOWEST
 from planner.search.track import Track
@@ -279,12 +279,16 @@ def _speeds(
     exact = np.zeros(expected.shape, np.bool_)
     level = _levels(limits[0])
     unit = np.empty(2)
-    nothing = False
+    cost[0] = np.inf
+    cost[0, 0] = 0.0
+    nothing = before = False
+    unchanged = 0  # steps up to which the costs of the round before hold
     for attempt in range(20 * ROUNDS):
         only = attempt >= ROUNDS and not nothing
-        cost[:] = np.inf
-        cost[0, 0] = 0.0
-        for j in range(steps):
+        if only != before:
+            before, unchanged = only, 0
+        cost[unchanged + 1 :] = np.inf
+        for j in range(unchanged, steps):
             for a in range(LEVELS):
                 if cost[j, a] == np.inf:
                     continue
@@ -315,6 +319,7 @@ def _speeds(
             p, q = chosen[j], chosen[j + 1]
             if exact[j, p, q - p + REACH]:
                 continue
+            unchanged = j if new == 0 else unchanged
             new += 1
             guess = expected[j, p, q - p + REACH]
             row = class_rows[ground[j]].copy()
@@ -369,14 +374,11 @@ def _speeds(
 
 
 def speed_programme(
-    model: PowerModel,
+    around: Circumstances,
     track: Track,
     yaw: YawProfile,
     slopes: Array,
     grounds: NDArray[np.int64],
-    class_rows: Array,
-    limits: Array,
-    wind: Array,
     objective: int,
     beside: int,
     fastest: Array,
@@ -390,14 +392,15 @@ def speed_programme(
     stops = track.stops | (np.abs(yaw.leaving - yaw.arriving) > 1e-9)
     turns = yaw.arriving[1:] - yaw.leaving[:-1]
     speeds = np.zeros(len(track.points))
+    model = around.model
     task = (
         model.kernel,
         model.parameters,
         model.body,
         model.wheels,
-        class_rows,
-        limits,
-        wind,
+        around.class_rows,
+        around.limits,
+        around.wind,
         track.directions,
         track.lengths,
         track.curvatures,

@@ -19,12 +19,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from planner.power.model import PowerModel
-from planner.quantities import INDEX
+from planner.search.conditions import Circumstances
 from planner.search.ground import ALL_YAWS, CostField, body_fits, body_frame
-from planner.search.steady import SLOWEST
 from planner.search.track import GENTLE, Track
-from planner.search.yaw_estimate import TURNS, steady_costs_of, turning_costs
+from planner.search.turning import turning
+from planner.search.yaw_estimate import steady_costs_of
 from planner.search.yaw_kernel import MOST_SAMPLES, STATES, WIDTH, programme, spin_costs
 
 Array = NDArray[np.float64]
@@ -49,14 +48,11 @@ class YawProfile:
 
 
 def yaw_programme(
-    model: PowerModel,
+    around: Circumstances,
     field: CostField,
     track: Track,
     slopes: Array,
     grounds: NDArray[np.int64],
-    class_rows: Array,
-    limits: Array,
-    wind: Array,
     *,
     objective: int,
     start_yaw: float | None,
@@ -67,14 +63,11 @@ def yaw_programme(
     """Best yaw along a track, or the place (2,) beyond which no free yaw angles lead.
 
     Args:
-        model: the power model.
+        around: model and conditions.
         field: map and costs, for the free yaw angles.
         track: stations.
         slopes: (steps, 4) of ``slopes_of_steps``.
         grounds: (steps,) ground class of every step.
-        class_rows: (classes, ROW_LENGTH) conditions.
-        limits: of motion_row.limit_values with the yaw rate behind.
-        wind: (2,) m/s in the map's frame.
         objective: 1 minimises time, anything else energy.
         start_yaw, goal_yaw: rad; None leaves them free.
         beside: angles to either side of the best ones that the power model prices as well.
@@ -93,12 +86,10 @@ def yaw_programme(
             free[max(0, k - 1) : k + 2, near % STATES] = False
     spin = np.empty(free.shape)
     at = np.minimum(knots, len(slopes) - 1)
-    numbers = (model.kernel, model.parameters, model.body, model.wheels, class_rows, limits)
+    model, limits = around.model, around.limits
+    numbers = (model.kernel, model.parameters, model.body, model.wheels, around.class_rows, limits)
     spin_costs(*numbers, directions, slopes[at], grounds[at], objective, spin)
-    stop = cost_of_a_stop(model, class_rows, limits, objective)
-    turning = np.empty((STATES, TURNS))
-    tightest = tightest_turn(limits)
-    turning_costs(*numbers[:4], class_rows[0], limits, objective, tightest, turning)
+    prices = turning(around, objective)
     stride = _stride(knots, np.hypot(*slopes[:, 2:].T), GENTLE * float(field.limit.min()))
     steady = np.empty((len(knots) - 1, STATES))
     steady_costs_of(field, knots, *steps, stride, steady)
@@ -109,19 +100,19 @@ def yaw_programme(
         track.points,
         crowded,
         *numbers,
-        wind,
+        around.wind,
         objective,
         knots,
         directions,
         *steps,
         stride,
         steady,
-        turning,
-        tightest,
+        prices.table,
+        prices.tightest,
         free,
         shift,
         spin,
-        stop,
+        prices.stop,
         _state(start_yaw, directions[0]),
         _state(goal_yaw, directions[-1]),
         beside,
@@ -174,29 +165,6 @@ def _knot_directions(track: Track, knots: NDArray[np.int64]) -> Array:
     after = track.directions[np.minimum(knots, len(track.directions) - 1)]
     turn = np.remainder(after - before + np.pi, 2.0 * np.pi) - np.pi
     return np.asarray(before + 0.5 * turn)
-
-
-def tightest_turn(limits: Array) -> float:
-    """rad/m up to which turning on the way is tabulated: at the lowest speed that is tried."""
-    return 0.8 * float(limits[6] / (SLOWEST * limits[0]))
-
-
-def cost_of_a_stop(model: PowerModel, class_rows: Array, limits: Array, objective: int) -> float:
-    """Cost of speeding up again after a stop on the way: kinetic energy with the rotors', of which
-    braking returns little, or the time lost on both ramps.
-    """
-    v, a = float(limits[0]), model.vehicle.limits.acceleration
-    if objective == 1:
-        return v / a
-    cruise = class_rows[:1].copy()
-    cruise[0, INDEX["vx"]] = v
-    ramp = np.repeat(cruise, 8, axis=0)
-    ramp[:, INDEX["vx"]] *= (np.arange(8) + 0.5) / 8.0
-    ramp[:, INDEX["ax"]] = a
-    up = float(model.watts(ramp).mean()) * v / a
-    ramp[:, INDEX["ax"]] = -a
-    down = float(model.watts(ramp).mean()) * v / a
-    return up + down - float(model.watts(cruise)[0]) * v / a
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

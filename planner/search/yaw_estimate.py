@@ -1,7 +1,8 @@
 """What the yaw programme expects, by tables, of a way before the power model prices it.
 
-turning_costs(kernel, ..., tightest, turning)     # what turning on the way adds
 steady_costs_of(field, knots, ..., steady)        # what driving at an even angle costs
+
+What turning on the way adds to it is in planner.search.turning.
 """
 
 from __future__ import annotations
@@ -10,70 +11,13 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit, types
+from numba import njit
 
-from planner.power.compile_kernel import KERNEL
-from planner.power.pipeline import ACCOUNT_LENGTH, PER_WHEEL
 from planner.search.steady import cost_for_yaw
-from planner.search.yaw_kernel import STATES, WIDTH, step_cost
+from planner.search.yaw_kernel import STATES
 
 DOUBTFUL = 10.0
 """How much dearer than the dearest what the tables refuse is taken to be."""
-TURNS = 24
-"""Bends of the table of what turning on the move adds."""
-
-_WHEEL_COLUMNS = len(PER_WHEEL)
-_F1 = types.Array(types.float64, 1, "C")
-_F2 = types.Array(types.float64, 2, "C")
-
-
-@njit(
-    types.void(*(KERNEL, _F1, _F1, _F2, _F1, _F1, types.int64, types.float64, _F2)),
-    cache=True,
-    error_model="numpy",
-    nogil=True,
-)
-def turning_costs(
-    kernel: Any,
-    parameters: Any,
-    body: Any,
-    wheels: Any,
-    row: Any,
-    limits: Any,
-    objective: int,
-    tightest: float,
-    turning: Any,
-) -> None:
-    """Cost that turning adds to a level metre, (STATES, TURNS) into ``turning``.
-
-    By the angle to the travel, and by rad/m from 0 to ``tightest``; infinite where it cannot be.
-    """
-    account = np.empty(ACCOUNT_LENGTH)
-    per_wheel = np.empty((wheels.shape[0], _WHEEL_COLUMNS))
-    still, level = np.zeros(2), np.zeros(4)
-    row = row.copy()
-    for s in range(STATES):
-        straight = 0.0
-        for q in range(TURNS):
-            cost = step_cost(
-                kernel,
-                parameters,
-                body,
-                wheels,
-                row,
-                limits,
-                still,
-                level,
-                s * WIDTH,
-                0.0,
-                1.0,
-                q * tightest / (TURNS - 1),
-                objective,
-                account,
-                per_wheel,
-            )
-            straight = cost if q == 0 else straight
-            turning[s, q] = max(cost - straight, 0.0)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

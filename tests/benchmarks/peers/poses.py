@@ -128,14 +128,11 @@ def score_as_they_are(case: Case, poses: Array) -> float | None:
     track, yaw = room_to_move(track, YawProfile(angles, angles.copy(), 0.0))
     middle = 0.5 * (track.points[1:] + track.points[:-1])
     speeds, _ = speed_programme(
-        around.model,
+        around,
         track,
         yaw,
         slopes_of_steps(field, track.points),
         ground_classes(field, middle),
-        around.class_rows,
-        around.limits,
-        around.wind,
         0,
         CLOSELY[1],
         np.full(len(track.lengths), limits.speed),
