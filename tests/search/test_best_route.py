@@ -7,6 +7,13 @@ import pytest
 
 from planner import plan_route
 from planner.errors import Cancelled
+from planner.quantities import STANDARD_GRAVITY
+from planner.search.drive import drive
+from planner.search.ground import polyline_cost
+from planner.search.route import Route
+from planner.search.situation import situation_of
+from planner.search.situation_request import SituationRequest
+from planner.search.turning import turning
 from planner.terrain.heightmap import Terrain
 from tests.search.test_cost_to_go import hills
 
@@ -50,6 +57,23 @@ def test_who_stops_once_there_is_a_route_gets_it(relief):
 def test_who_stops_before_gets_nothing(relief):
     with pytest.raises(Cancelled):
         plan_route(terrain=relief, **ENDS, cancelled=lambda: True)
+
+
+def test_no_straight_way_dissipates_less_than_its_metres(relief):
+    """Another aim's way whose metres alone cost more than the best route is not driven."""
+    situation = situation_of(SituationRequest(map="hills"), terrain=relief)
+    field, around = situation.field("energy"), situation.around
+    rng = np.random.default_rng(3)
+    compared = 0
+    for _ in range(12):
+        way = rng.uniform(3.0, 17.0, (2, 2))
+        metres = polyline_cost(field, way, field.step)
+        route = drive(field, around, [way], (None, None), objective=0)
+        if isinstance(route, Route) and np.isfinite(metres):
+            dissipated = route.energy_j - around.mass * STANDARD_GRAVITY * route.rise_m
+            assert metres < dissipated < 1.5 * metres + turning(around, 0).stop
+            compared += 1
+    assert compared >= 8
 
 
 def test_a_second_request_is_answered_alike(relief):

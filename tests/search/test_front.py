@@ -13,8 +13,11 @@ from planner.power.model import PowerModel, rows_from
 from planner.power.price_of_time import PriceOfTime, with_price_of_time
 from planner.power.vehicle import load_vehicle
 from planner.search.front import Front, lower_hull
-from planner.search.priced_routes import Ridden
+from planner.search.priced_routes import PricedSituation, Ridden
 from planner.search.route import Route
+from planner.search.situation import situation_of
+from planner.search.situation_request import SituationRequest
+from planner.search.turning import turning
 from planner.terrain.heightmap import Terrain
 from tests.search.test_cost_to_go import hills
 
@@ -122,6 +125,18 @@ def test_a_price_of_time_adds_its_watts_whatever_the_motion():
     priced = with_price_of_time(model, 50.0)
     assert priced.watts(rows) == pytest.approx(model.watts(rows) + 50.0)
     assert with_price_of_time(model, 0.0).watts(rows) == pytest.approx(model.watts(rows))
+
+
+def test_a_stop_costs_its_seconds_where_seconds_are_priced(relief):
+    """Both ramps take v/a longer than going on; prices of the plain model are not taken for it."""
+    plain = situation_of(SituationRequest(map="hills"), terrain=relief)
+    unpriced = turning(plain.around, 0)
+    priced = turning(PricedSituation.of(plain, 50.0).around, 0)
+    seconds = turning(plain.around, 1).stop
+    limits = plain.around.limits
+    assert seconds == limits[0] / plain.around.model.vehicle.limits.acceleration
+    assert priced.stop == pytest.approx(unpriced.stop + 50.0 * seconds)
+    assert turning(plain.around, 0) is unpriced
 
 
 def test_what_is_said_of_a_front(front):
