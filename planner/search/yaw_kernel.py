@@ -193,15 +193,33 @@ def spin_round(driven: Any, free: Any, spin_cost: Any, halt: float, cost: Any, s
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def turn_cost(turning: Any, tightest: float, s: int, span: float, turn: float) -> float:
-    """What a turn adds to the cost of ``span`` metres, by a table (STATES, TURNS)."""
+def turn_place(turning: Any, tightest: float, span: float, turn: float) -> Any:
+    """Where a turn over ``span`` metres stands in a table (STATES, TURNS): share, and column.
+
+    The column is -1 for what is too tight.
+    """
     last = turning.shape[1] - 1
     u = abs(turn) / span / tightest * last
     if u > last:
-        return np.inf
+        return 0.0, -1
     q = min(int(u), last - 1)
-    u -= q
+    return u - q, q
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def turn_cost_at(turning: Any, s: int, span: float, u: float, q: int) -> float:
+    """What a turn adds to the cost of ``span`` metres, by its place in the table."""
+    if q < 0:
+        return np.inf
     cost: float = span * ((1.0 - u) * turning[s, q] + u * turning[s, q + 1])
+    return cost
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def turn_cost(turning: Any, tightest: float, s: int, span: float, turn: float) -> float:
+    """What a turn adds to the cost of ``span`` metres, by a table (STATES, TURNS)."""
+    u, q = turn_place(turning, tightest, span, turn)
+    cost: float = turn_cost_at(turning, s, span, u, q)
     return cost
 
 
@@ -308,21 +326,19 @@ def programme(
             spin_round(driven[k], free[k], spin_cost[k], halt, cost[k], spun[k])
             if k == last:
                 break
-            for s in range(STATES):
-                if cost[k, s] == np.inf:
-                    continue
-                for w in range(-window[k], min(window[k] + 1, STATES // 2)):
+            for w in range(-window[k], min(window[k] + 1, STATES // 2)):
+                # As in turn_cost: only the angle to the travel differs from state to state.
+                u, q = turn_place(turning, tightest, spans[k], wrap(bends[k] + w * WIDTH))
+                for s in range(STATES):
                     t = (s + w) % STATES
-                    if not free[k + 1, t]:
+                    if cost[k, s] == np.inf or not free[k + 1, t]:
                         continue
                     total = price[k, s, t]
                     if math.isnan(total):
                         if exact:
                             continue
                         total = 0.5 * (steady[k, s] + steady[k, t]) + off[k]
-                        total += turn_cost(
-                            turning, tightest, s, spans[k], wrap(bends[k] + w * WIDTH)
-                        )
+                        total += turn_cost_at(turning, s, spans[k], u, q)
                     total += cost[k, s]
                     if total < driven[k + 1, t]:
                         driven[k + 1, t] = total

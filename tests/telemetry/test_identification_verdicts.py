@@ -246,6 +246,23 @@ def test_recommended_runs_are_feasible(motion, base):
         assert seconds == pytest.approx(600.0, rel=0.02)
 
 
+def test_of_runs_alike_those_with_both_loads_and_motors_as_they_are_ask_least(motion, base):
+    """And a robot that has carried half its mass is asked to carry that again."""
+    rows = motion.rows.copy()
+    heaviest = round(0.5 * base.vehicle.mass, 1)
+    rows[: len(rows) // 2, INDEX["payload"]] = heaviest
+    log = measured(replace(motion, rows=rows), base, NOISE, seed=2)
+    competitors = Competitors(candidate_library(fit(log, base).model, log), shapes_of(log))
+    alike = {}
+    for run in feasible_runs(examine(log, competitors), log):
+        alike.setdefault(run.sentence.partition(",")[0], []).append(run)
+    for runs in alike.values():
+        least = min(runs, key=lambda run: run.demands)
+        settings = least.settings["runs"]
+        assert {one["payload"] for one in settings} == {0.0, heaviest}
+        assert {one["motor_temp"] for one in settings} == {None}
+
+
 def test_a_diagnosis_can_be_stopped(motion, base):
     log = measured(motion, base, NOISE, seed=2)
     with pytest.raises(Cancelled):
