@@ -148,6 +148,20 @@ def _band(field: Any, path: Any, delta: float, side: int, window: int, step: flo
     return result, cost[count - 1, side]
 
 
+def _moved(
+    field: CostField, knots: Path, cell: float, check: Callable[[], None]
+) -> tuple[float, Path]:
+    """Cost and knots after all bands, none of which may make the way dearer at its final points."""
+    cost = polyline_cost(field, knots, field.step)
+    for delta, side, window, coarse in BANDS:
+        check()
+        found, _ = _band(field, knots, delta * cell, side, window, coarse * field.step)
+        lower = polyline_cost(field, found, field.step)
+        if lower < cost:
+            cost, knots = lower, found
+    return cost, knots
+
+
 def refine(
     field: CostField,
     path: Path,
@@ -167,14 +181,12 @@ def refine(
     """
     cell = min(field.dx, field.dy)
     step = field.step
-    knots = even(path, knot_cells * cell)
-    if not math.isfinite(polyline_cost(field, knots, step)):
-        knots = resample(path, knot_cells * cell)
-    for delta, side, window, coarse in BANDS:
-        check()
-        moved, cost = _band(field, knots, delta * cell, side, window, coarse * step)
-        if math.isfinite(cost):
-            knots = moved
+    starts = [even(path, knot_cells * cell)]
+    if not math.isfinite(polyline_cost(field, starts[0], step)):
+        # Cutting corners led where nothing can be driven. The band may lead out of it again, or
+        # not; with all corners kept the knots are too close to move far.
+        starts.append(resample(path, knot_cells * cell))
+    _, knots = min((_moved(field, start, cell, check) for start in starts), key=lambda m: m[0])
     check()
     known = [(polyline_cost(field, candidate, step), candidate) for candidate in (path, knots)]
     found = []
