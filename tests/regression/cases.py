@@ -44,6 +44,11 @@ CASES: dict[str, dict[str, Any]] = {
         "start": {"x": 10.0, "y": 10.0},
         "goal": {"x": 118.0, "y": 116.0},
     },
+    "jacksboro, along steep slopes": {
+        "map": "jacksboro-1to100",
+        "start": {"x": 95.0, "y": 264.8},
+        "goal": {"x": 265.6, "y": 120.2},
+    },
     "loaded robot on the tilted plane": {
         "map": "tilted-plane",
         "start": {"x": 4.0, "y": 4.0},
