@@ -137,7 +137,7 @@ def adopt(
         fitted, after = diagnosis.fitted, diagnosis.after
     else:
         fitted = fit_with(
-            diagnosis.base, diagnosis.corrected, additions, noise=diagnosis.fitted.noise
+            diagnosis.base, diagnosis.corrected, additions, noise=diagnosis.fitted.noise, tried=True
         )
         after = Errors(fitted.rmse_w, heldout_rmse(diagnosis.corrected, fitted))
     warnings = _warnings(names, diagnosis, after, fitted)

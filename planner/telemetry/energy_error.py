@@ -46,7 +46,9 @@ from numpy.typing import NDArray
 from planner.power.energy_error import EnergyError, ParameterCovariance
 from planner.power.model import PowerModel
 from planner.telemetry.blocks import block_numbers
-from planner.telemetry.fit import FOLDS, PRIOR_SPREADS, Fit
+from planner.telemetry.fit import Fit
+from planner.telemetry.gauss_newton import PRIOR_SPREADS
+from planner.telemetry.heldout import FOLDS
 from planner.telemetry.interval import interval_nodes
 from planner.telemetry.log import Telemetry
 from planner.telemetry.noise import CLIP, Noise

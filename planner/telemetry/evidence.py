@@ -1,8 +1,6 @@
-"""Sums over a log from which every later question is answered: Gram matrices block by block.
+"""Sums over a log from which every later question is answered, block by block.
 
-    evidence = Evidence(groups)                       # names of the columns by group
-    evidence.add(sums_of(white, scaled, blocks, runs))   # whitened columns, the residual last
-    evidence.settle()
+    evidence = Evidence(tangent, blocks, plain, rows, slow)   # planner.telemetry.block_sums
     evidence.gain(columns)                            # log-likelihood gained by some columns
     evidence.test(columns, given=others)              # is their coefficient zero?
     evidence.compare(first, second)                   # which of two sets explains more, and surely?
@@ -23,11 +21,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
+
+from planner.telemetry.block_sums import Blocks
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -56,80 +55,34 @@ class Test:
     information: Floats
 
 
-class Sums(NamedTuple):
-    """Sums over some rows.
-
-    Attributes:
-        grams: (columns, columns) of each block, whitened.
-        runs: number of each block's run.
-        plain: (columns, columns) of all rows, scaled but not whitened.
-        rows: how many.
-    """
-
-    grams: list[Floats]
-    runs: list[int]
-    plain: Floats
-    rows: int
-
-
-def sums_of(white: Floats, scaled: Floats, blocks: Integers, runs: Integers) -> Sums:
-    """Sums over rows.
-
-    Args:
-        white: (n, columns) whitened.
-        scaled: (n, columns) over the spread of each row only.
-        blocks: (n,) number of the block, not decreasing.
-        runs: (n,) number of the run.
-    """
-    borders = [0, *(np.flatnonzero(np.diff(blocks)) + 1).tolist(), len(blocks)]
-    grams = []
-    for start, stop in zip(borders[:-1], borders[1:], strict=True):
-        part = white[start:stop]
-        grams.append(part.T @ part)
-    return Sums(grams, [int(runs[start]) for start in borders[:-1]], scaled.T @ scaled, len(white))
-
-
 class Evidence:
-    """Gram matrices of whitened columns: tangent, everything that competes, residual last.
+    """Products of whitened columns: tangent, everything that competes, residual last.
 
     Args:
         tangent: number of the model's own columns, which come first.
-        columns: number of all columns, with the residual.
+        blocks: the whitened columns.
+        plain: (columns, columns) products over the spread of each row, not whitened.
+        rows: how many.
+        slow: (columns,) share of every column's variance that lies between runs.
     """
 
-    def __init__(self, tangent: int, columns: int) -> None:
-        self.tangent = np.arange(tangent)
-        self.residual = columns - 1
-        self.columns = columns
-        self.rows = 0
-        self.slow = np.zeros(columns)
-        self.plain = np.zeros((columns, columns))
-        self._blocks: list[Floats] = []
-        self._runs: list[int] = []
-
-    def add(self, sums: Sums) -> None:
-        """Take in the sums of rows, in the order of the log."""
-        self._blocks += sums.grams
-        self._runs += sums.runs
-        self.plain += sums.plain
-        self.rows += sums.rows
-
-    def settle(self) -> None:
-        """Close the sums; called once after the last ``add``."""
-        self.grams = np.stack(self._blocks)
-        self._blocks = []
-        self.run_of_block = np.array(self._runs)
-        self.total = self.grams.sum(axis=0)
-        own = self.tangent
+    def __init__(
+        self, tangent: int, blocks: Blocks, plain: Floats, rows: int, slow: Floats
+    ) -> None:
+        self.tangent = own = np.arange(tangent)
+        self.blocks, self.plain, self.rows, self.slow = blocks, plain, rows, slow
+        self.total = blocks.total()
+        self.columns = len(self.total)
+        self.residual = self.columns - 1
         self.absorbed = _solve(self.total[np.ix_(own, own)], self.total[own])
         self.clear = self.total - self.total[:, own] @ self.absorbed
-        runs, self._run_number = np.unique(self.run_of_block, return_inverse=True)
+        runs, self._run_number = np.unique(blocks.runs, return_inverse=True)
         self.run_count = len(runs)
 
     @property
     def block_count(self) -> int:
         """Number of blocks."""
-        return len(self.grams)
+        return len(self.blocks.runs)
 
     def size(
         self, columns: Sequence[int], coefficients: Floats, given: Sequence[int] = ()
@@ -162,6 +115,18 @@ class Evidence:
         found = self.coefficients(columns)
         return float(0.5 * found @ self.clear[list(columns), self.residual]), found
 
+    def gains(self, columns: Integers) -> tuple[Floats, Floats]:
+        """``gain`` of many sets of as many columns (s, k) at once: (s,) and (s, k)."""
+        inner = self.clear[columns[:, :, None], columns[:, None, :]]
+        right = self.clear[columns, self.residual]
+        scale = np.sqrt(np.maximum(np.diagonal(inner, axis1=1, axis2=2), 1e-300))
+        scaled = inner / (scale[:, :, None] * scale[:, None, :]) + RIDGE * np.eye(inner.shape[1])
+        try:
+            found = np.linalg.solve(scaled, (right / scale)[:, :, None])[:, :, 0] / scale
+        except np.linalg.LinAlgError:
+            found = np.array([self.coefficients(each) for each in columns.tolist()])
+        return 0.5 * np.sum(found * right, axis=1), found
+
     def _fit(self, columns: Sequence[int]) -> Floats:
         """(columns,) vector v with residual = Z v after fitting tangent and some columns."""
         at = [*self.tangent.tolist(), *columns]
@@ -177,16 +142,9 @@ class Evidence:
         active = [*self.tangent.tolist(), *given]
         lean = _solve(self.total[np.ix_(active, active)], self.total[np.ix_(active, at)])
         v = self._fit(given)
-        scores = self.grams @ v  # (blocks, columns)
+        scores = self.blocks.times(v)
         block_scores = scores[:, at] - scores[:, active] @ lean
-        k, a = np.array(at), np.array(active)
-        inner = self.grams[:, k[:, None], k]
-        cross = self.grams[:, a[:, None], k]
-        own = self.grams[:, a[:, None], a]
-        mixed = np.einsum("ak,bal->bkl", lean, cross)
-        block_info = (
-            inner - mixed - mixed.transpose(0, 2, 1) + np.einsum("ak,bac,cl->bkl", lean, own, lean)
-        )
+        block_info = self.blocks.cleared(np.array(at, int), np.array(active, int), lean)
         total, information = block_scores.sum(axis=0), block_info.sum(axis=0)
         found = _solve(information, total)
         left = block_scores - np.einsum("bkl,l->bk", block_info, found)
@@ -218,13 +176,9 @@ class Evidence:
         active = np.array([*self.tangent.tolist(), *given], int)
         lean = _solve(self.total[np.ix_(active, active)], self.total[np.ix_(active, at)])
         v = self._fit(given)
-        scores = self.grams @ v
+        scores = self.blocks.times(v)
         block_scores = scores[:, at] - scores[:, active] @ lean
-        inner = self.grams[:, at, at]
-        cross = self.grams[:, active[:, None], at]
-        own = self.grams[:, active[:, None], active]
-        info = inner - 2.0 * np.einsum("ak,bak->bk", lean, cross)
-        info += np.einsum("ak,bak->bk", lean, own @ lean)
+        info = self.blocks.cleared_each(at, active, lean)
         total, information = block_scores.sum(axis=0), info.sum(axis=0)
         raw = self.total[at, at]
         dead = information < 2e-3 * raw
@@ -254,7 +208,7 @@ class Evidence:
 
     def _by_block(self, columns: Sequence[int]) -> Floats:
         v = self._fit(columns)
-        return np.asarray(-0.5 * np.einsum("bi,i->b", self.grams @ v, v))
+        return np.asarray(-0.5 * self.blocks.times(v) @ v)
 
     def likeness(self, first: int, second: int, given: Sequence[int] = ()) -> float:
         """|cosine| between two columns once tangent and ``given`` are taken out."""

@@ -22,9 +22,10 @@ from numpy.typing import NDArray
 
 from planner.power.model import PowerModel
 from planner.quantities import INDEX
+from planner.telemetry.block_sums import RowBlocks
 from planner.telemetry.blocks import block_numbers
 from planner.telemetry.candidates import Atom, CandidateLibrary
-from planner.telemetry.evidence import Evidence, sums_of
+from planner.telemetry.evidence import Evidence
 from planner.telemetry.interval import interval_nodes
 from planner.telemetry.log import Telemetry
 from planner.telemetry.noise import CLIP, Noise, noise_and_leftover, run_pieces
@@ -195,11 +196,10 @@ def examine(
     spread = noise.spread(watts, doubt)
     raw[:, -1] = residual - left + np.clip(left, -CLIP * spread, CLIP * spread)
     white = noise.whiten(log, watts, spread, raw)
-    evidence = Evidence(competitors.tangent, raw.shape[1])
-    evidence.slow = _slow_shares(log, raw)
-    evidence.add(sums_of(white, raw / spread[:, None], block_numbers(log), log.run))
-    del white
-    evidence.settle()
+    scaled = raw / spread[:, None]
+    blocks = RowBlocks(white, block_numbers(log), log.run)
+    slow = _slow_shares(log, raw)
+    evidence = Evidence(competitors.tangent, blocks, scaled.T @ scaled, len(log), slow)
     mean = float(np.mean(np.abs(watts)))
     plain = Examination(
         competitors, evidence, noise, watts, spread, raw, residual, {}, {}, (), (), mean

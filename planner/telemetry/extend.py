@@ -161,10 +161,17 @@ def fit_with(
     *,
     noise: Noise | None = None,
     within: PowerModel | None = None,
+    tried: bool = False,
 ) -> Fit:
-    """Fit a model with effects added to it; ``within`` as ``extended``."""
+    """Fit a model with effects added to it.
+
+    ``within`` is as for ``extended``; where ``tried``, the intervals of what is added are tried out
+    (planner.telemetry.parameter_errors), which takes as long as the fit again.
+    """
     full, free = extended(model, log, additions, within)
-    return fit(log, full, free=free, noise=noise)
+    added = {a.declaration.slug for a in additions} if tried else set()
+    mine = [place for place in free if full.slots[place][0].slug in added]
+    return fit(log, full, free=free, noise=noise, tried=mine)
 
 
 def trimmed(fitted: Fit, model: PowerModel, log: Telemetry, additions: Sequence[Addition]) -> Fit:

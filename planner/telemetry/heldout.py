@@ -7,7 +7,8 @@
 A fold is a fifth of the runs. Its parameters are those of one Gauss-Newton step from the fit to all
 runs towards the fit without the fold, with the same bounds and the same prior: a parameter that
 only the fold tells about stays where it is. That is as good as refitting when folds change them
-little; tests/telemetry/test_identification_fit.py compares it with cross_validate, which refits.
+little; tests/telemetry/test_identification_fit.py compares it with
+fits to what each fold leaves.
 """
 
 from __future__ import annotations
@@ -19,7 +20,8 @@ from numpy.typing import NDArray
 
 from planner.telemetry.blocks import block_numbers
 from planner.telemetry.examine import Examination
-from planner.telemetry.fit import Fit, bounded_step, fold_numbers, prior_of
+from planner.telemetry.fit import Fit
+from planner.telemetry.gauss_newton import bounded_step, prior_of
 from planner.telemetry.interval import interval_nodes
 from planner.telemetry.log import Telemetry
 from planner.telemetry.noise import CLIP, huber
@@ -27,6 +29,7 @@ from planner.telemetry.sensitivity import tangent
 
 Floats = NDArray[np.float64]
 
+FOLDS = 5
 RIDGE = 1e-6
 """Of a scaled Gram matrix, so that columns which do the same share what they explain."""
 LEAST_FALL = 0.999
@@ -35,6 +38,16 @@ CLEAR_FALL, GREAT_FALL = 0.99, 0.9
 """The same of the deviance: with an error that hardly rises, and whatever the error does."""
 LARGEST_RISE = 1.25
 """What counts as hardly."""
+
+
+def fold_numbers(log: Telemetry, folds: int = FOLDS) -> tuple[NDArray[np.int64], bool]:
+    """(n,) fold of every row: by run, or by stretches of rows when there are too few runs."""
+    runs = len(np.unique(log.run))
+    if runs >= 4:
+        rank = np.searchsorted(np.unique(log.run), log.run)
+        return rank % min(folds, runs), True
+    stretch = np.arange(len(log)) * (4 * folds) // max(len(log), 1)
+    return stretch % folds, False
 
 
 def heldout_rmse(log: Telemetry, fitted: Fit) -> float:
@@ -110,7 +123,7 @@ class LinearHeldout:
         library = examination.competitors.library
         self.prior = prior_of(library.held_model, library.places)[0]
         self.grams = {
-            int(fold): evidence.total - evidence.grams[np.unique(blocks[self.folds == fold])].sum(0)
+            int(fold): evidence.total - evidence.blocks.part(np.unique(blocks[self.folds == fold]))
             for fold in np.unique(self.folds)
         }
 

@@ -130,7 +130,12 @@ def with_everything_free(found: Found) -> Found:
     library = found.local.competitors.library
     additions = completed(found.additions, library)
     fitted = fit_with(
-        found.origin, found.log, additions, noise=found.local.noise, within=library.model
+        found.origin,
+        found.log,
+        additions,
+        noise=found.local.noise,
+        within=library.model,
+        tried=True,
     )
     return replace(found, additions=additions, fitted=fitted)
 

@@ -14,13 +14,15 @@ from collections import deque
 from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.telemetry.block_sums import GramBlocks
 from planner.telemetry.blocks import MOST_BLOCKS
 from planner.telemetry.candidates import Atom
-from planner.telemetry.evidence import Evidence, Sums, sums_of
+from planner.telemetry.evidence import Evidence
 from planner.telemetry.examine import Competitors, Examination
 from planner.telemetry.log import Telemetry
 from planner.telemetry.noise import CLIP
@@ -57,14 +59,12 @@ def examine_all(
         watch: progress; raises when the caller cancelled.
     """
     reduced, kept, atoms = _reduced(sample, chosen, rivals)
-    evidence = Evidence(reduced.tangent, reduced.residual + 1)
-    evidence.slow = sample.evidence.slow[kept]
     explained = _explained(sample, chosen)
     where = {old: new for new, old in enumerate(kept)}
     columns = [where[c] for c in explained[0]]
     blocks = _Blocks(source.rows)
 
-    def summed(part: Telemetry, numbers: NDArray[np.int64]) -> Sums:
+    def summed(part: Telemetry, numbers: NDArray[np.int64]) -> _Sums:
         part = correct(part)
         watts, raw = reduced.raw(part)
         model = reduced.model
@@ -73,19 +73,22 @@ def examine_all(
         raw[:, -1] = expected + np.clip(raw[:, -1] - expected, -CLIP * spread, CLIP * spread)
         white = sample.noise.whiten(part, watts, spread, raw)
         raw /= spread[:, None]
-        return sums_of(white, raw, numbers, part.run)
+        return _Sums(*_by_block(white, numbers, part.run), raw.T @ raw, len(raw))
 
+    everything = _Sums([], [], np.zeros((len(kept), len(kept))), 0)
     with ThreadPoolExecutor(max_workers=AT_ONCE) as workers:
-        waiting: deque[Future[Sums]] = deque()
+        waiting: deque[Future[_Sums]] = deque()
         for chunk in source.chunks():
             waiting.append(workers.submit(summed, chunk, blocks.of(chunk)))
             if len(waiting) > AT_ONCE:  # the next one is read while these are in work
-                evidence.add(waiting.popleft().result())
-                done = evidence.rows
+                everything = everything.and_then(waiting.popleft().result())
+                done = everything.rows
                 watch(0.5 + 0.4 * done / source.rows, f"{done:,} of {source.rows:,} rows")
         while waiting:
-            evidence.add(waiting.popleft().result())
-    evidence.settle()
+            everything = everything.and_then(waiting.popleft().result())
+    grams, runs, plain, rows = everything
+    slow = sample.evidence.slow[kept]
+    evidence = Evidence(reduced.tangent, GramBlocks(grams, runs), plain, rows, slow)
     shapes = tuple(range(len(reduced.dictionary.shapes)))
     return replace(
         sample,
@@ -185,6 +188,28 @@ def _explained(sample: Examination, chosen: Sequence[int]) -> tuple[list[int], F
     scaled = gram / np.outer(scale, scale) + 1e-9 * np.eye(len(at))
     found = np.linalg.solve(scaled, evidence.total[at, evidence.residual] / scale) / scale
     return at, found
+
+
+class _Sums(NamedTuple):
+    """Sums over some rows: of each block whitened, of all of them scaled only."""
+
+    grams: list[Floats]
+    runs: list[int]
+    plain: Floats
+    rows: int
+
+    def and_then(self, more: _Sums) -> _Sums:
+        """These rows, and those that follow them."""
+        grams, runs = self.grams + more.grams, self.runs + more.runs
+        return _Sums(grams, runs, self.plain + more.plain, self.rows + more.rows)
+
+
+def _by_block(
+    white: Floats, numbers: NDArray[np.int64], runs: NDArray[np.int64]
+) -> tuple[list[Floats], list[int]]:
+    borders = [0, *(np.flatnonzero(np.diff(numbers)) + 1).tolist(), len(numbers)]
+    parts = [white[start:stop] for start, stop in zip(borders[:-1], borders[1:], strict=True)]
+    return [part.T @ part for part in parts], [int(runs[start]) for start in borders[:-1]]
 
 
 class _Blocks:

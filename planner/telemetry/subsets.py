@@ -13,7 +13,7 @@ noise and in what any model leaves.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -128,14 +128,24 @@ class Chooser:
 
     def gain(self, chosen: tuple[int, ...]) -> tuple[float, Floats] | None:
         """Log-likelihood and coefficients; None when the physics forbids their sign or size."""
-        at = self.columns(chosen)
-        value, found = self.evidence.gain(at)
-        if np.any(found < self.low[at]) or np.any(found > self.high[at]):
-            return None
-        if np.any(np.abs(found) < self.least[at]):
-            return None
-        # Large errors of sensors are rare: half the square over their usual size counts against.
-        return value - 0.5 * float(np.sum((found / self.usual[at]) ** 2)), found
+        return next(((value, found) for _, value, found in self._gains([chosen])), None)
+
+    def _gains(self, subsets: Sequence[tuple[int, ...]]) -> Iterator[tuple[int, float, Floats]]:
+        """Place in ``subsets``, log-likelihood and coefficients of those that physics allows."""
+        by_length: dict[int, list[tuple[int, list[int]]]] = {}
+        for place, chosen in enumerate(subsets):
+            at = self.columns(chosen)
+            by_length.setdefault(len(at), []).append((place, at))
+        for alike in by_length.values():
+            columns = np.array([at for _, at in alike], int)
+            values, found = self.evidence.gains(columns)
+            # Sign and size must be possible.
+            able = (found >= self.low[columns]) & (found <= self.high[columns])
+            able &= np.abs(found) >= self.least[columns]
+            # Large errors of sensors are rare: half the square over the usual size counts against.
+            values -= 0.5 * np.sum((found / self.usual[columns]) ** 2, axis=1)
+            for number in np.flatnonzero(able.all(axis=1)):
+                yield alike[number][0], float(values[number]), found[number]
 
     def search(self) -> tuple[int, ...]:
         """Score subsets up to MOST_EFFECTS; the best one."""
@@ -148,17 +158,17 @@ class Chooser:
                 subsets = sorted(
                     {tuple(sorted({*pair, k})) for pair in best_pairs for k in everyone}
                 )
+            subsets = [
+                chosen
+                for chosen in subsets
+                if len(chosen) == count and len({self.members[k].name for k in chosen}) == count
+            ]
             level = []
-            for chosen in subsets:
-                names = {self.members[k].name for k in chosen}
-                if len(chosen) != count or len(names) != count:
-                    continue
-                found = self.gain(chosen)
-                if found is None:
-                    continue
-                self.gains[chosen] = found
-                self.scored[chosen] = found[0] - self.penalty(chosen)
-                level.append((found[0], chosen))
+            for place, value, found in sorted(self._gains(subsets), key=lambda entry: entry[0]):
+                chosen = subsets[place]
+                self.gains[chosen] = value, found
+                self.scored[chosen] = value - self.penalty(chosen)
+                level.append((value, chosen))
             best_pairs = [chosen for _, chosen in sorted(level, reverse=True)[:25]]
         return max(self.scored, key=lambda chosen: self.scored[chosen])
 

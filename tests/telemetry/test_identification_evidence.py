@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from planner.telemetry.evidence import Evidence, sums_of
+from planner.telemetry.block_sums import GramBlocks, RowBlocks
+from planner.telemetry.evidence import Evidence
 
 ROWS, TANGENT, OTHERS = 1200, 3, 5
 
@@ -21,15 +22,16 @@ def drawn(seed: int, coefficients=(), rows: int = ROWS):
     return np.column_stack([columns, residual])
 
 
-def evidence_of(matrix, blocks: int = 40, spread=None, pieces: int = 1) -> Evidence:
-    """All rows summed up, in one or several pieces."""
-    evidence = Evidence(TANGENT, matrix.shape[1])
+def evidence_of(matrix, blocks: int = 40, spread=None, gone: bool = False) -> Evidence:
+    """All rows summed up; the rows in memory, or gone."""
     number = np.arange(len(matrix)) * blocks // len(matrix)
     scaled = matrix if spread is None else matrix / spread[:, None]
-    for part in np.array_split(np.arange(len(matrix)), pieces):
-        evidence.add(sums_of(matrix[part], scaled[part], number[part], number[part] // 4))
-    evidence.settle()
-    return evidence
+    kept = RowBlocks(matrix, number, number // 4)
+    if gone:
+        parts = [matrix[number == block] for block in range(blocks)]
+        kept = GramBlocks([part.T @ part for part in parts], kept.runs.tolist())
+    slow = np.zeros(matrix.shape[1])
+    return Evidence(TANGENT, kept, scaled.T @ scaled, len(matrix), slow)
 
 
 def left_over(matrix, columns):
@@ -53,6 +55,19 @@ def test_gain_is_what_least_squares_gains(columns):
     assert gain == pytest.approx(0.5 * (before - after), rel=1e-5, abs=1e-6)
     assert found == pytest.approx(expected[TANGENT:], rel=1e-5, abs=1e-7)
     assert evidence.gain([])[0] == 0.0
+
+
+def test_many_sets_at_once_gain_what_each_of_them_gains():
+    matrix = drawn(4, (0.1, 0.3, 0.0, -0.2))
+    for number in (4, 6):
+        matrix[:, number] = matrix[:, 3]  # two columns that do the same
+    evidence = evidence_of(matrix)
+    sets = np.array([[3, 5], [3, 4], [4, 6], [5, 7]])
+    values, found = evidence.gains(sets)
+    for columns, value, coefficients in zip(sets, values, found, strict=True):
+        alone, expected = evidence.gain(columns)
+        assert value == pytest.approx(alone, rel=1e-9)
+        assert coefficients == pytest.approx(expected, rel=1e-6)
 
 
 @pytest.mark.parametrize("columns", SETS)
@@ -135,13 +150,26 @@ def test_the_truth_wins_clearly():
     assert np.mean(np.array(wins) > 1.64) > 0.85
 
 
-def test_sums_do_not_depend_on_how_the_rows_come():
+def test_rows_that_are_gone_answer_as_rows_in_memory():
     matrix = drawn(8, (0.2,))
-    whole, parts = evidence_of(matrix), evidence_of(matrix, pieces=10)
-    assert parts.rows == whole.rows == len(matrix)
-    assert parts.block_count == whole.block_count == 40
-    assert parts.total == pytest.approx(whole.total, rel=1e-12, abs=1e-9)
-    assert parts.test([3]).z == pytest.approx(whole.test([3]).z, rel=1e-9)
+    here, gone = evidence_of(matrix), evidence_of(matrix, gone=True)
+    assert gone.rows == here.rows == len(matrix)
+    assert gone.block_count == here.block_count == 40
+    assert gone.run_count == here.run_count == 10
+    assert gone.total == pytest.approx(here.total, rel=1e-12, abs=1e-9)
+    for columns, given in (([3], []), ([4, 6], [3]), ([5, 3], [4, 7])):
+        one, other = here.test(columns, given), gone.test(columns, given)
+        assert other.z == pytest.approx(one.z, rel=1e-9)
+        assert other.information == pytest.approx(one.information, rel=1e-9)
+        for mine, theirs in zip(
+            here.test_each(columns, given), gone.test_each(columns, given), strict=True
+        ):
+            assert theirs == pytest.approx(mine, rel=1e-9)
+    assert gone.compare([3], [4]) == pytest.approx(here.compare([3], [4]), rel=1e-9)
+    some = np.array([0, 3, 4, 39])
+    part = matrix[np.isin(np.arange(len(matrix)) * 40 // len(matrix), some)]
+    for evidence in (here, gone):
+        assert evidence.blocks.part(some) == pytest.approx(part.T @ part, rel=1e-12, abs=1e-9)
 
 
 @pytest.mark.parametrize("columns", [[3], [4, 6]])

@@ -1,0 +1,233 @@
+"""Parameters that fit a log best, by bounded Gauss-Newton steps.
+
+    problem = problem_of(log, nodes, model, places)
+    best = problem.solve(model, noise, spread, close)      # best.model, best.watts, best.cost
+    problem.holding(k, value).solve(…)                     # the same with one of them held
+
+Whitened residuals count at most 3.5 spreads (Huber's pseudo-values); each step is a bounded linear
+least-squares problem (scipy.optimize.lsq_linear), so that no parameter leaves its physical range. A
+wide prior around the starting value, ten times the spread that its declaration states, keeps a
+parameter in place that the log says nothing about. Of the wheels' own factors only the differences
+act: their sum is held at zero, so that the bounds are those of each wheel against the mean.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import lsq_linear
+
+from planner.power.model import PowerModel
+from planner.telemetry.interval import Nodes
+from planner.telemetry.log import Telemetry
+from planner.telemetry.noise import CLIP, Noise, huber
+from planner.telemetry.sensitivity import sizes, tangent
+
+Floats = NDArray[np.float64]
+
+PRIOR_SPREADS = 10.0
+"""Standard deviation of the prior, in multiples of the declared spread of a parameter."""
+GAUGE = 1e3
+"""One over the standard deviation that the sum of the wheels' own factors is held with."""
+STEPS = 25
+CLOSE = 0.01
+"""Gain of log-likelihood, doubled, that a further step must promise."""
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Where the steps ended.
+
+    Attributes:
+        model: with the parameters found.
+        watts: (n,) W of it.
+        columns: (n, p) derivatives of the watts by the free parameters.
+    """
+
+    model: PowerModel
+    watts: Floats
+    columns: Floats
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Rows, free parameters, and what is known of them without the rows.
+
+    Attributes:
+        log, nodes: the rows.
+        index: (p,) numbers of the free parameters.
+        start: (p,) middle of the prior.
+        prior: (p,) one over its standard deviation.
+        gauge: (p, p) weights that hold the sum of the wheels' own factors.
+        low, high: (p,) lowest and highest possible values; the same where one is held.
+    """
+
+    log: Telemetry
+    nodes: Nodes
+    index: NDArray[np.int64]
+    start: Floats
+    prior: Floats
+    gauge: Floats
+    low: Floats
+    high: Floats
+
+    @property
+    def known(self) -> Floats:
+        """(p, p) inverse covariance of what is known without the rows."""
+        return self.gauge + np.diag(self.prior**2)
+
+    def holding(self, number: int, value: float) -> Problem:
+        """The problem with the free parameter of this number held at a value."""
+        low, high = self.low.copy(), self.high.copy()
+        low[number] = high[number] = value
+        return replace(self, low=low, high=high)
+
+    def cost_of(self, model: PowerModel, watts: Floats, noise: Noise, spread: Floats) -> float:
+        """Loss of whitened residuals and of the prior, as minus twice a log-likelihood.
+
+        ``watts`` (n,) W are the model's, ``spread`` (n,) W those of single rows.
+        """
+        residual = (self.log.power - watts)[:, None]
+        white = noise.whiten(self.log, watts, spread, residual)
+        return self._cost(white[:, 0], model.parameters[self.index])
+
+    def at(self, model: PowerModel, value: Floats) -> Solution:
+        """The model with other values (p,) of the free parameters, within their bounds."""
+        current = with_values(model, self.index, np.clip(value, self.low, self.high))
+        return Solution(current, *tangent(current, self.nodes, self.index.tolist()))
+
+    def solve(
+        self, begin: Solution, noise: Noise, spread: Floats, close: float = CLOSE
+    ) -> Solution:
+        """Steps until a further one would gain next to nothing.
+
+        Args:
+            begin: where the steps begin; within the bounds.
+            noise: what the measurement scatters by.
+            spread: (n,) W of single rows. Held while the steps go on: a model that says more power
+                must not earn a larger spread.
+            close: gain, as of a cost, that is next to nothing.
+        """
+        log = self.log
+        found = begin
+        value = begin.model.parameters[self.index]
+        best, stride, settled = np.inf, 1.0, value
+        step, known = np.zeros(len(self.index)), self.known
+        for _ in range(STEPS):
+            residual = log.power - found.watts
+            # Far from the solution most rows are "outliers"; the limit then follows the residual.
+            far = max(1.0, float(np.median(np.abs(residual) / spread)) / 0.6745)
+            everything = np.column_stack([found.columns, clipped(residual, far * spread), residual])
+            white = noise.whiten(log, found.watts, spread, everything)
+            # Squares of clipped residuals would not show that large ones have become smaller.
+            cost = self._cost(white[:, -1], value)
+            white = white[:, :-1]
+            if cost > best + close and stride > 1e-2:
+                # The step went too far: kinks of friction and gears make the power non-linear.
+                stride *= 0.5
+                value = value - stride * step
+            else:
+                best, stride, settled = cost, 1.0, value
+                gram, score = white[:, :-1].T @ white[:, :-1], white[:, :-1].T @ white[:, -1]
+                held = self.prior**2 * (value - self.start) + self.gauge @ value
+                low, high = self.low - value, self.high - value
+                step = bounded_step(gram + known, score - held, low, high)
+                # Rounding may end beyond a bound.
+                value = np.clip(value + step, self.low, self.high)
+            found = self.at(found.model, value)
+            if stride == 1.0 and float(step @ gram @ step) < close:
+                break
+        else:
+            # The last step was not looked at.
+            found = self.at(found.model, settled)
+        return found
+
+    def _cost(self, white: Floats, value: Floats) -> float:
+        away = self.prior * (value - self.start)
+        return float(huber(white).sum() + away @ away + value @ self.gauge @ value)
+
+
+def problem_of(log: Telemetry, nodes: Nodes, model: PowerModel, places: Sequence[int]) -> Problem:
+    """What a fit of some parameters of a model has to solve; the model is the prior's middle."""
+    index = np.array(places, int)
+    prior, gauge = _prior_weights(model, index), _gauge(model, index)
+    low, high = _bounds(model, index)
+    return Problem(log, nodes, index, model.parameters[index], prior, gauge, low, high)
+
+
+def prior_of(model: PowerModel, places: Sequence[int]) -> tuple[Floats, Floats, Floats]:
+    """What is known of some parameters without any log.
+
+    Returns:
+        (p, p) inverse covariance of the prior, and (p,) lowest and (p,) highest possible values.
+    """
+    index = np.array(places, int)
+    low, high = _bounds(model, index)
+    return np.diag(_prior_weights(model, index) ** 2) + _gauge(model, index), low, high
+
+
+def with_values(model: PowerModel, index: NDArray[np.int64], value: Floats) -> PowerModel:
+    """The model with other values of some parameters."""
+    values = model.parameters.copy()
+    values[index] = value
+    return replace(model, parameters=values)
+
+
+def _bounds(model: PowerModel, index: NDArray[np.int64]) -> tuple[Floats, Floats]:
+    bounds = np.array([model.slots[place][2].bounds for place in index], float).reshape(-1, 2)
+    for k, place in enumerate(index):
+        if grid := model.slots[place][2].grid:
+            # A shape is looked for where its grid says that physics has it, not beyond.
+            given = model.parameters[place]
+            bounds[k] = min(grid[0], given), max(grid[-1], given)
+    return bounds[:, 0], bounds[:, 1]
+
+
+def _prior_weights(model: PowerModel, index: NDArray[np.int64]) -> Floats:
+    """One over the prior's standard deviation of every free parameter."""
+    size = sizes(model)[index]
+    spread = np.array([model.slots[place][2].spread for place in index])
+    return 1.0 / np.maximum(PRIOR_SPREADS * spread * size, 1e-300)
+
+
+def _gauge(model: PowerModel, index: NDArray[np.int64]) -> Floats:
+    """(p, p) weights that hold the sum of the wheels' own factors at zero: it changes nothing."""
+    groups: dict[tuple[str, str], list[int]] = {}
+    for k, place in enumerate(index):
+        effect, name, parameter, _ = model.slots[place]
+        if parameter.per == "wheel":
+            groups.setdefault((effect.slug, name), []).append(k)
+    gauge = np.zeros((len(index), len(index)))
+    for group in groups.values():
+        if len(group) == model.vehicle.layout.wheel_count:
+            gauge[np.ix_(group, group)] = GAUGE**2
+    return gauge
+
+
+def clipped(residual: Floats, spread: Floats) -> Floats:
+    """Residuals (n,) that count at most a few spreads (n,)."""
+    return np.clip(residual, -CLIP * spread, CLIP * spread)
+
+
+def bounded_step(full: Floats, right: Floats, low: Floats, high: Floats) -> Floats:
+    """The step (p,) from low to high that ``full`` (p, p) and the score ``right`` (p,) ask for.
+
+    Parameters whose low and high are the same take that step, whatever the others do.
+    """
+    step = low.copy()
+    free = np.flatnonzero(low < high)
+    if len(free) == 0:
+        return step
+    right = (right - full @ np.where(low < high, 0.0, low))[free]
+    full, low, high = full[np.ix_(free, free)], low[free], high[free]
+    scale = 1.0 / np.sqrt(np.diag(full))
+    factor = np.linalg.cholesky(full * np.outer(scale, scale) + 1e-10 * np.eye(len(full)))
+    target = np.linalg.solve(factor, right * scale)
+    found = lsq_linear(
+        factor.T, target, bounds=(low / scale, high / scale), method="bvls", tol=1e-12
+    )
+    step[free] = found.x * scale
+    return step

@@ -1,0 +1,165 @@
+"""Standard errors where the slope is not to be trusted: bends, bounds, few rows, mixed units."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner.power.model import PowerModel
+from planner.power.vehicle import load_vehicle
+from planner.quantities import INDEX
+from planner.telemetry.extend import Addition, fit_with
+from planner.telemetry.fit import fit
+from planner.telemetry.gauss_newton import problem_of
+from planner.telemetry.interval import interval_nodes
+from planner.telemetry.parameter_errors import COVERED, end_of_interval
+from planner.telemetry.sensitivity import mean_watts, predict
+from tests.power.states import changed
+from tests.telemetry.rows import measured, plain_log
+
+STDERR = 0.2
+
+
+def test_where_the_fit_worsens_in_a_straight_line_the_interval_stays():
+    asked = []
+
+    def rise(step, others):
+        asked.append(others)
+        return abs(step) / STDERR
+
+    for room in (-5.0, 5.0):
+        end = end_of_interval(rise, STDERR, room)
+        assert end == pytest.approx(np.copysign(COVERED * STDERR, room))
+    assert not any(asked), "fits of the others were not needed"
+
+
+@pytest.mark.parametrize("room", [-50.0, 50.0])
+@pytest.mark.parametrize("power", [0.5, 0.7, 1.5])
+def test_along_a_bend_it_ends_where_the_fit_is_as_much_worse(room, power):
+    def rise(step, others):
+        risen = (abs(step) / (COVERED * STDERR)) ** power * COVERED * 0.6
+        return risen if others else 3.0 * risen
+
+    end = end_of_interval(rise, STDERR, room)
+    assert np.sign(end) == np.sign(room)
+    assert rise(end, True) == pytest.approx(COVERED, rel=0.1)
+
+
+def test_it_ends_at_the_bound_at_last():
+    def rise(step, others):
+        return 0.1
+
+    assert end_of_interval(rise, STDERR, -1.0) == -1.0
+    assert end_of_interval(rise, STDERR, 0.1) == 0.1
+
+
+def test_it_is_not_made_shorter():
+    def rise(step, others):
+        return 5.0 * abs(step) / STDERR
+
+    assert end_of_interval(rise, STDERR, 9.0) == pytest.approx(COVERED * STDERR)
+
+
+@pytest.fixture(scope="module")
+def bent(motion, base):
+    """A log of a robot whose idle gears drag, and the effect to be fitted with its shape."""
+    slug = "light_load_gear_drag"
+    declared = load_vehicle("minibalance")
+    robot = PowerModel.from_vehicle(declared, effects=(slug,))
+    robot = changed(
+        robot, light_load_gear_drag__drag_torque=0.09, light_load_gear_drag__fading_torque=0.3
+    )
+    log = measured(motion, robot, 0.02, seed=3)
+    return log, Addition(slug, {("drag_torque", 0): 0.05, ("fading_torque", 0): 0.2})
+
+
+def test_an_end_of_an_interval_fits_worse_by_as_much_as_it_should(bent, base):
+    log, addition = bent
+    plain, tried = (fit_with(base, log, [addition], tried=how) for how in (False, True))
+    slots = [(slot[0].slug, slot[1]) for slot in tried.model.slots]
+    place = slots.index(("light_load_gear_drag", "drag_torque"))
+    number = tried.places.index(place)
+    assert tried.model.parameters[place] == plain.model.parameters[place]
+    ratio = tried.model.stderr[place] / plain.model.stderr[place]
+    assert ratio > 1.1, "size and shape of this drag trade against each other"
+    stated = next(p for p in tried.parameters if p.name == "drag_torque")
+    assert stated.stderr == tried.model.stderr[place]
+
+    nodes = interval_nodes(log.rows_for(tried.model.surfaces), log.interval, tried.model)
+    problem = problem_of(log, nodes, tried.model, tried.places)
+    lowest = problem.cost_of(tried.model, tried.watts, tried.noise, tried.spread)
+    value = tried.model.parameters[place]
+    rises = []
+    for side in (-1.0, 1.0):
+        for stderr in (plain.model.stderr[place], tried.model.stderr[place]):
+            held = problem.holding(number, value + side * COVERED * stderr)
+            end = held.solve(
+                held.at(tried.model, tried.model.parameters[list(tried.places)]),
+                tried.noise,
+                tried.spread,
+            )
+            watts = mean_watts(end.model, nodes)
+            rises.append(problem.cost_of(end.model, watts, tried.noise, tried.spread) - lowest)
+    # Rows scatter by more than the whitening says, which the slope's word allows for.
+    expected = COVERED**2 * plain.covariance[number, number] / _told(problem, plain)[number, number]
+    near_low, far_low, near_high, far_high = np.array(rises) / expected
+    assert min(near_low, near_high) < 0.6, "the slope's word was too sure of itself"
+    assert min(far_low, far_high) > 0.7
+
+
+def _told(problem, found):
+    """(p, p) covariance if rows scattered just as the noise says."""
+    columns = problem.at(found.model, found.model.parameters[list(found.places)]).columns
+    white = found.noise.whiten(problem.log, found.watts, found.spread, columns)
+    return np.linalg.inv(white.T @ white + problem.known)
+
+
+def test_what_is_not_told_apart_is_not_sure_beside_units_of_another_size(base):
+    # Always under way: what the bridges draw while they drive and what the electronics draw is one
+    # number. Viscous drag counts in millionths, which once hid that from the inverse.
+    log = plain_log([60] * 10)
+    rows, random = log.rows.copy(), np.random.default_rng(6)
+    for name, largest in (("vx", 0.8), ("vy", 0.8), ("wz", 0.8)):
+        low = 0.2 if name == "vx" else -largest
+        rows[:, INDEX[name]] = random.uniform(low, largest, len(log))
+    rows[:, INDEX["gravity_x"]] = random.uniform(-1.0, 1.0, len(log))
+    vehicle = load_vehicle("minibalance")
+    robot = PowerModel.from_vehicle(vehicle, effects=("driver_loss", "viscous_drag"))
+    robot = changed(
+        robot,
+        driver_loss__diode_voltage=0.4,
+        driver_loss__switching_power=0.2,
+        viscous_drag__viscous_torque=3e-6,
+    )
+    found = fit(measured(replace(log, rows=rows), robot, 0.01, seed=4), robot)
+    fitted = {f"{p.effect}.{p.name}": p for p in found.parameters}
+    for name in ("electronics.power", "driver_loss.switching_power"):
+        assert fitted[name].stderr > 0.1, name
+    together = np.zeros(len(found.places))
+    for number, place in enumerate(found.places):
+        _, name, _, _ = found.model.slots[place]
+        together[number] = {"power": 1.0, "switching_power": 4.0}.get(name, 0.0)
+    assert np.sqrt(together @ found.covariance @ together) < 0.1, "their sum is known"
+
+
+def test_a_few_rows_that_tell_all_of_a_parameter_do_not_make_it_sure(base):
+    # One block drives askew: it fits the rollers' drag to its own noise, so that what it leaves
+    # over says little about the error. Leaving it out shows that nothing else knew it.
+    errors, values = [], []
+    for seed in range(30):
+        log = plain_log([30] * 12)
+        rows = log.rows.copy()
+        random = np.random.default_rng(seed)
+        rows[:, INDEX["vx"]] = random.uniform(0.1, 0.8, len(log))
+        rows[60:64, INDEX["vy"]] = random.uniform(0.2, 0.6, 4)
+        made = measured(replace(log, rows=rows), base, 0.02, seed=seed)
+        found = fit(made, base)
+        roller = next(p for p in found.parameters if p.name == "roller")
+        errors.append(roller.stderr)
+        values.append(roller.value)
+    scatter = float(np.std(values, ddof=1))
+    # The standard deviation of 30 draws is known to 13 %.
+    assert np.median(errors) > 0.8 * scatter
+    assert predict(base, log).shape == (len(log),)
