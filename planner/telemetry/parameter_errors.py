@@ -67,7 +67,7 @@ def covariance_of(problem: Problem, white: Floats) -> tuple[Floats, NDArray[np.b
     for column in white[:, count + 2 :].T:
         by_run = _sums_by(run, own * column[:, None])
         lasting += by_run.T @ by_run
-    left_out = _without_each(full, own, scores, block_numbers(log))
+    left_out = without_each(full, own, scores, block_numbers(log))
     covariance = left_out.T @ left_out * ((len(left_out) - 1) / len(left_out))
     covariance += inverse @ lasting @ inverse
     if len(runs) > 1:
@@ -81,7 +81,7 @@ def covariance_of(problem: Problem, white: Floats) -> tuple[Floats, NDArray[np.b
     return np.asarray(covariance), np.asarray(known)
 
 
-def _without_each(full: Floats, own: Floats, scores: Floats, number: NDArray[np.int64]) -> Floats:
+def without_each(full: Floats, own: Floats, scores: Floats, number: NDArray[np.int64]) -> Floats:
     """(blocks, p) change of the parameters when each block in turn is left out, to first order.
 
     ``full`` is (p, p), of all rows and the prior; ``own`` (n, p) whitened derivatives.
