@@ -3,6 +3,7 @@
     python -m tests.benchmarks.naming                     everything, about an hour on two cores
     python -m tests.benchmarks.naming --seeds 1 --without long baselines
     python -m tests.benchmarks.naming --rows rows.jsonl   tables from rows that were kept
+    python -m tests.benchmarks.naming --baselines b.jsonl   the same of the other methods
 
 Parts: logs (tests.hidden_effects), baselines (extra packages: pip install 'joulepath[bench]'),
 long (100,000 and 10 million rows), measured (logs of others, where they are).
@@ -66,6 +67,7 @@ def whole(
     processes: int = 2,
     without: Sequence[str] = (),
     kept_rows: Path | None = None,
+    kept_baselines: Path | None = None,
     folder: Path = ROOT / "docs",
 ) -> dict[str, Any]:
     """Run everything, write the documents, and give the summary for ``make bench``.
@@ -75,6 +77,7 @@ def whole(
         processes: at a time.
         without: parts to leave out.
         kept_rows: rows of an earlier run instead of running the logs again.
+        kept_baselines: the same for the other methods, which do not change with the product.
         folder: where naming.md, benchmarks/naming.json and images/naming.svg go.
     """
     before = time.perf_counter()
@@ -82,7 +85,9 @@ def whole(
     rows = _rows(kept, seeds, processes, run_them=kept_rows is None and "logs" not in without)
     print(summary_text(rows), flush=True)
     baselines: list[Row] = []
-    if "baselines" not in without:
+    if kept_baselines is not None:
+        baselines = _read(kept_baselines)
+    elif "baselines" not in without:
         work = partial(run_baselines, methods=tuple(METHOD_NAMES))
         own = {row["case"] for row in rows}
         compared = [case for case in compared_cases(seeds) if case.name in own]
@@ -118,7 +123,7 @@ def _rows(kept: Path, seeds: int, processes: int, *, run_them: bool) -> list[Row
     if not run_them:
         if not kept.exists():
             return []
-        return [json.loads(line) for line in kept.read_text(encoding="utf-8").splitlines()]
+        return _read(kept)
     rows = []
     for row in run(cases(KINDS, seeds), processes=processes, adopting=True, keep=kept):
         rows.append(row)
@@ -129,6 +134,10 @@ def _rows(kept: Path, seeds: int, processes: int, *, run_them: bool) -> list[Row
     return rows
 
 
+def _read(kept: Path) -> list[Row]:
+    return [json.loads(line) for line in kept.read_text(encoding="utf-8").splitlines()]
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run, and say which bars do not hold."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -136,6 +145,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--without", nargs="*", default=[], choices=PARTS)
     parser.add_argument("--rows", type=Path, help="rows of an earlier run")
+    parser.add_argument("--baselines", type=Path, help="the same of the other methods")
     parser.add_argument("--folder", type=Path, default=ROOT / "docs")
     options = parser.parse_args(arguments)
     found = whole(
@@ -143,6 +153,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         processes=options.processes,
         without=options.without,
         kept_rows=options.rows,
+        kept_baselines=options.baselines,
         folder=options.folder,
     )
     for check, said in found["checks"].items():
