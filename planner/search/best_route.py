@@ -3,19 +3,15 @@
     found = best_route(run, run.field("energy"))
 
 The grid with refinement answers first, for the request's objective and, on the other core, for
-the shortest and the fastest route: whatever is found counts for all three. With time left, OMPL
-searches in a tube round the grid's path (or on the whole map), the grid searches again away from
-what it found, and all of these ways are refined with other knots and tolls. Every motion is priced
-by the power model, and the best one is the answer. Who cancels once there is a route gets the best
-so far.
+the shortest and the fastest route: whatever is found counts for all three. Time that is left goes
+into further candidates (planner.search.time_left). Every motion is priced by the power model, and
+the best one is the answer. Who cancels once there is a route gets the best so far.
 """
 
 from __future__ import annotations
 
-import itertools
 import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -25,30 +21,19 @@ from numpy.typing import NDArray
 
 from planner.errors import Cancelled
 from planner.quantities import STANDARD_GRAVITY
-from planner.search.alternatives import nearness
-from planner.search.drive import Stuck
 from planner.search.grid_route import Attempt, drive_legs, on_grid
 from planner.search.ground import CostField, polyline_cost
 from planner.search.kept_limits import broken_limits
-from planner.search.ompl_route import ompl_legs
-from planner.search.refine import refine
 from planner.search.route import Route
 from planner.search.run import Run
 from planner.search.steady import MARGIN
+from planner.search.time_left import improve
 
 Array = NDArray[np.float64]
 
 BASELINES = {"shortest": "length", "fastest": "time"}
-DETOURS = 6
-"""Searches away from what was found, at most."""
-DEARER = 0.1
-"""By how much ground near a known route gets dearer for the next one."""
 CLOSE = 0.02
 """Another aim's way that is dearer by less is driven for the request's objective as well."""
-KNOTS, SHARES = (4.0, 8.0, 6.0, 12.0, 3.0, 16.0), (1.0, 0.3, 0.1, 3.0)
-"""Cells between knots, and shares of a corner's toll, that ways are refined with in time left."""
-ENOUGH = 0.15
-"""s left from which another search is begun."""
 
 
 @dataclass
@@ -115,7 +100,7 @@ def best_route(run: Run, field: CostField) -> Found:
     if candidates:
         found.planner["grid_energy_j"] = min(route.energy_j for route in candidates.values())
     try:
-        _improve(run, attempt, candidates, found, begun)
+        improve(run, attempt, candidates, found.planner, found.notes, begun)
     except Cancelled:
         if not candidates:
             raise
@@ -155,78 +140,3 @@ def _worth_driving(run: Run, field: CostField, other: Attempt, route: Route | No
         if metres >= dissipated and math.isfinite(metres):
             return False
     return value_of(other.route, objective) < (1.0 + CLOSE) * value_of(route, objective)
-
-
-def _improve(
-    run: Run, attempt: Attempt, candidates: dict[str, Route], found: Found, begun: float
-) -> None:
-    """Further candidates in the time that is left."""
-    request = run.request
-    given = bool({"time_budget_s", "iterations"} & request.model_fields_set)
-    if request.planner == "grid" or (request.planner == "auto" and not given):
-        return
-
-    def left() -> float:
-        return request.time_budget_s - (time.perf_counter() - begun)
-
-    if request.iterations is None and left() < ENOUGH:
-        found.notes.append("the time given was up before OMPL could begin")
-        return
-    share = left() if request.planner != "auto" else 0.5 * left()
-    run.step("OMPL", 0.4)
-    legs, said = ompl_legs(run, attempt, share)
-    found.planner |= said
-    driven = drive_legs(run, attempt.field, legs, request.objective)
-    if isinstance(driven, Route):
-        candidates["ompl"] = driven
-        found.planner["ompl_energy_j"] = driven.energy_j
-    if request.planner != "auto" or request.objective != "energy":
-        return
-    factor = np.ones(attempt.field.heights.shape)
-    ways = [attempt.paths or [], [path for path, _ in legs]]
-    for number in range(DETOURS):
-        if not candidates or (request.iterations is None and left() < ENOUGH):
-            break
-        run.step("other ways", 0.7 + 0.02 * number)
-        latest = list(candidates.values())[-1]
-        factor = factor * (1.0 + DEARER * nearness(latest, attempt.field))
-        other = on_grid(run, run.field(request.objective, MARGIN, factor), request.objective)
-        if other.route is None or other.paths is None:
-            break
-        candidates[f"detour {number + 1}"] = other.route
-        ways.append(other.paths)
-    if request.iterations is None:
-        _refine_otherwise(run, attempt.field.margin, ways, candidates, left)
-
-
-def _refine_otherwise(
-    run: Run,
-    margin: float,
-    ways: list[list[Array]],
-    candidates: dict[str, Route],
-    left: Callable[[], float],
-) -> None:
-    """Refine ways with other knots and tolls than a search has time for, two at once."""
-    objective = run.request.objective
-    field, toll = run.field(objective, margin), run.situation.toll(objective)
-
-    def refined(knots: float, share: float, way: list[Array]) -> Route | Stuck:
-        legs = [
-            refine(field, path, tolls=[share * toll], knot_cells=knots, check=run.check)[0]
-            for path in way
-        ]
-        return drive_legs(run, field, legs, objective)
-
-    kinds = sorted(
-        itertools.product(KNOTS, SHARES),
-        key=lambda kind: KNOTS.index(kind[0]) + SHARES.index(kind[1]),
-    )
-    tasks = [partial(refined, *kind, way) for kind in kinds for way in ways if way]
-    for first in range(0, len(tasks), 2):
-        if left() < ENOUGH:
-            break
-        run.step("other refinements", 0.85)
-        for route in run.other_core.all(tasks[first : first + 2]):
-            if isinstance(route, Route):
-                best = candidates.get("refined otherwise", route)
-                candidates["refined otherwise"] = min(best, route, key=lambda r: r.energy_j)

@@ -112,6 +112,15 @@ def on_grid(run: Run, field: CostField, objective: str) -> Attempt:
     return attempt
 
 
+def near_path_of(run: Run, field: CostField, factor: Array, objective: str) -> Attempt:
+    """What the path of other costs comes to, refined and driven with the field's own.
+
+    ``factor`` is (ny, nx), on the costs of a metre for the search alone.
+    """
+    paths = _paths(run, run.field(objective, field.margin, factor), objective)
+    return Attempt(field) if paths is None else _attempted(run, field, paths, objective)
+
+
 def _straight(run: Run, field: CostField, objective: str) -> Attempt | None:
     """The straight line for a baseline that no way undercuts by more than a few parts in 1000."""
     if objective == "energy" or objective == run.request.objective or field.factor.size > 1:

@@ -75,7 +75,8 @@ def whole(
     Args:
         seeds: of five.
         processes: at a time.
-        without: parts to leave out.
+        without: parts to leave out; of the long logs and of those that others measured, what the
+            last run found stays.
         kept_rows: rows of an earlier run instead of running the logs again.
         kept_baselines: the same for the other methods, which do not change with the product.
         folder: where naming.md, benchmarks/naming.json and images/naming.svg go.
@@ -92,8 +93,13 @@ def whole(
         own = {row["case"] for row in rows}
         compared = [case for case in compared_cases(seeds) if case.name in own]
         baselines = list(spread(work, compared, processes, log_folder() / "baselines.jsonl"))
-    long_logs = [] if "long" in without else [measure(length) for length in sorted(BARS)]
-    measured = {} if "measured" in without else measured_logs()
+    kept_file = folder / "benchmarks" / "naming.json"
+    last = json.loads(kept_file.read_text(encoding="utf-8")) if kept_file.exists() else {}
+    if "long" in without:
+        long_logs = last.get("long_logs", [])
+    else:
+        long_logs = [measure(length) for length in sorted(BARS)]
+    measured = last.get("measured", {}) if "measured" in without else measured_logs()
     found = checks(rows, baselines, long_logs, measured)
     document = {
         "python": platform.python_version(),
@@ -109,7 +115,7 @@ def whole(
     for part in ("benchmarks", "images"):
         (folder / part).mkdir(parents=True, exist_ok=True)
     text = json.dumps(document, indent=2, ensure_ascii=False)
-    (folder / "benchmarks" / "naming.json").write_text(text + "\n", encoding="utf-8")
+    kept_file.write_text(text + "\n", encoding="utf-8")
     (folder / "naming.md").write_text(document_text(document, rows), encoding="utf-8")
     draw(folder / "images" / "naming.svg", rows, document["methods"])
     return {

@@ -1,0 +1,225 @@
+"""Further routes in the time that is left once the grid has answered.
+
+    improve(run, attempt, candidates, planner, notes, begun)
+
+OMPL searches in a tube round the grid's path, or on the whole map. For the least energy the grid
+then searches again: with its costs shaken a little, for ways that cost about the same end in other
+valleys once they are refined, and away from what was found. The best of these ways are refined with
+other knots and tolls, and the knots of the best one are moved while its motion gets cheaper.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import time
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
+
+from planner.search.alternatives import nearness
+from planner.search.drive import Stuck
+from planner.search.grid_route import Attempt, drive_legs, near_path_of
+from planner.search.ground import CostField, polyline_cost
+from planner.search.ompl_route import ompl_legs
+from planner.search.refine import refine
+from planner.search.route import Route
+from planner.search.run import Run
+
+Array = NDArray[np.float64]
+Legs = list[tuple[Array, float]]
+"""Polylines (k, 2) from one fixed place to the next, with their costs."""
+
+FOR_OMPL = 0.2
+"""Share of the time left that OMPL has."""
+DETOURS, SHAKEN_EACH = 2, 3
+"""Searches away from what was found, at most, and searches with shaken costs before each."""
+SEARCHES = 6
+"""Of both where iterations are given, which make an answer reproducible."""
+SHAKE, GRAIN = 0.03, 3.0
+"""Standard deviation of the logarithm of a shaken cost, and of its grain in cells: ways that cost
+about the same before they are refined come out in turn, and end in other valleys."""
+FOR_REFINEMENT = 0.4
+"""Share of the time given that is kept for other refinements."""
+PROMISING = 4
+"""Ways that are refined otherwise."""
+DEARER = 0.1
+"""By how much ground near a known route gets dearer for the next one."""
+KNOTS, SHARES = (4.0, 8.0, 6.0, 12.0, 3.0, 16.0), (1.0, 0.3, 0.1, 3.0)
+"""Cells between knots, and shares of a corner's toll, that ways are refined with in time left."""
+FOR_POLISH, POLISH = 0.2, (1.0, 0.4, 0.15)
+"""Share of the time given that is kept for moving knots, and by how many cells they are moved."""
+ENOUGH = 0.15
+"""s left from which another search is begun."""
+
+
+def improve(
+    run: Run,
+    attempt: Attempt,
+    candidates: dict[str, Route],
+    planner: dict[str, Any],
+    notes: list[str],
+    begun: float,
+) -> None:
+    """Further candidates in the time that is left.
+
+    Args:
+        run: the request.
+        attempt: what the grid came to.
+        candidates: routes by how they were found; gets more.
+        planner, notes: of the answer; get what is to be said of the search.
+        begun: time.perf_counter() when the search began.
+
+    Raises:
+        Cancelled: the caller wants to stop; what was found up to then is in ``candidates``.
+    """
+    request = run.request
+    given = bool({"time_budget_s", "iterations"} & request.model_fields_set)
+    if request.planner == "grid" or (request.planner == "auto" and not given):
+        return
+
+    def left() -> float:
+        return request.time_budget_s - (time.perf_counter() - begun)
+
+    if request.iterations is None and left() < ENOUGH:
+        notes.append("the time given was up before OMPL could begin")
+        return
+    share = left() if request.planner != "auto" else FOR_OMPL * left()
+    run.step("OMPL", 0.4)
+    legs, said = ompl_legs(run, attempt, share)
+    planner |= said
+    driven = drive_legs(run, attempt.field, legs, request.objective)
+    if isinstance(driven, Route):
+        candidates["ompl"] = driven
+        planner["ompl_energy_j"] = driven.energy_j
+    if request.planner != "auto" or request.objective != "energy":
+        return
+    driven_legs: list[tuple[Legs, Route]] = []
+    ways: list[tuple[Route, list[Array]]] = []
+    if attempt.route is not None:
+        driven_legs.append((attempt.refined or [], attempt.route))
+        ways.append((attempt.route, attempt.paths or []))
+    if isinstance(driven, Route):
+        driven_legs.append((legs, driven))
+        ways.append((driven, [path for path, _ in legs]))
+    others, kept = _other_ways(run, attempt, candidates), FOR_REFINEMENT * request.time_budget_s
+    for number in itertools.count():
+        if request.iterations is not None:
+            up = number == SEARCHES
+        else:
+            up = left() < max(ENOUGH, kept)
+        if up or not candidates:
+            break
+        name, other = next(others)
+        if other.route is not None:
+            candidates[name] = other.route
+            driven_legs.append((other.refined or [], other.route))
+            ways.append((other.route, other.paths or []))
+    if request.iterations is None:
+        ways.sort(key=lambda way: way[0].energy_j)
+        best = [paths for _, paths in ways[:PROMISING]]
+        driven_legs += _refine_otherwise(run, attempt.field, best, candidates, left)
+        if driven_legs:
+            legs, route = min(driven_legs, key=lambda one: one[1].energy_j)
+            _polish(run, attempt.field, legs, route, candidates, left)
+
+
+def _other_ways(
+    run: Run, attempt: Attempt, candidates: dict[str, Route]
+) -> Iterator[tuple[str, Attempt]]:
+    """Attempts with shaken costs without end, and now and then one away from what was found."""
+    objective, own = run.request.objective, attempt.field
+    random = np.random.default_rng(run.request.seed)
+    away, detours = np.ones(own.heights.shape), 0
+    for number in itertools.count(1):
+        run.step("other ways", 0.7)
+        grain = gaussian_filter(random.standard_normal(own.heights.shape), GRAIN)
+        shaken = own.factor * np.exp(SHAKE / grain.std() * grain)
+        yield f"shaken {number}", near_path_of(run, own, shaken, objective)
+        if number % SHAKEN_EACH == 0 and detours < DETOURS:
+            detours += 1
+            away = away * (1.0 + DEARER * nearness(list(candidates.values())[-1], own))
+            yield f"detour {detours}", near_path_of(run, own, own.factor * away, objective)
+
+
+def _refine_otherwise(
+    run: Run,
+    field: CostField,
+    ways: list[list[Array]],
+    candidates: dict[str, Route],
+    left: Callable[[], float],
+) -> list[tuple[Legs, Route]]:
+    """Refine ways with other knots and tolls than a search has time for, two at once."""
+    toll = run.situation.toll("energy")
+    field = run.field("energy", field.margin)
+
+    def refined(knots: float, share: float, way: list[Array]) -> tuple[Legs, Route | Stuck]:
+        legs = [
+            refine(field, path, tolls=[share * toll], knot_cells=knots, check=run.check)[0]
+            for path in way
+        ]
+        return legs, drive_legs(run, field, legs, "energy")
+
+    kinds = sorted(
+        itertools.product(KNOTS, SHARES),
+        key=lambda kind: KNOTS.index(kind[0]) + SHARES.index(kind[1]),
+    )
+    tasks = [partial(refined, *kind, way) for kind in kinds for way in ways if way]
+    found: list[tuple[Legs, Route]] = []
+    kept = FOR_POLISH * run.request.time_budget_s
+    for first in range(0, len(tasks), 2):
+        if left() < max(ENOUGH, kept):
+            break
+        run.step("other refinements", 0.85)
+        for legs, route in run.other_core.all(tasks[first : first + 2]):
+            if isinstance(route, Route):
+                found.append((legs, route))
+                best = candidates.get("refined otherwise", route)
+                candidates["refined otherwise"] = min(best, route, key=lambda r: r.energy_j)
+    return found
+
+
+def _polish(
+    run: Run,
+    field: CostField,
+    legs: Legs,
+    route: Route,
+    candidates: dict[str, Route],
+    left: Callable[[], float],
+) -> None:
+    """Move the knots of a driven way, each to both sides, while its motion gets cheaper.
+
+    Refinement knows bends by a toll; here the motion itself says what they cost.
+    """
+    field = run.field("energy", field.margin)
+    cell = min(field.dx, field.dy)
+
+    def moved(leg: int, knot: int, by: float) -> tuple[Legs, Route | Stuck]:
+        path = legs[leg][0].copy()
+        along = path[knot + 1] - path[knot - 1]
+        across = np.array([-along[1], along[0]]) / max(math.hypot(*along), 1e-9)
+        path[knot] += by * cell * across
+        cost = float(polyline_cost(field, path, field.step))
+        other = [*legs[:leg], (path, cost), *legs[leg + 1 :]]
+        if not math.isfinite(cost):
+            return other, route
+        return other, drive_legs(run, field, other, "energy")
+
+    for by in POLISH:
+        better = True
+        while better:
+            better = False
+            for leg, (path, _) in enumerate(legs):
+                for knot in range(1, len(path) - 1):
+                    if left() < ENOUGH:
+                        return
+                    run.step("other refinements", 0.95)
+                    tasks = [partial(moved, leg, knot, side * by) for side in (-1.0, 1.0)]
+                    for other, now in run.other_core.all(tasks):
+                        if isinstance(now, Route) and now.energy_j < route.energy_j:
+                            legs, route, better = other, now, True
+                            candidates["polished"] = route
