@@ -47,12 +47,12 @@ from planner.power.energy_error import EnergyError, ParameterCovariance
 from planner.power.model import PowerModel
 from planner.telemetry.blocks import block_numbers
 from planner.telemetry.fit import Fit
-from planner.telemetry.gauss_newton import PRIOR_SPREADS
+from planner.telemetry.gauss_newton import PRIOR_SPREADS, prior_weights
 from planner.telemetry.heldout import FOLDS
 from planner.telemetry.interval import interval_nodes
 from planner.telemetry.log import Telemetry
 from planner.telemetry.noise import CLIP, Noise
-from planner.telemetry.sensitivity import sizes, tangent
+from planner.telemetry.sensitivity import tangent
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -104,7 +104,7 @@ class _Sums:
         ]
         self.places = [*free, *considered]
         self.free = len(free)
-        self.prior = _wide_prior(model, free)
+        self.prior = prior_weights(model, np.array(free, int))
         self.stated = declared[considered]
         nodes = interval_nodes(log.rows_for(model.surfaces), log.interval, model)
         _, self.columns = tangent(model, nodes, self.places)
@@ -200,12 +200,6 @@ def _declared_spreads(model: PowerModel) -> Floats:
     return np.array(
         [abs(v) * s[2].spread for v, s in zip(model.parameters, model.slots, strict=True)]
     )
-
-
-def _wide_prior(model: PowerModel, free: list[int]) -> Floats:
-    """One over the standard deviation of the fit's prior, as planner.telemetry.fit has it."""
-    spread = np.array([slot[2].spread for slot in model.slots])
-    return 1.0 / np.maximum(PRIOR_SPREADS * (spread * sizes(model))[free], 1e-300)
 
 
 def _outlying(fitted: Fit) -> float:

@@ -153,7 +153,7 @@ class Problem:
 def problem_of(log: Telemetry, nodes: Nodes, model: PowerModel, places: Sequence[int]) -> Problem:
     """What a fit of some parameters of a model has to solve; the model is the prior's middle."""
     index = np.array(places, int)
-    prior, gauge = _prior_weights(model, index), _gauge(model, index)
+    prior, gauge = prior_weights(model, index), _gauge(model, index)
     low, high = _bounds(model, index)
     return Problem(log, nodes, index, model.parameters[index], prior, gauge, low, high)
 
@@ -166,7 +166,7 @@ def prior_of(model: PowerModel, places: Sequence[int]) -> tuple[Floats, Floats, 
     """
     index = np.array(places, int)
     low, high = _bounds(model, index)
-    return np.diag(_prior_weights(model, index) ** 2) + _gauge(model, index), low, high
+    return np.diag(prior_weights(model, index) ** 2) + _gauge(model, index), low, high
 
 
 def with_values(model: PowerModel, index: NDArray[np.int64], value: Floats) -> PowerModel:
@@ -186,7 +186,7 @@ def _bounds(model: PowerModel, index: NDArray[np.int64]) -> tuple[Floats, Floats
     return bounds[:, 0], bounds[:, 1]
 
 
-def _prior_weights(model: PowerModel, index: NDArray[np.int64]) -> Floats:
+def prior_weights(model: PowerModel, index: NDArray[np.int64]) -> Floats:
     """One over the prior's standard deviation of every free parameter."""
     size = sizes(model)[index]
     spread = np.array([model.slots[place][2].spread for place in index])

@@ -162,8 +162,9 @@ def end_of_interval(rise: Callable[[float, bool], float], stderr: float, room: f
     ``room`` is the step to the bound.
     """
     step = float(np.copysign(min(COVERED * stderr, abs(room)), room))
-    straight = rise(step, False) / max(abs(step) / stderr, 1e-9)
-    if abs(step) < COVERED * stderr or AS_EXPECTED < straight < 1.0 / AS_EXPECTED:
+    if abs(step) < COVERED * stderr:
+        return step
+    if AS_EXPECTED < rise(step, False) / COVERED < 1.0 / AS_EXPECTED:
         return step
     near = far = (0.0, 0.0)  # step and rise; ``far`` once the end lies before it
     for _ in range(TRIALS):
