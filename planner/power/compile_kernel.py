@@ -35,6 +35,10 @@ _REAL_2 = types.Array(types.float64, 2, "C")
 KERNEL_SIGNATURE = types.float64(_REAL_1, _REAL_1, _REAL_1, _REAL_2, _REAL_1, _REAL_2)
 KERNEL = types.FunctionType(KERNEL_SIGNATURE)
 """Type of a compiled real kernel, for loops that take any model as an argument."""
+BLOCK_KERNEL = types.FunctionType(
+    types.void(_REAL_1, types.int64, _REAL_1, _REAL_1, _REAL_2, _REAL_1)
+)
+"""The same of a lean kernel, which takes a block of rows (planner.power.row_blocks)."""
 
 
 def cache_folder() -> Path:
@@ -72,7 +76,7 @@ def compile_kernel(
         surface_count: number of surface labels told apart, at least 1.
         number: "float64" or "complex128".
         printed: "A" or "B" for the source paper's motor power, None for the sound model.
-        lean: without balances and limits, a third faster.
+        lean: blocks of rows without balances and limits, see planner.power.row_blocks.
 
     A process writes and hashes the text once for the same effects.
     """

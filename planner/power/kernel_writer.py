@@ -11,9 +11,11 @@ from __future__ import annotations
 
 import inspect
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 from planner.power.effect import HOOKS, Effect, Parameter
+from planner.power.row_blocks import BLOCK_ARGUMENTS, in_blocks
 from planner.quantities import INDEX
 
 BODY = ("mass", "centre_height", "wheel_radius", "gear_ratio", "traction")
@@ -65,7 +67,7 @@ class KernelWriter(ABC):
         surface_count: number of surface labels that the model tells apart.
         number: "float64" or "complex128".
         printed: "A" or "B" for the source paper's motor power.
-        lean: leave out balances and limits; only the result counts.
+        lean: leave out balances and limits; only the result counts, of many rows at once.
     """
 
     def __init__(
@@ -82,13 +84,14 @@ class KernelWriter(ABC):
         self.surface_count = surface_count
         self.number = number
         self.printed = printed
-        self.lean = lean and not printed
+        self.lean = lean
         self.offset: dict[tuple[str, str], int] = {}
         self.slots = parameter_slots(effects, wheel_count=wheel_count, surface_count=surface_count)
         for place, (effect, name, _, element) in enumerate(self.slots):
             if element == 0:
                 self.offset[effect.slug, name] = place
         self.lines: list[str] = []
+        self.depth = 0
 
     def module(self) -> str:
         """Text of the whole module."""
@@ -114,28 +117,51 @@ class KernelWriter(ABC):
             *(["from planner.power import printed"] if self.printed else []),
             *imports,
             "",
-            f"SIGNATURE = {numeric}(types.Array(types.float64, 1, 'C'),"
-            f" types.Array({numeric}, 1, 'C'), types.Array(types.float64, 1, 'C'),"
-            f" types.Array(types.float64, 2, 'C'), types.Array({numeric}, 1, 'C'),"
-            f" types.Array({numeric}, 2, 'C'))",
-            "",
-            "@njit(SIGNATURE, cache=True, error_model='numpy')",
-            "def evaluate(row, parameters, body, wheels, account, per_wheel):",
         ]
         self._body()
-        return "\n".join([*head, *("    " + line for line in self.lines), ""])
+        real = "types.Array(types.float64, {}, 'C')"
+        array = f"types.Array({numeric}, {{}}, 'C')"
+        if self.lean:
+            kinds = [real.format(1), "types.int64", array.format(1), real.format(1)]
+            kinds += [real.format(2), real.format(1)]
+            signature, arguments = f"types.void({', '.join(kinds)})", BLOCK_ARGUMENTS
+            body = in_blocks(self.lines, self.wheel_count)
+        else:
+            kinds = [real.format(1), array.format(1), real.format(1), real.format(2)]
+            kinds += [array.format(1), array.format(2)]
+            signature = f"{numeric}({', '.join(kinds)})"
+            arguments = ("row", "parameters", "body", "wheels", "account", "per_wheel")
+            body = self.lines
+        head += [
+            f"SIGNATURE = {signature}",
+            "",
+            "@njit(SIGNATURE, cache=True, error_model='numpy')",
+            f"def evaluate({', '.join(arguments)}):",
+        ]
+        return "\n".join([*head, *("    " + line for line in body), ""])
+
+    def put(self, *lines: str) -> None:
+        """Writes lines at the depth of the loops and conditions that are open."""
+        self.lines += ["    " * self.depth + line for line in lines]
+
+    @contextmanager
+    def inside(self, head: str) -> Iterator[None]:
+        """What is put meanwhile stands under this line; an empty one opens nothing."""
+        if head:
+            self.put(head)
+            self.depth += 1
+        yield
+        if head:
+            self.depth -= 1
 
     def _body(self) -> None:
         self._inputs()
-        spread = self._calls("centre_spread")
-        if not spread:
-            self.lines.append("centre_x = zero; centre_y = zero")
+        if any("centre_spread" in effect.hooks for effect in self.effects):
+            self._sides()
+        else:
+            self.put("centre_x = zero; centre_y = zero")
             self._stages()
-            self.lines.append("return bus_watts")
-            return
-        outer, self.lines = self.lines, []
-        self._stages()
-        self.lines = outer + self._sides(spread, self.lines)
+            self.put("return bus_watts")
 
     @abstractmethod
     def _inputs(self) -> None:
@@ -145,74 +171,70 @@ class KernelWriter(ABC):
     def _stages(self) -> None:
         """Lines from the centre of mass to the source."""
 
-    def _sides(self, spread: list[tuple[str, type[Effect]]], stages: list[str]) -> list[str]:
+    def _sides(self) -> None:
         """The stages for each side of an unknown offset: mean of the watts, worst of the limits."""
         # Sums stand in variables of their own: an array would take longer to compile than the rest.
         first, after = [], []
-        count = 1 if self.lean else ACCOUNT_LENGTH
-        for column in range(count):
+        columns = range(0 if self.lean else ACCOUNT_LENGTH)
+        for column in columns:
             here, kept = f"account[{column}]", f"kept_{column}"
             name = ACCOUNT[column] if column < len(ACCOUNT) else ""
             worse = "smaller" if name in _LOW else "larger" if name in _HIGH else ""
-            mean = f"{kept} + 0.25 * {here}"
             first.append(f"{kept} = zero" if not worse else f"{kept} = {here} + zero")
+            mean = f"{kept} + {here} * share_of_side"
             after.append(f"{kept} = {worse}({kept}, {here})" if worse else f"{kept} = {mean}")
-        return [
-            "spread_x = zero; spread_y = zero",
-            *(
-                line
-                for call, _ in spread
-                for line in (f"dx, dy = {call}", "spread_x += dx; spread_y += dy")
-            ),
-            "sides = 1 if spread_x == 0.0 and spread_y == 0.0 else 4",
-            *(f"kept_{column} = zero" for column in range(count)),
-            "for side in range(sides):",
-            "    centre_x = spread_x if side < 2 else -spread_x",
-            "    centre_y = spread_y if side % 2 == 0 else -spread_y",
-            *("    " + line for line in stages),
-            "    if sides == 1:",
-            "        return bus_watts",
-            "    if side == 0:",
-            *("        " + line for line in first),
-            *("    " + line for line in after),
-            *(f"account[{column}] = kept_{column}" for column in range(count)),
-            "return kept_0",
-        ]
+        self.put("spread_x = zero; spread_y = zero; mean_watts = zero; sides = 1")
+        self._each("centre_spread", "dx, dy = {call}", "spread_x += dx; spread_y += dy")
+        with self.inside("if spread_x != 0.0 or spread_y != 0.0:"):
+            self.put("sides = 4")
+        self.put("share_of_side = 1.0 / sides")
+        self.put(*(f"kept_{column} = zero" for column in columns))
+        with self.inside("for side in range(sides):"):
+            self.put("centre_x = spread_x if side < 2 else -spread_x")
+            self.put("centre_y = spread_y if side % 2 == 0 else -spread_y")
+            self._stages()
+            self.put("mean_watts += share_of_side * bus_watts")
+            if not self.lean:
+                with self.inside("if sides == 1:"):
+                    self.put("return bus_watts")
+                with self.inside("if side == 0:"):
+                    self.put(*first)
+                self.put(*after)
+        self.put(*(f"account[{column}] = kept_{column}" for column in columns))
+        self.put("return mean_watts")
 
     # How a hook is called and booked.
 
-    def _book(self, effect: type[Effect], watts: str, indent: str = "") -> None:
-        if effect.slug in BASE_EFFECTS and not self.lean:
-            self.lines.append(f"{indent}watts_{effect.slug} += {watts}")
+    def _each(self, hook: str, *lines: str, book: str = "") -> None:
+        """Lines for every effect that has the hook, ``{call}`` standing for its formula.
 
-    def _calls(self, hook: str) -> list[tuple[str, type[Effect]]]:
-        """Call of every effect's formula; one at its null values is skipped, which saves time."""
-        width = len(HOOKS[hook].returns)
-        neutral = "zero" if HOOKS[hook].combine == "add" else "1.0 + zero"
-        nothing = neutral if width == 1 else f"({', '.join([neutral] * width)})"
-        calls = []
+        An effect at its null values is skipped, which saves time.
+
+        Args:
+            hook: name.
+            lines: what to do with the result.
+            book: W, what a base effect's balance gets.
+        """
         for effect in self.effects:
             if hook in effect.hooks:
                 call = f"{effect.slug}__{hook}({', '.join(self._arguments(effect, hook))})"
-                if not effect.base:
-                    call = f"({call} if acts_{effect.slug} else {nothing})"
-                calls.append((call, effect))
-        return calls
+                with self.inside("" if effect.base else f"if acts_{effect.slug}:"):
+                    self.put(*(line.format(call=call) for line in lines))
+                    if book and effect.slug in BASE_EFFECTS and not self.lean:
+                        self.put(f"watts_{effect.slug} += {book}")
 
-    def _switches(self) -> list[str]:
+    def _switches(self) -> None:
         """Lines that say for each effect beside the base whether it is away from its null values.
 
         A complex step away from the null value counts as away.
         """
-        lines = []
         for effect in self.effects:
             if effect.base:
                 continue
-            lines.append(f"acts_{effect.slug} = False")
+            self.put(f"acts_{effect.slug} = False")
             for place, (owner, _, parameter, _) in enumerate(self.slots):
                 if owner is effect and parameter.null is not None:
-                    lines.append(f"acts_{effect.slug} |= parameters[{place}] != {parameter.null!r}")
-        return lines
+                    self.put(f"acts_{effect.slug} |= parameters[{place}] != {parameter.null!r}")
 
     def _arguments(self, effect: type[Effect], hook: str) -> list[str]:
         found = []

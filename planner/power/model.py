@@ -192,7 +192,7 @@ class PowerModel(Shown):
 
     @cached_property
     def lean_kernel(self) -> Callable[..., Any]:
-        """The same power without account and limits, for loops over long logs."""
+        """The same power of blocks of rows, without account and limits, for loops over logs."""
         return self._compile("float64", lean=True)
 
     def _compile(self, number: str, *, lean: bool = False) -> Callable[..., Any]:

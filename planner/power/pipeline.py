@@ -87,193 +87,185 @@ class _Pipeline(KernelWriter):
         self._bus_and_supply()
 
     def _inputs(self) -> None:
-        put = self.lines.append
+        put = self.put
         for name in ("vx", "vy", "wz", "ax", "ay", "yaw_acceleration"):
             put(f"{name} = row[{INDEX[name]}]")
         for name in ("gravity_x", "gravity_y", "gravity_normal"):
             put(f"{name} = row[{INDEX[name]}]")
-        put("wheel_count = wheels.shape[0]")
-        put(f"mass = body[0] + row[{INDEX['payload']}]")
-        put("wheel_radius = body[2]; gear_ratio = body[3]")
-        put("speed = np.sqrt(vx * vx + vy * vy)")
-        # Wheels turn with the change of body velocity, not with inertial acceleration.
-        put("change_x = ax + wz * vy; change_y = ay - wz * vx")
+        put("wheel_count = wheels.shape[0]; wheel_radius = body[2]; gear_ratio = body[3]")
+        put("nominal_load = body[0] * 9.80665 / wheel_count")
         put(f"zero = {'0j' if self.number == 'complex128' else '0.0'}")
-        self.lines += self._switches()
+        self._switches()
         for effect in self.effects:
             for name, parameter in effect.parameters.items():
                 if parameter.per == "wheel":
                     start = self.offset[effect.slug, name]
                     put(f"mean_{effect.slug}_{name} = zero")
-                    put(f"for i in range({self.wheel_count}):")
-                    put(f"    mean_{effect.slug}_{name} += parameters[{start} + i] / wheel_count")
+                    with self.inside(f"for i in range({self.wheel_count}):"):
+                        put(f"mean_{effect.slug}_{name} += parameters[{start} + i] / wheel_count")
+        put("cold_resistance = zero; cold_constant = zero")
+        self._each("winding_resistance", "cold_resistance += {call}")
+        self._each("motor_constant", "cold_constant += {call}")
+        put(f"mass = body[0] + row[{INDEX['payload']}]")
+        put("weight = mass * gravity_normal")
+        put("speed = np.sqrt(vx * vx + vy * vy)")
+        # Wheels turn with the change of body velocity, not with inertial acceleration.
+        put("change_x = ax + wz * vy; change_y = ay - wz * vx")
+        put("circulation = zero")
+        self._each("circulation", "circulation += {call}")
 
     def _forces(self) -> None:
-        put = self.lines.append
-        for slug in BASE_EFFECTS:
-            put(f"watts_{slug} = zero")
-        for call, _ in self._calls("centre_of_mass"):
-            put(f"dx, dy = {call}")
-            put("centre_x += dx; centre_y += dy")
+        put = self.put
+        if not self.lean:
+            put(*(f"watts_{slug} = zero" for slug in BASE_EFFECTS))
+        self._each("centre_of_mass", "dx, dy = {call}", "centre_x += dx; centre_y += dy")
         put("force_x = zero; force_y = zero; moment = zero")
-        for call, effect in self._calls("body_force"):
-            put(f"fx, fy, mz = {call}")
-            put("force_x += fx; force_y += fy; moment += mz")
-            self._book(effect, "fx * vx + fy * vy + mz * wz")
-        put("circulation = zero")
-        for call, _ in self._calls("circulation"):
-            put(f"circulation += {call}")
-
-    def _wheel_state(self) -> None:
-        put = self.lines.append
-        put("    rim_speed = wheels[i, 2] * vx + wheels[i, 3] * vy + wheels[i, 4] * wz")
-        put("    roller_speed = wheels[i, 5] * vx + wheels[i, 6] * vy + wheels[i, 7] * wz")
-        put("    load = weight * (wheels[i, 16] + wheels[i, 17] * press_x")
-        put("                     + wheels[i, 18] * press_y)")
-        put(f"    factor = zero + row[{INDEX['rolling_factor']}]")
-        for call, _ in self._calls("contact_factor"):
-            put(f"    factor *= {call}")
-        factor = "factor"
-        for call, _ in self._calls("roller_factor"):
-            factor += f" * {call}"
-        put("    roller_force = zero")
-        for call, effect in self._calls("roller_drag"):
-            put(f"    part = {factor} * {call}")
-            put("    roller_force += part")
-            if self.pass_number == 2:
-                self._book(effect, "part * roller_speed", "    ")
+        self._each(
+            "body_force",
+            "fx, fy, mz = {call}",
+            "force_x += fx; force_y += fy; moment += mz",
+            book="fx * vx + fy * vy + mz * wz",
+        )
 
     def _loads_and_rollers(self) -> None:
-        put = self.lines.append
-        self.pass_number = 1
-        put("weight = mass * gravity_normal")
-        put("nominal_load = body[0] * 9.80665 / wheel_count")
+        put = self.put
         put("press_x = centre_x + body[1] * (gravity_x - ax) / gravity_normal")
         put("press_y = centre_y + body[1] * (gravity_y - ay) / gravity_normal")
-        put("for i in range(wheel_count):")
-        put("    wheel = i")
-        self._wheel_state()
-        # Roller drag pushes against the motion; what it takes, the axles must supply as well.
-        put("    force_x += roller_force * wheels[i, 11]")
-        put("    force_y += roller_force * wheels[i, 12]")
-        put("    moment += roller_force * wheels[i, 13]")
+        with self.inside("for i in range(wheel_count):"):
+            self._contact_speeds()
+            put("load = weight * (wheels[i, 16] + wheels[i, 17] * press_x")
+            put("                 + wheels[i, 18] * press_y)")
+            put(f"factor = zero + row[{INDEX['rolling_factor']}]")
+            self._each("contact_factor", "factor *= {call}")
+            put("of_rollers = factor")
+            self._each("roller_factor", "of_rollers *= {call}")
+            put("roller_force = zero")
+            self._each(
+                "roller_drag",
+                "part = of_rollers * {call}",
+                "roller_force += part",
+                book="part * roller_speed",
+            )
+            put("per_wheel[i, 0] = load; per_wheel[i, 1] = factor; per_wheel[i, 2] = roller_force")
+            # Roller drag pushes against the motion; what it takes, the axles must supply as well.
+            put("force_x += roller_force * wheels[i, 11]")
+            put("force_y += roller_force * wheels[i, 12]")
+            put("moment += roller_force * wheels[i, 13]")
+
+    def _contact_speeds(self) -> None:
+        self.put("wheel = i")
+        self.put("rim_speed = wheels[i, 2] * vx + wheels[i, 3] * vy + wheels[i, 4] * wz")
+        self.put("roller_speed = wheels[i, 5] * vx + wheels[i, 6] * vy + wheels[i, 7] * wz")
 
     def _wheels_and_motors(self) -> None:
-        put = self.lines.append
-        self.pass_number = 2
-        for name in ("terminal", "shaft", "copper", "driver"):
-            put(f"{name}_watts = zero")
-        put("cold_resistance = zero; cold_constant = zero")
-        for call, _ in self._calls("winding_resistance"):
-            put(f"cold_resistance += {call}")
-        for call, _ in self._calls("motor_constant"):
-            put(f"cold_constant += {call}")
-        put("least_load = np.inf; most_current = 0.0; most_voltage = 0.0; most_torque = 0.0")
-        put("slack_low = -np.inf; slack_high = np.inf; slack = np.inf; mode_size = 0.0")
-        put(f"traction = body[4] * row[{INDEX['traction_factor']}]")
-        put("for i in range(wheel_count):")
-        put("    wheel = i")
-        self._wheel_state()
-        put("    drag = zero")
-        put("    rolling_sign = sign(rim_speed, SLIDING_SPEED)")
-        for call, effect in self._calls("wheel_drag"):
-            put(f"    part = factor * {call}")
-            put("    drag += part")
-            self._book(effect, "part * rolling_sign * rim_speed", "    ")
-        put("    axis_force_0 = (wheels[i, 8] * force_x + wheels[i, 9] * force_y")
-        put("                    + wheels[i, 10] * moment)")
-        self._traction()
-        put("    axis_force = axis_force_0")
-        put("    slip = zero")
-        for call, _ in self._calls("slip"):
-            put(
-                f"    slip += {call} / wheels[i, 14]"
-            )  # the rim runs ahead by more than the contact
-        put("    wheel_speed = rim_speed / wheel_radius * (1.0 + slip)")
-        put("    wheel_acceleration = (wheels[i, 2] * change_x + wheels[i, 3] * change_y")
-        put("                          + wheels[i, 4] * yaw_acceleration) / wheel_radius")
-        put("    motor_speed = gear_ratio * wheel_speed")
-        put("    motor_acceleration = gear_ratio * wheel_acceleration")
-        put(f"    rest = still(motor_speed, {REST_SPEED})")
-        fights = [e.slug for e in self.effects if "circulation" in e.hooks]
-        share = "share * " if fights else ""
-        if fights:
+        put = self.put
+        put("terminal_watts = zero; driver_watts = zero")
+        if not self.lean:
+            put("shaft_watts = zero; copper_watts = zero")
+            put("least_load = np.inf; most_current = 0.0; most_voltage = 0.0; most_torque = 0.0")
+            put("slack_low = -np.inf; slack_high = np.inf; slack = np.inf; mode_size = 0.0")
+            put(f"traction = body[4] * row[{INDEX['traction_factor']}]")
+        with self.inside("for i in range(wheel_count):"):
+            self._contact_speeds()
+            put("load = per_wheel[i, 0]; factor = per_wheel[i, 1]; roller_force = per_wheel[i, 2]")
+            put("drag = zero")
+            put("rolling_sign = sign(rim_speed, SLIDING_SPEED)")
+            self._each(
+                "wheel_drag",
+                "part = factor * {call}",
+                "drag += part",
+                book="part * rolling_sign * rim_speed",
+            )
+            put("axis_force_0 = (wheels[i, 8] * force_x + wheels[i, 9] * force_y")
+            put("                + wheels[i, 10] * moment)")
+            self._traction()
+            put("axis_force = axis_force_0")
+            put("slip = zero")
+            # The rim runs ahead by more than the contact.
+            self._each("slip", "slip += {call} / wheels[i, 14]")
+            put("wheel_speed = rim_speed / wheel_radius * (1.0 + slip)")
+            put("wheel_acceleration = (wheels[i, 2] * change_x + wheels[i, 3] * change_y")
+            put("                      + wheels[i, 4] * yaw_acceleration) / wheel_radius")
+            put("motor_speed = gear_ratio * wheel_speed")
+            put("motor_acceleration = gear_ratio * wheel_acceleration")
+            put(f"rest = still(motor_speed, {REST_SPEED})")
+            fights = [e.slug for e in self.effects if "circulation" in e.hooks]
+            if not fights:
+                self._motor("")
+                return
             acts = " or ".join(f"acts_{slug}" for slug in fights)
-            put(f"    sides_of_mode = 2 if {acts} else 1")
-            put("    share = 1.0 / sides_of_mode")
-            put("    for side_of_mode in range(sides_of_mode):")
-            put("        leading = 1.0 - 2.0 * side_of_mode")
-        else:
-            put("    for leading in (1.0,):")
-        put("        axis_force = axis_force_0 + leading * circulation * wheels[i, 19]")
-        put("        wheel_torque = wheel_radius * (axis_force * wheels[i, 14]")
-        put("                       - roller_force * wheels[i, 15] + drag * rolling_sign)")
-        for call, effect in self._calls("axle_torque"):
-            put(f"        part = {call}")
-            put("        wheel_torque += part")
-            self._book(effect, f"{share}part * wheel_speed", "        ")
-        self._motor(share)
+            put(f"sides_of_mode = 2 if {acts} else 1")
+            put("share = 1.0 / sides_of_mode")
+            with self.inside("for side_of_mode in range(sides_of_mode):"):
+                put("leading = 1.0 - 2.0 * side_of_mode")
+                put("axis_force = axis_force_0 + leading * circulation * wheels[i, 19]")
+                self._motor("share * ")
 
     def _traction(self) -> None:
         if self.lean:
             return
-        put = self.lines.append
-        put("    least_load = min(least_load, load.real)")
-        put("    grip = traction * load.real")
-        put("    mode = wheels[i, 19]")
-        put("    if mode != 0.0:")
-        put("        mode_size = max(mode_size, abs(mode))")
-        put("        low = (-grip - axis_force_0.real) / mode")
-        put("        high = (grip - axis_force_0.real) / mode")
-        put("        slack_low = max(slack_low, min(low, high))")
-        put("        slack_high = min(slack_high, max(low, high))")
-        put("    else:")
-        put("        slack = min(slack, grip - abs(axis_force_0.real))")
+        put = self.put
+        put("least_load = min(least_load, load.real)")
+        put("grip = traction * load.real")
+        put("mode = wheels[i, 19]")
+        with self.inside("if mode != 0.0:"):
+            put("mode_size = max(mode_size, abs(mode))")
+            put("low = (-grip - axis_force_0.real) / mode")
+            put("high = (grip - axis_force_0.real) / mode")
+            put("slack_low = max(slack_low, min(low, high))")
+            put("slack_high = min(slack_high, max(low, high))")
+        with self.inside("else:"):
+            put("slack = min(slack, grip - abs(axis_force_0.real))")
 
     def _motor(self, share: str) -> None:
-        def put(line: str) -> None:
-            self.lines.append("        " + line)
-
-        deep = "        "
+        put = self.put
+        put("wheel_torque = wheel_radius * (axis_force * wheels[i, 14]")
+        put("               - roller_force * wheels[i, 15] + drag * rolling_sign)")
+        self._each(
+            "axle_torque",
+            "part = {call}",
+            "wheel_torque += part",
+            book=f"{share}part * wheel_speed",
+        )
         put("gear_return = zero")
-        for call, _ in self._calls("gear_return"):
-            put(f"gear_return += {call}")
-        gears = self._calls("gear")
-        put(f"geared_torque = {gears[0][0] if gears else 'wheel_torque / gear_ratio'}")
-        if gears:
-            self._book(
-                gears[0][1],
-                f"{share}(gear_ratio * geared_torque - wheel_torque) * wheel_speed",
-                deep,
-            )
+        self._each("gear_return", "gear_return += {call}")
+        put("geared_torque = wheel_torque / gear_ratio")
+        self._each(
+            "gear",
+            "geared_torque = {call}",
+            book=f"{share}(gear_ratio * geared_torque - wheel_torque) * wheel_speed",
+        )
         put("motor_torque_in = geared_torque")
         put("motor_torque = geared_torque")
-        for call, effect in self._calls("static_torque"):
-            put(f"part = -rest * smaller(absolute(geared_torque), {call})")
-            put("part = part if geared_torque.real >= 0.0 else -part")
-            put("motor_torque += part")
-            self._book(effect, f"{share}part * motor_speed", deep)
-        for call, effect in self._calls("motor_torque"):
-            put(f"part = {call}")
-            put("motor_torque += part")
-            self._book(effect, f"{share}part * motor_speed", deep)
+        self._each(
+            "static_torque",
+            "part = -rest * smaller(absolute(geared_torque), {call})",
+            "part = part if geared_torque.real >= 0.0 else -part",
+            "motor_torque += part",
+            book=f"{share}part * motor_speed",
+        )
+        self._each(
+            "motor_torque",
+            "part = {call}",
+            "motor_torque += part",
+            book=f"{share}part * motor_speed",
+        )
         put("resistance_now = cold_resistance; torque_constant_now = cold_constant")
-        for call, _ in self._calls("winding"):
-            put(f"warm_resistance, warm_constant = {call}")
-            put("resistance_now *= warm_resistance; torque_constant_now *= warm_constant")
+        self._each(
+            "winding",
+            "warm_resistance, warm_constant = {call}",
+            "resistance_now *= warm_resistance; torque_constant_now *= warm_constant",
+        )
         put("current = motor_torque / torque_constant_now")
         put("shaft_part = current * torque_constant_now * motor_speed")
         put("motor_watts = shaft_part")
-        for call, effect in self._calls("motor_loss"):
-            put(f"part = {call}")
-            put("motor_watts += part")
-            put(f"copper_watts += {share}part")
-            self._book(effect, f"{share}part", deep)
-        for call, _ in self._calls("motor_power"):
-            put(f"motor_watts += {call}")
+        copper = [] if self.lean else [f"copper_watts += {share}part"]
+        self._each(
+            "motor_loss", "part = {call}", "motor_watts += part", *copper, book=f"{share}part"
+        )
+        self._each("motor_power", "motor_watts += {call}")
         put("active = 1.0 - rest * still(wheel_torque, 0.01)")
-        for call, _ in self._calls("driver"):
-            put(f"driver_watts += {share}{call}")
+        self._each("driver", f"driver_watts += {share}{{call}}")
         put(f"terminal_watts += {share}motor_watts")
         if self.lean:
             return
@@ -283,26 +275,20 @@ class _Pipeline(KernelWriter):
         put("most_voltage = max(most_voltage, abs(voltage.real))")
         # A data sheet's continuous torque leaves the shaft; the motor's own friction is inside it.
         put("most_torque = max(most_torque, abs(geared_torque.real))")
-        values: tuple[str, ...] = (
-            "load",
-            "wheel_speed",
-            "roller_speed",
-            "axis_force",
-            "wheel_torque",
-        )
-        values += ("motor_torque", "current", "voltage", "motor_watts")
-        for column, value in enumerate(values):
+        put("per_wheel[i, 1] = wheel_speed; per_wheel[i, 2] = roller_speed")
+        values = ("axis_force", "wheel_torque", "motor_torque", "current", "voltage", "motor_watts")
+        for column, value in enumerate(values, start=3):
             put(f"per_wheel[i, {column}] = {value}")
 
     def _printed_motors(self) -> None:
-        put = self.lines.append
+        put = self.put
         rolling = f"parameters[{self.offset['wheel_rolling', 'rolling']}]"
         roller = f"parameters[{self.offset['roller_drag', 'roller']}]"
         put("loads = zero; load_times_speed = zero; wheel_speeds = 0.0")
-        put("for i in range(wheel_count):")
-        put("    rim = abs(wheels[i, 2] * vx + wheels[i, 3] * vy + wheels[i, 4] * wz)")
-        put("    loads += per_wheel[i, 0]; wheel_speeds += rim")
-        put("    load_times_speed += per_wheel[i, 0] * rim")
+        with self.inside("for i in range(wheel_count):"):
+            put("rim = abs(wheels[i, 2] * vx + wheels[i, 3] * vy + wheels[i, 4] * wz)")
+            put("load = per_wheel[i, 0]")
+            put("loads += load; wheel_speeds += rim; load_times_speed += load * rim")
         put(f"cosine, sine = printed.printed_direction(vx, vy, {self.printed == 'B'})")
         put("climbing, rubbing = printed.printed_forces(mass, gravity_x, gravity_y,")
         put(f"    gravity_normal, vx, vy, sine, {rolling})")
@@ -313,33 +299,29 @@ class _Pipeline(KernelWriter):
         put("    climbing + rubbing, speed, cosine, cos_slope, load_times_speed, loads,")
         put(f"    wheel_speeds, along, row[{INDEX['time_since_start']}], {rolling}, {roller})")
         put("terminal_watts = copper_watts + iron + mechanical + watts_roller_drag")
-        put("driver_watts = zero; watts_inertia = zero")
+        put("driver_watts = zero")
+        if self.lean:
+            return
+        put("watts_inertia = zero")
         put("watts_gravity = climbing * speed; watts_wheel_rolling = rubbing * speed")
         put("watts_gear_loss = mechanical - (climbing + rubbing) * speed")
         put("watts_copper_loss = copper_watts; watts_coulomb_drag = zero + iron")
 
     def _bus_and_supply(self) -> None:
-        put = self.lines.append
+        put = self.put
         put("electronics_watts = zero")
-        for call, effect in self._calls("electronics"):
-            put(f"part = {call}")
-            put("electronics_watts += part")
-            self._book(effect, "part")
-        for call, _ in self._calls("converter"):
-            put(f"electronics_watts += {call}")
+        self._each("electronics", "part = {call}", "electronics_watts += part", book="part")
+        self._each("converter", "electronics_watts += {call}")
         put("motors_watts = terminal_watts + driver_watts")
         put("bus_watts = motors_watts + electronics_watts")
-        for call, _ in self._calls("bus"):
-            put(f"bus_watts += {call}")
+        self._each("bus", "bus_watts += {call}")
         if not self.lean:
             put("account[1] = bus_watts")
-        for call, _ in self._calls("supply"):
-            put(f"bus_watts += {call}")
+        self._each("supply", "bus_watts += {call}")
         if self.lean:
-            put("account[0] = bus_watts")
             return
-        put("if slack_high < np.inf:")
-        put("    slack = min(slack, 0.5 * mode_size * (slack_high - slack_low))")
+        with self.inside("if slack_high < np.inf:"):
+            put("slack = min(slack, 0.5 * mode_size * (slack_high - slack_low))")
         put("account[0] = bus_watts")
         written: tuple[str, ...] = ("terminal_watts", "shaft_watts", "copper_watts", "driver_watts")
         written += ("electronics_watts", "least_load", "most_current", "most_voltage")

@@ -28,7 +28,7 @@ from planner.power.model import PowerModel
 from planner.telemetry.fit import free_places
 from planner.telemetry.interval import Nodes, interval_nodes
 from planner.telemetry.log import Telemetry
-from planner.telemetry.sensitivity import differences, tangent
+from planner.telemetry.sensitivity import differences, small_steps
 
 Floats = NDArray[np.float64]
 
@@ -90,7 +90,7 @@ class CandidateLibrary:
     absent: Mapping[str, str]
     held: tuple[int, ...] = ()
 
-    def columns(self, nodes: Nodes, *, brief: bool = False) -> tuple[Floats, Floats, Floats]:
+    def columns(self, nodes: Nodes) -> tuple[Floats, Floats, Floats]:
         """Power, tangent of the model, and columns of the candidates.
 
         Candidates that are ``held`` are at their size in the power; their columns say what they do
@@ -98,15 +98,12 @@ class CandidateLibrary:
 
         Args:
             nodes: the rows.
-            brief: power and tangent by brief_model; the figures are the same.
 
         Returns:
             (n,) W, (n, p) W per unit, (n, m) W per unit.
         """
         model = self.held_model
-        small, kept = (self.brief_model, self._acting) if brief else (model, None)
-        places = self.places if kept is None else [kept.index(place) for place in self.places]
-        watts, own = tangent(small, nodes, places)
+        stepped, small = small_steps(model, self.places)
         variants = np.tile(model.parameters, (len(self.candidates), 1))
         steps = np.empty(len(variants))
         holder = {self.candidates[number].place: number for number in self.held}
@@ -117,9 +114,8 @@ class CandidateLibrary:
             steps[number] = -amplitude if number in self.held else amplitude
             if column.shape is not None and number not in self.held:
                 variants[number, column.shape[0]] = column.shape[1]
-        if not self.candidates:
-            return watts, own, np.empty((len(watts), 0))
-        columns = differences(model, nodes, variants)[1] / steps
+        watts, changes = differences(model, nodes, np.concatenate([stepped, variants]))
+        own, columns = np.split(changes / np.concatenate([small, steps]), [len(small)], axis=1)
         for number, column in enumerate(self.candidates):
             other = holder.get(column.place)
             if other is not None and other != number:
@@ -139,20 +135,6 @@ class CandidateLibrary:
             if column.shape is not None:
                 values[column.shape[0]] = column.shape[1]
         return replace(self.model, parameters=values)
-
-    @cached_property
-    def brief_model(self) -> PowerModel:
-        """``held_model`` without the effects that are at their null values: three times as fast."""
-        model = self.held_model
-        acting = {self.candidates[number].effect for number in self.held} | self.own
-        effects = tuple(effect for effect in model.effects if effect.slug in acting)
-        return replace(model, effects=effects, parameters=model.parameters[self._acting])
-
-    @cached_property
-    def _acting(self) -> list[int]:
-        """Places of brief_model's parameters in ``model``."""
-        acting = {self.candidates[number].effect for number in self.held} | self.own
-        return [k for k, slot in enumerate(self.model.slots) if slot[0].slug in acting]
 
     def around(
         self, model: PowerModel, amplitudes: Floats, held: Sequence[int]

@@ -20,7 +20,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.power.model import PowerModel
 from planner.quantities import INDEX
 from planner.telemetry.block_sums import RowBlocks
 from planner.telemetry.blocks import block_numbers
@@ -79,8 +78,6 @@ class Competitors:
         exact: take the inputs for exact: a column that their errors would drown counts as well.
         told: effects that an earlier round could tell and chose, or found tied with its choice:
             around another model they do not fall out of the race for a border of what can be told.
-        brief: take whatever does not need the whole catalogue from a model without it, which is
-            three times as fast and worth compiling for many rows.
     """
 
     library: CandidateLibrary
@@ -88,7 +85,6 @@ class Competitors:
     sensors: tuple[Sensor, ...] = SENSORS
     exact: bool = False
     told: frozenset[str] = frozenset()
-    brief: bool = False
 
     @property
     def tangent(self) -> int:
@@ -113,17 +109,12 @@ class Competitors:
         """Column of the residual, the last one."""
         return self.first_shape + len(self.dictionary.shapes)
 
-    @property
-    def model(self) -> PowerModel:
-        """What the residual is taken against."""
-        return self.library.brief_model if self.brief else self.library.held_model
-
     def raw(self, log: Telemetry) -> tuple[Floats, Floats]:
         """(n,) W of the model and (n, columns) W per unit, the residual last."""
-        model = self.model
+        model = self.library.held_model
         rows = log.rows_for(model.surfaces)
         nodes = interval_nodes(rows, log.interval, model)
-        watts, tangent, candidates = self.library.columns(nodes, brief=self.brief)
+        watts, tangent, candidates = self.library.columns(nodes)
         sensors = [sensor_column(s, log, model, watts, s.step) for s in self.sensors]
         shapes = shape_columns(self.dictionary, rows)
         # What is held counts as not explained yet: its columns compete with all others for it.

@@ -24,9 +24,9 @@ import numpy as np
 from numba import njit, types
 from numpy.typing import NDArray
 
-from planner.power.compile_kernel import KERNEL
+from planner.power.compile_kernel import BLOCK_KERNEL
 from planner.power.model import PowerModel
-from planner.power.pipeline import ACCOUNT_LENGTH, PER_WHEEL
+from planner.power.row_blocks import BLOCK
 from planner.quantities import INDEX
 from planner.telemetry.interval import Nodes, interval_nodes
 from planner.telemetry.log import Telemetry
@@ -40,11 +40,10 @@ _SMALL = 500  # rows that one thread sees to
 _F1 = types.Array(types.float64, 1, "C")
 _F2 = types.Array(types.float64, 2, "C")
 _I1 = types.Array(types.int64, 1, "C")
-_WIDTHS = (ACCOUNT_LENGTH, len(PER_WHEEL))
 
 
 @njit(
-    types.void(KERNEL, _F2, _I1, _F1, _F1, _F2, _F1, _F2, _F1, _F2),
+    types.void(BLOCK_KERNEL, _F2, _I1, _F1, _F1, _F2, _F1, _F2, _F1, _F2),
     cache=True,
     nogil=True,
     error_model="numpy",
@@ -61,18 +60,27 @@ def _differences(
     watts: Any,
     columns: Any,
 ) -> None:
-    account = np.empty(_WIDTHS[0])
-    per_wheel = np.empty((wheels.shape[0], _WIDTHS[1]))
-    for k in range(watts.shape[0]):
-        watts[k] = 0.0
+    watts[:] = 0.0
+    columns[:] = 0.0
+    block = np.empty(rows.shape[1] * BLOCK)
+    of_row = np.empty(BLOCK, np.int64)
+    here, there = np.empty(BLOCK), np.empty(BLOCK)
+    row = 0
+    for start in range(first[0], first[-1], BLOCK):
+        count = min(BLOCK, first[-1] - start)
+        for k in range(count):
+            while first[row + 1] <= start + k:
+                row += 1
+            of_row[k] = row
+            for quantity in range(rows.shape[1]):
+                block[quantity * BLOCK + k] = rows[start + k, quantity]
+        kernel(block, count, parameters, body, wheels, here)
+        for k in range(count):
+            watts[of_row[k]] += weight[start + k] * here[k]
         for j in range(variants.shape[0]):
-            columns[k, j] = 0.0
-        for node in range(first[k], first[k + 1]):
-            here = kernel(rows[node], parameters, body, wheels, account, per_wheel)
-            watts[k] += weight[node] * here
-            for j in range(variants.shape[0]):
-                there = kernel(rows[node], variants[j], body, wheels, account, per_wheel)
-                columns[k, j] += weight[node] * (there - here)
+            kernel(block, count, variants[j], body, wheels, there)
+            for k in range(count):
+                columns[of_row[k], j] += weight[start + k] * (there[k] - here[k])
 
 
 def _cores() -> int:
@@ -222,19 +230,24 @@ def sizes(model: PowerModel) -> Floats:
     return result
 
 
-def tangent(model: PowerModel, nodes: Nodes, places: Sequence[int]) -> tuple[Floats, Floats]:
-    """Power of the model, (n,) W, and its derivative by some parameters, (n, len(places)).
+def small_steps(model: PowerModel, places: Sequence[int]) -> tuple[Floats, Floats]:
+    """Parameters with a small step in one of them: (m, P) arrays, and the (m,) steps.
 
     At a bound the step goes inwards, so that no parameter leaves its physical range.
     """
     variants = np.tile(model.parameters, (len(places), 1))
-    steps = np.empty(len(places))
     size = sizes(model)
     for column, place in enumerate(places):
         step = STEP * size[place]
         if model.parameters[place] + step > model.slots[place][2].bounds[1]:
             step = -step
         variants[column, place] += step
-        steps[column] = variants[column, place] - model.parameters[place]
+    chosen = np.arange(len(places)), list(places)
+    return variants, variants[chosen] - model.parameters[chosen[1]]
+
+
+def tangent(model: PowerModel, nodes: Nodes, places: Sequence[int]) -> tuple[Floats, Floats]:
+    """Power of the model, (n,) W, and its derivative by some parameters, (n, len(places))."""
+    variants, steps = small_steps(model, places)
     watts, columns = differences(model, nodes, variants)
     return watts, columns / steps

@@ -67,7 +67,7 @@ def examine_all(
     def summed(part: Telemetry, numbers: NDArray[np.int64]) -> _Sums:
         part = correct(part)
         watts, raw = reduced.raw(part)
-        model = reduced.model
+        model = reduced.library.held_model
         spread = sample.noise.spread(watts, doubt_of(model, part.rows_for(model.surfaces)))
         expected = raw[:, columns] @ explained[1]
         raw[:, -1] = expected + np.clip(raw[:, -1] - expected, -CLIP * spread, CLIP * spread)
@@ -146,7 +146,7 @@ def _reduced(
         old.residual,
     ]
     faults = tuple(old.sensors[column - old.sensor(0)] for column in sensors)
-    return Competitors(library, dictionary, faults, brief=True), kept, atoms
+    return Competitors(library, dictionary, faults), kept, atoms
 
 
 def _worth_summing(

@@ -177,20 +177,6 @@ def test_sums_hardly_depend_on_where_chunks_end(turning, whole, monkeypatch):
         assert np.abs(change).max() < 0.15
 
 
-def test_a_model_without_the_catalogue_gives_the_same_columns(turning):
-    log, fitted = turning
-    library = candidate_library(fitted.model, log)
-    held = [k for k, c in enumerate(library.candidates) if c.effect in ("yaw_scrub", "air_drag")]
-    library = library.around(fitted.model, library.amplitudes, held)
-    competitors = Competitors(library, shapes_of(log))
-    watts, columns = competitors.raw(log)
-    assert len(replace(competitors, brief=True).model.effects) == len(fitted.model.effects) + 2
-    lean_watts, lean_columns = replace(competitors, brief=True).raw(log)
-    np.testing.assert_allclose(lean_watts, watts, rtol=1e-12)
-    # Derivatives are differences over 1e-6: rounding leaves so much.
-    np.testing.assert_allclose(lean_columns, columns, rtol=1e-6, atol=1e-6 * np.abs(columns).max())
-
-
 def test_what_the_sample_refuted_is_told_all_the_same(turning, base, monkeypatch):
     log, _ = turning
     whole = diagnose(log, base)
