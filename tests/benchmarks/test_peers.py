@@ -146,6 +146,7 @@ def test_excess_is_over_the_cheapest_of_all_and_bars_follow() -> None:
     assert math.isinf(time_to(row["methods"]["BIT*, energy"], ["own yaw"]))
     told = bars([row])
     assert told["gap to the best known"]["holds"]
+    assert not told["gap to the best known, given ten seconds"]["holds"], "nobody measured it"
     assert told["MCP_Geometric over ours"]["median_percent"] == pytest.approx(9.945, abs=1e-3)
     faster = told["time to within 1 %, BIT* over ours"]
     assert faster["our yaw"]["median_ratio"] == pytest.approx(20.0)

@@ -116,8 +116,6 @@ def _method(rows: Sequence[Row], name: str) -> dict[str, Any]:
 
 def bars(rows: Sequence[Row]) -> dict[str, Any]:
     """Each with what was measured, what is asked for, and whether it holds."""
-    gaps = [_ours(row)["percent"]["as it is"] for row in rows]
-    ours = [gap for gap in gaps if gap is not None]
     isotropic: dict[str, list[float]] = {"as it is": [], "straightened": []}
     for row in rows:
         own = _ours(row)["percent"]["as it is"]
@@ -127,12 +125,8 @@ def bars(rows: Sequence[Row]) -> dict[str, Any]:
                 values.append(100.0 * ((100.0 + theirs) / (100.0 + own) - 1.0))
     plain = isotropic["as it is"]
     found = {
-        "gap to the best known": {
-            "median_percent": _median(ours),
-            "worst_percent": max(ours, default=None),
-            "bar": "median ≤ 0.1 %, worst ≤ 0.5 %",
-            "holds": bool(ours) and _median(ours) <= 0.1 and max(ours) <= 0.5,
-        },
+        "gap to the best known": _gap(rows, "ours"),
+        "gap to the best known, given ten seconds": _gap(rows, "ours, long"),
         "MCP_Geometric over ours": {
             "least_percent": min(plain, default=None),
             "median_percent": _median(plain),
@@ -151,6 +145,18 @@ def bars(rows: Sequence[Row]) -> dict[str, Any]:
     if any("BIT*, energy" in row["methods"] for row in rows):
         found["time to within 1 %, BIT* over ours"] = _faster(rows)
     return found
+
+
+def _gap(rows: Sequence[Row], method: str) -> dict[str, Any]:
+    told = [least(row["methods"].get(method, []), ["as it is"]) for row in rows]
+    gaps = [gap for gap in told if gap is not None]
+    return {
+        "median_percent": _median(gaps),
+        "worst_percent": max(gaps, default=None),
+        "within_1_percent": sum(gap <= NEAR for gap in gaps),
+        "bar": "median ≤ 0.1 %, worst ≤ 0.5 %",
+        "holds": len(gaps) == len(rows) and _median(gaps) <= 0.1 and max(gaps) <= 0.5,
+    }
 
 
 KINDS = ("own yaw", "as it is", "straightened", "refined")
