@@ -52,6 +52,7 @@ from planner.telemetry.heldout import FOLDS
 from planner.telemetry.interval import interval_nodes
 from planner.telemetry.log import Telemetry
 from planner.telemetry.noise import CLIP, Noise
+from planner.telemetry.parameter_errors import inverse_of
 from planner.telemetry.sensitivity import tangent
 
 Floats = NDArray[np.float64]
@@ -131,9 +132,7 @@ class _Sums:
         folds = np.unique(self.fold_of[kept])
         gram = np.sum([self.grams[int(fold)] for fold in folds], axis=0)
         full = gram[:, : self.free] + np.diag(self.prior**2)
-        scale = 1.0 / np.sqrt(np.diag(full))
-        inverse = np.linalg.pinv(full * np.outer(scale, scale), rcond=1e-12, hermitian=True)
-        inverse = inverse * np.outer(scale, scale)
+        inverse = inverse_of(full, 1e-12)
         return inverse, -inverse @ gram[:, self.free :]
 
     def covariance(self, kept: NDArray[np.bool_]) -> Floats:

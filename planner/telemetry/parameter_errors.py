@@ -58,7 +58,7 @@ def covariance_of(problem: Problem, white: Floats) -> tuple[Floats, NDArray[np.b
     count = len(prior)
     own, scores = white[:, :count], white[:, :count] * white[:, count : count + 1]
     full = own.T @ own + problem.known
-    inverse = _inverse_of(full)
+    inverse = inverse_of(full)
     _, run = np.unique(log.run, return_inverse=True)
     runs = _sums_by(run, scores)
     lasting = np.diag(prior**2)
@@ -126,7 +126,7 @@ def profiled(
         says.
     """
     count = len(problem.index)
-    inverse = _inverse_of(white[:, :count].T @ white[:, :count] + problem.known)
+    inverse = inverse_of(white[:, :count].T @ white[:, :count] + problem.known)
     stderr = float(np.sqrt(covariance[number, number]))
     # What the rows scatter by beyond what the whitening says makes every rise count less.
     expected = covariance[number, number] / inverse[number, number]
@@ -186,8 +186,11 @@ def end_of_interval(rise: Callable[[float, bool], float], stderr: float, room: f
     return step
 
 
-def _inverse_of(matrix: Floats) -> Floats:
-    """Inverse of a positive definite matrix whose rows have units of very different sizes."""
+def inverse_of(matrix: Floats, smallest: float = 1e-14) -> Floats:
+    """Inverse of a positive definite (p, p) matrix whose rows have units of very different sizes.
+
+    Directions in which the scaled matrix is less than ``smallest`` of its largest get no inverse.
+    """
     scale = 1.0 / np.sqrt(np.diag(matrix))
-    inner = np.linalg.pinv(matrix * np.outer(scale, scale), rcond=1e-14, hermitian=True)
+    inner = np.linalg.pinv(matrix * np.outer(scale, scale), rcond=smallest, hermitian=True)
     return np.asarray(inner * np.outer(scale, scale))
