@@ -26,6 +26,8 @@ SLOPES = 41
 """Slopes along and across for which the best prices are tabulated."""
 NARROW = 0.02
 """Excess over the best route, as a share of it, at which ground matters half as much or less."""
+MILDER = 0.4
+"""Share by which prices near a bad cell come nearer to those of no dissipation, each time."""
 SCALES = ((1.0, 1.0), (2.5, 0.1), (6.0, 0.01))
 """Lengths over which prices are averaged, and the weight of each."""
 STRETCH = 3.0
@@ -181,8 +183,11 @@ def milder(
     for down in (0, 1):
         for left in (0, 1):
             at[down : down + bad.shape[0], left : left + bad.shape[1]] += bad
-    near = gaussian_filter((at > 0.0).astype(float), _reach(t, level, cell), mode="nearest")
-    kept = 1.0 - 0.4 * np.minimum(4.0 * near, 1.0)
+    reach = _reach(t, level, cell)
+    # All round a bad cell the same first: what is averaged from one node alone is next to nothing.
+    wide = maximum_filter(at > 0.0, size=[2 * math.ceil(2.0 * r) + 1 for r in reach])
+    near = gaussian_filter(wide.astype(float), reach, mode="nearest")
+    kept = 1.0 - MILDER * near
     share = 1.0 + (prices.share - 1.0) * kept
     return _prices(t, share, prices.b1 * kept, prices.b2 * kept)
 

@@ -17,14 +17,14 @@ from planner.search.bound import lower_bound
 from planner.search.conditions import Circumstances
 from planner.search.driving_ground import driving_ground
 from planner.search.edge_energy import sample_surface
-from planner.search.force_prices import best_prices
+from planner.search.force_prices import best_prices, milder
 from planner.search.ground import CostField
 from planner.search.lower_bound import certify
 from planner.search.motion_row import set_acceleration, set_motion
 from planner.search.potential import levelled, steepest_potential, weights_at
 from planner.search.priced_power import PricedPower, priced_power, rotor_share
 from planner.search.steady import steady_costs
-from planner.search.triangle_costs import cell_ranges, even_table, table_watts
+from planner.search.triangle_costs import PriceField, cell_ranges, even_table, table_watts
 from planner.terrain.heightmap import Terrain
 from planner.terrain.interpolation import interpolate_many
 from tests.search.maps import hills, terrain
@@ -111,6 +111,24 @@ def test_prices_are_of_the_table_on_any_slope() -> None:
     assert (np.abs(across) <= priced.cross[-1] + 1e-12).all()
     # The steeper the climb, the dearer is force along it.
     assert (np.diff(shares[len(shares) // 2 :], axis=0) >= -1e-9).all()
+
+
+def test_prices_get_milder_round_a_single_bad_cell() -> None:
+    """On fine cells as well: one ledge between racks must not leave the quick floor alone."""
+    _, priced = priced_of("minibalance", 0.0)
+    table, best = even_table(priced), best_prices(even_table(priced), STEEPEST)
+    even = np.full((121, 121), 1.3)
+    none = np.zeros_like(even)
+    bad = np.zeros((120, 120), bool)
+    bad[60, 60] = True
+    for cell in (1.0, 0.25, 0.1):
+        before = PriceField(even, even, none, none)
+        after = milder(table, before, bad, best.level, (cell, cell)).share - 1.0
+        assert after[60:62, 60:62].max() < 0.75 * 0.3
+        assert after[0, 0] == pytest.approx(0.3, abs=1e-3)
+        # Prices change slowly: where they fall fast, the robot's own motion pays for driving.
+        steepest = np.hypot(*np.gradient(after, cell)).max()
+        assert 0.5 * table.moving * table.speed**2 * steepest < 0.5 * best.level
 
 
 def field_of(ground: Terrain, model: PowerModel) -> tuple[CostField, Circumstances]:
