@@ -175,7 +175,7 @@ class KernelWriter(ABC):
         """The stages for each side of an unknown offset: mean of the watts, worst of the limits."""
         # Sums stand in variables of their own: an array would take longer to compile than the rest.
         first, after = [], []
-        columns = range(0 if self.lean else ACCOUNT_LENGTH)
+        columns = range(1, 1 if self.lean else ACCOUNT_LENGTH)  # the first is the mean itself
         for column in columns:
             here, kept = f"account[{column}]", f"kept_{column}"
             name = ACCOUNT[column] if column < len(ACCOUNT) else ""
@@ -201,6 +201,8 @@ class KernelWriter(ABC):
                     self.put(*first)
                 self.put(*after)
         self.put(*(f"account[{column}] = kept_{column}" for column in columns))
+        if not self.lean:
+            self.put("account[0] = mean_watts")
         self.put("return mean_watts")
 
     # How a hook is called and booked.
@@ -215,13 +217,15 @@ class KernelWriter(ABC):
             lines: what to do with the result.
             book: W, what a base effect's balance gets.
         """
-        for effect in self.effects:
-            if hook in effect.hooks:
-                call = f"{effect.slug}__{hook}({', '.join(self._arguments(effect, hook))})"
-                with self.inside("" if effect.base else f"if acts_{effect.slug}:"):
-                    self.put(*(line.format(call=call) for line in lines))
-                    if book and effect.slug in BASE_EFFECTS and not self.lean:
-                        self.put(f"watts_{effect.slug} += {book}")
+        having = [effect for effect in self.effects if hook in effect.hooks]
+        if HOOKS[hook].combine == "replace" and len(having) > 1:
+            raise ValueError(f"{hook}: {' and '.join(e.slug for e in having)} both replace it")
+        for effect in having:
+            call = f"{effect.slug}__{hook}({', '.join(self._arguments(effect, hook))})"
+            with self.inside("" if effect.base else f"if acts_{effect.slug}:"):
+                self.put(*(line.format(call=call) for line in lines))
+                if book and effect.slug in BASE_EFFECTS and not self.lean:
+                    self.put(f"watts_{effect.slug} += {book}")
 
     def _switches(self) -> None:
         """Lines that say for each effect beside the base whether it is away from its null values.

@@ -17,7 +17,11 @@ written to a cache folder under a name that is the hash of everything it is made
     body        (len(BODY),) float64, mass and geometry
     wheels      (n, COLUMNS) float64, planner.power.kinematics
     account     (ACCOUNT_LENGTH,) written: sums and limits, the columns below
-    per_wheel   (n, len(PER_WHEEL)) written: what each wheel carries and draws
+    per_wheel   (n, len(PER_WHEEL)) written: what each wheel carries and draws; on the way the
+                first columns keep what the rollers' lines found for the motors' lines
+
+A lean model is ``evaluate(columns, count, parameters, body, wheels, watts)`` for a block of rows
+(planner.power.row_blocks).
 
 Signs: power is positive when it leaves the battery. Wheel fighting (``circulation``) acts with both
 signs of its mode and counts their mean, since nobody knows which pair of wheels leads. A centre of
@@ -72,7 +76,7 @@ def kernel_source(
         number: "float64" for planning, "complex128" for derivatives.
         printed: "A" or "B" puts the source paper's motor power (planner.power.printed) in the place
             of the motors' and drivers' watts; loads and limits stay those of the sound model.
-        lean: only the result is right, account and per_wheel are not written: for loops over logs.
+        lean: the power alone, of a block of rows: for loops over logs (planner.power.row_blocks).
     """
     return _Pipeline(effects, wheel_count, surface_count, number, printed, lean).module()
 

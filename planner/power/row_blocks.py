@@ -15,8 +15,9 @@ the same, bit for bit (tests/power/test_row_blocks.py).
     watts       (≥ count,) written
 
 What the lines may hold: assignments to names and to ``per_wheel[i, number]``, loops and conditions
-that depend on no row, one condition on the row that sets a whole number for all of them (every row
-then goes the longer way), and a ``return`` at the end.
+that depend on no row, conditions on the row that set a whole number for all of them (every row then
+goes the longer way), and at the end the ``return`` of something that depends on the row. Anything
+else is refused with a ValueError.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ import ast
 from collections.abc import Iterator, Sequence
 
 BLOCK = 64
-"""Rows in a block: many enough for the vector units, few enough for the first cache."""
+"""Rows in a block: many enough for the vector units, few enough for the caches."""
 BLOCK_ARGUMENTS = ("columns", "count", "parameters", "body", "wheels", "watts")
 _KEPT = 3  # values that a wheel keeps in per_wheel for the lines further down
 
@@ -37,14 +38,20 @@ def in_blocks(lines: Sequence[str], wheel_count: int) -> list[str]:
         lines: body of a function of ``row``, ``parameters``, ``body``, ``wheels`` and
             ``per_wheel``, see the head of this module.
         wheel_count: number of wheels.
+
+    Raises:
+        ValueError: a line that cannot be rewritten.
     """
     [function] = ast.parse("def evaluate():\n" + "".join(f" {line}\n" for line in lines)).body
     assert isinstance(function, ast.FunctionDef)
     *body, last = function.body
-    assert isinstance(last, ast.Return)
-    assert last.value is not None
+    if not isinstance(last, ast.Return) or last.value is None:
+        raise ValueError(f"{ast.unparse(last)}: the last line must return the watts")
     body += ast.parse(f"watts[k] = {ast.unparse(last.value)}").body
-    return _Blocks(body, wheel_count).lines
+    blocks = _Blocks(body, wheel_count)
+    if not blocks.of_row.intersection(_read(last.value)):
+        raise ValueError(f"{ast.unparse(last)}: depends on no row")
+    return blocks.lines
 
 
 def _simple(tree: ast.AST) -> Iterator[ast.Assign | ast.AugAssign]:
@@ -80,6 +87,7 @@ class _Blocks:
 
     def __init__(self, body: Sequence[ast.stmt], wheel_count: int) -> None:
         self.of_row = self._of_row(body)
+        self._refuse(body)
         self.inputs = {
             name: node.value
             for node in body
@@ -115,6 +123,29 @@ class _Blocks:
                 return found
             found |= more
 
+    def _refuse(self, body: Sequence[ast.stmt]) -> None:
+        """Conditions on the row whose outcome would have to be kept row by row."""
+        for node in (part for line in body for part in ast.walk(line)):
+            if not isinstance(node, ast.If | ast.For):
+                continue
+            if node.orelse:
+                raise ValueError(
+                    f"{ast.unparse(node)}: no branch beside the first can be rewritten"
+                )
+            asked = node.test if isinstance(node, ast.If) else node.iter
+            if not self.of_row.intersection(_read(asked)):
+                continue
+            for part in node.body:
+                whole = (
+                    isinstance(node, ast.If)
+                    and isinstance(part, ast.Assign)
+                    and isinstance(part.value, ast.Constant)
+                    and isinstance(part.value.value, int)
+                    and not self.of_row.intersection(_written(part))
+                )
+                if not whole:
+                    raise ValueError(f"{ast.unparse(node)}: depends on the row")
+
     @staticmethod
     def _is_input(node: ast.stmt) -> bool:
         """Whether a line does nothing but name a quantity of the row."""
@@ -137,7 +168,6 @@ class _Blocks:
                 text = ast.unparse(node).splitlines()[0]
                 self.pieces.append((depth, text))
                 self._walk(node.body, depth + 1)
-                assert not node.orelse
             else:
                 self.pieces.append((depth, ast.unparse(node)))
         self._close(group, depth)

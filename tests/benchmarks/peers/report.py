@@ -155,7 +155,10 @@ def _gap(rows: Sequence[Row], method: str) -> dict[str, Any]:
         "worst_percent": max(gaps, default=None),
         "within_1_percent": sum(gap <= NEAR for gap in gaps),
         "bar": "median ≤ 0.1 %, worst ≤ 0.5 %",
-        "holds": len(gaps) == len(rows) and _median(gaps) <= 0.1 and max(gaps) <= 0.5,
+        "holds": bool(gaps)
+        and len(gaps) == len(rows)
+        and _median(gaps) <= 0.1
+        and max(gaps) <= 0.5,
     }
 
 
