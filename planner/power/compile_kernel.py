@@ -28,7 +28,7 @@ from planner.power import effect as effect_module
 from planner.power import kernel_math
 from planner.power import printed as printed_module
 from planner.power.effect import Effect
-from planner.power.pipeline import kernel_source
+from planner.power.pipeline import Output, kernel_source
 
 _REAL_1 = types.Array(types.float64, 1, "C")
 _REAL_2 = types.Array(types.float64, 2, "C")
@@ -38,7 +38,7 @@ KERNEL = types.FunctionType(KERNEL_SIGNATURE)
 BLOCK_KERNEL = types.FunctionType(
     types.void(_REAL_1, types.int64, _REAL_1, _REAL_1, _REAL_2, _REAL_1)
 )
-"""The same of a lean kernel, which takes a block of rows (planner.power.row_blocks)."""
+"""The same of those that take a block of rows (planner.power.row_blocks)."""
 
 
 def cache_folder() -> Path:
@@ -66,7 +66,7 @@ def compile_kernel(
     surface_count: int,
     number: str,
     printed: str | None = None,
-    lean: bool = False,
+    output: Output = "account",
 ) -> Callable[..., Any]:
     """Compiled ``evaluate`` of planner.power.pipeline for these effects.
 
@@ -76,7 +76,7 @@ def compile_kernel(
         surface_count: number of surface labels told apart, at least 1.
         number: "float64" or "complex128".
         printed: "A" or "B" for the source paper's motor power, None for the sound model.
-        lean: blocks of rows without balances and limits, see planner.power.row_blocks.
+        output: what it writes, see planner.power.kernel_writer.
 
     A process writes and hashes the text once for the same effects.
     """
@@ -86,7 +86,7 @@ def compile_kernel(
         surface_count=surface_count,
         number=number,
         printed=printed,
-        lean=lean,
+        output=output,
     )
     digest = hashlib.sha256(numba.__version__.encode())
     for text in (source, *(inspect.getsource(sys.modules[e.__module__]) for e in effects)):

@@ -11,8 +11,9 @@ from __future__ import annotations
 
 import inspect
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from typing import Literal
 
 from planner.power.effect import HOOKS, Effect, Parameter
 from planner.power.row_blocks import BLOCK_ARGUMENTS, in_blocks
@@ -29,7 +30,18 @@ ACCOUNT = (
     # limits: N, A, V, N·m, share of the traction limit that is left
     *("least_load", "current", "voltage", "motor_torque", "traction_left"),
 )
-_LOW, _HIGH = ("least_load", "traction_left"), ("current", "voltage", "motor_torque")
+LIMITS = {
+    "least_load": "least_load",
+    "current": "most_current",
+    "voltage": "most_voltage",
+    "motor_torque": "most_torque",
+    "traction_left": "traction_left",
+}
+"""What limits are looked at → the name that it has in the lines."""
+_LOW = ("least_load", "traction_left")
+Output = Literal["account", "power", "limits"]
+"""What a kernel writes: the account of one row; or, of a block of rows, the power, or the power and
+behind it the LIMITS, one stretch of BLOCK numbers each."""
 BASE_EFFECTS = (
     *("electronics", "gravity", "inertia", "wheel_rolling", "roller_drag", "gear_loss"),
     *("copper_loss", "coulomb_drag"),
@@ -67,7 +79,11 @@ class KernelWriter(ABC):
         surface_count: number of surface labels that the model tells apart.
         number: "float64" or "complex128".
         printed: "A" or "B" for the source paper's motor power.
-        lean: leave out balances and limits; only the result counts, of many rows at once.
+        output: what it writes.
+
+    Attributes:
+        limited: whether the lines look at limits.
+        balanced: whether they book what every effect takes.
     """
 
     def __init__(
@@ -77,14 +93,15 @@ class KernelWriter(ABC):
         surface_count: int,
         number: str,
         printed: str | None,
-        lean: bool = False,
+        output: Output = "account",
     ) -> None:
         self.effects = effects
         self.wheel_count = wheel_count
         self.surface_count = surface_count
         self.number = number
         self.printed = printed
-        self.lean = lean
+        self.limited = output != "power"
+        self.balanced = output == "account"
         self.offset: dict[tuple[str, str], int] = {}
         self.slots = parameter_slots(effects, wheel_count=wheel_count, surface_count=surface_count)
         for place, (effect, name, _, element) in enumerate(self.slots):
@@ -121,7 +138,7 @@ class KernelWriter(ABC):
         self._body()
         real = "types.Array(types.float64, {}, 'C')"
         array = f"types.Array({numeric}, {{}}, 'C')"
-        if self.lean:
+        if not self.balanced:
             kinds = [real.format(1), "types.int64", array.format(1), real.format(1)]
             kinds += [real.format(2), real.format(1)]
             signature, arguments = f"types.void({', '.join(kinds)})", BLOCK_ARGUMENTS
@@ -161,7 +178,7 @@ class KernelWriter(ABC):
         else:
             self.put("centre_x = zero; centre_y = zero")
             self._stages()
-            self.put("return bus_watts")
+            self._return("bus_watts", LIMITS.values())
 
     @abstractmethod
     def _inputs(self) -> None:
@@ -174,36 +191,50 @@ class KernelWriter(ABC):
     def _sides(self) -> None:
         """The stages for each side of an unknown offset: mean of the watts, worst of the limits."""
         # Sums stand in variables of their own: an array would take longer to compile than the rest.
-        first, after = [], []
-        columns = range(1, 1 if self.lean else ACCOUNT_LENGTH)  # the first is the mean itself
-        for column in columns:
-            here, kept = f"account[{column}]", f"kept_{column}"
-            name = ACCOUNT[column] if column < len(ACCOUNT) else ""
-            worse = "smaller" if name in _LOW else "larger" if name in _HIGH else ""
-            first.append(f"{kept} = zero" if not worse else f"{kept} = {here} + zero")
-            mean = f"{kept} + {here} * share_of_side"
-            after.append(f"{kept} = {worse}({kept}, {here})" if worse else f"{kept} = {mean}")
+        first, after, kept_limits = [], [], []
+        for name, here in self._of_sides().items():
+            kept = f"kept_{name}"
+            if name in LIMITS:
+                worse = "smaller" if name in _LOW else "larger"
+                kept_limits.append(kept)
+                first.append(f"{kept} = {here} + zero")
+                after.append(f"{kept} = {worse}({kept}, {here})")
+            else:
+                first.append(f"{kept} = zero")
+                after.append(f"{kept} = {kept} + {here} * share_of_side")
         self.put("spread_x = zero; spread_y = zero; mean_watts = zero; sides = 1")
         self._each("centre_spread", "dx, dy = {call}", "spread_x += dx; spread_y += dy")
         with self.inside("if spread_x != 0.0 or spread_y != 0.0:"):
             self.put("sides = 4")
         self.put("share_of_side = 1.0 / sides")
-        self.put(*(f"kept_{column} = zero" for column in columns))
+        self.put(*(f"kept_{name} = zero" for name in self._of_sides()))
         with self.inside("for side in range(sides):"):
             self.put("centre_x = spread_x if side < 2 else -spread_x")
             self.put("centre_y = spread_y if side % 2 == 0 else -spread_y")
             self._stages()
             self.put("mean_watts += share_of_side * bus_watts")
-            if not self.lean:
+            if self.balanced:
                 with self.inside("if sides == 1:"):
                     self.put("return bus_watts")
+            if first:
                 with self.inside("if side == 0:"):
                     self.put(*first)
                 self.put(*after)
-        self.put(*(f"account[{column}] = kept_{column}" for column in columns))
-        if not self.lean:
+        if self.balanced:
             self.put("account[0] = mean_watts")
-        self.put("return mean_watts")
+            self.put(*(f"{here} = kept_{name}" for name, here in self._of_sides().items()))
+        self._return("mean_watts", kept_limits)
+
+    def _of_sides(self) -> dict[str, str]:
+        """What is kept of every side beside the watts → where the stages leave it."""
+        if not self.balanced:
+            return dict(LIMITS) if self.limited else {}
+        names = (*ACCOUNT[1:], *(f"watts_{slug}" for slug in BASE_EFFECTS))
+        return {name: f"account[{column}]" for column, name in enumerate(names, start=1)}
+
+    def _return(self, watts: str, limits: Iterable[str]) -> None:
+        with_limits = self.limited and not self.balanced
+        self.put(f"return {', '.join([watts, *limits]) if with_limits else watts}")
 
     # How a hook is called and booked.
 
@@ -224,7 +255,7 @@ class KernelWriter(ABC):
             call = f"{effect.slug}__{hook}({', '.join(self._arguments(effect, hook))})"
             with self.inside("" if effect.base else f"if acts_{effect.slug}:"):
                 self.put(*(line.format(call=call) for line in lines))
-                if book and effect.slug in BASE_EFFECTS and not self.lean:
+                if book and effect.slug in BASE_EFFECTS and self.balanced:
                     self.put(f"watts_{effect.slug} += {book}")
 
     def _switches(self) -> None:

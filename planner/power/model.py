@@ -34,6 +34,7 @@ from planner.power.pipeline import (
     ACCOUNT_LENGTH,
     BASE_EFFECTS,
     PER_WHEEL,
+    Output,
     parameter_slots,
 )
 from planner.power.saved_model import SavedModel
@@ -193,16 +194,21 @@ class PowerModel(Shown):
     @cached_property
     def lean_kernel(self) -> Callable[..., Any]:
         """The same power of blocks of rows, without account and limits, for loops over logs."""
-        return self._compile("float64", lean=True)
+        return self._compile("float64", output="power")
 
-    def _compile(self, number: str, *, lean: bool = False) -> Callable[..., Any]:
+    @cached_property
+    def limits_kernel(self) -> Callable[..., Any]:
+        """The same power of blocks of rows and what limits are set for, for loops over motions."""
+        return self._compile("float64", output="limits")
+
+    def _compile(self, number: str, *, output: Output = "account") -> Callable[..., Any]:
         return compile_kernel(
             self.effects,
             wheel_count=self.vehicle.layout.wheel_count,
             surface_count=max(1, len(self.surfaces)),
             number=number,
             printed=self.kind.partition("/")[2] or None,
-            lean=lean,
+            output=output,
         )
 
     def evaluate(self, rows: Array) -> tuple[Array, Array]:

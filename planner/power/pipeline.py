@@ -20,8 +20,8 @@ written to a cache folder under a name that is the hash of everything it is made
     per_wheel   (n, len(PER_WHEEL)) written: what each wheel carries and draws; on the way the
                 first columns keep what the rollers' lines found for the motors' lines
 
-A lean model is ``evaluate(columns, count, parameters, body, wheels, watts)`` for a block of rows
-(planner.power.row_blocks).
+For blocks of rows (planner.power.row_blocks) there are ``evaluate(columns, count, parameters, body,
+wheels, found)`` with the power alone in ``found``, and with the power and the limits behind it.
 
 Signs: power is positive when it leaves the battery. Wheel fighting (``circulation``) acts with both
 signs of its mode and counts their mean, since nobody knows which pair of wheels leads. A centre of
@@ -39,8 +39,10 @@ from planner.power.kernel_writer import (
     ACCOUNT_LENGTH,
     BASE_EFFECTS,
     BODY,
+    LIMITS,
     PER_WHEEL,
     KernelWriter,
+    Output,
     parameter_slots,
 )
 from planner.quantities import INDEX
@@ -50,7 +52,9 @@ __all__ = [
     "ACCOUNT_LENGTH",
     "BASE_EFFECTS",
     "BODY",
+    "LIMITS",
     "PER_WHEEL",
+    "Output",
     "kernel_source",
     "parameter_slots",
 ]
@@ -65,7 +69,7 @@ def kernel_source(
     surface_count: int,
     number: str,
     printed: str | None = None,
-    lean: bool = False,
+    output: Output = "account",
 ) -> str:
     """Text of the module that evaluates a model of these effects.
 
@@ -76,9 +80,10 @@ def kernel_source(
         number: "float64" for planning, "complex128" for derivatives.
         printed: "A" or "B" puts the source paper's motor power (planner.power.printed) in the place
             of the motors' and drivers' watts; loads and limits stay those of the sound model.
-        lean: the power alone, of a block of rows: for loops over logs (planner.power.row_blocks).
+        output: "account" of one row; of a block of rows the "power", for loops over logs, or power
+            and "limits", for loops over motions.
     """
-    return _Pipeline(effects, wheel_count, surface_count, number, printed, lean).module()
+    return _Pipeline(effects, wheel_count, surface_count, number, printed, output).module()
 
 
 class _Pipeline(KernelWriter):
@@ -120,7 +125,7 @@ class _Pipeline(KernelWriter):
 
     def _forces(self) -> None:
         put = self.put
-        if not self.lean:
+        if self.balanced:
             put(*(f"watts_{slug} = zero" for slug in BASE_EFFECTS))
         self._each("centre_of_mass", "dx, dy = {call}", "centre_x += dx; centre_y += dy")
         put("force_x = zero; force_y = zero; moment = zero")
@@ -164,8 +169,9 @@ class _Pipeline(KernelWriter):
     def _wheels_and_motors(self) -> None:
         put = self.put
         put("terminal_watts = zero; driver_watts = zero")
-        if not self.lean:
+        if self.balanced:
             put("shaft_watts = zero; copper_watts = zero")
+        if self.limited:
             put("least_load = np.inf; most_current = 0.0; most_voltage = 0.0; most_torque = 0.0")
             put("slack_low = -np.inf; slack_high = np.inf; slack = np.inf; mode_size = 0.0")
             put(f"traction = body[4] * row[{INDEX['traction_factor']}]")
@@ -206,7 +212,7 @@ class _Pipeline(KernelWriter):
                 self._motor("share * ")
 
     def _traction(self) -> None:
-        if self.lean:
+        if not self.limited:
             return
         put = self.put
         put("least_load = min(least_load, load.real)")
@@ -218,7 +224,7 @@ class _Pipeline(KernelWriter):
             put("high = (grip - axis_force_0.real) / mode")
             put("slack_low = max(slack_low, min(low, high))")
             put("slack_high = min(slack_high, max(low, high))")
-        with self.inside("else:"):
+        with self.inside("if mode == 0.0:"):
             put("slack = min(slack, grip - abs(axis_force_0.real))")
 
     def _motor(self, share: str) -> None:
@@ -263,7 +269,7 @@ class _Pipeline(KernelWriter):
         put("current = motor_torque / torque_constant_now")
         put("shaft_part = current * torque_constant_now * motor_speed")
         put("motor_watts = shaft_part")
-        copper = [] if self.lean else [f"copper_watts += {share}part"]
+        copper = [f"copper_watts += {share}part"] if self.balanced else []
         self._each(
             "motor_loss", "part = {call}", "motor_watts += part", *copper, book=f"{share}part"
         )
@@ -271,14 +277,16 @@ class _Pipeline(KernelWriter):
         put("active = 1.0 - rest * still(wheel_torque, 0.01)")
         self._each("driver", f"driver_watts += {share}{{call}}")
         put(f"terminal_watts += {share}motor_watts")
-        if self.lean:
+        if not self.limited:
             return
-        put(f"shaft_watts += {share}wheel_torque * wheel_speed")
         put("voltage = current * resistance_now + torque_constant_now * motor_speed")
         put("most_current = max(most_current, abs(current.real))")
         put("most_voltage = max(most_voltage, abs(voltage.real))")
         # A data sheet's continuous torque leaves the shaft; the motor's own friction is inside it.
         put("most_torque = max(most_torque, abs(geared_torque.real))")
+        if not self.balanced:
+            return
+        put(f"shaft_watts += {share}wheel_torque * wheel_speed")
         put("per_wheel[i, 1] = wheel_speed; per_wheel[i, 2] = roller_speed")
         values = ("axis_force", "wheel_torque", "motor_torque", "current", "voltage", "motor_watts")
         for column, value in enumerate(values, start=3):
@@ -304,7 +312,7 @@ class _Pipeline(KernelWriter):
         put(f"    wheel_speeds, along, row[{INDEX['time_since_start']}], {rolling}, {roller})")
         put("terminal_watts = copper_watts + iron + mechanical + watts_roller_drag")
         put("driver_watts = zero")
-        if self.lean:
+        if not self.balanced:
             return
         put("watts_inertia = zero")
         put("watts_gravity = climbing * speed; watts_wheel_rolling = rubbing * speed")
@@ -319,17 +327,20 @@ class _Pipeline(KernelWriter):
         put("motors_watts = terminal_watts + driver_watts")
         put("bus_watts = motors_watts + electronics_watts")
         self._each("bus", "bus_watts += {call}")
-        if not self.lean:
+        if self.balanced:
             put("account[1] = bus_watts")
         self._each("supply", "bus_watts += {call}")
-        if self.lean:
+        if not self.limited:
             return
-        with self.inside("if slack_high < np.inf:"):
+        with self.inside("if mode_size > 0.0:"):
             put("slack = min(slack, 0.5 * mode_size * (slack_high - slack_low))")
+        put("traction_left = slack / (traction * weight / wheel_count).real")
+        if not self.balanced:
+            return
         put("account[0] = bus_watts")
         written: tuple[str, ...] = ("terminal_watts", "shaft_watts", "copper_watts", "driver_watts")
         written += ("electronics_watts", "least_load", "most_current", "most_voltage")
-        written += ("most_torque", "slack / (traction * weight / wheel_count).real")
+        written += ("most_torque", "traction_left")
         for column, name in enumerate(written, start=2):
             put(f"account[{column}] = {name}")
         for column, slug in enumerate(BASE_EFFECTS, start=len(ACCOUNT)):

@@ -12,12 +12,12 @@ the same, bit for bit (tests/power/test_row_blocks.py).
 
     columns     (ROW_LENGTH · BLOCK,) the rows, transposed: quantity by quantity
     count       rows of the block that are to be worked out
-    watts       (≥ count,) written
+    found       (≥ BLOCK · results,) written: count values of each result, BLOCK apart
 
 What the lines may hold: assignments to names and to ``per_wheel[i, number]``, loops and conditions
 that depend on no row, conditions on the row that set a whole number for all of them (every row then
-goes the longer way), and at the end the ``return`` of something that depends on the row. Anything
-else is refused with a ValueError.
+goes the longer way), and at the end the ``return`` of one or more results that depend on the row.
+Anything else is refused with a ValueError.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from collections.abc import Iterator, Sequence
 
 BLOCK = 64
 """Rows in a block: many enough for the vector units, few enough for the caches."""
-BLOCK_ARGUMENTS = ("columns", "count", "parameters", "body", "wheels", "watts")
+BLOCK_ARGUMENTS = ("columns", "count", "parameters", "body", "wheels", "found")
 _KEPT = 3  # values that a wheel keeps in per_wheel for the lines further down
 
 
@@ -47,10 +47,13 @@ def in_blocks(lines: Sequence[str], wheel_count: int) -> list[str]:
     *body, last = function.body
     if not isinstance(last, ast.Return) or last.value is None:
         raise ValueError(f"{ast.unparse(last)}: the last line must return the watts")
-    body += ast.parse(f"watts[k] = {ast.unparse(last.value)}").body
+    results = last.value.elts if isinstance(last.value, ast.Tuple) else [last.value]
+    for number, result in enumerate(results):
+        body += ast.parse(f"found[{number * BLOCK} + k] = {ast.unparse(result)}").body
     blocks = _Blocks(body, wheel_count)
-    if not blocks.of_row.intersection(_read(last.value)):
-        raise ValueError(f"{ast.unparse(last)}: depends on no row")
+    for result in results:
+        if not blocks.of_row.intersection(_read(result)):
+            raise ValueError(f"{ast.unparse(result)}: depends on no row")
     return blocks.lines
 
 

@@ -5,6 +5,11 @@ set_acceleration(row, along, centripetal, vx, vy, speed)
 set_wind(row, wind, yaw)
 watts = kernel(row, ..., account, per_wheel)
 broken_limit(account, limit_values(model, payload), 1.0)      # a number into LIMIT_NAMES, or -1
+
+columns, found = empty_block()                                # many rows at once, up to BLOCK
+put_row(columns, k, row)
+kernel(columns, count, ..., found)                            # power of row k: found[k]
+broken_in_block(found, k, limits, 1.0)
 """
 
 from __future__ import annotations
@@ -17,8 +22,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from planner.power.model import PowerModel
-from planner.power.pipeline import ACCOUNT
-from planner.quantities import INDEX, STANDARD_GRAVITY
+from planner.power.pipeline import ACCOUNT, LIMITS
+from planner.power.row_blocks import BLOCK
+from planner.quantities import INDEX, ROW_LENGTH, STANDARD_GRAVITY
 
 BRIEFLY = 2.0
 """Share of the continuous torque allowed on bends and ramps: a motor warms up in a minute."""
@@ -28,10 +34,20 @@ _VX, _VY = INDEX["vx"], INDEX["vy"]
 _AX, _AY = INDEX["ax"], INDEX["ay"]
 _WIND_X, _WIND_Y = INDEX["wind_x"], INDEX["wind_y"]
 _GX, _GY, _GN = INDEX["gravity_x"], INDEX["gravity_y"], INDEX["gravity_normal"]
-_LOAD, _CURRENT, _VOLTAGE, _TORQUE, _GRIP = (
-    ACCOUNT.index(name)
-    for name in ("least_load", "current", "voltage", "motor_torque", "traction_left")
+_LIMITED = ("least_load", "current", "voltage", "motor_torque", "traction_left")
+_LOAD, _CURRENT, _VOLTAGE, _TORQUE, _GRIP = (ACCOUNT.index(name) for name in _LIMITED)
+_RESULTS = 1 + len(LIMITS)
+# Where each begins in what a block's kernel writes, behind the power.
+_LOADS, _CURRENTS, _VOLTAGES, _TORQUES, _GRIPS = (
+    BLOCK * (1 + list(LIMITS).index(name)) for name in _LIMITED
 )
+
+
+@njit(cache=True, error_model="numpy")
+def stretch_of(slope_x: float, slope_y: float, direction: float) -> float:
+    """Metres driven along a plane for each horizontal metre in a direction (rad)."""
+    along = slope_x * math.cos(direction) + slope_y * math.sin(direction)
+    return math.sqrt(1.0 + along * along)
 
 
 @njit(cache=True, error_model="numpy")
@@ -88,6 +104,29 @@ def set_wind(row: Any, wind: Any, yaw: float) -> None:
     row[_WIND_Y] = c * wind[1] - s * wind[0]
 
 
+@njit(cache=True, inline="always")
+def _broken(
+    load: float,
+    grip: float,
+    current: float,
+    voltage: float,
+    torque: float,
+    limits: Any,
+    ease: float,
+) -> int:
+    if load <= 0.0:
+        return 0
+    if grip < 0.0:
+        return 1
+    if current > limits[1]:
+        return 2
+    if voltage > limits[2]:
+        return 3
+    if torque > limits[3] * ease:
+        return 4
+    return -1
+
+
 @njit(cache=True)
 def broken_limit(account: Any, limits: Any, ease: float) -> int:
     """Number of the first limit that an account breaks (LIMIT_NAMES), or -1.
@@ -98,17 +137,42 @@ def broken_limit(account: Any, limits: Any, ease: float) -> int:
         ease: factor on the continuous torque, which is a thermal limit: 1 on the straight,
             BRIEFLY on what lasts a few seconds.
     """
-    if account[_LOAD] <= 0.0:
-        return 0
-    if account[_GRIP] < 0.0:
-        return 1
-    if account[_CURRENT] > limits[1]:
-        return 2
-    if account[_VOLTAGE] > limits[2]:
-        return 3
-    if account[_TORQUE] > limits[3] * ease:
-        return 4
-    return -1
+    return _broken(
+        account[_LOAD],
+        account[_GRIP],
+        account[_CURRENT],
+        account[_VOLTAGE],
+        account[_TORQUE],
+        limits,
+        ease,
+    )
+
+
+@njit(cache=True)
+def empty_block() -> Any:
+    """Arrays for BLOCK rows, quantity by quantity, and for what the model finds for them."""
+    return np.zeros(ROW_LENGTH * BLOCK), np.empty(_RESULTS * BLOCK)
+
+
+@njit(cache=True, inline="always")
+def put_row(columns: Any, k: int, row: Any) -> None:
+    """Copy a row to place ``k`` of a block."""
+    for quantity in range(ROW_LENGTH):
+        columns[quantity * BLOCK + k] = row[quantity]
+
+
+@njit(cache=True)
+def broken_in_block(found: Any, k: int, limits: Any, ease: float) -> int:
+    """As ``broken_limit`` for place ``k`` of what the model found for a block."""
+    return _broken(
+        found[_LOADS + k],
+        found[_GRIPS + k],
+        found[_CURRENTS + k],
+        found[_VOLTAGES + k],
+        found[_TORQUES + k],
+        limits,
+        ease,
+    )
 
 
 def limit_values(model: PowerModel, payload: float) -> NDArray[np.float64]:

@@ -162,7 +162,7 @@ def _prices(around: Circumstances, objective: str) -> tuple[Turning, float]:
         table = np.tile(IN_PLACE * np.linspace(0.0, prices.tightest, TURNS), (STATES, 1))
         return Turning(IN_PLACE, prices.tightest, table), IN_PLACE * _BIN
     model = around.model
-    numbers = (model.kernel, model.parameters, model.body, model.wheels)
+    numbers = (model.limits_kernel, model.parameters, model.body, model.wheels)
     spin = np.empty((1, STATES))
     level = (np.zeros(1), np.zeros((1, 4)), np.zeros(1, np.int64))
     spin_costs(*numbers, around.class_rows, around.limits, *level, aim, spin)

@@ -17,15 +17,24 @@ import numpy as np
 from numba import njit, types
 from numpy.typing import NDArray
 
-from planner.power.compile_kernel import KERNEL
-from planner.power.pipeline import ACCOUNT_LENGTH, PER_WHEEL
+from planner.power.compile_kernel import BLOCK_KERNEL
+from planner.power.row_blocks import BLOCK
 from planner.quantities import INDEX
 from planner.search.conditions import Circumstances
-from planner.search.motion_row import BRIEFLY, broken_limit, set_acceleration, set_motion, set_wind
+from planner.search.motion_row import (
+    BRIEFLY,
+    broken_in_block,
+    empty_block,
+    put_row,
+    set_acceleration,
+    set_motion,
+    set_wind,
+    stretch_of,
+)
 from planner.search.steady import SLOWEST
+from planner.search.step_costs import STILL
 from planner.search.track import Track
 from planner.search.yaw import YawProfile
-from planner.search.yaw_kernel import STILL
 
 Array = NDArray[np.float64]
 _CREEP = (0.0, SLOWEST, 0.1, 0.16)
@@ -38,7 +47,8 @@ ROUNDS = 24
 ESTIMATED = 4
 """Even driving is priced at every so many levels for the estimates, and evenly in between."""
 
-_WHEEL_COLUMNS = len(PER_WHEEL)
+_PRICED = tuple(q for q in range(LEVELS) if q < len(_CREEP) or (LEVELS - 1 - q) % ESTIMATED == 0)
+
 _F1 = types.Array(types.float64, 1, "C")
 _F2 = types.Array(types.float64, 2, "C")
 _I1 = types.Array(types.int64, 1, "C")
@@ -60,20 +70,10 @@ def _levels(top: float) -> Any:
     return level
 
 
-@njit(
-    types.float64(
-        *(KERNEL, _F1, _F1, _F2, _F1, _F1, _F1, _F1),
-        *(types.float64,) * 7,
-        *(types.int64, _F1, _F2),
-    ),
-    cache=True,
-    error_model="numpy",
-)
-def _ramp_cost(
-    kernel: Any,
-    parameters: Any,
-    body: Any,
-    wheels: Any,
+@njit(cache=True, error_model="numpy")
+def _put_ramp(
+    columns: Any,
+    place: int,
     row: Any,
     steepest: Any,
     unit: Any,
@@ -85,55 +85,59 @@ def _ramp_cost(
     speed_b: float,
     slope_change: float,
     most_acceleration: float,
-    objective: int,
-    account: Any,
-    per_wheel: Any,
-) -> float:
-    """Cost of one step between two speeds; infinity where a limit is broken.
+    shares: Any,
+    eases: Any,
+) -> int:
+    """Rows of one step between two speeds, from ``place`` of a block on; their number, at most 3.
 
-    ``row`` is at the middle of the step; ``steepest``, unless empty, at unit speed where its ground
-    is steepest.
+    None where the acceleration or the yaw rate is too large.
+
+    Args:
+        row: at the middle of the step.
+        steepest: unless empty, at unit speed where its ground is steepest: only limits count there.
+        unit: (2,) velocity at unit speed.
+        shares: (BLOCK,) written: s that a row's power counts for.
+        eases: (BLOCK,) written: what the continuous torque may be, as a factor.
     """
     acceleration = (speed_b * speed_b - speed_a * speed_a) / (2.0 * surface)
     if abs(acceleration) > most_acceleration * (1.0 + 1e-6):
-        return np.inf
+        return 0
     time = 2.0 * surface / (speed_a + speed_b)
     faster = max(speed_a, speed_b)
     if abs(turn) * faster > limits[6] * surface * (1.0 + 1e-6):
-        return np.inf
+        return 0
     if faster * faster * abs(curvature) > most_acceleration * 1.1:
-        return np.inf
+        return 0
     brief = abs(turn) > STILL or curvature != 0.0 or abs(acceleration) > 0.05 * most_acceleration
+    count = 0
     if steepest.shape[0]:
         vx, vy = steepest[_VX], steepest[_VY]
         steepest[_VX], steepest[_VY], steepest[_WZ] = vx * faster, vy * faster, turn / time
         set_acceleration(steepest, acceleration, faster * faster * curvature, vx, vy, 1.0)
-        kernel(steepest, parameters, body, wheels, account, per_wheel)
+        put_row(columns, place, steepest)
         steepest[_VX], steepest[_VY] = vx, vy
-        if broken_limit(account, limits, BRIEFLY if brief else 1.0) >= 0:
-            return np.inf
+        shares[place] = 0.0
+        count = 1
     row[_WZ] = turn / time
     row[_SLOPE_RATE] = slope_change / time
-    total = 0.0
     for at, share in _TWO:
         if speed_a == speed_b and at > 0.5:
-            total *= 2.0  # at even speed both nodes see the same
+            shares[place + count - 1] = time  # at even speed both nodes see the same
             break
         speed = speed_a + (speed_b - speed_a) * at
         row[_VX], row[_VY] = unit[0] * speed, unit[1] * speed
         set_acceleration(row, acceleration, speed * speed * curvature, unit[0], unit[1], 1.0)
-        watts = kernel(row, parameters, body, wheels, account, per_wheel)
-        if broken_limit(account, limits, BRIEFLY if brief else 1.0) >= 0:
-            return np.inf
-        total += share * watts * time
-    if objective == 1:
-        return time + 1e-6 * total
-    return total
+        put_row(columns, place + count, row)
+        shares[place + count] = share * time
+        count += 1
+    for k in range(place, place + count):
+        eases[k] = BRIEFLY if brief else 1.0
+    return count
 
 
 @njit(
     types.void(
-        *(KERNEL, _F1, _F1, _F2, _F2, _F1, _F1),
+        *(BLOCK_KERNEL, _F1, _F1, _F2, _F2, _F1, _F1),
         *(_F1, _F1, _F1, _F2, _F1, _F1, _I1, _B1),
         *(types.float64, types.int64, _F1, _F1, _F3),
     ),
@@ -168,20 +172,17 @@ def _estimate(
     A step costs the mean of even driving between its two speeds, and for speeding up or slowing
     down what that takes or gives at half speed. Infinite where it cannot be.
     """
-    account = np.empty(ACCOUNT_LENGTH)
-    per_wheel = np.empty((wheels.shape[0], _WHEEL_COLUMNS))
+    columns, found = empty_block()
     level = _levels(limits[0])
-    unit = np.empty(2)
+    row = np.empty(class_rows.shape[1])
     even = np.empty(LEVELS)  # W
     below = np.zeros(LEVELS)  # W·m/s, its integral over the speed up to a level
-    drawn = np.zeros(5)  # W, at accelerations from braking hard to speeding up hard
     pull, half = 0.5 * most_acceleration, 0.5 * limits[0]
     expected[:] = np.inf
+    priced = len(_PRICED) + 5
+    together = BLOCK // priced  # steps in a block
     for j in range(lengths.shape[0]):
-        row = class_rows[ground[j]].copy()
-        stretch = set_motion(row, slopes[j, 0], slopes[j, 1], yaw[j], directions[j], 1.0)
-        unit[0], unit[1] = row[_VX], row[_VY]
-        set_wind(row, wind, yaw[j])
+        stretch = stretch_of(slopes[j, 0], slopes[j, 1], directions[j])
         surface = lengths[j] * stretch
         most = min(
             fastest[j],
@@ -189,27 +190,42 @@ def _estimate(
             math.sqrt(1.1 * most_acceleration / max(abs(curvatures[j]), 1e-12)),
         ) * (1.0 + 1e-6)
         if objective != 1:
+            if j % together == 0:
+                size = 0
+                for k in range(j, min(j + together, lengths.shape[0])):
+                    row[:] = class_rows[ground[k]]
+                    further = set_motion(
+                        row, slopes[k, 0], slopes[k, 1], yaw[k], directions[k], 1.0
+                    )
+                    vx, vy = row[_VX], row[_VY]
+                    set_wind(row, wind, yaw[k])
+                    for q in _PRICED:
+                        speed = max(level[q], 0.5 * level[1])
+                        row[_VX], row[_VY] = vx * speed, vy * speed
+                        row[_WZ] = turns[k] * speed / (lengths[k] * further)
+                        set_acceleration(row, 0.0, speed * speed * curvatures[k], vx, vy, 1.0)
+                        put_row(columns, size, row)
+                        size += 1
+                    row[_VX], row[_VY] = vx * half, vy * half
+                    row[_WZ] = 0.0
+                    for step in range(-2, 3):
+                        set_acceleration(row, step * pull, 0.0, vx, vy, 1.0)
+                        put_row(columns, size, row)
+                        size += 1
+                kernel(columns, size, parameters, body, wheels, found)
+            first = j % together * priced
             before = -1
-            for q in range(LEVELS):
-                if (LEVELS - 1 - q) % ESTIMATED and q >= len(_CREEP):
-                    continue
-                speed = max(level[q], 0.5 * level[1])
-                row[_VX], row[_VY] = unit[0] * speed, unit[1] * speed
-                row[_WZ] = turns[j] * speed / surface
-                across = speed * speed * curvatures[j]
-                set_acceleration(row, 0.0, across, unit[0], unit[1], 1.0)
-                even[q] = kernel(row, parameters, body, wheels, account, per_wheel)
+            for number in range(len(_PRICED)):
+                q = _PRICED[number]
+                even[q] = found[first + number]
                 for r in range(before + 1, q):
                     share = (level[r] - level[before]) / (level[q] - level[before])
                     even[r] = even[before] + share * (even[q] - even[before])
                 before = q
             for q in range(1, LEVELS):
                 below[q] = below[q - 1] + 0.5 * (even[q - 1] + even[q]) * (level[q] - level[q - 1])
-            row[_VX], row[_VY] = unit[0] * half, unit[1] * half
-            row[_WZ] = 0.0
-            for k in range(5):
-                set_acceleration(row, (k - 2) * pull, 0.0, unit[0], unit[1], 1.0)
-                drawn[k] = kernel(row, parameters, body, wheels, account, per_wheel)
+            # W at accelerations from braking hard to speeding up hard.
+            drawn = found[first + len(_PRICED) : first + priced]
         reached = 2.0 * surface * hardest[j] * (1.0 + 1e-6)
         for a in range(LEVELS):
             if level[a] > most:
@@ -234,9 +250,30 @@ def _estimate(
                 expected[j, a, b - a + REACH] = cost
 
 
+@njit(cache=True, error_model="numpy")
+def _book(
+    found: Any,
+    size: int,
+    limits: Any,
+    objective: int,
+    owners: Any,
+    shares: Any,
+    eases: Any,
+    expected: Any,
+) -> None:
+    """Add what the model found for a block's rows to the costs of the steps that own them."""
+    for k in range(size):
+        j, a, at = owners[k]
+        if broken_in_block(found, k, limits, eases[k]) >= 0:
+            expected[j, a, at] = np.inf
+        else:
+            # Of ways that take as long, the one that needs less energy.
+            expected[j, a, at] += (1e-6 if objective == 1 else 1.0) * (found[k] * shares[k])
+
+
 @njit(
     types.float64(
-        *(KERNEL, _F1, _F1, _F2, _F2, _F1, _F1),
+        *(BLOCK_KERNEL, _F1, _F1, _F2, _F2, _F1, _F1),
         *(_F1, _F1, _F1, _F2, _F1, _F1, _I1, _B1),
         *(types.float64, types.int64, _F3, types.int64, _F1),
     ),
@@ -270,15 +307,17 @@ def _speeds(
 
     Infinite without any; speeds[0] then is the station where none leads on.
     """
-    account = np.empty(ACCOUNT_LENGTH)
-    per_wheel = np.empty((wheels.shape[0], _WHEEL_COLUMNS))
+    columns, found = empty_block()
+    shares, eases = np.empty(BLOCK), np.empty(BLOCK)
+    owners = np.empty((BLOCK, 3), np.int64)
     steps = lengths.shape[0]
     cost = np.empty((steps + 1, LEVELS))
     came = np.empty((steps + 1, LEVELS), np.int64)
     chosen = np.empty(steps + 1, np.int64)
     exact = np.zeros(expected.shape, np.bool_)
     level = _levels(limits[0])
-    unit = np.empty(2)
+    row, unit = np.empty(class_rows.shape[1]), np.empty(2)
+    fresh, guess = np.empty(steps, np.bool_), np.empty(steps)
     cost[0] = np.inf
     cost[0, 0] = 0.0
     nothing = before = False
@@ -314,15 +353,16 @@ def _speeds(
             speeds[j] = level[q]
             q = came[j, q]
         chosen[0] = 0
-        new = 0
+        new, size = 0, 0
         for j in range(steps):
             p, q = chosen[j], chosen[j + 1]
-            if exact[j, p, q - p + REACH]:
+            fresh[j] = not exact[j, p, q - p + REACH]
+            if not fresh[j]:
                 continue
             unchanged = j if new == 0 else unchanged
             new += 1
-            guess = expected[j, p, q - p + REACH]
-            row = class_rows[ground[j]].copy()
+            guess[j] = expected[j, p, q - p + REACH]
+            row[:] = class_rows[ground[j]]
             stretch = set_motion(row, slopes[j, 0], slopes[j, 1], yaw[j], directions[j], 1.0)
             unit[0], unit[1] = row[_VX], row[_VY]
             set_wind(row, wind, yaw[j])
@@ -341,11 +381,13 @@ def _speeds(
                     if at < 0 or at > 2 * REACH or exact[j, a, at] or expected[j, a, at] == np.inf:
                         continue
                     exact[j, a, at] = True
-                    expected[j, a, at] = _ramp_cost(
-                        kernel,
-                        parameters,
-                        body,
-                        wheels,
+                    if size + 3 > BLOCK:
+                        kernel(columns, size, parameters, body, wheels, found)
+                        _book(found, size, limits, objective, owners, shares, eases, expected)
+                        size = 0
+                    count = _put_ramp(
+                        columns,
+                        size,
                         row,
                         steepest,
                         unit,
@@ -357,19 +399,32 @@ def _speeds(
                         level[b],
                         change,
                         most_acceleration,
-                        objective,
-                        account,
-                        per_wheel,
+                        shares,
+                        eases,
                     )
+                    expected[j, a, at] = np.inf
+                    if count:
+                        expected[j, a, at] = 0.0
+                        if objective == 1:
+                            expected[j, a, at] = 2.0 * lengths[j] * stretch / (level[a] + level[b])
+                    for k in range(size, size + count):
+                        owners[k] = j, a, at
+                    size += count
+        if new == 0:
+            return best
+        kernel(columns, size, parameters, body, wheels, found)
+        _book(found, size, limits, objective, owners, shares, eases, expected)
+        for j in range(steps):
+            if not fresh[j]:
+                continue
             # What this guess was off by, its neighbours are off by as well.
-            off = expected[j, p, q - p + REACH] - guess
+            p, q = chosen[j], chosen[j + 1]
+            off = expected[j, p, q - p + REACH] - guess[j]
             if off < np.inf:
                 for a in range(LEVELS):
                     for at in range(2 * REACH + 1):
                         if not exact[j, a, at]:
                             expected[j, a, at] += off
-        if new == 0:
-            return best
     return np.inf
 
 
@@ -394,7 +449,7 @@ def speed_programme(
     speeds = np.zeros(len(track.points))
     model = around.model
     task = (
-        model.kernel,
+        model.limits_kernel,
         model.parameters,
         model.body,
         model.wheels,

@@ -13,24 +13,18 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit, types
 from numpy.typing import NDArray
 
-from planner.power.compile_kernel import KERNEL
-from planner.power.pipeline import ACCOUNT_LENGTH, PER_WHEEL
 from planner.quantities import INDEX
 from planner.search.conditions import Circumstances
 from planner.search.steady import OBJECTIVES, SLOWEST
-from planner.search.yaw_kernel import STATES, WIDTH, step_cost
+from planner.search.step_costs import step_costs
+from planner.search.yaw_kernel import STATES, WIDTH
 
 Array = NDArray[np.float64]
 
 TURNS = 24
 """Bends of the table of what turning on the move adds."""
-
-_WHEEL_COLUMNS = len(PER_WHEEL)
-_F1 = types.Array(types.float64, 1, "C")
-_F2 = types.Array(types.float64, 2, "C")
 
 
 @dataclass(frozen=True)
@@ -53,12 +47,10 @@ def turning(around: Circumstances, objective: int) -> Turning:
     """Prices for an objective, 1 for time and anything else for energy; kept with ``around``."""
     found = around.turning.get(objective)
     if not isinstance(found, Turning):
-        model, limits = around.model, around.limits
+        limits = around.limits
         # Up to what the yaw rate allows at the lowest speed that is tried.
         tightest = 0.8 * float(limits[6] / (SLOWEST * limits[0]))
-        table = np.empty((STATES, TURNS))
-        numbers = (model.kernel, model.parameters, model.body, model.wheels)
-        _turning_costs(*numbers, around.class_rows[0], limits, objective, tightest, table)
+        table = _turning_costs(around, objective, tightest)
         found = Turning(_cost_of_a_stop(around, objective), tightest, table)
         around.turning[objective] = found
     return found
@@ -80,47 +72,20 @@ def _cost_of_a_stop(around: Circumstances, objective: int) -> float:
     return up + down - float(around.model.watts(cruise)[0]) * v / a
 
 
-@njit(
-    types.void(*(KERNEL, _F1, _F1, _F2, _F1, _F1, types.int64, types.float64, _F2)),
-    cache=True,
-    error_model="numpy",
-    nogil=True,
-)
-def _turning_costs(
-    kernel: Any,
-    parameters: Any,
-    body: Any,
-    wheels: Any,
-    row: Any,
-    limits: Any,
-    objective: int,
-    tightest: float,
-    turning: Any,
-) -> None:
-    """Write what turning adds to a level metre into ``turning`` (STATES, TURNS)."""
-    account = np.empty(ACCOUNT_LENGTH)
-    per_wheel = np.empty((wheels.shape[0], _WHEEL_COLUMNS))
-    still, level = np.zeros(2), np.zeros(4)
-    row = row.copy()
-    for s in range(STATES):
-        straight = 0.0
-        for q in range(TURNS):
-            cost = step_cost(
-                kernel,
-                parameters,
-                body,
-                wheels,
-                row,
-                limits,
-                still,
-                level,
-                s * WIDTH,
-                0.0,
-                1.0,
-                q * tightest / (TURNS - 1),
-                objective,
-                account,
-                per_wheel,
-            )
-            straight = cost if q == 0 else straight
-            turning[s, q] = max(cost - straight, 0.0)
+def _turning_costs(around: Circumstances, objective: int, tightest: float) -> Array:
+    """What turning adds to a level metre, (STATES, TURNS)."""
+    model = around.model
+    moves = np.empty((STATES, TURNS, 3))
+    moves[..., 0] = WIDTH * np.arange(STATES)[:, None]
+    moves[..., 1] = 1.0
+    moves[..., 2] = tightest * np.arange(TURNS) / (TURNS - 1)
+    costs = np.empty(moves[..., 0].size)
+    step_costs(
+        *(model.limits_kernel, model.parameters, model.body, model.wheels),
+        *(around.class_rows, around.limits, np.zeros(2), objective),
+        *(np.zeros(1), np.zeros((1, 4)), np.zeros(1, np.int64), np.zeros(costs.size, np.int64)),
+        *(moves.reshape(-1, 3), costs),
+    )
+    costs = costs.reshape(STATES, TURNS)
+    with np.errstate(invalid="ignore"):  # where even straight on is impossible
+        return np.asarray(np.fmax(costs - costs[:, :1], 0.0))

@@ -16,19 +16,17 @@ from typing import Any
 import numpy as np
 from numba import njit, types
 
-from planner.power.compile_kernel import KERNEL
-from planner.power.pipeline import ACCOUNT_LENGTH, PER_WHEEL
+from planner.power.compile_kernel import BLOCK_KERNEL
+from planner.power.row_blocks import BLOCK
 from planner.quantities import INDEX
 from planner.search.ground import touches
-from planner.search.motion_row import BRIEFLY, broken_limit, set_motion, set_wind
-from planner.search.steady import SLOWEST
+from planner.search.motion_row import BRIEFLY, broken_in_block, empty_block, put_row, set_motion
+from planner.search.step_costs import step_costs
 
 STATES = 64
 """Angles to the travel at which the body may stand."""
 WIDTH = 2.0 * math.pi / STATES
 """rad from one to the next."""
-STILL = 1e-9
-"""rad: what turns less does not turn."""
 SPUN = 4
 """Turning on the spot is priced at every so many states, and evenly in between."""
 MOST_SAMPLES = 2
@@ -40,13 +38,12 @@ PATIENCE = 2
 ROUNDS = 24
 """Rounds of pricing after which the best way among the exact prices will do."""
 
-_WHEEL_COLUMNS = len(PER_WHEEL)
 _F1 = types.Array(types.float64, 1, "C")
 _F2 = types.Array(types.float64, 2, "C")
 _I1 = types.Array(types.int64, 1, "C")
 _B1 = types.Array(types.boolean, 1, "C")
 _B2 = types.Array(types.boolean, 2, "C")
-_VX, _VY, _WZ = INDEX["vx"], INDEX["vy"], INDEX["wz"]
+_WZ = INDEX["wz"]
 
 
 @njit(cache=True)
@@ -56,65 +53,8 @@ def wrap(angle: float) -> float:
 
 
 @njit(
-    types.float64(
-        *(KERNEL, _F1, _F1, _F2, _F1, _F1, _F1, _F1, types.float64),
-        *(types.float64, types.float64, types.float64, types.int64, _F1, _F2),
-    ),
-    cache=True,
-    error_model="numpy",
-)
-def step_cost(
-    kernel: Any,
-    parameters: Any,
-    body: Any,
-    wheels: Any,
-    row: Any,
-    limits: Any,
-    wind: Any,
-    slopes: Any,
-    yaw: float,
-    direction: float,
-    length: float,
-    turn: float,
-    objective: int,
-    account: Any,
-    per_wheel: Any,
-) -> float:
-    """Cost of one straight step during which the body turns by ``turn``; infinity if impossible.
-
-    Limits hold at both of the step's ``slopes`` (4,), in the middle and where it is steepest.
-    """
-    set_wind(row, wind, yaw)
-    speed, cost = limits[0], np.inf
-    first = 0 if slopes[2] == slopes[0] and slopes[3] == slopes[1] else 2
-    for at in range(first, -1, -2):
-        stretch = set_motion(row, slopes[at], slopes[at + 1], yaw, direction, 1.0)
-        vx, vy = row[_VX], row[_VY]
-        surface = length * stretch
-        cost = np.inf
-        if abs(turn) > STILL:
-            speed = min(speed, limits[6] * surface / abs(turn))
-            if speed < 1.1 * SLOWEST * limits[0]:
-                break
-        # As fast as the limits let it: the speed programme finds the best speed afterwards.
-        for _ in range(7):
-            time = surface / speed
-            row[_VX], row[_VY] = vx * speed, vy * speed
-            row[_WZ] = turn / time
-            watts = kernel(row, parameters, body, wheels, account, per_wheel)
-            if broken_limit(account, limits, BRIEFLY if abs(turn) > STILL else 1.0) < 0:
-                cost = time if objective == 1 else watts * time
-                break
-            speed *= 0.85
-        if cost == np.inf:
-            break
-    row[_WZ] = 0.0
-    return cost
-
-
-@njit(
     types.void(
-        *(KERNEL, _F1, _F1, _F2, _F2, _F1, _F1, _F2, _I1, types.int64, _F2),
+        *(BLOCK_KERNEL, _F1, _F1, _F2, _F2, _F1, _F1, _F2, _I1, types.int64, _F2),
     ),
     cache=True,
     error_model="numpy",
@@ -137,18 +77,26 @@ def spin_costs(
 
     Infinite where a limit would be broken.
     """
-    account = np.empty(ACCOUNT_LENGTH)
-    per_wheel = np.empty((wheels.shape[0], _WHEEL_COLUMNS))
+    columns, found = empty_block()
+    row = np.empty(class_rows.shape[1])
     rate = limits[6]
-    for k in range(directions.shape[0]):
-        row = class_rows[ground[k]].copy()
-        row[_WZ] = rate
-        for s in range(0, STATES, SPUN):
+    priced = STATES // SPUN
+    together = BLOCK // priced  # knots in a block
+    for first in range(0, directions.shape[0], together):
+        knots = min(together, directions.shape[0] - first)
+        for place in range(knots * priced):
+            k, s = first + place // priced, place % priced * SPUN
+            row[:] = class_rows[ground[k]]
+            row[_WZ] = rate
             set_motion(row, slopes[k, 0], slopes[k, 1], directions[k] + s * WIDTH, 0.0, 0.0)
-            watts = kernel(row, parameters, body, wheels, account, per_wheel)
-            spin[k, s] = max(1.0 if objective == 1 else watts, 0.0) / rate
-            if broken_limit(account, limits, BRIEFLY) >= 0:
+            put_row(columns, place, row)
+        kernel(columns, knots * priced, parameters, body, wheels, found)
+        for place in range(knots * priced):
+            k, s = first + place // priced, place % priced * SPUN
+            spin[k, s] = max(1.0 if objective == 1 else found[place], 0.0) / rate
+            if broken_in_block(found, place, limits, BRIEFLY) >= 0:
                 spin[k, s] = np.inf
+    for k in range(directions.shape[0]):
         for s in range(STATES):
             low = s - s % SPUN
             share = (s - low) / SPUN
@@ -223,10 +171,34 @@ def turn_cost(turning: Any, tightest: float, s: int, span: float, turn: float) -
     return cost
 
 
+@njit(cache=True, error_model="numpy", nogil=True)
+def _touching(
+    blocked: Any,
+    frame: Any,
+    points: Any,
+    first: int,
+    last: int,
+    lengths: Any,
+    yaw: float,
+    turn: float,
+) -> bool:
+    """Whether the body touches something between two stations while it turns evenly."""
+    span, done = 0.0, 0.0
+    for j in range(first, last):
+        span += lengths[j]
+    for j in range(first, last):
+        share = lengths[j] / span
+        x, y, to_x, to_y = points[j, 0], points[j, 1], points[j + 1, 0], points[j + 1, 1]
+        if touches(blocked, frame, x, y, to_x, to_y, yaw + turn * done, turn * share):
+            return True
+        done += share
+    return False
+
+
 @njit(
     types.float64(
         *(_B2, _F1, _F2, _B1),
-        *(KERNEL, _F1, _F1, _F2, _F2, _F1, _F1, types.int64),
+        *(BLOCK_KERNEL, _F1, _F1, _F2, _F2, _F1, _F1, types.int64),
         *(_I1, _F1, _F1, _F1, _F2, _I1, _I1),
         *(_F2, _F2, types.float64, _B2, _F2, _F2, types.float64),
         *(types.int64, types.int64, types.int64, _I1),
@@ -275,7 +247,7 @@ def programme(
         blocked, frame: as for ``planner.search.ground.touches``.
         points: (stations, 2) m.
         crowded: (stations,) whether some yaw does not fit there.
-        kernel, parameters, body, wheels, class_rows, limits, wind, objective: as for ``step_cost``.
+        kernel, parameters, body, wheels, class_rows, limits, wind, objective: as for ``step_costs``.
         knots, knot_directions: stations, and the direction of travel there.
         directions, lengths, slopes, ground: of the steps between stations.
         stride: (knots,) every so many of the steps after a knot stands for the others.
@@ -289,9 +261,6 @@ def programme(
         beside: states to either side of the best way that are priced with it.
         states: written.
     """
-    account = np.empty(ACCOUNT_LENGTH)
-    per_wheel = np.empty((wheels.shape[0], _WHEEL_COLUMNS))
-    rows = class_rows.copy()
     count = knots.shape[0]
     last = count - 1
     cost = np.empty((count, STATES))
@@ -299,7 +268,10 @@ def programme(
     came = np.empty((count, STATES), np.int64)  # state at the knot before
     spun = np.empty((count, STATES), np.int64)  # state before a turn on the spot, at this knot
     price = np.full((last, STATES, STATES), np.float32(np.nan))
+    every_price = price.reshape(-1)
     refused = np.zeros(last, np.int64)
+    far, samples = np.empty(last, np.int64), np.zeros(last, np.int64)
+    new = np.empty(last, np.bool_)
     off = np.zeros(last)  # what the estimates at a knot are wrong by
     spans, bends, scale = np.zeros(last), np.empty(last), np.empty(last)
     window = np.empty(last, np.int64)
@@ -310,6 +282,7 @@ def programme(
             spans[k] += lengths[j]
         for j in range(knots[k] + (stride[k] - 1) // 2, knots[k + 1], stride[k]):
             taken += lengths[j]
+            samples[k] += 1
         scale[k] = spans[k] / taken
         narrow[k] = crowded[knots[k] : knots[k + 1] + 1].any()
         bends[k] = wrap(knot_directions[k + 1] - knot_directions[k])
@@ -361,70 +334,67 @@ def programme(
             at = spun[k, at]
             states[2 * k] = at
             at = came[k, at]
-        new = 0
+        most = 0
         for k in range(last):
             s, t = states[2 * k + 1], states[2 * k + 2]
-            if not math.isnan(price[k, s, t]):
+            new[k] = math.isnan(price[k, s, t])
+            if new[k]:
+                # What has been refused often here will be refused again: look further about.
+                far[k] = min(beside + refused[k] // PATIENCE, STATES // 2)
+                most += (2 * far[k] + 1) ** 2 * samples[k]
+        if most == 0:
+            return best
+        asked, moves = np.empty(most, np.int64), np.empty((most, 3))
+        of_pair = np.empty(most, np.int64)
+        size = 0
+        for k in range(last):
+            if not new[k]:
                 continue
-            new += 1
-            # What has been refused often here will be refused again: look further about.
-            far = min(beside + refused[k] // PATIENCE, STATES // 2)
-            for a in range(s - far, s + far + 1):
-                for b in range(t - far, t + far + 1):
+            s, t = states[2 * k + 1], states[2 * k + 2]
+            for a in range(s - far[k], s + far[k] + 1):
+                for b in range(t - far[k], t + far[k] + 1):
                     p, q = a % STATES, b % STATES
                     w = (q - p + STATES // 2) % STATES - STATES // 2
                     if abs(w) > window[k] or not math.isnan(price[k, p, q]) or not free[k + 1, q]:
                         continue
                     turn = wrap(bends[k] + w * WIDTH) + shift[k + 1, q] - shift[k, p]
                     yaw = knot_directions[k] + p * WIDTH + shift[k, p]
-                    total, done = 0.0, 0.0
-                    if narrow[k]:
-                        for j in range(knots[k], knots[k + 1]):
-                            share = lengths[j] / spans[k]
-                            angle = yaw + turn * done
-                            x, y, to_x, to_y = (
-                                points[j, 0],
-                                points[j, 1],
-                                points[j + 1, 0],
-                                points[j + 1, 1],
-                            )
-                            if touches(blocked, frame, x, y, to_x, to_y, angle, turn * share):
-                                total = np.inf
-                                break
-                            done += share
-                        done = 0.0
-                    if total == np.inf:
-                        price[k, p, q] = total
+                    price[k, p, q] = 0.0
+                    if narrow[k] and _touching(
+                        blocked, frame, points, knots[k], knots[k + 1], lengths, yaw, turn
+                    ):
+                        price[k, p, q] = np.inf
                         continue
+                    done = 0.0
                     for j in range(knots[k] + (stride[k] - 1) // 2, knots[k + 1], stride[k]):
                         share = lengths[j] * scale[k] / spans[k]
-                        total += step_cost(
-                            kernel,
-                            parameters,
-                            body,
-                            wheels,
-                            rows[ground[j]],
-                            limits,
-                            wind,
-                            slopes[j],
-                            yaw + turn * (done + 0.5 * share),
-                            directions[j],
-                            lengths[j] * scale[k],
-                            turn * share,
-                            objective,
-                            account,
-                            per_wheel,
-                        )
+                        asked[size] = j
+                        moves[size, 0] = yaw + turn * (done + 0.5 * share)
+                        moves[size, 1] = lengths[j] * scale[k]
+                        moves[size, 2] = turn * share
+                        of_pair[size] = (k * STATES + p) * STATES + q
                         done += share
-                        if total == np.inf:
-                            break
-                    price[k, p, q] = total
+                        size += 1
+        costs = np.empty(size)
+        step_costs(
+            *(kernel, parameters, body, wheels, class_rows, limits, wind, objective),
+            *(directions, slopes, ground, asked[:size], moves[:size], costs),
+        )
+        n = 0
+        while n < size:
+            pair, total = of_pair[n], 0.0
+            while n < size and of_pair[n] == pair:
+                total += costs[n]
+                n += 1
+            every_price[pair] = total
+        for k in range(last):
+            if not new[k]:
+                continue
+            s, t = states[2 * k + 1], states[2 * k + 2]
             if price[k, s, t] == np.inf:
                 refused[k] += 1
             else:
                 w = (t - s + STATES // 2) % STATES - STATES // 2
                 off[k] = price[k, s, t] - 0.5 * (steady[k, s] + steady[k, t])
                 off[k] -= turn_cost(turning, tightest, s, spans[k], wrap(bends[k] + w * WIDTH))
-        if new == 0:
-            return best
     return np.inf

@@ -1,4 +1,4 @@
-"""The lean kernel works out blocks of rows: the same power as the model's own, row by row."""
+"""Kernels for blocks of rows: the same power and the same limits as the model's own, row by row."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import pytest
 from planner.power.catalogue import all_effects
 from planner.power.custom import custom_effect
 from planner.power.model import PowerModel, rows_from
+from planner.power.pipeline import ACCOUNT, LIMITS
 from planner.power.row_blocks import BLOCK, in_blocks
 from planner.power.vehicle import load_vehicle
 from planner.telemetry.interval import Nodes
@@ -34,6 +35,31 @@ def in_lean_blocks(model: PowerModel, rows: Array) -> Array:
         )
         found[start : start + len(part)] = watts[: len(part)]
     return found
+
+
+def with_limits(model: PowerModel, rows: Array) -> Array:
+    """(n, 1 + limits) W and what limits are set for, by the kernel that writes both."""
+    width = 1 + len(LIMITS)
+    found = np.full((len(rows), width), np.nan)
+    written = np.empty((width, BLOCK))
+    for start in range(0, len(rows), BLOCK):
+        part = rows[start : start + BLOCK]
+        columns = np.full((rows.shape[1], BLOCK), np.nan)
+        columns[:, : len(part)] = part.T
+        model.limits_kernel(
+            columns.ravel(), len(part), model.parameters, model.body, model.wheels, written.ravel()
+        )
+        found[start : start + len(part)] = written[:, : len(part)].T
+    return found
+
+
+def assert_same(model: PowerModel, rows: Array) -> None:
+    """Both kernels for blocks agree with the one for a row, bit by bit."""
+    accounts, _ = model.evaluate(rows)
+    np.testing.assert_array_equal(in_lean_blocks(model, rows), accounts[:, 0])
+    columns = [0, *(ACCOUNT.index(name) for name in LIMITS)]
+    np.testing.assert_array_equal(with_limits(model, rows), accounts[:, columns])
+    assert np.all(np.isfinite(accounts[:, columns]))
 
 
 def states(**more: Any) -> Array:
@@ -73,23 +99,20 @@ def test_one_effect_gives_the_same_bits(slug: str, catalogue: PowerModel) -> Non
     # Where no centre of mass is known a row asks for four sides; others of its block do not.
     model, rows = away(catalogue, slug), states()
     expected = model.watts(rows)
-    assert np.all(np.isfinite(expected))
     assert np.any(expected != catalogue.without_candidates().watts(rows)), "nothing is tested"
-    np.testing.assert_array_equal(in_lean_blocks(model, rows), expected)
+    assert_same(model, rows)
 
 
 def test_everything_at_once(catalogue: PowerModel) -> None:
     model, rows = away(catalogue), states()
-    np.testing.assert_array_equal(in_lean_blocks(model, rows), model.watts(rows))
-    assert np.all(np.isfinite(model.watts(rows)))
+    assert_same(model, rows)
 
 
 @pytest.mark.parametrize("vehicle", ["minibalance", "robotino"])
 @pytest.mark.parametrize("kind", ["sound", "printed/A", "printed/B"])
 def test_other_wheels_and_the_printed_motors(vehicle: str, kind: str) -> None:
     model = PowerModel.from_vehicle(load_vehicle(vehicle), effects=[], kind=kind)
-    rows = states()
-    np.testing.assert_array_equal(in_lean_blocks(model, rows), model.watts(rows))
+    assert_same(model, states())
 
 
 def test_an_effect_written_by_the_user() -> None:
@@ -102,9 +125,8 @@ def test_an_effect_written_by_the_user() -> None:
     model = PowerModel.from_vehicle(load_vehicle("minibalance"), effects=[push])
     rows = states()
     model = replace(model, parameters=np.where(model.parameters == 0.0, 3.0, model.parameters))
-    found = in_lean_blocks(model, rows)
-    np.testing.assert_array_equal(found, model.watts(rows))
-    assert np.ptp(found - model.without_candidates().watts(rows)) > 3.0
+    assert_same(model, rows)
+    assert np.ptp(model.watts(rows) - model.without_candidates().watts(rows)) > 3.0
 
 
 def test_rows_behind_the_last_one_stay(catalogue: PowerModel) -> None:
@@ -177,9 +199,9 @@ def test_what_does_not_depend_on_the_row_stays_outside_the_loops() -> None:
     inside = text.split("if acts:")[1]
     assert inside.index("wheels[i, 0]") < inside.index("for k in range(count)")
     namespace: dict[str, Any] = {"np": np}
-    head = "def found(columns, count, parameters, wheels, watts):\n"
+    head = "def evaluate(columns, count, parameters, wheels, found):\n"
     exec(head + textwrap.indent(text, "    "), namespace)
     columns = np.arange(10.0 * BLOCK)
     watts = np.zeros(BLOCK)
-    namespace["found"](columns, 3, np.array([0.0, 1.0]), np.array([[2.0], [3.0]]), watts)
+    namespace["evaluate"](columns, 3, np.array([0.0, 1.0]), np.array([[2.0], [3.0]]), watts)
     np.testing.assert_array_equal(watts[:4], [*(5.0 * columns[2 * BLOCK : 2 * BLOCK + 3]), 0.0])
