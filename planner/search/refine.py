@@ -23,7 +23,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from planner.search.ground import CostField, polyline_cost, segment_cost
+from planner.search.ground import ALL_YAWS, CostField, polyline_cost, segment_cost, wind_cost
+from planner.search.steady import DIRECTIONS, GENTLE
+from planner.terrain.interpolation import interpolate
 
 Path = NDArray[np.float64]
 
@@ -98,7 +100,7 @@ def shortcuts(field: CostField, path: Path, tolls: Sequence[float]) -> list[Path
     whole = polyline_cost(field, path, field.step)
     if not math.isfinite(whole):
         return [path] * len(tolls)
-    reach = REACH if len(path) <= LONG else REACH // 2
+    reach = REACH if len(path) <= LONG else REACH//2
     straight = _straight(field, path, reach, COARSE * field.step)
     found = []
     for toll in tolls:
@@ -108,8 +110,100 @@ def shortcuts(field: CostField, path: Path, tolls: Sequence[float]) -> list[Path
     return found
 
 
+@njit(cache=True, error_model="numpy")
+def _sample_strip(
+    field: Any, xs: Any, ys: Any, parts: int, slopes: Any, ground: Any, doubtful: Any
+) -> None:
+    """Sample the ground between the offsets of two knots.
+
+    Args:
+        field: map and costs.
+        xs, ys: (2, wide) m, the offsets' places.
+        parts: columns of samples from one offset to the next.
+        slopes: (rows, (wide - 1)·parts + 1, 2) written: gradient; rows lie evenly between the
+            knots, half a row from either.
+        ground: (rows, columns) written: ground class.
+        doubtful: (rows, columns) written: whether a limit, something solid or ground to be avoided
+            may be near.
+    """
+    heights, mask, steep, classes = field.heights, field.mask, field.steep, field.ground
+    x0, y0, dx, dy, safe = field.x0, field.y0, field.dx, field.dy, field.safe
+    everywhere = field.factor.shape[0] > 1
+    ny, nx = heights.shape
+    rows, columns = ground.shape
+    for r in range(rows):
+        w = (r + 0.5) / rows
+        for c in range(columns):
+            m = min(c // parts, xs.shape[1] - 2)
+            v = c / parts - m
+            x = (1.0 - w) * ((1.0 - v) * xs[0, m] + v * xs[0, m + 1])
+            x += w * ((1.0 - v) * xs[1, m] + v * xs[1, m + 1])
+            y = (1.0 - w) * ((1.0 - v) * ys[0, m] + v * ys[0, m + 1])
+            y += w * ((1.0 - v) * ys[1, m] + v * ys[1, m + 1])
+            i = min(max(int(math.floor((x - x0) / dx + 0.5)), 0), nx - 1)
+            j = min(max(int(math.floor((y - y0) / dy + 0.5)), 0), ny - 1)
+            _, px, py = interpolate(heights, x0, y0, dx, dy, x, y)
+            steepness = math.sqrt(px * px + py * py)
+            doubtful[r, c] = everywhere or steep[j, i] or mask[j, i] != ALL_YAWS
+            if steepness >= safe:
+                doubtful[r, c] = True
+                px, py = px / steepness * safe, py / steepness * safe
+            slopes[r, c, 0], slopes[r, c, 1] = px, py
+            ground[r, c] = classes[j, i]
+
+
+@njit(cache=True, error_model="numpy")
+def _across(
+    gentle: Any,
+    reach: float,
+    slopes: Any,
+    ground: Any,
+    doubtful: Any,
+    first: float,
+    last: float,
+    ux: float,
+    uy: float,
+    wind: float,
+) -> tuple[float, bool]:
+    """Mean cost per metre of a straight way through a strip, and whether it is doubtful.
+
+    As ``planner.search.ground.segment_cost``, but linear between the samples of ``_sample_strip``.
+
+    Args:
+        gentle, reach: of the CostField.
+        slopes, ground, doubtful: of ``_sample_strip``.
+        first, last: columns of the samples at which the way begins and ends.
+        ux, uy: direction of the way.
+        wind: J/m that wind adds to it.
+    """
+    scale = 0.5 * (GENTLE - 1) / reach
+    rows, columns = ground.shape
+    total = 0.0
+    doubt = False
+    for r in range(rows):
+        w = (r + 0.5) / rows
+        f = (1.0 - w) * first + w * last
+        c = min(int(f), columns - 2)
+        f -= c
+        doubt |= doubtful[r, c] | doubtful[r, c + 1]
+        px = (1.0 - f) * slopes[r, c, 0] + f * slopes[r, c + 1, 0]
+        py = (1.0 - f) * slopes[r, c, 1] + f * slopes[r, c + 1, 1]
+        u = (px * ux + py * uy + reach) * scale
+        v = (py * ux - px * uy + reach) * scale
+        a, b = int(u), int(v)
+        u -= a
+        v -= b
+        g = ground[r, c]
+        cost = (gentle[g, a, b] * (1.0 - u) + gentle[g, a + 1, b] * u) * (1.0 - v) + (
+            gentle[g, a, b + 1] * (1.0 - u) + gentle[g, a + 1, b + 1] * u
+        ) * v
+        total += max(cost + wind, 1e-3)
+    return total / rows, doubt
+
+
 @njit(cache=True, error_model="numpy", nogil=True)
 def _band(field: Any, path: Any, delta: float, side: int, window: int, step: float) -> Any:
+    """The knots (count, 2) moved across the path by whole numbers of ``delta``, as costs least."""
     count = path.shape[0]
     wide = 2 * side + 1
     ny, nx = field.heights.shape
@@ -125,21 +219,47 @@ def _band(field: Any, path: Any, delta: float, side: int, window: int, step: flo
             offset = (m - side) * delta if 0 < k < count - 1 else 0.0
             xs[k, m] = min(max(path[k, 0] - ty / length * offset, west), east)
             ys[k, m] = min(max(path[k, 1] + tx / length * offset, south), north)
+    gentle, reach = field.gentle, field.reach
+    windy = field.extra[0] != 0.0 or field.extra[DIRECTIONS // 4] != 0.0
+    wind = 0.0
     cost = np.full((count, wide), np.inf)
     came = np.zeros((count, wide), np.int64)
     cost[0, side] = 0.0
+    parts = int(math.ceil(delta / step - 1e-9))
+    total, doubt = np.empty(wide), np.empty(wide, np.bool_)
     for k in range(count - 1):
+        span = math.hypot(path[k + 1, 0] - path[k, 0], path[k + 1, 1] - path[k, 1])
+        rows = max(1, int(math.ceil(span / step)))
+        slopes = np.empty((rows, (wide - 1) * parts + 1, 2))
+        ground = np.empty(slopes.shape[:2], np.uint8)
+        doubtful = np.empty(slopes.shape[:2], np.bool_)
+        _sample_strip(field, xs[k : k + 2], ys[k : k + 2], parts, slopes, ground, doubtful)
         for m in range(wide):
             if k + 1 == count - 1 and m != side:
                 continue
-            for q in range(max(0, m - window), min(wide, m + window + 1)):
+            first, after = max(0, m - window), min(wide, m + window + 1)
+            for q in range(first, after):
+                total[q], doubt[q] = np.inf, False
                 if cost[k, q] == np.inf:
                     continue
-                c = cost[k, q] + segment_cost(
+                ex, ey = xs[k + 1, m] - xs[k, q], ys[k + 1, m] - ys[k, q]
+                length = math.sqrt(ex * ex + ey * ey) + 1e-12
+                if windy:
+                    wind = wind_cost(field, math.atan2(ey, ex))
+                each, doubt[q] = _across(
+                    *(gentle, reach, slopes, ground, doubtful, float(q * parts), float(m * parts)),
+                    *(ex / length, ey / length, wind),
+                )
+                total[q] = cost[k, q] + each * length
+            # Only what seems to be the best is looked at closely where that is called for.
+            q = first + int(np.argmin(total[first:after]))
+            while doubt[q]:
+                doubt[q] = False
+                total[q] = cost[k, q] + segment_cost(
                     field, xs[k, q], ys[k, q], xs[k + 1, m], ys[k + 1, m], step
                 )
-                if c < cost[k + 1, m]:
-                    cost[k + 1, m], came[k + 1, m] = c, q
+                q = first + int(np.argmin(total[first:after]))
+            cost[k + 1, m], came[k + 1, m] = total[q], q
     result = np.empty((count, 2))
     m = side
     for k in range(count - 1, -1, -1):

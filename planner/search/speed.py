@@ -44,6 +44,8 @@ REACH = 9
 """Largest change of level between stations."""
 ROUNDS = 24
 """Rounds of pricing after which the best speeds among the exact prices will do."""
+SAME = 1e-9
+"""J or s by which a level's cost may differ from that of the round before and be the same."""
 ESTIMATED = 4
 """Even driving is priced at every so many levels for the estimates, and evenly in between."""
 
@@ -271,8 +273,46 @@ def _book(
             expected[j, a, at] += (1e-6 if objective == 1 else 1.0) * (found[k] * shares[k])
 
 
+@njit(cache=True, error_model="numpy")
+def _relax(expected: Any, exact: Any, only: bool, fresh: Any, cost: Any, came: Any) -> None:
+    """Least cost of reaching every level at every station, over the least at that station.
+
+    Where no step's costs are fresh, and those of the levels come out as before, all that follows
+    stays as it is.
+
+    Args:
+        expected: (steps, LEVELS, 2·REACH + 1) cost of every change of level.
+        exact: which of them the power model has priced.
+        only: whether others are left out.
+        fresh: (steps,) whose costs are not those of the call before.
+        cost: (steps + 1, LEVELS), brought up to date.
+        came: (steps + 1, LEVELS) level at the station before, brought up to date.
+    """
+    ahead = np.empty(LEVELS)
+    same = True
+    for j in range(expected.shape[0]):
+        if same and not fresh[j]:
+            continue
+        ahead[:] = np.inf
+        for a in range(LEVELS):
+            if cost[j, a] == np.inf:
+                continue
+            for b in range(max(0, a - REACH), min(LEVELS, a + REACH + 1)):
+                at = b - a + REACH
+                total = cost[j, a] + expected[j, a, at]
+                if total < ahead[b] and (exact[j, a, at] or not only):
+                    ahead[b] = total
+                    came[j + 1, b] = a
+        least = ahead.min()
+        same = True
+        for b in range(LEVELS):
+            over = ahead[b] - least if ahead[b] < np.inf else np.inf
+            same &= over == cost[j + 1, b] or abs(over - cost[j + 1, b]) <= SAME
+            cost[j + 1, b] = over
+
+
 @njit(
-    types.float64(
+    types.boolean(
         *(BLOCK_KERNEL, _F1, _F1, _F2, _F2, _F1, _F1),
         *(_F1, _F1, _F1, _F2, _F1, _F1, _I1, _B1),
         *(types.float64, types.int64, _F3, types.int64, _F1),
@@ -302,10 +342,10 @@ def _speeds(
     expected: Any,
     beside: int,
     speeds: Any,
-) -> Any:
-    """Cost of the best speeds, written to ``speeds``; ``expected`` of ``_estimate`` is used up.
+) -> bool:
+    """Whether there are speeds; the best are written, and ``expected`` of ``_estimate`` is used up.
 
-    Infinite without any; speeds[0] then is the station where none leads on.
+    Without any, speeds[0] is the station where none leads on.
     """
     columns, found = empty_block()
     shares, eases = np.empty(BLOCK), np.empty(BLOCK)
@@ -321,31 +361,20 @@ def _speeds(
     cost[0] = np.inf
     cost[0, 0] = 0.0
     nothing = before = False
-    unchanged = 0  # steps up to which the costs of the round before hold
+    fresh[:] = True  # steps whose costs the last round changed
     for attempt in range(20 * ROUNDS):
         only = attempt >= ROUNDS and not nothing
         if only != before:
-            before, unchanged = only, 0
-        cost[unchanged + 1 :] = np.inf
-        for j in range(unchanged, steps):
-            for a in range(LEVELS):
-                if cost[j, a] == np.inf:
-                    continue
-                for b in range(max(0, a - REACH), min(LEVELS, a + REACH + 1)):
-                    at = b - a + REACH
-                    total = cost[j, a] + expected[j, a, at]
-                    if total < cost[j + 1, b] and (exact[j, a, at] or not only):
-                        cost[j + 1, b] = total
-                        came[j + 1, b] = a
-        best = cost[steps, 0]
-        if best == np.inf:
+            before, fresh[:] = only, True
+        _relax(expected, exact, only, fresh, cost, came)
+        if cost[steps, 0] == np.inf:
             if only:
                 nothing = True  # what is priced leads nowhere yet
                 continue
             for j in range(steps + 1):
                 if cost[j].min() < np.inf:
                     speeds[0] = j
-            return best
+            return False
         nothing = False
         q = 0
         for j in range(steps, 0, -1):
@@ -359,7 +388,6 @@ def _speeds(
             fresh[j] = not exact[j, p, q - p + REACH]
             if not fresh[j]:
                 continue
-            unchanged = j if new == 0 else unchanged
             new += 1
             guess[j] = expected[j, p, q - p + REACH]
             row[:] = class_rows[ground[j]]
@@ -411,7 +439,7 @@ def _speeds(
                         owners[k] = j, a, at
                     size += count
         if new == 0:
-            return best
+            return True
         kernel(columns, size, parameters, body, wheels, found)
         _book(found, size, limits, objective, owners, shares, eases, expected)
         for j in range(steps):
@@ -425,7 +453,7 @@ def _speeds(
                     for at in range(2 * REACH + 1):
                         if not exact[j, a, at]:
                             expected[j, a, at] += off
-    return np.inf
+    return False
 
 
 def speed_programme(
@@ -469,7 +497,6 @@ def speed_programme(
     )
     expected = np.empty((len(track.lengths), LEVELS, 2 * REACH + 1))
     _estimate(*task, fastest, hardest, expected)
-    cost = _speeds(*task, expected, beside, speeds)
-    if not math.isfinite(cost):
+    if not _speeds(*task, expected, beside, speeds):
         return None, int(speeds[0])
     return speeds, -1
