@@ -256,6 +256,32 @@ def cost_for_yaw(
 
 
 @njit(cache=True, error_model="numpy")
+def costs_for_yaws(
+    by_yaw: Any,
+    yaw_limit: Any,
+    ground: int,
+    azimuth: float,
+    steepness: float,
+    margin: float,
+    costs: Any,
+) -> None:
+    """``cost_for_yaw`` for all turns at once, (YAWS,) into ``costs``."""
+    a = azimuth / (2.0 * math.pi) * DIRECTIONS
+    a -= DIRECTIONS * math.floor(a / DIRECTIONS)
+    f = int(a) % DIRECTIONS
+    after = (f + 1) % DIRECTIONS
+    w = a - int(a)
+    for turn in range(YAWS):
+        low, high = yaw_limit[ground, turn, f], yaw_limit[ground, turn, after]
+        costs[turn] = np.inf
+        if steepness > (low if w == 0.0 else min(low, high)) * margin:
+            continue
+        costs[turn] = (1.0 - w) * _level(by_yaw[ground, turn, f], low, steepness, STEEPNESSES)
+        if w > 0.0:
+            costs[turn] += w * _level(by_yaw[ground, turn, after], high, steepness, STEEPNESSES)
+
+
+@njit(cache=True, error_model="numpy")
 def cost_for_best_yaw(
     best: Any, limit: Any, ground: int, azimuth: float, steepness: float, margin: float
 ) -> float:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from planner.search.steady import cost_for_yaw
+from planner.search.steady import costs_for_yaws
 from planner.search.yaw_kernel import STATES
 
 DOUBTFUL = 10.0
@@ -40,6 +40,8 @@ def steady_costs_of(
         stride: (knots - 1,) every so many of the steps after a knot stands for the others.
         steady: (knots - 1, STATES) written.
     """
+    by_yaw, yaw_limit = field.by_yaw, field.yaw_limit
+    costs = np.empty(STATES)
     for k in range(knots.shape[0] - 1):
         first, last = knots[k], knots[k + 1]
         whole, taken = 0.0, 0.0
@@ -50,10 +52,9 @@ def steady_costs_of(
             taken += lengths[j]
             steepness = math.sqrt(slopes[j, 0] ** 2 + slopes[j, 1] ** 2)
             azimuth = math.atan2(slopes[j, 1], slopes[j, 0]) - directions[j]
+            costs_for_yaws(by_yaw, yaw_limit, ground[j], azimuth, steepness, 1.0, costs)
             for s in range(STATES):
-                steady[k, s] += lengths[j] * cost_for_yaw(
-                    field.by_yaw, field.yaw_limit, ground[j], s, azimuth, steepness, 1.0
-                )
+                steady[k, s] += lengths[j] * costs[s]
         worst = 0.0
         for s in range(STATES):
             steady[k, s] *= whole / taken

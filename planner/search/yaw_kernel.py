@@ -171,6 +171,49 @@ def turn_cost(turning: Any, tightest: float, s: int, span: float, turn: float) -
     return cost
 
 
+@njit(cache=True, error_model="numpy")
+def _relax(
+    price: Any,
+    steady: Any,
+    steady_then: Any,
+    off: float,
+    low: Any,
+    high: Any,
+    u: float,
+    span: float,
+    priced_only: bool,
+    first: int,
+    cost: Any,
+    driven: Any,
+    came: Any,
+) -> None:
+    """Least cost of states at a knot, with one more change of the angle from those before it.
+
+    All arrays are stretches of as many states, so that it runs in the processor's vector units.
+
+    Args:
+        price: exact prices; NaN where there is none.
+        steady, steady_then: what the way costs at an even angle, that before and that after it.
+        off: what such estimates are wrong by.
+        low, high, u: what turning adds to a metre, and the share of ``high`` in it.
+        span: m.
+        priced_only: whether nothing is estimated.
+        first: number of the first state.
+        cost: of the states before.
+        driven, came: costs of the states after it, and which state they come from; written.
+    """
+    for n in range(price.shape[0]):
+        guess = 0.5 * (steady[n] + steady_then[n]) + off
+        guess += span * ((1.0 - u) * low[n] + u * high[n])
+        guess = np.inf if priced_only else guess
+        known = float(price[n])
+        total = guess if math.isnan(known) else known
+        total += cost[n]
+        better = total < driven[n]
+        driven[n] = total if better else driven[n]
+        came[n] = first + n if better else came[n]
+
+
 @njit(cache=True, error_model="numpy", nogil=True)
 def _touching(
     blocked: Any,
@@ -267,8 +310,6 @@ def programme(
     driven = np.empty((count, STATES))
     came = np.empty((count, STATES), np.int64)  # state at the knot before
     spun = np.empty((count, STATES), np.int64)  # state before a turn on the spot, at this knot
-    price = np.full((last, STATES, STATES), np.float32(np.nan))
-    every_price = price.reshape(-1)
     refused = np.zeros(last, np.int64)
     far, samples = np.empty(last, np.int64), np.zeros(last, np.int64)
     new = np.empty(last, np.bool_)
@@ -287,6 +328,12 @@ def programme(
         narrow[k] = crowded[knots[k] : knots[k + 1] + 1].any()
         bends[k] = wrap(knot_directions[k + 1] - knot_directions[k])
         window[k] = most_turn(spans[k], bends[k], limits)
+    # By the change of the angle to the travel, and the state before it.
+    widest = int(window.max())
+    wide = 2 * widest + 1
+    price = np.full((last, wide, STATES), np.float32(np.nan))
+    every_price = price.reshape(-1)
+    by_turn = turning.T.copy()
     nothing = False
     for attempt in range(20 * ROUNDS):
         exact = attempt >= ROUNDS and not nothing
@@ -300,22 +347,24 @@ def programme(
             if k == last:
                 break
             for w in range(-window[k], min(window[k] + 1, STATES // 2)):
-                # As in turn_cost: only the angle to the travel differs from state to state.
-                u, q = turn_place(turning, tightest, spans[k], wrap(bends[k] + w * WIDTH))
-                for s in range(STATES):
-                    t = (s + w) % STATES
-                    if cost[k, s] == np.inf or not free[k + 1, t]:
-                        continue
-                    total = price[k, s, t]
-                    if math.isnan(total):
-                        if exact:
-                            continue
-                        total = 0.5 * (steady[k, s] + steady[k, t]) + off[k]
-                        total += turn_cost_at(turning, s, spans[k], u, q)
-                    total += cost[k, s]
-                    if total < driven[k + 1, t]:
-                        driven[k + 1, t] = total
-                        came[k + 1, t] = s
+                u, column = turn_place(turning, tightest, spans[k], wrap(bends[k] + w * WIDTH))
+                turned = w % STATES
+                priced_only = exact or column < 0
+                # The ring in two stretches, cut where the angle afterwards begins anew.
+                for part in range(2):
+                    first = part * (STATES - turned)
+                    after = first + STATES - turned if part == 0 else STATES
+                    onto = 0 if part else turned
+                    here, then = slice(first, after), slice(onto, onto + after - first)
+                    _relax(
+                        *(price[k, w + widest, here], steady[k, here], steady[k, then], off[k]),
+                        *(by_turn[column, here], by_turn[column + 1, here], u, spans[k]),
+                        *(priced_only, first, cost[k, here]),
+                        *(driven[k + 1, then], came[k + 1, then]),
+                    )
+            for t in range(STATES):
+                if not free[k + 1, t]:
+                    driven[k + 1, t] = np.inf
         at = goal_state
         if goal_state < 0:
             at = int(np.argmin(cost[last]))
@@ -336,8 +385,9 @@ def programme(
             at = came[k, at]
         most = 0
         for k in range(last):
-            s, t = states[2 * k + 1], states[2 * k + 2]
-            new[k] = math.isnan(price[k, s, t])
+            s = states[2 * k + 1]
+            w = (states[2 * k + 2] - s + STATES // 2) % STATES - STATES // 2
+            new[k] = math.isnan(price[k, w + widest, s])
             if new[k]:
                 # What has been refused often here will be refused again: look further about.
                 far[k] = min(beside + refused[k] // PATIENCE, STATES // 2)
@@ -355,15 +405,17 @@ def programme(
                 for b in range(t - far[k], t + far[k] + 1):
                     p, q = a % STATES, b % STATES
                     w = (q - p + STATES // 2) % STATES - STATES // 2
-                    if abs(w) > window[k] or not math.isnan(price[k, p, q]) or not free[k + 1, q]:
+                    if abs(w) > window[k] or not free[k + 1, q]:
+                        continue
+                    if not math.isnan(price[k, w + widest, p]):
                         continue
                     turn = wrap(bends[k] + w * WIDTH) + shift[k + 1, q] - shift[k, p]
                     yaw = knot_directions[k] + p * WIDTH + shift[k, p]
-                    price[k, p, q] = 0.0
+                    price[k, w + widest, p] = 0.0
                     if narrow[k] and _touching(
                         blocked, frame, points, knots[k], knots[k + 1], lengths, yaw, turn
                     ):
-                        price[k, p, q] = np.inf
+                        price[k, w + widest, p] = np.inf
                         continue
                     done = 0.0
                     for j in range(knots[k] + (stride[k] - 1) // 2, knots[k + 1], stride[k]):
@@ -372,7 +424,7 @@ def programme(
                         moves[size, 0] = yaw + turn * (done + 0.5 * share)
                         moves[size, 1] = lengths[j] * scale[k]
                         moves[size, 2] = turn * share
-                        of_pair[size] = (k * STATES + p) * STATES + q
+                        of_pair[size] = (k * wide + w + widest) * STATES + p
                         done += share
                         size += 1
         costs = np.empty(size)
@@ -391,10 +443,10 @@ def programme(
             if not new[k]:
                 continue
             s, t = states[2 * k + 1], states[2 * k + 2]
-            if price[k, s, t] == np.inf:
+            w = (t - s + STATES // 2) % STATES - STATES // 2
+            if price[k, w + widest, s] == np.inf:
                 refused[k] += 1
             else:
-                w = (t - s + STATES // 2) % STATES - STATES // 2
-                off[k] = price[k, s, t] - 0.5 * (steady[k, s] + steady[k, t])
+                off[k] = price[k, w + widest, s] - 0.5 * (steady[k, s] + steady[k, t])
                 off[k] -= turn_cost(turning, tightest, s, spans[k], wrap(bends[k] + w * WIDTH))
     return np.inf
