@@ -16,6 +16,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from planner.power.model import PowerModel
 from planner.quantities import STANDARD_GRAVITY
 from planner.search.bound import lower_bound
 from planner.search.conditions import Circumstances
@@ -310,7 +311,12 @@ def _yaw_through(
 def energy_of(field: CostField, around: Circumstances, motion: Motion) -> float:
     """J of a motion, without the account by effect."""
     rows, seconds, _ = motion_rows(field, motion, around.class_rows, around.wind)
-    return float(around.model.watts(rows) @ seconds)
+    return float(_watts(around.model, rows) @ seconds)
+
+
+def _watts(model: PowerModel, rows: Array) -> Array:
+    """Power of rows (n,), in blocks: its kernel is compiled for the programmes anyway."""
+    return model.power_and_limits(rows)[:, 0]
 
 
 def price(
@@ -319,7 +325,7 @@ def price(
     """The energy of a finished motion, by effect; its interval is found when it is asked for."""
     model = around.model
     rows, seconds, owner = motion_rows(field, motion, around.class_rows, around.wind)
-    shares = model.watts_by_effect(rows)
+    shares = model.watts_by_effect(rows, watts=_watts)
     steps = len(motion.x) - 1
     durations = np.diff(motion.time)
     by_step = {

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from planner.search.conditions import Circumstances
 from planner.search.edge_energy import Motion, motion_rows
 from planner.search.ground import CostField
-from planner.search.motion_row import BRIEFLY, LIMIT_NAMES, broken_limit
+from planner.search.motion_row import BRIEFLY, LIMIT_NAMES, broken_in_results
 from planner.search.track import Track
 
 Array = NDArray[np.float64]
@@ -55,20 +55,20 @@ class Broken:
 def broken_limits(field: CostField, around: Circumstances, motion: Motion) -> Broken:
     """Where a motion breaks a limit; turns on the spot were checked when they were chosen."""
     rows, _, owner = motion_rows(field, motion, around.class_rows, around.wind, fineness=FINENESS)
-    accounts, _ = around.model.evaluate(rows)
+    found = around.model.power_and_limits(rows)
     changing = np.abs(np.diff(motion.speed)) > 1e-9
     brief = changing | (motion.curvatures != 0.0) | (np.abs(np.diff(motion.yaw)) > 1e-9)
-    numbers = _numbers(accounts, around.limits, brief[owner])
+    numbers = _numbers(found, around.limits, brief[owner])
     moving = np.hypot(np.diff(motion.x), np.diff(motion.y)) > 1e-9
     at = np.flatnonzero((numbers >= 0) & moving[owner])
     return Broken(owner[at], numbers[at])
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _numbers(accounts: Any, limits: Any, brief: Any) -> Any:
-    numbers = np.empty(accounts.shape[0], np.int64)
-    for k in range(accounts.shape[0]):
-        numbers[k] = broken_limit(accounts[k], limits, BRIEFLY if brief[k] else 1.0)
+def _numbers(found: Any, limits: Any, brief: Any) -> Any:
+    numbers = np.empty(found.shape[0], np.int64)
+    for k in range(found.shape[0]):
+        numbers[k] = broken_in_results(found[k], limits, BRIEFLY if brief[k] else 1.0)
     return numbers
 
 

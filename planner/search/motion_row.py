@@ -7,7 +7,7 @@ watts = kernel(row, ..., account, per_wheel)
 broken_limit(account, limit_values(model, payload), 1.0)      # a number into LIMIT_NAMES, or -1
 
 columns, found = empty_block()                                # many rows at once, up to BLOCK
-put_row(columns, k, row)
+put_row(columns, k, row); put(columns, k, INDEX["vx"], 0.5)
 kernel(columns, count, ..., found)                            # power of row k: found[k]
 broken_in_block(found, k, limits, 1.0)
 """
@@ -37,9 +37,9 @@ _GX, _GY, _GN = INDEX["gravity_x"], INDEX["gravity_y"], INDEX["gravity_normal"]
 _LIMITED = ("least_load", "current", "voltage", "motor_torque", "traction_left")
 _LOAD, _CURRENT, _VOLTAGE, _TORQUE, _GRIP = (ACCOUNT.index(name) for name in _LIMITED)
 _RESULTS = 1 + len(LIMITS)
-# Where each begins in what a block's kernel writes, behind the power.
+# Which of a block kernel's results each is; the power comes first.
 _LOADS, _CURRENTS, _VOLTAGES, _TORQUES, _GRIPS = (
-    BLOCK * (1 + list(LIMITS).index(name)) for name in _LIMITED
+    1 + list(LIMITS).index(name) for name in _LIMITED
 )
 
 
@@ -48,6 +48,31 @@ def stretch_of(slope_x: float, slope_y: float, direction: float) -> float:
     """Metres driven along a plane for each horizontal metre in a direction (rad)."""
     along = slope_x * math.cos(direction) + slope_y * math.sin(direction)
     return math.sqrt(1.0 + along * along)
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def motion_on_plane(
+    slope_x: float, slope_y: float, c: float, s: float, ux: float, uy: float
+) -> tuple[float, float, float, float, float, float]:
+    """Velocity at 1 m/s, gravity and ``stretch_of`` in the body frame; exact for any slope.
+
+    Args:
+        slope_x, slope_y: gradient of the height.
+        c, s: cosine and sine of the yaw.
+        ux, uy: the same of the direction of the horizontal travel.
+    """
+    ahead = slope_x * c + slope_y * s
+    left = slope_y * c - slope_x * s
+    along = slope_x * ux + slope_y * uy
+    stretch = math.sqrt(1.0 + along * along)
+    length_x = math.sqrt(1.0 + ahead * ahead)
+    normal = math.sqrt(1.0 + slope_x * slope_x + slope_y * slope_y)
+    vx = (ux * c + uy * s + along * ahead) / (stretch * length_x)
+    vy = ux * (-slope_y * ahead - s) + uy * (c + slope_x * ahead) + along * left
+    vy /= stretch * normal * length_x
+    gx = -STANDARD_GRAVITY * ahead / length_x
+    gy = -STANDARD_GRAVITY * left / (normal * length_x)
+    return vx, vy, gx, gy, STANDARD_GRAVITY / normal, stretch
 
 
 @njit(cache=True, error_model="numpy")
@@ -67,22 +92,11 @@ def set_motion(
         Metres driven along the surface for each horizontal metre.
     """
     c, s = math.cos(yaw), math.sin(yaw)
-    ux, uy = math.cos(direction), math.sin(direction)
-    ahead = slope_x * c + slope_y * s
-    left = slope_y * c - slope_x * s
-    along = slope_x * ux + slope_y * uy
-    stretch = math.sqrt(1.0 + along * along)
-    length_x = math.sqrt(1.0 + ahead * ahead)
-    normal = math.sqrt(1.0 + slope_x * slope_x + slope_y * slope_y)
-    row[_GX] = -STANDARD_GRAVITY * ahead / length_x
-    row[_GY] = -STANDARD_GRAVITY * left / (normal * length_x)
-    row[_GN] = STANDARD_GRAVITY / normal
-    row[_VX] = speed * (ux * c + uy * s + along * ahead) / (stretch * length_x)
-    row[_VY] = (
-        speed
-        * (ux * (-slope_y * ahead - s) + uy * (c + slope_x * ahead) + along * left)
-        / (stretch * normal * length_x)
+    vx, vy, gx, gy, gn, stretch = motion_on_plane(
+        slope_x, slope_y, c, s, math.cos(direction), math.sin(direction)
     )
+    row[_GX], row[_GY], row[_GN] = gx, gy, gn
+    row[_VX], row[_VY] = speed * vx, speed * vy
     return stretch
 
 
@@ -161,15 +175,27 @@ def put_row(columns: Any, k: int, row: Any) -> None:
         columns[quantity * BLOCK + k] = row[quantity]
 
 
+@njit(cache=True, inline="always")
+def put(columns: Any, k: int, quantity: int, value: float) -> None:
+    """One quantity of the row at place ``k`` of a block."""
+    columns[quantity * BLOCK + k] = value
+
+
 @njit(cache=True)
 def broken_in_block(found: Any, k: int, limits: Any, ease: float) -> int:
     """As ``broken_limit`` for place ``k`` of what the model found for a block."""
+    return broken_in_results(found[k::BLOCK], limits, ease)
+
+
+@njit(cache=True)
+def broken_in_results(results: Any, limits: Any, ease: float) -> int:
+    """As ``broken_limit`` for one row of ``PowerModel.power_and_limits``."""
     return _broken(
-        found[_LOADS + k],
-        found[_GRIPS + k],
-        found[_CURRENTS + k],
-        found[_VOLTAGES + k],
-        found[_TORQUES + k],
+        results[_LOADS],
+        results[_GRIPS],
+        results[_CURRENTS],
+        results[_VOLTAGES],
+        results[_TORQUES],
         limits,
         ease,
     )

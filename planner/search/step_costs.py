@@ -16,14 +16,14 @@ from numba import njit, types
 
 from planner.power.compile_kernel import BLOCK_KERNEL
 from planner.power.row_blocks import BLOCK
-from planner.quantities import INDEX, ROW_LENGTH
+from planner.quantities import INDEX
 from planner.search.motion_row import (
     BRIEFLY,
     broken_in_block,
     empty_block,
+    motion_on_plane,
+    put,
     put_row,
-    set_motion,
-    set_wind,
 )
 from planner.search.steady import SLOWEST
 
@@ -36,6 +36,8 @@ _F1 = types.Array(types.float64, 1, "C")
 _F2 = types.Array(types.float64, 2, "C")
 _I1 = types.Array(types.int64, 1, "C")
 _VX, _VY, _WZ = INDEX["vx"], INDEX["vy"], INDEX["wz"]
+_GX, _GY, _GN = INDEX["gravity_x"], INDEX["gravity_y"], INDEX["gravity_normal"]
+_WIND_X, _WIND_Y = INDEX["wind_x"], INDEX["wind_y"]
 
 
 @njit(
@@ -78,12 +80,14 @@ def step_costs(
     """
     count = at.shape[0]
     columns, found = empty_block()
-    row = np.empty(ROW_LENGTH)
     waiting = np.arange(count)
     speed = np.full(count, limits[0])
     side = np.empty(count, np.int64)
     tries = np.zeros(count, np.int64)
     surface = np.empty(BLOCK)
+    # Rows keep their places in the block: only what differs from move to move is written again.
+    held = np.full(BLOCK, -1)
+    ux, uy = np.cos(directions), np.sin(directions)
     placed = np.empty(BLOCK, np.int64)
     for n in range(count):
         j = at[n]
@@ -100,18 +104,26 @@ def step_costs(
                 start += 1
                 j, k = at[n], side[n]
                 yaw, turn = moves[n, 0], moves[n, 2]
-                row[:] = class_rows[ground[j]]
-                set_wind(row, wind, yaw)
-                stretch = set_motion(row, slopes[j, k], slopes[j, k + 1], yaw, directions[j], 1.0)
+                c, s = math.cos(yaw), math.sin(yaw)
+                vx, vy, gx, gy, gn, stretch = motion_on_plane(
+                    slopes[j, k], slopes[j, k + 1], c, s, ux[j], uy[j]
+                )
                 surface[size] = moves[n, 1] * stretch
                 if tries[n] == 0 and abs(turn) > STILL:
                     speed[n] = min(speed[n], limits[6] * surface[size] / abs(turn))
                     if speed[n] < 1.1 * SLOWEST * limits[0]:
                         continue
-                row[_VX] *= speed[n]
-                row[_VY] *= speed[n]
-                row[_WZ] = turn / (surface[size] / speed[n])
-                put_row(columns, size, row)
+                if held[size] != ground[j]:
+                    held[size] = ground[j]
+                    put_row(columns, size, class_rows[ground[j]])
+                put(columns, size, _VX, vx * speed[n])
+                put(columns, size, _VY, vy * speed[n])
+                put(columns, size, _WZ, turn / (surface[size] / speed[n]))
+                put(columns, size, _GX, gx)
+                put(columns, size, _GY, gy)
+                put(columns, size, _GN, gn)
+                put(columns, size, _WIND_X, c * wind[0] + s * wind[1])
+                put(columns, size, _WIND_Y, c * wind[1] - s * wind[0])
                 placed[size] = n
                 size += 1
             kernel(columns, size, parameters, body, wheels, found)

@@ -182,14 +182,13 @@ def _relax(
     u: float,
     span: float,
     priced_only: bool,
-    first: int,
     cost: Any,
-    driven: Any,
-    came: Any,
+    ahead: Any,
+    origin: Any,
 ) -> None:
     """Least cost of states at a knot, with one more change of the angle from those before it.
 
-    All arrays are stretches of as many states, so that it runs in the processor's vector units.
+    All arrays have STATES elements, and the loop runs in the processor's vector units.
 
     Args:
         price: exact prices; NaN where there is none.
@@ -198,20 +197,19 @@ def _relax(
         low, high, u: what turning adds to a metre, and the share of ``high`` in it.
         span: m.
         priced_only: whether nothing is estimated.
-        first: number of the first state.
         cost: of the states before.
-        driven, came: costs of the states after it, and which state they come from; written.
+        ahead, origin: costs of the states after it, and which state they come from; written.
     """
-    for n in range(price.shape[0]):
+    for n in range(STATES):
         guess = 0.5 * (steady[n] + steady_then[n]) + off
         guess += span * ((1.0 - u) * low[n] + u * high[n])
         guess = np.inf if priced_only else guess
         known = float(price[n])
         total = guess if math.isnan(known) else known
         total += cost[n]
-        better = total < driven[n]
-        driven[n] = total if better else driven[n]
-        came[n] = first + n if better else came[n]
+        better = total < ahead[n]
+        ahead[n] = total if better else ahead[n]
+        origin[n] = n if better else origin[n]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -334,6 +332,9 @@ def programme(
     price = np.full((last, wide, STATES), np.float32(np.nan))
     every_price = price.reshape(-1)
     by_turn = turning.T.copy()
+    # The ring of angles twice over, so that a change of angle is a shift.
+    steady_twice = np.hstack((steady, steady))
+    ahead, origin = np.empty(2 * STATES), np.empty(2 * STATES, np.int64)
     nothing = False
     for attempt in range(20 * ROUNDS):
         exact = attempt >= ROUNDS and not nothing
@@ -346,25 +347,23 @@ def programme(
             spin_round(driven[k], free[k], spin_cost[k], halt, cost[k], spun[k])
             if k == last:
                 break
+            ahead[:] = np.inf
             for w in range(-window[k], min(window[k] + 1, STATES // 2)):
                 u, column = turn_place(turning, tightest, spans[k], wrap(bends[k] + w * WIDTH))
                 turned = w % STATES
+                onto = slice(turned, turned + STATES)
                 priced_only = exact or column < 0
-                # The ring in two stretches, cut where the angle afterwards begins anew.
-                for part in range(2):
-                    first = part * (STATES - turned)
-                    after = first + STATES - turned if part == 0 else STATES
-                    onto = 0 if part else turned
-                    here, then = slice(first, after), slice(onto, onto + after - first)
-                    _relax(
-                        *(price[k, w + widest, here], steady[k, here], steady[k, then], off[k]),
-                        *(by_turn[column, here], by_turn[column + 1, here], u, spans[k]),
-                        *(priced_only, first, cost[k, here]),
-                        *(driven[k + 1, then], came[k + 1, then]),
-                    )
+                _relax(
+                    *(price[k, w + widest], steady[k], steady_twice[k, onto], off[k]),
+                    *(by_turn[column], by_turn[column + 1], u, spans[k], priced_only),
+                    *(cost[k], ahead[onto], origin[onto]),
+                )
             for t in range(STATES):
-                if not free[k + 1, t]:
-                    driven[k + 1, t] = np.inf
+                again = ahead[t + STATES] < ahead[t]  # the same angle, once round
+                best = ahead[t + STATES] if again else ahead[t]
+                if free[k + 1, t] and best < np.inf:
+                    driven[k + 1, t] = best
+                    came[k + 1, t] = origin[t + STATES] if again else origin[t]
         at = goal_state
         if goal_state < 0:
             at = int(np.argmin(cost[last]))
