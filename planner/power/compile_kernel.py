@@ -41,6 +41,31 @@ BLOCK_KERNEL = types.FunctionType(
 """The same of those that take a block of rows (planner.power.row_blocks)."""
 
 
+class Kernel(types.WrapperAddressProtocol):
+    """A compiled ``evaluate``, to be called or handed to compiled loops.
+
+    numba would look up the address of a plain compiled function at every call that it is handed to,
+    which takes longer than a short loop itself.
+    """
+
+    def __init__(self, evaluate: Any) -> None:
+        [compiled] = evaluate.overloads.values()
+        self._evaluate = evaluate
+        self._signature = compiled.signature
+        name = compiled.fndesc.llvm_cfunc_wrapper_name
+        self._address: int = compiled.library.get_pointer_to_function(name)
+
+    def __call__(self, *arguments: Any) -> Any:
+        return self._evaluate(*arguments)
+
+    def __wrapper_address__(self) -> int:
+        return self._address
+
+    def signature(self) -> Any:
+        """Of the function, as numba's protocol asks for it."""
+        return self._signature
+
+
 def cache_folder() -> Path:
     """Folder of generated kernels; created when missing."""
     folder = cache_base() / "kernels"
@@ -67,7 +92,7 @@ def compile_kernel(
     number: str,
     printed: str | None = None,
     output: Output = "account",
-) -> Callable[..., Any]:
+) -> Kernel:
     """Compiled ``evaluate`` of planner.power.pipeline for these effects.
 
     Args:
@@ -94,7 +119,7 @@ def compile_kernel(
     for module in (kernel_math, effect_module, printed_module):
         digest.update(inspect.getsource(module).encode())
     name = f"joulepath_kernel_{digest.hexdigest()[:20]}"
-    return _load(name, source)
+    return Kernel(_load(name, source))
 
 
 def _load(name: str, source: str) -> Callable[..., Any]:

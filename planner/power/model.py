@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from planner.errors import ModelError
 from planner.power.catalogue import all_effects
-from planner.power.compile_kernel import BLOCK_KERNEL, KERNEL, compile_kernel
+from planner.power.compile_kernel import BLOCK_KERNEL, KERNEL, Kernel, compile_kernel
 from planner.power.custom import effect_from_definition
 from planner.power.effect import Effect
 from planner.power.energy_error import EnergyError, ParameterCovariance
@@ -207,21 +207,21 @@ class PowerModel(Shown):
         return self.vehicle.layout.table
 
     @cached_property
-    def kernel(self) -> Callable[..., Any]:
+    def kernel(self) -> Kernel:
         """Compiled model for real parameters, see planner.power.pipeline."""
         return self._compile("float64")
 
     @cached_property
-    def lean_kernel(self) -> Callable[..., Any]:
+    def lean_kernel(self) -> Kernel:
         """The same power of blocks of rows, without account and limits, for loops over logs."""
         return self._compile("float64", output="power")
 
     @cached_property
-    def limits_kernel(self) -> Callable[..., Any]:
+    def limits_kernel(self) -> Kernel:
         """The same power of blocks of rows and what limits are set for, for loops over motions."""
         return self._compile("float64", output="limits")
 
-    def _compile(self, number: str, *, output: Output = "account") -> Callable[..., Any]:
+    def _compile(self, number: str, *, output: Output = "account") -> Kernel:
         return compile_kernel(
             self.effects,
             wheel_count=self.vehicle.layout.wheel_count,
@@ -258,9 +258,7 @@ class PowerModel(Shown):
         """
         rows = np.ascontiguousarray(rows, dtype=float)
         results = np.empty((len(rows), 1 + len(LIMITS)))
-        _in_blocks(
-            self.limits_kernel, rows, self.parameters, self.body, self.wheels, results
-        )
+        _in_blocks(self.limits_kernel, rows, self.parameters, self.body, self.wheels, results)
         return results
 
     def watts_by_effect(

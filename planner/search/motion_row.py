@@ -38,9 +38,7 @@ _LIMITED = ("least_load", "current", "voltage", "motor_torque", "traction_left")
 _LOAD, _CURRENT, _VOLTAGE, _TORQUE, _GRIP = (ACCOUNT.index(name) for name in _LIMITED)
 _RESULTS = 1 + len(LIMITS)
 # Which of a block kernel's results each is; the power comes first.
-_LOADS, _CURRENTS, _VOLTAGES, _TORQUES, _GRIPS = (
-    1 + list(LIMITS).index(name) for name in _LIMITED
-)
+_LOADS, _CURRENTS, _VOLTAGES, _TORQUES, _GRIPS = (1 + list(LIMITS).index(name) for name in _LIMITED)
 
 
 @njit(cache=True, error_model="numpy")

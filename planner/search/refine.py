@@ -34,6 +34,8 @@ VARIANTS = {4.0: (1.0,), 8.0: (1.0, 0.1)}
 knots bend round an obstacle, wide ones stay smooth, and evenly round ways have cheap corners."""
 REACH, LONG = 30, 500
 """Knots that a shortcut may leave out; half of that on paths of more knots than LONG."""
+MANY, FAR = 10, 2.0
+"""Knots left out from which a shortcut is priced at points so much further apart."""
 COARSE = 2.0
 """So much further apart than for the final cost are the points that pieces are priced at while
 there are many to choose from."""
@@ -67,8 +69,10 @@ def _straight(field: Any, path: Any, reach: int, step: float) -> Any:
     for k in range(1, count):
         for back in range(min(reach, k)):
             q = k - 1 - back
+            # The longer it is, the less a single point matters.
+            apart = FAR * step if back >= MANY else step
             cost[k, back] = segment_cost(
-                field, path[q, 0], path[q, 1], path[k, 0], path[k, 1], step
+                field, path[q, 0], path[q, 1], path[k, 0], path[k, 1], apart
             )
     return cost
 
@@ -100,7 +104,7 @@ def shortcuts(field: CostField, path: Path, tolls: Sequence[float]) -> list[Path
     whole = polyline_cost(field, path, field.step)
     if not math.isfinite(whole):
         return [path] * len(tolls)
-    reach = REACH if len(path) <= LONG else REACH//2
+    reach = REACH if len(path) <= LONG else REACH // 2
     straight = _straight(field, path, reach, COARSE * field.step)
     found = []
     for toll in tolls:

@@ -87,7 +87,14 @@ def yaw_programme(
     spin = np.empty(free.shape)
     at = np.minimum(knots, len(slopes) - 1)
     model, limits = around.model, around.limits
-    numbers = (model.limits_kernel, model.parameters, model.body, model.wheels, around.class_rows, limits)
+    numbers = (
+        model.limits_kernel,
+        model.parameters,
+        model.body,
+        model.wheels,
+        around.class_rows,
+        limits,
+    )
     spin_costs(*numbers, directions, slopes[at], grounds[at], objective, spin)
     prices = turning(around, objective)
     stride = _stride(knots, np.hypot(*slopes[:, 2:].T), GENTLE * float(field.limit.min()))

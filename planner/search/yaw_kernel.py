@@ -288,7 +288,8 @@ def programme(
         blocked, frame: as for ``planner.search.ground.touches``.
         points: (stations, 2) m.
         crowded: (stations,) whether some yaw does not fit there.
-        kernel, parameters, body, wheels, class_rows, limits, wind, objective: as for ``step_costs``.
+        kernel, parameters, body, wheels, class_rows, limits, wind, objective: as for
+            ``step_costs``.
         knots, knot_directions: stations, and the direction of travel there.
         directions, lengths, slopes, ground: of the steps between stations.
         stride: (knots,) every so many of the steps after a knot stands for the others.
@@ -427,9 +428,22 @@ def programme(
                         done += share
                         size += 1
         costs = np.empty(size)
+        # Written out: numba takes a tuple that begins with a function for one of functions.
         step_costs(
-            *(kernel, parameters, body, wheels, class_rows, limits, wind, objective),
-            *(directions, slopes, ground, asked[:size], moves[:size], costs),
+            kernel,
+            parameters,
+            body,
+            wheels,
+            class_rows,
+            limits,
+            wind,
+            objective,
+            directions,
+            slopes,
+            ground,
+            asked[:size],
+            moves[:size],
+            costs,
         )
         n = 0
         while n < size:
