@@ -85,6 +85,6 @@ def _turning_costs(around: Circumstances, objective: int, tightest: float) -> Ar
         *(np.zeros(1), np.zeros((1, 4)), np.zeros(1, np.int64), np.zeros(costs.size, np.int64)),
         *(moves.reshape(-1, 3), costs),
     )
-    costs = costs.reshape(STATES, TURNS)
+    table = costs.reshape(STATES, TURNS)
     with np.errstate(invalid="ignore"):  # where even straight on is impossible
-        return np.asarray(np.fmax(costs - costs[:, :1], 0.0))
+        return np.asarray(np.fmax(table - table[:, :1], 0.0))
