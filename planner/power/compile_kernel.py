@@ -41,29 +41,25 @@ BLOCK_KERNEL = types.FunctionType(
 """The same of those that take a block of rows (planner.power.row_blocks)."""
 
 
-class Kernel(types.WrapperAddressProtocol):
+class Kernel:
     """A compiled ``evaluate``, to be called or handed to compiled loops.
 
-    numba would look up the address of a plain compiled function at every call that it is handed to,
-    which takes longer than a short loop itself.
+    numba would look up type and address of a plain compiled function at every call that it is
+    handed to, which takes longer than a short loop itself. Both names with underscores are numba's.
     """
 
     def __init__(self, evaluate: Any) -> None:
         [compiled] = evaluate.overloads.values()
-        self._evaluate = evaluate
-        self._signature = compiled.signature
         name = compiled.fndesc.llvm_cfunc_wrapper_name
+        self._evaluate = evaluate
         self._address: int = compiled.library.get_pointer_to_function(name)
+        self._numba_type_ = types.FunctionType(compiled.signature)
 
     def __call__(self, *arguments: Any) -> Any:
         return self._evaluate(*arguments)
 
     def __wrapper_address__(self) -> int:
         return self._address
-
-    def signature(self) -> Any:
-        """Of the function, as numba's protocol asks for it."""
-        return self._signature
 
 
 def cache_folder() -> Path:

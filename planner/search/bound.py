@@ -31,6 +31,7 @@ printed ones, get no more than min(0, M·g·Δz), which then is no proven bound.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,7 +75,13 @@ def lower_bound(around: Circumstances, distance: float, climb: float, steepest: 
 
 
 def floor_per_metre(around: Circumstances, steepest: float) -> float:
-    """J that every horizontal metre dissipates at least, in still air."""
+    """J that every horizontal metre dissipates at least, in still air; kept with ``around``."""
+    if steepest not in around.floor:
+        around.floor[steepest] = _floor_per_metre(around, steepest)
+    return around.floor[steepest]
+
+
+def _floor_per_metre(around: Circumstances, steepest: float) -> float:
     model = around.model
     v = float(around.limits[0])
     rim, roller = _friction(around, steepest)
@@ -203,6 +210,7 @@ def _wind_push(around: Circumstances) -> float:
     return 0.5 * density * area * float(around.wind @ around.wind)
 
 
+@lru_cache(maxsize=64)
 def _lengthening(steepest: float) -> float:
     """Largest difference of a horizontal metre from the same metre in body axes on a slope."""
     azimuth = 2.0 * math.pi * np.arange(SAMPLES) / SAMPLES

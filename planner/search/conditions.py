@@ -30,6 +30,7 @@ class Circumstances:
         limits: [speed, current, voltage, continuous torque, mass, largest tan(slope), yaw rate].
         wind: (2,) m/s in the map's frame.
         turning: what planner.search.turning keeps here, by objective.
+        floor: what planner.search.bound keeps here, by the steepest slope.
     """
 
     model: PowerModel
@@ -37,6 +38,7 @@ class Circumstances:
     limits: Array
     wind: Array
     turning: dict[int, Any] = field(default_factory=dict, init=False, compare=False, repr=False)
+    floor: dict[float, float] = field(default_factory=dict, init=False, compare=False, repr=False)
 
     @property
     def mass(self) -> float:
