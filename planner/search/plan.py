@@ -172,4 +172,5 @@ def warm_up() -> None:
     """Load everything a first request would load; for workers that wait for one."""
     import planner.search.ompl_planner  # noqa: F401
 
-    PowerModel.from_vehicle(load_vehicle(DEFAULT_VEHICLE)).kernel  # noqa: B018
+    model = PowerModel.from_vehicle(load_vehicle(DEFAULT_VEHICLE))
+    model.kernel, model.limits_kernel  # noqa: B018

@@ -41,10 +41,11 @@ from planner.search.ground import (
 )
 from planner.search.lattice import COUNT, MOVES, node_slope
 from planner.search.situation import Situation
+from planner.search.spin import STATES, spin_costs
 from planner.search.steady import OBJECTIVES, cost_for_yaw
 from planner.search.stopping import Stop
 from planner.search.turning import TURNS, Turning, turning
-from planner.search.yaw_kernel import STATES, spin_costs, turn_cost
+from planner.search.yaw_kernel import turn_cost
 
 Array = NDArray[np.float64]
 Point = tuple[float, float]

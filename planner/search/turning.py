@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from planner.quantities import INDEX
 from planner.search.conditions import Circumstances
+from planner.search.spin import STATES, WIDTH
 from planner.search.steady import OBJECTIVES, SLOWEST
 from planner.search.step_costs import step_costs
-from planner.search.yaw_kernel import STATES, WIDTH
 
 Array = NDArray[np.float64]
 

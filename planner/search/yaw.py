@@ -21,10 +21,11 @@ from numpy.typing import NDArray
 
 from planner.search.conditions import Circumstances
 from planner.search.ground import ALL_YAWS, CostField, body_fits, body_frame
+from planner.search.spin import STATES, WIDTH, spin_costs
 from planner.search.track import GENTLE, Track
 from planner.search.turning import turning
 from planner.search.yaw_estimate import steady_costs_of
-from planner.search.yaw_kernel import MOST_SAMPLES, STATES, WIDTH, programme, spin_costs
+from planner.search.yaw_kernel import MOST_SAMPLES, programme
 
 Array = NDArray[np.float64]
 MOST_KNOTS = 240

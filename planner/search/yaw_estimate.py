@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from planner.search.spin import STATES
 from planner.search.steady import costs_for_yaws
-from planner.search.yaw_kernel import STATES
 
 DOUBTFUL = 10.0
 """How much dearer than the dearest what the tables refuse is taken to be."""

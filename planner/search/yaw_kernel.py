@@ -17,18 +17,10 @@ import numpy as np
 from numba import njit, types
 
 from planner.power.compile_kernel import BLOCK_KERNEL
-from planner.power.row_blocks import BLOCK
-from planner.quantities import INDEX
 from planner.search.ground import touches
-from planner.search.motion_row import BRIEFLY, broken_in_block, empty_block, put_row, set_motion
+from planner.search.spin import STATES, WIDTH, spin_round
 from planner.search.step_costs import step_costs
 
-STATES = 64
-"""Angles to the travel at which the body may stand."""
-WIDTH = 2.0 * math.pi / STATES
-"""rad from one to the next."""
-SPUN = 4
-"""Turning on the spot is priced at every so many states, and evenly in between."""
 MOST_SAMPLES = 2
 """Steps that stand for those between two knots, where there are more than three."""
 WINDOW = 8
@@ -43,65 +35,12 @@ _F2 = types.Array(types.float64, 2, "C")
 _I1 = types.Array(types.int64, 1, "C")
 _B1 = types.Array(types.boolean, 1, "C")
 _B2 = types.Array(types.boolean, 2, "C")
-_WZ = INDEX["wz"]
 
 
 @njit(cache=True)
 def wrap(angle: float) -> float:
     """The same angle between -π and π."""
     return angle - 2.0 * math.pi * math.floor((angle + math.pi) / (2.0 * math.pi))
-
-
-@njit(
-    types.void(
-        *(BLOCK_KERNEL, _F1, _F1, _F2, _F2, _F1, _F1, _F2, _I1, types.int64, _F2),
-    ),
-    cache=True,
-    error_model="numpy",
-    nogil=True,
-)
-def spin_costs(
-    kernel: Any,
-    parameters: Any,
-    body: Any,
-    wheels: Any,
-    class_rows: Any,
-    limits: Any,
-    directions: Any,
-    slopes: Any,
-    ground: Any,
-    objective: int,
-    spin: Any,
-) -> None:
-    """Cost per rad of turning on the spot at every knot and state (knots, STATES), into ``spin``.
-
-    Infinite where a limit would be broken.
-    """
-    columns, found = empty_block()
-    row = np.empty(class_rows.shape[1])
-    rate = limits[6]
-    priced = STATES // SPUN
-    together = BLOCK // priced  # knots in a block
-    for first in range(0, directions.shape[0], together):
-        knots = min(together, directions.shape[0] - first)
-        for place in range(knots * priced):
-            k, s = first + place // priced, place % priced * SPUN
-            row[:] = class_rows[ground[k]]
-            row[_WZ] = rate
-            set_motion(row, slopes[k, 0], slopes[k, 1], directions[k] + s * WIDTH, 0.0, 0.0)
-            put_row(columns, place, row)
-        kernel(columns, knots * priced, parameters, body, wheels, found)
-        for place in range(knots * priced):
-            k, s = first + place // priced, place % priced * SPUN
-            spin[k, s] = max(1.0 if objective == 1 else found[place], 0.0) / rate
-            if broken_in_block(found, place, limits, BRIEFLY) >= 0:
-                spin[k, s] = np.inf
-    for k in range(directions.shape[0]):
-        for s in range(STATES):
-            low = s - s % SPUN
-            share = (s - low) / SPUN
-            if share > 0.0:
-                spin[k, s] = (1.0 - share) * spin[k, low] + share * spin[k, (low + SPUN) % STATES]
 
 
 @njit(cache=True)
@@ -111,33 +50,6 @@ def most_turn(span: float, bend: float, limits: Any) -> int:
     window = min(WINDOW, 1 + int(math.ceil(limits[6] * span / limits[0] / WIDTH)))
     # Where the travel turns sharply the body may keep its yaw instead.
     return min(window + int(math.ceil(abs(bend) / WIDTH)), STATES // 2)
-
-
-@njit(cache=True, error_model="numpy", nogil=True, inline="always")
-def spin_round(driven: Any, free: Any, spin_cost: Any, halt: float, cost: Any, spun: Any) -> None:
-    """Turning on the spot at one knot: cheapest way round the ring, both ways, stopping once."""
-    dearest = 0.0  # where the body may stand; what costs more to turn from helps nowhere
-    for s in range(STATES):
-        cost[s] = driven[s]
-        spun[s] = s
-        if free[s]:
-            dearest = max(dearest, driven[s])
-    for s in range(STATES):
-        if driven[s] + halt >= dearest:
-            continue
-        for way in (1, -1):
-            total, at = driven[s] + halt, s
-            for _ in range(STATES // 2 - 1):
-                following = (at + way) % STATES
-                if not free[following]:
-                    break
-                total += 0.5 * (spin_cost[at] + spin_cost[following]) * WIDTH
-                if total >= dearest:
-                    break
-                at = following
-                if total < cost[at]:
-                    cost[at] = total
-                    spun[at] = s
 
 
 @njit(cache=True, error_model="numpy", inline="always")

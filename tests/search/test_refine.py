@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planner.search import refine as refinement
-from planner.search.ground import polyline_cost
+from planner.search.ground import polyline_cost, segment_cost
 from planner.search.refine import refine
 from planner.search.situation import situation_of
 from planner.search.situation_request import SituationRequest
@@ -81,3 +81,38 @@ def test_on_even_ground_a_detour_becomes_a_straight_line():
     straight = polyline_cost(field, path[[0, -1]], field.step)
     assert cost == pytest.approx(straight, rel=2e-3)
     assert len(found) <= 3
+
+
+def by_single_pieces(field, path, delta, side, window, step):
+    """What ``_band`` looks for, every piece priced on its own."""
+    ahead = np.gradient(path, axis=0)
+    across = np.column_stack([-ahead[:, 1], ahead[:, 0]]) / np.hypot(*ahead.T)[:, None]
+    offsets = delta * np.arange(-side, side + 1)
+    places = path[:, None] + offsets[:, None] * across[:, None]
+    places[[0, -1]] = path[[0, -1], None]
+    cost = np.where(np.arange(len(offsets)) == side, 0.0, np.inf)
+    for before, after in zip(places[:-1], places[1:], strict=True):
+        pieces = np.array(
+            [
+                [
+                    segment_cost(field, *a, *b, step) if abs(m - q) <= window else math.inf
+                    for q, a in enumerate(before)
+                ]
+                for m, b in enumerate(after)
+            ]
+        )
+        cost = (cost + pieces).min(axis=1)
+    return float(cost[side])
+
+
+@pytest.mark.parametrize(("degrees", "within"), [(3.0, 0.002), (9.0, 0.01)])
+def test_a_band_finds_what_single_pieces_find(degrees, within) -> None:
+    """Between its samples a band takes slopes to be linear; near limits it looks at the ground."""
+    field = field_over(hills(96, rms_degrees=degrees, seed=5))
+    for path in ways_across(field, 5):
+        # Offsets of a quarter of a cell, as in the last band.
+        asked = (path, 0.25 * field.dx, 4, 8, field.step)
+        moved, _ = refinement._band(field, *asked)
+        best = by_single_pieces(field, *asked)
+        assert polyline_cost(field, moved, field.step) <= (1.0 + within) * best
+        assert best <= polyline_cost(field, path, field.step)
