@@ -44,12 +44,17 @@ MUCH = 1.1
 """Energy over that of even driving from which a way with more room is tried as well."""
 
 
+Refined = list[tuple[Array, float]]
+"""A refined polyline with its cost for each leg."""
+
+
 @dataclass(frozen=True)
 class Tried:
-    """Refined legs with their costs, and the motion along them."""
+    """Refined legs, the motion along them, and its energy in J: infinite where it is stuck."""
 
-    refined: list[tuple[Array, float]]
+    refined: Refined
     motion: Motion | Stuck
+    energy: float
 
 
 @dataclass(frozen=True)
@@ -58,7 +63,7 @@ class Attempt:
 
     field: CostField
     paths: list[Array] | None = None
-    refined: list[tuple[Array, float]] | None = None
+    refined: Refined | None = None
     route: Route | None = None
     reason: str = ""
     stuck: Stuck | None = None
@@ -190,7 +195,7 @@ def _refined_and_driven(
     paths: list[Array],
     objective: str,
     ways: Sequence[PosePath],
-) -> tuple[list[tuple[Array, float]], Route | Stuck]:
+) -> tuple[Refined, Route | Stuck]:
     """The legs refined with closer and wider knots; what costs least once it is driven."""
     toll = run.situation.toll(objective)
     variants = VARIANTS if objective == "energy" else {8.0: (1.0,)}
@@ -200,39 +205,41 @@ def _refined_and_driven(
     # A baseline is no worse for a yaw that is a few parts in ten thousand off the best.
     alone = objective != "energy" and objective != run.request.objective
 
-    def tried(knot_cells: float, shares: Sequence[float]) -> list[Tried]:
+    def refined_legs(knot_cells: float, shares: Sequence[float]) -> list[Refined]:
         tolls = [share * toll for share in shares]
         legs = [
             refine(near, path, tolls=tolls, knot_cells=knot_cells, check=run.check)
             for path in paths
         ]
-        return [
-            Tried(list(refined), _move(run, field, list(refined), objective, ROUGHLY, False))
-            for refined in zip(*legs, strict=True)
-        ]
+        return [list(refined) for refined in zip(*legs, strict=True)]
 
-    several = run.other_core.all([partial(tried, *variant) for variant in variants.items()])
-    found = list(itertools.chain.from_iterable(several))
-    moved = [
-        (energy_of(field, run.around, one.motion), one.refined, one.motion)
-        for one in found
-        if isinstance(one.motion, Motion)
-    ]
+    def tried(refined: Refined) -> Tried:
+        motion = _move(run, field, refined, objective, ROUGHLY, False)
+        energy = math.inf if isinstance(motion, Stuck) else energy_of(field, run.around, motion)
+        return Tried(refined, motion, energy)
+
+    several = run.other_core.all([partial(refined_legs, *variant) for variant in variants.items()])
+    chains = itertools.chain.from_iterable(several)
+    found = run.other_core.all([partial(tried, refined) for refined in chains])
+    moved = sorted(
+        (one for one in found if isinstance(one.motion, Motion)), key=lambda one: one.energy
+    )
     stuck = next((one.motion for one in found if isinstance(one.motion, Stuck)), None)
-    moved.sort(key=lambda one: one[0])
-    for _, refined, motion in moved:
-        closer = motion if alone else _move(run, field, refined, objective, CLOSELY, True)
+    for one in moved:
+        closer = one.motion if alone else _move(run, field, one.refined, objective, CLOSELY, True)
         if isinstance(closer, Motion):
             route = _priced(run, field, closer)
-            if alone or route.energy_j <= moved[0][0] + DEARER * abs(moved[0][0]):
-                return refined, route
+            if alone or route.energy_j <= moved[0].energy + DEARER * abs(moved[0].energy):
+                return one.refined, route
         else:
             stuck = closer
     if moved and not alone:
         # Keeping to limits between the stations as well would cost much more: as they are.
-        refined = moved[0][1]
-        closer = _move(run, field, refined, objective, CLOSELY, False)
-        return refined, _priced(run, field, closer if isinstance(closer, Motion) else moved[0][2])
+        best = moved[0]
+        closer = _move(run, field, best.refined, objective, CLOSELY, False)
+        motion = closer if isinstance(closer, Motion) else best.motion
+        assert isinstance(motion, Motion)  # as all of ``moved`` are
+        return best.refined, _priced(run, field, motion)
     assert stuck is not None  # whatever did not move is stuck
     return found[0].refined, stuck
 
@@ -269,7 +276,7 @@ def _paths(run: Run, field: CostField, objective: str) -> list[Array] | None:
 def _move(
     run: Run,
     field: CostField,
-    refined: list[tuple[Array, float]],
+    refined: Refined,
     objective: str,
     beside: tuple[int, int],
     checked: bool,
@@ -291,9 +298,7 @@ def _move(
     )
 
 
-def drive_legs(
-    run: Run, field: CostField, refined: list[tuple[Array, float]], objective: str
-) -> Route | Stuck:
+def drive_legs(run: Run, field: CostField, refined: Refined, objective: str) -> Route | Stuck:
     """The best motion along refined legs, and its energy."""
     motion = _move(run, field, refined, objective, CLOSELY, True)
     return motion if isinstance(motion, Stuck) else _priced(run, field, motion)

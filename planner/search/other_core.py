@@ -45,4 +45,5 @@ class OtherCore:
         """What all of these tasks come to, in their order."""
         handed = [self.submit(task) for task in tasks[1:]]
         first = [task() for task in tasks[:1]]
-        return first + [self.result(later) for later in handed]
+        # From the last one: the thread has begun with the first.
+        return first + [self.result(later) for later in reversed(handed)][::-1]

@@ -28,7 +28,8 @@ def random_motion(
     spacing = 0.4 * min(field.dx, field.dy)
     points = [path[0]]
     for a, b in zip(path[:-1], path[1:], strict=True):
-        count = max(1, math.ceil(math.dist(a, b) / spacing))
+        # A route that turns on the spot stands at one place twice: no time passes between.
+        count = math.ceil(math.dist(a, b) / spacing - 1e-9)
         points += [a + (b - a) * k / count for k in range(1, count + 1)]
     xy = np.array(points)
     z, _ = sample_surface(field, xy)
