@@ -254,7 +254,7 @@ class PowerModel(Shown):
     def power_and_limits(self, rows: Array) -> Array:
         """The power in W and behind it the LIMITS of planner.power.pipeline, (n, 1 + limits).
 
-        Five times as fast as ``evaluate`` for many rows; a kernel of its own is compiled for it.
+        Faster than ``evaluate`` for many rows; a kernel of its own is compiled for it.
         """
         rows = np.ascontiguousarray(rows, dtype=float)
         results = np.empty((len(rows), 1 + len(LIMITS)))
