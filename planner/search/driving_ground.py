@@ -80,7 +80,8 @@ class DrivingGround:
         margin: float = MARGIN,
     ) -> CostField:
         """What the compiled search reads, with these tables of steady costs."""
-        safe = min(costs.reach, margin * float(costs.limit.min()))
+        # The limit is negative on ground that cannot be driven at all: no slope is safe then.
+        safe = max(0.0, min(costs.reach, margin * float(costs.limit.min())))
         return CostField(
             self.heights,
             self.mask,

@@ -150,8 +150,10 @@ def _sample_strip(
             steepness = math.sqrt(px * px + py * py)
             doubtful[r, c] = everywhere or steep[j, i] or mask[j, i] != ALL_YAWS
             if steepness >= safe:
+                # Within the table; on ground that nobody can drive on there is no slope in it.
                 doubtful[r, c] = True
-                px, py = px / steepness * safe, py / steepness * safe
+                gentler = (1.0 - 1e-6) * safe / steepness if safe > 0.0 else 0.0
+                px, py = px * gentler, py * gentler
             slopes[r, c, 0], slopes[r, c, 1] = px, py
             ground[r, c] = classes[j, i]
 

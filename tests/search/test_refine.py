@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -116,3 +117,21 @@ def test_a_band_finds_what_single_pieces_find(degrees, within) -> None:
         best = by_single_pieces(field, *asked)
         assert polyline_cost(field, moved, field.step) <= (1.0 + within) * best
         assert best <= polyline_cost(field, path, field.step)
+
+
+@pytest.mark.parametrize("height", [0.0, 0.02])
+def test_a_band_over_ground_without_a_gentle_slope_looks_at_all_of_it(height) -> None:
+    """Where some ground cannot be driven at all, no slope counts as gentle, not even level."""
+    ground = terrain(height * hills(96, rms_degrees=9.0, seed=5))
+    situation = situation_of(SituationRequest(map=ground.name), terrain=ground)
+    costs = situation.costs("energy")
+    nowhere = replace(costs, limit=np.full_like(costs.limit, -1.0), reach=1e-9)
+    forbidden = situation.ground.field(nowhere)
+    assert forbidden.safe == 0.0
+    field = situation.field("energy")._replace(safe=forbidden.safe, reach=forbidden.reach)
+    path = ways_across(field, 1)[0]
+    asked = (path, 0.25 * field.dx, 4, 8, field.step)
+    moved, _ = refinement._band(field, *asked)
+    best = by_single_pieces(field, *asked)
+    assert math.isfinite(best)
+    assert polyline_cost(field, moved, field.step) <= 1.002 * best
