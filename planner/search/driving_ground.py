@@ -95,6 +95,7 @@ class DrivingGround:
             self.half_width,
             costs.by_yaw,
             costs.yaw_limit,
+            costs.lean,
             costs.best,
             costs.limit,
             costs.order,

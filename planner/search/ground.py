@@ -56,6 +56,7 @@ class CostField(NamedTuple):
     half_width: float
     by_yaw: NDArray[np.float64]
     yaw_limit: NDArray[np.float64]
+    lean: NDArray[np.float64]
     best: NDArray[np.float64]
     limit: NDArray[np.float64]
     order: NDArray[np.uint8]

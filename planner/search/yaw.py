@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from planner.search.conditions import Circumstances
 from planner.search.ground import ALL_YAWS, CostField, body_fits, body_frame
 from planner.search.spin import STATES, WIDTH, spin_costs
+from planner.search.steady import lean_for_yaw
 from planner.search.track import GENTLE, Track
 from planner.search.turning import turning
 from planner.search.yaw_estimate import steady_costs_of
@@ -79,6 +80,7 @@ def yaw_programme(
     directions = _knot_directions(track, knots)
     steps = (track.directions, track.lengths, slopes, grounds)
     free, shift = _free_states(field, track.points[knots], directions)
+    _lean(field, track.points, knots, directions, slopes, grounds, free, shift)
     for x, y, angle in shut:
         apart = np.hypot(*(track.points[knots] - (x, y)).T)
         if apart.min() <= track.lengths.max():
@@ -206,6 +208,41 @@ def _free_states(field: Any, points: Any, directions: Any) -> tuple[Any, Any]:
                     shift[k, s] = 0.25 * (first + last) * WIDTH / FINER
             free[k, s + half], shift[k, s + half] = free[k, s], shift[k, s]
     return free, shift
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _lean(
+    field: Any,
+    points: Any,
+    knots: Any,
+    directions: Any,
+    slopes: Any,
+    grounds: Any,
+    free: Any,
+    shift: Any,
+) -> None:
+    """Turn the body at the knots off the states' angles, into ``shift``, where that costs less."""
+    leaning = np.empty(STATES, np.bool_)
+    for s in range(STATES):
+        leaning[s] = np.any(field.lean[:, s] != 0.0)
+    last = slopes.shape[0] - 1
+    ny, nx = field.heights.shape
+    for k in range(knots.shape[0]):
+        before, after = max(knots[k] - 1, 0), min(knots[k], last)
+        px = 0.5 * (slopes[before, 0] + slopes[after, 0])
+        py = 0.5 * (slopes[before, 1] + slopes[after, 1])
+        steepness = math.sqrt(px * px + py * py)
+        azimuth = math.atan2(py, px) - directions[k]
+        x, y = points[knots[k]]
+        i = min(max(int(math.floor((x - field.x0) / field.dx + 0.5)), 0), nx - 1)
+        j = min(max(int(math.floor((y - field.y0) / field.dy + 0.5)), 0), ny - 1)
+        roomy = field.mask[j, i] == ALL_YAWS
+        for s in range(STATES):
+            if not leaning[s] or not free[k, s] or shift[k, s] != 0.0:
+                continue
+            off = lean_for_yaw(field.lean, field.yaw_limit, grounds[after], s, azimuth, steepness)
+            if roomy or body_fits(field, x, y, directions[k] + s * WIDTH + off):
+                shift[k, s] = off
 
 
 def _spread(
