@@ -28,10 +28,10 @@ NARROW = 0.02
 """Excess over the best route, as a share of it, at which ground matters half as much or less."""
 MILDER = 0.4
 """Share by which prices near a bad cell come nearer to those of no dissipation, each time."""
+MILD = 3.0
+"""Width of that, in metres driven for what the robot's motion holds."""
 SCALES = ((1.0, 1.0), (2.5, 0.1), (6.0, 0.01))
 """Lengths over which prices are averaged, and the weight of each."""
-STRETCH = 3.0
-"""Length of averaging, in metres driven for what the robot's motion holds."""
 ROOM = 0.75
 """Share of the level cost that descending at the price may earn."""
 
@@ -123,9 +123,11 @@ def _lookup(best: BestPrices, along: Array, across: Array) -> Array:
     return np.asarray(low * (1.0 - u) + high * u)
 
 
-def _reach(t: PriceTable, level: float, cell: tuple[float, float]) -> tuple[float, float]:
+def _reach(
+    t: PriceTable, level: float, cell: tuple[float, float], stretch: float
+) -> tuple[float, float]:
     """Standard deviation of the averaging, in nodes along y and x."""
-    length = STRETCH * 0.5 * t.moving * t.speed**2 / max(level, 1e-9)
+    length = stretch * 0.5 * t.moving * t.speed**2 / max(level, 1e-9)
     return max(1.0, length / cell[1]), max(1.0, length / cell[0])
 
 
@@ -137,6 +139,7 @@ def force_prices(
     direction: Array,
     worth: Array,
     cell: tuple[float, float],
+    stretch: float,
 ) -> PriceField:
     """Prices at the nodes.
 
@@ -147,6 +150,7 @@ def force_prices(
         direction: (2, ny, nx) unit vectors in which a good route passes.
         worth: (ny, nx) above 0, how much each node matters.
         cell: dx, dy, m.
+        stretch: length of averaging, in metres driven for what the robot's motion holds.
     """
     slope_y, slope_x = np.gradient(heights, cell[1], cell[0])
     ex, ey = direction
@@ -159,7 +163,7 @@ def force_prices(
     odd = (-2.0 * ex * ey * chosen[..., 1], (ex * ex - ey * ey) * chosen[..., 1])
     sums = [np.zeros_like(share) for _ in range(3)]
     weights = np.zeros_like(share)
-    reach = _reach(t, best.level, cell)
+    reach = _reach(t, best.level, cell, stretch)
     for scale, weight in SCALES:
         sigma = scale * reach[0], scale * reach[1]
         weights += weight * gaussian_filter(worth, sigma, mode="nearest")
@@ -183,7 +187,7 @@ def milder(
     for down in (0, 1):
         for left in (0, 1):
             at[down : down + bad.shape[0], left : left + bad.shape[1]] += bad
-    reach = _reach(t, level, cell)
+    reach = _reach(t, level, cell, MILD)
     # All round a bad cell the same first: what is averaged from one node alone is next to nothing.
     wide = maximum_filter(at > 0.0, size=[2 * math.ceil(2.0 * r) + 1 for r in reach])
     near = gaussian_filter(wide.astype(float), reach, mode="nearest")

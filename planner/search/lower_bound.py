@@ -59,12 +59,15 @@ HASTE = 5.0
 """s below which table and grid are coarser."""
 NODES = {True: 20_000, False: 250_000}
 """Nodes of the grid at most, in haste and at leisure."""
-TURNS = {True: 72, False: 180}
+TURNS = {True: 72, False: 360}
 """Steps of the yaw angle in half a turn, likewise."""
 TOO_STEEP = 1.02
 """Share of the largest slope that can be driven, from which ground counts as a wall."""
 SETTLED = 8
 """Looks at the potential without a gain of one part in ten thousand, after which it is done."""
+STRETCHES = (3.0, 1.2)
+"""Lengths over which prices are averaged, tried in turn, in metres driven for what the robot's
+motion holds: changing prices cost, and so do those of other slopes."""
 GAMES = 12
 """Rounds of prices against flows at most."""
 FAINT = 0.02
@@ -180,9 +183,12 @@ def certify(
     best = best_prices(table, TOO_STEEP * steepest)
     ends = [weights_at(p, mesh.origin, mesh.cell, mesh.heights.shape) for p in (start, goal)]
     psi, flow = to_goal, np.zeros((2, *mesh.heights.shape))
-    bound, idle = -math.inf, 0
+    bound, idle, better = -math.inf, 0, STRETCHES[0]
     for game in range(GAMES):
-        prices = force_prices(table, best, mesh.heights, mesh.ranges, direction, worth, mesh.cell)
+        stretch = STRETCHES[game] if game < len(STRETCHES) else better
+        prices = force_prices(
+            table, best, mesh.heights, mesh.ranges, direction, worth, mesh.cell, stretch
+        )
         costs = _costs(table, best, prices, mesh, check)
         if costs is None:
             break
@@ -194,11 +200,14 @@ def certify(
         found, psi, now = _potential(tables, psi, mesh.cell, ends, check, last=haste)
         value = found + beside[0] - beside[1] + table.weight * climb
         idle = 0 if value > bound + 1e-3 * abs(bound) else idle + 1
-        bound = max(bound, value)
-        if haste or idle == 2 or not check():
+        if value > bound:
+            bound, better = value, stretch
+        if idle == 2 or not check():
             break
+        if game + 1 < len(STRETCHES):
+            continue
         # Prices answer the mean of all flows so far, which answer prices in turn: fictitious play.
-        flow += (now - flow) / (game + 1.0)
+        flow += (now - flow) / (game + 2.0 - len(STRETCHES))
         size = np.hypot(*flow)
         seen = size / max(float(size.max()), 1e-12)
         direction = np.where(seen > FAINT, flow / np.maximum(size, 1e-12), direction)

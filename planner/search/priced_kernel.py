@@ -1,6 +1,6 @@
 """The compiled part of planner.search.priced_power: conjugates of motors' power, in closed form.
 
-    fill_table(numbers, wheels, yaws, nodes, loads, table)     # least power by prices and load
+    fill_table(numbers, wheels, yaws, first, nodes, ..., table)    # least power by prices and load
     spent_at_rest(numbers, wheels, nodes, load, spent)         # by how much slow motion falls short
 
 ``numbers`` are those that NAMES lists; planner.search.priced_power says what they stand for.
@@ -20,9 +20,6 @@ from planner.power.pipeline import REST_SPEED
 
 LEVELS = (2.0, 4.0, 9.0, 30.0)
 """Widths of a smooth sign at which it counts as nearer to complete: short of 1 by 1/(2·width²)."""
-ALLOWANCE = 1.0
-"""W that turning quicker than the limit is let off, out of what is left at rest."""
-
 NAMES = (
     *("geared", "coulomb", "stiffness", "forward", "backward", "rotor_torque"),
     *("rolling", "roller", "roller_viscous", "switching", "weight", "shift_x", "shift_y"),
@@ -164,14 +161,26 @@ def _left_over(
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def fill_table(numbers: Any, wheels: Any, yaws: Any, nodes: Any, loads: Any, table: Any) -> None:
-    """Least power (nodes, loads) over all angles and yaw rates."""
+def fill_table(
+    numbers: Any,
+    wheels: Any,
+    yaws: Any,
+    first: int,
+    nodes: Any,
+    allowances: Any,
+    loads: Any,
+    table: Any,
+) -> None:
+    """Least power (nodes, loads) over every second of the angles from ``first``, all yaw rates.
+
+    ``allowances`` (nodes,) are the W that turning at twice the limit's rate is let off.
+    """
     n = wheels.shape[0]
     speed, most = numbers[_SPEED], numbers[_YAW_RATE]
     quick = REST_SPEED / (numbers[_GEARED] * numbers[_QUICKER])
     rates = np.empty(3 + 24 * n * len(LEVELS))
     table[:] = np.inf
-    for turn in range(yaws.shape[0]):
+    for turn in range(first, yaws.shape[0], 2):
         yaw = yaws[turn]
         before = yaw - yaws[turn - 1] if turn > 0 else yaw + math.pi - yaws[-1]
         after = yaws[turn + 1] - yaw if turn + 1 < yaws.shape[0] else yaws[0] + math.pi - yaw
@@ -180,15 +189,15 @@ def fill_table(numbers: Any, wheels: Any, yaws: Any, nodes: Any, loads: Any, tab
         rates[0], rates[1], rates[2] = -most, 0.0, most
         count = 3
         for i in range(n):
-            for first in (RIM, ROLLER):
-                slope = wheels[i, first + 2]
+            for part in (RIM, ROLLER):
+                slope = wheels[i, part + 2]
                 if slope == 0.0:
                     continue
-                reach = math.hypot(wheels[i, first], wheels[i, first + 1]) * width
-                travel = speed * (wheels[i, first] * cx + wheels[i, first + 1] * cy)
+                reach = math.hypot(wheels[i, part], wheels[i, part + 1]) * width
+                travel = speed * (wheels[i, part] * cx + wheels[i, part + 1] * cy)
                 for level in range(len(LEVELS)):
                     for unit in (SLIDING_SPEED, quick):
-                        if unit == quick and first == ROLLER:
+                        if unit == quick and part == ROLLER:
                             continue
                         for side in (-1.0, 1.0):
                             for off in (-reach, reach):
@@ -198,7 +207,7 @@ def fill_table(numbers: Any, wheels: Any, yaws: Any, nodes: Any, loads: Any, tab
         for node in range(nodes.shape[0]):
             for k in range(count):
                 # Quicker turns only stand for the same ones at lower speed.
-                allowed = ALLOWANCE * max(0.0, abs(rates[k]) / most - 1.0)
+                allowed = allowances[node] * max(0.0, abs(rates[k]) / most - 1.0)
                 left, drag = _left_over(numbers, wheels, yaw, nodes[node], rates[k], width)
                 for at in range(loads.shape[0]):
                     value = left + loads[at] * drag + allowed

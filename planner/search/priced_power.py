@@ -26,6 +26,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,7 +37,7 @@ from planner.power.model import PowerModel
 from planner.quantities import INDEX, STANDARD_GRAVITY
 from planner.search.bound import parameter_value
 from planner.search.conditions import Circumstances
-from planner.search.priced_kernel import ALLOWANCE, NAMES, fill_table, spent_at_rest
+from planner.search.priced_kernel import NAMES, fill_table, spent_at_rest
 
 Array = NDArray[np.float64]
 
@@ -50,6 +51,8 @@ KNOWN = frozenset(
 """Effects whose formulas the bound knows; any other must be at its null values."""
 CLOSE = 10
 """Parts of a step of the yaw angle beside an angle at which a wheel stands."""
+ALLOWANCE = 0.5
+"""Share of what is left at rest that turning at twice the limit's rate is let off."""
 RESERVE = 0.3
 """W kept back for speeds and angles between those at which slow motion is looked at."""
 EXCESS = 1.1
@@ -209,21 +212,30 @@ def priced_power(
     nodes = speed * np.column_stack(
         [share, cross, rotor_share(share, efficiency), cross * efficiency]
     )
-    table = np.full((len(nodes), len(loads)), np.inf)
-    fill_table(numbers, wheels, _yaws(wheels, turns), nodes, loads, table)
     idle, at_rest = _idle(around, speed, value), _idle(around, 0.0, value)
     drag = viscous * (1.0 + stiff * viscous) * geared**2 * rims * speed**2
     roll = float((wheels[:, ROLLER : ROLLER + 2] ** 2).sum()) * named["roller_viscous"]
-    spent = np.empty(len(nodes))
-    spent_at_rest(numbers, wheels, nodes, float(loads[0]), spent)
-    standing = at_rest - drag - 2.5 * roll * speed**2 - ALLOWANCE - RESERVE
+    standing = np.empty(len(nodes))
+    spent_at_rest(numbers, wheels, nodes, float(loads[0]), standing)
+    standing = at_rest - drag - 2.5 * roll * speed**2 - RESERVE - standing
     standing -= named["off_centre"] * yaw_rate * along[-1]
+    allowances = ALLOWANCE * np.maximum(standing, 0.0)
+    yaws = _yaws(wheels, turns)
+    halves = np.empty((2, len(nodes), len(loads)))
+    with ThreadPoolExecutor(2) as cores:
+        filled = [
+            cores.submit(fill_table, numbers, wheels, yaws, k, nodes, allowances, loads, halves[k])
+            for k in range(2)
+        ]
+    for half in filled:
+        half.result()
+    table = halves.min(axis=0)
     return PricedPower(
         along,
         across,
         loads,
         (table + idle + drag).reshape(*shape, 2),
-        standing - spent.reshape(shape),
+        (standing - allowances).reshape(shape),
         speed,
         named["weight"],
         mass + wheel_mass,

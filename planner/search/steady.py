@@ -21,10 +21,11 @@ every entry is finite and the limit itself is exact to the bisection:
 
 Looking up replaces 1 µs of model by 0.01 µs, and yaw is gone from the search.
 
-Near an angle at which wheels or rollers stand, dry friction changes its side within tenths of a
-degree. Turned a little downhill, the drag of creeping rollers holds the robot against a side slope
-and the motors need not: up to 5 % less than at the angle itself. So at the bins round such angles
-the best angle near them is searched for, and that lean is tabulated beside the cost.
+Where rollers stand, their dry friction changes its side. Turned downhill by a degree, those of
+Mecanum wheels that drive ahead along a side slope creep, and their drag holds the robot so that its
+motors need not: up to 5 % less than straight ahead. So in the bins round such angles the body may
+lean off them, by as much as makes that drag the full one at full speed, or twice that, and what is
+best is tabulated with its cost.
 """
 
 from __future__ import annotations
@@ -38,7 +39,8 @@ from numba import njit, types
 from numpy.typing import NDArray
 
 from planner.power.compile_kernel import KERNEL
-from planner.power.kinematics import RIM, ROLLER
+from planner.power.kernel_math import SLIDING_SPEED
+from planner.power.kinematics import ROLLER
 from planner.power.model import PowerModel
 from planner.power.pipeline import ACCOUNT_LENGTH, PER_WHEEL
 from planner.quantities import INDEX, STANDARD_GRAVITY
@@ -48,10 +50,10 @@ YAWS, DIRECTIONS, STEEPNESSES = 64, 72, 17
 SPEEDS = 8
 SLOWEST = 0.05
 """Share of full speed below which the robot stops rather than creeps."""
-LEANS = tuple(math.radians(a) for a in (0.0, 0.1, 0.2, 0.4, 0.8, 1.6, -0.1, -0.2, -0.4, -0.8, -1.6))
-"""Angles off a standing wheel or roller that are tried: on either side as long as more helps."""
-CLOSER = (0.7, 1.4)
-"""Parts of the best of them that are tried as well."""
+CREEP = 4.0
+"""Creep of a roller, in widths of its smooth sign, from which its drag counts as full."""
+LEANS = (0.0, 1.0, 2.0, -1.0, -2.0)
+"""Angles off that of standing rollers that are tried, in those at which they creep so."""
 GENTLE = 161
 """Slopes along each axis of the table ``gentle``."""
 MARGIN = 0.985
@@ -172,7 +174,8 @@ def _dissipated(
 @njit(
     types.UniTuple(types.float64, 2)(
         *(KERNEL, _F1, _F1, _F2, _F1, _F1, _F1, _F2),
-        *(types.float64, types.float64, types.float64, types.float64, types.float64),
+        *(types.float64, types.float64, types.float64),
+        *(types.float64, types.float64, types.float64),
     ),
     cache=True,
     error_model="numpy",
@@ -190,23 +193,15 @@ def _leaning(
     across: float,
     yaw: float,
     still: float,
+    lean: float,
     cost: float,
 ) -> tuple[float, float]:
-    """Least energy and its angle near ``still``, where a wheel or roller stands, or at ``yaw``."""
-    best, angle, lean = cost, yaw, 0.0
-    nearest = before = cost
-    side = 0.0  # the sign of leans that no longer help
-    for n in range(len(LEANS) + len(CLOSER)):
-        if n < len(LEANS):
-            off = LEANS[n]
-            if (off == 0.0 and still == yaw) or off * side > 0.0:
-                continue
-            if off == LEANS[1] or off == -LEANS[1]:
-                before = nearest
-        elif lean == 0.0:
-            break
-        else:
-            off = lean * CLOSER[n - len(LEANS)]
+    """Least energy and its angle: ``yaw`` with ``cost``, or near ``still`` with these leans."""
+    best, angle = cost, yaw
+    for n in range(len(LEANS)):
+        turned = still + LEANS[n] * lean
+        if turned == yaw:
+            continue
         found = _dissipated(
             kernel,
             parameters,
@@ -219,22 +214,15 @@ def _leaning(
             per_wheel,
             along,
             across,
-            still + off,
+            turned,
         )
         if found < best:
-            best, angle = found, still + off
-            if n < len(LEANS):
-                lean = off
-        if off == 0.0:
-            nearest = found
-        elif found >= before:
-            side = off
-        before = found
+            best, angle = found, turned
     return best, angle
 
 
 @njit(
-    types.void(KERNEL, _F1, _F1, _F2, _F2, _F1, types.int64, _F1, _F4, _F3, _F4),
+    types.void(KERNEL, _F1, _F1, _F2, _F2, _F1, types.int64, _F2, _F4, _F3, _F4),
     cache=True,
     error_model="numpy",
     nogil=True,
@@ -300,7 +288,7 @@ def _fill(
                         across,
                         yaw,
                     )
-                    if objective == 0 and not math.isnan(still[t]):
+                    if objective == 0 and still[t, 1] > 0.0:
                         cost, angle = _leaning(
                             kernel,
                             parameters,
@@ -313,7 +301,8 @@ def _fill(
                             along,
                             across,
                             yaw,
-                            still[t],
+                            still[t, 0],
+                            still[t, 1],
                             cost,
                         )
                         lean[c, t, f, s] = angle - yaw
@@ -388,16 +377,14 @@ def lean_for_yaw(
     lean: Any, yaw_limit: Any, ground: int, turn: int, azimuth: float, steepness: float
 ) -> float:
     """Rad by which the body is turned off ``turn`` bins for the cost of ``cost_for_yaw``."""
-    found: float = _polar(
-        lean[ground, turn],
-        yaw_limit[ground, turn],
-        azimuth,
-        steepness,
-        1.0,
-        DIRECTIONS,
-        STEEPNESSES,
-    )
-    return found if found < np.inf else 0.0
+    f = int(math.floor(azimuth / (2.0 * math.pi) * DIRECTIONS + 0.5)) % DIRECTIONS
+    edge = yaw_limit[ground, turn, f]
+    if not 0.0 < steepness <= edge:
+        return 0.0
+    # The nearest: between no lean and one lie those at which the drag is neither.
+    s = int(steepness / edge * (STEEPNESSES - 1) + 0.5)
+    found: float = lean[ground, turn, f, s]
+    return found
 
 
 @njit(cache=True, error_model="numpy")
@@ -486,17 +473,24 @@ class SteadyCosts:
         return sum(array.nbytes for array in (*arrays, self.gentle, self.order))
 
 
-def _still(wheels: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The angle at which a wheel or roller stands in every bin (YAWS,), rad; NaN in the others."""
+def _still(model: PowerModel) -> NDArray[np.float64]:
+    """The angle at which a roller stands in every bin, and how far off it it creeps at full speed.
+
+    (YAWS, 2) rad; the second is 0 where none stands.
+    """
     width = 2.0 * math.pi / YAWS
-    found = np.full(YAWS, np.nan)
-    for first in (RIM, ROLLER):
-        for ahead, aside in wheels[:, first : first + 2]:
-            for yaw in math.atan2(ahead, aside) + math.pi * np.arange(2):
-                t = round(yaw / width)
-                # To the last bit the bin's own angle, where it is meant to be that.
-                off = yaw - t * width
-                found[t % YAWS] = t % YAWS * width + (off if abs(off) > 1e-9 else 0.0)
+    found = np.zeros((YAWS, 2))
+    for ahead, aside in model.wheels[:, ROLLER : ROLLER + 2]:
+        lean = CREEP * SLIDING_SPEED / (math.hypot(ahead, aside) * model.vehicle.limits.speed)
+        # A lean is to stay within its bin.
+        if lean > 0.25 * width:
+            continue
+        for yaw in math.atan2(ahead, aside) + math.pi * np.arange(2):
+            t = round(yaw / width)
+            off = yaw - t * width
+            # To the last bit the bin's own angle, where it is meant to be that.
+            angle = t % YAWS * width + (off if abs(off) > 1e-9 else 0.0)
+            found[t % YAWS] = angle, max(lean, found[t % YAWS, 1])
     return found
 
 
@@ -525,7 +519,7 @@ def steady_costs(
         np.ascontiguousarray(class_rows, dtype=float),
         limit_values(model, float(class_rows[0, INDEX["payload"]])),
         OBJECTIVES[objective],
-        _still(model.wheels),
+        _still(model),
         by_yaw,
         yaw_limit,
         lean,

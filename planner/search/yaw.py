@@ -29,7 +29,7 @@ from planner.search.yaw_estimate import steady_costs_of
 from planner.search.yaw_kernel import MOST_SAMPLES, programme
 
 Array = NDArray[np.float64]
-MOST_KNOTS = 240
+MOST_KNOTS = 480
 FINER = 4
 """Angles off a state's own that are tried where the body does not fit with that, to either side."""
 

@@ -53,6 +53,7 @@ def test_no_state_undercuts_the_priced_power(name: str, payload: float) -> None:
     """
     around, priced = priced_of(name, payload)
     table = even_table(priced)
+    at_rest = table._replace(watts=np.repeat(table.standing[..., None], 2, axis=2))
     rng = np.random.default_rng(5)
     count = 6000
     rows = np.repeat(around.class_rows[:1], count, axis=0)
@@ -86,10 +87,10 @@ def test_no_state_undercuts_the_priced_power(name: str, payload: float) -> None:
         nu *= rng.random() < 0.7
         share = speed / top
         factor = rows[:, INDEX["rolling_factor"]] / normal
-        full = np.array(
-            [table_watts(table, mu, nu / s, f) for s, f in zip(stretch, factor, strict=True)]
+        full, standing = (
+            np.array([table_watts(t, mu, nu / s, f) for s, f in zip(stretch, factor, strict=True)])
+            for t in (table, at_rest)
         )
-        standing = float(priced.standing.min())
         floor = share * full + (1.0 - share) * standing
         rotor = float(rotor_share(np.array(mu), priced.efficiency))
         inertia = priced.moving * mu + priced.rotors * rotor
