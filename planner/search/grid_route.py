@@ -286,8 +286,7 @@ def _move(
     if objective == "length":
         # Whatever way it goes, a robot turns as costs it least.
         costs = run.situation.costs("energy")
-        tables = {"by_yaw": costs.by_yaw, "yaw_limit": costs.yaw_limit, "lean": costs.lean}
-        field = field._replace(**tables)
+        field = field._replace(by_yaw=costs.by_yaw, yaw_limit=costs.yaw_limit, lean=costs.lean)
     return move(
         field,
         run.around,

@@ -20,6 +20,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,7 +42,8 @@ from planner.search.force_prices import (
 )
 from planner.search.ground import SPARE, CostField
 from planner.search.lattice import build_lattice
-from planner.search.potential import levelled, steepest_potential, weights_at
+from planner.search.other_core import CORE
+from planner.search.potential import halves, levelled, steepest_potential, weights_at
 from planner.search.priced_power import PricedPower, priced_power
 from planner.search.triangle_costs import (
     DIRECTIONS,
@@ -63,7 +65,7 @@ TURNS = {True: 72, False: 360}
 """Steps of the yaw angle in half a turn, likewise."""
 TOO_STEEP = 1.02
 """Share of the largest slope that can be driven, from which ground counts as a wall."""
-SETTLED = 8
+SETTLED = 4
 """Looks at the potential without a gain of one part in ten thousand, after which it is done."""
 STRETCHES = (3.0, 1.2)
 """Lengths over which prices are averaged, tried in turn, in metres driven for what the robot's
@@ -173,12 +175,16 @@ def certify(
     parts = max(1, math.ceil(math.sqrt(field.heights.size / NODES[haste])))
     mesh = _mesh(field, around, TOO_STEEP * steepest, parts)
     lattice = build_lattice(field)
-    to_goal = filled(cost_to_go(field, lattice, goal).values.astype(float))
+    guides = CORE.all(
+        [
+            partial(cost_to_go, field, lattice, goal),
+            partial(cost_to_go, field, lattice, start, onward=True),
+        ]
+    )
     check()
-    from_start = filled(cost_to_go(field, lattice, start, onward=True).values.astype(float))
-    check()
-    rows, columns = mesh.picked
-    to_goal, from_start = (v[np.ix_(rows, columns)] for v in (to_goal, from_start))
+    to_goal, from_start = (
+        filled(guide.values.astype(float))[np.ix_(*mesh.picked)] for guide in guides
+    )
     direction, worth = travel(to_goal, from_start, mesh.cell)
     best = best_prices(table, TOO_STEEP * steepest)
     ends = [weights_at(p, mesh.origin, mesh.cell, mesh.heights.shape) for p in (start, goal)]
@@ -197,7 +203,7 @@ def certify(
             _beside(table, priced_at, mesh.heights, *end, float(z))
             for end, z in zip(ends, heights, strict=True)
         ]
-        found, psi, now = _potential(tables, psi, mesh.cell, ends, check, last=haste)
+        found, psi, now = _potential(tables, psi, mesh.cell, ends, check)
         value = found + beside[0] - beside[1] + table.weight * climb
         idle = 0 if value > bound + 1e-3 * abs(bound) else idle + 1
         if value > bound:
@@ -227,16 +233,22 @@ def _costs(
     """Costs of all triangles, above zero, and the prices that they hold for; None without any."""
     costs = np.empty((*mesh.ranges.shape[:2], 2, DIRECTIONS))
     for _ in range(8):
-        triangle_costs(
-            table,
-            prices,
-            mesh.heights,
-            mesh.ranges,
-            mesh.rolling,
-            mesh.wall,
-            *mesh.cell,
-            best.steepest,
-            costs,
+        CORE.all(
+            [
+                partial(
+                    triangle_costs,
+                    table,
+                    PriceField(*(f[nodes] for f in prices)),
+                    mesh.heights[nodes],
+                    mesh.ranges[cells],
+                    mesh.rolling[nodes],
+                    mesh.wall[cells],
+                    *mesh.cell,
+                    best.steepest,
+                    costs[cells],
+                )
+                for nodes, cells in halves(len(costs))
+            ]
         )
         open_ground = np.isfinite(costs[..., 0])
         if not open_ground.any():
@@ -255,8 +267,6 @@ def _potential(
     cell: Place,
     ends: list[tuple[list[tuple[int, int]], list[float]]],
     check: Callable[[], bool],
-    *,
-    last: bool,
 ) -> tuple[float, Array, Array]:
     """J that the best potential falls by, that potential, and its flow."""
     history: list[float] = []
@@ -265,8 +275,7 @@ def _potential(
         top, bottom = (sum(w * float(psi[n]) for n, w in zip(*end, strict=True)) for end in ends)
         found = levelled(psi, costs, cell, top, bottom)
         history.append(max(found, history[-1]) if history else found)
-        seen = SETTLED if last else SETTLED // 2
-        settled = len(history) > seen and found - history[-1 - seen] < 1e-4 * abs(found)
+        settled = len(history) > SETTLED and found - history[-1 - SETTLED] < 1e-4 * abs(found)
         return check() and not settled
 
     flow = np.zeros((2, *psi.shape))

@@ -4,6 +4,7 @@
     later = core.submit(search, run, "length")       # begins when the other core is free
     first, second = core.all([task, other_task])     # both, on whichever core is free
     answer = core.result(later)                      # worked out here if it has not begun
+    first, second = CORE.all(halves)                 # the same where no request has its own
 
 Who waits does not wait idly: a task that has not begun is taken back and done at once. So tasks may
 ask for tasks, and one thread is enough.
@@ -47,3 +48,7 @@ class OtherCore:
         first = [task() for task in tasks[:1]]
         # From the last one: the thread has begun with the first.
         return first + [self.result(later) for later in reversed(handed)][::-1]
+
+
+CORE = OtherCore()
+"""The process's own, for loops that are cut in two."""

@@ -15,12 +15,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 from scipy.fft import dctn
+
+from planner.search.other_core import CORE
 
 Array = NDArray[np.float64]
 LEVELS = 4096
@@ -167,6 +170,14 @@ class Poisson:
         return np.asarray(dctn(spectrum, type=1)) * self.scale
 
 
+def halves(rows: int) -> list[tuple[slice, slice]]:
+    """Nodes and cells of two parts of a grid with so many rows of cells, for two cores."""
+    cuts = (0, rows // 2, rows)
+    return [
+        (slice(a, b + 1), slice(a, b)) for a, b in zip(cuts[:-1], cuts[1:], strict=True) if b > a
+    ]
+
+
 def weights_at(
     point: tuple[float, float],
     origin: tuple[float, float],
@@ -222,9 +233,16 @@ def levelled(
     """
     if not top > bottom:
         return 0.0
-    worst = np.zeros(LEVELS)
+    parts = halves(len(costs))
+    each = np.zeros((len(parts), LEVELS))
     width = (top - bottom) / LEVELS
-    _worst_by_level(psi, costs, *cell, bottom, width, worst)
+    CORE.all(
+        [
+            partial(_worst_by_level, psi[nodes], costs[cells], *cell, bottom, width, found)
+            for (nodes, cells), found in zip(parts, each, strict=True)
+        ]
+    )
+    worst = each.max(axis=0)
     # Rounding of slopes and sums is far below one part in a million million.
     return float((width / np.maximum(worst * (1.0 + 1e-12), 1.0)).sum()) * (1.0 - 1e-12)
 
@@ -263,10 +281,32 @@ def steepest_potential(
     psi = psi.copy()
     finite = costs[..., 0][np.isfinite(costs[..., 0])]
     rate = 1.0 / (SPREAD * min(cell) * float(np.median(finite)))
-    _project(psi, corners, number, dual, pushed, *cell, 1.0)
+    parts = halves(ny - 1)
+    pushes = [np.zeros((cells.stop - cells.start + 1, nx)) for _, cells in parts]
+
+    def project(over: float) -> None:
+        tasks = [
+            partial(
+                _project,
+                psi[nodes],
+                corners[cells],
+                number[cells],
+                dual[cells],
+                push,
+                *cell,
+                over,
+            )
+            for (nodes, cells), push in zip(parts, pushes, strict=True)
+        ]
+        CORE.all(tasks)
+        pushed[:] = 0.0
+        for (nodes, _), push in zip(parts, pushes, strict=True):
+            pushed[nodes] += push
+
+    project(1.0)
     for k in range(ROUNDS):
         psi = poisson.solve(source / rate + pushed)
-        _project(psi, corners, number, dual, pushed, *cell, RELAXED)
+        project(RELAXED)
         if (k + 1) % LOOK == 0 and not more(psi):
             break
     # The multipliers of the gradients point against the travel.

@@ -26,8 +26,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +37,7 @@ from planner.power.model import PowerModel
 from planner.quantities import INDEX, STANDARD_GRAVITY
 from planner.search.bound import parameter_value
 from planner.search.conditions import Circumstances
+from planner.search.other_core import CORE
 from planner.search.priced_kernel import NAMES, fill_table, spent_at_rest
 
 Array = NDArray[np.float64]
@@ -222,13 +223,9 @@ def priced_power(
     allowances = ALLOWANCE * np.maximum(standing, 0.0)
     yaws = _yaws(wheels, turns)
     halves = np.empty((2, len(nodes), len(loads)))
-    with ThreadPoolExecutor(2) as cores:
-        filled = [
-            cores.submit(fill_table, numbers, wheels, yaws, k, nodes, allowances, loads, halves[k])
-            for k in range(2)
-        ]
-    for half in filled:
-        half.result()
+    common = numbers, wheels, yaws
+    rest = nodes, allowances, loads
+    CORE.all([partial(fill_table, *common, k, *rest, halves[k]) for k in range(2)])
     table = halves.min(axis=0)
     return PricedPower(
         along,

@@ -172,10 +172,10 @@ def _dissipated(
 
 
 @njit(
-    types.UniTuple(types.float64, 2)(
+    types.void(
         *(KERNEL, _F1, _F1, _F2, _F1, _F1, _F1, _F2),
-        *(types.float64, types.float64, types.float64),
-        *(types.float64, types.float64, types.float64),
+        *(types.float64, types.float64, types.float64, types.float64, types.float64),
+        _F1,
     ),
     cache=True,
     error_model="numpy",
@@ -194,10 +194,9 @@ def _leaning(
     yaw: float,
     still: float,
     lean: float,
-    cost: float,
-) -> tuple[float, float]:
-    """Least energy and its angle: ``yaw`` with ``cost``, or near ``still`` with these leans."""
-    best, angle = cost, yaw
+    best: Any,
+) -> None:
+    """Replace the energy and angle in ``best``, those of ``yaw``, by better ones near ``still``."""
     for n in range(len(LEANS)):
         turned = still + LEANS[n] * lean
         if turned == yaw:
@@ -216,9 +215,8 @@ def _leaning(
             across,
             turned,
         )
-        if found < best:
-            best, angle = found, turned
-    return best, angle
+        if found < best[0]:
+            best[0], best[1] = found, turned
 
 
 @njit(
@@ -242,6 +240,7 @@ def _fill(
 ) -> None:
     account = np.empty(ACCOUNT_LENGTH)
     per_wheel = np.empty((wheels.shape[0], _WHEEL_COLUMNS))
+    best = np.empty(2)
     crawl = limits[0] / SPEEDS
     for c in range(by_yaw.shape[0]):
         row = class_rows[c].copy()
@@ -289,7 +288,8 @@ def _fill(
                         yaw,
                     )
                     if objective == 0 and still[t, 1] > 0.0:
-                        cost, angle = _leaning(
+                        best[0], best[1] = cost, yaw
+                        _leaning(
                             kernel,
                             parameters,
                             body,
@@ -303,9 +303,9 @@ def _fill(
                             yaw,
                             still[t, 0],
                             still[t, 1],
-                            cost,
+                            best,
                         )
-                        lean[c, t, f, s] = angle - yaw
+                        cost, lean[c, t, f, s] = best[0], best[1] - yaw
                     by_yaw[c, t, f, s] = cost
 
 
