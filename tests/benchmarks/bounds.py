@@ -5,7 +5,7 @@
 
 A gap is (energy - bound)/(energy - M·g·Δz) with the energy of the grid's refined route. Random
 motions follow jittered copies of the best, shortest and fastest routes at random speeds and yaw;
-none may cost less than the bound. Figures are written to docs/bounds.json.
+none may cost less than the bound. Figures are written to docs/benchmarks/bounds.json.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def main() -> int:
             print(f"{seconds:g} s: median {statistics.median(gaps):.2f} %, worst {max(gaps):.2f} %")
     if len(sys.argv) == 1:
         text = json.dumps(results, indent=2) + "\n"
-        Path("docs/bounds.json").write_text(text, encoding="utf-8")
+        Path("docs/benchmarks/bounds.json").write_text(text, encoding="utf-8")
     return 1 if any(r.get("violated") for r in results) else 0
 
 

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from rich.console import Console
 
+from planner import Telemetry
 from planner.power.model import PowerModel
+from planner.power.vehicle import load_vehicle
+from planner.telemetry.sensitivity import predict
 from service import closing_the_loop, demo
 from service.closing_the_loop import ERRANDS, ClosedLoop, Errand, close_the_loop
 
@@ -23,7 +27,15 @@ def test_the_log_alone_names_what_the_robot_hides(told: ClosedLoop) -> None:
     before, after = told.adoption.before, told.adoption.after
     assert before.noise_floor_w is not None
     assert before.heldout_rmse_w > 2.0 * before.noise_floor_w
-    assert after.heldout_rmse_w < 1.05 * before.noise_floor_w
+    assert after.heldout_rmse_w < 0.5 * before.heldout_rmse_w
+    # The floor is an estimate, which the true model itself missed by 5 %: truth is the measure.
+    log = Telemetry.read(told.log)
+    true = PowerModel.from_vehicle(load_vehicle("minibalance"), effects=(demo.HIDDEN,))
+    reached, possible = (
+        float(np.sqrt(np.mean((predict(model, log) - log.power) ** 2)))
+        for model in (told.adoption.model, true)
+    )
+    assert reached < 1.02 * possible
 
 
 def test_plans_come_nearer_to_what_the_robot_takes(told: ClosedLoop) -> None:
