@@ -173,7 +173,7 @@ def _dissipated(
 
 @njit(
     types.void(
-        *(KERNEL, _F1, _F1, _F2, _F1, _F1, _F1, _F2),
+        *(KERNEL, _F1, _F1, _F2, _F1, _F1, types.int64, _F1, _F2),
         *(types.float64, types.float64, types.float64, types.float64, types.float64),
         _F1,
     ),
@@ -187,6 +187,7 @@ def _leaning(
     wheels: Any,
     row: Any,
     limits: Any,
+    objective: int,
     account: Any,
     per_wheel: Any,
     along: float,
@@ -196,10 +197,11 @@ def _leaning(
     lean: float,
     best: Any,
 ) -> None:
-    """Replace the energy and angle in ``best``, those of ``yaw``, by better ones near ``still``."""
-    for n in range(len(LEANS)):
-        turned = still + LEANS[n] * lean
-        if turned == yaw:
+    """Write the least cost and its angle: ``yaw``, or one near ``still`` where there is a lean."""
+    best[0], best[1] = np.inf, yaw
+    for n in range(-1, len(LEANS) if lean > 0.0 else 0):
+        turned = still + LEANS[n] * lean if n >= 0 else yaw
+        if n >= 0 and turned == yaw:
             continue
         found = _dissipated(
             kernel,
@@ -208,7 +210,7 @@ def _leaning(
             wheels,
             row,
             limits,
-            0,
+            objective,
             account,
             per_wheel,
             along,
@@ -273,7 +275,7 @@ def _fill(
                     if objective == 2:
                         by_yaw[c, t, f, s] = math.sqrt(1.0 + along * along)
                         continue
-                    cost = _dissipated(
+                    _leaning(
                         kernel,
                         parameters,
                         body,
@@ -286,27 +288,11 @@ def _fill(
                         along,
                         across,
                         yaw,
+                        still[t, 0],
+                        still[t, 1] if objective == 0 else 0.0,
+                        best,
                     )
-                    if objective == 0 and still[t, 1] > 0.0:
-                        best[0], best[1] = cost, yaw
-                        _leaning(
-                            kernel,
-                            parameters,
-                            body,
-                            wheels,
-                            row,
-                            limits,
-                            account,
-                            per_wheel,
-                            along,
-                            across,
-                            yaw,
-                            still[t, 0],
-                            still[t, 1],
-                            best,
-                        )
-                        cost, lean[c, t, f, s] = best[0], best[1] - yaw
-                    by_yaw[c, t, f, s] = cost
+                    by_yaw[c, t, f, s], lean[c, t, f, s] = best[0], best[1] - yaw
 
 
 @njit(cache=True, error_model="numpy", inline="always")
