@@ -20,15 +20,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numba import njit, types
 from numpy.typing import ArrayLike, NDArray
 
 from planner.errors import ModelError
 from planner.power.catalogue import all_effects
-from planner.power.compile_kernel import BLOCK_KERNEL, KERNEL, Kernel, compile_kernel
+from planner.power.compile_kernel import Kernel, compile_kernel
 from planner.power.custom import effect_from_definition
 from planner.power.effect import Effect
 from planner.power.energy_error import EnergyError, ParameterCovariance
+from planner.power.evaluate import evaluate_in_blocks, evaluate_rows
 from planner.power.pipeline import (
     ACCOUNT,
     ACCOUNT_LENGTH,
@@ -38,7 +38,6 @@ from planner.power.pipeline import (
     Output,
     parameter_slots,
 )
-from planner.power.row_blocks import BLOCK
 from planner.power.saved_model import SavedModel
 from planner.power.saved_vehicle import vehicle_document, vehicle_from_document
 from planner.power.vehicle import Vehicle
@@ -48,35 +47,6 @@ from planner.shown import Shown
 Array = NDArray[np.float64]
 FORMAT = "joulepath-model/1"
 _SAVED = "a file that `joulepath adopt` or PowerModel.save wrote"
-
-_F1 = types.Array(types.float64, 1, "C")
-_F2 = types.Array(types.float64, 2, "C")
-
-
-@njit(types.void(KERNEL, _F2, _F1, _F1, _F2, _F2, _F2), cache=True, error_model="numpy", nogil=True)
-def _evaluate_rows(
-    kernel: Any, rows: Any, parameters: Any, body: Any, wheels: Any, accounts: Any, per_wheel: Any
-) -> None:
-    for k in range(rows.shape[0]):
-        kernel(rows[k], parameters, body, wheels, accounts[k], per_wheel)
-
-
-@njit(
-    types.void(BLOCK_KERNEL, _F2, _F1, _F1, _F2, _F2), cache=True, error_model="numpy", nogil=True
-)
-def _in_blocks(
-    kernel: Any, rows: Any, parameters: Any, body: Any, wheels: Any, results: Any
-) -> None:
-    columns, found = np.empty(rows.shape[1] * BLOCK), np.empty(results.shape[1] * BLOCK)
-    for start in range(0, rows.shape[0], BLOCK):
-        count = min(BLOCK, rows.shape[0] - start)
-        for k in range(count):
-            for quantity in range(rows.shape[1]):
-                columns[quantity * BLOCK + k] = rows[start + k, quantity]
-        kernel(columns, count, parameters, body, wheels, found)
-        for k in range(count):
-            for result in range(results.shape[1]):
-                results[start + k, result] = found[result * BLOCK + k]
 
 
 def rows_from(**columns: ArrayLike) -> Array:
@@ -236,7 +206,7 @@ class PowerModel(Shown):
         rows = np.ascontiguousarray(rows, dtype=float)
         accounts = np.empty((len(rows), ACCOUNT_LENGTH))
         per_wheel = np.empty((len(self.wheels), len(PER_WHEEL)))
-        _evaluate_rows(
+        evaluate_rows(
             self.kernel, rows, self.parameters, self.body, self.wheels, accounts, per_wheel
         )
         return accounts, per_wheel
@@ -258,7 +228,9 @@ class PowerModel(Shown):
         """
         rows = np.ascontiguousarray(rows, dtype=float)
         results = np.empty((len(rows), 1 + len(LIMITS)))
-        _in_blocks(self.limits_kernel, rows, self.parameters, self.body, self.wheels, results)
+        evaluate_in_blocks(
+            self.limits_kernel, rows, self.parameters, self.body, self.wheels, results
+        )
         return results
 
     def watts_by_effect(

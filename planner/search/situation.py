@@ -26,7 +26,8 @@ from planner.search.ground import CostField
 from planner.search.kept import KEPT
 from planner.search.lattice import Lattice, build_lattice, number_nodes
 from planner.search.situation_request import DEFAULT_VEHICLE, SituationRequest
-from planner.search.steady import MARGIN, OBJECTIVES, SteadyCosts, steady_costs
+from planner.search.steady import MARGIN, OBJECTIVES, SteadyCosts
+from planner.search.tabulate import steady_costs
 from planner.search.turning import turning
 from planner.terrain.catalogue import open_map
 from planner.terrain.heightmap import Terrain

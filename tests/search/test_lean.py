@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from planner import plan_route
-from planner.search.steady import DIRECTIONS, STEEPNESSES, YAWS, steady_costs
+from planner.search.steady import DIRECTIONS, STEEPNESSES, YAWS
+from planner.search.tabulate import steady_costs
 from tests.power.reference import Robot, State, evaluate, gravity_on
 from tests.search.integrator import energy
 from tests.search.maps import terrain

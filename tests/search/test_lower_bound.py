@@ -23,7 +23,7 @@ from planner.search.lower_bound import certify
 from planner.search.motion_row import set_acceleration, set_motion
 from planner.search.potential import levelled, steepest_potential, weights_at
 from planner.search.priced_power import PricedPower, priced_power, rotor_share
-from planner.search.steady import steady_costs
+from planner.search.tabulate import steady_costs
 from planner.search.triangle_costs import PriceField, cell_ranges, even_table, table_watts
 from planner.terrain.heightmap import Terrain
 from planner.terrain.interpolation import interpolate_many
