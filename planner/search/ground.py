@@ -27,7 +27,7 @@ from planner.search.steady import (
     STEEPNESSES,
     YAWS,
     cost_for_best_yaw,
-    cost_for_yaw,
+    polar,
 )
 from planner.terrain.interpolation import interpolate
 from planner.terrain.obstacles import rectangle_free
@@ -84,11 +84,16 @@ def _node(offset: float, cell: float, count: int) -> int:
     return min(max(int(math.floor(offset / cell + 0.5)), 0), count - 1)
 
 
+@njit(cache=True, error_model="numpy", inline="always")
+def _bin(yaw: float) -> int:
+    """Number of the bin nearest to a yaw angle, before whole turns are taken off."""
+    return int(math.floor(yaw / math.pi * YAW_BINS + 0.5))
+
+
 @njit(cache=True, error_model="numpy")
 def mask_bit(yaw: float) -> Any:
     """Bit of the yaw mask that is nearest to a yaw angle."""
-    k = int(math.floor(yaw / math.pi * YAW_BINS + 0.5)) % YAW_BINS
-    return np.uint64(1) << np.uint64(k)
+    return np.uint64(1) << np.uint64(_bin(yaw) % YAW_BINS)
 
 
 @njit(cache=True, error_model="numpy")
@@ -132,16 +137,20 @@ def masked_cost(
     s = 0
     if edge > 0.0:
         s = min(int(steepness / edge * (STEEPNESSES - 1) + 0.5), STEEPNESSES - 1)
-    order = field.order[ground, f, s]
+    order, margin = field.order[ground, f, s], field.margin
+    by_yaw, yaw_limit = field.by_yaw[ground], field.yaw_limit[ground]
+    ahead = _bin(direction)
     for rank in range(YAWS):
         t = order[rank]
-        yaw = direction + 2.0 * math.pi * t / YAWS
-        if not mask & mask_bit(yaw):
+        # Angles of the body are as far apart as bins.
+        if not mask & (np.uint64(1) << np.uint64((ahead + t) % YAW_BINS)):
             continue
-        cost: float = cost_for_yaw(
-            field.by_yaw, field.yaw_limit, ground, t, azimuth, steepness, field.margin
+        cost: float = polar(
+            by_yaw[t], yaw_limit[t], azimuth, steepness, margin, DIRECTIONS, STEEPNESSES
         )
-        if cost < np.inf and (not exact or body_fits(field, x, y, yaw)):
+        if cost < np.inf and (
+            not exact or body_fits(field, x, y, direction + 2.0 * math.pi * t / YAWS)
+        ):
             return cost
     return np.inf
 

@@ -30,7 +30,7 @@ from planner.errors import Cancelled
 from planner.quantities import INDEX
 from planner.search.bound import lower_bound
 from planner.search.conditions import Circumstances
-from planner.search.cost_to_go import cost_to_go
+from planner.search.cost_to_go import CostToGo, cost_to_go
 from planner.search.edge_energy import sample_surface
 from planner.search.force_prices import (
     BestPrices,
@@ -174,17 +174,16 @@ def certify(
     table = even_table(priced)
     parts = max(1, math.ceil(math.sqrt(field.heights.size / NODES[haste])))
     mesh = _mesh(field, around, TOO_STEEP * steepest, parts)
-    lattice = build_lattice(field)
+    coarse = _coarse(field, mesh)
+    lattice = build_lattice(coarse)
     guides = CORE.all(
         [
-            partial(cost_to_go, field, lattice, goal),
-            partial(cost_to_go, field, lattice, start, onward=True),
+            partial(cost_to_go, coarse, lattice, goal),
+            partial(cost_to_go, coarse, lattice, start, onward=True),
         ]
     )
     check()
-    to_goal, from_start = (
-        filled(guide.values.astype(float))[np.ix_(*mesh.picked)] for guide in guides
-    )
+    to_goal, from_start = (_everywhere(guide, coarse) for guide in guides)
     direction, worth = travel(to_goal, from_start, mesh.cell)
     best = best_prices(table, TOO_STEEP * steepest)
     ends = [weights_at(p, mesh.origin, mesh.cell, mesh.heights.shape) for p in (start, goal)]
@@ -343,6 +342,36 @@ def _mesh(field: CostField, around: Circumstances, steepest: float, parts: int) 
         (dx * parts, dy * parts),
         (rows, columns),
     )
+
+
+def _coarse(field: CostField, mesh: _Mesh) -> CostField:
+    """Map and costs at the nodes of the mesh alone: enough to say where good routes lead."""
+    nodes = np.ix_(*mesh.picked)
+    return field._replace(
+        heights=np.ascontiguousarray(field.heights[nodes]),
+        mask=np.ascontiguousarray(field.mask[nodes]),
+        blocked=np.ascontiguousarray(field.blocked[nodes]),
+        ground=np.ascontiguousarray(field.ground[nodes]),
+        steep=np.ascontiguousarray(field.steep[nodes]),
+        factor=np.ascontiguousarray(field.factor[nodes]) if field.factor.size > 1 else field.factor,
+        x0=mesh.origin[0],
+        y0=mesh.origin[1],
+        dx=mesh.cell[0],
+        dy=mesh.cell[1],
+        step=field.step * mesh.cell[0] / field.dx,
+    )
+
+
+def _everywhere(guide: CostToGo, field: CostField) -> Array:
+    """Costs of a guide (ny, nx), finite where there is no way as well."""
+    values = guide.values.astype(float)
+    if np.isfinite(values).any():
+        return filled(values)
+    # A place in a passage that lies between the nodes: as the crow flies.
+    ny, nx = values.shape
+    x = field.x0 + field.dx * np.arange(nx) - guide.goal[0]
+    y = field.y0 + field.dy * np.arange(ny) - guide.goal[1]
+    return np.asarray(np.hypot(x[None, :], y[:, None]))
 
 
 def _walls(field: CostField, ranges: Array, steepest: float, after: list[int]) -> NDArray[np.bool_]:

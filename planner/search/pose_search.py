@@ -42,7 +42,7 @@ from planner.search.ground import (
 from planner.search.lattice import COUNT, MOVES, node_slope
 from planner.search.situation import Situation
 from planner.search.spin import STATES, spin_costs
-from planner.search.steady import OBJECTIVES, cost_for_yaw
+from planner.search.steady import DIRECTIONS, OBJECTIVES, STEEPNESSES, polar
 from planner.search.stopping import Stop
 from planner.search.turning import TURNS, Turning, turning
 from planner.search.yaw_kernel import turn_cost
@@ -226,7 +226,23 @@ def _ends(
                 ):
                     continue
                 ex, ey = (px - x, py - y) if leaving else (x - px, y - py)
-                cost = _way_cost(field, j, i, j, i, ex, ey, b)
+                length, direction = math.hypot(ex, ey), math.atan2(ey, ex)
+                cost = 0.0
+                if length > 1e-9:
+                    slope_x, slope_y = node_slope(field, j, i)
+                    ground = field.ground[j, i]
+                    cost = _way_cost(
+                        field.by_yaw[ground],
+                        field.yaw_limit[ground],
+                        field.margin,
+                        slope_x,
+                        slope_y,
+                        direction,
+                        _from_travel(b, direction),
+                    )
+                    cost = max(cost + wind_cost(field, direction), 1e-3) * length
+                    if field.factor.shape[0] > 1:
+                        cost *= field.factor[j, i]
                 if cost < np.inf:
                     found.append((j * nx + i, b, cost + at_end[b]))
     return found
@@ -234,28 +250,39 @@ def _ends(
 
 @njit(cache=True, error_model="numpy")
 def _way_cost(
-    field: Any, j: int, i: int, to_j: int, to_i: int, ex: float, ey: float, b: int
+    by_yaw: Any,
+    yaw_limit: Any,
+    margin: float,
+    px: float,
+    py: float,
+    direction: float,
+    turned: int,
 ) -> float:
-    """Cost of a straight way (ex, ey) between two nodes' slopes at an even yaw."""
-    length = math.sqrt(ex * ex + ey * ey)
-    if length < 1e-9:
-        return 0.0
-    px, py = node_slope(field, j, i)
-    qx, qy = node_slope(field, to_j, to_i)
-    px, py = 0.5 * (px + qx), 0.5 * (py + qy)
-    direction = math.atan2(ey, ex)
-    steepness, azimuth = math.sqrt(px * px + py * py), math.atan2(py, px) - direction
-    # The angle to the travel; the better end of the body goes first.
-    turned = int(math.floor((b * _BIN - direction) / _BIN + 0.5)) % STATES
-    ground = field.ground[j, i]
-    tables = (field.by_yaw, field.yaw_limit, ground)
-    cost = cost_for_yaw(*tables, turned, azimuth, steepness, field.margin)
-    turned = (turned + STATES // 2) % STATES
-    cost = min(cost, cost_for_yaw(*tables, turned, azimuth, steepness, field.margin))
-    cost = max(cost + wind_cost(field, direction), 1e-3)
-    if field.factor.shape[0] > 1:
-        cost *= field.factor[j, i]
-    return cost * length
+    """Cost per metre on a slope at an even yaw, ``turned`` angles from the travel or from behind.
+
+    Args:
+        by_yaw, yaw_limit: of the CostField, for the class of the ground.
+        margin: share of the slope limit that may be used.
+        px, py: gradient.
+        direction: rad, of the travel.
+        turned: in 0 to STATES - 1.
+    """
+    steepness = math.sqrt(px * px + py * py)
+    azimuth = math.atan2(py, px) - direction if steepness > 0.0 else 0.0
+    # The better end of the body goes first.
+    best = np.inf
+    for turn in (turned, (turned + STATES // 2) % STATES):
+        cost = polar(
+            by_yaw[turn], yaw_limit[turn], azimuth, steepness, margin, DIRECTIONS, STEEPNESSES
+        )
+        best = min(best, cost)
+    return best
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _from_travel(b: int, direction: float) -> int:
+    """The angle of the body to the travel, in steps."""
+    return int(math.floor((b * _BIN - direction) / _BIN + 0.5)) % STATES
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -277,8 +304,34 @@ def _search(
     stop: Any,
 ) -> Any:
     """States along the cheapest way, and its cost; none without a way."""
-    ny, nx = field.heights.shape
+    # Arrays by names of their own: taking them out of the tuple costs more than a look-up.
+    heights, mask, grounds, factor = field.heights, field.mask, field.ground, field.factor
+    by_yaw, yaw_limit, blocked, margin = field.by_yaw, field.yaw_limit, field.blocked, field.margin
+    x0, y0, dx, dy = field.x0, field.y0, field.dx, field.dy
+    dearer = factor.shape[0] > 1
+    ny, nx = heights.shape
     states = ny * nx * YAW_BINS
+    slopes = np.empty((ny, nx, 2))
+    for j in range(ny):
+        for i in range(nx):
+            slopes[j, i, 0], slopes[j, i, 1] = node_slope(field, j, i)
+    # What a move has for itself: length, direction, wind, and what turning on it adds.
+    count = moves.shape[0]
+    length, direction, wind = np.empty(count), np.empty(count), np.empty(count)
+    relative = np.empty((count, YAW_BINS), np.int64)
+    turns = np.empty((count, YAW_BINS, _TURNS))
+    for m in range(count):
+        ex, ey = moves[m, 0] * dx, moves[m, 1] * dy
+        length[m], direction[m] = math.sqrt(ex * ex + ey * ey), math.atan2(ey, ex)
+        wind[m] = wind_cost(field, direction[m])
+        for b in range(YAW_BINS):
+            relative[m, b] = _from_travel(b, direction[m])
+            for w in range(-TURNED, TURNED + 1):
+                turns[m, b, w + TURNED] = 0.0
+                if w != 0:
+                    turns[m, b, w + TURNED] = turn_cost(
+                        turning, tightest, relative[m, b], length[m], w * _BIN
+                    )
     spent = np.zeros(states, np.float32)  # cost and 1, so that 0 is a state not seen yet
     came = np.zeros(states, np.uint16)
     waiting = [(0.0, np.float32(0.0), 0) for _ in range(0)]
@@ -305,8 +358,8 @@ def _search(
         expanded += 1
         if state in arriving and value + arriving[state] < best:
             best, last = value + arriving[state], state
-        x, y = field.x0 + i * field.dx, field.y0 + j * field.dy
-        here = field.mask[j, i]
+        x, y = x0 + i * dx, y0 + j * dy
+        here = mask[j, i]
         for way in (1, -1):
             for turned in range(1, YAW_BINS // 2 + 1):
                 to_b = (b + way * turned) % YAW_BINS
@@ -319,32 +372,46 @@ def _search(
                     spent[other] = whole
                     came[other] = _SPUN + b
                     heapq.heappush(waiting, (cost + ahead[j, i], whole, other))
-        for m in range(moves.shape[0]):
+        for m in range(count):
             to_i, to_j = i + moves[m, 0], j + moves[m, 1]
             if to_i < 0 or to_j < 0 or to_i >= nx or to_j >= ny:
                 continue
             still = ahead[to_j, to_i]
             if still == np.inf:
                 continue
-            there = field.mask[to_j, to_i]
-            ex, ey = moves[m, 0] * field.dx, moves[m, 1] * field.dy
-            length = math.sqrt(ex * ex + ey * ey)
-            direction = math.atan2(ey, ex)
-            straight = _way_cost(field, j, i, to_j, to_i, ex, ey, b)
+            there = mask[to_j, to_i]
+            straight = -1.0
             for w in range(-TURNED, TURNED + 1):
                 to_b = (b + w) % YAW_BINS
-                if not _free(there, to_b):
-                    continue
-                relative = int(math.floor((b * _BIN - direction) / _BIN + 0.5)) % STATES
-                cost = value + straight
-                if w != 0:
-                    cost += turn_cost(turning, tightest, relative, length, w * _BIN)
-                whole = np.float32(cost + 1.0)
                 other = (to_j * nx + to_i) * YAW_BINS + to_b
+                cost = value + turns[m, b, w + TURNED]
+                # Most were reached for less before; they need no price.
+                if not _free(there, to_b) or 0.0 < spent[other] <= cost + 1.0:
+                    continue
+                if straight < 0.0:
+                    ground = grounds[j, i]
+                    straight = _way_cost(
+                        *(by_yaw[ground], yaw_limit[ground], margin),
+                        0.5 * (slopes[j, i, 0] + slopes[to_j, to_i, 0]),
+                        0.5 * (slopes[j, i, 1] + slopes[to_j, to_i, 1]),
+                        *(direction[m], relative[m, b]),
+                    )
+                    straight = max(straight + wind[m], 1e-3) * length[m]
+                    if dearer:
+                        straight *= factor[j, i]
+                cost += straight
+                whole = np.float32(cost + 1.0)
                 if cost + still >= best or 0.0 < spent[other] <= whole:
                     continue
                 if (here != ALL_YAWS or there != ALL_YAWS) and touches(
-                    field.blocked, frame, x, y, x + ex, y + ey, b * _BIN, w * _BIN
+                    blocked,
+                    frame,
+                    x,
+                    y,
+                    x + moves[m, 0] * dx,
+                    y + moves[m, 1] * dy,
+                    b * _BIN,
+                    w * _BIN,
                 ):
                     continue
                 spent[other] = whole

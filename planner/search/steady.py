@@ -54,7 +54,7 @@ def level_cost(costs: Any, edge: float, steepness: float, levels: int) -> float:
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _polar(
+def polar(
     table: Any,
     edge: Any,
     azimuth: float,
@@ -95,7 +95,7 @@ def cost_for_yaw(
     margin: float,
 ) -> float:
     """Cost per horizontal metre with the body turned by ``turn`` bins from the travel."""
-    return _polar(
+    return polar(
         by_yaw[ground, turn],
         yaw_limit[ground, turn],
         azimuth,
@@ -152,7 +152,7 @@ def cost_for_best_yaw(
     best: Any, limit: Any, ground: int, azimuth: float, steepness: float, margin: float
 ) -> float:
     """Cost per horizontal metre with the body turned as is cheapest."""
-    return _polar(best[ground], limit[ground], azimuth, steepness, margin, DIRECTIONS, STEEPNESSES)
+    return polar(best[ground], limit[ground], azimuth, steepness, margin, DIRECTIONS, STEEPNESSES)
 
 
 @dataclass(frozen=True)
