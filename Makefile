@@ -30,7 +30,7 @@ demo: $(READY) ## Plan on real relief, then find out what a robot hides; writes 
 	$(BIN)/python -m service.demo
 
 test: $(READY) ## Run the tests
-	$(BIN)/python -m pytest -n 2 -m "not bench and not nightly" tests
+	$(BIN)/python -m pytest -n 2 --dist worksteal -m "not bench and not nightly" tests
 
 check: $(READY) ## Style, types, layers, documentation
 	$(BIN)/ruff check .

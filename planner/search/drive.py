@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -36,8 +36,23 @@ from planner.search.track import Track, lay_track, slopes_of_steps
 from planner.search.yaw import YawProfile, yaw_programme
 
 Array = NDArray[np.float64]
-ROUGHLY, CLOSELY = (1, 1), (2, 3)
-"""Angles and levels of speed beside the best ones that are priced."""
+
+
+class Care(NamedTuple):
+    """How closely a motion is worked out.
+
+    Attributes:
+        yaws, speeds: angles and levels of speed beside the best ones that are priced as well.
+        knots: places at most at which the yaw is decided, where there is room.
+    """
+
+    yaws: int
+    speeds: int
+    knots: int
+
+
+ROUGHLY, CLOSELY = Care(1, 1, 240), Care(2, 3, 480)
+"""The first is good to a few parts in ten thousand, to choose among paths."""
 TURNED_AWAY = 8
 """Yaw programmes until the motion keeps to all limits, each without an angle that did not."""
 REPAIRS = 12
@@ -91,15 +106,14 @@ def move(
     yaws: Sequence[float | None],
     *,
     objective: int,
-    beside: tuple[int, int] = CLOSELY,
+    care: Care = CLOSELY,
     checked: bool = True,
 ) -> Motion | Stuck:
     """The best motion along a path.
 
     Args:
         field, around, legs, yaws, objective: as for ``drive``.
-        beside: how far from the best yaw and the best speed others are priced as well;
-            ``ROUGHLY`` is good to a few parts in ten thousand, to choose among paths.
+        care: how closely.
         checked: whether all limits are looked at between the points that the programmes look at.
     """
     vehicle = around.model.vehicle
@@ -114,15 +128,19 @@ def move(
     )
     if not len(track.lengths):
         return _turn_only(field, around, track, yaws, spacing)
-    slopes = slopes_of_steps(field, track.points)
-    grounds = ground_classes(field, 0.5 * (track.points[1:] + track.points[:-1]))
+    slopes, grounds = _ground_under(field, track)
     shut: list[tuple[float, float, float]] = []
     for _ in range(TURNED_AWAY):
-        yaw = _yaw_through(field, around, track, slopes, grounds, yaws, objective, beside[0], shut)
+        yaw = _yaw_through(field, around, track, slopes, grounds, yaws, objective, care, shut)
         if isinstance(yaw, Stuck):
             return yaw
         roomy, yaw = room_to_move(track, yaw)
-        motion = _at_speed(field, around, roomy, yaw, objective, beside[1], checked, spacing)
+        on_steps = slopes, grounds
+        if roomy is not track:
+            on_steps = _ground_under(field, roomy)
+        motion = _at_speed(
+            field, around, roomy, yaw, *on_steps, objective, care.speeds, checked, spacing
+        )
         if isinstance(motion, Motion):
             break
         # With the body turned otherwise it may keep to its limits there.
@@ -142,6 +160,8 @@ def _at_speed(
     around: Circumstances,
     track: Track,
     yaw: YawProfile,
+    slopes: Array,
+    grounds: NDArray[np.int64],
     objective: int,
     beside: int,
     checked: bool,
@@ -149,9 +169,6 @@ def _at_speed(
 ) -> Motion | Stuck:
     """The best speeds along a track with its yaw, within all limits."""
     limits = around.model.vehicle.limits
-    middle = 0.5 * (track.points[1:] + track.points[:-1])
-    slopes = slopes_of_steps(field, track.points)
-    grounds = ground_classes(field, middle)
     fastest = np.full(len(track.lengths), limits.speed)
     hardest = np.full(len(track.lengths), limits.acceleration)
     eased = np.zeros(len(track.lengths), np.int64)
@@ -180,7 +197,8 @@ def _at_speed(
         x, y = motion.x[broken.steps[0]], motion.y[broken.steps[0]]
         stuck = Stuck(float(x), float(y), broken.what)
         if eased.max() > PATIENCE:
-            x, y = middle[int(eased.argmax())]
+            worst = int(eased.argmax())
+            x, y = 0.5 * (track.points[worst] + track.points[worst + 1])
             return Stuck(float(x), float(y), broken.what)
     return stuck
 
@@ -244,6 +262,12 @@ def _turn_only(
     return assemble(field, turns, profile, np.zeros(len(arriving)), yaw_rate=rate, spacing=spacing)
 
 
+def _ground_under(field: CostField, track: Track) -> tuple[Array, NDArray[np.int64]]:
+    """Slopes (steps, 4) of ``slopes_of_steps``, and the ground class (steps,) of every step."""
+    middle = 0.5 * (track.points[1:] + track.points[:-1])
+    return slopes_of_steps(field, track.points), ground_classes(field, middle)
+
+
 def ground_classes(field: CostField, points: Array) -> NDArray[np.int64]:
     """Ground class (n,) of the cells under points (n, 2)."""
     ny, nx = field.ground.shape
@@ -261,7 +285,7 @@ def _yaw_through(
     grounds: NDArray[np.int64],
     yaws: Sequence[float | None],
     objective: int,
-    beside: int,
+    care: Care,
     shut: Sequence[tuple[float, float, float]],
 ) -> YawProfile | Stuck:
     """Yaw along the whole track; a via point with a yaw of its own parts the programme in two."""
@@ -289,7 +313,8 @@ def _yaw_through(
             objective=objective,
             start_yaw=wanted[part],
             goal_yaw=wanted[part + 1],
-            beside=beside,
+            beside=care.yaws,
+            most_knots=care.knots,
             shut=shut,
         )
         if not isinstance(profile, YawProfile):

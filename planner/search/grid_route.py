@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.quantities import STANDARD_GRAVITY
-from planner.search.drive import CLOSELY, ROUGHLY, Stuck, energy_of, move, price
+from planner.search.drive import CLOSELY, ROUGHLY, Care, Stuck, energy_of, move, price
 from planner.search.edge_energy import Motion
 from planner.search.explain import explain_no_route
 from planner.search.ground import CostField, polyline_cost, segment_cost
@@ -278,7 +278,7 @@ def _move(
     field: CostField,
     refined: Refined,
     objective: str,
-    beside: tuple[int, int],
+    care: Care,
     checked: bool,
 ) -> Motion | Stuck:
     run.check()
@@ -293,7 +293,7 @@ def _move(
         legs,
         run.yaws,
         objective=OBJECTIVES[objective],
-        beside=beside,
+        care=care,
         checked=checked,
     )
 

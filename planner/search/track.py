@@ -77,8 +77,8 @@ def lay_track(
         acceleration: m/s², the vehicle's limit.
     """
     points: list[Array] = [legs[0][:1]]
-    curvatures: list[float] = []
-    stops = [True]
+    curvatures: list[Array] = []
+    stops: list[NDArray[np.bool_]] = [np.ones(1, bool)]
     marks = [0]
     deviation = min(0.5, max(0.15, 0.5 * min(field.dx, field.dy)))
     radius = speed * speed / acceleration
@@ -87,29 +87,26 @@ def lay_track(
         apart = np.hypot(*np.diff(leg, axis=0).T) > 1e-9
         leg = np.ascontiguousarray(leg[np.concatenate([[True], apart])])
         ends, bends, halts = _rounded(field, leg, spacing, radius, deviation)
-        for number, (end, curvature, stop) in enumerate(zip(ends, bends, halts, strict=True)):
-            begin = points[-1][-1]
-            first, last = number == 0, number == len(ends) - 1
-            added = _stations(begin, end, spacing, ramp, near_start=first, near_end=last or stop)
-            points.append(added)
-            curvatures += [curvature] * len(added)
-            stops += [False] * (len(added) - 1) + [stop]
-        marks.append(len(stops) - 1)
-    stops[-1] = True
-    stacked = np.vstack(points)
+        added, piece = _stations(points[-1][-1], ends, halts, spacing, ramp)
+        points.append(added)
+        curvatures.append(bends[piece])
+        stops.append(halts[piece] & np.append(np.diff(piece) > 0, True))
+        marks.append(marks[-1] + len(added))
+    stacked, halting = np.vstack(points), np.concatenate(stops)
+    halting[-1] = True
     steps = np.diff(stacked, axis=0)
     directions = np.arctan2(steps[:, 1], steps[:, 0])
     for mark in marks[1:-1]:
         # Via points have no arc: the robot stops where its travel turns.
         if 0 < mark < len(directions):
             turn = math.remainder(float(directions[mark] - directions[mark - 1]), 2.0 * math.pi)
-            stops[mark] |= abs(turn) > STRAIGHT
+            halting[mark] |= abs(turn) > STRAIGHT
     return Track(
         stacked,
         directions,
         np.hypot(steps[:, 0], steps[:, 1]),
-        np.array(curvatures),
-        np.array(stops),
+        np.concatenate(curvatures),
+        halting,
         tuple(marks),
     )
 
@@ -200,28 +197,44 @@ def _arc(
     return 0, 0.0
 
 
+@njit(cache=True, error_model="numpy", nogil=True)
 def _stations(
-    begin: Array, end: Array, spacing: float, ramp: float, *, near_start: bool, near_end: bool
-) -> Array:
-    """Points after ``begin`` up to ``end``, closer where the robot gathers or loses speed."""
-    length = math.hypot(end[0] - begin[0], end[1] - begin[1])
-    count = max(1, math.ceil(length / spacing - 1e-9))
-    if length < 1e-9 or (count == 1 and not near_start and not near_end):
-        return end[None, :]
-    at = length * np.arange(1, count + 1) / count
-    if not near_start and not near_end:
-        return begin + (end - begin) * (at / length)[:, None]
+    begin: Any, ends: Any, stops: Any, spacing: float, ramp: float
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Points (n, 2) on the pieces from ``begin`` by ``ends``, and the number of each one's piece.
+
+    They are closer where the robot gathers or loses speed.
+    """
     fine = ramp * np.array([0.05, 0.15, 0.3, 0.5, 0.75, 1.0, 1.3])
-    if near_start:
-        at = np.concatenate([at, fine])
-    if near_end:
-        at = np.concatenate([at, length - fine])
-    at = np.unique(np.round(at[(at > 1e-6) & (at <= length)], 9))
-    keep = np.diff(at, prepend=0.0) >= 0.045 * ramp
-    keep[-1] = True
-    at = at[keep]
-    at[-1] = length
-    return begin + (end - begin) * (at / length)[:, None]
+    found = [(0.0, 0.0, 0) for _ in range(0)]
+    x, y = begin[0], begin[1]
+    for piece in range(ends.shape[0]):
+        ex, ey = ends[piece, 0] - x, ends[piece, 1] - y
+        length = math.hypot(ex, ey)
+        near_start = piece == 0
+        near_end = piece == ends.shape[0] - 1 or stops[piece]
+        count = max(1, int(math.ceil(length / spacing - 1e-9)))
+        if length >= 1e-9 and (count > 1 or near_start or near_end):
+            at = [length * k / count for k in range(1, count)]
+            if near_start:
+                at += [way for way in fine if way < length]
+            if near_end:
+                at += [length - way for way in fine if way < length]
+            at.sort()
+            # The speed's grid needs some way to change by one level.
+            least = 0.045 * ramp if near_start or near_end else 0.0
+            before = 0.0
+            for way in at:
+                if way > 1e-6 and way - before >= least and length - way > 1e-9:
+                    found.append((x + way / length * ex, y + way / length * ey, piece))
+                before = way
+        x, y = ends[piece, 0], ends[piece, 1]
+        found.append((x, y, piece))
+    points = np.empty((len(found), 2))
+    pieces = np.empty(len(found), np.int64)
+    for k in range(len(found)):
+        points[k, 0], points[k, 1], pieces[k] = found[k]
+    return points, pieces
 
 
 def slopes_of_steps(field: CostField, points: Array) -> Array:

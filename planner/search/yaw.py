@@ -29,7 +29,6 @@ from planner.search.yaw_estimate import steady_costs_of
 from planner.search.yaw_kernel import MOST_SAMPLES, programme
 
 Array = NDArray[np.float64]
-MOST_KNOTS = 480
 FINER = 4
 """Angles off a state's own that are tried where the body does not fit with that, to either side."""
 
@@ -60,6 +59,7 @@ def yaw_programme(
     start_yaw: float | None,
     goal_yaw: float | None,
     beside: int,
+    most_knots: int,
     shut: Sequence[tuple[float, float, float]] = (),
 ) -> YawProfile | Array:
     """Best yaw along a track, or the place (2,) beyond which no free yaw angles lead.
@@ -73,10 +73,11 @@ def yaw_programme(
         objective: 1 minimises time, anything else energy.
         start_yaw, goal_yaw: rad; None leaves them free.
         beside: angles to either side of the best ones that the power model prices as well.
+        most_knots: places at most at which yaw is decided, where there is room.
         shut: x, y and yaw with which the body is not to pass there, nor with angles near it.
     """
     crowded = _crowded(field, track.points)
-    knots = _knots(track, crowded)
+    knots = _knots(track, crowded, most_knots)
     directions = _knot_directions(track, knots)
     steps = (track.directions, track.lengths, slopes, grounds)
     free, shift = _free_states(field, track.points[knots], directions)
@@ -150,10 +151,10 @@ def _state(yaw: float | None, direction: float) -> int:
     return round(math.remainder(yaw - direction, 2.0 * math.pi) / WIDTH) % STATES
 
 
-def _knots(track: Track, crowded: NDArray[np.bool_]) -> NDArray[np.int64]:
+def _knots(track: Track, crowded: NDArray[np.bool_], most: int) -> NDArray[np.int64]:
     """Stations at which yaw is decided: all where room is scarce, others at even distances."""
     along = np.concatenate([[0.0], np.cumsum(track.lengths)])
-    spacing = max(0.2, along[-1] / MOST_KNOTS)
+    spacing = max(0.2, along[-1] / most)
     chosen = [0]
     for k in range(1, len(along) - 1):
         if along[k] - along[chosen[-1]] >= spacing or track.stops[k] or crowded[k]:

@@ -134,7 +134,7 @@ def score_as_they_are(case: Case, poses: Array) -> float | None:
         slopes_of_steps(field, track.points),
         ground_classes(field, middle),
         0,
-        CLOSELY[1],
+        CLOSELY.speeds,
         np.full(len(track.lengths), limits.speed),
         np.full(len(track.lengths), limits.acceleration),
     )
