@@ -59,9 +59,9 @@ Place = tuple[float, float]
 
 HASTE = 5.0
 """s below which table and grid are coarser."""
-NODES = {True: 20_000, False: 250_000}
+NODES = {True: 30_000, False: 250_000}
 """Nodes of the grid at most, in haste and at leisure."""
-TURNS = {True: 72, False: 360}
+TURNS = {True: 160, False: 360}
 """Steps of the yaw angle in half a turn, likewise."""
 TOO_STEEP = 1.02
 """Share of the largest slope that can be driven, from which ground counts as a wall."""

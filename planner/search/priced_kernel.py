@@ -105,16 +105,33 @@ def _rubbing(y: float, travel: float, width: float) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def _left_over(
-    numbers: Any, wheels: Any, yaw: float, prices: Any, rate: float, width: float
-) -> tuple[float, float]:
-    """W left of the motors' power at one angle of the travel in the body and one yaw rate.
+def _reaches(wheels: Any) -> Any:
+    """Travel of each wheel's rim and rollers for a metre at most, (wheels, 2)."""
+    reaches = np.empty((wheels.shape[0], 2))
+    for i in range(wheels.shape[0]):
+        reaches[i, 0] = math.hypot(wheels[i, RIM], wheels[i, RIM + 1])
+        reaches[i, 1] = math.hypot(wheels[i, ROLLER], wheels[i, ROLLER + 1])
+    return reaches
 
-    ``prices`` holds the price along and across the travel, and the same for the rotors. The second
-    value is the dry friction's share for the full weight, to be added with the load as factor.
+
+@njit(cache=True, error_model="numpy")
+def _left_over(
+    numbers: Any,
+    wheels: Any,
+    reaches: Any,
+    cx: float,
+    cy: float,
+    prices: Any,
+    rate: float,
+    width: float,
+) -> tuple[float, float]:
+    """W left of the motors' power at one direction of travel in the body and one yaw rate.
+
+    ``reaches`` are those of the wheels, cx and cy the direction. ``prices`` holds the price along
+    and across the travel, and the same for the rotors. The second value is the dry friction's share
+    for the full weight, to be added with the load as factor.
     """
     speed = numbers[_SPEED]
-    cx, cy = math.cos(yaw), math.sin(yaw)
     yx, yy = prices[0] * cx - prices[1] * cy, prices[0] * cy + prices[1] * cx
     rx, ry = prices[2] * cx - prices[3] * cy, prices[2] * cy + prices[3] * cx
     # Turning is priced like driving; the prices of both add up to those of a rigid motion.
@@ -128,7 +145,7 @@ def _left_over(
         bx, by, bw = wheels[i, ROLLER], wheels[i, ROLLER + 1], wheels[i, ROLLER + 2]
         rim, roll = speed * (ax * cx + ay * cy) + aw * rate, speed * (bx * cx + by * cy) + bw * rate
         y_rim, y_roll = ax * yx + ay * yy + aw * y_turn, bx * yx + by * yy + bw * y_turn
-        reach = math.sqrt(ax * ax + ay * ay)
+        reach = reaches[i, 0]
         y, s = geared * y_rim, quicker * geared * rim
         wide = quicker * geared * reach * width
         torque = numbers[_ROTOR_TORQUE] * reach
@@ -143,7 +160,7 @@ def _left_over(
         force = force / (2.0 * numbers[_STIFF]) + held
         bent += force * (y_most / numbers[_BACKWARD] + s_most)
         drag = numbers[_ROLLING] * _rubbing(y_rim, rim, reach * width)
-        reach = math.sqrt(bx * bx + by * by)
+        reach = reaches[i, 1]
         drag += numbers[_ROLLER] * _rubbing(y_roll, roll, reach * width)
         bent += 4.0 * numbers[_ROLLER_VISCOUS] * reach * reach * price * speed
         total += numbers[_ROLLER_VISCOUS] * y_roll * roll
@@ -180,6 +197,7 @@ def fill_table(
     quick = REST_SPEED / (numbers[_GEARED] * numbers[_QUICKER])
     rates = np.empty(3 + 24 * n * len(LEVELS))
     table[:] = np.inf
+    reaches = _reaches(wheels)
     for turn in range(first, yaws.shape[0], 2):
         yaw = yaws[turn]
         before = yaw - yaws[turn - 1] if turn > 0 else yaw + math.pi - yaws[-1]
@@ -193,7 +211,7 @@ def fill_table(
                 slope = wheels[i, part + 2]
                 if slope == 0.0:
                     continue
-                reach = math.hypot(wheels[i, part], wheels[i, part + 1]) * width
+                reach = reaches[i, 0 if part == RIM else 1] * width
                 travel = speed * (wheels[i, part] * cx + wheels[i, part + 1] * cy)
                 for level in range(len(LEVELS)):
                     for unit in (SLIDING_SPEED, quick):
@@ -208,7 +226,9 @@ def fill_table(
             for k in range(count):
                 # Quicker turns only stand for the same ones at lower speed.
                 allowed = allowances[node] * max(0.0, abs(rates[k]) / most - 1.0)
-                left, drag = _left_over(numbers, wheels, yaw, nodes[node], rates[k], width)
+                left, drag = _left_over(
+                    numbers, wheels, reaches, cx, cy, nodes[node], rates[k], width
+                )
                 for at in range(loads.shape[0]):
                     value = left + loads[at] * drag + allowed
                     table[node, at] = min(table[node, at], value)
@@ -218,21 +238,22 @@ def fill_table(
 def spent_at_rest(numbers: Any, wheels: Any, nodes: Any, load: float, spent: Any) -> None:
     """W (nodes,) by which slow motion, where signs are smooth, may fall short of the straight line
     between nothing at rest and the table at full speed, over a grid of angles, turns and speeds."""
-    scaled = numbers.copy()
+    scaled, reaches = numbers.copy(), _reaches(wheels)
     node = np.empty(4)
     for n in range(nodes.shape[0]):
         most = 0.0
         for turn in range(24):
             # Round the angles at which wheels or rollers stand, too.
             yaw = (turn // 3) * math.pi / 8.0 + (turn % 3 - 1) * 0.03
+            cx, cy = math.cos(yaw), math.sin(yaw)
             for k in range(3):
                 rate = (k - 1) * numbers[_YAW_RATE]
-                left, drag = _left_over(numbers, wheels, yaw, nodes[n], rate, 0.0)
+                left, drag = _left_over(numbers, wheels, reaches, cx, cy, nodes[n], rate, 0.0)
                 full = left + load * drag
                 for part in range(1, 16):
                     t = (part / 16.0) ** 2
                     scaled[_SPEED] = t * numbers[_SPEED]
                     node[:] = t * nodes[n]
-                    left, drag = _left_over(scaled, wheels, yaw, node, t * rate, 0.0)
+                    left, drag = _left_over(scaled, wheels, reaches, cx, cy, node, t * rate, 0.0)
                     most = max(most, (t * full - left - load * drag) / (1.0 - t))
         spent[n] = most

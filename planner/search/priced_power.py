@@ -50,7 +50,7 @@ KNOWN = frozenset(
     )
 )
 """Effects whose formulas the bound knows; any other must be at its null values."""
-CLOSE = 10
+CLOSE = 3
 """Parts of a step of the yaw angle beside an angle at which a wheel stands."""
 ALLOWANCE = 0.5
 """Share of what is left at rest that turning at twice the limit's rate is let off."""
