@@ -18,7 +18,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, gaussian_filter, maximum_filter
 
-from planner.search.triangle_costs import PriceField, PriceTable, table_watts
+from planner.search.price_table import PriceField, PriceTable, table_watts
 
 Array = NDArray[np.float64]
 

@@ -24,11 +24,10 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
 
 from planner.errors import Cancelled
-from planner.quantities import INDEX
 from planner.search.bound import lower_bound
+from planner.search.bound_mesh import Mesh, coarse_field, mesh_of
 from planner.search.conditions import Circumstances
 from planner.search.cost_to_go import CostToGo, cost_to_go
 from planner.search.edge_energy import sample_surface
@@ -40,19 +39,15 @@ from planner.search.force_prices import (
     milder,
     travel,
 )
-from planner.search.ground import SPARE, CostField
+from planner.search.ground import CostField
 from planner.search.lattice import build_lattice
 from planner.search.other_core import CORE
 from planner.search.potential import halves, levelled, steepest_potential, weights_at
-from planner.search.priced_power import PricedPower, priced_power
-from planner.search.triangle_costs import (
-    DIRECTIONS,
-    PriceField,
-    PriceTable,
-    cell_ranges,
-    even_table,
-    triangle_costs,
-)
+from planner.search.price_table import PriceField, PriceTable, even_table, even_watts
+from planner.search.priced_power import PricedPower, priced_power, slower_power
+from planner.search.ramps import PARTS, no_ramp
+from planner.search.start_and_stop import StartAndStop
+from planner.search.triangle_costs import DIRECTIONS, triangle_costs
 
 Array = NDArray[np.float64]
 Place = tuple[float, float]
@@ -63,6 +58,8 @@ NODES = {True: 30_000, False: 250_000}
 """Nodes of the grid at most, in haste and at leisure."""
 TURNS = {True: 160, False: 360}
 """Steps of the yaw angle in half a turn, likewise."""
+SLOW_TURNS = 120
+"""The same below full speed, where there is time for it."""
 TOO_STEEP = 1.02
 """Share of the largest slope that can be driven, from which ground counts as a wall."""
 SETTLED = 4
@@ -94,41 +91,39 @@ class CertifiedBound:
 
 
 @dataclass(frozen=True)
-class _Mesh:
-    """The grid of triangles, with a ring of continued ground round the map.
+class _Tables:
+    """What is worked out once for a model: the table at full speed, and at PARTS of it."""
 
-    Attributes:
-        heights: (ny, nx) m at the nodes.
-        ranges: (ny - 1, nx - 1, 6) slopes and heights between.
-        rolling: (ny, nx, 2) least and largest rolling factor round each node.
-        wall: (ny - 1, nx - 1, 2) triangles where the robot cannot be.
-        origin, cell: m.
-        picked: rows and columns of the map, clipped, that the nodes are.
-    """
-
-    heights: Array
-    ranges: Array
-    rolling: Array
-    wall: NDArray[np.bool_]
-    origin: Place
-    cell: Place
-    picked: tuple[NDArray[np.int64], NDArray[np.int64]]
+    full: PriceTable
+    slower: Array
+    acceleration: float
 
 
-_tables: dict[bytes, PricedPower | None] = {}
+_tables: dict[bytes, _Tables | None] = {}
 
 
-def _table(around: Circumstances, steepest: float, turns: int) -> PricedPower | None:
-    """The table of a model, kept for the last few of this process."""
+def _tables_of(around: Circumstances, steepest: float, haste: bool) -> _Tables | None:
+    """The tables of a model, kept for the last few of this process; None if it is not followed."""
     model = around.model
     parts = (model.parameters, model.body, model.wheels, around.class_rows, around.limits)
-    named = repr((steepest, turns, [e.slug for e in model.effects], model.kind, model.vehicle))
+    named = repr((steepest, haste, [e.slug for e in model.effects], model.kind, model.vehicle))
     key = b"".join(np.ascontiguousarray(p).tobytes() for p in parts) + named.encode()
     if key not in _tables:
         if len(_tables) >= 8:
             _tables.pop(next(iter(_tables)))
-        _tables[key] = priced_power(around, steepest, turns=turns)
+        _tables[key] = _worked_out(priced_power(around, steepest, turns=TURNS[haste]), haste)
     return _tables[key]
+
+
+def _worked_out(priced: PricedPower | None, haste: bool) -> _Tables | None:
+    if priced is None or not priced.centred:
+        return None
+    slower = np.zeros((0, 2, 2, 2))
+    if not haste:
+        slow = slower_power(priced, PARTS, turns=SLOW_TURNS)
+        on_grid = [even_watts(priced, slow.shares, slow.cross, watts) for watts in slow.watts]
+        slower = np.array(on_grid)
+    return _Tables(even_table(priced), slower, priced.acceleration)
 
 
 def certify(
@@ -165,16 +160,16 @@ def certify(
     climb = float(heights[1] - heights[0])
     floor = lower_bound(around, math.dist(start, goal), climb, steepest)
     haste = seconds < HASTE
-    priced = None
+    tables = None
     if not around.wind.any() and steepest > 0.0:
-        priced = _table(around, TOO_STEEP * steepest, TURNS[haste])
+        tables = _tables_of(around, TOO_STEEP * steepest, haste)
     check()
-    if priced is None or not priced.centred or start == goal:
+    if tables is None or start == goal:
         return CertifiedBound(floor, time.perf_counter() - began, "floor")
-    table = even_table(priced)
+    table = tables.full
     parts = max(1, math.ceil(math.sqrt(field.heights.size / NODES[haste])))
-    mesh = _mesh(field, around, TOO_STEEP * steepest, parts)
-    coarse = _coarse(field, mesh)
+    mesh = mesh_of(field, around, TOO_STEEP * steepest, parts)
+    coarse = coarse_field(field, mesh)
     lattice = build_lattice(coarse)
     guides = CORE.all(
         [
@@ -187,6 +182,7 @@ def certify(
     direction, worth = travel(to_goal, from_start, mesh.cell)
     best = best_prices(table, TOO_STEEP * steepest)
     ends = [weights_at(p, mesh.origin, mesh.cell, mesh.heights.shape) for p in (start, goal)]
+    both = StartAndStop.of(table, tables.slower, tables.acceleration, mesh, (start, goal))
     psi, flow = to_goal, np.zeros((2, *mesh.heights.shape))
     bound, idle, better = -math.inf, 0, STRETCHES[0]
     for game in range(GAMES):
@@ -194,16 +190,20 @@ def certify(
         prices = force_prices(
             table, best, mesh.heights, mesh.ranges, direction, worth, mesh.cell, stretch
         )
-        costs = _costs(table, best, prices, mesh, check)
-        if costs is None:
+        steady = _costs(table, best, prices, mesh, check)
+        if steady is None:
             break
-        tables, priced_at = costs
+        costs, prices = steady
+        gain = 0.0
+        if not haste:
+            least = LEAST * _median(costs)
+            costs, gain = both.paid(prices, costs, direction, best.steepest, least)
         beside = [
-            _beside(table, priced_at, mesh.heights, *end, float(z))
+            _beside(table, prices, mesh.heights, *end, float(z))
             for end, z in zip(ends, heights, strict=True)
         ]
-        found, psi, now = _potential(tables, psi, mesh.cell, ends, check)
-        value = found + beside[0] - beside[1] + table.weight * climb
+        found, psi, now = _potential(costs, psi, mesh.cell, ends, check)
+        value = found + gain + beside[0] - beside[1] + table.weight * climb
         idle = 0 if value > bound + 1e-3 * abs(bound) else idle + 1
         if value > bound:
             bound, better = value, stretch
@@ -226,7 +226,7 @@ def _costs(
     table: PriceTable,
     best: BestPrices,
     prices: PriceField,
-    mesh: _Mesh,
+    mesh: Mesh,
     check: Callable[[], bool],
 ) -> tuple[Array, PriceField] | None:
     """Costs of all triangles, above zero, and the prices that they hold for; None without any."""
@@ -238,6 +238,7 @@ def _costs(
                     triangle_costs,
                     table,
                     PriceField(*(f[nodes] for f in prices)),
+                    no_ramp(mesh.heights[nodes].shape),
                     mesh.heights[nodes],
                     mesh.ranges[cells],
                     mesh.rolling[nodes],
@@ -252,12 +253,17 @@ def _costs(
         open_ground = np.isfinite(costs[..., 0])
         if not open_ground.any():
             return None
-        bad = (costs.min(axis=3) < LEAST * float(np.median(costs[open_ground]))).any(axis=2)
+        bad = (costs.min(axis=3) < LEAST * _median(costs)).any(axis=2)
         if not bad.any() or not check():
             break
         prices = milder(table, prices, bad, best.level, mesh.cell)
     # Where a cost is not above zero, slowing the potential down would not make it admissible.
     return (costs, prices) if costs[open_ground].min() > 0.0 else None
+
+
+def _median(costs: Array) -> float:
+    """J/m of all open triangles and directions."""
+    return float(np.median(costs[np.isfinite(costs[..., 0])]))
 
 
 def _potential(
@@ -299,69 +305,6 @@ def _beside(
     return t.weight * (even - (share - 1.0) * (height - mean))
 
 
-def _mesh(field: CostField, around: Circumstances, steepest: float, parts: int) -> _Mesh:
-    """Nodes and triangles of a map; ``parts`` cells of the map make one of the mesh."""
-    ny, nx = field.heights.shape
-    dx, dy = field.dx, field.dy
-    # As many rings as make the cells' number a multiple, at least one on every side.
-    after = [(-(count + 1)) % parts + 1 for count in (ny, nx)]
-    heights = field.heights
-    for _ in range(max(*after, 1) + 1):
-        heights = np.pad(heights, 1, mode="reflect", reflect_type="odd")
-    rings = max(*after, 1) + 1
-    inner = heights[rings - 2 : rings + ny + after[0] + 1, rings - 2 : rings + nx + after[1] + 1]
-    ranges = cell_ranges(np.ascontiguousarray(inner), dx, dy)
-    nodes = inner[1:-1, 1:-1][::parts, ::parts]
-    rows = np.clip(np.arange(-1, ny + after[0])[::parts], 0, ny - 1)
-    columns = np.clip(np.arange(-1, nx + after[1])[::parts], 0, nx - 1)
-    factors = around.class_rows[:, INDEX["rolling_factor"]]
-    factor = np.pad(factors[field.ground], ((1, after[0]), (1, after[1])), mode="edge")
-    wall = _walls(field, ranges, steepest, after)
-    if parts == 1:
-        rolling = np.stack([factor, factor], axis=2)
-    else:
-        rolling = np.empty((*nodes.shape, 2))
-        rolling[..., 0], rolling[..., 1] = factor.min(), factor.max()
-        blocks = (nodes.shape[0] - 1, parts, nodes.shape[1] - 1, parts)
-        split = [ranges[..., k].reshape(blocks) for k in range(6)]
-        ranges = np.stack(
-            [
-                part.min(axis=(1, 3)) if k % 2 == 0 else part.max(axis=(1, 3))
-                for k, part in enumerate(split)
-            ],
-            axis=2,
-        )
-        solid = wall.all(axis=2).reshape(blocks).min(axis=(1, 3))
-        wall = np.stack([solid, solid], axis=2)
-    return _Mesh(
-        np.ascontiguousarray(nodes),
-        np.ascontiguousarray(ranges),
-        np.ascontiguousarray(rolling),
-        np.ascontiguousarray(wall),
-        (field.x0 - dx, field.y0 - dy),
-        (dx * parts, dy * parts),
-        (rows, columns),
-    )
-
-
-def _coarse(field: CostField, mesh: _Mesh) -> CostField:
-    """Map and costs at the nodes of the mesh alone: enough to say where good routes lead."""
-    nodes = np.ix_(*mesh.picked)
-    return field._replace(
-        heights=np.ascontiguousarray(field.heights[nodes]),
-        mask=np.ascontiguousarray(field.mask[nodes]),
-        blocked=np.ascontiguousarray(field.blocked[nodes]),
-        ground=np.ascontiguousarray(field.ground[nodes]),
-        steep=np.ascontiguousarray(field.steep[nodes]),
-        factor=np.ascontiguousarray(field.factor[nodes]) if field.factor.size > 1 else field.factor,
-        x0=mesh.origin[0],
-        y0=mesh.origin[1],
-        dx=mesh.cell[0],
-        dy=mesh.cell[1],
-        step=field.step * mesh.cell[0] / field.dx,
-    )
-
-
 def _everywhere(guide: CostToGo, field: CostField) -> Array:
     """Costs of a guide (ny, nx), finite where there is no way as well."""
     values = guide.values.astype(float)
@@ -372,24 +315,3 @@ def _everywhere(guide: CostToGo, field: CostField) -> Array:
     x = field.x0 + field.dx * np.arange(nx) - guide.goal[0]
     y = field.y0 + field.dy * np.arange(ny) - guide.goal[1]
     return np.asarray(np.hypot(x[None, :], y[:, None]))
-
-
-def _walls(field: CostField, ranges: Array, steepest: float, after: list[int]) -> NDArray[np.bool_]:
-    """Triangles (cells y, cells x, 2) that are too steep or too near something everywhere."""
-    gentlest = [
-        np.where(low * high <= 0.0, 0.0, np.minimum(np.abs(low), np.abs(high)))
-        for low, high in ((ranges[..., 0], ranges[..., 1]), (ranges[..., 2], ranges[..., 3]))
-    ]
-    steep = np.hypot(*gentlest) > steepest
-    wall = np.stack([steep, steep], axis=2)
-    if not field.blocked.any():
-        return wall
-    blocked = np.pad(field.blocked, ((1, after[0]), (1, after[1])))
-    apart = distance_transform_edt(~blocked, sampling=(field.dy, field.dx))
-    # A disc round the centre lies in the body whatever its yaw; one in a cell lies in the cell.
-    inner = min(field.half_length, field.half_width) - SPARE + 0.5 * min(field.dx, field.dy)
-    within = apart + math.hypot(field.dx, field.dy) <= inner
-    corners = within[:-1, :-1], within[:-1, 1:], within[1:, :-1], within[1:, 1:]
-    wall[..., 0] |= corners[0] | corners[1] | corners[2]
-    wall[..., 1] |= corners[3] | corners[1] | corners[2]
-    return wall

@@ -43,7 +43,9 @@ def _branch(y: float, yr: float, s: float, h: float, c: float, rho: float, q: fl
 
 
 @njit(cache=True, error_model="numpy")
-def motor_gain(numbers: Any, y: float, yr: float, s: float, q: float, width: float) -> float:
+def motor_gain(
+    numbers: Any, y: float, yr: float, s: float, q: float, width: float, spread: float
+) -> float:
     """Most that one motor can earn at a price above the power that it draws, W.
 
     Args:
@@ -52,6 +54,7 @@ def motor_gain(numbers: Any, y: float, yr: float, s: float, q: float, width: flo
         s: rad/s of the motor, quickened for what viscous drag does to copper.
         q: N·m that its rotor's inertia takes or gives at most.
         width: rad/s by which s may be off.
+        spread: share of s by which it may be off besides.
     """
     c, rho = numbers[_COULOMB], numbers[_STIFF]
     forward, backward = numbers[_FORWARD], numbers[_BACKWARD]
@@ -59,9 +62,9 @@ def motor_gain(numbers: Any, y: float, yr: float, s: float, q: float, width: flo
         y, yr, s = -y, -yr, -s
     gain = -np.inf
     for level in range(len(LEVELS)):
-        if s < LEVELS[level] * REST_SPEED - width:
+        if s * (1.0 + spread) < LEVELS[level] * REST_SPEED - width:
             break
-        if level + 1 < len(LEVELS) and s > LEVELS[level + 1] * REST_SPEED + width:
+        if level + 1 < len(LEVELS) and s * (1.0 - spread) > LEVELS[level + 1] * REST_SPEED + width:
             continue
         short = 0.5 / LEVELS[level] ** 2
         h = forward - (forward - backward) * short
@@ -69,7 +72,7 @@ def motor_gain(numbers: Any, y: float, yr: float, s: float, q: float, width: flo
         part = max(part, _branch(-y, -yr, -s, backward, -c * (1.0 - 3.0 * short), rho, q))
         part = max(part, _branch(-y, -yr, -s, backward, -c * (1.0 + short), rho, q))
         gain = max(gain, part - numbers[_SWITCHING] * (1.0 - 2.0 * short))
-    if s <= LEVELS[0] * REST_SPEED + width:
+    if s * (1.0 - spread) <= LEVELS[0] * REST_SPEED + width:
         gain = max(gain, _gain_near_rest(numbers, y, yr, s, q))
     return gain
 
@@ -89,15 +92,15 @@ def _gain_near_rest(numbers: Any, y: float, yr: float, s: float, q: float) -> fl
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _rubbing(y: float, travel: float, width: float) -> float:
+def _rubbing(y: float, travel: float, width: float, spread: float) -> float:
     """Least price times smooth sign of the travel, for dry friction."""
-    way = abs(travel)
+    slow, quick = abs(travel) * (1.0 - spread) - width, abs(travel) * (1.0 + spread) + width
     price = y if travel > 0.0 else -y
-    least = -abs(y) if way <= LEVELS[0] * SLIDING_SPEED + width else np.inf
+    least = -abs(y) if slow <= LEVELS[0] * SLIDING_SPEED else np.inf
     for level in range(len(LEVELS)):
-        if way < LEVELS[level] * SLIDING_SPEED - width:
+        if quick < LEVELS[level] * SLIDING_SPEED:
             break
-        if level + 1 < len(LEVELS) and way > LEVELS[level + 1] * SLIDING_SPEED + width:
+        if level + 1 < len(LEVELS) and slow > LEVELS[level + 1] * SLIDING_SPEED:
             continue
         short = 0.5 / LEVELS[level] ** 2
         least = min(least, price * (1.0 - short) if price > 0.0 else price)
@@ -123,13 +126,15 @@ def _left_over(
     cy: float,
     prices: Any,
     rate: float,
-    width: float,
+    turned: float,
+    spread: float,
 ) -> tuple[float, float]:
     """W left of the motors' power at one direction of travel in the body and one yaw rate.
 
     ``reaches`` are those of the wheels, cx and cy the direction. ``prices`` holds the price along
-    and across the travel, and the same for the rotors. The second value is the dry friction's share
-    for the full weight, to be added with the load as factor.
+    and across the travel, and the same for the rotors. The direction may be off by ``turned``, rad,
+    and speeds by the share ``spread``. The second value is the dry friction's share for the full
+    weight, to be added with the load as factor.
     """
     speed = numbers[_SPEED]
     yx, yy = prices[0] * cx - prices[1] * cy, prices[0] * cy + prices[1] * cx
@@ -138,7 +143,7 @@ def _left_over(
     y_turn, r_turn = prices[0] / speed * rate, prices[2] / speed * rate
     geared, quicker = numbers[_GEARED], numbers[_QUICKER]
     price = math.hypot(prices[0], prices[1])
-    turned = width / speed
+    width = speed * turned
     total, bent, even, by_x, by_y = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(wheels.shape[0]):
         ax, ay, aw = wheels[i, RIM], wheels[i, RIM + 1], wheels[i, RIM + 2]
@@ -149,7 +154,8 @@ def _left_over(
         y, s = geared * y_rim, quicker * geared * rim
         wide = quicker * geared * reach * width
         torque = numbers[_ROTOR_TORQUE] * reach
-        total -= motor_gain(numbers, y, geared * (ax * rx + ay * ry + aw * r_turn), s, torque, wide)
+        y_rotor = geared * (ax * rx + ay * ry + aw * r_turn)
+        total -= motor_gain(numbers, y, y_rotor, s, torque, wide, spread)
         # What a concave function of turning vectors bends by between two angles of the table.
         y_most, s_most = geared * reach * price, quicker * geared * reach * speed
         off = y_most * turned / numbers[_BACKWARD] + wide
@@ -159,9 +165,9 @@ def _left_over(
         held = 1.5 * numbers[_COULOMB] + 2.0 * torque
         force = force / (2.0 * numbers[_STIFF]) + held
         bent += force * (y_most / numbers[_BACKWARD] + s_most)
-        drag = numbers[_ROLLING] * _rubbing(y_rim, rim, reach * width)
+        drag = numbers[_ROLLING] * _rubbing(y_rim, rim, reach * width, spread)
         reach = reaches[i, 1]
-        drag += numbers[_ROLLER] * _rubbing(y_roll, roll, reach * width)
+        drag += numbers[_ROLLER] * _rubbing(y_roll, roll, reach * width, spread)
         bent += 4.0 * numbers[_ROLLER_VISCOUS] * reach * reach * price * speed
         total += numbers[_ROLLER_VISCOUS] * y_roll * roll
         even += wheels[i, LOAD] * drag
@@ -183,6 +189,7 @@ def fill_table(
     wheels: Any,
     yaws: Any,
     first: int,
+    spread: float,
     nodes: Any,
     allowances: Any,
     loads: Any,
@@ -190,7 +197,9 @@ def fill_table(
 ) -> None:
     """Least power (nodes, loads) over every second of the angles from ``first``, all yaw rates.
 
-    ``allowances`` (nodes,) are the W that turning at twice the limit's rate is let off.
+    ``spread`` is the share by which speeds may be off, so that what is found for two speeds holds
+    for all between. ``allowances`` (nodes,) are the W that turning at twice the limit's rate is let
+    off.
     """
     n = wheels.shape[0]
     speed, most = numbers[_SPEED], numbers[_YAW_RATE]
@@ -202,7 +211,8 @@ def fill_table(
         yaw = yaws[turn]
         before = yaw - yaws[turn - 1] if turn > 0 else yaw + math.pi - yaws[-1]
         after = yaws[turn + 1] - yaw if turn + 1 < yaws.shape[0] else yaws[0] + math.pi - yaw
-        width = speed * max(before, after)
+        turned = max(before, after)
+        width = speed * turned
         cx, cy = math.cos(yaw), math.sin(yaw)
         rates[0], rates[1], rates[2] = -most, 0.0, most
         count = 3
@@ -219,7 +229,10 @@ def fill_table(
                             continue
                         for side in (-1.0, 1.0):
                             for off in (-reach, reach):
-                                at = side * (LEVELS[level] * unit + off)
+                                scaled = 1.0 - spread if off > 0.0 else 1.0 + spread
+                                if scaled <= 0.0:
+                                    continue
+                                at = side * (LEVELS[level] * unit + off) / scaled
                                 rates[count] = (at - travel) / slope
                                 count += 1
         for node in range(nodes.shape[0]):
@@ -227,7 +240,7 @@ def fill_table(
                 # Quicker turns only stand for the same ones at lower speed.
                 allowed = allowances[node] * max(0.0, abs(rates[k]) / most - 1.0)
                 left, drag = _left_over(
-                    numbers, wheels, reaches, cx, cy, nodes[node], rates[k], width
+                    numbers, wheels, reaches, cx, cy, nodes[node], rates[k], turned, spread
                 )
                 for at in range(loads.shape[0]):
                     value = left + loads[at] * drag + allowed
@@ -248,12 +261,14 @@ def spent_at_rest(numbers: Any, wheels: Any, nodes: Any, load: float, spent: Any
             cx, cy = math.cos(yaw), math.sin(yaw)
             for k in range(3):
                 rate = (k - 1) * numbers[_YAW_RATE]
-                left, drag = _left_over(numbers, wheels, reaches, cx, cy, nodes[n], rate, 0.0)
+                left, drag = _left_over(numbers, wheels, reaches, cx, cy, nodes[n], rate, 0.0, 0.0)
                 full = left + load * drag
                 for part in range(1, 16):
                     t = (part / 16.0) ** 2
                     scaled[_SPEED] = t * numbers[_SPEED]
                     node[:] = t * nodes[n]
-                    left, drag = _left_over(scaled, wheels, reaches, cx, cy, node, t * rate, 0.0)
+                    left, drag = _left_over(
+                        scaled, wheels, reaches, cx, cy, node, t * rate, 0.0, 0.0
+                    )
                     most = max(most, (t * full - left - load * drag) / (1.0 - t))
         spent[n] = most

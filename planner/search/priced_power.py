@@ -16,6 +16,7 @@ and the largest y·T - P over T has a closed form (planner.search.priced_kernel)
 
     priced = priced_power(around, steepest)      # a table for one model and its conditions
     priced.watts                                 # (shares, cross shares, 2) W, by μ, ν and load
+    slower_power(priced, parts, turns=72)        # the same at parts of full speed
 
 Q is concave in the prices for every yaw, so linear interpolation in the table errs to the safe
 side. It is concave in yaw and yaw rate as well wherever no wheel or roller changes its direction;
@@ -25,7 +26,7 @@ the lines where one does are among the points that are looked at. docs/lower-bou
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -56,6 +57,11 @@ ALLOWANCE = 0.5
 """Share of what is left at rest that turning at twice the limit's rate is let off."""
 RESERVE = 0.3
 """W kept back for speeds and angles between those at which slow motion is looked at."""
+FEWER = (0, 2, 4, 7, 10, 12, 14, 17, 20)
+"""Prices along the travel that are looked at below full speed; both kinks are among them."""
+NEVER = 1e9
+"""W that no motion needs: the allowance of turns that are not looked at."""
+SPEED, YAW_RATE = NAMES.index("speed"), NAMES.index("yaw_rate")
 EXCESS = 1.1
 """What the acceleration across a bend may be, as a share of the limit (planner.search.speed)."""
 
@@ -76,6 +82,13 @@ class PricedPower:
         rotors: kg that the rotors stand for.
         efficiency: of the gear; the rotors' price follows from it.
         rotor_slack: W by which Q differs at most for each share that the rotors' price is off.
+        centred: whether the centre of mass is known to be in the middle, so that turning lifts
+            nothing.
+        acceleration: m/s² at most.
+        numbers, wheels: of the model, as planner.search.priced_kernel reads them.
+        idle: W of electronics and sensors at a speed.
+        drag, rolling: W at full speed by which power bends upwards with the speed: viscous drag,
+            and at most that of the rollers.
     """
 
     shares: Array
@@ -90,7 +103,12 @@ class PricedPower:
     efficiency: float
     rotor_slack: float
     centred: bool
-    """Whether the centre of mass is known to be in the middle, so that turning lifts nothing."""
+    acceleration: float
+    numbers: Array
+    wheels: Array
+    idle: Callable[[float], float]
+    drag: float
+    rolling: float
 
 
 def rotor_share(share: Array, efficiency: float) -> Array:
@@ -209,29 +227,22 @@ def priced_power(
     if not _mirrored(wheels):
         across = np.concatenate([-across[:0:-1], across])
     shape = (len(along), len(across))
-    share, cross = (g.ravel() for g in np.meshgrid(along, across, indexing="ij"))
-    nodes = speed * np.column_stack(
-        [share, cross, rotor_share(share, efficiency), cross * efficiency]
-    )
-    idle, at_rest = _idle(around, speed, value), _idle(around, 0.0, value)
+    nodes = _nodes(along, across, speed, efficiency)
+    idle = partial(_idle, around, value)
     drag = viscous * (1.0 + stiff * viscous) * geared**2 * rims * speed**2
     roll = float((wheels[:, ROLLER : ROLLER + 2] ** 2).sum()) * named["roller_viscous"]
+    roll *= speed**2 * float(along[-1] + across[-1])
     standing = np.empty(len(nodes))
     spent_at_rest(numbers, wheels, nodes, float(loads[0]), standing)
-    standing = at_rest - drag - 2.5 * roll * speed**2 - RESERVE - standing
+    standing = idle(0.0) - drag - roll - RESERVE - standing
     standing -= named["off_centre"] * yaw_rate * along[-1]
     allowances = ALLOWANCE * np.maximum(standing, 0.0)
-    yaws = _yaws(wheels, turns)
-    halves = np.empty((2, len(nodes), len(loads)))
-    common = numbers, wheels, yaws
-    rest = nodes, allowances, loads
-    CORE.all([partial(fill_table, *common, k, *rest, halves[k]) for k in range(2)])
-    table = halves.min(axis=0)
+    table = _least(numbers, wheels, turns, 0.0, nodes, allowances, loads)
     return PricedPower(
         along,
         across,
         loads,
-        (table + idle + drag).reshape(*shape, 2),
+        (table + idle(speed) + drag).reshape(*shape, 2),
         (standing - allowances).reshape(shape),
         speed,
         named["weight"],
@@ -240,10 +251,84 @@ def priced_power(
         efficiency,
         named["rotor_torque"] * geared * speed * float((reach**2).sum()),
         not offset.any(),
+        most,
+        numbers,
+        wheels,
+        idle,
+        drag,
+        roll,
     )
 
 
-def _idle(around: Circumstances, speed: float, value: Callable[[str, str], float]) -> float:
+def _nodes(along: Array, across: Array, speed: float, efficiency: float) -> Array:
+    """Prices (nodes, 4) along and across, and of the rotors, at a speed."""
+    share, cross = (g.ravel() for g in np.meshgrid(along, across, indexing="ij"))
+    rotors = rotor_share(share, efficiency), cross * efficiency
+    return speed * np.column_stack([share, cross, *rotors])
+
+
+def _least(
+    numbers: Array,
+    wheels: Array,
+    turns: int,
+    spread: float,
+    nodes: Array,
+    allowances: Array,
+    loads: Array,
+) -> Array:
+    """Least power (nodes, loads) of the motors, on two cores."""
+    halves = np.empty((2, len(nodes), len(loads)))
+    common = numbers, wheels, _yaws(wheels, turns)
+    rest = nodes, allowances, loads
+    CORE.all([partial(fill_table, *common, k, spread, *rest, halves[k]) for k in range(2)])
+    return np.asarray(halves.min(axis=0))
+
+
+@dataclass(frozen=True)
+class SlowerPower:
+    """Least power at prices below full speed.
+
+    Attributes:
+        shares, cross: nodes of the prices, some of those at full speed.
+        watts: (parts, a, b, 2) W; between two parts it is not below the straight line.
+    """
+
+    shares: Array
+    cross: Array
+    watts: Array
+
+
+def slower_power(priced: PricedPower, parts: Sequence[float], *, turns: int) -> SlowerPower:
+    """The table at parts of full speed.
+
+    Args:
+        priced: the table at full speed.
+        parts: rising shares of full speed, first 0, then each below twice the one before.
+        turns: steps of the yaw angle in half a turn.
+    """
+    shares, cross = priced.shares[list(FEWER)], priced.cross[::3]
+    shape = len(shares), len(cross), 2
+    # Between rest and the first part a turn may be quicker than the limit allows there.
+    quick = ALLOWANCE * priced.idle(0.0)
+    found = [np.full(shape, priced.idle(0.0) - quick)]
+    for k in range(1, len(parts)):
+        before, part, after = parts[k - 1], parts[k], parts[min(k + 1, len(parts) - 1)]
+        change = max(after - part, part - before)
+        numbers = priced.numbers.copy()
+        numbers[SPEED] *= part
+        if k > 1:
+            # A turn at the limit's rate becomes quicker with the speed on the same bend.
+            numbers[YAW_RATE] *= part / before
+        nodes = _nodes(shares, cross, part * priced.speed, priced.efficiency)
+        let_off = np.full(len(nodes), quick if k == 1 else NEVER)
+        watts = _least(numbers, priced.wheels, turns, change / part, nodes, let_off, priced.loads)
+        bent = part**2 * priced.drag - change**2 / 4.0 * (priced.drag + priced.rolling)
+        watts += priced.idle(part * priced.speed) + bent
+        found.append(watts.reshape(shape))
+    return SlowerPower(shares, cross, np.array(found))
+
+
+def _idle(around: Circumstances, value: Callable[[str, str], float], speed: float) -> float:
     """W of electronics and sensors at a speed: concave in it."""
     watts = value("electronics", "power")
     per_sample = value("sensor_rate", "energy_per_sample")

@@ -2,8 +2,9 @@
 
 Every cell of the grid is cut in two triangles. In each, the riding surface (planner.terrain.
 interpolation) is a bicubic polynomial, whose heights and slopes stay between their Bernstein
-coefficients. With prices of force that are linear on the triangle (``PriceField``) and the table of
-planner.search.priced_power, the compiled loops here find for each of DIRECTIONS unit vectors e
+coefficients. With prices of force that are linear on the triangle (``PriceField``), the table of
+planner.search.priced_power, and what start and stop ask for (planner.search.ramps), the compiled
+loops here find for each of DIRECTIONS unit vectors e
 
     costs[j, i, half, k] ≤ J dissipated per horizontal metre along e, anywhere in the triangle,
 
@@ -15,111 +16,17 @@ docs/lower-bound.md has the inequalities.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-from planner.search.priced_power import PricedPower
-
-Array = NDArray[np.float64]
+from planner.search.price_table import least_standing, rotor_price, table_watts
+from planner.search.ramps import ramp_cost
 
 DIRECTIONS = 48
-FINE = 14
-"""Steps of the fine table between the prices at which driven and driving gears are paid off."""
 LENGTHENING = 0.545
 """Largest sin a·(1 + cos² a)/2."""
-
-
-class PriceField(NamedTuple):
-    """Prices of force at the nodes: A = [[share + b1, b2], [b2, share - b1]] times the velocity."""
-
-    share: Array
-    rotor: Array
-    b1: Array
-    b2: Array
-
-
-class PriceTable(NamedTuple):
-    """The table of planner.search.priced_power on even grids, as the compiled loops read it."""
-
-    watts: Array
-    standing: Array
-    low: float
-    step: float
-    cross: float
-    cross_step: float
-    load: float
-    load_step: float
-    speed: float
-    weight: float
-    moving: float
-    rotors: float
-    efficiency: float
-    rotor_slack: float
-    heavier: bool
-    """Whether more load never takes less power."""
-
-
-def even_table(priced: PricedPower) -> PriceTable:
-    """The table on even grids. Q is concave, so that interpolated values are below it as well."""
-    forward, backward = 1.0 / priced.efficiency, 2.0 - 1.0 / priced.efficiency
-    # Both kinks of the rotors' price are nodes; a gear without loss has none.
-    step = (forward - backward) / FINE if forward > backward + 0.01 else 0.05
-    below = math.floor((backward - priced.shares[0]) / step)
-    above = math.floor((priced.shares[-1] - backward) / step)
-    share = backward + step * np.arange(-below, above + 1)
-    cross = np.linspace(-priced.cross[-1], priced.cross[-1], 49)
-    at = np.abs(cross) if priced.cross[0] >= 0.0 else cross
-
-    def spread(values: Array) -> Array:
-        along = np.stack([np.interp(share, priced.shares, column) for column in values.T], axis=1)
-        return np.stack([np.interp(at, priced.cross, row) for row in along])
-
-    watts = np.stack([spread(priced.watts[:, :, k]) for k in range(2)], axis=2)
-    return PriceTable(
-        np.ascontiguousarray(watts),
-        np.ascontiguousarray(spread(priced.standing)),
-        float(share[0]),
-        float(share[1] - share[0]),
-        float(cross[0]),
-        float(cross[1] - cross[0]),
-        float(priced.loads[0]),
-        float(priced.loads[1] - priced.loads[0]),
-        priced.speed,
-        priced.weight,
-        priced.moving,
-        priced.rotors,
-        priced.efficiency,
-        priced.rotor_slack,
-        bool((watts[..., 1] >= watts[..., 0]).all()),
-    )
-
-
-@njit(cache=True, error_model="numpy", inline="always")
-def table_watts(t: Any, share: float, cross: float, load: float) -> float:
-    """Q with idle power, W; prices beyond the table give minus infinity."""
-    a = (share - t.low) / t.step
-    b = (cross - t.cross) / t.cross_step
-    last_a, last_b = t.watts.shape[0] - 1.0, t.watts.shape[1] - 1.0
-    if a < -1e-9 or b < -1e-9 or a > last_a + 1e-9 or b > last_b + 1e-9:
-        return -np.inf
-    i = min(max(int(a), 0), t.watts.shape[0] - 2)
-    j = min(max(int(b), 0), t.watts.shape[1] - 2)
-    a -= i
-    b -= j
-    c = (load - t.load) / t.load_step if t.load_step > 0.0 else 0.0
-    if c < -1e-6 or c > 1.0 + 1e-6:
-        return -np.inf
-    value = 0.0
-    for k in range(2):
-        w = c if k else 1.0 - c
-        value += w * (
-            (1.0 - a) * ((1.0 - b) * t.watts[i, j, k] + b * t.watts[i, j + 1, k])
-            + a * ((1.0 - b) * t.watts[i + 1, j, k] + b * t.watts[i + 1, j + 1, k])
-        )
-    return value
 
 
 @njit(cache=True, error_model="numpy")
@@ -165,12 +72,6 @@ def cell_ranges(heights: Any, dx: float, dy: float) -> Any:
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _rotor(share: float, efficiency: float) -> float:
-    backward = 2.0 - 1.0 / efficiency
-    return min(1.0, share / backward) + max(0.0, share * efficiency - 1.0)
-
-
-@njit(cache=True, error_model="numpy", inline="always")
 def _vertex_watts(
     t: Any,
     share: float,
@@ -195,7 +96,7 @@ def _vertex_watts(
         if t.heavier:
             break
     # The rotors' price in the table belongs to the price along this very direction.
-    off = abs(_rotor(share + along, t.efficiency) - rotor - t.efficiency * along)
+    off = abs(rotor_price(share + along, t.efficiency) - rotor - t.efficiency * along)
     value -= t.rotor_slack * off
     return value
 
@@ -204,6 +105,7 @@ def _vertex_watts(
 def triangle_costs(
     t: Any,
     prices: Any,
+    ramp: Any,
     heights: Any,
     ranges: Any,
     rolling: Any,
@@ -218,6 +120,7 @@ def triangle_costs(
     Args:
         t: PriceTable.
         prices: PriceField at the nodes.
+        ramp: planner.search.ramps.Ramp, with ``place`` at the nodes.
         heights: (ny, nx) m at the nodes.
         ranges: (ny - 1, nx - 1, 6) slopes and heights of the cells.
         rolling: (ny, nx, 2) least and largest rolling factor round each node.
@@ -292,9 +195,20 @@ def triangle_costs(
                     # Slow motion could beat these prices: they are of no use here.
                     cost[:] = -1.0
                     continue
+                place = ramp.place
+                p0, p1, p2 = place[a0[0], a0[1]], place[a1[0], a1[1]], place[a2[0], a2[1]]
+                ramped = p0 != 0.0 or p1 != 0.0 or p2 != 0.0
+                on_x, on_y = (p1 - p0) * gx, (p2 - p0) * gy
+                # W that changing prices may earn at full speed in any direction.
+                earning = (
+                    t.moving * math.hypot(mu_x, mu_y)
+                    + t.rotors * math.hypot(rotor_x, rotor_y)
+                    + both * (math.hypot(b1x, b1y) + math.hypot(b2x, b2y))
+                )
+                earning *= 0.5 * v**3
                 for middle in range(2):
-                    for k in range(count // 2):
-                        # Opposite directions see the same prices.
+                    # Opposite directions see the same prices, but not the same way from the start.
+                    for k in range(count if ramped else count // 2):
                         angle = (k + 0.5 * middle) * step
                         c2, s2 = math.cos(2.0 * angle), math.sin(2.0 * angle)
                         # Between two directions the prices run on an arc; the corner outside it.
@@ -302,25 +216,41 @@ def triangle_costs(
                         least = np.inf
                         for n in range(3):
                             q0, q1 = node[n, 0], node[n, 1]
-                            least = min(
-                                least,
-                                _vertex_watts(
-                                    t,
-                                    share[q0, q1],
-                                    prices.rotor[q0, q1],
-                                    prices.b1[q0, q1] * outer,
-                                    prices.b2[q0, q1] * outer,
-                                    c2,
-                                    s2,
-                                    low,
-                                    high,
-                                    stretch_most,
-                                ),
+                            b1, b2 = prices.b1[q0, q1] * outer, prices.b2[q0, q1] * outer
+                            rotor = prices.rotor[q0, q1]
+                            watts = _vertex_watts(
+                                t, share[q0, q1], rotor, b1, b2, c2, s2, low, high, stretch_most
                             )
+                            least = min(least, watts)
+                            if not ramped:
+                                continue
+                            ex, ey = math.cos(angle), math.sin(angle)
+                            along, across = b1 * c2 + b2 * s2, b2 * c2 - b1 * s2
+                            metre = ramp_cost(
+                                t,
+                                ramp,
+                                place[q0, q1],
+                                ramp.sign * (on_x * ex + on_y * ey),
+                                share[q0, q1] + along,
+                                across,
+                                rotor + t.efficiency * along,
+                                low,
+                                high,
+                                stretch_most,
+                                earning,
+                                watts,
+                                standing,
+                                min(ex * r[0], ex * r[1]) + min(ey * r[2], ey * r[3]),
+                                max(ex * r[0], ex * r[1]) + max(ey * r[2], ey * r[3]),
+                            )
+                            least = min(least, v * metre)
                         if middle:
-                            at_middle[k] = at_middle[k + count // 2] = least
+                            at_middle[k] = least
                         else:
-                            at_k[k] = at_k[k + count // 2] = least
+                            at_k[k] = least
+                        if not ramped:
+                            at_k[k + count // 2] = at_k[k]
+                            at_middle[k + count // 2] = at_middle[k]
                 # Bending of the other terms between two directions.
                 bend = mg * most_b * steep * 9.0 + 0.5 * v * v * 9.0 * both * (
                     math.hypot(b1x, b1y) + math.hypot(b2x, b2y)
@@ -332,7 +262,10 @@ def triangle_costs(
                     * v
                     * (t.moving * math.hypot(mu_x, mu_y) + t.rotors * math.hypot(rotor_x, rotor_y))
                 )
-                spare = step * step / 8.0 * bend
+                if ramped:
+                    bend += ramp.fall[0] * math.hypot(on_x, on_y)
+                    bend += mg * np.abs(ramp.dearer).max() * steep
+                bent = step * step / 8.0 * bend
                 for k in range(count):
                     angle = k * step
                     ex, ey = math.cos(angle), math.sin(angle)
@@ -368,18 +301,4 @@ def triangle_costs(
                     metre = watts / v * (1.0 if watts >= 0.0 else stretch_most) - taken / v
                     metre += mg * (lowest - LENGTHENING * most_b * steep**3)
                     metre += lift_x * ex + lift_y * ey - off * abs(mu_x * ex + mu_y * ey)
-                    cost[k] = (metre - spare) * (1.0 - 0.5 * (0.5 * step) ** 2)
-
-
-@njit(cache=True, error_model="numpy")
-def least_standing(t: Any, share: float, size: float) -> float:
-    """W left at rest for any direction, prices share ± size along and ± size across."""
-    least = np.inf
-    i0 = int(math.floor((share - size - t.low) / t.step))
-    i1 = int(math.ceil((share + size - t.low) / t.step))
-    j0 = int(math.floor((-size - t.cross) / t.cross_step))
-    j1 = int(math.ceil((size - t.cross) / t.cross_step))
-    for i in range(max(i0, 0), min(i1, t.standing.shape[0] - 1) + 1):
-        for j in range(max(j0, 0), min(j1, t.standing.shape[1] - 1) + 1):
-            least = min(least, t.standing[i, j])
-    return least
+                    cost[k] = (metre - bent) * (1.0 - 0.5 * (0.5 * step) ** 2)
