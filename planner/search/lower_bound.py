@@ -52,13 +52,13 @@ from planner.search.triangle_costs import DIRECTIONS, triangle_costs
 Array = NDArray[np.float64]
 Place = tuple[float, float]
 
-HASTE = 5.0
-"""s below which table and grid are coarser."""
+HASTE = 10.0
+"""s below which table and grid are coarser, and start and stop do not count."""
 NODES = {True: 30_000, False: 250_000}
 """Nodes of the grid at most, in haste and at leisure."""
 TURNS = {True: 160, False: 360}
 """Steps of the yaw angle in half a turn, likewise."""
-SLOW_TURNS = 120
+SLOW_TURNS = 240
 """The same below full speed, where there is time for it."""
 TOO_STEEP = 1.02
 """Share of the largest slope that can be driven, from which ground counts as a wall."""

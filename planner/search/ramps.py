@@ -31,8 +31,9 @@ from planner.search.priced_power import rotor_share
 
 Array = NDArray[np.float64]
 
-PARTS = (0.0, 0.05, 0.09, 0.15, 0.22, 0.32, 0.45, 0.6, 0.75, 0.88)
-"""Shares of full speed between which δ and κ are constant; outside they are nothing."""
+PARTS = (0.0, 0.04, 0.07, 0.11, 0.16, 0.23, 0.32, 0.42, 0.52, 0.62, 0.73, 0.84, 0.94)
+"""Shares of full speed between which δ and κ are constant; in the first step, whose table is the
+weakest, and above the last they are nothing."""
 STEPS = np.arange(0.0, 1.21, 0.05)
 """|δ| that are tried."""
 ROOMY = 0.4
@@ -114,7 +115,7 @@ def ramp_for(
         slack[n] += t.weight * deltas * part * v * here.slope
     dearer, rotor, held = np.zeros((3, len(parts) - 1))
     fall = np.zeros(len(parts))
-    for k in reversed(range(len(parts) - 1)):
+    for k in reversed(range(1, len(parts) - 1)):
         low, high = parts[k], parts[k + 1]
         left = np.minimum(slack[k], slack[k + 1])
         gain = gained(t, (low, high), sign * deltas, sign * rotors, left / acceleration)
@@ -123,6 +124,7 @@ def ramp_for(
         fall[k] = fall[k + 1] + gain[best]
         if gain[best] > 0.0:
             dearer[k], rotor[k], held[k] = deltas[best], rotors[best], left[best]
+    fall[0] = fall[1]
     return Ramp(sign, place, watts, parts, dearer, rotor, held, fall)
 
 

@@ -73,8 +73,8 @@ def test_start_and_stop_count(slope: float, monkeypatch: pytest.MonkeyPatch) -> 
     without = certify(field, around, START, GOAL, seconds=30.0).bound_j
     climb = around.mass * 9.80665 * slope * (GOAL[0] - START[0])
     assert found < least
-    assert found > without + 0.015 * (least - climb)
-    assert least - found < 0.12 * (least - climb)
+    assert found > without + 0.03 * (least - climb)
+    assert least - found < 0.08 * (least - climb)
 
 
 @pytest.mark.parametrize(
@@ -125,7 +125,7 @@ def test_any_choice_of_ramps_gives_a_bound(
     found = certify(field, around, START, GOAL, seconds=30.0)
     assert found.how == "potential"
     if what == "steeper":
-        assert max(gains) > 0.5 * before
+        assert max(gains) > 0.2 * before
         assert found.bound_j < careful - 0.5
     else:
         assert max(gains) > 1.05 * before
