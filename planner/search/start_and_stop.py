@@ -1,7 +1,7 @@
 """Start and stop of a question in the certified lower bound: what they gain, and where it is paid.
 
     ends = StartAndStop.of(table, slower, acceleration, mesh, (start, goal))
-    costs, gain_j = ends.paid(prices, costs, direction, steepest)
+    costs, gain_j = ends.paid(prices, costs, direction, steepest, least)
 
 Round each of both places lies a cone of some metres in which prices depend on the speed
 (planner.search.ramps); triangles in it are priced anew.
@@ -63,7 +63,7 @@ class StartAndStop:
         mesh: Mesh,
         places: tuple[Place, Place],
     ) -> StartAndStop:
-        """The ends with their cones, which keep a cell between them."""
+        """The ends with their cones: no triangle is in both, and places too near have none."""
         width = WIDTH * table.speed**2 / (2.0 * acceleration)
         width = min(width, 0.5 * math.dist(*places) - math.hypot(*mesh.cell))
         x = mesh.origin[0] + mesh.cell[0] * np.arange(mesh.heights.shape[1])
@@ -71,7 +71,8 @@ class StartAndStop:
         cones = []
         for px, py in places:
             away = np.hypot(x[None, :] - px, y[:, None] - py)
-            cones.append(FULL * np.maximum(0.0, 1.0 - away / max(width, 1e-9)))
+            cone = np.maximum(0.0, 1.0 - away / width) if width > 0.0 else np.zeros(away.shape)
+            cones.append(FULL * cone)
         return cls(table, watts, acceleration, mesh, places, (cones[0], cones[1]))
 
     def paid(
@@ -84,7 +85,7 @@ class StartAndStop:
             costs: (cells y, cells x, 2, directions) J/m without.
             direction: (2, ny, nx) of a good route.
             steepest: largest tan(slope) that is driven.
-            least: J/m; an end that would make a direction cheaper is left as it is.
+            least: J/m; an end that would leave a direction cheaper than that does not count.
         """
         found = CORE.all(
             [partial(self._end, end, prices, costs, direction, steepest) for end in range(2)]

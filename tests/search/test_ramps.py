@@ -27,10 +27,10 @@ def plane(slope: float) -> tuple[CostField, Circumstances]:
 
 
 def straight(
-    field: CostField, up: float, down: float, full: float, turned: float, spacing: float = 0.02
+    field: CostField, end: float, up: float, down: float, full: float, turned: float
 ) -> Motion:
-    """From START to GOAL at even accelerations, m/s², and at most a speed, the body turned."""
-    x = np.arange(START[0], GOAL[0] + 1e-9, spacing)
+    """From START along x at even accelerations, m/s², and at most a speed, the body turned."""
+    x = np.linspace(START[0], end, max(400, math.ceil((end - START[0]) / 0.02)) + 1)
     xy = np.column_stack([x, np.full(len(x), START[1])])
     z, _ = sample_surface(field, xy)
     lengths = np.hypot(np.diff(x), np.diff(z))
@@ -49,11 +49,11 @@ def energy(field: CostField, around: Circumstances, motion: Motion) -> float:
     return float(around.model.watts(rows) @ seconds)
 
 
-def least_of(field: CostField, around: Circumstances) -> float:
-    """J of the best of many ways to speed up and to stop."""
+def least_of(field: CostField, around: Circumstances, end: float = GOAL[0]) -> float:
+    """J of the best of many ways to speed up and to stop, from START to x = end."""
     most, top = around.model.vehicle.limits.acceleration, float(around.limits[0])
     return min(
-        energy(field, around, straight(field, up, down, full, turned))
+        energy(field, around, straight(field, end, up, down, full, turned))
         for up in most * np.array([0.2, 0.4, 0.6, 0.8, 1.0])
         for down in most * np.array([0.2, 0.4, 0.6, 0.8, 1.0])
         for full in top * np.array([0.8, 0.9, 1.0])
@@ -66,11 +66,11 @@ def test_start_and_stop_count(slope: float, monkeypatch: pytest.MonkeyPatch) -> 
     """Beside the best of hundreds of ramps the bound is close, and closer than without them."""
     field, around = plane(slope)
     least = least_of(field, around)
-    found = certify(field, around, START, GOAL, seconds=30.0).bound_j
+    found = certify(field, around, START, GOAL, seconds=600.0).bound_j
     monkeypatch.setattr(
         start_and_stop.StartAndStop, "paid", lambda _self, _prices, costs, *_: (costs, 0.0)
     )
-    without = certify(field, around, START, GOAL, seconds=30.0).bound_j
+    without = certify(field, around, START, GOAL, seconds=600.0).bound_j
     climb = around.mass * 9.80665 * slope * (GOAL[0] - START[0])
     assert found < least
     assert found > without + 0.03 * (least - climb)
@@ -114,7 +114,7 @@ def test_any_choice_of_ramps_gives_a_bound(
         return costs, gain
 
     monkeypatch.setattr(start_and_stop.StartAndStop, "paid", counted)
-    careful = certify(field, around, START, GOAL, seconds=30.0).bound_j
+    careful = certify(field, around, START, GOAL, seconds=600.0).bound_j
     before = max(gains)
     gains.clear()
     if what == "steeper":
@@ -122,7 +122,7 @@ def test_any_choice_of_ramps_gives_a_bound(
         monkeypatch.setattr(start_and_stop, "WIDTH", 0.5)
     else:
         monkeypatch.setattr(start_and_stop, "ramp_for", bolder)
-    found = certify(field, around, START, GOAL, seconds=30.0)
+    found = certify(field, around, START, GOAL, seconds=600.0)
     assert found.how == "potential"
     if what == "steeper":
         assert max(gains) > 0.2 * before
@@ -131,3 +131,13 @@ def test_any_choice_of_ramps_gives_a_bound(
         assert max(gains) > 1.05 * before
         assert found.bound_j < careful + 0.1
     assert found.bound_j < least_of(field, around)
+
+
+@pytest.mark.parametrize("apart", [0.25, 0.5, 0.8, 1.5])
+def test_places_side_by_side(apart: float) -> None:
+    """Nodes beside each other, where both ends would want the same triangles."""
+    field, around = plane(0.0)
+    end = START[0] + apart
+    found = certify(field, around, START, (end, START[1]), seconds=600.0)
+    assert found.how == "potential"
+    assert 0.0 < found.bound_j < least_of(field, around, end)
