@@ -36,7 +36,7 @@ from planner.terrain.heightmap import Terrain
 
 Array = NDArray[np.float64]
 Point = tuple[float, float]
-EDGE_POINTS = 20
+EDGE_POINTS = 40
 """Places at the edge whose routes are driven, in each of the rounds."""
 ROUNDS = 5
 GOOD = 0.007

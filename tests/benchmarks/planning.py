@@ -1,7 +1,7 @@
-"""How fast answers come: whole answers, a matrix of energies, fields, maps up to 8192².
+"""How fast answers come: whole answers, energies between places and in reach, maps up to 8192².
 
     python -m tests.benchmarks.planning                 everything, some five minutes on two cores
-    python -m tests.benchmarks.planning --questions 2 --without fields matrix
+    python -m tests.benchmarks.planning --questions 2 --without fields matrix reach
 
 How good the answers are, beside those of other planners: python -m tests.benchmarks.peers.
 """
@@ -22,11 +22,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner import energy_matrix, plan_route
+from planner import energy_matrix, plan_route, reachable_area
+from planner.search.reach import Reach
 from planner.terrain.catalogue import open_map
 from tests.benchmarks.questions import fractal, questions
 
-PARTS = ("times", "matrix", "fields")
+PARTS = ("times", "matrix", "reach", "fields")
+AREAS = (
+    ("fractal-512", (60.0, 60.0), 800.0),
+    ("fractal-512", (30.0, 90.0), 400.0),
+    ("tilted-plane", (12.0, 12.0), 150.0),
+    ("cone", (20.0, 10.0), 200.0),
+)
+"""Maps, starts and J of reachable areas."""
+EDGE = 25
+"""Places at each area's edge whose energy is asked for by itself."""
 
 
 def times(count: int) -> dict[str, Any]:
@@ -85,6 +95,42 @@ def matrix(count: int = 50) -> dict[str, Any]:
         "median_error_percent": statistics.median(errors),
         "worst_error_percent": max(errors),
     }
+
+
+def reach() -> dict[str, Any]:
+    """Seconds for reachable areas, and how far single answers at their edges are off."""
+    taken, errors = [], []
+    for name, (x, y), energy in AREAS:
+        terrain, start = open_map(name), {"x": x, "y": y}
+        begun = time.perf_counter()
+        area = reachable_area(terrain=terrain, start=start, energy_j=energy)
+        taken.append(time.perf_counter() - begun)
+        for px, py in _edge(area):
+            answer = plan_route(terrain=terrain, start=start, goal={"x": px, "y": py})
+            if answer.routes:
+                errors.append(abs(100.0 * (answer.routes[0].energy_j / energy - 1.0)))
+    return {
+        "seconds": taken,
+        "places": len(errors),
+        "median_error_percent": statistics.median(errors),
+        "p90_error_percent": float(np.quantile(errors, 0.9)),
+        "worst_error_percent": max(errors),
+        "bar": "≤ 1 %",
+        "holds": max(errors) <= 1.0,
+    }
+
+
+def _edge(area: Reach) -> list[tuple[float, float]]:
+    """Places on the outlines, not where the map or the ground that can be driven ends."""
+    found = []
+    for line in area.outlines:
+        for x, y in line:
+            j = round((y - area.origin[1]) / area.cell[1])
+            i = round((x - area.origin[0]) / area.cell[0])
+            near = area.needed_j[max(j - 1, 0) : j + 2, max(i - 1, 0) : i + 2]
+            if near.shape == (3, 3) and np.abs(near / area.energy_j - 1.0).max() < 0.25:
+                found.append((float(x), float(y)))
+    return found[:: max(1, len(found) // EDGE)][:EDGE]
 
 
 _FIELD = """
@@ -167,6 +213,7 @@ def whole(count: int, without: Sequence[str] = ()) -> dict[str, Any]:
     parts = {
         "times": lambda: times(5 * count),
         "matrix": matrix,
+        "reach": reach,
         "fields": fields,
     }
     return {name: part() for name, part in parts.items() if name not in without}
