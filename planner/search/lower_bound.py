@@ -118,12 +118,15 @@ def _tables_of(around: Circumstances, steepest: float, haste: bool) -> _Tables |
 def _worked_out(priced: PricedPower | None, haste: bool) -> _Tables | None:
     if priced is None or not priced.centred:
         return None
-    slower = np.zeros((0, 2, 2, 2))
+    full, slower = even_table(priced), np.zeros((0, 2, 2, 2))
     if not haste:
         slow = slower_power(priced, PARTS, turns=SLOW_TURNS)
         on_grid = [even_watts(priced, slow.shares, slow.cross, watts) for watts in slow.watts]
         slower = np.array(on_grid)
-    return _Tables(even_table(priced), slower, priced.acceleration)
+        # Near rest friction may help, and then more load takes less.
+        heavier = bool((slower[..., 1] >= slower[..., 0]).all())
+        full = full._replace(heavier=full.heavier and heavier)
+    return _Tables(full, slower, priced.acceleration)
 
 
 def certify(

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+import planner.search.lower_bound as lower_bound_module
 from planner import plan_route
 from planner.errors import Cancelled
 from planner.power.model import PowerModel
@@ -163,6 +164,14 @@ def test_no_state_undercuts_the_power_below_full_speed(name: str) -> None:
         worst = min(worst, float(left.min()))
     assert worst > -1e-9
     assert worst < 4.0
+
+
+def test_one_load_is_looked_at_only_where_more_never_takes_less() -> None:
+    """Near rest friction may hold the robot: there the heavier load can be the cheaper one."""
+    tables = lower_bound_module._tables_of(around_of(model_of("minibalance")), STEEPEST, False)
+    assert tables is not None
+    assert (tables.slower[..., 1] < tables.slower[..., 0]).any()
+    assert not tables.full.heavier
 
 
 def test_prices_are_of_the_table_on_any_slope() -> None:
