@@ -333,10 +333,16 @@ def _yaw_through(
     return YawProfile(np.concatenate(arriving), np.concatenate(leaving), cost)
 
 
+def energy_by_step(field: CostField, around: Circumstances, motion: Motion) -> Array:
+    """J of a motion's steps (n - 1,), without the account by effect."""
+    rows, seconds, owner = motion_rows(field, motion, around.class_rows, around.wind)
+    watts = _watts(around.model, rows)
+    return np.asarray(np.bincount(owner, watts * seconds, len(motion.x) - 1), float)
+
+
 def energy_of(field: CostField, around: Circumstances, motion: Motion) -> float:
     """J of a motion, without the account by effect."""
-    rows, seconds, _ = motion_rows(field, motion, around.class_rows, around.wind)
-    return float(_watts(around.model, rows) @ seconds)
+    return float(energy_by_step(field, around, motion).sum())
 
 
 def _watts(model: PowerModel, rows: Array) -> Array:

@@ -16,10 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.quantities import STANDARD_GRAVITY
+from planner.search.alternatives import nearness
 from planner.search.drive import CLOSELY, ROUGHLY, Care, Stuck, energy_of, move, price
 from planner.search.edge_energy import Motion
 from planner.search.explain import explain_no_route
 from planner.search.ground import CostField, polyline_cost, segment_cost
+from planner.search.polish import hindered, polish, worth_polishing
 from planner.search.pose_search import PosePath, keeping_yaw, pose_path
 from planner.search.refine import VARIANTS, refine
 from planner.search.route import Route
@@ -40,6 +42,10 @@ DEARER = 0.01
 """Share of the energy that keeping to limits between the stations as well may cost."""
 STRAIGHT = 0.005
 """Share by which a baseline may cost more than the floor of its length and still be straight."""
+DETOURS, AWAY = 2, 0.1
+"""Ways beside one whose bends cost much, and by how much ground near the best gets dearer."""
+NEVER = 1.015
+"""Times the energy to be beaten from which moving knots will not do it."""
 MUCH = 1.1
 """Energy over that of even driving from which a way with more room is tried as well."""
 
@@ -89,6 +95,8 @@ def on_grid(run: Run, field: CostField, objective: str) -> Attempt:
         if paths is None:
             break
         attempt = latest = _attempted(run, field, paths, objective)
+        if objective == "energy":
+            latest = _elsewhere(run, latest)
         stuck = latest.stuck
         turned = objective == "energy" and len(rooms) > 1 and _much_turning(run, latest, plain)
         if not posed and (turned or (stuck is not None and stuck.for_want_of_room)):
@@ -120,10 +128,36 @@ def on_grid(run: Run, field: CostField, objective: str) -> Attempt:
 def near_path_of(run: Run, field: CostField, factor: Array, objective: str) -> Attempt:
     """What the path of other costs comes to, refined and driven with the field's own.
 
-    ``factor`` is (ny, nx), on the costs of a metre for the search alone.
+    ``factor`` is (ny, nx), on the costs of a metre for the search alone. Knots are left where
+    refinement put them: this is one of many ways.
     """
     paths = _paths(run, run.field(objective, field.margin, factor), objective)
-    return Attempt(field) if paths is None else _attempted(run, field, paths, objective)
+    if paths is None:
+        return Attempt(field)
+    return _attempted(run, field, paths, objective, polished=False)
+
+
+def _elsewhere(run: Run, attempt: Attempt) -> Attempt:
+    """The cheapest of an attempt and of ways beside it, while its bends cost much."""
+    field, away = attempt.field, np.ones(attempt.field.heights.shape)
+    for _ in range(DETOURS):
+        if attempt.route is None or not _hindered(run, attempt):
+            break
+        away = away * (1.0 + AWAY * nearness(attempt.route, field))
+        paths = _paths(run, run.field("energy", field.margin, field.factor * away), "energy")
+        if paths is not None:
+            below = attempt.route.energy_j
+            attempt = _cheaper(attempt, _attempted(run, field, paths, "energy", below=below))
+    return attempt
+
+
+def _hindered(run: Run, attempt: Attempt) -> bool:
+    """Whether bends cost much, and not for want of room: for that there are other searches."""
+    if attempt.route is None or attempt.refined is None or run.ground.blocked.any():
+        return False
+    climb = run.around.mass * STANDARD_GRAVITY * attempt.route.rise_m
+    metres = sum(cost for _, cost in attempt.refined)
+    return hindered(run.around, attempt.route.energy_j - climb, metres)
 
 
 def _straight(run: Run, field: CostField, objective: str) -> Attempt | None:
@@ -150,9 +184,23 @@ def _attempted(
     paths: list[Array],
     objective: str,
     ways: Sequence[PosePath] = (),
+    *,
+    polished: bool = True,
+    below: float = math.inf,
 ) -> Attempt:
-    """Refine and drive these paths; with ``ways`` near them, and with the yaw angles they have."""
-    refined, driven = _refined_and_driven(run, field, paths, objective, ways)
+    """Refine and drive these paths; with ``ways`` near them, and with the yaw angles they have.
+
+    With ``polished`` knots are moved for the least energy, where that is likely to help. There is
+    no route where even roughly it takes no less than ``below``, J.
+    """
+    moved, stuck = _driven_roughly(run, field, paths, objective, ways)
+    if moved and moved[0].energy >= NEVER * below:
+        return Attempt(field, paths)
+    if polished and moved and objective == "energy" and not ways:
+        moved = [*_polished(run, field, moved[0]), *moved]
+    if moved and moved[0].energy >= below:
+        return Attempt(field, paths)
+    refined, driven = _driven_closely(run, field, moved, stuck, objective)
     if isinstance(driven, Route):
         return Attempt(field, paths, refined, driven)
     reason = f"a way was found, but at x {driven.x:.2f}, y {driven.y:.2f} {driven.what}"
@@ -189,21 +237,19 @@ def _dearer_near(field: CostField, place: Stuck) -> Array:
     return np.where(near, 2.0, 1.0)
 
 
-def _refined_and_driven(
+def _driven_roughly(
     run: Run,
     field: CostField,
     paths: list[Array],
     objective: str,
     ways: Sequence[PosePath],
-) -> tuple[Refined, Route | Stuck]:
-    """The legs refined with closer and wider knots; what costs least once it is driven."""
+) -> tuple[list[Tried], list[Tried]]:
+    """The legs refined with closer and wider knots: what moves, cheapest first, and what sticks."""
     toll = run.situation.toll(objective)
     variants = VARIANTS if objective == "energy" else {8.0: (1.0,)}
     near = field
     if ways:
         variants, near = POSED, keeping_yaw(field, ways)
-    # A baseline is no worse for a yaw that is a few parts in ten thousand off the best.
-    alone = objective != "energy" and objective != run.request.objective
 
     def refined_legs(knot_cells: float, shares: Sequence[float]) -> list[Refined]:
         tolls = [share * toll for share in shares]
@@ -221,18 +267,27 @@ def _refined_and_driven(
     several = run.other_core.all([partial(refined_legs, *variant) for variant in variants.items()])
     chains = itertools.chain.from_iterable(several)
     found = run.other_core.all([partial(tried, refined) for refined in chains])
-    moved = sorted(
-        (one for one in found if isinstance(one.motion, Motion)), key=lambda one: one.energy
-    )
-    stuck = next((one.motion for one in found if isinstance(one.motion, Stuck)), None)
+    moved = [one for one in found if isinstance(one.motion, Motion)]
+    stuck = [one for one in found if isinstance(one.motion, Stuck)]
+    return sorted(moved, key=lambda one: one.energy), stuck
+
+
+def _driven_closely(
+    run: Run, field: CostField, moved: list[Tried], stuck: list[Tried], objective: str
+) -> tuple[Refined, Route | Stuck]:
+    """The cheapest of these ways that keeps to all limits for little more, or where they stick."""
+    # A baseline is no worse for a yaw that is a few parts in ten thousand off the best.
+    alone = objective != "energy" and objective != run.request.objective
+    least = min((one.energy for one in moved), default=math.inf)
+    closer: Motion | Stuck
     for one in moved:
         closer = one.motion if alone else _move(run, field, one.refined, objective, CLOSELY, True)
         if isinstance(closer, Motion):
             route = _priced(run, field, closer)
-            if alone or route.energy_j <= moved[0].energy + DEARER * abs(moved[0].energy):
+            if alone or route.energy_j <= least + DEARER * abs(least):
                 return one.refined, route
         else:
-            stuck = closer
+            stuck = [Tried(one.refined, closer, math.inf)]
     if moved and not alone:
         # Keeping to limits between the stations as well would cost much more: as they are.
         best = moved[0]
@@ -240,8 +295,24 @@ def _refined_and_driven(
         motion = closer if isinstance(closer, Motion) else best.motion
         assert isinstance(motion, Motion)  # as all of ``moved`` are
         return best.refined, _priced(run, field, motion)
-    assert stuck is not None  # whatever did not move is stuck
-    return found[0].refined, stuck
+    where = stuck[0].motion
+    assert isinstance(where, Stuck)  # whatever did not move is stuck
+    return stuck[0].refined, where
+
+
+def _polished(run: Run, field: CostField, best: Tried) -> list[Tried]:
+    """The best way with its knots moved, where that is likely to help and does."""
+    assert isinstance(best.motion, Motion)
+    rise = best.motion.heights[-1] - best.motion.heights[0]
+    dissipated = best.energy - run.around.mass * STANDARD_GRAVITY * float(rise)
+    if not worth_polishing(dissipated, sum(cost for _, cost in best.refined)):
+        return []
+    legs = [path for path, _ in best.refined]
+    better = polish(field, run.around, legs, run.yaws, both=run.other_core.all, check=run.check)
+    if better.motion is None or better.energy >= best.energy:
+        return []
+    refined = [(leg, float(polyline_cost(field, leg, field.step))) for leg in better.legs]
+    return [Tried(refined, better.motion, better.energy)]
 
 
 def _much_turning(run: Run, attempt: Attempt, factor: Array) -> bool:

@@ -174,8 +174,8 @@ def _driven(
     path = situation.path("energy", field, (start.x, start.y), (goal.x, goal.y))
     if path is None or len(path) < 2:
         return None
-    route = driven_leg(situation, field, path, (start.yaw, goal.yaw), stop=stop)
-    return None if route is None else route.energy_j
+    leg = driven_leg(situation, field, path, (start.yaw, goal.yaw), stop=stop)
+    return None if leg is None else leg.route.energy_j
 
 
 def _corrected(dissipated: Array, seen: Array) -> tuple[Array, float]:

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,22 +23,23 @@ from numpy.typing import NDArray
 from planner.errors import RequestError
 from planner.power.model import PowerModel
 from planner.quantities import STANDARD_GRAVITY
-from planner.search.cost_to_go import CostToGo, grid_path
+from planner.search.cost_to_go import CostToGo
 from planner.search.edge_energy import sample_surface
+from planner.search.edge_routes import EdgeRoutes, nearest_nodes
 from planner.search.explain import check_hold, check_place
 from planner.search.ground import CostField
 from planner.search.request import ReachRequest
-from planner.search.single_leg import driven_leg, energy_field
+from planner.search.single_leg import energy_field
 from planner.search.situation import Situation, situation_of
 from planner.search.stopping import Stop
 from planner.terrain.heightmap import Terrain
 
 Array = NDArray[np.float64]
 Point = tuple[float, float]
-EDGE_POINTS = 40
+EDGE_POINTS = 30
 """Places at the edge whose routes are driven, in each of the rounds."""
-ROUNDS = 5
-GOOD = 0.007
+ROUNDS = 6
+GOOD = 0.004
 """Error at the edge below which no further round is needed."""
 
 
@@ -126,21 +126,19 @@ def reachable_area(
 def _reached(search: _Search, request: ReachRequest, say: Callable[[str, float], None]) -> Reach:
     situation, field, budget = search.situation, search.field, search.budget
     factor = np.ones(field.heights.shape)
-    seen: list[tuple[Point, float]] = []
+    routes = EdgeRoutes(situation, field, search.fields, request.start.yaw, search.stop)
     error = math.nan
     for number in range(ROUNDS):
         say("routes to the edge", 0.2 + 0.7 * number / ROUNDS)
         edge = search.edge(search.needed(factor), number)
         if not edge:
             break
-        ratios = search.drive(edge)
-        rows, columns = search.nodes([place for place, _ in ratios])
-        if ratios:
-            expected = factor[rows, columns]
-            found = np.array([ratio for _, ratio in ratios])
-            error = float(np.abs(expected / found - 1.0).max())
-            seen += ratios
-            factor = search.interpolated(seen)
+        driven = routes.drive(edge)
+        if driven:
+            places, ratios = routes.ratios()
+            expected, factor = factor, search.interpolated(places, ratios)
+            at = search.nodes(driven)
+            error = float(np.abs(expected[at] / factor[at] - 1.0).max())
             if number > 0 and error < GOOD:
                 break
     needed = search.needed(factor)
@@ -158,7 +156,7 @@ def _reached(search: _Search, request: ReachRequest, say: Callable[[str, float],
         float(inside.sum()) * field.dx * field.dy,
         lines,
         error,
-        len(seen),
+        len(routes.legs),
     )
 
 
@@ -188,7 +186,6 @@ class _Search:
     ) -> None:
         self.situation, self.field, self.budget, self.stop = situation, field, budget, stop
         self.start = (request.start.x, request.start.y)
-        self.yaw = request.start.yaw
         self.weight = situation.around.mass * STANDARD_GRAVITY
         self.base = float(sample_surface(field, np.array([self.start]))[0][0])
         self.fields: list[CostToGo] = [situation.onward(field, self.start, stop.flag)]
@@ -229,56 +226,16 @@ class _Search:
 
     def nodes(self, places: list[Point]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Rows and columns of the nodes nearest to places."""
-        ny, nx = self.field.heights.shape
-        points = np.array(places).reshape(-1, 2)
-        i = np.round((points[:, 0] - self.field.x0) / self.field.dx)
-        j = np.round((points[:, 1] - self.field.y0) / self.field.dy)
-        return np.clip(j, 0, ny - 1).astype(np.int64), np.clip(i, 0, nx - 1).astype(np.int64)
+        return nearest_nodes(self.field, places)
 
-    def drive(self, places: list[Point]) -> list[tuple[Point, float]]:
-        """Places that can be driven to, each with its dissipated energy over the field's."""
-        # At nodes, where the field has its values.
-        rows, columns = self.nodes(places)
-        field = self.field
-        spots = {
-            (int(j), int(i)): (field.x0 + float(i) * field.dx, field.y0 + float(j) * field.dy)
-            for j, i in zip(rows, columns, strict=True)
-        }
-
-        def ratio(node: tuple[int, int]) -> float | None:
-            self.stop.check()
-            spot = spots[node]
-            if not math.isfinite(self.dissipated[node]):
-                return None
-            total = 0.0
-            for way in self.fields:
-                path = grid_path(field, self.situation.lattice("energy", field), way, spot)
-                if path is None:
-                    return None
-                yaws = (self.yaw, None) if way.onward else (None, None)
-                route = driven_leg(self.situation, field, path, yaws, stop=self.stop)
-                if route is None:
-                    return None
-                climb = float(route.arrays["z"][-1] - route.arrays["z"][0])
-                total += route.energy_j - self.weight * climb
-            return total / float(self.dissipated[node])
-
-        with ThreadPoolExecutor(max_workers=2) as pool:
-            found = list(pool.map(ratio, spots))
-        return [
-            (spot, value)
-            for spot, value in zip(spots.values(), found, strict=True)
-            if value is not None
-        ]
-
-    def interpolated(self, seen: list[tuple[Point, float]]) -> Array:
+    def interpolated(self, places: Array, ratios: Array) -> Array:
         """The ratio everywhere (ny, nx): the mean of those that were seen, near ones first."""
         ny, nx = self.field.heights.shape
         x = self.field.x0 + self.field.dx * np.arange(nx)[None, :]
         y = self.field.y0 + self.field.dy * np.arange(ny)[:, None]
         weights, total = np.zeros((ny, nx)), np.zeros((ny, nx))
-        softening = (2.0 * max(self.field.dx, self.field.dy)) ** 2
-        for (px, py), ratio in seen:
+        softening = (0.7 * max(self.field.dx, self.field.dy)) ** 2
+        for (px, py), ratio in zip(places, ratios, strict=True):
             weight = 1.0 / ((x - px) ** 2 + (y - py) ** 2 + softening) ** 2
             weights += weight
             total += weight * ratio

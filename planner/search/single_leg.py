@@ -1,6 +1,7 @@
 """The energy of one leg without more ado: grid path, refinement, motion, and nothing beside it.
 
-    route = driven_leg(situation, field, path, yaws, stop=stop)
+    leg = driven_leg(situation, field, path, yaws, stop=stop)
+    leg.route.energy_j
 
 For questions that need the energy of many routes: planner.search.matrix and planner.search.reach.
 """
@@ -8,14 +9,17 @@ For questions that need the energy of many routes: planner.search.matrix and pla
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.search.drive import energy_of, move, price
+from planner.search.drive import move, price
 from planner.search.edge_energy import Motion
 from planner.search.grid_route import MARGINS, grid_route
-from planner.search.ground import CostField
+from planner.search.ground import CostField, polyline_cost
+from planner.search.polish import Driven, drive_roughly, polish, worth_polishing
 from planner.search.refine import VARIANTS, refine
 from planner.search.request import PlanRequest, PoseRequest
 from planner.search.route import Route
@@ -24,16 +28,37 @@ from planner.search.situation import Situation
 from planner.search.stopping import Stop
 
 Array = NDArray[np.float64]
+Yaws = tuple[float | None, float | None]
+PROMISING = 1.004
+"""Times the energy to be beaten up to which moving a way's knots may do it."""
+
+
+@dataclass(frozen=True)
+class Leg:
+    """A route from one place to another, and the polyline (k, 2) that it follows, if there is one.
+
+    Attributes:
+        route: with its energy.
+        way: None where it came from a search with more care.
+    """
+
+    route: Route
+    way: Array | None = None
+
+    def dissipated(self, weight: float) -> float:
+        """J, without what climbing stores; ``weight`` in N."""
+        heights = self.route.arrays["z"]
+        return self.route.energy_j - weight * float(heights[-1] - heights[0])
 
 
 def driven_leg(
     situation: Situation,
     field: CostField,
     path: Array,
-    yaws: tuple[float | None, float | None] = (None, None),
+    yaws: Yaws = (None, None),
     *,
     stop: Stop,
-) -> Route | None:
+) -> Leg | None:
     """The best motion near a path; None where there is none even with more caution.
 
     Args:
@@ -43,26 +68,84 @@ def driven_leg(
         yaws: at both ends, None where it is free.
         stop: the caller's wish to, which raises Cancelled.
     """
-    best, least = None, math.inf
     toll = situation.toll("energy")
     variants = {} if situation.ground.blocked.any() else VARIANTS
-    for knot_cells, shares in variants.items():
-        tolls = [share * toll for share in shares]
-        for refined, _ in refine(field, path, tolls=tolls, knot_cells=knot_cells):
-            motion = move(field, situation.around, [refined], yaws, objective=0)
-            if isinstance(motion, Motion):
-                energy = energy_of(field, situation.around, motion)
-                if energy < least:
-                    best, least = motion, energy
-    if best is not None:
-        return price(field, situation.around, best)
+    ways = (
+        way
+        for knot_cells, shares in variants.items()
+        for way, _ in refine(
+            field, path, tolls=[share * toll for share in shares], knot_cells=knot_cells
+        )
+    )
+    leg = _best_of(situation, field, ways, yaws, math.inf, stop)
+    if leg is not None:
+        return leg
     # Among obstacles, or where a limit was broken: as carefully as for a single request.
     places = [
         PoseRequest(x=float(x), y=float(y), yaw=yaw)
         for (x, y), yaw in zip((path[0], path[-1]), yaws, strict=True)
     ]
     request = PlanRequest(map=situation.ground.terrain.name, start=places[0], goal=places[1])
-    return grid_route(Run(request, situation, lambda _what, _share: None, stop), "energy")
+    route = grid_route(Run(request, situation, lambda _what, _share: None, stop), "energy")
+    return None if route is None else Leg(route)
+
+
+def like_neighbour(
+    situation: Situation,
+    field: CostField,
+    leg: Leg,
+    way: Array,
+    yaws: Yaws = (None, None),
+    *,
+    stop: Stop,
+) -> Leg:
+    """A leg, or one along the way to or from a place beside its own, whichever takes less.
+
+    Args:
+        situation, field, yaws, stop: as for ``driven_leg``.
+        leg: as it is.
+        way: (k, 2), with its first or its last point elsewhere.
+    """
+    places = leg.route.arrays["x"][[0, -1]], leg.route.arrays["y"][[0, -1]]
+    bent = way.copy()
+    bent[[0, -1]] = np.column_stack(places)
+    ways = [bent]
+    if len(way) > 2:
+        # The last bend may have been for the neighbour alone.
+        moved = 1 if math.dist(bent[0], way[0]) > 0.0 else len(way) - 2
+        ways.append(np.delete(bent, moved, axis=0))
+    found = _best_of(situation, field, ways, yaws, leg.route.energy_j, stop)
+    return leg if found is None else found
+
+
+def _best_of(
+    situation: Situation,
+    field: CostField,
+    ways: Iterable[Array],
+    yaws: Yaws,
+    below: float,
+    stop: Stop,
+) -> Leg | None:
+    """The cheapest of these ways, polished where that may help; None if it takes ``below`` J."""
+    around = situation.around
+    best = Driven(())
+    for way in ways:
+        stop.check()
+        if math.isfinite(polyline_cost(field, way, field.step)):
+            found = drive_roughly(field, around, (way,), yaws)
+            best = min(best, found, key=lambda one: one.energy)
+    if best.motion is None or best.energy >= PROMISING * below:
+        return None
+    if worth_polishing(best.dissipated, polyline_cost(field, best.legs[0], field.step)):
+        better = polish(field, around, best.legs, yaws, check=stop.check)
+        best = min(best, better, key=lambda one: one.energy)
+    if best.energy >= below:
+        return None
+    motion = move(field, around, best.legs, yaws, objective=0)
+    if not isinstance(motion, Motion):
+        return None
+    route = price(field, around, motion)
+    return Leg(route, best.legs[0]) if route.energy_j < below else None
 
 
 def energy_field(situation: Situation) -> CostField:

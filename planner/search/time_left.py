@@ -5,13 +5,12 @@
 OMPL searches in a tube round the grid's path, or on the whole map. For the least energy the grid
 then searches again: with its costs shaken a little, for ways that cost about the same end in other
 valleys once they are refined, and away from what was found. The best of these ways are refined with
-other knots and tolls, and the knots of the best one are moved while its motion gets cheaper.
+other knots and tolls, and the knots of the best ones are moved while their motions get cheaper.
 """
 
 from __future__ import annotations
 
 import itertools
-import math
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -26,6 +25,7 @@ from planner.search.drive import Stuck
 from planner.search.grid_route import Attempt, drive_legs, near_path_of
 from planner.search.ground import CostField, polyline_cost
 from planner.search.ompl_route import ompl_legs
+from planner.search.polish import polish
 from planner.search.refine import refine
 from planner.search.route import Route
 from planner.search.run import Run
@@ -51,8 +51,10 @@ DEARER = 0.1
 """By how much ground near a known route gets dearer for the next one."""
 KNOTS, SHARES = (4.0, 8.0, 6.0, 12.0, 3.0, 16.0), (1.0, 0.3, 0.1, 3.0)
 """Cells between knots, and shares of a corner's toll, that ways are refined with in time left."""
-FOR_POLISH, POLISH = 0.2, (1.0, 0.4, 0.15)
+FOR_POLISH, POLISH = 0.2, (1.0, 0.5, 0.5, 0.25, 0.25, 0.1)
 """Share of the time given that is kept for moving knots, and by how many cells they are moved."""
+POLISHED = {24.0: 4, 12.0: 2, 16.0: 1}
+"""How many ways get their knots moved, by the cells between these, one after the other."""
 ENOUGH = 0.15
 """s left from which another search is begun."""
 
@@ -123,9 +125,7 @@ def improve(
         ways.sort(key=lambda way: way[0].energy_j)
         best = [paths for _, paths in ways[:PROMISING]]
         driven_legs += _refine_otherwise(run, attempt.field, best, candidates, left)
-        if driven_legs:
-            legs, route = min(driven_legs, key=lambda one: one[1].energy_j)
-            _polish(run, attempt.field, legs, route, candidates, left)
+        _polish(run, attempt.field, driven_legs, candidates, left)
 
 
 def _other_ways(
@@ -186,40 +186,36 @@ def _refine_otherwise(
 def _polish(
     run: Run,
     field: CostField,
-    legs: Legs,
-    route: Route,
+    ways: list[tuple[Legs, Route]],
     candidates: dict[str, Route],
     left: Callable[[], float],
 ) -> None:
-    """Move the knots of a driven way, each to both sides, while its motion gets cheaper.
-
-    Refinement knows bends by a toll; here the motion itself says what they cost.
-    """
+    """Move the knots of the best ways, and then closer knots, while their motions get cheaper."""
     field = run.field("energy", field.margin)
-    cell = min(field.dx, field.dy)
 
-    def moved(leg: int, knot: int, by: float) -> tuple[Legs, Route | Stuck]:
-        path = legs[leg][0].copy()
-        along = path[knot + 1] - path[knot - 1]
-        across = np.array([-along[1], along[0]]) / max(math.hypot(*along), 1e-9)
-        path[knot] += by * cell * across
-        cost = float(polyline_cost(field, path, field.step))
-        other = [*legs[:leg], (path, cost), *legs[leg + 1 :]]
-        if not math.isfinite(cost):
-            return other, route
-        return other, drive_legs(run, field, other, "energy")
+    def steps() -> Iterator[float]:
+        return itertools.takewhile(lambda _: left() > ENOUGH, POLISH)
 
-    for by in POLISH:
-        better = True
-        while better:
-            better = False
-            for leg, (path, _) in enumerate(legs):
-                for knot in range(1, len(path) - 1):
-                    if left() < ENOUGH:
-                        return
-                    run.step("other refinements", 0.95)
-                    tasks = [partial(moved, leg, knot, side * by) for side in (-1.0, 1.0)]
-                    for other, now in run.other_core.all(tasks):
-                        if isinstance(now, Route) and now.energy_j < route.energy_j:
-                            legs, route, better = other, now, True
-                            candidates["polished"] = route
+    ways = list({round(route.energy_j, 6): (legs, route) for legs, route in ways}.values())
+    for spacing, count in POLISHED.items():
+        ways.sort(key=lambda way: way[1].energy_j)
+        for k, (legs, route) in enumerate(ways[:count]):
+            if left() < ENOUGH:
+                return
+            run.step("other refinements", 0.95)
+            better = polish(
+                field,
+                run.around,
+                [path for path, _ in legs],
+                run.yaws,
+                steps=steps(),
+                spacing=spacing,
+                both=run.other_core.all,
+                check=run.check,
+            )
+            moved = [(leg, float(polyline_cost(field, leg, field.step))) for leg in better.legs]
+            now = drive_legs(run, field, moved, "energy")
+            if isinstance(now, Route) and now.energy_j < route.energy_j:
+                ways[k] = moved, now
+                best = candidates.get("polished", now)
+                candidates["polished"] = min(best, now, key=lambda one: one.energy_j)

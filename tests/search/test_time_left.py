@@ -50,8 +50,8 @@ def test_moving_knots_only_ever_makes_the_motion_cheaper(asked):
             super().__setitem__(name, found)
 
     candidates = Watched()
-    time_left._polish(run, field, legs, route, candidates, lambda: 30.0)
-    assert len(energies) > 3
+    time_left._polish(run, field, [(legs, route)], candidates, lambda: 30.0)
+    assert len(energies) > 1
     assert energies == sorted(energies, reverse=True)
     assert energies[-1] < route.energy_j
     polished = candidates["polished"]
@@ -65,7 +65,7 @@ def test_no_knot_moves_once_the_time_is_up(asked):
     run, attempt = asked
     field, legs, route = bent(run, attempt)
     candidates: dict = {}
-    time_left._polish(run, field, legs, route, candidates, lambda: 0.0)
+    time_left._polish(run, field, [(legs, route)], candidates, lambda: 0.0)
     assert candidates == {}
 
 
