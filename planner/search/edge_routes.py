@@ -1,8 +1,8 @@
 """Routes to the edge of a reachable area, in full: what they take over what the field says.
 
     routes = EdgeRoutes(situation, field, [onward], yaw, stop)
-    routes.drive(places)
-    routes.ratios()                    # x, y, and the ratio there
+    routes.drive(places)               # the nodes there that can be reached
+    routes.ratios()                    # x, y, and the ratio there, of all up to now
 
 Two places side by side may come out with routes on different sides of a hill, one of them dearer
 than it need be. So each place also tries the ways of its neighbours that do better.
@@ -35,12 +35,9 @@ BETTER = 0.006
 """Share by which a neighbour's ratio is lower where its way is tried."""
 
 
-def nearest_nodes(
-    field: CostField, places: list[Point]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Rows and columns of the nodes nearest to places."""
+def nearest_nodes(field: CostField, points: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Rows and columns of the nodes nearest to points (n, 2)."""
     ny, nx = field.heights.shape
-    points = np.array(places).reshape(-1, 2)
     i = np.round((points[:, 0] - field.x0) / field.dx)
     j = np.round((points[:, 1] - field.y0) / field.dy)
     return np.clip(j, 0, ny - 1).astype(np.int64), np.clip(i, 0, nx - 1).astype(np.int64)
@@ -63,9 +60,9 @@ class EdgeRoutes:
         self.legs: dict[Node, tuple[Leg, ...]] = {}
         self.tried: set[tuple[Node, int]] = set()
 
-    def drive(self, places: list[Point]) -> list[Point]:
-        """Drive to the nodes nearest to places; where those that can be reached are."""
-        rows, columns = nearest_nodes(self.field, places)
+    def drive(self, places: list[Point]) -> list[Node]:
+        """Drive to the nodes nearest to places; those of them that can be reached."""
+        rows, columns = nearest_nodes(self.field, np.array(places).reshape(-1, 2))
         asked = list(dict.fromkeys(zip(rows.tolist(), columns.tolist(), strict=True)))
         new = [node for node in asked if node not in self.legs]
         with ThreadPoolExecutor(max_workers=2) as pool:
@@ -77,20 +74,21 @@ class EdgeRoutes:
                 self.legs |= {node: legs for node, legs in better.items() if legs is not None}
                 if not any(better.values()):
                     break
-        return [self._place(node) for node in asked if node in self.legs]
+        return [node for node in asked if node in self.legs]
+
+    def ratio(self, node: Node) -> float:
+        """Dissipated energy over the field's, at a node that was driven to."""
+        spent = sum(leg.dissipated(self.weight) for leg in self.legs[node])
+        return spent / self._expected(node)
 
     def ratios(self) -> tuple[Array, Array]:
-        """Places (n, 2) that were driven to, and their dissipated energy over the field's (n,)."""
-        nodes = list(self.legs)
-        places = np.array([self._place(node) for node in nodes]).reshape(-1, 2)
-        return places, np.array([self._spent(node) / self._expected(node) for node in nodes])
+        """Places (n, 2) that were driven to, m, and the ratios there (n,)."""
+        places = np.array([self._place(node) for node in self.legs]).reshape(-1, 2)
+        return places, np.array([self.ratio(node) for node in self.legs])
 
     def _place(self, node: Node) -> Point:
         # At nodes, where the field has its values.
         return self.field.x0 + node[1] * self.field.dx, self.field.y0 + node[0] * self.field.dy
-
-    def _spent(self, node: Node) -> float:
-        return sum(leg.dissipated(self.weight) for leg in self.legs[node])
 
     def _expected(self, node: Node) -> float:
         return sum(float(way.values[node]) for way in self.fields)

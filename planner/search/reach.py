@@ -5,8 +5,9 @@
 
 One least-cost field from the start (and one to it, for the way back) gives what every place takes.
 Such a field knows nothing of speeding up, of bends and of turning, and its few directions lose a
-per cent. So routes to places at the edge are driven in full, and the field is corrected by their
-ratio, interpolated between them; a second round at the new edge tells how good that is.
+per cent. So routes to places at the edge are driven in full (planner.search.edge_routes), and the
+field is corrected by their ratio, interpolated between them; the next round, at other places of the
+new edge, tells how good that is.
 """
 
 from __future__ import annotations
@@ -135,10 +136,8 @@ def _reached(search: _Search, request: ReachRequest, say: Callable[[str, float],
             break
         driven = routes.drive(edge)
         if driven:
-            places, ratios = routes.ratios()
-            expected, factor = factor, search.interpolated(places, ratios)
-            at = search.nodes(driven)
-            error = float(np.abs(expected[at] / factor[at] - 1.0).max())
+            error = max(abs(factor[node] / routes.ratio(node) - 1.0) for node in driven)
+            factor = search.interpolated(*routes.ratios())
             if number > 0 and error < GOOD:
                 break
     needed = search.needed(factor)
@@ -155,7 +154,7 @@ def _reached(search: _Search, request: ReachRequest, say: Callable[[str, float],
         (field.dx, field.dy),
         float(inside.sum()) * field.dx * field.dy,
         lines,
-        error,
+        float(error),
         len(routes.legs),
     )
 
@@ -215,7 +214,7 @@ class _Search:
         """Places on the edge, evenly along it, others in every round; none at the map's border."""
         spots = []
         for line in self.lines(needed):
-            rows, columns = self.nodes([(x, y) for x, y in line])
+            rows, columns = nearest_nodes(self.field, line)
             spots.append(line[np.abs(needed[rows, columns] / self.budget - 1.0) < 0.1])
         points = np.vstack(spots) if spots else np.empty((0, 2))
         if not len(points):
@@ -223,10 +222,6 @@ class _Search:
         share = (np.arange(EDGE_POINTS) + number / ROUNDS) / EDGE_POINTS
         picked = points[np.unique((share * len(points)).astype(int))]
         return [(float(x), float(y)) for x, y in picked]
-
-    def nodes(self, places: list[Point]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Rows and columns of the nodes nearest to places."""
-        return nearest_nodes(self.field, places)
 
     def interpolated(self, places: Array, ratios: Array) -> Array:
         """The ratio everywhere (ny, nx): the mean of those that were seen, near ones first."""
