@@ -58,7 +58,7 @@ class EdgeRoutes:
         self.yaw, self.stop = yaw, stop
         self.weight = situation.around.mass * STANDARD_GRAVITY
         self.legs: dict[Node, tuple[Leg, ...]] = {}
-        self.tried: set[tuple[Node, int]] = set()
+        self.tried: set[tuple[Node, Node, float]] = set()
 
     def drive(self, places: list[Point]) -> list[Node]:
         """Drive to the nodes nearest to places; those of them that can be reached."""
@@ -124,7 +124,7 @@ class EdgeRoutes:
         near = np.asarray(cKDTree(places).query(places, count)[1])
         for n, node in enumerate(nodes):
             for m in near[n][np.argsort(ratios[near[n]])]:
-                key = node, id(self.legs[nodes[m]])
+                key = node, nodes[m], float(ratios[m])
                 if ratios[m] < (1.0 - BETTER) * ratios[n] and key not in self.tried:
                     self.tried.add(key)
                     pupils.append(node)

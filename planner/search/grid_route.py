@@ -44,8 +44,8 @@ STRAIGHT = 0.005
 """Share by which a baseline may cost more than the floor of its length and still be straight."""
 DETOURS, AWAY = 2, 0.1
 """Ways beside one whose bends cost much, and by how much ground near the best gets dearer."""
-NEVER = 1.015
-"""Times the energy to be beaten from which moving knots will not do it."""
+MOST_SAVED = 0.015
+"""Share of what a motion dissipates that moving its knots may save, where it is one of many."""
 MUCH = 1.1
 """Energy over that of even driving from which a way with more room is tried as well."""
 
@@ -56,11 +56,15 @@ Refined = list[tuple[Array, float]]
 
 @dataclass(frozen=True)
 class Tried:
-    """Refined legs, the motion along them, and its energy in J: infinite where it is stuck."""
+    """Refined legs, the motion along them, its energy and what it dissipates, J.
+
+    The energies are infinite where it is stuck.
+    """
 
     refined: Refined
     motion: Motion | Stuck
-    energy: float
+    energy: float = math.inf
+    dissipated: float = math.inf
 
 
 @dataclass(frozen=True)
@@ -194,13 +198,16 @@ def _attempted(
     no route where even roughly it takes no less than ``below``, J.
     """
     moved, stuck = _driven_roughly(run, field, paths, objective, ways)
-    if moved and moved[0].energy >= NEVER * below:
+    best = moved[0] if moved else None
+    if best is not None and best.energy - MOST_SAVED * best.dissipated >= below:
         return Attempt(field, paths)
-    if polished and moved and objective == "energy" and not ways:
-        moved = [*_polished(run, field, moved[0]), *moved]
-    if moved and moved[0].energy >= below:
+    better = None
+    if best is not None and polished and objective == "energy" and not ways:
+        better = _polished(run, field, best)
+        best = better or best
+    if best is not None and best.energy >= below:
         return Attempt(field, paths)
-    refined, driven = _driven_closely(run, field, moved, stuck, objective)
+    refined, driven = _driven_closely(run, field, better, moved, stuck, objective)
     if isinstance(driven, Route):
         return Attempt(field, paths, refined, driven)
     reason = f"a way was found, but at x {driven.x:.2f}, y {driven.y:.2f} {driven.what}"
@@ -261,8 +268,11 @@ def _driven_roughly(
 
     def tried(refined: Refined) -> Tried:
         motion = _move(run, field, refined, objective, ROUGHLY, False)
-        energy = math.inf if isinstance(motion, Stuck) else energy_of(field, run.around, motion)
-        return Tried(refined, motion, energy)
+        if isinstance(motion, Stuck):
+            return Tried(refined, motion)
+        energy = energy_of(field, run.around, motion)
+        climb = run.around.mass * STANDARD_GRAVITY * float(motion.heights[-1] - motion.heights[0])
+        return Tried(refined, motion, energy, energy - climb)
 
     several = run.other_core.all([partial(refined_legs, *variant) for variant in variants.items()])
     chains = itertools.chain.from_iterable(several)
@@ -273,21 +283,28 @@ def _driven_roughly(
 
 
 def _driven_closely(
-    run: Run, field: CostField, moved: list[Tried], stuck: list[Tried], objective: str
+    run: Run,
+    field: CostField,
+    better: Tried | None,
+    moved: list[Tried],
+    stuck: list[Tried],
+    objective: str,
 ) -> tuple[Refined, Route | Stuck]:
-    """The cheapest of these ways that keeps to all limits for little more, or where they stick."""
+    """The cheapest of these ways that keeps to all limits for little more, or where they stick.
+
+    ``better`` is ``moved[0]`` with its knots moved: it counts only if it keeps to all limits.
+    """
     # A baseline is no worse for a yaw that is a few parts in ten thousand off the best.
     alone = objective != "energy" and objective != run.request.objective
-    least = min((one.energy for one in moved), default=math.inf)
     closer: Motion | Stuck
-    for one in moved:
+    for one in moved if better is None else [better, *moved]:
         closer = one.motion if alone else _move(run, field, one.refined, objective, CLOSELY, True)
         if isinstance(closer, Motion):
             route = _priced(run, field, closer)
-            if alone or route.energy_j <= least + DEARER * abs(least):
+            if alone or route.energy_j <= moved[0].energy + DEARER * abs(moved[0].energy):
                 return one.refined, route
         else:
-            stuck = [Tried(one.refined, closer, math.inf)]
+            stuck = [Tried(one.refined, closer)]
     if moved and not alone:
         # Keeping to limits between the stations as well would cost much more: as they are.
         best = moved[0]
@@ -300,19 +317,16 @@ def _driven_closely(
     return stuck[0].refined, where
 
 
-def _polished(run: Run, field: CostField, best: Tried) -> list[Tried]:
+def _polished(run: Run, field: CostField, best: Tried) -> Tried | None:
     """The best way with its knots moved, where that is likely to help and does."""
-    assert isinstance(best.motion, Motion)
-    rise = best.motion.heights[-1] - best.motion.heights[0]
-    dissipated = best.energy - run.around.mass * STANDARD_GRAVITY * float(rise)
-    if not worth_polishing(dissipated, sum(cost for _, cost in best.refined)):
-        return []
+    if not worth_polishing(best.dissipated, sum(cost for _, cost in best.refined)):
+        return None
     legs = [path for path, _ in best.refined]
     better = polish(field, run.around, legs, run.yaws, both=run.other_core.all, check=run.check)
     if better.motion is None or better.energy >= best.energy:
-        return []
+        return None
     refined = [(leg, float(polyline_cost(field, leg, field.step))) for leg in better.legs]
-    return [Tried(refined, better.motion, better.energy)]
+    return Tried(refined, better.motion, better.energy, better.dissipated)
 
 
 def _much_turning(run: Run, attempt: Attempt, factor: Array) -> bool:

@@ -29,8 +29,8 @@ from planner.search.stopping import Stop
 
 Array = NDArray[np.float64]
 Yaws = tuple[float | None, float | None]
-PROMISING = 1.004
-"""Times the energy to be beaten up to which moving a way's knots may do it."""
+MOST_SAVED = 0.004
+"""Share of what a motion dissipates that moving its knots is expected to save at most."""
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ def _best_of(
         if math.isfinite(polyline_cost(field, way, field.step)):
             found = drive_roughly(field, around, (way,), yaws)
             best = min(best, found, key=lambda one: one.energy)
-    if best.motion is None or best.energy >= PROMISING * below:
+    if best.motion is None or best.energy - MOST_SAVED * best.dissipated >= below:
         return None
     if worth_polishing(best.dissipated, polyline_cost(field, best.legs[0], field.step)):
         better = polish(field, around, best.legs, yaws, check=stop.check)
