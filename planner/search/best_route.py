@@ -23,7 +23,7 @@ from planner.errors import Cancelled
 from planner.quantities import STANDARD_GRAVITY
 from planner.search.grid_route import Attempt, drive_legs, on_grid
 from planner.search.ground import CostField, polyline_cost
-from planner.search.kept_limits import broken_limits
+from planner.search.kept_limits import FINELY, FINENESS, broken_limits
 from planner.search.route import Route
 from planner.search.run import Run
 from planner.search.steady import MARGIN
@@ -114,7 +114,11 @@ def best_route(run: Run, field: CostField) -> Found:
 
     def keeps_limits(name: str) -> bool:
         motion = candidates[name].motion
-        return name not in unchecked or not (motion and broken_limits(field, run.around, motion))
+        if motion is None or (name in routes and name not in unchecked):
+            return True
+        # Many are tried in the time that is given, and one of them may slip through.
+        fineness = FINENESS if name in unchecked else FINELY
+        return not broken_limits(field, run.around, motion, fineness)
 
     names = ranked(request.objective)
     found.planner["chosen"] = chosen = next(filter(keeps_limits, names), names[0])

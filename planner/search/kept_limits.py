@@ -23,8 +23,8 @@ from planner.search.motion_row import BRIEFLY, LIMIT_NAMES, broken_in_results
 from planner.search.track import Track
 
 Array = NDArray[np.float64]
-FINENESS = 0.2
-"""Cells that three samples stand for."""
+FINENESS, FINELY = 0.2, 0.05
+"""Cells that three samples stand for: while motions are repaired, and where one is the answer."""
 SLOWER, GENTLER = 0.94, 0.75
 """Factors on the speed, and on the acceleration, where a limit was broken."""
 HARDLY = 0.02
@@ -52,9 +52,11 @@ class Broken:
         return f"the limit of {LIMIT_NAMES[self.limits[0]]} is broken"
 
 
-def broken_limits(field: CostField, around: Circumstances, motion: Motion) -> Broken:
+def broken_limits(
+    field: CostField, around: Circumstances, motion: Motion, fineness: float = FINENESS
+) -> Broken:
     """Where a motion breaks a limit; turns on the spot were checked when they were chosen."""
-    rows, _, owner = motion_rows(field, motion, around.class_rows, around.wind, fineness=FINENESS)
+    rows, _, owner = motion_rows(field, motion, around.class_rows, around.wind, fineness=fineness)
     found = around.model.power_and_limits(rows)
     changing = np.abs(np.diff(motion.speed)) > 1e-9
     brief = changing | (motion.curvatures != 0.0) | (np.abs(np.diff(motion.yaw)) > 1e-9)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -81,3 +83,15 @@ def test_a_second_request_is_answered_alike(relief):
     first, second = (plan_route(terrain=relief, **ENDS, planner="grid") for _ in range(2))
     assert first.routes[0].energy_j == second.routes[0].energy_j
     assert np.array_equal(first.routes[0].arrays["x"], second.routes[0].arrays["x"])
+
+
+def test_what_breaks_a_limit_is_not_chosen_however_little_it_takes(relief, monkeypatch):
+    def hasty(run, attempt, candidates, planner, notes, begun):
+        route = candidates["grid"]
+        motion = replace(route.motion, time=route.motion.time / 5, speed=5 * route.motion.speed)
+        candidates["hasty"] = replace(route, energy_j=0.5 * route.energy_j, motion=motion)
+        candidates["same"] = replace(route, energy_j=0.9 * route.energy_j)
+
+    monkeypatch.setattr("planner.search.best_route.improve", hasty)
+    answer = plan_route(terrain=relief, **ENDS, time_budget_s=1.0)
+    assert answer.planner["chosen"] == "same"
