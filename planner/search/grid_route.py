@@ -26,6 +26,7 @@ from planner.search.pose_search import PosePath, keeping_yaw, pose_path
 from planner.search.refine import VARIANTS, refine
 from planner.search.route import Route
 from planner.search.run import Run
+from planner.search.situation import LARGE
 from planner.search.steady import MARGIN, OBJECTIVES
 
 Array = NDArray[np.float64]
@@ -142,13 +143,17 @@ def near_path_of(run: Run, field: CostField, factor: Array, objective: str) -> A
 
 
 def _elsewhere(run: Run, attempt: Attempt) -> Attempt:
-    """The cheapest of an attempt and of ways beside it, while its bends cost much."""
-    field, away = attempt.field, np.ones(attempt.field.heights.shape)
-    for _ in range(DETOURS):
+    """The cheapest of an attempt and of ways beside it, while its bends cost much.
+
+    Not on large maps, where a search with costs of its own for every node takes long.
+    """
+    field = attempt.field
+    factor = field.factor
+    for _ in range(DETOURS if field.heights.size <= LARGE else 0):
         if attempt.route is None or not _hindered(run, attempt):
             break
-        away = away * (1.0 + AWAY * nearness(attempt.route, field))
-        paths = _paths(run, run.field("energy", field.margin, field.factor * away), "energy")
+        factor = factor * (1.0 + AWAY * nearness(attempt.route, field))
+        paths = _paths(run, run.field("energy", field.margin, factor), "energy")
         if paths is not None:
             below = attempt.route.energy_j
             attempt = _cheaper(attempt, _attempted(run, field, paths, "energy", below=below))
