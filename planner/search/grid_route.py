@@ -297,19 +297,25 @@ def _driven_closely(
 ) -> tuple[Refined, Route | Stuck]:
     """The cheapest of these ways that keeps to all limits for little more, or where they stick.
 
-    ``better`` is ``moved[0]`` with its knots moved: it counts only if it keeps to all limits.
+    ``better`` is ``moved[0]`` with its knots moved: it counts only if it keeps to all limits, and
+    if that costs what was gained, only if the others cost more.
     """
     # A baseline is no worse for a yaw that is a few parts in ten thousand off the best.
     alone = objective != "energy" and objective != run.request.objective
     closer: Motion | Stuck
+    kept: list[tuple[Refined, Route]] = []
     for one in moved if better is None else [better, *moved]:
         closer = one.motion if alone else _move(run, field, one.refined, objective, CLOSELY, True)
         if isinstance(closer, Motion):
             route = _priced(run, field, closer)
             if alone or route.energy_j <= moved[0].energy + DEARER * abs(moved[0].energy):
-                return one.refined, route
+                kept.append((one.refined, route))
+                if one is not better or route.energy_j <= moved[0].energy:
+                    break
         else:
             stuck = [Tried(one.refined, closer)]
+    if kept:
+        return min(kept, key=lambda way: way[1].energy_j)
     if moved and not alone:
         # Keeping to limits between the stations as well would cost much more: as they are.
         best = moved[0]

@@ -112,7 +112,8 @@ def like_neighbour(
     ways = [bent]
     if len(way) > 2:
         # The last bend may have been for the neighbour alone.
-        moved = 1 if math.dist(bent[0], way[0]) > 0.0 else len(way) - 2
+        at_start = math.dist(bent[0], way[0]) > math.dist(bent[-1], way[-1])
+        moved = 1 if at_start else len(way) - 2
         ways.append(np.delete(bent, moved, axis=0))
     found = _best_of(situation, field, ways, yaws, leg.route.energy_j, stop)
     return leg if found is None else found
