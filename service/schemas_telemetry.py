@@ -57,6 +57,13 @@ class Regime(_Open):
     share_of_squared_error: float
 
 
+class RefusedFit(BaseModel):
+    """A fit of the base model that held-out runs refute; the model as stated is used."""
+
+    heldout_rmse_w: float = Field(description="of the fit, on runs that it has not seen")
+    stated_rmse_w: float = Field(description="of the model as stated")
+
+
 class Comparison(_Open):
     """Measured power against predicted."""
 
@@ -65,6 +72,7 @@ class Comparison(_Open):
     bias_w: float
     r2: float | None
     heldout_rmse_w: float
+    refused_fit: RefusedFit | None = None
     noise_floor_w: float = Field(description="what no model can go below")
     energy: dict[str, Any] = Field(description="measured_j, predicted_j, error_share")
     runs: list[dict[str, Any]]
@@ -100,6 +108,7 @@ class Diagnosis(_Open):
     regimes: list[Regime]
     outside_catalogue: dict[str, Any] | None
     experiments: list[dict[str, Any]] = Field(description="runs that would separate ties")
+    refused_fit: RefusedFit | None = None
 
 
 class Adoption(_Open):

@@ -44,8 +44,9 @@ VERDICTS = {
     ),
     "not_identifiable": (
         "Cannot be attributed",
-        "Something is missing, but several causes would look the same in this log. To adopt one "
-        "of them would be a guess; the experiments below would tell them apart.",
+        "Something is missing, but this log does not show clearly what. To adopt an effect would "
+        "be a guess. The regimes below show where the model fails; experiments, where there are "
+        "some, would tell causes apart.",
     ),
     "outside_catalogue": (
         "Outside the catalogue",

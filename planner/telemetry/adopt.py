@@ -322,8 +322,9 @@ def _new_version(
     model = replace(fitted.model, covariance=covariance, energy_error=error)
     past = start.history
     if not past:
+        action = "fit" if diagnosis.refused is None else "stated"
         first = {
-            **_entry(diagnosis.base, start.version, None, "fit"),
+            **_entry(diagnosis.base, start.version, None, action),
             "log": data,
             "before": None,
             "after": _rmse(diagnosis.baseline),

@@ -37,8 +37,8 @@ from planner.power.vehicle import Vehicle
 from planner.quantities import INDEX
 from planner.shown import Shown
 from planner.telemetry.compare_sums import CurveBins, RunComparison, Sums, curve_bins
-from planner.telemetry.fit import FittedParameter, fit, free_places, starting_model
-from planner.telemetry.heldout import heldout_rmse
+from planner.telemetry.fit import FittedParameter, RefusedFit, free_places, starting_model
+from planner.telemetry.heldout import base_fit, heldout_rmse
 from planner.telemetry.interval import interval_nodes
 from planner.telemetry.log import Telemetry
 from planner.telemetry.noise import Noise, noise_of
@@ -76,6 +76,7 @@ class Comparison(Shown):
             SI or labels, a standard error None where it cannot be told.
         measured, predicted: (k,) W of rows spread over the log, k <= CLOUD.
         not_computed: rows for which the model gives no finite power; they count nowhere.
+        refused: None; where the model as stated beats its fit on held-out runs, both errors.
     """
 
     model: PowerModel
@@ -93,6 +94,7 @@ class Comparison(Shown):
     measured: Floats
     predicted: Floats
     not_computed: int
+    refused: RefusedFit | None = None
 
     @property
     def rmse_w(self) -> float:
@@ -109,6 +111,7 @@ class Comparison(Shown):
         return {
             "model": self.model.describe(),
             "fitted": self.fitted,
+            "refused_fit": None if self.refused is None else self.refused.to_json(),
             "log": self.log,
             "rmse_w": self.rmse_w,
             "mae_w": self.mae_w,
@@ -185,6 +188,7 @@ def compare(
         settled.measured,
         settled.predicted,
         sums.not_computed,
+        settled.refused,
     )
 
 
@@ -195,6 +199,7 @@ class _Settled:
     model: PowerModel
     fitted: bool
     parameters: tuple[FittedParameter, ...]
+    refused: RefusedFit | None
     rmse: float
     heldout: float
     noise: Noise
@@ -211,12 +216,13 @@ def _settle(
     sample: Telemetry, model: PowerModel, fitted: bool, watch: Callable[[float, str], None]
 ) -> _Settled:
     parameters: tuple[FittedParameter, ...] = ()
+    refused: RefusedFit | None = None
     heldout = None
     calm = at_steady_speeds(sample)
     if fitted:
         watch(0.3, "fitting the base model")
-        result = fit(calm, model)
-        model, parameters = result.model, result.parameters
+        result = base_fit(calm, model)
+        model, parameters, refused = result.model, result.parameters, result.refused
         watch(0.45, "predicting held-out runs")
         heldout = heldout_rmse(calm, result)
     watch(0.5, "telling noise from misfit")
@@ -240,8 +246,9 @@ def _settle(
     thin = np.unique(np.linspace(0, len(sample) - 1, CLOUD).astype(int))
     return _Settled(
         model,
-        fitted,
+        fitted and refused is None,
         parameters,
+        refused,
         rmse,
         rmse if heldout is None else heldout,
         noise,

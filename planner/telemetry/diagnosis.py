@@ -15,7 +15,7 @@ from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.shown import Shown
 from planner.telemetry.extend import Addition
-from planner.telemetry.fit import Fit
+from planner.telemetry.fit import Fit, RefusedFit
 from planner.telemetry.log import Telemetry
 from planner.telemetry.regimes import Regime
 
@@ -219,6 +219,7 @@ class Diagnosis(Shown):
         additions: name → how to add it, for all that could be adopted.
         corrected: the rows that all this was settled on, without the errors of sensors.
         log: source, hash, rows, runs, findings.
+        refused: None; where the model as stated beats its fit on held-out runs, both errors.
     """
 
     verdict: Verdict
@@ -237,6 +238,7 @@ class Diagnosis(Shown):
     additions: Mapping[str, Addition]
     corrected: Telemetry
     log: Mapping[str, Any]
+    refused: RefusedFit | None = None
 
     @property
     def model(self) -> PowerModel:
@@ -264,6 +266,7 @@ class Diagnosis(Shown):
             "experiments": [e.to_json() for e in self.experiments],
             "model": self.base.describe(),
             "log": dict(self.log),
+            "refused_fit": None if self.refused is None else self.refused.to_json(),
         }
 
 

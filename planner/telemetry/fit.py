@@ -54,6 +54,23 @@ class FittedParameter:
 
 
 @dataclass(frozen=True)
+class RefusedFit:
+    """A fit that held-out runs refute: the model as stated predicts them better.
+
+    Attributes:
+        heldout_rmse_w: of the fit, W, on runs that it has not seen.
+        stated_rmse_w: of the model as stated, W, on all runs.
+    """
+
+    heldout_rmse_w: float
+    stated_rmse_w: float
+
+    def to_json(self) -> dict[str, float]:
+        """The entry ``refused_fit`` of a comparison and of a diagnosis."""
+        return {"heldout_rmse_w": self.heldout_rmse_w, "stated_rmse_w": self.stated_rmse_w}
+
+
+@dataclass(frozen=True)
 class Fit:
     """A fitted model.
 
@@ -67,6 +84,7 @@ class Fit:
         noise: what was taken for noise.
         rmse_w: root mean square of the residual, W.
         parameters: the free ones with remarks.
+        refused: None; where this is the model as stated because its fit was refused, both errors.
     """
 
     model: PowerModel
@@ -79,6 +97,7 @@ class Fit:
     noise: Noise
     rmse_w: float
     parameters: tuple[FittedParameter, ...]
+    refused: RefusedFit | None = None
 
 
 def starting_model(given: PowerModel | Vehicle | str | Path) -> PowerModel:

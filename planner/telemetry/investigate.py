@@ -22,8 +22,8 @@ from planner.telemetry.candidates import Atom, CandidateLibrary, candidate_libra
 from planner.telemetry.contest import addition_for, coefficients_of, confirmed, contest
 from planner.telemetry.examine import Competitors, Examination, examine
 from planner.telemetry.extend import Addition, completed, fit_with
-from planner.telemetry.fit import Fit, fit
-from planner.telemetry.heldout import heldout_rmse
+from planner.telemetry.fit import Fit
+from planner.telemetry.heldout import base_fit, heldout_rmse
 from planner.telemetry.log import Telemetry
 from planner.telemetry.sample import LogSource
 from planner.telemetry.select_effects import Selection, Standing, select
@@ -85,7 +85,7 @@ def investigate(
     log = sample
     for number in range(SENSOR_ROUNDS):
         watch(0.15 + 0.05 * number, "laying out what every effect would add")
-        base = fit(log, start)
+        base = base_fit(log, start)
         origin = replace(base, model=start) if as_stated else base
         library = candidate_library(origin.model, log, extra=extra)
         # A sensor that was corrected once may be corrected further by however little.

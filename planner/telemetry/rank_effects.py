@@ -38,13 +38,12 @@ from planner.telemetry.diagnosis import (
     Errors,
     Estimate,
     SensorFault,
-    Verdict,
 )
 from planner.telemetry.examine import Examination
 from planner.telemetry.experiments import Advice
 from planner.telemetry.extend import Addition, completed, trimmed, usual_addition
 from planner.telemetry.fit import Fit, starting_model
-from planner.telemetry.heldout import LinearHeldout, falls, heldout_residual, rms
+from planner.telemetry.heldout import NAMED_FALL, LinearHeldout, falls, heldout_residual, rms
 from planner.telemetry.investigate import (
     Found,
     atom_of,
@@ -63,6 +62,7 @@ from planner.telemetry.select_effects import Standing
 from planner.telemetry.subsets import Member
 from planner.telemetry.two_searches import rather
 from planner.telemetry.unknown_effect import Proposal, propose
+from planner.telemetry.verdict import never_complete_with_structure, sentence_of, verdict_of
 
 Floats = NDArray[np.float64]
 Progress = Callable[[float, str], None]
@@ -131,8 +131,8 @@ def diagnose_source(
     diagnosis = _concluded(source, found, watch)
     if strained(found.base, start):
         found = investigate(source.sample, start, extra, watch, as_stated=True)
-        return rather(diagnosis, _concluded(source, found, watch))
-    return diagnosis
+        diagnosis = rather(diagnosis, _concluded(source, found, watch))
+    return never_complete_with_structure(diagnosis)
 
 
 def _concluded(source: LogSource, found: Found, watch: Watch) -> Diagnosis:
@@ -169,10 +169,12 @@ def _report(source: LogSource, found: Found) -> Diagnosis:
     fitted = proposal.fit if proposal else (found.fitted if members else found.base)
     left = heldout_residual(found.log, fitted)
     # What does not lower the error on runs that it was not fitted to is not named.
-    if proposal and members:
-        named = heldout_residual(found.log, found.fitted)
-        if not falls(before, left, found.base.spread) or not falls(named, left, found.base.spread):
-            proposal, fitted, left = None, found.fitted, named
+    if proposal is not None:
+        without = heldout_residual(found.log, found.fitted) if members else before
+        clearly = rms(left) <= NAMED_FALL * rms(without)
+        if not clearly or not falls(before, left, found.base.spread):
+            proposal, lost = None, not members
+            fitted, left = (found.fitted if members else found.base), without
     lower = falls(before, left, found.base.spread)
     if members and not proposal and not lower:
         # Whether an effect is there is asked of the fewest parameters that show it.
@@ -183,7 +185,9 @@ def _report(source: LogSource, found: Found) -> Diagnosis:
     baseline = Errors(found.base.rmse_w, rms(before), examination.noise.floor_w)
     after = Errors(fitted.rmse_w, rms(left))
     selected = tuple(m.name for m in members)
-    verdict = _verdict(sensors, proposal, members, lost)
+    verdict = verdict_of(
+        faulty=bool(sensors), formula=proposal is not None, named=bool(members), lost=lost
+    )
     if proposal is None and members:
         fitted = trimmed(fitted, found.origin, found.log, found.additions)
     candidates = _candidates(found, selected, fitted, members)
@@ -206,8 +210,9 @@ def _report(source: LogSource, found: Found) -> Diagnosis:
         _additions(found, members, proposal),
         found.log,
         source.describe(),
+        found.base.refused,
     )
-    return replace(diagnosis, sentence=_sentence(diagnosis, shape.near if shape and lost else ()))
+    return replace(diagnosis, sentence=sentence_of(diagnosis, shape.near if shape and lost else ()))
 
 
 def _columns_in(
@@ -248,21 +253,6 @@ def _standings(found: Found) -> list[tuple[Standing, Examination]]:
     all_rows = [(standing, found.examination) for standing in found.selection.standings]
     refuted = [(standing, found.local) for standing in found.refuted]
     return [entry for entry in [*all_rows, *refuted] if not entry[0].member.sensor]
-
-
-def _verdict(
-    sensors: Sequence[SensorFault],
-    proposal: Proposal | None,
-    members: Sequence[Member],
-    lost: bool,
-) -> Verdict:
-    if sensors:
-        return "sensor_error"
-    if proposal is not None:
-        return "outside_catalogue"
-    if members:
-        return "missing_effect"
-    return "not_identifiable" if lost else "complete"
 
 
 def _sensor_faults(found: Found) -> tuple[SensorFault, ...]:
@@ -348,43 +338,3 @@ def _linear_estimates(examination: Examination, standing: Standing) -> dict[str,
         bounded = float(np.clip(null + value, *parameter.bounds))
         estimates[candidate.parameter] = Estimate(bounded, stderr, parameter.unit)
     return estimates
-
-
-def _sentence(diagnosis: Diagnosis, near: Sequence[str]) -> str:
-    before, after = diagnosis.baseline, diagnosis.after
-    floor = before.noise_floor_w or 0.0
-    errors = (
-        f"held-out error {before.heldout_rmse_w:.3g} W → {after.heldout_rmse_w:.3g} W, "
-        f"noise {floor:.3g} W"
-    )
-    names = " and ".join(diagnosis.selected)
-    if diagnosis.verdict == "sensor_error":
-        faults = "; ".join(s.sentence for s in diagnosis.sensors)
-        rest = f"; beside that, {names} is missing" if names else ""
-        return f"A sensor is wrong rather than the model: {faults}{rest}."
-    if diagnosis.outside is not None:
-        over = " and ".join(diagnosis.outside.quantities).replace("_", " ")
-        beside = f" beside {names}" if names else ""
-        return (
-            f"Something outside the catalogue is missing{beside}, over {over}: "
-            f"{diagnosis.outside.formula} ({errors})."
-        )
-    if diagnosis.verdict == "missing_effect":
-        ties = {
-            rival
-            for c in diagnosis.candidates
-            if c.effect in diagnosis.selected
-            for rival in c.indistinguishable_from
-        }
-        tied = f"; this log cannot tell it from {', '.join(sorted(ties))}" if ties else ""
-        # Named all the same, so the loss of single rows fell.
-        unsure = (
-            "; rows that a little error of the speeds decides hide that most rows are closer"
-            if after.heldout_rmse_w >= before.heldout_rmse_w
-            else ""
-        )
-        return f"Missing: {names} ({errors}){tied}{unsure}."
-    if diagnosis.verdict == "not_identifiable":
-        like = f": {', '.join(near)} would look the same" if near else ""
-        return f"Something is missing that this log cannot attribute{like} ({errors})."
-    return f"Nothing is missing that this log could show ({errors})."
