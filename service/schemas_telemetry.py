@@ -62,6 +62,7 @@ class RefusedFit(BaseModel):
 
     heldout_rmse_w: float = Field(description="of the fit, on runs that it has not seen")
     stated_rmse_w: float = Field(description="of the model as stated")
+    sentence: str
 
 
 class Comparison(_Open):

@@ -20,6 +20,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,9 +66,21 @@ class RefusedFit:
     heldout_rmse_w: float
     stated_rmse_w: float
 
-    def to_json(self) -> dict[str, float]:
+    @property
+    def sentence(self) -> str:
+        """What was refused, and why."""
+        return (
+            "The fit to this log is not used: it misses held-out runs by "
+            f"{self.heldout_rmse_w:.3g} W, the model as stated by {self.stated_rmse_w:.3g} W."
+        )
+
+    def to_json(self) -> dict[str, Any]:
         """The entry ``refused_fit`` of a comparison and of a diagnosis."""
-        return {"heldout_rmse_w": self.heldout_rmse_w, "stated_rmse_w": self.stated_rmse_w}
+        return {
+            "heldout_rmse_w": self.heldout_rmse_w,
+            "stated_rmse_w": self.stated_rmse_w,
+            "sentence": self.sentence,
+        }
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,6 @@ from dataclasses import replace
 
 from planner.telemetry.diagnosis import Diagnosis, Verdict
 from planner.telemetry.regimes import Regime
-from planner.telemetry.wording import refusal
 
 LEAST_STRUCTURE = 0.1
 """Share of the squared error in one regime from which a model is not called complete.
@@ -56,8 +55,8 @@ def sentence_of(diagnosis: Diagnosis, near: Sequence[str] = ()) -> str:
         diagnosis: everything but its sentence.
         near: effects that would look the same as what cannot be attributed.
     """
-    refused = None if diagnosis.refused is None else diagnosis.refused.to_json()
-    return " ".join(filter(None, [_verdict_in_words(diagnosis, near), refusal(refused)]))
+    verdict = _verdict_in_words(diagnosis, near)
+    return verdict if diagnosis.refused is None else f"{verdict} {diagnosis.refused.sentence}"
 
 
 def _structure(diagnosis: Diagnosis) -> Regime | None:

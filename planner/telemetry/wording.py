@@ -59,20 +59,6 @@ def excess(energy: Document) -> float | None:
     return float(predicted / measured - 1) if measured else None
 
 
-def refusal(refused: Document | None) -> str:
-    """Why the fit of the base model is not used; "" where it is.
-
-    ``refused`` is the entry ``refused_fit`` of a comparison or a diagnosis.
-    """
-    if refused is None:
-        return ""
-    return (
-        "The fit to this log is not used: it misses held-out runs by "
-        f"{watts(refused['heldout_rmse_w'])}, the model as stated by "
-        f"{watts(refused['stated_rmse_w'])}."
-    )
-
-
 def how_far(comparison: Document) -> str:
     """What a comparison says, and whether the fit is refused."""
     fitted = ", fitted to this log," if comparison.get("fitted") else ""
@@ -82,7 +68,8 @@ def how_far(comparison: Document) -> str:
         f"{watts(comparison['rmse_w'])} rms{heldout}; the log's own noise is about "
         f"{watts(comparison['noise_floor_w'])}."
     )
-    return " ".join(filter(None, [said, refusal(comparison.get("refused_fit"))]))
+    refused = comparison.get("refused_fit") or {}
+    return " ".join(filter(None, [said, refused.get("sentence")]))
 
 
 def what_came_of_it(adoption: Document) -> str:

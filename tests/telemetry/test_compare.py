@@ -87,6 +87,7 @@ def test_document_is_strict_json_of_the_promised_shape(drive, model):
     assert list(document) == [
         "model",
         "fitted",
+        "refused_fit",
         "log",
         "rmse_w",
         "mae_w",
