@@ -52,7 +52,11 @@ def _rebuild(
 
 
 def _short(value: Any) -> str:
-    text = repr(value)
+    try:
+        text = repr(value)
+    except ValueError:
+        # The interpreter prints no whole number of more than some thousand digits.
+        return "a number with too many digits"
     return text if len(text) <= 80 else text[:77] + "..."
 
 

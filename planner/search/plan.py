@@ -15,6 +15,7 @@ from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
+from planner.power.defaults import defaults_in_words
 from planner.power.model import PowerModel
 from planner.power.vehicle import load_vehicle
 from planner.search.alternatives import find_alternatives
@@ -153,10 +154,8 @@ def _arrived(asked: Goal, route: Route) -> Mapping[str, float] | None:
 
 
 def _notes(run: Run) -> tuple[str, ...]:
-    notes = []
-    defaults = run.around.model.vehicle.defaults_taken
-    if defaults:
-        notes.append(f"defaults taken for {', '.join(defaults)}")
+    defaults = defaults_in_words(run.around.model)
+    notes = [f"defaults taken: {', '.join(defaults)}"] if defaults else []
     given = run.request.conditions.model_fields_set
     reads = {name for effect in run.around.model.effects for name in effect.reads}
     needed = {"wind": "wind_x", "motor_temp": "motor_temp", "ambient_temp": "ambient_temp"}
