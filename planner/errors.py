@@ -37,7 +37,7 @@ class InputError(JoulepathError):
         self.problem = problem
         self.value = value
         self.accepted = accepted
-        got = "" if value is None else f" (got {_short(value)})"
+        got = "" if value is None else f" (got {short(value)})"
         super().__init__(f"{field}: {problem}{got}; accepted: {accepted}")
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -51,7 +51,8 @@ def _rebuild(
     return kind(field, problem, value=value, accepted=accepted)
 
 
-def _short(value: Any) -> str:
+def short(value: Any) -> str:
+    """A value as it can stand in a sentence, at most 80 characters."""
     try:
         text = repr(value)
     except ValueError:

@@ -12,7 +12,6 @@ whether the start is on ground that can be held is for the planner to find out.
 from __future__ import annotations
 
 import json
-import math
 import numbers
 from collections.abc import Mapping
 from typing import Annotated, Any, Self
@@ -31,6 +30,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from planner.errors import RequestError
+from planner.reading import finite_number
 from planner.search.request_errors import (
     AMONG,
     as_request_error,
@@ -46,13 +46,10 @@ def _real(value: Any) -> Any:
     """Numbers of any kind, numpy's among them, but neither booleans nor text."""
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
         raise PydanticCustomError("not_a_number", "is not a number")
-    try:
-        result = float(value)
-    except OverflowError:
-        result = math.inf
-    if not math.isfinite(result):
+    number = finite_number(value)
+    if number is None:
         raise PydanticCustomError("not_finite", "is not a finite number")
-    return result
+    return number
 
 
 def _whole(value: Any) -> Any:
