@@ -267,7 +267,8 @@ def test_a_model_file_whose_vehicle_cannot_be_used(tmp_path: Path, key: str, val
 
 def test_no_number_of_a_model_file_can_be_too_large(tmp_path: Path) -> None:
     path = tmp_path / "model.json"
-    model_with("surface_rolling", "air_drag").save(path)
+    # The vehicle has values of effects that the model does not have.
+    PowerModel.from_vehicle(load_vehicle("minibalance"), effects=["air_drag"]).save(path)
     written = json.loads(path.read_text())
 
     def places(part: Any, *above: Any) -> list[tuple[Any, ...]]:

@@ -238,7 +238,7 @@ BAD_MAPPINGS = {
     "constant of 400 digits and a unit": (
         f'[constants]\npayload = {{value={"1" * 400}, unit="lb"}}'
     ),
-    "constant too large in SI": '[constants]\npayload = {value=1e308, unit="kt"}',
+    "constant too large in SI": '[constants]\npayload = {value=1e308, unit="Gg"}',
     "sign of 400 digits": f'[columns]\nvx = {{quantity="vx", sign={"1" * 400}}}',
     "sign of 5000 hexadecimal digits": (f'[columns]\nvx = {{quantity="vx", sign=0x{"f" * 5000}}}'),
     "interval of 400 digits": f"[rosbag]\ninterval = {'1' * 400}",
