@@ -64,7 +64,13 @@ def _plain_text(value: str) -> str:
     return value
 
 
+FARTHEST = 1e9
+"""m: larger than any map's coordinates, and small enough that areas and distances stay finite."""
+
 Number = Annotated[float, BeforeValidator(_real), Field(allow_inf_nan=False)]
+Metres = Annotated[
+    float, BeforeValidator(_real), Field(allow_inf_nan=False, ge=-FARTHEST, le=FARTHEST)
+]
 Whole = Annotated[int, BeforeValidator(_whole)]
 Name = Annotated[str, Field(min_length=1, max_length=1024), AfterValidator(_plain_text)]
 
@@ -76,8 +82,8 @@ class _Part(BaseModel):
 class PoseRequest(_Part):
     """A place, and the direction to stand in there."""
 
-    x: Number = Field(description="metres in the map's frame, a finite number")
-    y: Number = Field(description="metres in the map's frame, a finite number")
+    x: Metres = Field(description="metres in the map's frame, -1e9 to 1e9")
+    y: Metres = Field(description="metres in the map's frame, -1e9 to 1e9")
     yaw: Number | None = Field(
         default=None,
         description="rad counter-clockwise from the map's x axis; left out, the planner chooses",
@@ -139,10 +145,12 @@ class Conditions(_Part):
 class Area(_Part):
     """A circle, or a polygon, that the robot keeps out of."""
 
-    x: Number | None = Field(default=None, description="m, the circle's centre, a finite number")
-    y: Number | None = Field(default=None, description="m, the circle's centre, a finite number")
-    radius: Number | None = Field(default=None, gt=0, description="m, of the circle, above 0")
-    polygon: tuple[tuple[Number, Number], ...] | None = Field(
+    x: Metres | None = Field(default=None, description="m, the circle's centre, -1e9 to 1e9")
+    y: Metres | None = Field(default=None, description="m, the circle's centre, -1e9 to 1e9")
+    radius: Metres | None = Field(
+        default=None, gt=0, description="m, of the circle, above 0 up to 1e9"
+    )
+    polygon: tuple[tuple[Metres, Metres], ...] | None = Field(
         default=None,
         min_length=3,
         max_length=1000,
