@@ -28,13 +28,14 @@ from planner.search.request import DEFAULT_VEHICLE, Goal, PlanRequest, PoseReque
 from planner.search.route import Answer, Baseline, Route
 from planner.search.run import Progress, Run
 from planner.search.situation import situation_of
+from planner.search.situation_request import RequestLike
 from planner.search.steady import MARGIN
 from planner.search.stopping import Stop
 from planner.terrain.heightmap import Terrain
 
 
 def plan_route(
-    request: PlanRequest | Mapping[str, Any] | None = None,
+    request: PlanRequest | RequestLike = None,
     *,
     terrain: Terrain | None = None,
     model: PowerModel | str | None = None,
@@ -45,8 +46,8 @@ def plan_route(
     """Plan the route that costs least energy.
 
     Args:
-        request: a PlanRequest, or a mapping with its fields (REQUEST.json); or give the fields as
-            keyword arguments.
+        request: a PlanRequest, a mapping with its fields, or the path of a REQUEST.json; or give
+            the fields as keyword arguments.
         terrain: a terrain that is already there, instead of the request's ``map``.
         model: a power model that is already there, instead of the request's vehicle or model;
             a text is the request's field ``model``.

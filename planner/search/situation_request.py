@@ -14,6 +14,8 @@ from __future__ import annotations
 import json
 import numbers
 from collections.abc import Mapping
+from os import PathLike
+from pathlib import Path
 from typing import Annotated, Any, Self
 
 from pydantic import (
@@ -40,6 +42,9 @@ from planner.search.request_errors import (
 )
 
 DEFAULT_VEHICLE = "minibalance"
+
+RequestLike = Mapping[str, Any] | str | PathLike[str] | None
+"""A mapping of a request's fields, the path of a REQUEST.json, or nothing."""
 
 
 def _real(value: Any) -> Any:
@@ -283,20 +288,48 @@ class SituationRequest(_Part):
             raise too_deep(cls) from None
 
     @classmethod
-    def from_call(
-        cls, request: SituationRequest | Mapping[str, Any] | None, fields: Mapping[str, Any]
-    ) -> Self:
-        """A request as a function takes it: ready or as a mapping, with keywords laid over it.
+    def from_call(cls, request: SituationRequest | RequestLike, fields: Mapping[str, Any]) -> Self:
+        """A request as a function takes it, with keywords laid over it.
+
+        Args:
+            request: ready, a mapping of its fields, the path of a REQUEST.json, or None.
+            fields: replace those of the request.
 
         Raises:
-            RequestError: the first field that cannot be used.
+            RequestError: the file cannot be read, or the first field that cannot be used.
         """
-        if not isinstance(request, cls):
-            given = request.model_dump() if isinstance(request, SituationRequest) else request
-            return cls.from_json({**(given or {}), **fields})
-        if fields:
-            return cls.from_json({**request.model_dump(exclude_unset=True), **fields})
-        return request
+        if isinstance(request, str | PathLike):
+            return cls.from_file(request, fields)
+        if isinstance(request, cls) and not fields:
+            return request
+        if isinstance(request, SituationRequest):
+            request = request.model_dump(exclude_unset=isinstance(request, cls))
+        return cls.from_json(_override({} if request is None else request, fields))
+
+    @classmethod
+    def from_file(
+        cls, path: str | PathLike[str], overrides: Mapping[str, Any] | None = None
+    ) -> Self:
+        """Check a request in a file; paths in it are relative to the working directory.
+
+        Args:
+            path: of a REQUEST.json.
+            overrides: fields that replace those of the file.
+
+        Raises:
+            RequestError: the file cannot be read, or as ``from_text``.
+        """
+        try:
+            content = Path(path).read_bytes()
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or "no file has such a name"
+            name = str(path)
+            raise RequestError(
+                name if name.isprintable() else ascii(name),
+                f"cannot be read: {reason}",
+                accepted="the path of a REQUEST.json",
+            ) from None
+        return cls.from_text(content, overrides)
 
     @classmethod
     def from_text(cls, text: str | bytes, overrides: Mapping[str, Any] | None = None) -> Self:
@@ -331,13 +364,13 @@ class SituationRequest(_Part):
             ) from None
         except RecursionError:
             raise too_deep(cls) from None
-        if overrides and isinstance(document, dict):
-            document = _override(document, overrides)
-        return cls.from_json(document)
+        return cls.from_json(_override(document, overrides or {}))
 
 
-def _override(document: dict[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
-    """A vehicle given over a model, or the other way round, replaces it."""
+def _override(document: Any, overrides: Mapping[str, Any]) -> Any:
+    """Fields laid over an object; a vehicle given over a model, or the reverse, replaces it."""
+    if not overrides or not isinstance(document, Mapping):
+        return document
     replaced = {"vehicle", "model"} if {"vehicle", "model"} & overrides.keys() else set()
     return {k: v for k, v in document.items() if k not in replaced} | dict(overrides)
 
