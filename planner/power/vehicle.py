@@ -288,9 +288,9 @@ class _Reader:
             )
         active = tuple(s for s, e in catalogue.items() if e.base or s in named)
         for slug in (slug for slug in active if slug in candidates):
-            for name, declared in catalogue[slug].parameters.items():
+            for name, own in catalogue[slug].parameters.items():
                 # At its null value a parameter adds nothing, so that nothing is assumed.
-                if name not in effects.get(slug, {}) and declared.default != declared.null:
+                if name not in effects.get(slug, {}) and own.default != own.null:
                     self.defaults.append(f"effects.{slug}.{name}")
         return active
 
