@@ -5,7 +5,7 @@ COPY requirements/lock.txt requirements/build.txt requirements/
 RUN python -m venv /opt/joulepath \
  && /opt/joulepath/bin/pip install --require-hashes -r requirements/lock.txt \
  && pip install --require-hashes -r requirements/build.txt
-COPY pyproject.toml README.md ./
+COPY pyproject.toml README.md LICENSE ./
 COPY planner planner
 COPY service service
 COPY maps maps

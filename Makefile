@@ -59,7 +59,7 @@ lock: $(READY) ## Resolve the newest versions again and lock them with hashes
 	$(COMPILE) pyproject.toml -o requirements/lock.txt
 	$(COMPILE) pyproject.toml --extra dev -c requirements/lock.txt -o requirements/dev.txt
 	$(COMPILE) pyproject.toml --extra bench -c requirements/dev.txt -o requirements/bench.txt
-	echo "hatchling>=1.26" | $(COMPILE) - -c requirements/dev.txt -o requirements/build.txt
+	echo "hatchling>=1.27" | $(COMPILE) - -c requirements/dev.txt -o requirements/build.txt
 
 clean: ## Remove what the targets make, the virtual environment included
 	rm -rf $(VENV) build dist demo .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis *.egg-info

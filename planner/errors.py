@@ -37,7 +37,7 @@ class InputError(JoulepathError):
         self.problem = problem
         self.value = value
         self.accepted = accepted
-        got = "" if value is None else f" (got {_short(value)})"
+        got = "" if value is None else f" (got {short(value)})"
         super().__init__(f"{field}: {problem}{got}; accepted: {accepted}")
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -51,8 +51,13 @@ def _rebuild(
     return kind(field, problem, value=value, accepted=accepted)
 
 
-def _short(value: Any) -> str:
-    text = repr(value)
+def short(value: Any) -> str:
+    """A value as it can stand in a sentence, at most 80 characters."""
+    try:
+        text = repr(value)
+    except ValueError:
+        # The interpreter prints no whole number of more than some thousand digits.
+        return "a number with too many digits"
     return text if len(text) <= 80 else text[:77] + "..."
 
 

@@ -187,7 +187,7 @@ def _read_request(path: Path | None, given: dict[str, Any]) -> Any:
                 "request", "is missing", accepted="REQUEST.json, or --map, --start and --goal"
             )
         return PlanRequest.from_json(given)
-    return PlanRequest.from_text(cli_areas.read_bytes(path), given)
+    return cli_areas.read_request(path, PlanRequest, given)
 
 
 def _pose(option: str, text: str | None) -> dict[str, float] | None:

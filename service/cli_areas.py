@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 import typer
 
-from planner.errors import RequestError
 from planner.search.situation_request import SituationRequest
 from service.terminal import Json, Verbose, interruptible, progress_bar, show, tell_written
 
@@ -26,7 +26,7 @@ def matrix(
     from planner import energy_matrix
     from planner.search.request import MatrixRequest
 
-    asked = _read(request, MatrixRequest)
+    asked = read_request(request, MatrixRequest)
     with interruptible() as cancelled, progress_bar() as progress:
         found = energy_matrix(asked, progress=progress, cancelled=cancelled)
     _tell(found.to_json(), out, json_, "matrix")
@@ -39,7 +39,7 @@ def reach(
     from planner import reachable_area
     from planner.search.request import ReachRequest
 
-    asked = _read(request, ReachRequest)
+    asked = read_request(request, ReachRequest)
     with interruptible() as cancelled, progress_bar() as progress:
         found = reachable_area(asked, progress=progress, cancelled=cancelled)
     _tell(found.to_json(), out, json_, "reach")
@@ -52,7 +52,7 @@ def front(
     from planner import energy_time_front
     from planner.search.request import FrontRequest
 
-    asked = _read(request, FrontRequest)
+    asked = read_request(request, FrontRequest)
     with interruptible() as cancelled, progress_bar() as progress:
         found = energy_time_front(asked, progress=progress, cancelled=cancelled)
     _tell(found.to_json(), out, json_, "front")
@@ -74,23 +74,14 @@ def _tell(document: dict[str, Any], out: Path | None, as_json: bool, verb: str) 
     tell_written(out, None)
 
 
-def read_bytes(path: Path) -> bytes:
-    """A request's text, out of a file or from stdin.
+def read_request(
+    path: Path, kind: type[Asked], overrides: Mapping[str, Any] | None = None
+) -> Asked:
+    """A request out of a file, or from stdin where the path is ``-``.
 
     Raises:
-        RequestError: the file cannot be read.
+        RequestError: the file cannot be read, or the first field that cannot be used.
     """
     if str(path) == "-":
-        return typer.get_binary_stream("stdin").read()
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise RequestError(
-            str(path),
-            f"cannot be read: {error.strerror}",
-            accepted="the path of a REQUEST.json, or - for stdin",
-        ) from None
-
-
-def _read(path: Path, kind: type[Asked]) -> Asked:
-    return kind.from_text(read_bytes(path))
+        return kind.from_text(typer.get_binary_stream("stdin").read(), overrides)
+    return kind.from_file(path, overrides)

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import importlib.metadata
 import re
+import subprocess
+import sys
+import tarfile
 import tomllib
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -64,3 +68,40 @@ def test_development_runs_the_versions_that_users_get() -> None:
         if versions(lines) != versions(development.get(name))
     }
     assert different == {}
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the wheel and the source distribution of this repository."""
+    folder = tmp_path_factory.mktemp("built")
+    subprocess.run(
+        [sys.executable, "-m", "hatchling", "build", "-d", str(folder)],
+        cwd=ROOT,
+        check=True,
+        capture_output=True,
+        timeout=120,
+    )
+    return folder
+
+
+def test_both_distributions_carry_the_licence(built: Path) -> None:
+    text = (ROOT / "LICENSE").read_text()
+    assert text.startswith("BSD 3-Clause License\n\nCopyright (c) 2026 the joulepath developers\n")
+    with zipfile.ZipFile(next(built.glob("*.whl"))) as wheel:
+        info = f"joulepath-{PROJECT['version']}.dist-info"
+        assert wheel.read(f"{info}/licenses/LICENSE").decode() == text
+        metadata = wheel.read(f"{info}/METADATA").decode()
+    assert "\nLicense-Expression: BSD-3-Clause\n" in metadata
+    assert "\nLicense-File: LICENSE\n" in metadata
+    with tarfile.open(next(built.glob("*.tar.gz"))) as source:
+        inside = source.extractfile(f"joulepath-{PROJECT['version']}/LICENSE")
+        assert inside is not None
+        assert inside.read().decode() == text
+
+
+def test_the_image_is_built_with_every_file_that_the_project_names() -> None:
+    copied = re.findall(r"^COPY (?!--from)(.+) \S+$", (ROOT / "Dockerfile").read_text(), re.M)
+    ignored = (ROOT / ".dockerignore").read_text().splitlines()
+    for name in ("pyproject.toml", PROJECT["readme"], *PROJECT["license-files"]):
+        assert name in " ".join(copied).split()
+        assert f"!{name}" in ignored

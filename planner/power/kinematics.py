@@ -59,6 +59,11 @@ class WheelLayout:
         """Number of wheels."""
         return len(self.table)
 
+    @property
+    def roller_angle(self) -> float:
+        """Angle between the axles of roller and wheel, rad, up to π/2."""
+        return math.asin(min(1.0, abs(float(self.table[0, AXIS_LEVER]))))
+
     def wheel_speeds(self, vx: float, vy: float, wz: float) -> NDArray[np.float64]:
         """Angular speeds of the wheels, rad/s, shape (n,)."""
         speeds: NDArray[np.float64] = self.table[:, RIM : RIM + 3] @ np.array([vx, vy, wz])

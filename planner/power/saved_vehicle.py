@@ -18,6 +18,7 @@ import numpy as np
 
 from planner.power.kinematics import COLUMNS, WheelLayout
 from planner.power.vehicle import Battery, Limits, Vehicle
+from planner.reading import finite_number
 
 _NUMBERS = ("mass", "length", "width", "com_height", "gear_ratio", "traction")
 _LIMITS = ("speed", "yaw_rate", "acceleration", "current", "voltage", "continuous_torque")
@@ -54,19 +55,22 @@ def vehicle_from_document(document: Mapping[str, Any]) -> Vehicle:
     return Vehicle(
         name=_text(document["name"]),
         title=_text(document["title"]),
-        **{key: _positive(document[key], key) for key in _NUMBERS if key != "com_height"},
+        **{key: _size(document[key], key) for key in _NUMBERS if key != "com_height"},
         com_height=_not_negative(document["com_height"], "com_height"),
-        layout=WheelLayout(table, _positive(document["wheels"]["radius"], "radius")),
+        layout=WheelLayout(table, _size(document["wheels"]["radius"], "radius")),
         limits=Limits(
             **{key: _positive(_number_or_inf(limits[key]), key) for key in _LIMITS},
             clearance=_not_negative(limits["clearance"], "clearance"),
         ),
         battery=Battery(
-            voltage=_positive(battery["voltage"], "voltage"),
+            voltage=_size(battery["voltage"], "voltage"),
             resistance=_not_negative(battery["resistance"], "resistance"),
             capacity=_positive(_number_or_inf(battery["capacity"]), "capacity"),
         ),
-        parameters={slug: dict(values) for slug, values in document["parameters"].items()},
+        parameters={
+            slug: {name: _parameter(value) for name, value in values.items()}
+            for slug, values in document["parameters"].items()
+        },
         active=tuple(map(_text, document["active"])),
         sources={_text(k): _text(v) for k, v in document["sources"].items()},
         defaults_taken=tuple(map(_text, document["defaults_taken"])),
@@ -77,6 +81,18 @@ def _finite_or_null(values: Mapping[str, float]) -> dict[str, float | None]:
     return {key: value if math.isfinite(value) else None for key, value in values.items()}
 
 
+def _parameter(value: Any) -> Any:
+    """A number, or one for every wheel (a list) or every surface label (a mapping)."""
+    if isinstance(value, list):
+        return [_parameter(element) for element in value]
+    if isinstance(value, Mapping):
+        return {_text(label): _parameter(element) for label, element in value.items()}
+    number = finite_number(value)
+    if number is None:
+        raise ValueError("a parameter that is not a finite number")
+    return number
+
+
 def _number_or_inf(value: Any) -> float:
     return math.inf if value is None else float(value)
 
@@ -85,6 +101,13 @@ def _positive(value: Any, key: str) -> float:
     number = float(value)
     if not number > 0.0:
         raise ValueError(f"{key}: {value!r} is not above 0")
+    return number
+
+
+def _size(value: Any, key: str) -> float:
+    number = _positive(value, key)
+    if math.isinf(number):
+        raise ValueError(f"{key}: not finite")
     return number
 
 

@@ -3,14 +3,16 @@
     vehicle = load_vehicle("minibalance")          # a name of planner/power/vehicles, or a path
 
 Every value is a number in SI or ``{ value, unit, source }``. Unknown keys are refused with the
-nearest known one; a missing key takes its default, and ``defaults_taken`` names it.
+nearest known one. What makes a robot this one and no other is required: body mass, length, width;
+wheels layout with its geometry and radius; drive gear_ratio, torque_constant, resistance. Another
+missing key takes its default, and ``defaults_taken`` names it.
 """
 
 from __future__ import annotations
 
 import difflib
 import math
-import tomllib
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -23,57 +25,10 @@ from planner.errors import VehicleError
 from planner.power.catalogue import all_effects
 from planner.power.effect import Parameter
 from planner.power.kinematics import RIM, WheelLayout, mecanum, omni
+from planner.power.vehicle_keys import EFFECT_KEYS, GEOMETRY, NUMBERS, REQUIRED, between, what_fits
+from planner.reading import finite_number, parse_toml
 
 VEHICLE_FOLDER = Path(__file__).parent / "vehicles"
-
-# Keys of the TOML that are parameters of an effect of the base model.
-_EFFECT_KEYS: dict[tuple[str, str], tuple[str, str]] = {
-    ("body", "yaw_inertia"): ("inertia", "yaw_inertia"),
-    ("wheels", "inertia"): ("inertia", "wheel_inertia"),
-    ("drive", "rotor_inertia"): ("inertia", "rotor_inertia"),
-    ("drive", "gear_efficiency"): ("gear_loss", "efficiency"),
-    ("drive", "torque_constant"): ("copper_loss", "torque_constant"),
-    ("drive", "resistance"): ("copper_loss", "resistance"),
-    ("drive", "coulomb_torque"): ("coulomb_drag", "coulomb_torque"),
-    ("contact", "rolling"): ("wheel_rolling", "rolling"),
-    ("contact", "roller_drag"): ("roller_drag", "roller"),
-    ("contact", "roller_viscous"): ("roller_drag", "roller_viscous"),
-    ("electronics", "power"): ("electronics", "power"),
-}
-
-# Other numbers: key, unit, default (None = required), smallest, largest.
-_NUMBERS: dict[str, tuple[tuple[str, str, float | None, float, float], ...]] = {
-    "body": (
-        ("mass", "kg", None, 1e-3, 1e5),
-        ("length", "m", None, 1e-2, 50.0),
-        ("width", "m", None, 1e-2, 50.0),
-        ("com_height", "m", 0.1, 0.0, 10.0),
-    ),
-    "wheels": (
-        ("half_wheelbase", "m", None, 1e-3, 20.0),
-        ("half_track", "m", None, 1e-3, 20.0),
-        ("base_radius", "m", None, 1e-3, 20.0),
-        ("radius", "m", None, 1e-3, 5.0),
-        ("roller_angle", "rad", math.nan, 0.1, math.pi / 2),
-    ),
-    "drive": (("gear_ratio", "1", 1.0, 1e-2, 1e5),),
-    "contact": (("traction", "1", 0.6, 1e-2, 5.0),),
-    "limits": (
-        ("speed", "m/s", 1.0, 1e-2, 100.0),
-        ("yaw_rate", "rad/s", 1.0, 1e-2, 100.0),
-        ("acceleration", "m/s²", 1.0, 1e-2, 100.0),
-        ("current", "A", math.inf, 1e-3, 1e6),
-        ("voltage", "V", math.inf, 1e-1, 1e5),
-        ("continuous_torque", "N·m", math.inf, 1e-6, 1e6),
-        ("clearance", "m", 0.05, 0.0, 10.0),
-    ),
-    "battery": (
-        ("voltage", "V", 24.0, 1.0, 1e5),
-        ("resistance", "Ω", 0.0, 0.0, 100.0),
-        ("capacity", "J", math.inf, 1.0, 1e12),
-    ),
-    "electronics": (),
-}
 
 
 @dataclass(frozen=True)
@@ -155,20 +110,25 @@ def load_vehicle(name: str) -> Vehicle:
     """
     known = sorted(path.stem for path in VEHICLE_FOLDER.glob("*.toml"))
     path = VEHICLE_FOLDER / f"{name}.toml" if name in known else Path(name)
-    if name not in known and (path.suffix != ".toml" or not path.is_file()):
+    # Unlike Path.is_file this does not raise for a name that no file can have.
+    if name not in known and (path.suffix != ".toml" or not os.path.isfile(path)):
         raise VehicleError(
             "vehicle", "no such vehicle", value=name, accepted=f"{', '.join(known)}, a .toml path"
         )
-    stat = path.stat()
-    return _load(path, stat.st_mtime_ns)
+    return _load(path, path.stat().st_mtime_ns)
 
 
 @lru_cache(maxsize=64)
 def _load(path: Path, _changed: int) -> Vehicle:
+    accepted = "a vehicle's TOML"
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise VehicleError(str(path), f"not TOML: {error}", accepted="a vehicle's TOML") from error
+        document = parse_toml(path.read_bytes())
+    except OSError as error:
+        raise VehicleError(
+            str(path), f"cannot be read: {error.strerror}", accepted=accepted
+        ) from error
+    except ValueError as error:
+        raise VehicleError(str(path), f"not TOML: {error}", accepted=accepted) from error
     return _Reader(str(path), document).vehicle()
 
 
@@ -181,22 +141,24 @@ class _Reader:
         self.parameters: dict[str, dict[str, Any]] = {}
 
     def vehicle(self) -> Vehicle:
-        tables = {*_NUMBERS, "name", "title", "effects"}
+        tables = {*NUMBERS, "name", "title", "effects"}
         self._refuse_unknown(self.document, tables, "")
-        for table in _NUMBERS:
-            known = {key for key, *_ in _NUMBERS[table]}
-            known |= {key for owner, key in _EFFECT_KEYS if owner == table}
+        for table in NUMBERS:
+            known = {key for key, *_ in NUMBERS[table]}
+            known |= {key for owner, key in EFFECT_KEYS if owner == table}
             if table == "wheels":
                 known |= {"layout", "angles"}
             self._refuse_unknown(self._table(table), known, f"[{table}] ")
-        for (table, key), (slug, parameter) in _EFFECT_KEYS.items():
+        self._refuse_missing()
+        for (table, key), (slug, parameter) in EFFECT_KEYS.items():
             self._base_parameter(table, key, slug, parameter)
+        name = self._text("name", self.document)
         layout = self._layout()
         active = self._effects(layout.wheel_count)
-        body = {key: self._number("body", key) for key, *_ in _NUMBERS["body"]}
+        body = {key: self._number("body", key) for key, *_ in NUMBERS["body"]}
         return Vehicle(
-            name=str(self.document.get("name", Path(self.place).stem)),
-            title=str(self.document.get("title", self.document.get("name", ""))),
+            name=name or Path(self.place).stem,
+            title=self._text("title", self.document) or name,
             mass=body["mass"],
             length=body["length"],
             width=body["width"],
@@ -204,9 +166,9 @@ class _Reader:
             layout=layout,
             gear_ratio=self._number("drive", "gear_ratio"),
             traction=self._number("contact", "traction"),
-            limits=Limits(**{key: self._number("limits", key) for key, *_ in _NUMBERS["limits"]}),
+            limits=Limits(**{key: self._number("limits", key) for key, *_ in NUMBERS["limits"]}),
             battery=Battery(
-                **{key: self._number("battery", key) for key, *_ in _NUMBERS["battery"]}
+                **{key: self._number("battery", key) for key, *_ in NUMBERS["battery"]}
             ),
             parameters=self.parameters,
             active=active,
@@ -235,36 +197,54 @@ class _Reader:
         if isinstance(raw, dict):
             self._described(place, raw, unit)
             raw = raw.get("value")
-        number = isinstance(raw, int | float) and not isinstance(raw, bool)
-        if not number or not low <= float(raw) <= high:
+        number = finite_number(raw)
+        if number is None or not low <= number <= high:
+            real = isinstance(raw, int | float) and not isinstance(raw, bool)
             raise VehicleError(
                 f"{self.place} {place}",
-                "out of range" if number else "not a number",
+                "out of range" if real else "not a number",
                 value=raw,
-                accepted=f"{low:g} to {high:g} {unit}",
+                accepted=between(low, high, unit),
             )
-        return float(raw)
+        return number
 
     def _described(self, place: str, raw: dict[str, Any], unit: str) -> None:
         self._refuse_unknown(raw, {"value", "unit", "source"}, place + " ")
-        given = str(raw.get("unit", unit))
+        given = raw.get("unit", unit)
         if given != unit:
             raise VehicleError(
                 f"{self.place} {place}", "unit is not the SI one", value=given, accepted=unit
             )
         if "source" in raw:
-            self.sources[place] = str(raw["source"])
+            self.sources[place] = self._text("source", raw, f"{place} ")
+
+    def _text(self, key: str, table: dict[str, Any], place: str = "") -> str:
+        text = table.get(key, "")
+        if not isinstance(text, str):
+            raise VehicleError(
+                f"{self.place} {place}{key}", "not text", value=text, accepted='text in ""'
+            )
+        return text
+
+    def _refuse_missing(self) -> None:
+        """Name all required keys that the file does not give, in one sentence."""
+        layout = self._table("wheels").get("layout")
+        geometry = GEOMETRY.get(layout, ()) if isinstance(layout, str) else ()
+        needed = (*REQUIRED, *(("wheels", key) for key in geometry))
+        missing = [(t, key) for t, key in needed if self._table(t).get(key) is None]
+        if missing:
+            *others, last = [f"{table}.{key}" for table, key in missing]
+            raise VehicleError(
+                f"vehicle file {self.place}",
+                f"{', '.join(others)} and {last} are missing" if others else f"{last} is missing",
+                accepted=", ".join(f"{t}.{key} ({what_fits(t, key)})" for t, key in missing),
+            )
 
     def _number(self, table: str, key: str) -> float:
-        unit, default, low, high = next(row[1:] for row in _NUMBERS[table] if row[0] == key)
+        unit, default, low, high = next(row[1:] for row in NUMBERS[table] if row[0] == key)
         raw = self._table(table).get(key)
         if raw is None:
-            if default is None:
-                raise VehicleError(
-                    f"{self.place} [{table}] {key}",
-                    "missing",
-                    accepted=f"a number in {unit}, {low:g} to {high:g}",
-                )
+            assert default is not None  # _refuse_missing was called
             self.defaults.append(f"{table}.{key}")
             return default
         return self._value(f"{table}.{key}", raw, unit, low, high)
@@ -296,15 +276,23 @@ class _Reader:
                 self.parameters.setdefault(slug, {})[key] = self._effect_value(
                     f"effects.{slug}.{key}", raw, declared[key], wheels
                 )
-        if not isinstance(named, list) or not set(map(str, named)) <= set(catalogue):
-            wrong = [n for n in named if n not in catalogue] if isinstance(named, list) else named
+        wrong = named
+        if isinstance(named, list):
+            wrong = [n for n in named if not isinstance(n, str) or n not in catalogue]
+        if not isinstance(named, list) or wrong:
             raise VehicleError(
                 f"{self.place} [effects] active",
                 "not a list of effects",
                 value=wrong,
                 accepted=", ".join(sorted(candidates)),
             )
-        return tuple(s for s, e in catalogue.items() if e.base or s in named)
+        active = tuple(s for s, e in catalogue.items() if e.base or s in named)
+        for slug in (slug for slug in active if slug in candidates):
+            for name, own in catalogue[slug].parameters.items():
+                # At its null value a parameter adds nothing, so that nothing is assumed.
+                if name not in effects.get(slug, {}) and own.default != own.null:
+                    self.defaults.append(f"effects.{slug}.{name}")
+        return active
 
     def _effect_value(self, place: str, raw: Any, parameter: Parameter, wheels: int) -> Any:
         if parameter.per == "wheel" and isinstance(raw, list):
@@ -337,7 +325,7 @@ class _Reader:
 
     def _wheels(self) -> WheelLayout:
         wheels = self._table("wheels")
-        kind = wheels.get("layout", "mecanum")
+        kind = wheels.get("layout")
         radius = self._number("wheels", "radius")
         angle = self._number("wheels", "roller_angle")
         if kind == "mecanum":

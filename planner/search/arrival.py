@@ -182,7 +182,7 @@ class _Arrival:
         numbers = np.flatnonzero(box & (field.mask != 0).ravel())
         within = numbers[region.inside(nodes[numbers])]
         values = self.onward.values.ravel()[within] + self.weight * field.heights.ravel()[within]
-        edge = region.outline(0.5 * min(field.dx, field.dy))
+        edge = region.outline(0.5 * min(field.dx, field.dy), terrain.extent)
         edge = edge[np.array([terrain.contains(x, y) for x, y in edge], bool)]
         i = np.rint((edge[:, 0] - field.x0) / field.dx).astype(int).clip(0, nx - 1)
         j = np.rint((edge[:, 1] - field.y0) / field.dy).astype(int).clip(0, ny - 1)

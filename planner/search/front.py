@@ -35,6 +35,7 @@ from planner.search.request import FrontRequest, PlanRequest
 from planner.search.route import Route
 from planner.search.run import Run
 from planner.search.situation import situation_of
+from planner.search.situation_request import RequestLike
 from planner.search.steady import MARGIN
 from planner.search.stopping import Stop
 from planner.terrain.heightmap import Terrain
@@ -116,7 +117,7 @@ class Front:
 
 
 def energy_time_front(
-    request: FrontRequest | Mapping[str, Any] | None = None,
+    request: FrontRequest | RequestLike = None,
     *,
     terrain: Terrain | None = None,
     model: PowerModel | None = None,
@@ -127,7 +128,8 @@ def energy_time_front(
     """Routes that show what time costs in energy.
 
     Args:
-        request: a FrontRequest, or a mapping with its fields; or give these as keywords.
+        request: a FrontRequest, a mapping with its fields or the path of a JSON file; or give
+            the fields as keywords.
         terrain, model: already there, instead of those that the request names.
         progress: called with what is being done and the share done, 0 to 1.
         cancelled: asked often; True raises Cancelled.

@@ -11,7 +11,7 @@ show: dissipated energy = a · field + b. Up to ``DRIVEN`` pairs, all are driven
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
@@ -28,6 +28,7 @@ from planner.search.ground import CostField
 from planner.search.request import MatrixRequest, PoseRequest
 from planner.search.single_leg import driven_leg, energy_field
 from planner.search.situation import Situation, situation_of
+from planner.search.situation_request import RequestLike
 from planner.search.stopping import Stop
 from planner.terrain.heightmap import Terrain
 
@@ -69,7 +70,7 @@ class Matrix:
 
 
 def energy_matrix(
-    request: MatrixRequest | Mapping[str, Any] | None = None,
+    request: MatrixRequest | RequestLike = None,
     *,
     terrain: Terrain | None = None,
     model: PowerModel | None = None,
@@ -80,7 +81,8 @@ def energy_matrix(
     """Energies from every start to every goal.
 
     Args:
-        request: a MatrixRequest, or a mapping with its fields; or give these as keywords.
+        request: a MatrixRequest, a mapping with its fields or the path of a JSON file; or give
+            the fields as keywords.
         terrain, model: already there, instead of those that the request names.
         progress: called with what is being done and the share done, 0 to 1.
         cancelled: asked often; True raises Cancelled.

@@ -15,6 +15,7 @@ from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
+from planner.power.defaults import defaults_in_words
 from planner.power.model import PowerModel
 from planner.power.vehicle import load_vehicle
 from planner.search.alternatives import find_alternatives
@@ -27,13 +28,14 @@ from planner.search.request import DEFAULT_VEHICLE, Goal, PlanRequest, PoseReque
 from planner.search.route import Answer, Baseline, Route
 from planner.search.run import Progress, Run
 from planner.search.situation import situation_of
+from planner.search.situation_request import RequestLike
 from planner.search.steady import MARGIN
 from planner.search.stopping import Stop
 from planner.terrain.heightmap import Terrain
 
 
 def plan_route(
-    request: PlanRequest | Mapping[str, Any] | None = None,
+    request: PlanRequest | RequestLike = None,
     *,
     terrain: Terrain | None = None,
     model: PowerModel | str | None = None,
@@ -44,8 +46,8 @@ def plan_route(
     """Plan the route that costs least energy.
 
     Args:
-        request: a PlanRequest, or a mapping with its fields (REQUEST.json); or give the fields as
-            keyword arguments.
+        request: a PlanRequest, a mapping with its fields, or the path of a REQUEST.json; or give
+            the fields as keyword arguments.
         terrain: a terrain that is already there, instead of the request's ``map``.
         model: a power model that is already there, instead of the request's vehicle or model;
             a text is the request's field ``model``.
@@ -153,10 +155,8 @@ def _arrived(asked: Goal, route: Route) -> Mapping[str, float] | None:
 
 
 def _notes(run: Run) -> tuple[str, ...]:
-    notes = []
-    defaults = run.around.model.vehicle.defaults_taken
-    if defaults:
-        notes.append(f"defaults taken for {', '.join(defaults)}")
+    defaults = defaults_in_words(run.around.model)
+    notes = [f"defaults taken: {', '.join(defaults)}"] if defaults else []
     given = run.request.conditions.model_fields_set
     reads = {name for effect in run.around.model.effects for name in effect.reads}
     needed = {"wind": "wind_x", "motor_temp": "motor_temp", "ambient_temp": "ambient_temp"}

@@ -13,7 +13,7 @@ new edge, tells how good that is.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -32,6 +32,7 @@ from planner.search.ground import CostField
 from planner.search.request import ReachRequest
 from planner.search.single_leg import energy_field
 from planner.search.situation import Situation, situation_of
+from planner.search.situation_request import RequestLike
 from planner.search.stopping import Stop
 from planner.terrain.heightmap import Terrain
 
@@ -88,7 +89,7 @@ class Reach:
 
 
 def reachable_area(
-    request: ReachRequest | Mapping[str, Any] | None = None,
+    request: ReachRequest | RequestLike = None,
     *,
     terrain: Terrain | None = None,
     model: PowerModel | None = None,
@@ -99,7 +100,8 @@ def reachable_area(
     """The area that an energy reaches.
 
     Args:
-        request: a ReachRequest, or a mapping with its fields; or give these as keywords.
+        request: a ReachRequest, a mapping with its fields or the path of a JSON file; or give
+            the fields as keywords.
         terrain, model: already there, instead of those that the request names.
         progress: called with what is being done and the share done, 0 to 1.
         cancelled: asked often; True raises Cancelled.

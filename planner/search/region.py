@@ -1,13 +1,14 @@
 """A region to arrive in: which points lie inside, and the nearest one to a point outside.
 
 region = Region.of(request.goal)
-region.inside(points), region.nearest(points), region.outline(0.1)
+region.inside(points), region.nearest(points), region.outline(0.1, terrain.extent)
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,11 @@ from planner.search.situation_request import RegionRequest
 
 Array = NDArray[np.float64]
 _CORNERS = "corners of an area whose edges do not cross"
+HAIR, LARGEST_HAIR = 1e-7, 1e-4
+"""How far inside its edge a region's points lie: a share of its size, and at most so many m.
+
+Rounding of coordinates of up to 1e9 m moves points by 2e-7 m, which must leave none outside.
+"""
 
 
 @dataclass(frozen=True)
@@ -81,9 +87,7 @@ class Region:
         result = points.copy()
         if not outside.any():
             return result
-        # A hair's breadth inside, so that rounding leaves nothing outside.
-        west, south, east, north = self.extent
-        hair = 1e-7 * max(east - west, north - south)
+        hair = self._hair
         if not len(self.corners):
             away = points[outside] - self.centre
             share = (self.radius - hair) / np.hypot(*away.T)
@@ -101,20 +105,59 @@ class Region:
         result[outside] = self._inwards(found, hair)
         return result
 
-    def outline(self, spacing: float) -> Array:
-        """Points (n, 2) along the edge, a hair inside, no further apart than ``spacing``."""
-        west, south, east, north = self.extent
-        hair = 1e-7 * max(east - west, north - south)
+    def outline(self, spacing: float, box: tuple[float, float, float, float]) -> Array:
+        """Points along the edge, as far as it runs through a box, a hair inside the region.
+
+        Args:
+            spacing: m between two points at most.
+            box: xmin, ymin, xmax, ymax, m; an edge may be many times as long as what runs through.
+
+        Returns:
+            (n, 2) m.
+        """
+        pieces = [np.empty((0, 2))]
         if not len(self.corners):
-            count = max(8, math.ceil(2.0 * math.pi * self.radius / spacing))
-            angles = 2.0 * math.pi * np.arange(count) / count
-            ring = np.column_stack([np.cos(angles), np.sin(angles)])
-            return np.asarray(self.centre + (self.radius - hair) * ring)
-        pieces = []
+            for begin, end in self._arcs(box):
+                length = self.radius * (end - begin)
+                count = max(
+                    math.ceil((end - begin) / (0.25 * math.pi)), math.ceil(length / spacing)
+                )
+                angles = begin + (end - begin) * np.arange(count) / count
+                ring = np.column_stack([np.cos(angles), np.sin(angles)])
+                pieces.append(self.centre + (self.radius - self._hair) * ring)
+            return np.vstack(pieces)
         for a, b in zip(self.corners, np.roll(self.corners, -1, axis=0), strict=True):
-            count = max(1, math.ceil(math.hypot(*(b - a)) / spacing))
-            pieces.append(a + (np.arange(count) / count)[:, None] * (b - a))
-        return self._inwards(np.vstack(pieces), hair)
+            begin, end = _within(a, b, box)
+            if begin <= end:
+                count = max(1, math.ceil((end - begin) * math.hypot(*(b - a)) / spacing))
+                shares = begin + (end - begin) * np.arange(count) / count
+                pieces.append(a + shares[:, None] * (b - a))
+        return self._inwards(np.vstack(pieces), self._hair)
+
+    @property
+    def _hair(self) -> float:
+        """How far inside the edge a point lies for certain, m."""
+        west, south, east, north = self.extent
+        return min(HAIR * max(east - west, north - south), LARGEST_HAIR)
+
+    def _arcs(self, box: tuple[float, float, float, float]) -> list[tuple[float, float]]:
+        """First and last angle, rad, of the arcs of the circle that run through a box."""
+        west, south, east, north = box
+        x, y = (float(value) for value in self.centre)
+        cuts = [0.0, 2.0 * math.pi]
+        for share in ((west - x) / self.radius, (east - x) / self.radius):
+            if abs(share) <= 1.0:
+                cuts += [math.acos(share), 2.0 * math.pi - math.acos(share)]
+        for share in ((south - y) / self.radius, (north - y) / self.radius):
+            if abs(share) <= 1.0:
+                cuts += [math.asin(share) % (2.0 * math.pi), math.pi - math.asin(share)]
+        arcs = []
+        for begin, end in pairwise(sorted(cuts)):
+            middle = 0.5 * (begin + end)
+            at_x, at_y = x + self.radius * math.cos(middle), y + self.radius * math.sin(middle)
+            if west <= at_x <= east and south <= at_y <= north:
+                arcs.append((begin, end))
+        return arcs
 
     def _inwards(self, edge: Array, hair: float) -> Array:
         """Points on a polygon's edge moved inside by a hair."""
@@ -127,6 +170,24 @@ class Region:
                 result[good] = moved[good]
                 left &= ~good
         return result
+
+
+def _within(a: Array, b: Array, box: tuple[float, float, float, float]) -> tuple[float, float]:
+    """First and last share of the line from a to b that lies in a box; the first is larger if none.
+
+    Liang and Barsky, "A new concept and method for line clipping", 1984.
+    """
+    begin, end = 0.0, 1.0
+    for axis in (0, 1):
+        start, along = float(a[axis]), float(b[axis] - a[axis])
+        low, high = box[axis], box[axis + 2]
+        if along == 0.0:
+            if not low <= start <= high:
+                return 1.0, 0.0
+            continue
+        near, far = sorted(((low - start) / along, (high - start) / along))
+        begin, end = max(begin, near), min(end, far)
+    return begin, end
 
 
 def _crossing(corners: Array) -> Array | None:

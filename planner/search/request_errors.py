@@ -9,7 +9,6 @@ A field that may be of several classes is a tagged union; its tags are ``AMONG``
 from __future__ import annotations
 
 import difflib
-import math
 from collections.abc import Mapping
 from typing import Any, get_args
 
@@ -47,10 +46,7 @@ def as_request_error(asked: type[BaseModel], error: ValidationError) -> RequestE
     accepted = (declared.description if declared else None) or fields_of(asked)
     if kind == "missing":
         return RequestError(_path(location), "is missing", accepted=accepted)
-    value = first["input"]
-    if isinstance(value, int) and value.bit_length() > 1024:
-        value = math.inf  # too many digits to be written out
-    return RequestError(_path(location), _problem(first), value=value, accepted=accepted)
+    return RequestError(_path(location), _problem(first), value=first["input"], accepted=accepted)
 
 
 _PROBLEMS = {

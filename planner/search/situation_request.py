@@ -12,9 +12,10 @@ whether the start is on ground that can be held is for the planner to find out.
 from __future__ import annotations
 
 import json
-import math
 import numbers
 from collections.abc import Mapping
+from os import PathLike
+from pathlib import Path
 from typing import Annotated, Any, Self
 
 from pydantic import (
@@ -31,6 +32,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from planner.errors import RequestError
+from planner.reading import finite_number
 from planner.search.request_errors import (
     AMONG,
     as_request_error,
@@ -41,18 +43,18 @@ from planner.search.request_errors import (
 
 DEFAULT_VEHICLE = "minibalance"
 
+RequestLike = Mapping[str, Any] | str | PathLike[str] | None
+"""A mapping of a request's fields, the path of a REQUEST.json, or nothing."""
+
 
 def _real(value: Any) -> Any:
     """Numbers of any kind, numpy's among them, but neither booleans nor text."""
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
         raise PydanticCustomError("not_a_number", "is not a number")
-    try:
-        result = float(value)
-    except OverflowError:
-        result = math.inf
-    if not math.isfinite(result):
+    number = finite_number(value)
+    if number is None:
         raise PydanticCustomError("not_finite", "is not a finite number")
-    return result
+    return number
 
 
 def _whole(value: Any) -> Any:
@@ -67,7 +69,13 @@ def _plain_text(value: str) -> str:
     return value
 
 
+FARTHEST = 1e9
+"""m: larger than any map's coordinates, and small enough that areas and distances stay finite."""
+
 Number = Annotated[float, BeforeValidator(_real), Field(allow_inf_nan=False)]
+Metres = Annotated[
+    float, BeforeValidator(_real), Field(allow_inf_nan=False, ge=-FARTHEST, le=FARTHEST)
+]
 Whole = Annotated[int, BeforeValidator(_whole)]
 Name = Annotated[str, Field(min_length=1, max_length=1024), AfterValidator(_plain_text)]
 
@@ -79,8 +87,8 @@ class _Part(BaseModel):
 class PoseRequest(_Part):
     """A place, and the direction to stand in there."""
 
-    x: Number = Field(description="metres in the map's frame, a finite number")
-    y: Number = Field(description="metres in the map's frame, a finite number")
+    x: Metres = Field(description="metres in the map's frame, -1e9 to 1e9")
+    y: Metres = Field(description="metres in the map's frame, -1e9 to 1e9")
     yaw: Number | None = Field(
         default=None,
         description="rad counter-clockwise from the map's x axis; left out, the planner chooses",
@@ -142,10 +150,12 @@ class Conditions(_Part):
 class Area(_Part):
     """A circle, or a polygon, that the robot keeps out of."""
 
-    x: Number | None = Field(default=None, description="m, the circle's centre, a finite number")
-    y: Number | None = Field(default=None, description="m, the circle's centre, a finite number")
-    radius: Number | None = Field(default=None, gt=0, description="m, of the circle, above 0")
-    polygon: tuple[tuple[Number, Number], ...] | None = Field(
+    x: Metres | None = Field(default=None, description="m, the circle's centre, -1e9 to 1e9")
+    y: Metres | None = Field(default=None, description="m, the circle's centre, -1e9 to 1e9")
+    radius: Metres | None = Field(
+        default=None, gt=0, description="m, of the circle, above 0 up to 1e9"
+    )
+    polygon: tuple[tuple[Metres, Metres], ...] | None = Field(
         default=None,
         min_length=3,
         max_length=1000,
@@ -278,20 +288,48 @@ class SituationRequest(_Part):
             raise too_deep(cls) from None
 
     @classmethod
-    def from_call(
-        cls, request: SituationRequest | Mapping[str, Any] | None, fields: Mapping[str, Any]
-    ) -> Self:
-        """A request as a function takes it: ready or as a mapping, with keywords laid over it.
+    def from_call(cls, request: SituationRequest | RequestLike, fields: Mapping[str, Any]) -> Self:
+        """A request as a function takes it, with keywords laid over it.
+
+        Args:
+            request: ready, a mapping of its fields, the path of a REQUEST.json, or None.
+            fields: replace those of the request.
 
         Raises:
-            RequestError: the first field that cannot be used.
+            RequestError: the file cannot be read, or the first field that cannot be used.
         """
-        if not isinstance(request, cls):
-            given = request.model_dump() if isinstance(request, SituationRequest) else request
-            return cls.from_json({**(given or {}), **fields})
-        if fields:
-            return cls.from_json({**request.model_dump(exclude_unset=True), **fields})
-        return request
+        if isinstance(request, str | PathLike):
+            return cls.from_file(request, fields)
+        if isinstance(request, cls) and not fields:
+            return request
+        if isinstance(request, SituationRequest):
+            request = request.model_dump(exclude_unset=isinstance(request, cls))
+        return cls.from_json(_override({} if request is None else request, fields))
+
+    @classmethod
+    def from_file(
+        cls, path: str | PathLike[str], overrides: Mapping[str, Any] | None = None
+    ) -> Self:
+        """Check a request in a file; paths in it are relative to the working directory.
+
+        Args:
+            path: of a REQUEST.json.
+            overrides: fields that replace those of the file.
+
+        Raises:
+            RequestError: the file cannot be read, or as ``from_text``.
+        """
+        try:
+            content = Path(path).read_bytes()
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or "no file has such a name"
+            name = str(path)
+            raise RequestError(
+                name if name.isprintable() else ascii(name),
+                f"cannot be read: {reason}",
+                accepted="the path of a REQUEST.json",
+            ) from None
+        return cls.from_text(content, overrides)
 
     @classmethod
     def from_text(cls, text: str | bytes, overrides: Mapping[str, Any] | None = None) -> Self:
@@ -326,13 +364,13 @@ class SituationRequest(_Part):
             ) from None
         except RecursionError:
             raise too_deep(cls) from None
-        if overrides and isinstance(document, dict):
-            document = _override(document, overrides)
-        return cls.from_json(document)
+        return cls.from_json(_override(document, overrides or {}))
 
 
-def _override(document: dict[str, Any], overrides: Mapping[str, Any]) -> dict[str, Any]:
-    """A vehicle given over a model, or the other way round, replaces it."""
+def _override(document: Any, overrides: Mapping[str, Any]) -> Any:
+    """Fields laid over an object; a vehicle given over a model, or the reverse, replaces it."""
+    if not overrides or not isinstance(document, Mapping):
+        return document
     replaced = {"vehicle", "model"} if {"vehicle", "model"} & overrides.keys() else set()
     return {k: v for k, v in document.items() if k not in replaced} | dict(overrides)
 

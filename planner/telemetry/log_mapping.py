@@ -21,13 +21,13 @@ nowhere else; the sign is applied after the unit.
 from __future__ import annotations
 
 import math
-import tomllib
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from planner.errors import LogError
+from planner.reading import finite_number, parse_toml
 from planner.telemetry.log_columns import TEXT, UNITS, closest, is_quantity, unit_of
 
 ACCEPTED = "a mapping file as docs/logs.md describes it"
@@ -92,11 +92,10 @@ def read_mapping(path: str | Path) -> Mapping:
     """
     where = str(path)
     try:
-        with Path(path).open("rb") as file:
-            document = tomllib.load(file)
+        document = parse_toml(Path(path).read_bytes())
     except OSError as error:
         raise LogError(where, f"cannot be opened: {error.strerror}", accepted=ACCEPTED) from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError, ValueError) as error:
+    except ValueError as error:
         raise LogError(where, f"is not TOML: {str(error)[:120]}", accepted=ACCEPTED) from error
     _only(document, ("power_at", "columns", "constants", "rosbag"), where)
     power_at = document.get("power_at", "terminals")
@@ -165,10 +164,15 @@ def _constant(where: str, quantity: str, entry: Any) -> float | str:
     if isinstance(entry, dict):
         _only(entry, ("value", "unit"), where)
         entry, unit = entry.get("value"), entry.get("unit")
-    if isinstance(entry, bool) or not isinstance(entry, int | float) or not math.isfinite(entry):
-        raise LogError(where, "no number", value=entry, accepted="a number in SI, or with a unit")
+    accepted = "a finite number in SI, or with a unit"
+    number = finite_number(entry)
+    if number is None:
+        raise LogError(where, "no number", value=entry, accepted=accepted)
     factor, offset = _conversion(where, quantity, unit)
-    return factor * entry + offset
+    constant = factor * number + offset
+    if not math.isfinite(constant):
+        raise LogError(where, f"too large in {unit_of(quantity)}", value=entry, accepted=accepted)
+    return constant
 
 
 def _known(where: str, quantity: Any) -> None:
@@ -240,4 +244,5 @@ def _only(table: dict[str, Any], known: tuple[str, ...], where: str) -> None:
 
 
 def _positive(value: Any) -> bool:
-    return not isinstance(value, bool) and isinstance(value, int | float) and 0 < value < math.inf
+    number = finite_number(value)
+    return number is not None and number > 0.0

@@ -21,13 +21,13 @@ class. Left out: obstacles of limited height, cells of more than one class.
 from __future__ import annotations
 
 import dataclasses
-import tomllib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from planner.errors import MapError
+from planner.reading import finite_number, parse_toml
 from planner.terrain.heightmap import Terrain
 from planner.terrain.surface import PLAIN_GROUND, GroundClass
 
@@ -77,8 +77,8 @@ def read_toml(file: Path) -> dict[str, Any]:
         MapError: the file is not TOML, with the place where it goes wrong.
     """
     try:
-        return tomllib.loads(file.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as problem:
+        return parse_toml(file.read_bytes())
+    except ValueError as problem:
         raise _refused(file, f"is not TOML: {problem}", "a TOML file in UTF-8") from problem
 
 
@@ -128,11 +128,11 @@ def _ground_class(sidecar: Path, name: str, factors: Any) -> GroundClass:
     accepted = f"[ground.{name}] with rolling (0 or more) and traction (above 0)"
     if not isinstance(factors, dict) or set(factors) - {"rolling", "traction"}:
         raise _refused(sidecar, f"has a ground class '{name}' with unknown entries", accepted)
-    values = [factors.get("rolling", 1.0), factors.get("traction", 1.0)]
-    if not all(isinstance(v, int | float) and not isinstance(v, bool) for v in values):
-        raise _refused(sidecar, f"has a ground class '{name}' without numbers", accepted)
-    rolling, traction = (float(v) for v in values)
-    if not (0 <= rolling < np.inf and 0 < traction < np.inf):
+    rolling = finite_number(factors.get("rolling", 1.0))
+    traction = finite_number(factors.get("traction", 1.0))
+    if rolling is None or traction is None:
+        raise _refused(sidecar, f"has a ground class '{name}' without finite numbers", accepted)
+    if rolling < 0.0 or traction <= 0.0:
         raise _refused(sidecar, f"has a ground class '{name}' with an impossible factor", accepted)
     return GroundClass(name, rolling=rolling, traction=traction)
 

@@ -224,7 +224,7 @@ def _check_header(
 def _pair(file: Path, name: str, value: Any) -> tuple[float, float]:
     try:
         numbers = np.asarray(value, dtype=np.float64).ravel()
-    except (ValueError, TypeError):
+    except (ValueError, TypeError, OverflowError):
         numbers = np.empty(0)
     if numbers.size == 1 and name == "cell":
         numbers = np.repeat(numbers, 2)

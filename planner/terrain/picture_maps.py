@@ -35,7 +35,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.errors import MapError
+from planner.errors import MapError, short
+from planner.reading import finite_number
 from planner.terrain.grid_checks import check_cells
 from planner.terrain.heightmap import Terrain
 
@@ -98,12 +99,13 @@ def _read_yaml(file: Path) -> dict[str, Any]:
 
     try:
         entries = yaml.safe_load(file.read_text(encoding="utf-8"))
-    except (yaml.YAMLError, UnicodeDecodeError, RecursionError) as problem:
+    except (yaml.YAMLError, ValueError, RecursionError) as problem:
         raise _refused(file, "is not YAML", "lines of 'key: value'") from problem
     accepted = _EXAMPLE.format("NAME.png")
     if not isinstance(entries, dict):
         raise _refused(file, "holds no entries", accepted)
-    unknown = {str(key) for key in entries} - _COMMON - _OCCUPANCY - _HEIGHTS
+    keys = {key if isinstance(key, str) else short(key) for key in entries}
+    unknown = keys - _COMMON - _OCCUPANCY - _HEIGHTS
     if unknown:
         raise _refused(file, f"has the unknown entry '{min(unknown)}'", accepted)
     for key in ("image", "resolution", "origin"):
@@ -121,11 +123,10 @@ def _read_yaml(file: Path) -> dict[str, Any]:
 
 def _number(file: Path, entries: dict[str, Any], key: str, default: float | None = None) -> float:
     value = entries.get(key, default)
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        number = float(value)
-        if math.isfinite(number):
-            return number
-    raise _refused(file, f"has a bad '{key}', {str(value)[:40]!r}", "a finite number")
+    number = finite_number(value)
+    if number is None:
+        raise _refused(file, f"has a bad '{key}', {short(value)}", "a finite number")
+    return number
 
 
 def _origin(file: Path, entries: dict[str, Any]) -> tuple[float, float]:
@@ -193,8 +194,8 @@ def _heights(
         scale = (_number(file, entries, "height_max") - lowest) / white
     else:
         scale = _number(file, entries, "height_scale")
-    if scale <= 0:
-        raise _refused(file, "has white no higher than black", "a scale above 0")
+    if not 0.0 < scale * white < math.inf:
+        raise _refused(file, "has white no higher than black", "a finite scale above 0")
     known = np.ones(gray.shape, dtype=np.bool_)
     if "unknown" in entries:
         known = gray != _number(file, entries, "unknown")
@@ -204,8 +205,8 @@ def _heights(
 def _occupancy(
     file: Path, entries: dict[str, Any], gray: NDArray[np.float64], white: float
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    if str(entries.get("mode", "trinary")) != "trinary":
-        raise _refused(file, f"has the mode '{entries['mode']}'", "trinary")
+    if entries.get("mode", "trinary") != "trinary":
+        raise _refused(file, f"has the mode {short(entries['mode'])}", "trinary")
     occupied = _number(file, entries, "occupied_thresh", 0.65)
     free = _number(file, entries, "free_thresh", 0.196)
     if not 0 <= free < occupied <= 1:

@@ -22,6 +22,7 @@ from service.documents import write_whole
 
 MAPPING = "mapping.toml"
 _LONGEST_NAME = 120
+"""Bytes of a log's name: file systems allow 255, encrypted ones 143."""
 _ABANDONED_S = 24 * 3600.0
 _FOLDERS = ("incoming", "logs", "models", "progress")
 
@@ -37,9 +38,15 @@ def safe_name(name: str) -> str:
     last = re.split(r"[/\\]", name)[-1]
     plain = "".join(c if c.isalnum() or c in "._- ()+" else "_" for c in last).strip(". ")
     stem, dot, suffix = plain.rpartition(".")
-    short = f"{stem[: _LONGEST_NAME - len(suffix) - 1]}.{suffix}" if dot and stem else plain
-    short = short[:_LONGEST_NAME] or "log"
+    room = _LONGEST_NAME - len(f".{suffix}".encode())
+    short = f"{_cut(stem, room)}.{suffix}" if dot and stem and room > 0 else plain
+    short = _cut(short, _LONGEST_NAME) or "log"
     return f"log-{short}" if short == MAPPING else short
+
+
+def _cut(text: str, most: int) -> str:
+    """The beginning of a text that takes at most so many bytes."""
+    return text.encode()[:most].decode(errors="ignore")
 
 
 @dataclass(frozen=True)

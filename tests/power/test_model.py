@@ -265,6 +265,32 @@ def test_a_model_file_whose_vehicle_cannot_be_used(tmp_path: Path, key: str, val
         PowerModel.load(tmp_path / "model.json")
 
 
+def test_no_number_of_a_model_file_can_be_too_large(tmp_path: Path) -> None:
+    path = tmp_path / "model.json"
+    # The vehicle has values of effects that the model does not have.
+    PowerModel.from_vehicle(load_vehicle("minibalance"), effects=["air_drag"]).save(path)
+    written = json.loads(path.read_text())
+
+    def places(part: Any, *above: Any) -> list[tuple[Any, ...]]:
+        if isinstance(part, dict | list):
+            entries = part.items() if isinstance(part, dict) else enumerate(part)
+            return [place for key, value in entries for place in places(value, *above, key)]
+        return [above] if isinstance(part, float) else []
+
+    found = places(written)
+    assert ("vehicle", "mass") in found
+    assert ("vehicle", "parameters", "driver_loss", "switching_power") in found
+    for *above, key in found:
+        document = json.loads(path.read_text())
+        part = document
+        for step in above:
+            part = part[step]
+        part[key] = 10**400
+        (tmp_path / "spoilt.json").write_text(json.dumps(document))
+        with pytest.raises(ModelError, match="; accepted: "):
+            PowerModel.load(tmp_path / "spoilt.json")
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [

@@ -26,15 +26,29 @@ mass = 10.0
 length = 0.6
 width = 0.5
 [wheels]
+layout = "mecanum"
 half_wheelbase = 0.2
 half_track = 0.2
 radius = 0.05
+[drive]
+gear_ratio = 20.0
+torque_constant = 0.03
+resistance = 1.5
 """
+REQUIRED = (
+    *("body.mass", "body.length", "body.width", "wheels.layout", "wheels.radius"),
+    *("wheels.half_wheelbase", "wheels.half_track"),
+    *("drive.gear_ratio", "drive.torque_constant", "drive.resistance"),
+)
 OMNI = """
 [body]
 mass = 10.0
 length = 0.4
 width = 0.4
+[drive]
+gear_ratio = 20.0
+torque_constant = 0.03
+resistance = 1.5
 [wheels]
 layout = "omni"
 base_radius = 0.15
@@ -112,12 +126,78 @@ def test_robotino_meets_its_measurements() -> None:
     assert np.sqrt(np.mean((watts - power) ** 2)) < 0.2 * power.mean()
 
 
-def test_smallest_file_says_what_it_leaves_to_defaults(load: Write) -> None:
+def without(text: str, *keys: str) -> str:
+    """The text of a vehicle file without some of its keys ("table.key")."""
+    table, kept = "", []
+    for line in text.splitlines():
+        if line.startswith("["):
+            table = line.strip("[]")
+        if f"{table}.{line.split(' =')[0]}" not in keys:
+            kept.append(line)
+    return "\n".join(kept) + "\n"
+
+
+def test_the_smallest_file_is_enough(load: Write) -> None:
     vehicle = load(SMALLEST)
-    assert vehicle.mass == 10.0
-    for key in ("drive.gear_ratio", "contact.rolling", "limits.speed", "electronics.power"):
+    assert (vehicle.mass, vehicle.gear_ratio) == (10.0, 20.0)
+    motor = vehicle.parameters["copper_loss"]
+    assert (motor["torque_constant"], motor["resistance"]) == (0.03, 1.5)
+    assert not set(REQUIRED) & set(vehicle.defaults_taken)
+    for key in ("contact.rolling", "limits.speed", "electronics.power", "battery.voltage"):
         assert key in vehicle.defaults_taken
     assert PowerModel.from_vehicle(vehicle).watts(rows_from(vx=0.3))[0] > 0.0
+
+
+@pytest.mark.parametrize("key", REQUIRED)
+def test_a_robot_is_not_planned_on_the_values_of_another(load: Write, key: str) -> None:
+    with pytest.raises(VehicleError, match=rf"{key.replace('.', '[.]')} is missing") as caught:
+        load(without(SMALLEST, key))
+    assert "robot.toml" in caught.value.field
+    assert key in caught.value.accepted
+
+
+@pytest.mark.parametrize("key", ["base_radius", "angles", "radius"])
+def test_an_omni_layout_needs_its_geometry(load: Write, key: str) -> None:
+    whole = OMNI + "angles = [0.0, 2.0, 4.0]\n"
+    assert load(whole).layout.wheel_count == 3
+    with pytest.raises(VehicleError, match=f"wheels.{key} is missing"):
+        load(without(whole, f"wheels.{key}"))
+
+
+def test_all_that_is_missing_is_named_at_once(load: Write) -> None:
+    motor = ("drive.gear_ratio", "drive.torque_constant", "drive.resistance")
+    with pytest.raises(VehicleError) as caught:
+        load(without(SMALLEST, *motor))
+    assert caught.value.problem == f"{motor[0]}, {motor[1]} and {motor[2]} are missing"
+    assert "N·m/A" in caught.value.accepted
+    assert "Ω" in caught.value.accepted
+    with pytest.raises(VehicleError) as caught:
+        load("")
+    geometry = ("wheels.half_wheelbase", "wheels.half_track")
+    for key in set(REQUIRED) - set(geometry):
+        assert key in caught.value.problem
+    # Which geometry is needed depends on the layout.
+    assert "half_wheelbase and half_track" in caught.value.accepted
+    assert "base_radius and angles" in caught.value.accepted
+
+
+@pytest.mark.parametrize("key", REQUIRED)
+@pytest.mark.parametrize(
+    "value",
+    [
+        *("0", "-1.5", "nan", "inf", "-inf", "true", '"1.5"', "[1.5]", "{ unit = 'm' }"),
+        *("1" * 400, "1" * 5000, "0x" + "f" * 5000, "1e400", "1979-05-27"),
+    ],
+)
+def test_no_nonsense_for_a_required_number(load: Write, key: str, value: str) -> None:
+    table, name = key.split(".")
+    text = without(SMALLEST, key).replace(f"[{table}]\n", f"[{table}]\n{name} = {value}\n")
+    with pytest.raises(VehicleError) as caught:
+        load(text)
+    sentence = str(caught.value)
+    assert "\n" not in sentence
+    assert len(sentence) < 1000
+    assert "robot.toml" in sentence
 
 
 def test_a_changed_file_is_read_anew(tmp_path: Path) -> None:
@@ -160,7 +240,7 @@ excess = { hard = 0.0, carpet = 1.3 }
     [
         (SMALLEST.replace("mass = 10.0", "mas = 10.0"), ["[body] mas", "unknown key", "'mass'?"]),
         (SMALLEST + "[motor]\nkt = 1\n", ["motor", "unknown key", "drive"]),
-        (SMALLEST.replace("mass = 10.0", ""), ["[body] mass", "missing", "a number in kg"]),
+        (SMALLEST.replace("mass = 10.0", ""), ["body.mass is missing", "0.001 to 100000 kg"]),
         (SMALLEST.replace("10.0", "-3.0"), ["body.mass", "out of range", "-3.0", "kg"]),
         (SMALLEST.replace("10.0", "nan"), ["body.mass", "out of range", "nan", "kg"]),
         (SMALLEST.replace("10.0", "true"), ["body.mass", "not a number", "True", "kg"]),
@@ -175,12 +255,18 @@ excess = { hard = 0.0, carpet = 1.3 }
         ),
         (SMALLEST.replace("10.0", '{ unit = "kg" }'), ["body.mass", "not a number"]),
         ("body = 3\n", ["[body]", "not a table"]),
+        ("name = 0x" + "f" * 5000 + SMALLEST, ["name", "not text", "too many digits"]),
+        ("name = 3\n" + SMALLEST, ["name", "not text", "3"]),
+        (
+            SMALLEST.replace("10.0", "{ value = 10.0, source = 1 }"),
+            ["body.mass source", "not text"],
+        ),
         ("mass = [", ["not TOML"]),
         (
-            SMALLEST.replace("radius", 'layout = "tank"\nradius'),
+            SMALLEST.replace("mecanum", "tank"),
             ["layout", "tank", "mecanum, omni"],
         ),
-        (OMNI, ["[wheels] angles", "three or more angles in rad"]),
+        (OMNI, ["wheels.angles is missing", "three or more angles in rad"]),
         (OMNI + "angles = [0.0, 2.0]\n", ["angles", "three or more"]),
         (OMNI + "angles = [0.0, 2.0, 'x']\n", ["wheels.angles", "not a number"]),
         (
@@ -195,6 +281,7 @@ excess = { hard = 0.0, carpet = 1.3 }
         ),
         (SMALLEST + '[effects]\nactive = ["ether"]\n', ["active", "ether", "air_drag"]),
         (SMALLEST + '[effects]\nactive = "air_drag"\n', ["active", "not a list of effects"]),
+        (SMALLEST + '[effects]\nactive = [["air_drag"]]\n', ["active", "not a list of effects"]),
         (SMALLEST + "[effects.ether]\na = 1\n", ["ether", "unknown key"]),
         (
             SMALLEST + "[effects.air_drag]\ndrag_are = 1\n",
@@ -212,7 +299,7 @@ excess = { hard = 0.0, carpet = 1.3 }
             SMALLEST + "[effects.surface_rolling]\nexcess = { carpet = -2.0 }\n",
             ["effects.surface_rolling.excess.carpet", "out of range"],
         ),
-        (SMALLEST + "[drive]\ngear_efficiency = 0.4\n", ["drive.gear_efficiency", "0.5 to 1"]),
+        (SMALLEST + "gear_efficiency = 0.4\n", ["drive.gear_efficiency", "0.5 to 1"]),
     ],
 )
 def test_what_is_wrong_is_said_in_one_sentence(load: Write, text: str, words: list[str]) -> None:
@@ -229,5 +316,6 @@ def test_what_is_wrong_is_said_in_one_sentence(load: Write, text: str, words: li
 def test_no_such_vehicle() -> None:
     with pytest.raises(VehicleError, match=r"no such vehicle.*'tank'.*minibalance, robotino"):
         load_vehicle("tank")
-    with pytest.raises(VehicleError, match="no such vehicle"):
-        load_vehicle("nowhere/tank.toml")
+    for path in ("nowhere/tank.toml", "t" * 300 + ".toml"):
+        with pytest.raises(VehicleError, match="no such vehicle"):
+            load_vehicle(path)

@@ -150,12 +150,46 @@ def test_points_are_inside_or_outside():
         within = region.inside(points)
         assert (moved[within] == points[within]).all()
         assert region.inside(moved).all()
-        edge = region.outline(0.1)
+        edge = region.outline(0.1, (-100.0, -100.0, 100.0, 100.0))
         assert region.inside(edge).all()
         # Nothing of the edge is nearer than what is said to be the nearest.
         for point, there in zip(points[~within], moved[~within], strict=True):
             least = np.hypot(*(edge - point).T).min()
             assert math.hypot(*(there - point)) <= least + 1e-4
+
+
+@pytest.mark.parametrize("radius", [3.0, 40.0, 1e4, 9e8])
+def test_an_edge_is_followed_as_far_as_it_runs_through_the_map(radius):
+    box = (-5.0, 0.0, 20.0, 15.0)
+    spacing = 0.25
+    # Both pass through (10, 7), the circle with its easternmost point.
+    circle = region_of({"x": 10.0 - radius, "y": 7.0, "radius": radius})
+    polygon = region_of(
+        {"polygon": [[10.0 - radius, 7.0 - radius], [10.0, 7.0], [10.0 - radius, 7.0 + radius]]}
+    )
+    for region in (circle, polygon):
+        edge = region.outline(spacing, box)
+        # A convex edge within a box is no longer than the box's own.
+        assert len(edge) <= 2 * (25 + 15) / spacing + 8
+        assert region.inside(edge).all()
+        assert (edge >= np.array(box[:2]) - spacing).all()
+        assert (edge <= np.array(box[2:]) + spacing).all()
+        assert np.hypot(*(edge - [10.0, 7.0]).T).min() <= spacing
+        # Every row of the box that the region's end lies in meets the edge.
+        for y in np.arange(max(0.5, 7.5 - radius), min(14.5, 6.5 + radius)):
+            assert np.abs(edge[:, 1] - y).min() <= spacing
+
+
+def test_a_circle_round_the_map_has_no_edge_on_it():
+    circle = region_of({"x": 10.0, "y": 7.0, "radius": 1e9})
+    assert circle.outline(0.25, (0.0, 0.0, 20.0, 15.0)).shape == (0, 2)
+
+
+def test_a_half_plane_is_a_goal(level):
+    # A circle of 1,000 km: all that lies west of about x = 5.
+    goal = {"x": 5.0 - 1e6, "y": 10.0, "radius": 1e6}
+    answer = plan_route(terrain=level, start={"x": 12.0, "y": 10.0}, goal=goal, planner="grid")
+    assert answer.routes[0].length_m == pytest.approx(7.0, abs=0.01)
 
 
 @pytest.mark.parametrize(
@@ -164,6 +198,9 @@ def test_points_are_inside_or_outside():
         ({"x": 1.0}, r"goal\.y: is missing"),
         ({"x": 1.0, "radius": 1.0}, "neither a circle"),
         ({"x": 1.0, "y": 1.0, "radius": -1.0}, r"goal\.radius: is too small"),
+        ({"x": 1.0, "y": 1.0, "radius": 1e308}, r"goal\.radius: is too large .*up to 1e9"),
+        ({"x": 1e308, "y": 1.0, "radius": 1.0}, r"goal\.x: is too large .*-1e9 to 1e9"),
+        ({"polygon": [[0, 0], [1e308, 0], [0, 1e308]]}, r"goal\.polygon\[1\]\[0\]: is too large"),
         ({"any": []}, r"goal\.any: has too few"),
         ({"any": [{"x": 1.0}]}, r"goal\.any\[0\]\.y: is missing"),
         ({"any": [{"x": 1.0, "y": 1.0}], "yaw": 1.0}, "beside any"),

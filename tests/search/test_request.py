@@ -6,6 +6,7 @@ import json
 import math
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -157,3 +158,41 @@ def test_checking_a_request_needs_no_planner() -> None:
         [sys.executable, "-c", script], capture_output=True, text=True, check=True
     )
     assert done.stdout.strip() == "set()"
+
+
+def written(folder: Path, document: Any) -> Path:
+    path = folder / "request.json"
+    path.write_text(json.dumps(document), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("kind", [str, Path])
+def test_a_function_takes_the_path_of_a_request(tmp_path: Path, kind: Any) -> None:
+    path = kind(written(tmp_path, GOOD))
+    assert PlanRequest.from_call(path, {}) == PlanRequest.from_json(GOOD)
+    assert PlanRequest.from_call(path, {"seed": 3}).seed == 3
+
+
+def test_keywords_lie_over_a_request_however_it_is_given(tmp_path: Path) -> None:
+    given = (GOOD, written(tmp_path, GOOD), PlanRequest.from_json(GOOD))
+    for request in given:
+        laid = PlanRequest.from_call(request, {"model": "m.json", "goal": {"x": 3, "y": 4}})
+        # A model replaces the vehicle.
+        assert (laid.vehicle, laid.model) == (None, "m.json")
+        assert laid.goal.model_dump() == {"x": 3.0, "y": 4.0, "yaw": None}
+        assert laid.start == PlanRequest.from_json(GOOD).start
+    with pytest.raises(RequestError, match=r"model: is given beside vehicle"):
+        PlanRequest.from_call({**GOOD, "model": "m.json"}, {})
+
+
+@pytest.mark.parametrize("name", ["nothing.json", ".", "x" * 300, "a\0b", "\ud800.json"])
+def test_a_path_that_holds_no_request_is_one_sentence(tmp_path: Path, name: str) -> None:
+    with pytest.raises(RequestError, match=r"cannot be read: .*; accepted: the path") as caught:
+        PlanRequest.from_call(str(tmp_path / name), {})
+    assert str(caught.value).isprintable()
+
+
+@pytest.mark.parametrize("request_", [[], 3, 0, "", b"{}", object])
+def test_what_is_no_request_is_one_sentence(request_: Any) -> None:
+    with pytest.raises(RequestError, match="; accepted: "):
+        PlanRequest.from_call(request_, {"map": "warehouse"})

@@ -50,6 +50,6 @@ def answer(**changes: Any) -> dict[str, Any]:
         "baselines": baselines,
         "planner": {"name": "tube", "seed": 1},
         "model": {"name": "minibalance", "version": 1, "kind": "sound", "effects": {}},
-        "notes": ["defaults taken for contact.roller_viscous"],
+        "notes": ["defaults taken: contact.roller_viscous = 0 N·s/m"],
         **changes,
     }

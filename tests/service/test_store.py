@@ -225,6 +225,11 @@ def test_a_log_is_added_once(store: Store) -> None:
         ("a\x00b\n.csv", "a_b_.csv"),
         ("mapping.toml", "log-mapping.toml"),
         ("x" * 300 + ".parquet", "x" * 112 + ".parquet"),
+        # Three bytes a character, four, and one that is cut in the middle.
+        ("走" * 200 + ".parquet", "走" * 37 + ".parquet"),
+        ("𝒙" * 200 + ".csv", "𝒙" * 29 + ".csv"),
+        ("a" + "é" * 200, "a" + "é" * 59),
+        ("a." + "走" * 200, "a." + "走" * 39),
         ("", "log"),
     ],
 )

@@ -140,6 +140,22 @@ def test_a_body_alone_is_a_log_too(http: Http, bench: Workbench) -> None:
     assert http.post("/v1/logs", content=b"x").json()["name"] == "log"
 
 
+@pytest.mark.parametrize("letter", ["走", "𝒙", "\u0301", "x"])
+def test_a_long_name_of_wide_characters_is_shortened(
+    http: Http, bench: Workbench, letter: str
+) -> None:
+    named = {"files": {"log": (letter * 300 + ".csv", CSV)}}
+    alone = {"params": {"name": letter * 300 + ".csv"}, "content": CSV + b"1,2,0.5,0,0,12\n"}
+    for sent in (named, alone):
+        response = http.post("/v1/logs", **sent)
+        assert response.status_code == 201, response.text
+        name = response.json()["name"]
+        # No file system takes more than 255 bytes.
+        assert len(name.encode()) <= 255
+        assert name.endswith(".csv")
+    assert bench.read == [CSV, alone["content"]]
+
+
 def test_a_log_that_cannot_be_used_leaves_nothing(
     http: Http, bench: Workbench, settings: Settings
 ) -> None:

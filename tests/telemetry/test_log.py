@@ -233,6 +233,16 @@ BAD_MAPPINGS = {
     "place": 'power_at = "wall"',
     "constant text": '[constants]\npayload = "2"',
     "constant inf": "[constants]\npayload = inf",
+    "constant of 400 digits": f"[constants]\npayload = {'1' * 400}",
+    "constant of 5000 digits": f"[constants]\npayload = {'1' * 5000}",
+    "constant of 400 digits and a unit": (
+        f'[constants]\npayload = {{value={"1" * 400}, unit="lb"}}'
+    ),
+    "constant too large in SI": '[constants]\npayload = {value=1e308, unit="Gg"}',
+    "sign of 400 digits": f'[columns]\nvx = {{quantity="vx", sign={"1" * 400}}}',
+    "sign of 5000 hexadecimal digits": (f'[columns]\nvx = {{quantity="vx", sign=0x{"f" * 5000}}}'),
+    "interval of 400 digits": f"[rosbag]\ninterval = {'1' * 400}",
+    "nested": f"a = {'[' * 20_000}",
     "label with unit": '[columns]\nrun = {quantity="run", unit="m"}',
     "interval": "[rosbag]\ninterval = 0",
     "column and constant": '[columns]\nvx = "vx"\n[constants]\nvx = 2',

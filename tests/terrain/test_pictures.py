@@ -108,6 +108,13 @@ def test_a_picture_alone_is_told_what_its_yaml_must_hold(tmp_path: Path) -> None
         ("height_max: 2.55", "height_max: 0", "white no higher than black"),
         ("height_max: 2.55\n", "", "how high white is"),
         ("image: map.png", "image: [", "is not YAML"),
+        ("resolution: 0.04", f"resolution: {'1' * 400}", "bad 'resolution'"),
+        ("resolution: 0.04", f"resolution: {'1' * 5000}", "is not YAML"),
+        ("resolution: 0.04", f"resolution: 0x{'f' * 5000}", "bad 'resolution'"),
+        ("resolution: 0.04", "resolution: 2026-13-45", "is not YAML"),
+        ("[0, 0, 0]", f"[{'1' * 400}, 0, 0]", "bad 'origin'"),
+        ("unknown: 0", f"? 0x{'f' * 5000}\n: 0", "unknown entry"),
+        ("height_max: 2.55", "height_min: -1.0e+308\nheight_max: 1.0e+308", "finite scale"),
     ],
 )
 def test_bad_descriptions_are_refused(tmp_path: Path, old: str, new: str, words: str) -> None:

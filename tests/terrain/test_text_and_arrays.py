@@ -163,6 +163,9 @@ def test_npy_takes_its_cells_from_a_toml(tmp_path: Path) -> None:
     np.save(tmp_path / "dem.npy", np.asfortranarray(z))
     with pytest.raises(MapError, match=r"dem\.toml beside it with: cell = "):
         load_terrain(tmp_path / "dem.npy")
+    write(tmp_path / "dem.toml", f"cell = [2, {'1' * 400}]\n")
+    with pytest.raises(MapError, match=r"dem\.toml has a bad 'cell'"):
+        load_terrain(tmp_path / "dem.npy")
     write(tmp_path / "dem.toml", "cell = [2, 3]\norigin = [7.0, 8.0]\n")
     terrain = load_terrain(tmp_path / "dem.npy")
     np.testing.assert_array_equal(terrain.heights, z)
@@ -262,6 +265,9 @@ def test_layers_are_drawn_over_the_heights(tmp_path: Path) -> None:
         ('"#..c."', '"#..z."', "draws the character 'z'"),
         ("rolling = 2.3", "rolling = -1", "impossible factor"),
         ("rolling = 2.3", "friction = 1", "unknown entries"),
+        ("rolling = 2.3", "rolling = inf", "without finite numbers"),
+        ("rolling = 2.3", f"rolling = {'1' * 400}", "without finite numbers"),
+        ("rolling = 2.3", f"rolling = {'1' * 5000}", "is not TOML"),
         ("[ground.carpet]", "[ground.mud]", "that its legend does not use"),
         ("[legend]", "[legend", "is not TOML"),
         ("rows = ", "lines = ", "unknown entry 'lines'"),

@@ -1,0 +1,67 @@
+"""plan_route as a user calls it: files, vehicles that lack something, notes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planner import plan_route
+from planner.errors import RequestError, VehicleError
+from planner.terrain.heightmap import Terrain
+
+CART = """
+[body]
+mass = 12.0
+length = 0.75
+width = 0.55
+[wheels]
+layout = "mecanum"
+half_wheelbase = 0.28
+half_track = 0.22
+radius = 0.0762
+[drive]
+"""
+MOTOR = "gear_ratio = 27.0\ntorque_constant = 0.03\nresistance = 0.9\n"
+ASKED = {"start": {"x": 3.0, "y": 4.0}, "goal": {"x": 23.0, "y": 4.0}, "planner": "grid"}
+
+
+@pytest.fixture(scope="module")
+def level() -> Terrain:
+    """26 m by 8 m of level ground."""
+    return Terrain.from_arrays(np.zeros((16, 52)), cell=(0.5, 0.5))
+
+
+def test_a_vehicle_without_a_motor_is_not_planned_with_another_robots(
+    tmp_path: Path, level: Terrain
+) -> None:
+    cart = tmp_path / "cart.toml"
+    cart.write_text(CART, encoding="utf-8")
+    with pytest.raises(VehicleError, match=r"gear_ratio, .*torque_constant and .*resistance are"):
+        plan_route(terrain=level, vehicle=str(cart), **ASKED)
+    cart.write_text(CART + MOTOR, encoding="utf-8")
+    route = plan_route(terrain=level, vehicle=str(cart), **ASKED).routes[0]
+    # 20 m at 12 kg with a drag of a few per cent of the weight is some hundred J, not 76 kJ.
+    assert 200.0 < route.energy_j < 2000.0
+
+
+def test_notes_give_the_values_of_defaults(tmp_path: Path, level: Terrain) -> None:
+    cart = tmp_path / "cart.toml"
+    cart.write_text(CART + MOTOR, encoding="utf-8")
+    answer = plan_route(terrain=level, vehicle=str(cart), **ASKED)
+    (note,) = [note for note in answer.notes if note.startswith("defaults taken: ")]
+    assert note in answer.to_json()["notes"]
+    for words in ("limits.speed = 1 m/s", "contact.traction = 0.6", "battery.capacity = no limit"):
+        assert words in note
+    assert "drive.gear_ratio" not in note
+
+
+def test_the_path_of_a_request_is_planned(tmp_path: Path, level: Terrain) -> None:
+    path = tmp_path / "request.json"
+    path.write_text(json.dumps({**ASKED, "map": "not-read"}), encoding="utf-8")
+    from_file = plan_route(str(path), terrain=level)
+    assert from_file.routes[0].energy_j == plan_route(terrain=level, **ASKED).routes[0].energy_j
+    with pytest.raises(RequestError, match=r"none\.json: cannot be read"):
+        plan_route(tmp_path / "none.json")
