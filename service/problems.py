@@ -16,10 +16,11 @@ from http import HTTPStatus
 from typing import Any
 
 import structlog
-from fastapi import FastAPI, Request
+from fastapi import FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect
 
 from planner.errors import InputError, JoulepathError
 
@@ -116,6 +117,7 @@ def install(app: FastAPI) -> None:
     """Let the application answer every error with a problem document."""
     app.add_exception_handler(RequestValidationError, _bad_parameter)
     app.add_exception_handler(HTTPException, _http)
+    app.add_exception_handler(ClientDisconnect, _nobody)
     # One that is expected must have a handler of its own: the last one logs and raises again.
     for kind in (InputError, Busy, *_STATUS, Exception):
         app.add_exception_handler(kind, _described)
@@ -132,6 +134,11 @@ async def _bad_parameter(request: Request, error: Exception) -> JSONResponse:
     field = ".".join(str(step) for step in first["loc"])
     detail = f"{field}: {first['msg']}"
     return respond(document(422, "bad-input", detail, field=field, accepted=first["msg"]))
+
+
+async def _nobody(request: Request, error: Exception) -> Response:
+    # Nobody reads this answer.
+    return Response(status_code=499)
 
 
 _KINDS = {404: "not-found", 405: "method-not-allowed", 413: "too-large", 415: "not-json"}

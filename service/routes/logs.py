@@ -7,7 +7,6 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request, Response
 from fastapi.responses import JSONResponse
-from starlette.requests import ClientDisconnect
 
 from service.bodies import Upload, receive_log
 from service.problems import Conflict, NoSuch
@@ -76,11 +75,8 @@ async def upload(
         # A form of a foreign page could send this without asking.
         raise Conflict("logs are not taken from pages of other sites")
     place = service.store.files.incoming()
-    try:
-        async with receive_log(request, place, service.settings.max_log_bytes) as received:
-            return await _take_in(service, received, wait)
-    except ClientDisconnect:
-        return Response(status_code=499)
+    async with receive_log(request, place, service.settings.max_log_bytes) as received:
+        return await _take_in(service, received, wait)
 
 
 async def _take_in(service: Service, received: Upload, wait: float) -> Response:
