@@ -28,12 +28,34 @@ MEDIA_TYPE = "application/problem+json"
 _log = structlog.get_logger("joulepath.service")
 
 
-class Busy(JoulepathError):
+class Unavailable(JoulepathError):
+    """What was asked for cannot be done now, and can be later; nothing was changed.
+
+    Args:
+        sentence: why.
+        retry_after_s: when to try again.
+    """
+
+    kind = "unavailable"
+
+    def __init__(self, sentence: str, retry_after_s: int) -> None:
+        self.retry_after_s = retry_after_s
+        super().__init__(sentence)
+
+
+class Busy(Unavailable):
     """All workers are busy and the queue is full."""
 
+    kind = "busy"
+
     def __init__(self, retry_after_s: int) -> None:
-        self.retry_after_s = retry_after_s
-        super().__init__("all workers are busy and the queue is full")
+        super().__init__("all workers are busy and the queue is full", retry_after_s)
+
+
+class DatabaseLocked(Unavailable):
+    """Another program holds the database, or it cannot be reached."""
+
+    kind = "database-locked"
 
 
 class TookTooLong(JoulepathError):
@@ -100,8 +122,8 @@ def describe(error: Exception) -> dict[str, Any]:
     """The problem document of any error; an unexpected one is logged under its ``id``."""
     if isinstance(error, InputError):
         return document(422, "bad-input", str(error), field=error.field, accepted=error.accepted)
-    if isinstance(error, Busy):
-        return document(503, "busy", f"{error}; try again in {error.retry_after_s} s")
+    if isinstance(error, Unavailable):
+        return document(503, error.kind, f"{error}; try again in {error.retry_after_s} s")
     for kind, (status, name) in _STATUS.items():
         if isinstance(error, kind):
             return document(status, name, str(error))
@@ -119,12 +141,14 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(HTTPException, _http)
     app.add_exception_handler(ClientDisconnect, _nobody)
     # One that is expected must have a handler of its own: the last one logs and raises again.
-    for kind in (InputError, Busy, *_STATUS, Exception):
+    for kind in (InputError, Unavailable, *_STATUS, Exception):
         app.add_exception_handler(kind, _described)
 
 
 async def _described(request: Request, error: Exception) -> JSONResponse:
-    headers = {"Retry-After": str(error.retry_after_s)} if isinstance(error, Busy) else None
+    headers = None
+    if isinstance(error, Unavailable):
+        headers = {"Retry-After": str(error.retry_after_s)}
     return respond(describe(error), headers)
 
 
