@@ -53,9 +53,12 @@ class Busy(Unavailable):
 
 
 class DatabaseLocked(Unavailable):
-    """Another program holds the database, or it cannot be reached."""
+    """Another program holds the database, or it cannot be reached, for longer than is waited."""
 
     kind = "database-locked"
+
+    def __init__(self) -> None:
+        super().__init__("the database is locked by another program or cannot be reached", 5)
 
 
 class TookTooLong(JoulepathError):

@@ -44,6 +44,8 @@ WORK = {
 STOPPED = "the service was stopped while this job ran; start it again"
 _TICK_S = 0.2
 _RENEWAL_S = 1.0
+SWEEP_S = LEASE_S / 3
+"""Seconds between two looks at jobs of other services; a lock as long as a lease meets one."""
 
 T = TypeVar("T")
 
@@ -283,7 +285,7 @@ class Runner:
 
     async def _keep_sweeping(self) -> None:
         while True:
-            await asyncio.sleep(LEASE_S / 3)
+            await asyncio.sleep(SWEEP_S)
             await self._sweep_if_it_can()
 
     def _until(self) -> float:

@@ -98,9 +98,7 @@ def _meaning(error: SQLAlchemyError) -> Exception:
             return OSError(errno.ENOSPC, "the database's disk is full")
         if code not in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
             return error
-    return DatabaseLocked(
-        "the database is locked by another program or cannot be reached", PATIENCE_S
-    )
+    return DatabaseLocked()
 
 
 def _settle_sqlite(connection: Any, _: Any) -> None:
