@@ -91,6 +91,16 @@ def solve(request: PlanRequest) -> str:
     return json.dumps(answer())
 
 
+def relief(name: str, most: int) -> None:
+    """A note beside the map's file, and no picture."""
+    burn(f"{name}.{os.getpid()}.pid")
+
+
+def check_model(content: bytes) -> None:
+    """A note where the model says, and no version."""
+    burn(f"{json.loads(content)['note']}.{os.getpid()}.pid")
+
+
 def hang(pid_file: str) -> None:
     """Say which process this is and never end."""
     with open(pid_file, "w", encoding="utf-8") as file:
