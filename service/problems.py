@@ -16,10 +16,11 @@ from http import HTTPStatus
 from typing import Any
 
 import structlog
-from fastapi import FastAPI, Request
+from fastapi import FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect
 
 from planner.errors import InputError, JoulepathError
 
@@ -27,12 +28,37 @@ MEDIA_TYPE = "application/problem+json"
 _log = structlog.get_logger("joulepath.service")
 
 
-class Busy(JoulepathError):
+class Unavailable(JoulepathError):
+    """What was asked for cannot be done now, and can be later; nothing was changed.
+
+    Args:
+        sentence: why.
+        retry_after_s: when to try again.
+    """
+
+    kind = "unavailable"
+
+    def __init__(self, sentence: str, retry_after_s: int) -> None:
+        self.retry_after_s = retry_after_s
+        super().__init__(sentence)
+
+
+class Busy(Unavailable):
     """All workers are busy and the queue is full."""
 
+    kind = "busy"
+
     def __init__(self, retry_after_s: int) -> None:
-        self.retry_after_s = retry_after_s
-        super().__init__("all workers are busy and the queue is full")
+        super().__init__("all workers are busy and the queue is full", retry_after_s)
+
+
+class DatabaseLocked(Unavailable):
+    """Another program holds the database, or it cannot be reached, for longer than is waited."""
+
+    kind = "database-locked"
+
+    def __init__(self) -> None:
+        super().__init__("the database is locked by another program or cannot be reached", 5)
 
 
 class TookTooLong(JoulepathError):
@@ -99,8 +125,8 @@ def describe(error: Exception) -> dict[str, Any]:
     """The problem document of any error; an unexpected one is logged under its ``id``."""
     if isinstance(error, InputError):
         return document(422, "bad-input", str(error), field=error.field, accepted=error.accepted)
-    if isinstance(error, Busy):
-        return document(503, "busy", f"{error}; try again in {error.retry_after_s} s")
+    if isinstance(error, Unavailable):
+        return document(503, error.kind, f"{error}; try again in {error.retry_after_s} s")
     for kind, (status, name) in _STATUS.items():
         if isinstance(error, kind):
             return document(status, name, str(error))
@@ -116,13 +142,16 @@ def install(app: FastAPI) -> None:
     """Let the application answer every error with a problem document."""
     app.add_exception_handler(RequestValidationError, _bad_parameter)
     app.add_exception_handler(HTTPException, _http)
+    app.add_exception_handler(ClientDisconnect, _nobody)
     # One that is expected must have a handler of its own: the last one logs and raises again.
-    for kind in (InputError, Busy, *_STATUS, Exception):
+    for kind in (InputError, Unavailable, *_STATUS, Exception):
         app.add_exception_handler(kind, _described)
 
 
 async def _described(request: Request, error: Exception) -> JSONResponse:
-    headers = {"Retry-After": str(error.retry_after_s)} if isinstance(error, Busy) else None
+    headers = None
+    if isinstance(error, Unavailable):
+        headers = {"Retry-After": str(error.retry_after_s)}
     return respond(describe(error), headers)
 
 
@@ -132,6 +161,11 @@ async def _bad_parameter(request: Request, error: Exception) -> JSONResponse:
     field = ".".join(str(step) for step in first["loc"])
     detail = f"{field}: {first['msg']}"
     return respond(document(422, "bad-input", detail, field=field, accepted=first["msg"]))
+
+
+async def _nobody(request: Request, error: Exception) -> Response:
+    # Nobody reads this answer.
+    return Response(status_code=499)
 
 
 _KINDS = {404: "not-found", 405: "method-not-allowed", 413: "too-large", 415: "not-json"}

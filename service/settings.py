@@ -27,7 +27,10 @@ class Settings(BaseSettings):
         default=16, ge=0, le=10_000, description="requests that may wait for a worker; more get 503"
     )
     time_limit_s: float = Field(
-        default=120.0, gt=0, le=3600, description="seconds after which a request is ended with 504"
+        default=120.0,
+        gt=0,
+        le=3600,
+        description="seconds from its arrival after which a request is ended with 504",
     )
     max_time_budget_s: float = Field(
         default=60.0,

@@ -11,19 +11,22 @@ because its process was killed fails alone.
 from __future__ import annotations
 
 import asyncio
-import importlib
 import multiprocessing
-import resource
-import signal
-from concurrent.futures import TimeoutError as DeadlineError
+import time
+from concurrent.futures import Future, wait
 from typing import Any, Protocol
 
 from pebble import ProcessExpired, ProcessPool
 
 from planner.errors import InputError
+from service.jobs.process import perform, settle_in
 from service.problems import Busy, TookTooLong, WorkerLost
 
 WORKER_MODULE = "service.jobs.worker"
+_PRELOADED = ("service.jobs.process", "pebble", "service.cli")
+"""What a worker loads before it knows its job; the last one for the ``joulepath`` command, which
+multiprocessing loads again in every process."""
+_TICK_S = 0.02
 
 
 class Workers(Protocol):
@@ -42,21 +45,6 @@ class Workers(Protocol):
         """How busy the workers are."""
 
 
-def _perform(module: str, job: str, memory_limit_mb: int, arguments: tuple[Any, ...]) -> Any:
-    _settle_in(memory_limit_mb)
-    # Imported by name: the service's own process never loads the planner.
-    return getattr(importlib.import_module(module), job)(*arguments)
-
-
-def _settle_in(memory_limit_mb: int) -> None:
-    """Prepare a new process: bounded memory, and Ctrl-C is for the service to handle."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    _, most = resource.getrlimit(resource.RLIMIT_AS)
-    wanted = memory_limit_mb * 1024 * 1024
-    soft = wanted if most == resource.RLIM_INFINITY else min(wanted, most)
-    resource.setrlimit(resource.RLIMIT_AS, (soft, most))
-
-
 class WorkerPool:
     """Fresh processes from a fork server that has everything loaded."""
 
@@ -71,15 +59,19 @@ class WorkerPool:
         module: str = WORKER_MODULE,
     ) -> None:
         context = multiprocessing.get_context("forkserver")
-        context.set_forkserver_preload([module])
+        context.set_forkserver_preload([module, *_PRELOADED])
         self._module = module
-        self._pool = ProcessPool(max_workers=workers, max_tasks=1, context=context)
+        self._pool = ProcessPool(
+            max_workers=workers, max_tasks=1, initializer=settle_in, context=context
+        )
         self._workers = workers
         self._queue = queue
         self._time_limit_s = time_limit_s
         self._memory_limit_mb = memory_limit_mb
         self._advice = advice
         self._taken = 0
+        self._places = asyncio.Semaphore(workers)
+        self._leaving: set[asyncio.Task[None]] = set()
 
     async def start(self) -> None:
         """Start the processes; returns at once, the first job waits for them."""
@@ -89,6 +81,7 @@ class WorkerPool:
         """End all processes, working or not."""
         self._pool.stop()  # type: ignore[no-untyped-call]
         await asyncio.to_thread(self._pool.join)
+        await asyncio.gather(*self._leaving)
 
     async def run(self, job: str, *arguments: Any) -> Any:
         """Carry out a job in a process of its own.
@@ -100,20 +93,18 @@ class WorkerPool:
         Raises:
             InputError: the job returned one.
             Busy: the queue is full.
-            TookTooLong: the time limit was reached; its process was ended.
+            TookTooLong: the time limit was reached, in the queue or in its process, which was
+                ended.
             WorkerLost: its process ended by itself.
         """
         if self._taken >= self._workers + self._queue:
             raise Busy(retry_after_s=max(1, round(self._queue / self._workers)))
         self._taken += 1
+        arrived = time.monotonic()
         try:
-            future = self._pool.schedule(
-                _perform,
-                (self._module, job, self._memory_limit_mb, arguments),
-                timeout=self._time_limit_s,
-            )
-            result = await asyncio.wrap_future(future)
-        except DeadlineError:
+            async with asyncio.timeout(self._time_limit_s):
+                result = await self._in_its_turn(job, arrived, arguments)
+        except TimeoutError:
             raise TookTooLong(
                 f"no answer within the service's limit of {self._time_limit_s:g} s; {self._advice}"
             ) from None
@@ -126,6 +117,33 @@ class WorkerPool:
         if isinstance(result, InputError):
             raise result
         return result
+
+    async def _in_its_turn(self, job: str, arrived: float, arguments: tuple[Any, ...]) -> Any:
+        """Wait for a free worker, first come first served, and for what it answers.
+
+        Only then is pebble asked, which starts and ends a process for a job that was cancelled in
+        its queue.
+        """
+        await self._places.acquire()
+        future = None
+        try:
+            future = self._pool.schedule(
+                perform, (self._module, job, arrived, self._memory_limit_mb, arguments)
+            )
+            return await asyncio.wrap_future(future)
+        finally:
+            if future is not None and future.cancelled():
+                leaving = asyncio.ensure_future(self._leave(future))
+                self._leaving.add(leaving)
+                leaving.add_done_callback(self._leaving.discard)
+            else:
+                self._places.release()
+
+    async def _leave(self, future: Future[Any]) -> None:
+        """Free the place of a cancelled job once pebble has ended its process."""
+        while self._pool.active and not wait([future], timeout=0).done:
+            await asyncio.sleep(_TICK_S)
+        self._places.release()
 
     def state(self) -> dict[str, Any]:
         """Number of workers, how many plan and how many requests wait."""

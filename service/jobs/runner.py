@@ -8,7 +8,8 @@
 
 The row in the database is the truth. Whoever runs a job renews its lease every second and stops
 when the row is not its own any more; jobs of services that are gone are marked as failed, and
-queued ones are taken by whoever has a worker free.
+queued ones are taken by whoever has a worker free. While the database is locked work goes on, and
+results wait for it; afterwards leases, which nobody could renew, count from anew.
 """
 
 from __future__ import annotations
@@ -16,7 +17,9 @@ from __future__ import annotations
 import asyncio
 import time
 from collections.abc import Callable
-from typing import Any
+from contextlib import suppress
+from functools import partial
+from typing import Any, TypeVar
 
 from sqlalchemy.orm import Session
 
@@ -25,7 +28,7 @@ from service.jobs import progress
 from service.jobs.pool import Workers
 from service.jobs.tasks import Task, prepare
 from service.names import Names
-from service.problems import Busy, NoSuch
+from service.problems import Busy, DatabaseLocked, NoSuch
 from service.store.jobs import DIED, LEASE_S, UNFINISHED, now
 from service.store.store import Store
 from service.store.tables import LogRow
@@ -41,6 +44,10 @@ WORK = {
 STOPPED = "the service was stopped while this job ran; start it again"
 _TICK_S = 0.2
 _RENEWAL_S = 1.0
+SWEEP_S = LEASE_S / 3
+"""Seconds between two looks at jobs of other services; a lock as long as a lease meets one."""
+
+T = TypeVar("T")
 
 
 class Runner:
@@ -74,11 +81,13 @@ class Runner:
         self._clock = clock
         self._tasks: dict[str, asyncio.Task[None]] = {}
         self._stopping = False
+        # Before, the database may have been locked for who owns a job.
+        self._leases_count_from = clock() + LEASE_S
         self._sweeper: asyncio.Task[None] | None = None
 
     async def start(self) -> None:
         """Settle what an earlier service left, and take up what waits."""
-        await self._sweep()
+        await self._sweep_if_it_can()
         self._sweeper = asyncio.ensure_future(self._keep_sweeping())
 
     async def stop(self) -> None:
@@ -154,28 +163,46 @@ class Runner:
 
     async def _run(self, job: str) -> None:
         async with self._slots:
-            if not await asyncio.to_thread(self._store.jobs.begin, job, self._until()):
+            jobs, files = self._store.jobs, self._store.files
+            if not await self._patiently(lambda: jobs.begin(job, self._until())):
                 return
-            row = await self.get(job)
+            row = await self._patiently(lambda: jobs.get(job))
+            if row is None:
+                return
             kind, request = row["kind"], row["request"]
+            finish: Callable[[], Any] | None = None
             try:
-                task = await asyncio.to_thread(prepare, job, request, self._store, self._names)
+                task = await self._patiently(
+                    lambda: prepare(job, request, self._store, self._names)
+                )
                 outcome = await self._work(job, kind, task)
-                await asyncio.to_thread(
-                    self._store.jobs.finish,
+                finish = partial(
+                    jobs.finish,
                     job,
                     lambda session: self._complete(session, kind, request, outcome),
                 )
+                await self._patiently(finish)
             except asyncio.CancelledError:
                 # Cancelled by a user or taken from us: the row says so already.
                 if self._stopping:
-                    self._store.jobs.fail(job, _problem(STOPPED))
+                    # Where that is not to be had, the next service marks it as failed.
+                    with suppress(DatabaseLocked):
+                        (finish or partial(jobs.fail, job, _problem(STOPPED)))()
                 raise
             except Exception as error:
-                await asyncio.to_thread(self._store.jobs.fail, job, problems.describe(error))
+                await self._patiently(partial(jobs.fail, job, problems.describe(error)))
             finally:
-                self._store.files.progress(job).unlink(missing_ok=True)
-                self._tidy(kind, request)
+                files.progress(job).unlink(missing_ok=True)
+                with suppress(DatabaseLocked):
+                    self._tidy(kind, request)
+
+    async def _patiently(self, change: Callable[[], T]) -> T:
+        """What a change in the database gives, however long the database is locked."""
+        while True:
+            try:
+                return await asyncio.to_thread(change)
+            except DatabaseLocked:
+                await asyncio.sleep(_RENEWAL_S)
 
     async def _work(self, job: str, kind: str, task: Task) -> Any:
         """The worker's outcome, with its progress told to the row meanwhile."""
@@ -197,7 +224,11 @@ class Runner:
             if latest == told and time.monotonic() - renewed < _RENEWAL_S:
                 continue
             told, renewed = latest, time.monotonic()
-            if not await asyncio.to_thread(self._store.jobs.renew, job, *told, self._until()):
+            try:
+                ours = await asyncio.to_thread(self._store.jobs.renew, job, *told, self._until())
+            except DatabaseLocked:
+                continue
+            if not ours:
                 work.cancel()
                 return
 
@@ -234,20 +265,28 @@ class Runner:
 
     async def _sweep(self) -> None:
         jobs = self._store.jobs
-        for job in await asyncio.to_thread(jobs.give_up_dead, _problem(DIED), self._clock()):
+        at = self._clock()
+        if at < self._leases_count_from:
+            # Only those whose process is gone.
+            at = 0.0
+        for job in await asyncio.to_thread(jobs.give_up_dead, _problem(DIED), at):
             row = await self.get(job)
             self._tidy(row["kind"], row["request"])
         for job in await asyncio.to_thread(jobs.queued):
             self._spawn(job)
 
+    async def _sweep_if_it_can(self) -> None:
+        try:
+            await self._sweep()
+        except Exception as error:
+            # A database that is away for a moment must not end the sweeping.
+            problems.describe(error)
+            self._leases_count_from = self._clock() + LEASE_S
+
     async def _keep_sweeping(self) -> None:
         while True:
-            await asyncio.sleep(LEASE_S / 3)
-            try:
-                await self._sweep()
-            except Exception as error:
-                # A database that is away for a moment must not end the sweeping.
-                problems.describe(error)
+            await asyncio.sleep(SWEEP_S)
+            await self._sweep_if_it_can()
 
     def _until(self) -> float:
         return self._clock() + LEASE_S

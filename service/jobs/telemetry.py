@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from functools import wraps
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
@@ -25,19 +25,12 @@ from planner.power.saved_model import ACCEPTED
 from planner.telemetry.log import Telemetry
 from service.documents import finite
 from service.jobs import progress
+from service.jobs.outcomes import Adopted
 from service.jobs.tasks import Task
 from service.workbench import effects_to_adopt, starting_model
 
 P = ParamSpec("P")
 T = TypeVar("T")
-
-
-@dataclass(frozen=True)
-class Adopted:
-    """An adoption's document, and the text of the new version of the model."""
-
-    document: dict[str, Any]
-    model: str
 
 
 def _refusing(work: Callable[P, T]) -> Callable[P, T | InputError]:

@@ -7,9 +7,6 @@ border cheaply; a refusal is returned and not raised, so that it arrives without
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
-
 from planner.errors import InputError
 from planner.power.catalogue import list_effects
 from planner.power.vehicle import list_vehicles
@@ -21,6 +18,8 @@ from planner.search.request import FrontRequest, MatrixRequest, PlanRequest, Rea
 from planner.search.situation import KINDS
 from planner.terrain.catalogue import list_maps
 from service.documents import finite, route_text, strict
+from service.jobs.outcomes import Catalogues
+from service.jobs.process import waited_s
 from service.jobs.relief import relief_of
 from service.jobs.telemetry import (
     adopt_effects,
@@ -46,17 +45,10 @@ __all__ = [
     "solve",
 ]
 
+LEAST_BUDGET_S = 1e-3
+"""What is left of a time budget, s, when all of it was spent waiting: the grid still answers."""
+
 warm_up()
-
-
-@dataclass(frozen=True)
-class Catalogues:
-    """What is installed: lists of objects that have a ``name``."""
-
-    maps: list[dict[str, Any]]
-    vehicles: list[dict[str, Any]]
-    effects: list[dict[str, Any]]
-    kinds: tuple[str, ...]
 
 
 def catalogues() -> Catalogues:
@@ -67,11 +59,22 @@ def catalogues() -> Catalogues:
 
 
 def solve(request: PlanRequest) -> str | InputError:
-    """ROUTE.json of a request, or why the request cannot be used."""
+    """ROUTE.json of a request, or why the request cannot be used.
+
+    Seconds that it was given to search count from its arrival.
+    """
     try:
-        return route_text(plan_route(request).to_json())
+        return route_text(plan_route(less_waiting(request, waited_s())).to_json())
     except InputError as error:
         return error
+
+
+def less_waiting(request: PlanRequest, waited_s: float) -> PlanRequest:
+    """The request with what it waited taken off its time budget, if it came with one."""
+    if "time_budget_s" not in request.model_fields_set:
+        return request
+    left = max(request.time_budget_s - waited_s, LEAST_BUDGET_S)
+    return request.model_copy(update={"time_budget_s": left})
 
 
 def matrix(request: MatrixRequest) -> str | InputError:

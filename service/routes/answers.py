@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
+from collections.abc import Coroutine
 from typing import Any
 
+from fastapi import Request
 from fastapi.responses import JSONResponse
+from starlette.requests import ClientDisconnect
 
 from service import problems
 
@@ -24,3 +28,31 @@ def job_response(job: dict[str, Any]) -> JSONResponse:
         cancelled = problems.document(409, "cancelled", "the job was cancelled")
         return problems.respond(cancelled, where)
     return JSONResponse(job, 202, headers=where)
+
+
+async def while_listening(request: Request, work: Coroutine[Any, Any, Any]) -> Any:
+    """What a worker answers; a client that hangs up ends its own work.
+
+    Args:
+        request: whose body was read.
+        work: what Workers.run returned.
+
+    Raises:
+        ClientDisconnect: nobody would read the answer any more.
+    """
+    working = asyncio.ensure_future(work)
+    gone = asyncio.ensure_future(_disconnected(request))
+    try:
+        await asyncio.wait({working, gone}, return_when=asyncio.FIRST_COMPLETED)
+        if not working.done():
+            raise ClientDisconnect
+        return working.result()
+    finally:
+        gone.cancel()
+        working.cancel()
+
+
+async def _disconnected(request: Request) -> None:
+    """Returns when the client is gone."""
+    while (await request.receive())["type"] != "http.disconnect":
+        pass

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter, HTTPException, Query, Response
+from fastapi import APIRouter, HTTPException, Query, Request, Response
 
 from planner.errors import RequestError
+from service.routes.answers import while_listening
 from service.schemas import Entry, Problem, Relief
 from service.state import Running, Service
 
@@ -42,14 +43,14 @@ def effects(service: Running) -> list[dict[str, Any]]:
     responses={200: {"model": Relief}, 404: {"model": Problem}, 503: {"model": Problem}},
 )
 async def relief(
-    name: str, service: Running, most: Annotated[int, Query(ge=16, le=1024)] = 320
+    name: str, request: Request, service: Running, most: Annotated[int, Query(ge=16, le=1024)] = 320
 ) -> Response:
     """Heights of a map for a picture, thinned out to at most `most` columns and rows."""
     try:
         found = service.names.find("map", name)
     except RequestError as error:
         raise HTTPException(404, str(error)) from None
-    heights = await service.workers.run("relief", found, most)
+    heights = await while_listening(request, service.workers.run("relief", found, most))
     return Response(
         heights, media_type="application/json", headers={"Cache-Control": "max-age=300"}
     )

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+from contextlib import suppress
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request, Response
 from fastapi.responses import JSONResponse
-from starlette.requests import ClientDisconnect
 
 from service.bodies import Upload, receive_log
-from service.problems import Conflict, NoSuch
+from service.problems import Conflict, NoSuch, Unavailable
 from service.routes.answers import job_response
 from service.schemas import problem_responses
 from service.schemas_telemetry import Job, Log, LogSummary
@@ -76,11 +76,8 @@ async def upload(
         # A form of a foreign page could send this without asking.
         raise Conflict("logs are not taken from pages of other sites")
     place = service.store.files.incoming()
-    try:
-        async with receive_log(request, place, service.settings.max_log_bytes) as received:
-            return await _take_in(service, received, wait)
-    except ClientDisconnect:
-        return Response(status_code=499)
+    async with receive_log(request, place, service.settings.max_log_bytes) as received:
+        return await _take_in(service, received, wait)
 
 
 async def _take_in(service: Service, received: Upload, wait: float) -> Response:
@@ -101,11 +98,22 @@ async def _take_in(service: Service, received: Upload, wait: float) -> Response:
         await asyncio.to_thread(
             service.store.files.take_in, received.path, log, name, received.mapping
         )
-        job = await service.jobs.submit("check", request)
+        try:
+            job = await service.jobs.submit("check", request)
+        except Exception:
+            await asyncio.to_thread(_put_away, service, log)
+            raise
     job = await service.jobs.wait(job["id"], wait)
     if job["state"] == "done":
         return JSONResponse(job["result"], 201, headers={"Location": f"/v1/logs/{log}"})
     return job_response(job)
+
+
+def _put_away(service: Service, log: str) -> None:
+    """Remove an upload that no job reads, unless the same log came in another way meanwhile."""
+    with suppress(Unavailable):
+        if service.store.logs.get(log) is None and service.store.jobs.reading(log) is None:
+            service.store.files.drop_log(log)
 
 
 @router.get("", response_model=list[LogSummary])

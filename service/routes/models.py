@@ -11,6 +11,7 @@ from fastapi.responses import JSONResponse
 from service.bodies import json_body, read_json
 from service.problems import NoSuch
 from service.requests import RevertRequest
+from service.routes.answers import while_listening
 from service.schemas import problem_responses
 from service.schemas_telemetry import HistoryEntry, ModelSummary
 from service.state import Running
@@ -43,7 +44,7 @@ def models(service: Running) -> list[dict[str, Any]]:
 async def upload(request: Request, service: Running) -> Response:
     """Upload a saved model, such as one that was adopted on the command line."""
     body = await json_body(request, MOST_MODEL)
-    text = await service.workers.run("check_model", body)
+    text = await while_listening(request, service.workers.run("check_model", body))
     return await _keep(service, text, None)
 
 
@@ -98,7 +99,9 @@ async def revert(model: str, request: Request, service: Running) -> Response:
     path = await asyncio.to_thread(service.store.model_file, model)
     if path is None:
         raise NoSuch("model", model)
-    text = await service.workers.run("revert_model", str(path), asked.version)
+    text = await while_listening(
+        request, service.workers.run("revert_model", str(path), asked.version)
+    )
     return await _keep(service, text, model)
 
 

@@ -14,6 +14,7 @@ from planner.errors import RequestError
 from planner.search.request import FrontRequest, MatrixRequest, PlanRequest, ReachRequest
 from planner.search.situation_request import SituationRequest
 from service.bodies import json_body
+from service.routes.answers import while_listening
 from service.schemas import FrontAnswer, MatrixAnswer, ReachAnswer, RouteAnswer, problem_responses
 from service.state import Running
 
@@ -127,20 +128,5 @@ async def _answered(
 ) -> Response:
     """A worker's JSON text; a client that hangs up ends its own job."""
     asked = await asyncio.to_thread(service.names.resolve, asked)
-    work = asyncio.ensure_future(service.workers.run(job, asked))
-    gone = asyncio.ensure_future(_disconnected(request))
-    try:
-        await asyncio.wait({work, gone}, return_when=asyncio.FIRST_COMPLETED)
-        if not work.done():
-            # Nobody reads this answer.
-            return Response(status_code=499)
-        return Response(work.result(), media_type="application/json")
-    finally:
-        gone.cancel()
-        work.cancel()
-
-
-async def _disconnected(request: Request) -> None:
-    """Returns when the client is gone."""
-    while (await request.receive())["type"] != "http.disconnect":
-        pass
+    text = await while_listening(request, service.workers.run(job, asked))
+    return Response(text, media_type="application/json")

@@ -3,25 +3,38 @@
     database = Database("sqlite:////var/lib/joulepath/joulepath.db")
     with database.session() as session: ...      # commits at its end, rolls back on an error
 
-Nothing here is for SQLite alone but the three settings of a connection.
+Nothing here is for SQLite alone but the settings of a connection, the way its tables are made by
+one service at a time, and what its failures mean.
 """
 
 from __future__ import annotations
 
+import errno
 import sqlite3
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
 from sqlalchemy import Connection, Engine, create_engine, event, insert, inspect, select, update
-from sqlalchemy.exc import ArgumentError, SQLAlchemyError
+from sqlalchemy.exc import (
+    ArgumentError,
+    IntegrityError,
+    OperationalError,
+    ProgrammingError,
+    SQLAlchemyError,
+)
+from sqlalchemy.exc import TimeoutError as NoConnection
 from sqlalchemy.orm import Session, sessionmaker
 
 from planner.errors import InputError
+from service.problems import DatabaseLocked
 from service.store.tables import SCHEMA, Base, SchemaRow
 
 FIELD = "JOULEPATH_DATABASE_URL"
 _ACCEPTED = "an address such as sqlite:////path/joulepath.db or postgresql+psycopg://host/name"
+
+PATIENCE_S = 5
+"""Seconds that a change waits for whoever holds an SQLite file; Python's own default."""
 
 MIGRATIONS: Mapping[int, Callable[[Connection], None]] = {}
 """Version of the tables -> what makes the next version of them."""
@@ -58,30 +71,74 @@ class Database:
 
     @contextmanager
     def session(self) -> Iterator[Session]:
-        """A session whose work is kept as a whole or not at all."""
-        with self._sessions.begin() as session:
-            yield session
+        """A session whose work is kept as a whole or not at all.
+
+        Raises:
+            DatabaseLocked: the database is not to be had at the moment.
+            OSError: its disk is full.
+        """
+        try:
+            with self._sessions.begin() as session:
+                yield session
+        except (OperationalError, NoConnection) as error:
+            raise _meaning(error) from error
 
     def close(self) -> None:
         """Close all connections."""
         self._engine.dispose()
 
 
+def _meaning(error: SQLAlchemyError) -> Exception:
+    """What a failure outside of the service's hands means to who asked."""
+    reason = getattr(error, "orig", None)
+    if isinstance(reason, sqlite3.Error):
+        # Of an extended code, such as SQLITE_BUSY_SNAPSHOT, the last byte is the plain one.
+        code = reason.sqlite_errorcode & 0xFF
+        if code == sqlite3.SQLITE_FULL:
+            return OSError(errno.ENOSPC, "the database's disk is full")
+        if code not in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
+            return error
+    return DatabaseLocked()
+
+
 def _settle_sqlite(connection: Any, _: Any) -> None:
     if isinstance(connection, sqlite3.Connection):
-        # Readers do not wait for a writer, and two writers wait for each other.
+        # Two writers wait for each other, from the first statement on.
+        connection.execute(f"PRAGMA busy_timeout={1000 * PATIENCE_S}")
+        # Readers do not wait for a writer.
         connection.execute("PRAGMA journal_mode=WAL")
-        connection.execute("PRAGMA busy_timeout=10000")
         connection.execute("PRAGMA foreign_keys=ON")
 
 
 def _bring_up_to_date(engine: Engine) -> None:
+    """Make the tables, or bring them to this version, while other services may do the same."""
+    with engine.connect() as connection:
+        if _version(connection) == SCHEMA:
+            return
+    try:
+        _make_or_migrate(engine)
+    except (IntegrityError, ProgrammingError):
+        # Another service made them between the look and the making; SQLite waits, others fail.
+        _make_or_migrate(engine)
+
+
+def _version(connection: Connection) -> int | None:
+    """Version of the tables, None where they are not all there; the row stays locked meanwhile."""
+    if not inspect(connection).has_table(SchemaRow.__tablename__):
+        return None
+    return connection.execute(select(SchemaRow.version).with_for_update()).scalar_one_or_none()
+
+
+def _make_or_migrate(engine: Engine) -> None:
     with engine.begin() as connection:
-        if not inspect(connection).has_table(SchemaRow.__tablename__):
+        if engine.dialect.name == "sqlite":
+            # Its driver begins no transaction for a look or for a new table.
+            connection.exec_driver_sql("BEGIN IMMEDIATE")
+        version = _version(connection)
+        if version is None:
             Base.metadata.create_all(connection)
             connection.execute(insert(SchemaRow).values(id=1, version=SCHEMA))
             return
-        version = connection.execute(select(SchemaRow.version)).scalar_one()
         if version > SCHEMA:
             raise InputError(
                 FIELD,

@@ -14,6 +14,7 @@ import re
 import secrets
 import shutil
 import time
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -70,8 +71,10 @@ class Files:
             for name in _FOLDERS:
                 (self.folder / name).mkdir(exist_ok=True)
             for left in (self.folder / "incoming").iterdir():
-                if time.time() - left.stat().st_mtime > _ABANDONED_S:
-                    left.unlink()
+                # Another service may clear away too, or move an upload to its place.
+                with suppress(FileNotFoundError):
+                    if time.time() - left.stat().st_mtime > _ABANDONED_S:
+                        left.unlink()
             probe = self.folder / f".{secrets.token_hex(4)}"
             probe.touch()
             probe.unlink()

@@ -14,7 +14,7 @@ import platform
 import sys
 from pathlib import Path
 
-from tests.benchmarks import energy_intervals, naming, planning, power, routes, start
+from tests.benchmarks import energy_intervals, naming, planning, power, routes, serving, start
 from tests.benchmarks.peers.comparison import side_by_side
 
 
@@ -30,6 +30,9 @@ MEASUREMENTS = {
     "planner start with compiled code on disk": start.planner_start,
     "1,200 x 650 raster, 0.5 m cells": lambda: start.raster_from_the_command_line(0.5),
     "1,200 x 650 raster, 30 m cells": lambda: start.raster_from_the_command_line(30.0),
+    "service: CPU of an empty job": serving.empty_job,
+    "service: clients that hang up": serving.hanging_up,
+    "service: first starts side by side": serving.first_starts,
     "OMPL's route over the grid's, fixed maps": routes.measure,
     "planners side by side": side_by_side,
     "times of answers": lambda: planning.times(20),

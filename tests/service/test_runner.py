@@ -14,17 +14,20 @@ import pytest
 
 from planner.errors import RequestError
 from service.jobs import progress
+from service.jobs import runner as runners
 from service.jobs.pool import WorkerPool
 from service.jobs.runner import Runner
 from service.names import Names
-from service.problems import Busy, NoSuch
+from service.problems import Busy, DatabaseLocked, NoSuch
 from service.settings import Settings
-from service.store.jobs import now
+from service.store import database as databases
+from service.store.jobs import Jobs, now
 from service.store.store import Store
 from service.store.tables import LogRow
+from tests.service.conftest import locked
 from tests.service.test_pool import WORKER, process_exists, until
 
-VEHICLES = ["minibalance", "broken", "dead"]
+VEHICLES = ["minibalance", "broken", "dead", "patient"]
 
 
 @pytest.fixture
@@ -35,7 +38,10 @@ def settings(tmp_path: Path) -> Settings:
 
 @asynccontextmanager
 async def running(settings: Settings, **changes: Any) -> AsyncIterator[tuple[Runner, Store]]:
-    """A runner with one slot over two real processes, and a store with the log "l"."""
+    """A runner with one slot over two real processes, and a store with the log "l".
+
+    With ``start=False`` the test starts the runner.
+    """
     store = Store.open(settings)
     if store.logs.get("l") is None:
         found: dict[str, Any] = {"report": [], "derived": [], "assumed": []}
@@ -58,8 +64,10 @@ async def running(settings: Settings, **changes: Any) -> AsyncIterator[tuple[Run
     pool = WorkerPool(workers=2, queue=2, time_limit_s=20.0, memory_limit_mb=4096, module=WORKER)
     await pool.start()
     names = Names({"map": [], "vehicle": VEHICLES, "model": ["sound"]}, None, store.model_file)
+    start = changes.pop("start", True)
     runner = Runner(store, pool, names, **{"slots": 1, "queue": 2, **changes})
-    await runner.start()
+    if start:
+        await runner.start()
     try:
         yield runner, store
     finally:
@@ -222,6 +230,116 @@ def test_a_job_that_ran_when_the_service_was_killed_is_failed_on_start(settings:
             assert "start it again" in found["error"]["detail"]
 
     run(talk)
+
+
+async def meets_the_lock(monkeypatch: pytest.MonkeyPatch, name: str) -> asyncio.Event:
+    """Set when a change of a job's row was refused because the database was locked."""
+    met, loop = asyncio.Event(), asyncio.get_running_loop()
+    change = getattr(Jobs, name)
+
+    def watched(jobs: Jobs, *arguments: Any, **named: Any) -> Any:
+        try:
+            return change(jobs, *arguments, **named)
+        except DatabaseLocked:
+            loop.call_soon_threadsafe(met.set)
+            raise
+
+    monkeypatch.setattr(Jobs, name, watched)
+    return met
+
+
+def test_a_finished_job_waits_for_a_locked_database(
+    settings: Settings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(databases, "PATIENCE_S", 0)
+    monkeypatch.setattr(runners, "_RENEWAL_S", 0.05)
+
+    async def talk() -> None:
+        async with running(settings) as (runner, store):
+            job = await runner.submit("compare", {"log": "l", "vehicle": "patient"})
+            while (await runner.get(job["id"]))["progress"]["sentence"] != "half way":
+                await asyncio.sleep(0.01)
+            renewing = await meets_the_lock(monkeypatch, "renew")
+            finishing = await meets_the_lock(monkeypatch, "finish")
+            with locked(store.files.folder):
+                # It goes on although nobody can renew its lease, and comes to its end.
+                await renewing.wait()
+                (store.files.log_folder("l") / "go").touch()
+                await finishing.wait()
+                assert (await runner.get(job["id"]))["state"] == "running"
+            done = await runner.wait(job["id"], 20)
+            assert (done["state"], done["result"]["vehicle"]) == ("done", "patient")
+
+    run(talk)
+
+
+def test_a_job_begins_when_a_locked_database_is_free(
+    settings: Settings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(databases, "PATIENCE_S", 0)
+    monkeypatch.setattr(runners, "_RENEWAL_S", 0.05)
+
+    async def talk() -> None:
+        store = Store.open(settings)
+        job = store.jobs.create("compare", {"log": "l", "vehicle": "minibalance"})
+        async with running(settings, start=False) as (runner, _):
+            beginning = await meets_the_lock(monkeypatch, "begin")
+            sweeping = await meets_the_lock(monkeypatch, "give_up_dead")
+            with locked(store.files.folder):
+                await runner.start()
+                assert sweeping.is_set()
+                submitted = asyncio.ensure_future(
+                    runner.submit("compare", {"log": "l", "vehicle": "minibalance"})
+                )
+                with pytest.raises(DatabaseLocked):
+                    await submitted
+                runner._spawn(job["id"])
+                await beginning.wait()
+            assert (await runner.wait(job["id"], 20))["state"] == "done"
+        store.close()
+
+    run(talk)
+
+
+def test_leases_that_nobody_could_renew_count_from_anew(
+    settings: Settings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Another service must not take a lock that lasted longer than a lease for its owner's end."""
+    monkeypatch.setattr(databases, "PATIENCE_S", 0)
+    monkeypatch.setattr(runners, "SWEEP_S", 0.01)
+    clock = [1000.0]
+
+    async def talk() -> None:
+        async with running(settings, clock=lambda: clock[0]) as (runner, store):
+            owner = Jobs(store.database, "elsewhere/77/abcd")
+            job = owner.create("compare", {"log": "l", "vehicle": "minibalance"})
+            assert owner.begin(job["id"], until=clock[0] + runners.LEASE_S)
+            sweeping = await meets_the_lock(monkeypatch, "give_up_dead")
+            with locked(store.files.folder):
+                clock[0] += 4 * runners.LEASE_S
+                await sweeping.wait()
+            swept = await counts(monkeypatch, "queued")
+            await until(lambda: len(swept) >= 3)
+            assert (await runner.get(job["id"]))["state"] == "running"
+            assert owner.renew(job["id"], 0.5, "half way", until=clock[0] + runners.LEASE_S)
+            # Whose lease ends while the database is free is gone.
+            clock[0] += 2 * runners.LEASE_S
+            await state_of(runner, job["id"], "failed")
+
+    run(talk)
+
+
+async def counts(monkeypatch: pytest.MonkeyPatch, name: str) -> list[None]:
+    """One entry for each time that a service asked for something of its jobs."""
+    asked: list[None] = []
+    ask = getattr(Jobs, name)
+
+    def watched(jobs: Jobs) -> Any:
+        asked.append(None)
+        return ask(jobs)
+
+    monkeypatch.setattr(Jobs, name, watched)
+    return asked
 
 
 def test_progress_files_hold_the_last_report(

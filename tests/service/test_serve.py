@@ -7,15 +7,18 @@ import re
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
+import httpx
 import pytest
 
 from planner.telemetry.virtual_robot import Noise, VirtualRobot
 from service.client import JoulepathClient, ServiceProblem
+from tests.service.test_pool import process_exists
 
 JOULEPATH = Path(sys.executable).parent / "joulepath"
 WAY: dict[str, Any] = {
@@ -27,17 +30,13 @@ WAY: dict[str, Any] = {
 }
 
 
-@pytest.fixture(scope="module")
-def server(
-    tmp_path_factory: pytest.TempPathFactory,
-) -> Iterator[tuple[subprocess.Popen[str], str]]:
-    """A server of its own on a free port; must end without complaint when interrupted."""
-    store = str(tmp_path_factory.mktemp("store"))
+def started(store: Path) -> tuple[subprocess.Popen[str], str, str]:
+    """A server of its own on a free port, its address, and what it said until it was ready."""
     process = subprocess.Popen(
         [JOULEPATH, "serve", "--port", "0"],
         stderr=subprocess.PIPE,
         text=True,
-        env={**os.environ, "JOULEPATH_STORE_DIR": store},
+        env={**os.environ, "JOULEPATH_STORE_DIR": str(store)},
     )
     assert process.stderr is not None
     said = ""
@@ -45,7 +44,16 @@ def server(
         line = process.stderr.readline()
         assert line, said
         said += line
-    yield process, found[1]
+    return process, found[1], said
+
+
+@pytest.fixture(scope="module")
+def server(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> Iterator[tuple[subprocess.Popen[str], str]]:
+    """A server; must end without complaint when interrupted."""
+    process, address, said = started(tmp_path_factory.mktemp("store"))
+    yield process, address
     process.send_signal(signal.SIGINT)
     _, rest = process.communicate(timeout=30)
     assert "Traceback" not in said + rest
@@ -88,6 +96,34 @@ def test_the_service_knows_what_is_installed(client: JoulepathClient) -> None:
     assert client.health()["status"] == "ok"
 
 
+def descendants(pid: int) -> set[int]:
+    """Processes that a process started, and those that they did."""
+    children = {
+        int(child)
+        for task in Path(f"/proc/{pid}/task").iterdir()
+        for child in (task / "children").read_text().split()
+    }
+    return children.union(*map(descendants, children))
+
+
+def test_what_the_service_started_ends_with_it_when_it_is_killed(tmp_path: Path) -> None:
+    process, address, _ = started(tmp_path / "store")
+    with process, ThreadPoolExecutor(1) as threads, JoulepathClient(address) as client:
+        before = descendants(process.pid)
+        asked = threads.submit(client.plan, WAY, iterations=10**9, time_budget_s=10)
+        while client.health()["workers"]["busy"] == 0:
+            pass
+        running = before | descendants(process.pid)
+        assert len(running) >= 3
+        process.kill()
+        process.wait()
+        begun = time.monotonic()
+        while any(map(process_exists, running)):
+            assert time.monotonic() - begun < 5.0
+        with pytest.raises(httpx.TransportError):
+            asked.result()
+
+
 def test_a_log_is_uploaded_read_and_removed(client: JoulepathClient) -> None:
     rows = "\n".join(f"a,{0.5 * k},{0.01 * k},0,0,{10 + 0.1 * k}" for k in range(1, 50))
     log = client.upload_log(f"run,time,vx,vy,wz,power\n{rows}\n".encode(), name="drive.csv")
@@ -104,7 +140,9 @@ def test_a_log_is_uploaded_read_and_removed(client: JoulepathClient) -> None:
     assert client.logs() == []
 
 
-def test_what_a_log_teaches_is_planned_with(client: JoulepathClient, tmp_path: Path) -> None:
+def test_what_a_log_teaches_is_planned_with(
+    server: tuple[subprocess.Popen[str], str], client: JoulepathClient, tmp_path: Path
+) -> None:
     """The virtual robot meets the air; the base model does not know it, the next version does."""
     robot = VirtualRobot("minibalance", hidden={"air_drag": {"size": 0.1}}, seed=2)
     drive = robot.drive(robot.profile("rich", runs=9, rows=120), noise=Noise(level=0.02))
@@ -130,6 +168,14 @@ def test_what_a_log_teaches_is_planned_with(client: JoulepathClient, tmp_path: P
     assert client.revert(model, 1)["version"] == 3
     # Its file is what the command line reads.
     assert client.upload_model(client.model(model))["version"] == 2
+    # All of this was done in processes of its own: what the service's process has loaded.
+    assert client.maps()
+    assert client.vehicles()
+    assert client.effects()
+    loaded = Path(f"/proc/{server[0].pid}/maps").read_text()
+    assert "/pydantic_core/" in loaded
+    for package in ("llvmlite", "numba", "ompl", "scipy", "numpy", "rasterio", "pyarrow"):
+        assert f"/{package}" not in loaded
 
 
 def test_a_store_that_cannot_be_used_is_one_sentence(tmp_path: Path) -> None:

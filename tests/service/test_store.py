@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
+import sqlite3
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -11,12 +13,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from sqlalchemy import update
+from sqlalchemy import create_engine, update
 from sqlalchemy.dialects import postgresql
+from sqlalchemy.exc import IntegrityError, OperationalError
 from sqlalchemy.schema import CreateTable
 
 from planner.errors import InputError
+from service.problems import DatabaseLocked
 from service.settings import Settings
+from service.store import database as databases
 from service.store import jobs as job_rows
 from service.store.database import MIGRATIONS, Database
 from service.store.files import safe_name
@@ -24,6 +29,7 @@ from service.store.jobs import may_live, new_owner
 from service.store.logs import log_id
 from service.store.store import Store
 from service.store.tables import Base, LogRow, SchemaRow
+from tests.service.conftest import locked
 from tests.service.telemetry_documents import entry, model_document
 
 PROBLEM = {"type": "urn:joulepath:problem:worker-lost", "title": "x", "status": 500, "detail": "y"}
@@ -275,3 +281,126 @@ def test_a_folder_that_cannot_be_written_is_one_sentence(tmp_path: Path) -> None
 def test_the_tables_are_not_for_one_database_alone() -> None:
     for table in Base.metadata.sorted_tables:
         assert "CREATE TABLE" in str(CreateTable(table).compile(dialect=postgresql.dialect()))
+
+
+FIRST_STARTS = """
+import os, sys
+from pathlib import Path
+from service.settings import Settings
+from service.store.store import Store
+
+def start(folder, gate):
+    os.read(gate, 1)
+    store = Store.open(Settings(store_dir=folder))
+    store.jobs.create("compare", {})
+    store.close()
+
+def together(folder, services):
+    gate, opened = os.pipe()
+    started = []
+    for _ in range(services):
+        started.append(os.fork())
+        if started[-1] == 0:
+            os.close(opened)
+            status = 1
+            try:
+                start(folder, gate)
+                status = 0
+            except Exception as error:
+                print(error, file=sys.stderr)
+            finally:
+                os._exit(status)
+    os.close(opened)
+    return sum(os.waitpid(service, 0)[1] == 0 for service in started)
+
+print(*(together(Path(sys.argv[1]) / str(round), 4) for round in range(5)))
+"""
+
+
+def test_first_starts_side_by_side_on_an_empty_database(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", FIRST_STARTS, str(tmp_path)],
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert (done.stdout.split(), done.stderr) == (["4"] * 5, "")
+    for number in range(5):
+        store = Store.open(Settings(store_dir=tmp_path / str(number)))
+        assert len(store.jobs.queued()) == 4
+        store.close()
+
+
+def test_tables_that_another_service_makes_meanwhile_are_taken(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As on PostgreSQL, where the second to make a table is refused once the first is done."""
+    make = Base.metadata.create_all
+    url = f"sqlite:///{tmp_path / 'shared.db'}"
+
+    def late(connection: Any) -> None:
+        monkeypatch.setattr(Base.metadata, "create_all", make)
+        connection.rollback()
+        Database(url).close()
+        raise IntegrityError("CREATE TABLE", {}, Exception("duplicate key"))
+
+    monkeypatch.setattr(Base.metadata, "create_all", late)
+    database = Database(url)
+    with database.session() as session:
+        assert session.get(SchemaRow, 1) is not None
+    database.close()
+
+
+def test_tables_that_were_made_by_half_are_completed(tmp_path: Path) -> None:
+    url = f"sqlite:///{tmp_path / 'half.db'}"
+    engine = create_engine(url)
+    SchemaRow.__table__.create(engine)  # type: ignore[attr-defined]
+    engine.dispose()
+    database = Database(url)
+    with database.session() as session:
+        session.add(log_row())
+    database.close()
+
+
+def test_a_locked_database_is_read_and_not_changed(
+    settings: Settings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(databases, "PATIENCE_S", 0)
+    store = Store.open(settings)
+    job = store.jobs.create("compare", {})
+    with locked(store.files.folder):
+        # A service that starts now finds its tables, too.
+        again = Store.open(settings)
+        assert again.jobs.queued() == [job["id"]]
+        with pytest.raises(DatabaseLocked):
+            again.jobs.begin(job["id"], until=1e12)
+        # There is nothing to give up, and still it is known that nobody could renew a lease.
+        with pytest.raises(DatabaseLocked):
+            again.jobs.give_up_dead(PROBLEM, at=0.0)
+        again.close()
+    assert store.jobs.begin(job["id"], until=1e12)
+    store.close()
+
+
+@pytest.mark.parametrize(
+    ("code", "meaning"),
+    [
+        (sqlite3.SQLITE_BUSY, DatabaseLocked),
+        (sqlite3.SQLITE_BUSY_SNAPSHOT, DatabaseLocked),
+        (sqlite3.SQLITE_LOCKED, DatabaseLocked),
+        (sqlite3.SQLITE_FULL, OSError),
+        (sqlite3.SQLITE_CORRUPT, OperationalError),
+        (None, DatabaseLocked),
+    ],
+)
+def test_what_a_failure_of_the_database_means(
+    store: Store, code: int | None, meaning: type[Exception]
+) -> None:
+    """One of another database, which says no code, is that it cannot be reached."""
+    reason = sqlite3.OperationalError("as the test says") if code is not None else OSError("gone")
+    if isinstance(reason, sqlite3.Error) and code is not None:
+        reason.sqlite_errorcode = code
+    with pytest.raises(meaning) as caught, store.database.session():
+        raise OperationalError("UPDATE jobs", {}, reason)
+    if isinstance(caught.value, OSError):
+        assert caught.value.errno == errno.ENOSPC

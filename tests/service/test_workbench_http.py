@@ -18,12 +18,14 @@ from planner.power.model import PowerModel
 from planner.power.saved_model import SavedModel
 from planner.power.vehicle import load_vehicle
 from service.app import create_app
+from service.jobs.outcomes import Adopted
 from service.jobs.tasks import Task
-from service.jobs.telemetry import Adopted, check_model
+from service.jobs.telemetry import check_model
 from service.settings import Settings
+from service.store import database as databases
 from service.store.store import Store
 from tests.service import telemetry_documents as documents
-from tests.service.conftest import Http, ScriptedWorkers, talking
+from tests.service.conftest import Http, ScriptedWorkers, locked, talking
 from tests.service.route_documents import answer
 from tests.service.test_http import GOOD, JSON, expect_problem
 
@@ -591,3 +593,46 @@ def test_answers_and_examples_fit_the_openapi_document(
 def test_the_store_is_closed_with_the_service(http: Http, settings: Settings) -> None:
     http.get("/v1/logs")
     Store.open(settings).close()
+
+
+# A database that another program holds
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "body"),
+    [
+        ("POST", "/v1/compare", {"json": {"log": "LOG", "vehicle": "minibalance"}}),
+        ("POST", "/v1/logs", {"files": {"log": ("other.csv", CSV + b"1,2,0.5,0,0,12\n")}}),
+        ("POST", "/v1/models", {"content": SAVED, "headers": JSON}),
+        ("DELETE", "/v1/logs/LOG", {}),
+    ],
+)
+def test_a_locked_database_is_said_with_when_to_try_again(
+    settings: Settings,
+    workers: ScriptedWorkers,
+    bench: Workbench,
+    monkeypatch: pytest.MonkeyPatch,
+    method: str,
+    path: str,
+    body: dict[str, Any],
+) -> None:
+    monkeypatch.setattr(databases, "PATIENCE_S", 0)
+
+    async def conversation(client: httpx.AsyncClient) -> None:
+        log = (await upload(client)).json()["id"]
+        asked = json.loads(json.dumps(body).replace("LOG", log)) if "json" in body else body
+        where = path.replace("LOG", log)
+        with locked(settings.store_dir or Path()):
+            refused = await client.request(method, where, **asked)
+            problem = expect_problem(refused, 503)
+            assert problem["type"] == "urn:joulepath:problem:database-locked"
+            assert "try again" in problem["detail"]
+            # What only reads is answered.
+            assert [entry["id"] for entry in (await client.get("/v1/logs")).json()] == [log]
+        assert int(refused.headers["Retry-After"]) >= 1
+        # Nothing was left behind, and the same request is good afterwards.
+        folders = (settings.store_dir or Path()) / "logs"
+        assert [folder.name for folder in folders.iterdir()] == [log]
+        assert (await client.request(method, where, **asked)).status_code < 300
+
+    talk(settings, workers, conversation)
