@@ -47,7 +47,7 @@ def comparison(document: Document, title: str | None = None) -> Table:
             "" if number == 0 else extra_cost(energy, best),
             metres(route["length_m"]),
             seconds(duration),
-            f"{energy / duration:.1f} W" if duration > 0 else "",
+            f"{energy / duration:z.1f} W" if duration > 0 else "",
             style="bold" if number == 0 else "",
         )
     return table
@@ -77,7 +77,7 @@ def account(document: Document, titles: Mapping[str, str] | None = None) -> Tabl
         value = best["breakdown_j"][slug]
         if all(joules(route["breakdown_j"].get(slug, 0.0)) == joules(0.0) for _, route in routes):
             continue
-        cells = [joules(value), f"{100 * value / total:.1f} %" if total else ""]
+        cells = [joules(value), f"{100 * value / total:z.1f} %" if total else ""]
         cells += [joules(route["breakdown_j"].get(slug, 0.0)) for _, route in routes[1:]]
         exchange = slug in EXCHANGE
         table.add_row(
@@ -186,7 +186,7 @@ def front(document: Document) -> RenderableType:
             seconds(duration),
             joules(point["energy_j"]),
             metres(point["length_m"]),
-            f"{point['energy_j'] / duration:.1f} W" if duration > 0 else "",
+            f"{point['energy_j'] / duration:z.1f} W" if duration > 0 else "",
             f"{low:.3g} W and more" if high is None else f"{low:.3g} to {high:.3g} W",
         )
     said = (

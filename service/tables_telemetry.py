@@ -147,7 +147,7 @@ def runs(entries: Sequence[Document]) -> RenderableType | None:
             f"{entry['rows']:,}",
             joules(entry["measured_j"]),
             joules(entry["predicted_j"]),
-            "" if error is None else f"{100 * error:+.1f} %".replace("-", "−"),
+            "" if error is None else f"{100 * error:+z.1f} %".replace("-", "−"),
             watts(entry["rmse_w"]),
             signed(entry["bias_w"]),
         )
@@ -261,7 +261,7 @@ def _open_questions(document: Document) -> Iterator[Text]:
 
 
 def _z(value: float | None) -> str:
-    return "" if value is None else f"{value:.1f}"
+    return "" if value is None else f"{value:z.1f}"
 
 
 def _time(seconds: float) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from planner.report.drawing import chart
+from planner.report.drawing import chart, width_of
 from planner.report.markup import plain
 from planner.report.residuals import SURE
 from planner.telemetry.compare_sums import RunComparison
@@ -177,21 +177,22 @@ def runs_chart(runs: Sequence[RunComparison]) -> str:
         return ""
     width, row, names = 560, 20, 150
     most = max(abs(r.error_share or 0.0) for r in shown) or 1.0
-    middle, reach = names + (width - names) / 2, (width - names) / 2 - 62
+    errors = [f"{100 * (r.error_share or 0.0):+z.1f} %".replace("-", "−") for r in shown]
+    room = 8.0 + max(width_of(error, 13.0) for error in errors)
+    middle, reach = names + (width - names) / 2, (width - names) / 2 - room
     end = 22 + row * len(shown)
     parts = [
         text(middle - 8, 12, "predicted too little", anchor="end"),
         text(middle + 8, 12, "predicted too much"),
     ]
-    for number, r in enumerate(shown):
+    for number, (r, error) in enumerate(zip(shown, errors, strict=True)):
         off, y = r.error_share or 0.0, 22 + row * number
         end_of_bar = middle + off / most * reach
-        said = f"{r.run}: {100 * off:+.1f} %".replace("-", "−")
         parts.append(text(names - 8, y + 12, short(r.run, 18), "ink", "end"))
-        parts.append(_bar(middle, end_of_bar, y + 2, 12, "before solid", said))
+        parts.append(_bar(middle, end_of_bar, y + 2, 12, "before solid", f"{r.run}: {error}"))
         beside, anchor = (end_of_bar - 6, "end") if off < 0 else (end_of_bar + 6, "start")
-        parts.append(text(beside, y + 12, said.rpartition(": ")[2], anchor=anchor))
+        parts.append(text(beside, y + 12, error, anchor=anchor))
     parts.append(_upright(middle, 18, end, "zero"))
     title = "Error of the predicted energy by run"
-    said = "; ".join(f"{r.run} {100 * (r.error_share or 0.0):+.1f} %" for r in shown) + "."
+    said = "; ".join(f"{r.run} {error}" for r, error in zip(shown, errors, strict=True)) + "."
     return chart(width, end + 4, "".join(parts), title, said, kind="chart bars")

@@ -6,9 +6,11 @@ the difference of both is the total. Effects that never matter are drawn togethe
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +46,9 @@ _SPARE = ("#8d6e63", "#26a69a", "#ab47bc", "#78909c", "#d4a017", "#5c6bc0")
 OTHER = "other"
 _OTHER_COLOUR = "#cbd5e1"
 
-LEFT, RIGHT, TOP, BOTTOM = 52, 12, 10, 26
+LEFT, RIGHT, TOP, BOTTOM = 52, 12, 10, 26  # pixels round a frame, more where figures are long
+_BARS = 13.0  # pixels, size of the letters beside bars
+_LABEL = 17  # pixels of the upright axis's label
 
 
 def colour_of(effect: str) -> str:
@@ -94,20 +98,79 @@ def nice_ticks(low: float, high: float, count: int = 5) -> list[float]:
     return [k * step for k in range(first, last + 1)]
 
 
+def tick_words(ticks: Sequence[float]) -> list[str]:
+    """Ticks written with the digits of their step, so that neighbours differ; zero has no sign."""
+    step = min((b - a for a, b in itertools.pairwise(ticks)), default=0.0)
+    if step <= 0:
+        return [f"{value:zg}" for value in ticks]
+    power = math.floor(math.log10(step) + 1e-9)
+    # Steps of 2.5 have a digit more.
+    digits = max(0, -power + (abs(step / 10.0**power - 2.5) < 1e-6))
+    return [f"{value:z.{digits}f}" for value in ticks]
+
+
+def width_of(words: str, size: float = 11.0) -> float:
+    """Pixels of words in a chart, rather too many: those of DejaVu Sans, the widest of its kind."""
+    narrow = sum(letter in " .,:;'|ijl-−" for letter in words)
+    broad = sum(letter in "+%mwMW…" for letter in words)
+    return size * (0.38 * narrow + 0.64 * (len(words) - narrow - broad) + 1.0 * broad)
+
+
+def shortened(words: str, room: float) -> str:
+    """Words cut off where the room, in pixels, ends."""
+    kept = words
+    while kept and width_of(kept if kept == words else kept + "…") > room:
+        kept = kept[:-1]
+    return words if kept == words else f"{kept.rstrip()}…"
+
+
 @dataclass(frozen=True)
 class Axes:
-    """Maps a chart's numbers to its pixels."""
+    """Maps a chart's numbers to its pixels.
+
+    Attributes:
+        width, height: pixels, without what stands below.
+        x_range, y_range: the numbers at the ends.
+        names: stand at their places instead of numbers on the level axis.
+    """
 
     width: int
     height: int
     x_range: tuple[float, float]
     y_range: tuple[float, float]
+    names: Mapping[float, str] | None = None
+
+    @cached_property
+    def _upright(self) -> dict[float, str]:
+        ticks = nice_ticks(*self.y_range, count=4)
+        return dict(zip(ticks, tick_words(ticks), strict=True))
+
+    @cached_property
+    def _level(self) -> dict[float, str]:
+        if self.names is not None:
+            room = (self.width - LEFT - RIGHT) / max(len(self.names), 1)
+            return {place: shortened(name, room) for place, name in self.names.items()}
+        ticks = nice_ticks(*self.x_range, count=max(3, min(8, self.width // 70)))
+        return dict(zip(ticks, tick_words(ticks), strict=True))
+
+    @cached_property
+    def left(self) -> float:
+        """Pixels left of the frame: the label, which stands upright, and the numbers."""
+        widest = max(map(width_of, self._upright.values()), default=0.0)
+        return max(float(LEFT), _LABEL + widest + 6.0)
+
+    @cached_property
+    def right(self) -> float:
+        """Pixels right of the frame: half of a number that stands under its end."""
+        last = [*self._level.values()][-1:]
+        named = self.names is not None and max(self.names, default=0.0) < self.x_range[1]
+        return float(RIGHT) if named else max([RIGHT, *(0.5 * width_of(words) for words in last)])
 
     def x(self, value: Array | float) -> Array:
         """Pixels from the left."""
         low, high = self.x_range
-        inner = self.width - LEFT - RIGHT
-        return LEFT + (np.asarray(value, float) - low) / (high - low or 1.0) * inner
+        inner = self.width - self.left - self.right
+        return self.left + (np.asarray(value, float) - low) / (high - low or 1.0) * inner
 
     def y(self, value: Array | float) -> Array:
         """Pixels from the top."""
@@ -119,29 +182,28 @@ class Axes:
         """A polyline's points."""
         return " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(self.x(xs), self.y(ys), strict=True))
 
-    def frame(self, x_label: str, y_label: str, names: Mapping[float, str] | None = None) -> str:
-        """Grid, numbers and labels; names stand at their places instead of numbers."""
+    def frame(self, x_label: str, y_label: str) -> str:
+        """Grid, numbers and labels."""
         parts = []
-        for value in nice_ticks(*self.y_range, count=4):
+        end = self.width - self.right
+        for value, words in self._upright.items():
             y = float(self.y(value))
             parts.append(
-                f'<line x1="{LEFT}" x2="{self.width - RIGHT}" y1="{y:.1f}" y2="{y:.1f}" '
+                f'<line x1="{self.left:.1f}" x2="{end:.1f}" y1="{y:.1f}" y2="{y:.1f}" '
                 f'class="{"zero" if value == 0 else "grid"}"/>'
-                f'<text x="{LEFT - 6}" y="{y + 3.5:.1f}" text-anchor="end">{value:g}</text>'
+                f'<text x="{self.left - 6:.1f}" y="{y + 3.5:.1f}" text-anchor="end">{words}</text>'
             )
-        count = max(3, min(8, self.width // 70))
-        ticks = {value: f"{value:g}" for value in nice_ticks(*self.x_range, count=count)}
-        for value, text in (names or ticks).items():
+        for value, words in self._level.items():
             x = float(self.x(value))
             parts.append(
                 f'<text x="{x:.1f}" y="{self.height - 10}" text-anchor="middle">'
-                f"{plain(text)}</text>"
+                f"{plain(words)}</text>"
             )
         middle = TOP + (self.height - TOP - BOTTOM) / 2
         parts.append(
             f'<text class="label" transform="translate(11 {middle:.0f}) rotate(-90)" '
             f'text-anchor="middle">{plain(y_label)}</text>'
-            f'<text class="label" x="{self.width - RIGHT}" y="{self.height + 3}" '
+            f'<text class="label" x="{end:.1f}" y="{self.height + 3}" '
             f'text-anchor="end">{plain(x_label)}</text>'
         )
         return "".join(parts)
@@ -149,7 +211,7 @@ class Axes:
     def svg(self, content: str, title: str, description: str = "") -> str:
         """The finished chart; the description is for those who cannot see it."""
         (x0, x1), (y0, y1) = self.x_range, self.y_range
-        inner = f"{LEFT},{TOP},{self.width - RIGHT},{self.height - BOTTOM}"
+        inner = f"{self.left:.1f},{TOP},{self.width - self.right:.1f},{self.height - BOTTOM}"
         placed = f'data-range="{x0},{x1},{y0},{y1}" data-inner="{inner}"'
         return chart(self.width, self.height + 7, content, title, description, placed=placed)
 
@@ -284,11 +346,13 @@ def energy_bars(
     routes: Mapping[str, Route], effects: Sequence[str], titles: Mapping[str, str]
 ) -> str:
     """Energy of every route as a bar of its effects; what is given back lies left of zero."""
-    width, bar, gap, left = 1000, 34, 16, 110
+    width, bar, gap = 1000, 34, 16
+    left = max(110.0, 20.0 + max(width_of(name, _BARS) for name in routes))
     stacks = {n: grouped(_as_arrays(r.breakdown_j), effects) for n, r in routes.items()}
     most = max(sum(max(float(v), 0.0) for v in s.values()) for s in stacks.values())
     least = min(sum(min(float(v), 0.0) for v in s.values()) for s in stacks.values())
-    scale = (width - left - 90) / ((most - least) or 1.0)
+    right_room = max(90.0, 16.0 + max(width_of(joules(r.energy_j), _BARS) for r in routes.values()))
+    scale = (width - left - right_room) / ((most - least) or 1.0)
     zero = left - least * scale
     height = len(routes) * (bar + gap) + 8
     parts = [f'<line x1="{zero:.1f}" x2="{zero:.1f}" y1="0" y2="{height}" class="zero"/>']

@@ -5,11 +5,12 @@ The entries are those of planner.telemetry.adopt.history, oldest first.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from planner.report.bars import short, text
-from planner.report.drawing import chart, nice_ticks
+from planner.report.drawing import chart, nice_ticks, tick_words, width_of
 from planner.report.markup import Markup, bullets, table
 from planner.telemetry.wording import watts
 
@@ -22,8 +23,7 @@ def history_chart(entries: Sequence[Mapping[str, Any]]) -> str:
     told = [e for e in entries if _heldout(e, "after") is not None][-MOST_VERSIONS:]
     if not told:
         return ""
-    column, left, top, height = 136, 60, 18, 200
-    width = left + column * len(told) + 12
+    column, top, height = 136, 18, 200
     values = [v for e in told for k in ("before", "after") if (v := _heldout(e, k)) is not None]
     floors = [float(e["noise_floor_w"]) for e in told if e.get("noise_floor_w") is not None]
     most = 1.1 * max(*values, *floors, 1e-9)
@@ -31,16 +31,20 @@ def history_chart(entries: Sequence[Mapping[str, Any]]) -> str:
     def y(value: float) -> float:
         return top + height * (1.0 - value / most)
 
+    ticks = nice_ticks(0.0, most, count=4)
+    numbers = [f"{number} W" for number in tick_words(ticks)]
+    left = max(60, 12 + math.ceil(max(width_of(number, 13.0) for number in numbers)))
+    width = left + column * len(told) + 12
     parts, words = [], []
-    for value in nice_ticks(0.0, most, count=4):
+    for value, number in zip(ticks, numbers, strict=True):
         parts.append(
             f'<line x1="{left}" x2="{width}" y1="{y(value):.1f}" y2="{y(value):.1f}" '
             f'class="{"zero" if value == 0 else "grid"}"/>'
         )
-        parts.append(text(left - 8, y(value) + 4, f"{value:g} W", anchor="end"))
+        parts.append(text(left - 8, y(value) + 4, number, anchor="end"))
     past: tuple[float, float, Any] | None = None
-    for number, entry in enumerate(told):
-        x0 = left + column * number
+    for place, entry in enumerate(told):
+        x0 = left + column * place
         x = x0 + column / 2
         after, before = _heldout(entry, "after"), _heldout(entry, "before")
         if entry.get("reverted_to") is not None:

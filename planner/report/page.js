@@ -54,7 +54,8 @@ function link(section) {
       chart.cursor.setAttribute("x2", p);
       chart.cursor.setAttribute("visibility", "visible");
     }
-    const f = (value, digits) => value.toFixed(digits);
+    // What rounds to zero has no sign.
+    const f = (value, digits) => (Number(value.toFixed(digits)) + 0).toFixed(digits);
     readout.textContent = `${f(poses.distance[k], 2)} m · ${f(poses.t[k], 1)} s · height ${f(poses.z[k], 2)} m · ` +
       `${f(poses.speed[k], 2)} m/s · ${f(poses.watts[k], 1)} W · ${f(poses.energy_j[k], 0)} J so far`;
   }

@@ -27,6 +27,7 @@ from planner.search.pictures import (
     map_svg,
     power_range,
     routes_of,
+    seen,
 )
 from planner.search.route import Answer, Route
 from planner.search.wording import (
@@ -148,14 +149,11 @@ def _width(route: Route, titles: Mapping[str, str]) -> list[str]:
 
 
 def _power_legend(route: Route) -> str:
-    low, high = power_range(route.arrays["watts"])
+    watts = seen(route.arrays["watts"])
+    low, high = power_range(watts)
     stops = ", ".join("rgb({}, {}, {})".format(*colour) for colour in POWER_COLOURS)
     back = "rgb({}, {}, {})".format(*GIVEN_BACK)
-    below = (
-        f"<i class='dot' style='background:{back}'></i> gives back"
-        if (route.arrays["watts"] < 0).any()
-        else ""
-    )
+    below = f"<i class='dot' style='background:{back}'></i> gives back" if (watts < 0).any() else ""
     return (
         f"<figcaption>{below} {low:.3g} W <i class='scale' style='background:"
         f"linear-gradient(90deg, {stops})'></i> {high:.3g} W · arrowheads: where the front "
@@ -177,13 +175,13 @@ def _account(routes: Mapping[str, Route], titles: Mapping[str, str]) -> str:
     rows = []
     for effect in ordered:
         values = [route.breakdown_j.get(effect, 0.0) for route in routes.values()]
-        if not any(abs(value) > 1e-9 for value in values):
+        if all(joules(value) == joules(0.0) for value in values):
             continue
         name = plain(titles.get(effect, effect)) + (
             " <small>(exchange)</small>" if effect in EXCHANGE else ""
         )
         share = 100 * values[0] / best.energy_j if best.energy_j else 0.0
-        cells = [joules(values[0]), f"{share:.1f} %", *map(joules, values[1:])]
+        cells = [joules(values[0]), f"{share:z.1f} %", *map(joules, values[1:])]
         rows.append(
             f"<tr><th scope='row'><i class='dot' style='background:{colour_of(effect)}'></i>"
             f"{name}</th>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"

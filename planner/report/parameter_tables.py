@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from planner.power.model import PowerModel
 from planner.report.markup import Markup, section, table
 from planner.telemetry.fit import FittedParameter
-from planner.telemetry.wording import estimate, number
+from planner.telemetry.wording import number
 
 
 def parameters(
@@ -29,7 +29,7 @@ def parameters(
         notes = " ".join(filter(None, [declared.doc, f"{p.note.capitalize()}." if p.note else ""]))
         row = [
             f"{p.effect}.{p.name}{element}",
-            estimate(p.value, None, ""),
+            number(p.value, p.stderr),
             "" if not math.isfinite(p.stderr) else f"{p.stderr:.2g}",
             unit,
             number(old.get((p.effect, p.name, p.element))),
@@ -56,7 +56,7 @@ def known_parameters(model: PowerModel) -> Markup:
         rows.append(
             [
                 f"{effect.slug}.{name}{element}",
-                number(value),
+                number(value, error),
                 f"{error:.2g}" if math.isfinite(error) else "",
                 "" if declared.unit == "1" else declared.unit,
                 declared.doc,

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from planner.report.drawing import Axes, chart, nice_ticks, padded
 from planner.report.residuals import SURE, Bins, Curve, Look, Stretch, axis_of
+from planner.telemetry.wording import signed, watts
 
 Array = NDArray[np.float64]
 
@@ -139,9 +140,8 @@ def residual_chart(curve: Curve, most: float) -> str:
     labels = [str(x) for x in curve.before.x] if not axis.unit else []
     xs = np.arange(len(labels), dtype=float) if labels else _scaled(curve.before, axis.scale)
     room = (-0.5, len(labels) - 0.5) if labels else (float(xs.min()), float(xs.max()))
-    axes = Axes(*_SMALL, room, (-most, most))
-    names = {float(k): n if len(n) < 15 else n[:13] + "…" for k, n in enumerate(labels)}
-    parts = [axes.frame(axis.label, RESIDUAL, names)]
+    axes = Axes(*_SMALL, room, (-most, most), dict(enumerate(labels)) or None)
+    parts = [axes.frame(axis.label, RESIDUAL)]
     for kind, bins in (("before", curve.before), ("after", curve.after)):
         if bins is None:
             continue
@@ -231,9 +231,9 @@ def shape_chart(axis_name: str, points: Sequence[tuple[float, float]], lacking: 
     shown = [ys] if lacking is None else [ys, lacking.bias]
     values = np.concatenate([*shown, [0.0]])
     limits = (-180.0, 180.0) if axis_name == "heading" else (float(xs.min()), float(xs.max()))
-    axes = Axes(460, 280, limits, padded(float(values.min()), float(values.max()), 0.12))
     names = _COMPASS if axis_name == "heading" else None
-    parts = [axes.frame(axis.label, "what is missing (W)", names)]
+    axes = Axes(460, 280, limits, padded(float(values.min()), float(values.max()), 0.12), names)
+    parts = [axes.frame(axis.label, "what is missing (W)")]
     if lacking is not None:
         places = _scaled(lacking, axis.scale)
         inside = (places >= limits[0]) & (places <= limits[1])
@@ -264,9 +264,11 @@ def _in_words(curve: Curve) -> str:
     def at(place: int) -> str:
         x = bins.x[place]
         where = x if not axis.unit else f"{float(x) * axis.scale:.3g} {axis.unit}"
-        return f"{bins.bias[place]:+.2g} W at {where}"
+        return f"{signed(float(bins.bias[place]))} at {where}"
 
     said = f"From {at(low)} to {at(high)}"
     if curve.after is not None:
-        said += f"; with what is proposed at most {np.abs(curve.after.bias).max():.2g} W off"
+        said += (
+            f"; with what is proposed at most {watts(float(np.abs(curve.after.bias).max()))} off"
+        )
     return f"{said}. Positive: {axis.meaning}." if axis.unit else f"{said}."

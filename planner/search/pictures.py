@@ -31,6 +31,16 @@ BASELINE_COLOURS = {"shortest": "#10747a", "fastest": "#374151"}
 _STEPS = 32
 
 
+def seen(watts: Array) -> Array:
+    """W as far as three digits of the largest show them.
+
+    Power is a sum of effects: what is less is the rounding of that sum, and gives nothing back.
+    """
+    most = float(np.abs(watts).max(initial=0.0))
+    shown: Array = watts if most == 0 else np.round(watts, max(0, 2 - math.floor(math.log10(most))))
+    return shown
+
+
 def power_range(watts: Array) -> tuple[float, float]:
     """W at both ends of the colours: zero, or what is nearly the least and the most."""
     if len(watts) < 2:
@@ -69,7 +79,7 @@ def window_of(answer: Answer) -> Window:
 
 def coloured_pieces(route: Route) -> Iterator[tuple[str, list[int]]]:
     """Runs of poses that share a colour of power, each with its colour; runs meet in a pose."""
-    watts = route.arrays["watts"]
+    watts = seen(route.arrays["watts"])
     low, high = power_range(watts)
 
     def step(k: int) -> int:
@@ -211,14 +221,15 @@ def figure(answer: Answer) -> Figure:
         return result
     route = named["route"]
     line = np.column_stack([route.arrays["x"], route.arrays["y"]])
-    low, high = power_range(route.arrays["watts"])
+    watts = seen(route.arrays["watts"])
+    low, high = power_range(watts)
     scale = LinearSegmentedColormap.from_list("power", np.array(POWER_COLOURS) / 255.0)
     colours = scale.with_extremes(under="#{:02x}{:02x}{:02x}".format(*GIVEN_BACK))
     ground.plot(line[:, 0], line[:, 1], color="white", linewidth=5, solid_capstyle="round")
     pieces = LineCollection(
         list(np.stack([line[:-1], line[1:]], axis=1)), cmap=colours, linewidth=3
     )
-    pieces.set_array(route.arrays["watts"][1:])
+    pieces.set_array(watts[1:])
     pieces.set_clim(low, high)
     ground.add_collection(pieces)
     ground.plot(*line[0], "o", color="#15803d", markeredgecolor="white", markersize=9)

@@ -23,7 +23,7 @@ def joules(value: float) -> str:
 def seconds(value: float) -> str:
     """A duration as a person says it: 42.0 s, 3 min 05 s, 2 h 14 min."""
     if value < 60:
-        return f"{value:.1f} s"
+        return f"{value:z.1f} s"
     minutes, rest = divmod(round(value), 60)
     if minutes < 60:
         return f"{minutes} min {rest:02d} s"
@@ -33,7 +33,7 @@ def seconds(value: float) -> str:
 
 def metres(value: float) -> str:
     """A length: 12.30 m, 1,204 m."""
-    return f"{value:.2f} m" if value < 100 else f"{value:,.0f} m"
+    return f"{value:z.2f} m" if value < 100 else f"{value:,.0f} m"
 
 
 def extra_cost(energy: float, best: float) -> str:
@@ -53,7 +53,7 @@ def extra_share(energy: float, best: float) -> str:
     if best <= 0:
         return f"{'+' if energy >= best else ''}{joules(energy - best)}"
     share = 100 * (energy / best - 1)
-    return f"{share:+.{0 if abs(share) >= 10 else 1}f} %"
+    return f"{share:+z.{0 if abs(share) >= 10 else 1}f} %"
 
 
 def arrival(goal: Mapping[str, float]) -> str:

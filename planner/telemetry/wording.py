@@ -5,6 +5,7 @@ Documents are those of ``to_json``.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -17,29 +18,39 @@ def watts(value: float | None) -> str:
         return ""
     size = abs(value)
     digits = 3 if size < 0.1 else 2 if size < 10 else 1 if size < 100 else 0
-    return f"{value:,.{digits}f} W"
+    return f"{value:z,.{digits}f} W"
 
 
 def signed(value: float | None) -> str:
     """A bias: +1.20 W measured above predicted."""
-    return "" if value is None else ("+" if value >= 0 else "−") + watts(abs(value))
+    if value is None:
+        return ""
+    size = watts(abs(value))
+    return ("−" if value < 0 and size != watts(0.0) else "+") + size
 
 
 def share(value: float | None) -> str:
     """A share as per cent."""
-    return "" if value is None else f"{100 * value:.{0 if abs(value) >= 0.1 else 1}f} %"
+    return "" if value is None else f"{100 * value:z.{0 if abs(value) >= 0.1 else 1}f} %"
 
 
-def number(value: float | None) -> str:
-    """Any number with four significant digits."""
-    return "" if value is None else f"{value:.4g}"
+def number(value: float | None, stderr: float | None = None) -> str:
+    """Any number with four significant digits; if its standard error is larger, with the error's.
+
+    What four digits of the error do not show is no figure of the number: -1.4e-14 ± 0.01 is 0.
+    """
+    if value is None:
+        return ""
+    if stderr is not None and math.isfinite(stderr) and stderr > abs(value):
+        value = round(value, 3 - math.floor(math.log10(stderr)))
+    return f"{value:z.4g}"
 
 
 def estimate(value: float, stderr: float | None, unit: str) -> str:
     """A parameter with its standard error and unit: 0.2213 ± 0.0041 m²."""
     unit = "" if unit in ("", "1") else f" {unit}"
     between = "" if stderr is None else f" ± {stderr:.2g}"
-    return f"{number(value)}{between}{unit}"
+    return f"{number(value, stderr)}{between}{unit}"
 
 
 def model_name(model: Document) -> str:

@@ -2,29 +2,87 @@
 
 export const byId = (id) => document.getElementById(id);
 
-export async function fetchJson(path, options) {
-  const response = await fetch(path, options);
-  const answer = await response.json().catch(() => ({ detail: response.statusText }));
-  if (!response.ok) throw Object.assign(new Error(answer.detail ?? answer.title), { problem: answer });
-  return answer;
+// Nobody answers, or a proxy says that nobody does: the question is still to be asked.
+class ServerLost extends Error {
+  constructor() {
+    super("The server does not answer. Start it with `joulepath serve` and try again.");
+  }
 }
 
-export function post(path, body) {
-  return fetchJson(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
+const NOBODY = [502, 503, 504]; // from a proxy; the service itself sends a problem with them
+const PATIENCE_MS = 1000; // between two attempts to reach a lost server
+
+// The answer as JSON. A signal that was aborted lets no answer through, however late it was.
+export async function fetchJson(path, options = {}) {
+  const lost = () => {
+    options.signal?.throwIfAborted();
+    throw new ServerLost();
+  };
+  const response = await fetch(path, options).catch(lost);
+  const answer = await response.json().catch((error) => (error instanceof SyntaxError ? null : lost()));
+  options.signal?.throwIfAborted();
+  if (answer === null && (response.ok || NOBODY.includes(response.status))) throw new ServerLost();
+  if (response.ok) return answer;
+  throw Object.assign(new Error(answer?.detail ?? answer?.title ?? response.statusText), { problem: answer });
+}
+
+// The body is JSON text.
+export function post(path, body, signal) {
+  return fetchJson(path, { method: "POST", headers: { "Content-Type": "application/json" }, body, signal });
 }
 
 const pause = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));
 
+// What is only read: a lost server is asked again until it is back; `complain` gets each failure.
+export async function load(path, complain, signal) {
+  for (;;) {
+    try {
+      return await fetchJson(path, { signal });
+    } catch (error) {
+      if (!(error instanceof ServerLost)) throw error;
+      complain(error);
+    }
+    await pause(PATIENCE_MS);
+  }
+}
+
 // The result of a job; `tell` gets the job whenever it was asked for.
-export async function resultOf(job, tell) {
+export async function resultOf(job, tell, complain, signal) {
   let now = job;
   while (now.state === "queued" || now.state === "running") {
     tell(now);
     await pause(300);
-    now = await fetchJson(`/v1/jobs/${job.id}`);
+    now = await load(`/v1/jobs/${job.id}`, complain, signal);
   }
   if (now.state === "done") return now.result;
   throw new Error(now.state === "cancelled" ? "Cancelled." : now.error.detail);
+}
+
+// Work of which only the latest counts. Each answer is fetched and shown under the signal of its
+// turn, which is aborted when another one begins or when its question is no longer asked.
+export class Turns {
+  #running = null;
+  about = null;
+
+  begin(about = null) {
+    this.abort();
+    this.#running = new AbortController();
+    this.about = about;
+    return this.#running.signal;
+  }
+
+  abort() {
+    this.#running?.abort();
+    this.#running = null;
+  }
+
+  end(signal) {
+    if (this.#running?.signal === signal) this.#running = null;
+  }
+
+  get busy() {
+    return this.#running !== null;
+  }
 }
 
 export function element(name, text = "", attributes = {}) {

@@ -1,6 +1,8 @@
 // The route on the map and the profiles under it, as SVG.
 
+import { clear, drawToWidth, roomFor, ticks, widthOf } from "./axes.js";
 import { GIVEN_BACK, powerColour, powerRange } from "./colours.js";
+import { digitsFor, number, rounded } from "./words.js";
 
 const SVG = "http://www.w3.org/2000/svg";
 
@@ -11,12 +13,15 @@ export function svg(name, attributes, parent) {
   return element;
 }
 
-// Mean power since the pose before, from the energy that the poses carry.
+// Mean power since the pose before, from the energy that the poses carry. It is a difference of
+// sums: what three digits of the largest do not show counts as their rounding, and is zero.
 export function wattsOf(poses) {
-  return poses.slice(1).map((pose, k) => {
+  const watts = poses.slice(1).map((pose, k) => {
     const time = pose.t - poses[k].t;
     return time > 0 ? (pose.energy_j - poses[k].energy_j) / time : 0;
   });
+  const digits = digitsFor(watts, 3);
+  return watts.map((value) => rounded(value, digits));
 }
 
 export function drawMarkers(overlay, frame, places) {
@@ -52,7 +57,8 @@ export function drawLegend(legend, route) {
   for (let k = 0; k < 35; k++) {
     svg("rect", { x: 4 * k, y: 0, width: 4.2, height: 12, fill: powerColour(low + (k / 34) * (high - low), low, high) }, scale);
   }
-  legend.replaceChildren(`${low.toPrecision(3)} W`, scale, `${high.toPrecision(3)} W`);
+  const said = (value) => Object.assign(document.createElement("span"), { textContent: `${number(value, 3)} W` });
+  legend.replaceChildren(said(low), scale, said(high));
   if (watts.some((value) => value < 0)) {
     const back = svg("svg", { width: 12, height: 12, "aria-hidden": "true" });
     svg("rect", { width: 12, height: 12, fill: GIVEN_BACK }, back);
@@ -62,33 +68,48 @@ export function drawLegend(legend, route) {
 }
 
 export function drawProfile(chart, route) {
-  const [width, left, right] = [380, 38, 374];
-  chart.setAttribute("viewBox", `0 0 ${width} 232`);
-  chart.replaceChildren();
   const along = [0];
   route.poses.slice(1).forEach((pose, k) => {
     const before = route.poses[k];
     along.push(along[k] + Math.hypot(pose.x - before.x, pose.y - before.y, pose.z - before.z));
   });
-  const length = along.at(-1) || 1;
-  const panel = (values, top, bottom, unit, colour, fromZero) => {
-    const extremes = [Math.min(...values), Math.max(...values)];
-    const low = fromZero ? Math.min(0, extremes[0]) : extremes[0];
-    const span = Math.max(extremes[1] - low, 0.1);
-    const y = (value) => bottom - ((value - low) / span) * (bottom - top);
-    for (const value of [low, low + span / 2, low + span]) {
-      svg("line", { x1: left, x2: right, y1: y(value), y2: y(value), stroke: "#e2e4e8" }, chart);
-      svg("text", { x: left - 4, y: y(value) + 3, "text-anchor": "end", fill: "#5b6472" }, chart).textContent = Number(value.toPrecision(3));
+  const heights = route.poses.map((pose) => pose.z);
+  const watts = wattsOf(route.poses);
+  drawToWidth(chart, (width) => {
+    chart.setAttribute("viewBox", `0 0 ${width} 232`);
+    chart.replaceChildren();
+    const panels = [
+      profilePanel(heights, 16, 92, "height (m)", "#7a5a2f"),
+      profilePanel([...watts, 0], 122, 208, "power (W)", "#b91c5c"),
+    ];
+    const length = along.at(-1) || 1;
+    const distances = ticks(0, length).map(({ value, words }) => ({ value, words: `${words} m` }));
+    const left = Math.max(...panels.map(({ numbers }) => roomFor(numbers)));
+    const right = width - Math.max(...distances.map(({ words }) => widthOf(words))) / 2 - 2;
+    const x = (distance) => left + (distance / length) * (right - left);
+    for (const panel of panels) drawPanel(chart, panel, left, right);
+    for (const [values, panel] of [[heights, panels[0]], [watts, panels[1]]]) {
+      const offset = along.length - values.length;
+      const points = values.map((value, k) => `${x(along[k + offset]).toFixed(1)},${panel.y(value).toFixed(1)}`);
+      svg("polyline", { points: points.join(" "), fill: "none", stroke: panel.colour, "stroke-width": 1.6 }, chart);
     }
-    svg("text", { x: left, y: top - 4, fill: "#5b6472" }, chart).textContent = unit;
-    const offset = along.length - values.length;
-    const points = values.map((value, k) => `${(left + (along[k + offset] / length) * (right - left)).toFixed(1)},${y(value).toFixed(1)}`);
-    svg("polyline", { points: points.join(" "), fill: "none", stroke: colour, "stroke-width": 1.6 }, chart);
-  };
-  panel(route.poses.map((pose) => pose.z), 16, 92, "height (m)", "#7a5a2f", false);
-  panel(wattsOf(route.poses), 122, 208, "power (W)", "#b91c5c", true);
-  for (const share of [0, 0.5, 1]) {
-    const anchor = share === 0 ? "start" : share === 1 ? "end" : "middle";
-    svg("text", { x: left + share * (right - left), y: 226, "text-anchor": anchor, fill: "#5b6472" }, chart).textContent = `${Number((share * length).toPrecision(3))} m`;
+    for (const { value, words } of clear(distances, x)) {
+      svg("text", { x: x(value), y: 226, "text-anchor": "middle", fill: "#5b6472" }, chart).textContent = words;
+    }
+  });
+}
+
+function profilePanel(values, top, bottom, unit, colour) {
+  const [low, high] = values.reduce(([a, b], value) => [Math.min(a, value), Math.max(b, value)], [Infinity, -Infinity]);
+  // Flat ground shall look flat, not like a mountain of rounding errors.
+  const span = Math.max(high - low, 0.1);
+  return { top, unit, colour, numbers: ticks(low, low + span), y: (value) => bottom - ((value - low) / span) * (bottom - top) };
+}
+
+function drawPanel(chart, { top, unit, numbers, y }, left, right) {
+  for (const { value, words } of numbers) {
+    svg("line", { x1: left, x2: right, y1: y(value), y2: y(value), stroke: "#e2e4e8" }, chart);
+    svg("text", { x: left - 4, y: y(value) + 3, "text-anchor": "end", fill: "#5b6472" }, chart).textContent = words;
   }
+  svg("text", { x: left, y: top - 6, fill: "#5b6472" }, chart).textContent = unit;
 }

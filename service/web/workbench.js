@@ -1,11 +1,16 @@
 // The workbench: a measured log, where the model fails, what is missing, and versions that learn it.
 
-import { byId, element, fetchJson, post, resultOf, row } from "./api.js";
+import { Turns, byId, element, fetchJson, load, post, resultOf, row } from "./api.js";
 import { chosen, fillStarts } from "./choices.js";
 import { drawCurves, drawErrors, drawShape, drawVersions } from "./charts.js";
-import { number, percent, signedWatts, watts } from "./words.js";
+import { estimate, fixed, percent, signedWatts, watts } from "./words.js";
 
-const state = { vehicles: [], models: [], titles: {}, job: null, planWith: null, modelsChanged: null };
+const WHAT_NEXT = "Choose a log, then compare or diagnose.";
+// `locked` while choosing is not possible; `shown` is the question that the findings answer.
+const state = { vehicles: [], models: [], titles: {}, job: null, locked: false, first: "", shown: null, planWith: null, modelsChanged: null };
+const working = new Turns();
+const notes = new Turns();
+const versions = new Turns();
 
 function say(text, wrong = false) {
   const message = byId("work-message");
@@ -14,39 +19,80 @@ function say(text, wrong = false) {
   message.setAttribute("role", wrong ? "alert" : "status");
 }
 
-function busy(job) {
+const complain = (error) => say(error.message, true);
+
+const asked = () => ({ log: byId("log").value, ...chosen(byId("start-model")) });
+const question = () => JSON.stringify(asked());
+
+// What may be pressed now, and whether the findings answer what is chosen now.
+function refresh() {
+  const busy = working.busy;
+  const old = state.shown !== null && state.shown !== question();
+  const found = !byId("comparison-card").hidden || !byId("diagnosis-card").hidden;
+  byId("old-findings").hidden = !old || !found;
+  for (const id of ["comparison-card", "diagnosis-card"]) byId(id).classList.toggle("old", old);
+  const none = !byId("log").options.length;
+  byId("log").disabled = none || state.locked;
+  byId("start-model").disabled = state.locked;
+  for (const id of ["compare", "diagnose"]) byId(id).disabled = busy || none;
+  for (const id of ["log-file", "mapping-file", "upload"]) byId(id).disabled = busy;
+  byId("adopt").disabled = busy || old;
+  for (const button of byId("versions").querySelectorAll("button")) button.disabled = busy;
+  byId("work").hidden = !busy;
+  byId("findings").setAttribute("aria-busy", String(busy));
+}
+
+function showProgress(job) {
   state.job = job;
-  byId("bench-choices").disabled = job !== null;
-  byId("adopt").disabled = job !== null;
-  byId("versions").querySelectorAll("button").forEach((button) => (button.disabled = job !== null));
-  byId("work").hidden = job === null;
-  byId("findings").setAttribute("aria-busy", String(job !== null));
-  if (job === null) return;
   const { share, sentence } = job.progress ?? { share: 0, sentence: "" };
   if (share > 0) byId("work-progress").value = share;
   else byId("work-progress").removeAttribute("value");
-  if (sentence) say(`${sentence[0].toUpperCase()}${sentence.slice(1)} …`);
+  say(sentence ? `${sentence[0].toUpperCase()}${sentence.slice(1)} …` : state.first);
 }
 
-// Carry out something that may be a job; buttons rest meanwhile.
-async function work(first, begin, show) {
-  busy({});
-  say(first);
+// Carry out something that may be a job. With `about`, the question that it answers, choosing
+// another one ends it; without, choosing waits.
+async function work(first, { about = null, begin, show }) {
+  const signal = working.begin(about);
+  state.locked = about === null;
+  state.first = first;
+  showProgress({});
+  refresh();
   try {
+    // Not under the signal: a job that was begun must be known to be ended.
     const answer = await begin();
-    await show(answer.state ? await resultOf(answer, busy) : answer);
+    if (signal.aborted) await end(answer);
+    else await show(answer.state ? await resultOf(answer, showProgress, complain, signal) : answer, signal);
   } catch (error) {
-    say(error.message, true);
-  } finally {
-    busy(null);
+    if (!signal.aborted) complain(error);
   }
+  if (signal.aborted) return;
+  working.end(signal);
+  state.locked = false;
+  refresh();
+}
+
+// End a job that nobody waits for; a version that it has made all the same is offered.
+async function end(job) {
+  if (!job?.id) return;
+  const ended = await fetchJson(`/v1/jobs/${job.id}`, { method: "DELETE" });
+  if (ended.state === "done" && ended.kind === "adopt") await offerModels();
+}
+
+function questionChanged() {
+  if (working.busy && working.about !== null && working.about !== question()) {
+    working.abort();
+    say("Stopped, as the log or the model was changed.");
+    end(state.job).catch(complain);
+  } else if (!working.busy) {
+    say(WHAT_NEXT);
+  }
+  refresh();
 }
 
 function fillLogs(logs, wanted) {
   const options = logs.map(({ id, name, rows, runs }) => new Option(`${name}: ${rows.toLocaleString("en")} rows, ${runs} runs`, id));
   byId("log").replaceChildren(...options);
-  byId("log").disabled = !logs.length;
-  for (const id of ["compare", "diagnose"]) byId(id).disabled = !logs.length;
   if (wanted) byId("log").value = wanted;
 }
 
@@ -61,35 +107,64 @@ function upload(event) {
   form.append("log", file);
   const mapping = byId("mapping-file").files[0];
   if (mapping) form.append("mapping", mapping);
-  work(`Sending ${file.name} …`, () => fetchJson("/v1/logs?wait=0", { method: "POST", body: form }), async (log) => {
-    fillLogs(await fetchJson("/v1/logs"), log.id);
-    showLog(log);
-    byId("upload-form").reset();
-    clearFindings();
-    say(`${log.name} was read: ${log.rows.toLocaleString("en")} rows in ${log.runs} runs.`);
+  work(`Sending ${file.name} …`, {
+    begin: () => fetchJson("/v1/logs?wait=0", { method: "POST", body: form }),
+    show: async (log) => {
+      fillLogs(await load("/v1/logs", complain), log.id);
+      notes.abort();
+      showLog(log);
+      byId("upload-form").reset();
+      clearFindings();
+      say(`${log.name} was read: ${log.rows.toLocaleString("en")} rows in ${log.runs} runs.`);
+    },
   });
 }
 
 function showLog(log) {
-  const notes = [...log.report.map(({ sentence }) => sentence), ...log.derived.map((s) => `Derived: ${s}`), ...log.assumed.map((s) => `Assumed: ${s}`)];
-  byId("log-notes").replaceChildren(...notes.map((note) => element("li", note)));
-  byId("log-remarks").hidden = !notes.length;
+  const remarks = [...log.report.map(({ sentence }) => sentence), ...log.derived.map((s) => `Derived: ${s}`), ...log.assumed.map((s) => `Assumed: ${s}`)];
+  byId("log-notes").replaceChildren(...remarks.map((remark) => element("li", remark)));
+  byId("log-remarks").hidden = !remarks.length;
 }
 
 async function logChosen() {
-  clearFindings();
-  showLog(await fetchJson(`/v1/logs/${byId("log").value}`));
+  questionChanged();
+  byId("log-remarks").hidden = true;
+  const signal = notes.begin();
+  try {
+    showLog(await load(`/v1/logs/${byId("log").value}`, complain, signal));
+  } catch (error) {
+    if (!signal.aborted) complain(error);
+  }
+}
+
+function startChosen() {
+  questionChanged();
+  showVersions();
 }
 
 function clearFindings() {
+  state.shown = null;
   byId("comparison-card").hidden = true;
   byId("diagnosis-card").hidden = true;
+  refresh();
 }
 
-const asked = () => ({ log: byId("log").value, ...chosen(byId("start-model")) });
+// Ask a verb about the log and the model that are chosen; findings to another question go first.
+function ask(verb, first, show, more = {}) {
+  const about = question();
+  work(first, {
+    about,
+    begin: () => post(`/v1/${verb}`, JSON.stringify({ ...asked(), ...more })),
+    show: async (found, signal) => {
+      if (state.shown !== about) clearFindings();
+      state.shown = about;
+      await show(found, signal);
+    },
+  });
+}
 
 function compare() {
-  work("Comparing …", () => post("/v1/compare", asked()), (found) => {
+  ask("compare", "Comparing …", (found) => {
     showComparison(found);
     say("Compared.");
   });
@@ -111,13 +186,13 @@ function showComparison(found) {
   const off = measured ? 100 * (predicted / measured - 1) : 0;
   byId("comparison-sentence").textContent =
     `${found.model.name} v${found.model.version} misses the measured power by ${watts(found.rmse_w)} rms${heldout}; ` +
-    `the log's own noise is about ${watts(found.noise_floor_w)}. Energy: ${Math.abs(off).toFixed(1)} % too ${off < 0 ? "low" : "high"}.`;
+    `the log's own noise is about ${watts(found.noise_floor_w)}. Energy: ${fixed(Math.abs(off), 1)} % too ${off < 0 ? "low" : "high"}.`;
   showRegimes(byId("regimes"), found.regimes);
   drawCurves(byId("curves"), found.pictures.curves, found.noise_floor_w);
 }
 
 function diagnose() {
-  work("Diagnosing …", () => post("/v1/diagnose", asked()), (found) => {
+  ask("diagnose", "Diagnosing …", (found) => {
     showDiagnosis(found);
     say("Diagnosed.");
   });
@@ -156,7 +231,7 @@ function showRanking(found, proposed) {
   for (const candidate of testable.slice(0, 6)) {
     const bar = element("meter", "", { min: 0, max: 1, value: candidate.probability, "aria-hidden": "true" });
     const values = Object.entries(candidate.parameters).map(([name, { value, stderr, unit }]) =>
-      `${name} ${number(value, 3)}${stderr === null ? "" : ` ± ${number(stderr, 2)}`} ${unit === "1" ? "" : unit}`.trim());
+      `${name} ${estimate(value, stderr)} ${unit === "1" ? "" : unit}`.trim());
     const same = candidate.indistinguishable_from.map(title).join(", ");
     const name = element("span", title(candidate.effect));
     name.append(element("small", [`${candidate.effect}: ${values.join(", ")}`, same && `cannot be told from ${same}`].filter(Boolean).join("; ")));
@@ -172,27 +247,48 @@ function showRanking(found, proposed) {
 }
 
 function adopt() {
-  work("Adopting …", () => post("/v1/adopt", { ...asked(), effects: [byId("adopt-what").value] }), async (found) => {
-    clearFindings();
-    await modelAdded(found.model_id);
+  const effects = [byId("adopt-what").value];
+  ask("adopt", "Adopting …", async (found, signal) => {
+    await offerModels();
+    if (signal.aborted) return;
+    choose(found.model_id);
     const warnings = [...new Set(found.warnings)].map((warning) => ` Warning: ${warning}.`).join("");
     say(`Adopted ${found.adopted.map(title).join(" + ")}: held-out error ${watts(found.before.heldout_rmse_w)} → ` +
       `${watts(found.after.heldout_rmse_w)}, noise ${watts(found.noise_floor_w)}.${warnings}`);
-  });
+  }, { effects });
 }
 
-async function modelAdded(id) {
-  state.models = await fetchJson("/v1/models");
+// The versions as they are now, above and below; what is chosen stays.
+async function offerModels() {
+  state.models = await load("/v1/models", complain);
   state.modelsChanged(state.models);
+  fillStarts(byId("start-model"), state.vehicles, state.models);
+  refresh();
+}
+
+// Start from a version that was just made; what was found before is done with.
+function choose(id) {
   fillStarts(byId("start-model"), state.vehicles, state.models, id);
-  await showVersions();
+  clearFindings();
+  showVersions();
 }
 
 async function showVersions() {
   const { model } = chosen(byId("start-model"));
-  byId("versions-card").hidden = !model;
+  const signal = versions.begin();
+  byId("versions-card").hidden = true;
   if (!model) return;
-  const entries = await fetchJson(`/v1/models/${model}/history`);
+  try {
+    const entries = await load(`/v1/models/${model}/history`, complain, signal);
+    byId("versions-card").hidden = false;
+    fillVersions(model, entries);
+    refresh();
+  } catch (error) {
+    if (!signal.aborted) complain(error);
+  }
+}
+
+function fillVersions(model, entries) {
   drawVersions(byId("fall"), entries);
   const body = byId("versions").tBodies[0];
   body.replaceChildren();
@@ -215,9 +311,13 @@ async function showVersions() {
 }
 
 function revert(model, version) {
-  work("Going back …", () => post(`/v1/models/${model}/revert`, { version }), async (made) => {
-    await modelAdded(made.id);
-    say(`Version ${made.version} is as version ${version} was.`);
+  work("Going back …", {
+    begin: () => post(`/v1/models/${model}/revert`, JSON.stringify({ version })),
+    show: async (made) => {
+      await offerModels();
+      choose(made.id);
+      say(`Version ${made.version} is as version ${version} was.`);
+    },
   });
 }
 
@@ -226,14 +326,13 @@ export function beginWorkbench({ vehicles, effects, models, logs, planWith, mode
   state.titles = Object.fromEntries(effects.map(({ name, title }) => [name, title ?? name]));
   fillStarts(byId("start-model"), vehicles, models, "minibalance");
   fillLogs(logs);
-  const quietly = (doing) => () => doing().catch((error) => say(error.message, true));
   byId("upload-form").addEventListener("submit", upload);
-  byId("log").addEventListener("change", quietly(logChosen));
-  byId("start-model").addEventListener("change", quietly(async () => (clearFindings(), showVersions())));
+  byId("log").addEventListener("change", logChosen);
+  byId("start-model").addEventListener("change", startChosen);
   byId("compare").addEventListener("click", compare);
   byId("diagnose").addEventListener("click", diagnose);
   byId("adopt").addEventListener("click", adopt);
-  byId("cancel").addEventListener("click", () => state.job?.id && fetch(`/v1/jobs/${state.job.id}`, { method: "DELETE" }));
-  busy(null);
-  say(logs.length ? "Choose a log, then compare or diagnose." : "Upload a log of measured power to begin.");
+  byId("cancel").addEventListener("click", () => end(state.job).catch(complain));
+  refresh();
+  say(logs.length ? WHAT_NEXT : "Upload a log of measured power to begin.");
 }

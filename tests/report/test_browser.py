@@ -10,6 +10,8 @@ from typing import Any
 import pytest
 
 from planner.report import fragment, write_report, write_telemetry_report
+from planner.report.drawing import Axes
+from planner.report.markup import document
 from tests.report import synthetic_results as results
 from tests.report.synthetic import answer
 from tests.report.synthetic_results import RESULTS
@@ -29,6 +31,25 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name, make in RESULTS.items():
         write_telemetry_report(make(made), place / f"{name}.html")
     write_report({"there": answer()}, place / "route.html", "A route")
+    axes = (
+        Axes(350, 215, (0.0, 10_000.0), (-0.00042, 0.0005)),
+        Axes(350, 215, (12041.0, 12042.0), (12041.22, 12041.31)),
+        Axes(1000, 190, (0.0, 12_500.0), (-1.2e6, 1.3e6)),
+        Axes(460, 280, (-180.0, 180.0), (0.0, 1.0), {-180.0: "back", 0.0: "ahead", 180.0: "back"}),
+        Axes(
+            350,
+            215,
+            (-0.5, 4.5),
+            (-1.0, 1.0),
+            dict(enumerate([f"a long name {'of ' * k}" for k in range(5)])),
+        ),
+    )
+    drawn = "".join(
+        a.svg(a.frame("distance (m)", "power (W)"), f"axes {k}") for k, a in enumerate(axes)
+    )
+    (place / "axes.html").write_text(
+        document("Axes", f"<section>{drawn}</section>"), encoding="utf-8"
+    )
     card = fragment(results.diagnosis(made))
     foreign = "<!DOCTYPE html><meta charset='utf-8'><ul class='legend'><li>theirs</ul>"
     (place / "card.html").write_text(foreign + card, encoding="utf-8")
@@ -103,15 +124,31 @@ WORDS_OUTSIDE = """() => [...document.querySelectorAll('svg.chart')].flatMap((dr
   const frame = drawing.getBoundingClientRect();
   return [...drawing.querySelectorAll('text')].filter((words) => {
     const box = words.getBoundingClientRect();
-    return box.left < frame.left - 2 || box.right > frame.right + 2
+    return box.left < frame.left - 0.5 || box.right > frame.right + 0.5
       || box.top < frame.top - 2 || box.bottom > frame.bottom + 4;
   }).map((words) => drawing.querySelector('title').textContent + ': ' + words.textContent);
 })"""
 
 
-@pytest.mark.parametrize("name", RESULTS)
-def test_words_stay_inside_their_pictures(opened: Any, name: str) -> None:
-    assert opened(name, 1260, "light").evaluate(WORDS_OUTSIDE) == []
+# Words that touch others of the same drawing.
+WORDS_TOUCHING = """() => [...document.querySelectorAll('svg.chart')].flatMap((drawing) => {
+  const words = [...drawing.querySelectorAll('text')];
+  const boxes = words.map((w) => w.getBoundingClientRect());
+  const pairs = words.flatMap((_, a) => words.slice(a + 1).map((_, k) => [a, a + 1 + k]));
+  return pairs.filter(([a, b]) => boxes[a].left < boxes[b].right && boxes[b].left < boxes[a].right
+    && boxes[a].top + 3 < boxes[b].bottom && boxes[b].top + 3 < boxes[a].bottom)
+    .map(([a, b]) => `${words[a].textContent} / ${words[b].textContent}`);
+})"""
+
+
+@pytest.mark.parametrize("width", [360, 1260, 1920])
+@pytest.mark.parametrize("name", [*RESULTS, "route", "axes"])
+def test_words_stay_inside_their_pictures(opened: Any, name: str, width: int) -> None:
+    assert opened(name, width, "light").evaluate(WORDS_OUTSIDE) == []
+
+
+def test_words_of_axes_do_not_touch(opened: Any) -> None:
+    assert opened("axes", 1260, "light").evaluate(WORDS_TOUCHING) == []
 
 
 def test_a_card_leaves_its_notebook_alone(opened: Any) -> None:

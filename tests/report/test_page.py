@@ -12,8 +12,15 @@ import numpy as np
 import pytest
 
 from planner.report import write_report
-from planner.report.drawing import grouped, mean_power, nice_ticks, thinned
-from planner.search.pictures import coloured_pieces, html, map_svg, power_colour, window_of
+from planner.report.drawing import grouped, mean_power, nice_ticks, thinned, tick_words
+from planner.search.pictures import (
+    GIVEN_BACK,
+    coloured_pieces,
+    html,
+    map_svg,
+    power_colour,
+    window_of,
+)
 from planner.search.relief_image import relief_image
 from tests.report.synthetic import answer, route, terrain
 
@@ -107,6 +114,40 @@ def test_ticks_are_round_and_inside(low: float, high: float) -> None:
     assert 3 <= len(ticks) <= 11
     assert low - 1e-9 <= min(ticks)
     assert max(ticks) <= high + 1e-9
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "words"),
+    [
+        (-1.4e-14, 80.0, ["0", "20", "40", "60", "80"]),
+        (12041.22, 12041.31, ["12041.225", "12041.250", "12041.275", "12041.300"]),
+        (-0.00042, 0.0005, ["-0.00025", "0.00000", "0.00025", "0.00050"]),
+        (0.0, 1_250_000.0, ["0", "500000", "1000000"]),
+    ],
+)
+def test_ticks_have_the_digits_of_their_step(low: float, high: float, words: list[str]) -> None:
+    assert tick_words(nice_ticks(low, high, count=4)) == words
+
+
+def test_power_that_is_only_rounding_gives_nothing_back(tmp_path: Path) -> None:
+    one = route()
+    watts = one.arrays["watts"].copy()
+    watts[10:15] = -1.4e-14
+    idle = replace(one, arrays={**one.arrays, "watts": watts})
+    braking = replace(one, arrays={**one.arrays, "watts": np.where(watts < 0, -3.0, watts)})
+    for driven, said in ((idle, False), (braking, True)):
+        write_report({"there": answer(routes=(driven,))}, tmp_path / "page.html", "A route")
+        page = (tmp_path / "page.html").read_text(encoding="utf-8")
+        assert ("gives back" in page) is said
+        blue = "#{:02x}{:02x}{:02x}".format(*GIVEN_BACK)
+        assert (blue in {colour for colour, _ in coloured_pieces(driven)}) is said
+
+
+def test_an_effect_that_shows_as_nothing_is_left_out(tmp_path: Path) -> None:
+    one = replace(route(), breakdown_j={**route().breakdown_j, "gear_loss": -1e-6})
+    write_report({"there": answer(routes=(one,))}, tmp_path / "page.html", "A route")
+    page = (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "-0.0" not in page.partition("class='account'")[2].partition("</table>")[0]
 
 
 def test_thinning_keeps_both_ends() -> None:

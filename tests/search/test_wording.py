@@ -99,3 +99,10 @@ def test_where_the_width_comes_from() -> None:
         "rolling of the wheels (rolling) 61 %, noise of one drive 30 %"
     )
     assert width_from(parts[2:], {}) == "yaw_scrub (scrub moment) 9 %"
+
+
+def test_rounding_errors_have_no_sign() -> None:
+    assert seconds(-1e-9) == "0.0 s"
+    assert metres(-1e-9) == "0.00 m"
+    assert extra_share(200.0 - 1e-9, 200.0) == "+0.0 %"
+    assert extra_share(150.0, 200.0) == "-25 %"

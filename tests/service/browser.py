@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -30,9 +30,9 @@ RELIEF = {
 
 
 @contextmanager
-def served(settings: Settings, workers: ScriptedWorkers) -> Iterator[str]:
-    """A server on this machine, with its address."""
-    config = uvicorn.Config(create_app(settings, workers), port=0, log_level="error")
+def served(settings: Settings, workers: ScriptedWorkers, port: int = 0) -> Iterator[str]:
+    """A server on this machine, with its address; port 0 picks one."""
+    config = uvicorn.Config(create_app(settings, workers), port=port, log_level="error")
     server = uvicorn.Server(config)
     ready = threading.Event()
     startup = server.startup
@@ -54,16 +54,24 @@ def served(settings: Settings, workers: ScriptedWorkers) -> Iterator[str]:
 
 
 @contextmanager
-def opened(settings: Settings, workers: ScriptedWorkers) -> Iterator[Any]:
-    """The page; fails if it complains or asks anyone else for anything."""
+def browsed(
+    address: str, *, width: int = 1300, prepare: Callable[[Any], None] = lambda page: None
+) -> Iterator[Any]:
+    """The page at an address; fails if it complains or asks anyone else for anything.
+
+    Args:
+        address: of the server.
+        width: of the window, pixels.
+        prepare: called with the page before it is loaded.
+    """
     from playwright.sync_api import sync_playwright
 
-    with served(settings, workers) as address, sync_playwright() as playwright:
+    with sync_playwright() as playwright:
         browser = playwright.chromium.launch(
             executable_path=CHROMIUM,
             args=["--no-sandbox", "--disable-gpu", "--disable-background-networking"],
         )
-        page = browser.new_page(viewport={"width": 1300, "height": 850})
+        page = browser.new_page(viewport={"width": width, "height": 850})
         complaints: list[str] = []
         page.on("pageerror", lambda error: complaints.append(str(error)))
         page.on("console", lambda m: complaints.append(m.text) if "Policy" in m.text else None)
@@ -72,9 +80,17 @@ def opened(settings: Settings, workers: ScriptedWorkers) -> Iterator[Any]:
             "request",
             lambda r: None if r.url.startswith((address, "data:")) else foreign.append(r.url),
         )
+        prepare(page)
         page.goto(address)
         page.get_by_text("Choose a start and a goal.").wait_for()
         yield page
         browser.close()
     assert complaints == []
     assert foreign == []
+
+
+@contextmanager
+def opened(settings: Settings, workers: ScriptedWorkers, **how: Any) -> Iterator[Any]:
+    """The page, served; ``how`` as of ``browsed``."""
+    with served(settings, workers) as address, browsed(address, **how) as page:
+        yield page
