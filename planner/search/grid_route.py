@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 
 from planner.quantities import STANDARD_GRAVITY
 from planner.search.alternatives import nearness
-from planner.search.drive import CLOSELY, ROUGHLY, Care, Stuck, energy_of, move, price
+from planner.search.drive import CLOSELY, ROUGHLY, Care, energy_of, move, price
 from planner.search.edge_energy import Motion
 from planner.search.explain import explain_no_route
 from planner.search.ground import CostField, polyline_cost, segment_cost
+from planner.search.on_the_spot import Stuck, arriving, leaving
 from planner.search.polish import hindered, polish, worth_polishing
 from planner.search.pose_search import PosePath, keeping_yaw, pose_path
 from planner.search.refine import VARIANTS, refine
@@ -224,9 +225,8 @@ def _by_poses(run: Run, field: CostField, objective: str) -> Attempt:
     ways: list[PosePath] = []
     yaws = list(run.yaws)
     for k, (a, b) in enumerate(itertools.pairwise(run.places)):
-        way = pose_path(
-            run.situation, field, objective, (a, yaws[k]), (b, yaws[k + 1]), stop=run.stop
-        )
+        ends = (a, leaving(yaws[k])), (b, arriving(yaws[k + 1]))
+        way = pose_path(run.situation, field, objective, *ends, stop=run.stop)
         if way is None:
             return Attempt(field)
         ways.append(way)

@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from planner.search.alternatives import nearness
-from planner.search.drive import Stuck
 from planner.search.grid_route import Attempt, drive_legs, near_path_of
 from planner.search.ground import CostField, polyline_cost
 from planner.search.ompl_route import ompl_legs
+from planner.search.on_the_spot import Stuck
 from planner.search.polish import polish
 from planner.search.refine import refine
 from planner.search.route import Route
