@@ -14,8 +14,8 @@ P_rest is what the smooth signs near rest spare against complete friction, of al
 at most for friction F that changes sign over the width w, and at the motor what static friction and
 the teeth help to hold less the copper loss of holding it, the largest over all speeds and torques.
 v is full speed, or, where P_rest outweighs the electronics, half the slowest speed: the mean speed
-on a step that starts or ends at rest. Places so close that this speed cannot be reached between
-them then count nothing for d. Turns on the spot only add.
+on a step that starts or ends at rest. Between places so close that the speed programme has slower
+ones for them (planner.search.speed) d then counts nothing. Turns on the spot only add.
 
 With M·g·Δz, less what the air can push, E, the gears that drive lose (1/η - 1)·max(0, E).
 The bound is d·distance + E plus that. Air: the drag k·|v - w|·(v - w) is the slope of a convex
@@ -43,6 +43,7 @@ from planner.power.model import PowerModel
 from planner.power.pipeline import REST_SPEED
 from planner.quantities import INDEX, STANDARD_GRAVITY
 from planner.search.conditions import Circumstances
+from planner.search.speed_estimate import EVENLY
 from planner.search.steady import SLOWEST
 
 Array = NDArray[np.float64]
@@ -77,8 +78,8 @@ def lower_bound(around: Circumstances, distance: float, climb: float, steepest: 
 
 
 def _may_creep(around: Circumstances, distance: float) -> bool:
-    """Whether places are too close for the slowest speed, and slower is cheaper."""
-    near = SLOWEST * float(around.limits[0])
+    """Whether a robot between places so close may be slower than elsewhere, and gains by it."""
+    near = EVENLY * float(around.limits[0])
     if around.model.vehicle.limits.acceleration * distance >= near * near:
         return False
     return _idle(around, *_friction(around, 0.0)) < 0.0

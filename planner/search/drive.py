@@ -51,17 +51,18 @@ class Care(NamedTuple):
     Attributes:
         yaws, speeds: angles and levels of speed beside the best ones that are priced as well.
         knots: places at most at which the yaw is decided, where there is room.
+        turned: yaw programmes at most until the motion keeps to all limits, each without an angle
+            that did not.
     """
 
     yaws: int
     speeds: int
     knots: int
+    turned: int
 
 
-ROUGHLY, CLOSELY = Care(1, 1, 240), Care(2, 3, 480)
+ROUGHLY, CLOSELY = Care(1, 1, 240, 2), Care(2, 3, 480, 8)
 """The first is good to a few parts in ten thousand, to choose among paths."""
-TURNED_AWAY = 8
-"""Yaw programmes until the motion keeps to all limits, each without an angle that did not."""
 REPAIRS = 12
 """Speed programmes until no limit is broken between stations either."""
 PATIENCE = 2
@@ -126,7 +127,7 @@ def move(
         return turn_on_the_spot(field, around, track.points[0], free_or_one)
     slopes, grounds = _ground_under(field, track)
     shut: list[tuple[float, float, float]] = []
-    for _ in range(TURNED_AWAY):
+    for _ in range(care.turned):
         yaw = _yaw_through(
             field, around, track, slopes, grounds, free_or_one, objective, care, shut
         )
