@@ -126,7 +126,12 @@ class RouteAnswer(BaseModel):
         "several places, the number of the one, from 0",
     )
     routes: list[Route] = Field(description="best first")
-    baselines: dict[str, BaselineSummary]
+    baselines: dict[str, BaselineSummary] = Field(
+        description="shortest and fastest, within the same limits as the route"
+    )
+    baselines_absent: dict[str, str] = Field(
+        default={}, description="why a baseline is missing, by its name"
+    )
     planner: dict[str, Any] = Field(description="how the route was found")
     model: dict[str, Any] = Field(description="name, version and effects of the power model")
     notes: list[str] = Field(default=[], description="what was assumed or could not be done")

@@ -12,6 +12,7 @@ from rich.text import Text
 from planner.search.wording import (
     EXCHANGE,
     arrival,
+    called,
     chance,
     extra_cost,
     joules,
@@ -33,7 +34,6 @@ def compared(document: Document) -> Iterator[tuple[str, Document]]:
 
 def comparison(document: Document, title: str | None = None) -> Table:
     """Energy, length and duration of every route in the document."""
-    objective = document["planner"].get("objective", "energy")
     table = Table(title=title, title_justify="left", header_style="bold")
     table.add_column("")
     for heading in ("energy", "", "length", "duration", "mean power"):
@@ -42,7 +42,7 @@ def comparison(document: Document, title: str | None = None) -> Table:
     for number, (name, route) in enumerate(compared(document)):
         energy, duration = route["energy_j"], route["duration_s"]
         table.add_row(
-            f"{name} (least {objective})" if number == 0 else name,
+            called(name, document["planner"]),
             joules(energy),
             "" if number == 0 else extra_cost(energy, best),
             metres(route["length_m"]),
@@ -109,6 +109,8 @@ def remarks(document: Document, titles: Mapping[str, str] | None = None) -> Iter
         fits = "fits the battery" if battery["fits"] else "DOES NOT FIT the battery"
         likely = f"; chance {chance(battery['chance'])}" if "chance" in battery else ""
         yield f"It {fits}: {share} that are in it{likely}."
+    for name, reason in document.get("baselines_absent", {}).items():
+        yield f"Nothing to compare with as the {name}: {reason}."
     for note in document.get("notes", ()):
         yield f"Note: {note}."
 

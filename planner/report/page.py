@@ -33,6 +33,7 @@ from planner.search.route import Answer, Route
 from planner.search.wording import (
     EXCHANGE,
     arrival,
+    called,
     chance,
     extra_cost,
     joules,
@@ -109,7 +110,8 @@ def _sentence(answer: Answer) -> str:
 
 def _comparison(answer: Answer) -> str:
     rows = "".join(
-        f"<tr><th scope='row'><i class='line {row['name']}'></i>{plain(row['name'])}</th>"
+        f"<tr><th scope='row'><i class='line {row['name']}'></i>"
+        f"{plain(called(row['name'], answer.planner))}</th>"
         + "".join(f"<td>{plain(v)}</td>" for k, v in row.items() if k != "name")
         + "</tr>"
         for row in comparison_rows(answer)
@@ -139,6 +141,7 @@ def _remarks(answer: Answer, titles: Mapping[str, str]) -> str:
         )
     model = answer.model
     remarks.append(f"Model {model['name']}, version {model['version']}, kind {model['kind']}.")
+    remarks += [f"Nothing to compare with as the {n}: {why}." for n, why in answer.absent.items()]
     remarks += answer.notes
     return "<ul>" + "".join(f"<li>{plain(r)}</li>" for r in remarks) + "</ul>"
 

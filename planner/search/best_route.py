@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -21,9 +22,10 @@ from numpy.typing import NDArray
 
 from planner.errors import Cancelled
 from planner.quantities import STANDARD_GRAVITY
-from planner.search.grid_route import Attempt, drive_legs, on_grid
+from planner.search.driven_way import drive_legs
+from planner.search.grid_route import Attempt, on_grid
 from planner.search.ground import CostField, polyline_cost
-from planner.search.kept_limits import FINELY, FINENESS, broken_limits
+from planner.search.kept_limits import FINELY, broken_limits
 from planner.search.route import Route
 from planner.search.run import Run
 from planner.search.steady import MARGIN
@@ -43,6 +45,7 @@ class Found:
     Attributes:
         route: the best one, or None with a reason.
         baselines: "shortest" and "fastest".
+        absent: why there is none of these, by name.
         planner: how it was found.
         notes: what the user ought to know, in sentences.
     """
@@ -50,6 +53,7 @@ class Found:
     planner: dict[str, Any]
     route: Route | None = None
     baselines: dict[str, Route] = field(default_factory=dict)
+    absent: dict[str, str] = field(default_factory=dict)
     reason: str = ""
     notes: list[str] = field(default_factory=list)
 
@@ -57,6 +61,13 @@ class Found:
 def value_of(route: Route, objective: str) -> float:
     """What an objective wants little of: J, s or m."""
     return {"energy": route.energy_j, "time": route.duration_s, "length": route.length_m}[objective]
+
+
+def shortest_and_fastest(pool: Sequence[Route]) -> dict[str, Route]:
+    """The baselines among some routes, by name."""
+    return {
+        name: min(pool, key=partial(value_of, objective=aim)) for name, aim in BASELINES.items()
+    }
 
 
 def best_route(run: Run, field: CostField) -> Found:
@@ -67,64 +78,85 @@ def best_route(run: Run, field: CostField) -> Found:
         field: map and costs for its objective.
     """
     request = run.request
+    objective = request.objective
     begun = time.perf_counter()
-    found = Found({"name": request.planner, "seed": request.seed})
+    found = Found({"name": request.planner, "objective": objective, "seed": request.seed})
     run.step("least-cost fields, refinement, yaw, speed", 0.1)
-    waiting = {
-        name: run.other_core.submit(
-            partial(on_grid, run, run.field(aim, MARGIN, field.factor), aim)
-        )
-        for name, aim in BASELINES.items()
-        if aim != request.objective
-    }
-    attempt = on_grid(run, field, request.objective)
-    others = {name: run.other_core.result(task) for name, task in waiting.items()}
-    if attempt.paths is None or attempt.refined is None:
-        found.reason = attempt.reason
-        return found
-    routes = {"grid": attempt.route}
-    # To compare with, limits between the stations do not matter; for an answer they do.
-    unchecked = {f"grid, {name}" for name in others}
-    ways: set[bytes] = set()
-    for name, other in others.items():
-        routes[f"grid, {name}"] = other.route
-        if other.refined is None or (way := _way(other.refined)) in ways:
-            continue
-        if _worth_driving(run, field, other, attempt.route):
-            ways.add(way)
-            driven = drive_legs(run, field, other.refined, request.objective)
-            routes[f"grid, way of the {name}"] = driven if isinstance(driven, Route) else None
-    candidates = {name: route for name, route in routes.items() if route is not None}
+    attempt, candidates = _by_grid(run, field)
+    from_grid = set(candidates)
     found.planner["slope_margin"] = attempt.field.margin
-    found.planner["grid_cost"] = sum(cost for _, cost in attempt.refined)
+    if attempt.refined is not None:
+        found.planner["grid_cost"] = sum(cost for _, cost in attempt.refined)
     if candidates:
         found.planner["grid_energy_j"] = min(route.energy_j for route in candidates.values())
     try:
-        improve(run, attempt, candidates, found.planner, found.notes, begun)
+        if attempt.paths is not None and attempt.refined is not None:
+            improve(run, attempt, candidates, found.planner, found.notes, begun)
     except Cancelled:
         if not candidates:
             raise
         found.notes.append("stopped early: this is the best route up to then")
-    if not candidates:
-        found.reason = attempt.reason
-        return found
-
-    def ranked(objective: str) -> list[str]:
-        return sorted(candidates, key=lambda name: value_of(candidates[name], objective))
 
     def keeps_limits(name: str) -> bool:
         motion = candidates[name].motion
-        if motion is None or (name in routes and name not in unchecked):
-            return True
         # Many are tried in the time that is given, and one of them may slip through.
-        fineness = FINENESS if name in unchecked else FINELY
-        return not broken_limits(field, run.around, motion, fineness)
+        if motion is None or name in from_grid:
+            return True
+        return not broken_limits(field, run.around, motion, FINELY)
 
-    names = ranked(request.objective)
-    found.planner["chosen"] = chosen = next(filter(keeps_limits, names), names[0])
-    found.route = candidates[chosen]
-    found.baselines = {name: candidates[ranked(aim)[0]] for name, aim in BASELINES.items()}
+    names = sorted(candidates, key=lambda name: value_of(candidates[name], objective))
+    chosen = next(filter(keeps_limits, names), None)
+    if chosen is not None:
+        found.planner["chosen"] = chosen
+        found.route = candidates[chosen]
+        # Found in time that was given, a route may be chosen, but is none to compare with.
+        pool = [found.route, *(candidates[name] for name in candidates if name in from_grid)]
+        found.baselines = shortest_and_fastest(pool)
+    elif attempt.route is not None:
+        found.planner["chosen"] = "grid"
+        found.route = attempt.route
+        assert attempt.stuck is not None  # as every route that does not keep to the limits
+        place = f"x {attempt.stuck.x:.2f}, y {attempt.stuck.y:.2f}"
+        found.notes.append(f"no way keeps to all limits: at {place} {attempt.stuck.what}")
+        reason = "no route was found that keeps to all limits"
+        found.absent = dict.fromkeys(BASELINES, reason)
+    else:
+        found.reason = attempt.reason
     return found
+
+
+def _by_grid(run: Run, field: CostField) -> tuple[Attempt, dict[str, Route]]:
+    """What the grid comes to for the request's objective, and all routes within the limits by name.
+
+    A request for time or length gets the routes of the other objectives' requests as well. So its
+    answer is no worse than what any of these compares with.
+    """
+    objective = run.request.objective
+    fields = {aim: run.field(aim, MARGIN, field.factor) for aim in ("energy", *BASELINES.values())}
+    waiting = {
+        name: run.other_core.submit(partial(on_grid, run, fields[aim], aim, compared=True))
+        for name, aim in BASELINES.items()
+    }
+    aims = ["energy"] if objective == "energy" else [objective, *(fields.keys() - {objective})]
+    own = {aim: on_grid(run, fields[aim], aim) for aim in aims}
+    others = {name: run.other_core.result(task) for name, task in waiting.items()}
+    routes: dict[str, Route | None] = {}
+    for aim, attempt in own.items():
+        grid = "grid" if aim == objective else f"grid, {aim}"
+        routes[grid] = attempt.route if attempt.kept else None
+        ways = {name: other for name, other in others.items() if BASELINES[name] != aim}
+        if aim != "energy":
+            ways["least energy"] = own["energy"]
+        driven: set[bytes] = set()
+        for name, other in ways.items():
+            if other.refined is None or (way := _way(other.refined)) in driven:
+                continue
+            if _worth_driving(run, attempt, other, aim):
+                driven.add(way)
+                route = drive_legs(run, attempt.field, other.refined, aim)
+                routes[f"{grid}, way of the {name}"] = route if isinstance(route, Route) else None
+    routes |= {f"grid, {name}": other.route for name, other in others.items()}
+    return own[objective], {name: route for name, route in routes.items() if route is not None}
 
 
 def _way(refined: list[tuple[Array, float]]) -> bytes:
@@ -132,13 +164,15 @@ def _way(refined: list[tuple[Array, float]]) -> bytes:
     return b"".join(path.tobytes() for path, _ in refined)
 
 
-def _worth_driving(run: Run, field: CostField, other: Attempt, route: Route | None) -> bool:
-    """Whether another aim's way may be better for this objective once it is driven for it."""
-    objective = run.request.objective
-    if route is None or other.route is None or other.refined is None:
+def _worth_driving(run: Run, own: Attempt, other: Attempt, objective: str) -> bool:
+    """Whether another aim's way may be better for an objective once it is driven for it."""
+    route = own.route if own.kept else None
+    if route is None or other.route is None:
         return route is None
+    assert other.refined is not None  # a route has a way
     if objective == "energy":
         # No motion along it dissipates less than its metres do, whatever it does at its bends.
+        field = own.field
         metres = sum(polyline_cost(field, path, field.step) for path, _ in other.refined)
         dissipated = route.energy_j - run.around.mass * STANDARD_GRAVITY * route.rise_m
         if metres >= dissipated and math.isfinite(metres):

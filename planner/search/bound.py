@@ -14,7 +14,8 @@ P_rest is what the smooth signs near rest spare against complete friction, of al
 at most for friction F that changes sign over the width w, and at the motor what static friction and
 the teeth help to hold less the copper loss of holding it, the largest over all speeds and torques.
 v is full speed, or, where P_rest outweighs the electronics, half the slowest speed: the mean speed
-on a step that starts or ends at rest. Turns on the spot only add.
+on a step that starts or ends at rest. Between places so close that the speed programme has slower
+ones for them (planner.search.speed) d then counts nothing. Turns on the spot only add.
 
 With M·g·Δz, less what the air can push, E, the gears that drive lose (1/η - 1)·max(0, E).
 The bound is d·distance + E plus that. Air: the drag k·|v - w|·(v - w) is the slope of a convex
@@ -42,6 +43,7 @@ from planner.power.model import PowerModel
 from planner.power.pipeline import REST_SPEED
 from planner.quantities import INDEX, STANDARD_GRAVITY
 from planner.search.conditions import Circumstances
+from planner.search.speed_estimate import EVENLY
 from planner.search.steady import SLOWEST
 
 Array = NDArray[np.float64]
@@ -66,12 +68,21 @@ def lower_bound(around: Circumstances, distance: float, climb: float, steepest: 
     if model.kind != "sound" or any(effect.definition is not None for effect in model.effects):
         return min(0.0, weight * climb)
     push = _wind_push(around)
-    metre = floor_per_metre(around, steepest) - push * _lengthening(steepest)
+    metre = 0.0 if _may_creep(around, distance) else floor_per_metre(around, steepest)
+    metre -= push * _lengthening(steepest)
     dissipated = metre * distance * (1.0 if metre >= 0.0 else LONGEST)
     through_gears = weight * climb - push * distance
     efficiency = parameter_value(model, "gear_loss", "efficiency")
     dissipated += (1.0 / efficiency - 1.0) * max(0.0, through_gears)
     return dissipated + through_gears
+
+
+def _may_creep(around: Circumstances, distance: float) -> bool:
+    """Whether a robot between places so close may be slower than elsewhere, and gains by it."""
+    near = EVENLY * float(around.limits[0])
+    if around.model.vehicle.limits.acceleration * distance >= near * near:
+        return False
+    return _idle(around, *_friction(around, 0.0)) < 0.0
 
 
 def floor_per_metre(around: Circumstances, steepest: float) -> float:
@@ -85,14 +96,19 @@ def _floor_per_metre(around: Circumstances, steepest: float) -> float:
     model = around.model
     v = float(around.limits[0])
     rim, roller = _friction(around, steepest)
-    spared = SMOOTH * SLIDING_SPEED * float(rim.sum() + roller.sum())
-    spared += len(model.wheels) * _spared_by_motor(around)
-    idle = parameter_value(model, "electronics", "power") - spared
+    idle = _idle(around, rim, roller)
     # The motor's dry friction is in the travel of its wheel; its smoothness is in ``spared``.
     per_rim = parameter_value(model, "coulomb_drag", "coulomb_torque") * model.vehicle.gear_ratio
     rim = rim + per_rim / model.vehicle.layout.radius
     sliding = _least_norm(model.wheels, rim, roller)
     return max(0.0, sliding + idle / (v if idle >= 0.0 else 0.5 * SLOWEST * v))
+
+
+def _idle(around: Circumstances, rim: Array, roller: Array) -> float:
+    """W of the electronics, less what is spared near rest, for friction (n,) in N."""
+    spared = SMOOTH * SLIDING_SPEED * float(rim.sum() + roller.sum())
+    spared += len(around.model.wheels) * _spared_by_motor(around)
+    return parameter_value(around.model, "electronics", "power") - spared
 
 
 def _least_norm(wheels: Array, rim: Array, roller: Array) -> float:

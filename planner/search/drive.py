@@ -8,12 +8,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from planner.power.model import PowerModel
@@ -23,13 +21,22 @@ from planner.search.conditions import Circumstances
 from planner.search.edge_energy import (
     Motion,
     assemble,
+    joined,
     motion_rows,
     room_to_move,
 )
 from planner.search.energy_interval import energy_distribution, thinned
-from planner.search.ground import ALL_YAWS, CostField, body_frame, touches
+from planner.search.ground import CostField
 from planner.search.kept_limits import broken_limits, ease
-from planner.search.motion_row import BRIEFLY, broken_limit
+from planner.search.on_the_spot import (
+    Stuck,
+    Wanted,
+    arriving,
+    first_contact,
+    leaving,
+    pose_spacing,
+    turn_on_the_spot,
+)
 from planner.search.route import Battery, Route
 from planner.search.speed import speed_programme
 from planner.search.track import Track, lay_track, slopes_of_steps
@@ -44,43 +51,29 @@ class Care(NamedTuple):
     Attributes:
         yaws, speeds: angles and levels of speed beside the best ones that are priced as well.
         knots: places at most at which the yaw is decided, where there is room.
+        turned: yaw programmes at most until the motion keeps to all limits, each without an angle
+            that did not.
     """
 
     yaws: int
     speeds: int
     knots: int
+    turned: int
 
 
-ROUGHLY, CLOSELY = Care(1, 1, 240), Care(2, 3, 480)
+ROUGHLY, CLOSELY = Care(1, 1, 240, 2), Care(2, 3, 480, 8)
 """The first is good to a few parts in ten thousand, to choose among paths."""
-TURNED_AWAY = 8
-"""Yaw programmes until the motion keeps to all limits, each without an angle that did not."""
 REPAIRS = 12
 """Speed programmes until no limit is broken between stations either."""
 PATIENCE = 2
 """Repairs of one place, other than of the voltage, until the body is to be turned otherwise."""
 
 
-@dataclass(frozen=True)
-class Stuck:
-    """Where along a path the robot cannot go on, and what does not work there."""
-
-    x: float
-    y: float
-    what: str
-    for_want_of_room: bool = False
-
-
-def pose_spacing(cell: float) -> float:
-    """Largest distance of poses: one cell up to 0.5 m; a tenth of a cell on coarse maps."""
-    return min(cell, 0.5) if cell <= 5.0 else cell / 10.0
-
-
 def drive(
     field: CostField,
     around: Circumstances,
     legs: Sequence[Array],
-    yaws: Sequence[float | None],
+    yaws: Sequence[Wanted],
     *,
     objective: int,
     charge: float | None = None,
@@ -91,7 +84,7 @@ def drive(
         field: map and costs.
         around: model and conditions.
         legs: polylines from one fixed point to the next.
-        yaws: yaw asked for at every fixed point, None where it is free.
+        yaws: asked for at every fixed point.
         objective: 1 minimises time, anything else energy.
         charge: share of the battery's capacity that is left; None counts it as full.
     """
@@ -103,7 +96,7 @@ def move(
     field: CostField,
     around: Circumstances,
     legs: Sequence[Array],
-    yaws: Sequence[float | None],
+    yaws: Sequence[Wanted],
     *,
     objective: int,
     care: Care = CLOSELY,
@@ -116,6 +109,10 @@ def move(
         care: how closely.
         checked: whether all limits are looked at between the points that the programmes look at.
     """
+    turned = [k for k, yaw in enumerate(yaws) if isinstance(yaw, tuple)]
+    if turned:
+        return _in_parts(field, around, legs, yaws, turned, objective, care, checked)
+    free_or_one = [arriving(yaw) for yaw in yaws]
     vehicle = around.model.vehicle
     spacing = pose_spacing(min(field.dx, field.dy))
     track = lay_track(
@@ -127,11 +124,13 @@ def move(
         acceleration=vehicle.limits.acceleration,
     )
     if not len(track.lengths):
-        return _turn_only(field, around, track, yaws, spacing)
+        return turn_on_the_spot(field, around, track.points[0], free_or_one)
     slopes, grounds = _ground_under(field, track)
     shut: list[tuple[float, float, float]] = []
-    for _ in range(TURNED_AWAY):
-        yaw = _yaw_through(field, around, track, slopes, grounds, yaws, objective, care, shut)
+    for _ in range(care.turned):
+        yaw = _yaw_through(
+            field, around, track, slopes, grounds, free_or_one, objective, care, shut
+        )
         if isinstance(yaw, Stuck):
             return yaw
         roomy, yaw = room_to_move(track, yaw)
@@ -153,6 +152,45 @@ def move(
         x, y = motion.x[touched], motion.y[touched]
         return Stuck(float(x), float(y), "the body touches something", True)
     return motion
+
+
+def _in_parts(
+    field: CostField,
+    around: Circumstances,
+    legs: Sequence[Array],
+    yaws: Sequence[Wanted],
+    turned: Sequence[int],
+    objective: int,
+    care: Care,
+    checked: bool,
+) -> Motion | Stuck:
+    """The motion where ``turned`` fixed points ask for several yaw angles: there it stands."""
+    parts: list[Motion] = []
+    begun = 0
+    for end in sorted({*turned, len(yaws) - 1}):
+        if end > begun:
+            wanted = [leaving(yaws[begun]), *yaws[begun + 1 : end], arriving(yaws[end])]
+            part = move(
+                field,
+                around,
+                legs[begun:end],
+                wanted,
+                objective=objective,
+                care=care,
+                checked=checked,
+            )
+            if isinstance(part, Stuck):
+                return part
+            parts.append(part)
+        several = yaws[end]
+        if isinstance(several, tuple):
+            place = legs[end][0] if end < len(legs) else legs[-1][-1]
+            part = turn_on_the_spot(field, around, place, several)
+            if isinstance(part, Stuck):
+                return part
+            parts.append(part)
+        begun = end
+    return joined(parts)
 
 
 def _at_speed(
@@ -201,65 +239,6 @@ def _at_speed(
             x, y = 0.5 * (track.points[worst] + track.points[worst + 1])
             return Stuck(float(x), float(y), broken.what)
     return stuck
-
-
-def first_contact(field: CostField, motion: Motion) -> int:
-    """The first pose at which, or on the way from which, the clearance is not free; -1 if none."""
-    return int(_contact(field, body_frame(field), motion.x, motion.y, motion.yaw))
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def _contact(field: Any, frame: Any, x: Any, y: Any, yaw: Any) -> int:
-    ny, nx = field.mask.shape
-    for k in range(x.shape[0]):
-        after = min(k + 1, x.shape[0] - 1)
-        i = min(max(int(math.floor((x[k] - field.x0) / field.dx + 0.5)), 0), nx - 1)
-        j = min(max(int(math.floor((y[k] - field.y0) / field.dy + 0.5)), 0), ny - 1)
-        if field.mask[j, i] != ALL_YAWS and touches(
-            field.blocked, frame, x[k], y[k], x[after], y[after], yaw[k], yaw[after] - yaw[k]
-        ):
-            return k
-    return -1
-
-
-def _turn_only(
-    field: CostField,
-    around: Circumstances,
-    track: Track,
-    yaws: Sequence[float | None],
-    spacing: float,
-) -> Motion | Stuck:
-    """The motion where all places are one: turns on the spot through every yaw asked for."""
-    wanted = [yaw for yaw in yaws if yaw is not None] or [0.0]
-    rate = around.model.vehicle.limits.yaw_rate
-    arriving, leaving = [wanted[0]], [wanted[0]]
-    for yaw in wanted[1:]:
-        short = math.remainder(yaw - leaving[-1], 2.0 * math.pi)
-        for turn in (short, short - math.copysign(2.0 * math.pi, short)):
-            profile = YawProfile(np.array(leaving[-1:]), np.array([leaving[-1] + turn]), 0.0)
-            motion = assemble(field, track, profile, np.zeros(1), yaw_rate=rate, spacing=spacing)
-            rows, _, _ = motion_rows(field, motion, around.class_rows, around.wind)
-            accounts, _ = around.model.evaluate(rows)
-            held = all(broken_limit(account, around.limits, BRIEFLY) < 0 for account in accounts)
-            if held and first_contact(field, motion) < 0:
-                break
-        else:
-            x, y = track.points[0]
-            what = "the body touches something" if held else "a limit is broken"
-            return Stuck(float(x), float(y), f"{what} in turning on the spot", held)
-        arriving.append(leaving[-1])
-        leaving.append(leaving[-1] + turn)
-    # One station for each turn; the first one stands.
-    turns = Track(
-        np.repeat(track.points, len(arriving), axis=0),
-        np.zeros(len(arriving) - 1),
-        np.zeros(len(arriving) - 1),
-        np.zeros(len(arriving) - 1),
-        np.ones(len(arriving), bool),
-        (0, len(arriving) - 1),
-    )
-    profile = YawProfile(np.array(arriving), np.array(leaving), 0.0)
-    return assemble(field, turns, profile, np.zeros(len(arriving)), yaw_rate=rate, spacing=spacing)
 
 
 def _ground_under(field: CostField, track: Track) -> tuple[Array, NDArray[np.int64]]:

@@ -8,6 +8,7 @@ stations is what a reader of the poses would assume: position, yaw and speed cha
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -104,6 +105,25 @@ def assemble(
     return Motion(
         x, y, heights[number], angles, np.cumsum(seconds), pace, curvatures, accelerations
     )
+
+
+def joined(parts: Sequence[Motion]) -> Motion:
+    """Motions that follow each other: each begins as the one before it ends, at rest."""
+    whole = parts[0]
+    for part in parts[1:]:
+        # The same direction, but perhaps whole turns apart.
+        turns = round((whole.yaw[-1] - part.yaw[0]) / (2.0 * math.pi))
+        whole = Motion(
+            np.append(whole.x, part.x[1:]),
+            np.append(whole.y, part.y[1:]),
+            np.append(whole.heights, part.heights[1:]),
+            np.append(whole.yaw, part.yaw[1:] + 2.0 * math.pi * turns),
+            np.append(whole.time, part.time[1:] + whole.time[-1]),
+            np.append(whole.speed, part.speed[1:]),
+            np.append(whole.curvatures, part.curvatures),
+            np.append(whole.yaw_accelerations, part.yaw_accelerations),
+        )
+    return whole
 
 
 def room_to_move(track: Track, yaw: YawProfile) -> tuple[Track, YawProfile]:

@@ -43,7 +43,7 @@ class BestPrices:
     Attributes:
         table: (SLOPES, SLOPES, 2) share along and across, by slope along and across the travel.
         steepest: slope at the table's borders.
-        level: J/m of the floor on level ground.
+        level: J/m of the floor on level ground; where it is not above 0, prices do not help.
     """
 
     table: Array
@@ -54,6 +54,8 @@ class BestPrices:
 @njit(cache=True, error_model="numpy", nogil=True)
 def _fill_best(t: Any, steepest: float, best: Any, metres: Any) -> None:
     count = best.shape[0]
+    # The largest rolling factor on the map, where all ground rolls more easily than as measured.
+    factor = min(1.0, t.load + t.load_step)
     for a in range(count):
         along = steepest * (2.0 * a / (count - 1) - 1.0)
         stretch = math.sqrt(1.0 + along * along)
@@ -61,7 +63,7 @@ def _fill_best(t: Any, steepest: float, best: Any, metres: Any) -> None:
             across = steepest * (2.0 * b / (count - 1) - 1.0)
             # Ground steeper than the table's least load is driven by nobody: as for that load.
             normal = math.sqrt(1.0 + along * along + across * across)
-            load = max(1.0 / normal, t.load)
+            load = max(factor / normal, t.load)
             for i in range(t.watts.shape[0]):
                 share = t.low + i * t.step
                 for j in range(t.watts.shape[1]):
@@ -124,11 +126,16 @@ def _lookup(best: BestPrices, along: Array, across: Array) -> Array:
 
 
 def _reach(
-    t: PriceTable, level: float, cell: tuple[float, float], stretch: float
+    t: PriceTable,
+    level: float,
+    cell: tuple[float, float],
+    shape: tuple[int, ...],
+    stretch: float,
 ) -> tuple[float, float]:
-    """Standard deviation of the averaging, in nodes along y and x."""
-    length = stretch * 0.5 * t.moving * t.speed**2 / max(level, 1e-9)
-    return max(1.0, length / cell[1]), max(1.0, length / cell[0])
+    """Standard deviation of the averaging, in nodes along y and x; the map's size at most."""
+    length = stretch * 0.5 * t.moving * t.speed**2 / level
+    ny, nx = shape
+    return min(max(1.0, length / cell[1]), ny), min(max(1.0, length / cell[0]), nx)
 
 
 def force_prices(
@@ -163,7 +170,7 @@ def force_prices(
     odd = (-2.0 * ex * ey * chosen[..., 1], (ex * ex - ey * ey) * chosen[..., 1])
     sums = [np.zeros_like(share) for _ in range(3)]
     weights = np.zeros_like(share)
-    reach = _reach(t, best.level, cell, stretch)
+    reach = _reach(t, best.level, cell, heights.shape, stretch)
     for scale, weight in SCALES:
         sigma = scale * reach[0], scale * reach[1]
         weights += weight * gaussian_filter(worth, sigma, mode="nearest")
@@ -187,7 +194,7 @@ def milder(
     for down in (0, 1):
         for left in (0, 1):
             at[down : down + bad.shape[0], left : left + bad.shape[1]] += bad
-    reach = _reach(t, level, cell, MILD)
+    reach = _reach(t, level, cell, at.shape, MILD)
     # All round a bad cell the same first: what is averaged from one node alone is next to nothing.
     wide = maximum_filter(at > 0.0, size=[2 * math.ceil(2.0 * r) + 1 for r in reach])
     near = gaussian_filter(wide.astype(float), reach, mode="nearest")

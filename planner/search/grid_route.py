@@ -10,37 +10,41 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.quantities import STANDARD_GRAVITY
 from planner.search.alternatives import nearness
-from planner.search.drive import CLOSELY, ROUGHLY, Care, Stuck, energy_of, move, price
-from planner.search.edge_energy import Motion
+from planner.search.drive import CLOSELY, ROUGHLY
+from planner.search.driven_way import (
+    Refined,
+    driven_closely,
+    driven_roughly,
+    move_along,
+    priced,
+    with_knots_moved,
+)
 from planner.search.explain import explain_no_route
 from planner.search.ground import CostField, polyline_cost, segment_cost
-from planner.search.polish import hindered, polish, worth_polishing
-from planner.search.pose_search import PosePath, keeping_yaw, pose_path
-from planner.search.refine import VARIANTS, refine
+from planner.search.on_the_spot import Stuck, arriving, leaving
+from planner.search.polish import hindered
+from planner.search.pose_search import PosePath, pose_path
 from planner.search.route import Route
 from planner.search.run import Run
 from planner.search.situation import LARGE
-from planner.search.steady import MARGIN, OBJECTIVES
+from planner.search.steady import MARGIN
 
 Array = NDArray[np.float64]
 
 MARGINS = (MARGIN, 0.95, 0.9, 0.8)
 """Shares of the slope limit to search with, until the finished motion keeps to all limits."""
+COMPARED = (MARGIN, 0.9)
+"""The same for a route to compare with: few answers wait for one."""
 ROOMS = (0.0, 0.4, 1.0, 2.0, 5.0, 16.0)
 """How much dearer ground gets where the body fits with hardly a yaw, until it can turn in time."""
 SHUNNED = 4
 """Places where a limit was broken that are made dearer before all steep ground is."""
-POSED = {2.0: (1.0,), 4.0: (1.0,)}
-"""As VARIANTS of planner.search.refine, for ways that keep their yaw angles."""
-DEARER = 0.01
-"""Share of the energy that keeping to limits between the stations as well may cost."""
 STRAIGHT = 0.005
 """Share by which a baseline may cost more than the floor of its length and still be straight."""
 DETOURS, AWAY = 2, 0.1
@@ -51,26 +55,15 @@ MUCH = 1.1
 """Energy over that of even driving from which a way with more room is tried as well."""
 
 
-Refined = list[tuple[Array, float]]
-"""A refined polyline with its cost for each leg."""
-
-
-@dataclass(frozen=True)
-class Tried:
-    """Refined legs, the motion along them, its energy and what it dissipates, J.
-
-    The energies are infinite where it is stuck.
-    """
-
-    refined: Refined
-    motion: Motion | Stuck
-    energy: float = math.inf
-    dissipated: float = math.inf
-
-
 @dataclass(frozen=True)
 class Attempt:
-    """What the grid with refinement came to: a route, or paths that none drives, or neither."""
+    """What the grid with refinement came to: a route, or paths that none drives, or neither.
+
+    Attributes:
+        stuck: where there is no route, and why.
+        nearly: whether a motion breaks limits between the stations only.
+        kept: whether the route is none of these.
+    """
 
     field: CostField
     paths: list[Array] | None = None
@@ -78,37 +71,49 @@ class Attempt:
     route: Route | None = None
     reason: str = ""
     stuck: Stuck | None = None
+    nearly: bool = False
+    kept: bool = True
 
 
-def on_grid(run: Run, field: CostField, objective: str) -> Attempt:
+def on_grid(run: Run, field: CostField, objective: str, *, compared: bool = False) -> Attempt:
     """Search, refine and drive; where the motion does not come out, search more cautiously.
 
     A speed that breaks a limit on a bend asks for less steep ground. A body that cannot turn in
     time, or only at much cost, asks for a search with the yaw in it, and for ways with more room.
+
+    Args:
+        run, field: the request, and map and costs.
+        objective: "energy", "time" or "length".
+        compared: whether the route is to compare with only. It keeps to the same limits, but its
+            yaw and speed may be a few parts in ten thousand off the best, and it is searched for
+            with less patience.
     """
-    straight = _straight(run, field, objective)
-    if straight is not None:
+    if compared and (straight := _straight(run, field, objective)) is not None:
         return straight
-    plain, shunned, posed = field.factor, 0, False
+    plain, posed = field.factor, False
     tries, rooms = list(MARGINS), list(ROOMS) if run.ground.blocked.any() else [0.0]
+    shunned = 0
+    if compared:
+        tries, shunned, posed = list(COMPARED), SHUNNED, len(rooms) == 1
     attempt = Attempt(field)
     best: Attempt | None = None
+    nearly: Attempt | None = None
     while tries and rooms:
         factor = plain if rooms[0] == 0.0 else plain * run.ground.preferring_room(rooms[0])
         field = run.field(objective, tries[0], np.ascontiguousarray(factor))
         paths = _paths(run, field, objective)
         if paths is None:
             break
-        attempt = latest = _attempted(run, field, paths, objective)
+        attempt = latest = _attempted(run, field, paths, objective, compared=compared)
+        nearly = attempt if nearly is None and attempt.nearly else nearly
         if objective == "energy":
             latest = _elsewhere(run, latest)
         stuck = latest.stuck
         turned = objective == "energy" and len(rooms) > 1 and _much_turning(run, latest, plain)
         if not posed and (turned or (stuck is not None and stuck.for_want_of_room)):
             posed = True
-            latest = _cheaper(
-                latest, _by_poses(run, run.field(objective, tries[0], plain), objective)
-            )
+            unshunned = run.field(objective, tries[0], plain)
+            latest = _cheaper(latest, _by_poses(run, unshunned, objective, compared))
         if best is not None and _cheaper(best, latest) is best:
             return best
         if latest.route is not None:
@@ -125,9 +130,20 @@ def on_grid(run: Run, field: CostField, objective: str) -> Attempt:
             tries.pop(0)
     if best is not None:
         return best
+    if nearly is not None and not compared:
+        return _as_it_is(run, nearly, objective)
     if paths is None:
         return replace(attempt, reason=attempt.reason or _why_not(run, field, objective))
     return attempt
+
+
+def _as_it_is(run: Run, attempt: Attempt, objective: str) -> Attempt:
+    """A way that nearly keeps to the limits, driven as it is."""
+    assert attempt.refined is not None  # something moved along it
+    motion = move_along(run, attempt.field, attempt.refined, objective, CLOSELY, False)
+    if isinstance(motion, Stuck):
+        return attempt
+    return replace(attempt, route=priced(run, attempt.field, motion), kept=False)
 
 
 def near_path_of(run: Run, field: CostField, factor: Array, objective: str) -> Attempt:
@@ -170,8 +186,8 @@ def _hindered(run: Run, attempt: Attempt) -> bool:
 
 
 def _straight(run: Run, field: CostField, objective: str) -> Attempt | None:
-    """The straight line for a baseline that no way undercuts by more than a few parts in 1000."""
-    if objective == "energy" or objective == run.request.objective or field.factor.size > 1:
+    """The straight line, where no way undercuts it by more than a few parts in 1000."""
+    if field.factor.size > 1:
         return None
     cheapest = run.situation.lattice(objective, field).cheapest
     refined = []
@@ -180,11 +196,11 @@ def _straight(run: Run, field: CostField, objective: str) -> Attempt | None:
         if not cost <= (1.0 + STRAIGHT) * cheapest * math.dist(a, b):
             return None
         refined.append((np.array([a, b]), cost))
-    motion = _move(run, field, refined, objective, ROUGHLY, False)
+    motion = move_along(run, field, refined, objective, ROUGHLY, True)
     if isinstance(motion, Stuck):
         return None
     paths = [path for path, _ in refined]
-    return Attempt(field, paths, refined, _priced(run, field, motion))
+    return Attempt(field, paths, refined, priced(run, field, motion))
 
 
 def _attempted(
@@ -195,6 +211,7 @@ def _attempted(
     ways: Sequence[PosePath] = (),
     *,
     polished: bool = True,
+    compared: bool = False,
     below: float = math.inf,
 ) -> Attempt:
     """Refine and drive these paths; with ``ways`` near them, and with the yaw angles they have.
@@ -202,36 +219,37 @@ def _attempted(
     With ``polished`` knots are moved for the least energy, where that is likely to help. There is
     no route where even roughly it takes no less than ``below``, J.
     """
-    moved, stuck = _driven_roughly(run, field, paths, objective, ways)
+    moved, stuck = driven_roughly(run, field, paths, objective, ways)
     best = moved[0] if moved else None
     if best is not None and best.energy - MOST_SAVED * best.dissipated >= below:
         return Attempt(field, paths)
     better = None
     if best is not None and polished and objective == "energy" and not ways:
-        better = _polished(run, field, best)
+        better = with_knots_moved(run, field, best)
         best = better or best
     if best is not None and best.energy >= below:
         return Attempt(field, paths)
-    refined, driven = _driven_closely(run, field, better, moved, stuck, objective)
+    care = ROUGHLY if compared else CLOSELY
+    refined, driven = driven_closely(run, field, better, moved, stuck, objective, care)
     if isinstance(driven, Route):
         return Attempt(field, paths, refined, driven)
     reason = f"a way was found, but at x {driven.x:.2f}, y {driven.y:.2f} {driven.what}"
-    return Attempt(field, paths, refined, None, reason, driven)
+    return Attempt(field, paths, refined, None, reason, driven, nearly=bool(moved))
 
 
-def _by_poses(run: Run, field: CostField, objective: str) -> Attempt:
+def _by_poses(run: Run, field: CostField, objective: str, compared: bool) -> Attempt:
     """What a search with the yaw in it comes to."""
     ways: list[PosePath] = []
     yaws = list(run.yaws)
     for k, (a, b) in enumerate(itertools.pairwise(run.places)):
-        way = pose_path(
-            run.situation, field, objective, (a, yaws[k]), (b, yaws[k + 1]), stop=run.stop
-        )
+        ends = (a, leaving(yaws[k])), (b, arriving(yaws[k + 1]))
+        way = pose_path(run.situation, field, objective, *ends, stop=run.stop)
         if way is None:
             return Attempt(field)
         ways.append(way)
         yaws[k + 1] = float(way.yaws[-1]) if yaws[k + 1] is None else yaws[k + 1]
-    return _attempted(run, field, [way.polyline for way in ways], objective, ways)
+    polylines = [way.polyline for way in ways]
+    return _attempted(run, field, polylines, objective, ways, compared=compared)
 
 
 def _cheaper(one: Attempt, other: Attempt) -> Attempt:
@@ -247,97 +265,6 @@ def _dearer_near(field: CostField, place: Stuck) -> Array:
     x, y = field.x0 + field.dx * np.arange(nx), field.y0 + field.dy * np.arange(ny)
     near = np.hypot((x - place.x)[None, :] / field.dx, (y - place.y)[:, None] / field.dy) < 3.0
     return np.where(near, 2.0, 1.0)
-
-
-def _driven_roughly(
-    run: Run,
-    field: CostField,
-    paths: list[Array],
-    objective: str,
-    ways: Sequence[PosePath],
-) -> tuple[list[Tried], list[Tried]]:
-    """The legs refined with closer and wider knots: what moves, cheapest first, and what sticks."""
-    toll = run.situation.toll(objective)
-    variants = VARIANTS if objective == "energy" else {8.0: (1.0,)}
-    near = field
-    if ways:
-        variants, near = POSED, keeping_yaw(field, ways)
-
-    def refined_legs(knot_cells: float, shares: Sequence[float]) -> list[Refined]:
-        tolls = [share * toll for share in shares]
-        legs = [
-            refine(near, path, tolls=tolls, knot_cells=knot_cells, check=run.check)
-            for path in paths
-        ]
-        return [list(refined) for refined in zip(*legs, strict=True)]
-
-    def tried(refined: Refined) -> Tried:
-        motion = _move(run, field, refined, objective, ROUGHLY, False)
-        if isinstance(motion, Stuck):
-            return Tried(refined, motion)
-        energy = energy_of(field, run.around, motion)
-        climb = run.around.mass * STANDARD_GRAVITY * float(motion.heights[-1] - motion.heights[0])
-        return Tried(refined, motion, energy, energy - climb)
-
-    several = run.other_core.all([partial(refined_legs, *variant) for variant in variants.items()])
-    chains = itertools.chain.from_iterable(several)
-    found = run.other_core.all([partial(tried, refined) for refined in chains])
-    moved = [one for one in found if isinstance(one.motion, Motion)]
-    stuck = [one for one in found if isinstance(one.motion, Stuck)]
-    return sorted(moved, key=lambda one: one.energy), stuck
-
-
-def _driven_closely(
-    run: Run,
-    field: CostField,
-    better: Tried | None,
-    moved: list[Tried],
-    stuck: list[Tried],
-    objective: str,
-) -> tuple[Refined, Route | Stuck]:
-    """The cheapest of these ways that keeps to all limits for little more, or where they stick.
-
-    ``better`` is ``moved[0]`` with its knots moved: it counts only if it keeps to all limits, and
-    if that costs what was gained, only if the others cost more.
-    """
-    # A baseline is no worse for a yaw that is a few parts in ten thousand off the best.
-    alone = objective != "energy" and objective != run.request.objective
-    closer: Motion | Stuck
-    kept: list[tuple[Refined, Route]] = []
-    for one in moved if better is None else [better, *moved]:
-        closer = one.motion if alone else _move(run, field, one.refined, objective, CLOSELY, True)
-        if isinstance(closer, Motion):
-            route = _priced(run, field, closer)
-            if alone or route.energy_j <= moved[0].energy + DEARER * abs(moved[0].energy):
-                kept.append((one.refined, route))
-                if one is not better or route.energy_j <= moved[0].energy:
-                    break
-        else:
-            stuck = [Tried(one.refined, closer)]
-    if kept:
-        return min(kept, key=lambda way: way[1].energy_j)
-    if moved and not alone:
-        # Keeping to limits between the stations as well would cost much more: as they are.
-        best = moved[0]
-        closer = _move(run, field, best.refined, objective, CLOSELY, False)
-        motion = closer if isinstance(closer, Motion) else best.motion
-        assert isinstance(motion, Motion)  # as all of ``moved`` are
-        return best.refined, _priced(run, field, motion)
-    where = stuck[0].motion
-    assert isinstance(where, Stuck)  # whatever did not move is stuck
-    return stuck[0].refined, where
-
-
-def _polished(run: Run, field: CostField, best: Tried) -> Tried | None:
-    """The best way with its knots moved, where that is likely to help and does."""
-    if not worth_polishing(best.dissipated, sum(cost for _, cost in best.refined)):
-        return None
-    legs = [path for path, _ in best.refined]
-    better = polish(field, run.around, legs, run.yaws, both=run.other_core.all, check=run.check)
-    if better.motion is None or better.energy >= best.energy:
-        return None
-    refined = [(leg, float(polyline_cost(field, leg, field.step))) for leg in better.legs]
-    return Tried(refined, better.motion, better.energy, better.dissipated)
 
 
 def _much_turning(run: Run, attempt: Attempt, factor: Array) -> bool:
@@ -367,41 +294,6 @@ def _paths(run: Run, field: CostField, objective: str) -> list[Array] | None:
             return None
         legs.append(path)
     return legs
-
-
-def _move(
-    run: Run,
-    field: CostField,
-    refined: Refined,
-    objective: str,
-    care: Care,
-    checked: bool,
-) -> Motion | Stuck:
-    run.check()
-    legs = [path for path, _ in refined]
-    if objective == "length":
-        # Whatever way it goes, a robot turns as costs it least.
-        costs = run.situation.costs("energy")
-        field = field._replace(by_yaw=costs.by_yaw, yaw_limit=costs.yaw_limit, lean=costs.lean)
-    return move(
-        field,
-        run.around,
-        legs,
-        run.yaws,
-        objective=OBJECTIVES[objective],
-        care=care,
-        checked=checked,
-    )
-
-
-def drive_legs(run: Run, field: CostField, refined: Refined, objective: str) -> Route | Stuck:
-    """The best motion along refined legs, and its energy."""
-    motion = _move(run, field, refined, objective, CLOSELY, True)
-    return motion if isinstance(motion, Stuck) else _priced(run, field, motion)
-
-
-def _priced(run: Run, field: CostField, motion: Motion) -> Route:
-    return price(field, run.around, motion, charge=run.request.conditions.battery_charge)
 
 
 def grid_route(run: Run, objective: str, factor: Array | None = None) -> Route | None:

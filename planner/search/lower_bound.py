@@ -170,6 +170,9 @@ def certify(
     if tables is None or start == goal:
         return CertifiedBound(floor, time.perf_counter() - began, "floor")
     table = tables.full
+    best = best_prices(table, TOO_STEEP * steepest)
+    if not best.level > 0.0:
+        return CertifiedBound(floor, time.perf_counter() - began, "floor")
     parts = max(1, math.ceil(math.sqrt(field.heights.size / NODES[haste])))
     mesh = mesh_of(field, around, TOO_STEEP * steepest, parts)
     coarse = coarse_field(field, mesh)
@@ -183,7 +186,6 @@ def certify(
     check()
     to_goal, from_start = (_everywhere(guide, coarse) for guide in guides)
     direction, worth = travel(to_goal, from_start, mesh.cell)
-    best = best_prices(table, TOO_STEEP * steepest)
     ends = [weights_at(p, mesh.origin, mesh.cell, mesh.heights.shape) for p in (start, goal)]
     both = StartAndStop.of(table, tables.slower, tables.acceleration, mesh, (start, goal))
     psi, flow = to_goal, np.zeros((2, *mesh.heights.shape))

@@ -1,11 +1,12 @@
 """OMPL's part of an answer: its search in each leg's tube, or on the whole map, refined.
 
-legs, said = ompl_legs(run, attempt, seconds)
+found = ompl_legs(run, attempt, seconds)
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,10 +19,36 @@ from planner.search.run import Run
 Array = NDArray[np.float64]
 
 
-def ompl_legs(
-    run: Run, attempt: Attempt, seconds: float
-) -> tuple[list[tuple[Array, float]], dict[str, Any]]:
-    """OMPL's refined paths with their costs, one for each leg, and what to say of its search.
+@dataclass(frozen=True)
+class OmplLegs:
+    """What OMPL came to.
+
+    Attributes:
+        legs: refined paths with their costs, one for each leg.
+        said: of the search, for the answer's ``planner``.
+        nothing: whether all of the paths are the grid's.
+    """
+
+    legs: list[tuple[Array, float]]
+    said: dict[str, Any]
+    nothing: bool
+
+    @property
+    def note(self) -> str | None:
+        """What the user ought to know of it, if anything."""
+        without = self.said["legs_without_ompl"]
+        if without and self.nothing:
+            return "OMPL found no way in the time it had: the route is the grid's alone"
+        if without:
+            return (
+                f"OMPL found no way on {without} of {len(self.legs)} legs in the time it had: "
+                "the grid's stand in there"
+            )
+        return None
+
+
+def ompl_legs(run: Run, attempt: Attempt, seconds: float) -> OmplLegs:
+    """OMPL's refined paths, and what to say of its search.
 
     Where OMPL finds nothing in its time, the grid's refined path stands in and is counted.
 
@@ -40,7 +67,7 @@ def ompl_legs(
     request = run.request
     cheapest = run.situation.lattice(request.objective, field).cheapest
     legs: list[tuple[Array, float]] = []
-    iterations, evaluations, without = 0, 0, 0
+    iterations, evaluations, searched, without = 0, 0, 0, 0
     whole = request.planner == "plane"
     places = run.places
     for path, own, a, b in zip(
@@ -57,6 +84,7 @@ def ompl_legs(
             iterations=request.iterations,
             cancelled=run.cancelled,
         )
+        searched += 1
         iterations += result.iterations
         evaluations += result.evaluations
         best = own
@@ -69,12 +97,13 @@ def ompl_legs(
             best = own
             without += 1
         legs.append(best)
-    said = {
-        "library": "OMPL BIT*",
+    said: dict[str, Any] = {
         "space": "plane" if whole else "tube",
         "iterations": iterations,
         "edges_evaluated": evaluations,
-        "ompl_cost": sum(cost for _, cost in legs),
         "legs_without_ompl": without,
     }
-    return legs, said
+    if searched and not without:
+        # Where the grid stands in, there is no figure of OMPL's own.
+        said |= {"library": "OMPL BIT*", "ompl_cost": sum(cost for _, cost in legs)}
+    return OmplLegs(legs, said, without == searched)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.search.relief_image import Window, as_data_url, relief_image, window_round
-from planner.search.wording import extra_share, joules, metres, seconds
+from planner.search.wording import called, extra_share, joules, metres, seconds
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -271,8 +271,11 @@ def html(answer: Answer) -> str:
     if not answer.routes:
         return f"<p><b>No route.</b> {escape.escape(answer.reason or '')}</p>"
     rows = "".join(
-        "<tr>" + "".join(f"<td>{escape.escape(cell)}</td>" for cell in row.values()) + "</tr>"
-        for row in comparison_rows(answer)
+        "<tr>" + "".join(f"<td>{escape.escape(cell)}</td>" for cell in cells) + "</tr>"
+        for cells in (
+            [called(row["name"], answer.planner), *list(row.values())[1:]]
+            for row in comparison_rows(answer)
+        )
     )
     return (
         f'<div style="max-width:560px">{map_svg(answer, width=560)}'

@@ -15,14 +15,17 @@ from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from planner.power.defaults import defaults_in_words
 from planner.power.model import PowerModel
 from planner.power.vehicle import load_vehicle
 from planner.search.alternatives import find_alternatives
 from planner.search.arrival import check_places, settled
-from planner.search.best_route import best_route, value_of
+from planner.search.best_route import best_route, shortest_and_fastest, value_of
 from planner.search.certified import certified
-from planner.search.grid_route import grid_route
+from planner.search.grid_route import on_grid
 from planner.search.in_time import in_time
 from planner.search.request import DEFAULT_VEHICLE, Goal, PlanRequest, PoseRequest, RegionRequest
 from planner.search.route import Answer, Baseline, Route
@@ -83,7 +86,7 @@ def _plan(run: Run) -> Answer:
         "no_route",
         run.ground.terrain,
         run.around.model.describe(),
-        {"name": request.planner, "seed": request.seed},
+        {"name": request.planner, "objective": request.objective, "seed": request.seed},
         notes=_notes(run),
     )
     if reason is not None:
@@ -95,15 +98,18 @@ def _plan(run: Run) -> Answer:
     if best is None:
         return replace(blank, reason=found.reason, planner=found.planner)
     baselines = dict(found.baselines)
-    if request.max_duration_s is not None and best.duration_s > request.max_duration_s:
-        timely, late = in_time(open_ended, request.max_duration_s)
-        quick = [r for r in baselines.values() if r.duration_s <= request.max_duration_s]
-        quick += [] if timely is None else [timely]
-        if not quick:
-            return replace(blank, reason=late, planner=found.planner)
-        best = min(quick, key=lambda route: route.energy_j)
-        found.planner["chosen"] = "in time"
-        baselines["fastest"] = min(baselines["fastest"], best, key=lambda r: r.duration_s)
+    if request.max_duration_s is not None:
+        latest = request.max_duration_s
+        pool = [r for r in (best, *baselines.values()) if r.duration_s <= latest]
+        if best.duration_s > latest:
+            timely, late = in_time(open_ended, latest)
+            pool += [] if timely is None else [timely]
+            if not pool:
+                return replace(blank, reason=late, planner=found.planner)
+            best = min(pool, key=lambda route: route.energy_j)
+            found.planner["chosen"] = "in time"
+        # What arrives too late is no route to compare with either.
+        baselines = shortest_and_fastest(pool) if baselines else {}
     routes: tuple[Route, ...] = (best,)
     notes = [*blank.notes, *found.notes]
     if request.alternatives > 1 and not run.cancelled():
@@ -111,7 +117,7 @@ def _plan(run: Run) -> Answer:
         routes, note = find_alternatives(
             best,
             request.alternatives,
-            lambda factor: grid_route(run, request.objective, factor),
+            lambda factor: _within_limits(run, factor),
             field,
             lambda route: value_of(route, request.objective),
         )
@@ -131,10 +137,18 @@ def _plan(run: Run) -> Answer:
             name: Baseline(route, route.energy_j / best.energy_j - 1.0 if best.energy_j else 0.0)
             for name, route in baselines.items()
         },
+        absent=found.absent,
         planner=found.planner,
         notes=tuple(notes),
         goal=_arrived(request.goal, best),
     )
+
+
+def _within_limits(run: Run, factor: NDArray[np.float64]) -> Route | None:
+    """The best route of the grid with a factor (ny, nx) on the cost of the ground."""
+    objective = run.request.objective
+    attempt = on_grid(run, run.field(objective, MARGIN, factor), objective)
+    return attempt.route if attempt.kept else None
 
 
 def _arrived(asked: Goal, route: Route) -> Mapping[str, float] | None:

@@ -30,6 +30,7 @@ from planner.search.conditions import Circumstances
 from planner.search.drive import ROUGHLY, energy_by_step, move
 from planner.search.edge_energy import Motion
 from planner.search.ground import CostField, segment_cost
+from planner.search.on_the_spot import Wanted
 from planner.search.refine import resample
 from planner.search.steady import OBJECTIVES
 from planner.search.turning import turning
@@ -79,7 +80,7 @@ def polish(
     field: CostField,
     around: Circumstances,
     legs: Sequence[Array],
-    yaws: Sequence[float | None],
+    yaws: Sequence[Wanted],
     *,
     steps: Iterable[float] = AT_ONCE,
     spacing: float = SPACING,
@@ -151,7 +152,7 @@ def drive_roughly(
     field: CostField,
     around: Circumstances,
     legs: tuple[Array, ...],
-    yaws: Sequence[float | None],
+    yaws: Sequence[Wanted],
 ) -> Driven:
     """The motion along a way, roughly, with what it takes."""
     motion = move(field, around, legs, yaws, objective=0, care=ROUGHLY, checked=False)

@@ -21,6 +21,7 @@ from planner.search.arrival import settled
 from planner.search.drive import drive, price
 from planner.search.grid_route import on_grid
 from planner.search.ground import CostField
+from planner.search.on_the_spot import Wanted
 from planner.search.route import Route
 from planner.search.run import Run
 from planner.search.situation import Situation
@@ -65,7 +66,7 @@ class Ridden:
 
     route: Route
     legs: tuple[Array, ...]
-    yaws: tuple[float | None, ...]
+    yaws: tuple[Wanted, ...]
     margin: float
 
     def cost(self, price: float) -> float:
@@ -125,7 +126,7 @@ class PricedSearch:
         self,
         route: Route,
         legs: tuple[Array, ...],
-        yaws: tuple[float | None, ...],
+        yaws: tuple[Wanted, ...],
         field: CostField,
     ) -> Ridden:
         assert route.motion is not None  # as ``drive`` leaves it

@@ -173,7 +173,8 @@ class Answer:
     Attributes:
         status: "ok", or "no_route" with a reason that names what blocks.
         routes: best first; empty without a route.
-        baselines: "shortest" and "fastest".
+        baselines: "shortest" and "fastest", within the same limits.
+        absent: why there is none of these, by name.
         planner: how the route was found.
         model: the power model that priced it.
         notes: what was assumed or could not be done, in sentences.
@@ -188,6 +189,7 @@ class Answer:
     planner: Mapping[str, Any]
     routes: tuple[Route, ...] = ()
     baselines: Mapping[str, Baseline] = field(default_factory=dict)
+    absent: Mapping[str, str] = field(default_factory=dict)
     reason: str | None = None
     notes: tuple[str, ...] = ()
     goal: Mapping[str, float] | None = None
@@ -204,6 +206,8 @@ class Answer:
             name: {**baseline.route.to_json(poses=False), "extra_share": baseline.extra_share}
             for name, baseline in self.baselines.items()
         }
+        if self.absent:
+            document["baselines_absent"] = dict(self.absent)
         document["planner"] = dict(self.planner)
         document["model"] = dict(self.model)
         document["notes"] = list(self.notes)

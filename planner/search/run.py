@@ -6,6 +6,7 @@ with Stop(cancelled) as stop:
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from planner.search.conditions import Circumstances
 from planner.search.driving_ground import DrivingGround
 from planner.search.ground import CostField
+from planner.search.on_the_spot import Wanted, as_wanted
 from planner.search.other_core import OtherCore
 from planner.search.request import PlanRequest, PoseRequest
 from planner.search.situation import Situation
@@ -23,6 +25,8 @@ from planner.search.stopping import Stop
 
 Array = NDArray[np.float64]
 Progress = Callable[[str, float], None]
+COINCIDENT = 1e-6
+"""m within which two places are one: no robot and no map knows them apart."""
 
 
 @dataclass(frozen=True)
@@ -78,13 +82,30 @@ class Run:
 
     @property
     def places(self) -> list[tuple[float, float]]:
-        """Start, via points and goal."""
-        return [(p.x, p.y) for p in self.poses]
+        """Start, via points and goal; those that coincide with the one before count once.
+
+        Two at least: where all of them coincide, that place twice.
+        """
+        places = [place for place, _ in self._stops]
+        return places if len(places) > 1 else 2 * places
 
     @property
-    def yaws(self) -> list[float | None]:
-        """Yaw asked for at each of them."""
-        return [p.yaw for p in self.poses]
+    def yaws(self) -> list[Wanted]:
+        """Yaw asked for at each of ``places``."""
+        wanted = [as_wanted(yaws) for _, yaws in self._stops]
+        return wanted if len(wanted) > 1 else [None, *wanted]
+
+    @property
+    def _stops(self) -> list[tuple[tuple[float, float], list[float]]]:
+        """Places that differ, each with the yaw angles asked for there, in this order."""
+        stops: list[tuple[tuple[float, float], list[float]]] = []
+        for pose in self.poses:
+            place = (pose.x, pose.y)
+            if not stops or math.dist(place, stops[-1][0]) > COINCIDENT:
+                stops.append((place, []))
+            if pose.yaw is not None:
+                stops[-1][1].append(pose.yaw)
+        return stops
 
     def field(
         self, objective: str, margin: float = MARGIN, factor: Array | None = None

@@ -30,7 +30,7 @@ from planner.search.motion_row import (
     set_motion,
     set_wind,
 )
-from planner.search.speed_estimate import LEVELS, REACH, estimate, levels
+from planner.search.speed_estimate import EVENLY, LEVELS, REACH, estimate, levels
 from planner.search.step_costs import STILL
 from planner.search.track import Track
 from planner.search.yaw import YawProfile
@@ -341,27 +341,65 @@ def speed_programme(
     turns = yaw.arriving[1:] - yaw.leaving[:-1]
     speeds = np.zeros(len(track.points))
     model = around.model
-    task = (
-        model.limits_kernel,
-        model.parameters,
-        model.body,
-        model.wheels,
-        around.class_rows,
-        around.limits,
-        around.wind,
-        track.directions,
-        track.lengths,
-        track.curvatures,
-        slopes,
-        yaw.leaving[:-1] + 0.5 * turns,
-        turns,
-        grounds,
-        stops,
-        model.vehicle.limits.acceleration,
-        objective,
-    )
-    expected = np.empty((len(track.lengths), LEVELS, 2 * REACH + 1))
-    estimate(*task, fastest, hardest, expected)
-    if not _speeds(*task, expected, beside, speeds):
-        return None, int(speeds[0])
+    middle = yaw.leaving[:-1] + 0.5 * turns
+    for first, last, top in _stretches(around, track, slopes, stops, turns):
+        steps, limits = slice(first, last), around.limits.copy()
+        limits[0] = top
+        task = (
+            model.limits_kernel,
+            model.parameters,
+            model.body,
+            model.wheels,
+            around.class_rows,
+            limits,
+            around.wind,
+            track.directions[steps],
+            track.lengths[steps],
+            track.curvatures[steps],
+            slopes[steps],
+            middle[steps],
+            turns[steps],
+            grounds[steps],
+            stops[first : last + 1],
+            model.vehicle.limits.acceleration,
+            objective,
+        )
+        expected = np.empty((last - first, LEVELS, 2 * REACH + 1))
+        estimate(*task, fastest[steps], hardest[steps], expected)
+        if not _speeds(*task, expected, beside, speeds[first : last + 1]):
+            return None, first + int(speeds[first])
     return speeds, -1
+
+
+def _stretches(
+    around: Circumstances,
+    track: Track,
+    slopes: Array,
+    stops: NDArray[np.bool_],
+    turns: Array,
+) -> list[tuple[int, int, float]]:
+    """Stretches of a track to find speeds for: first and last station, and the largest speed, m/s.
+
+    Usually one. Between two stops too close for the even grid of speeds, the robot cannot become
+    fast: such a stretch gets a grid of its own, up to the speed that it allows.
+    """
+    top, acceleration = float(around.limits[0]), around.model.vehicle.limits.acceleration
+    along = slopes[:, 0] * np.cos(track.directions) + slopes[:, 1] * np.sin(track.directions)
+    surface = track.lengths * np.sqrt(1.0 + along * along)
+    ends = np.flatnonzero(stops)
+    way = np.concatenate([[0.0], np.cumsum(surface)])
+    # Half of the way to speed up, half of it to slow down.
+    reached = np.sqrt(acceleration * np.diff(way[ends]))
+    found: list[tuple[int, int, float]] = []
+    begun = 0
+    for k in np.flatnonzero(reached < EVENLY * top):
+        first, last = int(ends[k]), int(ends[k + 1])
+        if begun < first:
+            found.append((begun, first, top))
+        turning = np.abs(turns[first:last]) / surface[first:last]
+        rate = float(around.limits[6]) / max(float(turning.max()), 1e-12)
+        found.append((first, last, min(float(reached[k]), rate)))
+        begun = last
+    if begun < len(surface):
+        found.append((begun, len(surface), top))
+    return found

@@ -28,6 +28,8 @@ from planner.search.steady import SLOWEST
 _CREEP = (0.0, SLOWEST, 0.1, 0.16)
 LEVELS = len(_CREEP) + 20
 """Standstill, three speeds to creep round corners, and an even grid of the squared speed."""
+EVENLY = (LEVELS - len(_CREEP)) ** -0.5
+"""Share of the largest speed from which the grid of the squared speed is even."""
 REACH = 9
 """Largest change of level between stations."""
 ESTIMATED = 4

@@ -21,10 +21,11 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from planner.search.alternatives import nearness
-from planner.search.drive import Stuck
-from planner.search.grid_route import Attempt, drive_legs, near_path_of
+from planner.search.driven_way import drive_legs
+from planner.search.grid_route import Attempt, near_path_of
 from planner.search.ground import CostField, polyline_cost
 from planner.search.ompl_route import ompl_legs
+from planner.search.on_the_spot import Stuck
 from planner.search.polish import polish
 from planner.search.refine import refine
 from planner.search.route import Route
@@ -92,12 +93,17 @@ def improve(
         return
     share = left() if request.planner != "auto" else FOR_OMPL * left()
     run.step("OMPL", 0.4)
-    legs, said = ompl_legs(run, attempt, share)
-    planner |= said
-    driven = drive_legs(run, attempt.field, legs, request.objective)
+    ompl = ompl_legs(run, attempt, share)
+    planner |= ompl.said
+    notes += [] if ompl.note is None else [ompl.note]
+    legs, driven = ompl.legs, None
+    if not ompl.nothing:
+        driven = drive_legs(run, attempt.field, legs, request.objective)
     if isinstance(driven, Route):
-        candidates["ompl"] = driven
-        planner["ompl_energy_j"] = driven.energy_j
+        partly = ompl.said["legs_without_ompl"] > 0
+        candidates["ompl and grid" if partly else "ompl"] = driven
+        if not partly:
+            planner["ompl_energy_j"] = driven.energy_j
     if request.planner != "auto" or request.objective != "energy":
         return
     driven_legs: list[tuple[Legs, Route]] = []

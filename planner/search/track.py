@@ -86,6 +86,9 @@ def lay_track(
     for leg in legs:
         apart = np.hypot(*np.diff(leg, axis=0).T) > 1e-9
         leg = np.ascontiguousarray(leg[np.concatenate([[True], apart])])
+        if len(leg) < 2:
+            marks.append(marks[-1])
+            continue
         ends, bends, halts = _rounded(field, leg, spacing, radius, deviation)
         added, piece = _stations(points[-1][-1], ends, halts, spacing, ramp)
         points.append(added)
@@ -105,7 +108,7 @@ def lay_track(
         stacked,
         directions,
         np.hypot(steps[:, 0], steps[:, 1]),
-        np.concatenate(curvatures),
+        np.concatenate([np.zeros(0), *curvatures]),
         halting,
         tuple(marks),
     )

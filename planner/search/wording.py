@@ -87,3 +87,8 @@ def width_from(parts: Sequence[Mapping[str, Any]], titles: Mapping[str, str], mo
             called = "noise of one drive"
         told.append(f"{called} {100.0 * float(part['share_of_variance']):.0f} %")
     return ", ".join(told)
+
+
+def called(name: str, planner: Mapping[str, Any]) -> str:
+    """What to call a route of an answer: the best one with what it was planned for."""
+    return f"{name} (least {planner.get('objective', 'energy')})" if name == "route" else name

@@ -119,14 +119,15 @@ function showAnswer(answer) {
   }
   const best = answer.routes[0];
   const others = Object.entries(answer.baselines);
-  say(`${joules(best.energy_j)} over ${metres(best.length_m)} in ${seconds(best.duration_s)}; ` +
-    others.map(([name, other]) => `the ${name} route ${extraCost(other.energy_j, best.energy_j)}`).join(", ") + ".");
+  say(`${joules(best.energy_j)} over ${metres(best.length_m)} in ${seconds(best.duration_s)}` +
+    others.map(([name, other], n) => `${n ? "," : ";"} the ${name} route ${extraCost(other.energy_j, best.energy_j)}`).join("") + ".");
   drawRoute(byId("overlay"), state.frame, best);
   drawLegend(byId("legend"), best);
   const comparison = byId("comparison").tBodies[0];
   comparison.replaceChildren();
   for (const [name, route] of [["route", best], ...others]) {
-    row(comparison, [name, joules(route.energy_j), name === "route" ? "" : extraShare(route.energy_j, best.energy_j), metres(route.length_m), seconds(route.duration_s)]);
+    const called = name === "route" ? `route (least ${answer.planner.objective ?? "energy"})` : name;
+    row(comparison, [called, joules(route.energy_j), name === "route" ? "" : extraShare(route.energy_j, best.energy_j), metres(route.length_m), seconds(route.duration_s)]);
   }
   showAccount(best);
   drawProfile(byId("profile"), best);
@@ -136,6 +137,7 @@ function showAnswer(answer) {
     ...(best.sensitivity?.length ? [`The interval's width comes from ${widthFrom(best.sensitivity, state.titles)}.`] : []),
     `No feasible route of this motion model costs less than ${joules(best.lower_bound_j)}.`,
     ...(best.battery ? [`It ${best.battery.fits ? "fits" : "does not fit"} the battery${"chance" in best.battery ? `; the chance that the battery suffices is ${chance(best.battery.chance)}` : ""}.`] : []),
+    ...Object.entries(answer.baselines_absent ?? {}).map(([name, why]) => `Nothing to compare with as the ${name}: ${why}.`),
     ...answer.notes,
   ];
   byId("remarks").replaceChildren(...remarks.map((text) => Object.assign(document.createElement("li"), { textContent: text })));

@@ -11,6 +11,8 @@ from planner.search.lower_bound import certify
 from planner.search.request import PlanRequest
 from planner.search.situation import situation_of
 from planner.search.steady import MARGIN
+from planner.terrain.surface import GroundClass
+from tests.search.maps import hills, terrain
 
 ASKED = {
     "map": "tilted-plane",
@@ -56,3 +58,23 @@ def test_a_place_that_no_node_leads_to_has_a_bound_as_well():
     place = (field.x0 + i * field.dx, field.y0 + j * field.dy)
     bound = certify(field, situation.around, (2.0, 2.0), place, seconds=1.0).bound_j
     assert 0.0 < bound < math.inf
+
+
+@pytest.mark.parametrize("factors", [(0.5,), (0.7, 0.3), (0.0,)])
+def test_ground_that_rolls_more_easily_than_as_measured(factors):
+    """All of the map below a factor of 1: between the quick bound and the route.
+
+    Where nothing rolls off energy, prices gain nothing over the quick bound.
+    """
+    heights = hills(64, rms_degrees=4.0)
+    ground = np.zeros(heights.shape, np.uint8)
+    ground[:, 32:] = len(factors) - 1
+    classes = tuple(GroundClass(f"ground {k}", rolling=f) for k, f in enumerate(factors))
+    map_ = terrain(heights, ground=ground, classes=classes)
+    ends = {"start": {"x": 3.0, "y": 3.0}, "goal": {"x": 13.0, "y": 12.0}}
+    quick = plan_route(terrain=map_, planner="grid", **ends).routes[0]
+    closer = plan_route(terrain=map_, planner="grid", certify_s=4.0, **ends)
+    assert closer.planner["bound"] == ["potential"]
+    bound = closer.routes[0].lower_bound_j
+    assert quick.lower_bound_j <= bound <= closer.routes[0].energy_j
+    assert max(factors) == 0.0 or quick.lower_bound_j < bound

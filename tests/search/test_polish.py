@@ -10,6 +10,7 @@ import pytest
 from planner import plan_route
 from planner.search import grid_route, polish
 from planner.search.cost_to_go import grid_path
+from planner.search.drive import price
 from planner.search.edge_routes import EdgeRoutes
 from planner.search.kept_limits import broken_limits
 from planner.search.request import PlanRequest
@@ -185,7 +186,7 @@ def test_a_leg_learns_from_a_neighbour_and_only_what_is_better(level):
     assert motion is not None
     own = polish.drive_roughly(field, situation.around, (crooked,), FREE)
     straight = np.array([[3.0, 3.0], [20.0, 3.5]])
-    bad = Leg(grid_route.price(field, situation.around, own.motion), crooked)
+    bad = Leg(price(field, situation.around, own.motion), crooked)
     better = like_neighbour(situation, field, bad, straight, stop=_stop())
     assert better.route.energy_j < 0.8 * bad.route.energy_j
     for axis, ends in (("x", (3.0, 20.0)), ("y", (3.0, 3.0))):
@@ -211,7 +212,7 @@ def test_a_route_to_an_edge_that_went_astray_follows_its_neighbours(hilly):
     assert routes.ratio(node) == pytest.approx(expected, rel=0.01)
     astray = np.array([start, (14.0, 4.0), spot])
     motion = polish.drive_roughly(field, situation.around, (astray,), FREE).motion
-    routes.legs[node] = (Leg(grid_route.price(field, situation.around, motion), astray),)
+    routes.legs[node] = (Leg(price(field, situation.around, motion), astray),)
     assert routes.ratio(node) > 1.2 * ratios.max()
     routes.drive([])
     after, found = routes.ratios()

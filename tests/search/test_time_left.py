@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from planner.search import time_left
-from planner.search.grid_route import drive_legs, near_path_of, on_grid
+from planner.search.driven_way import drive_legs
+from planner.search.grid_route import near_path_of, on_grid
 from planner.search.ground import polyline_cost
 from planner.search.kept_limits import broken_limits
 from planner.search.request import PlanRequest

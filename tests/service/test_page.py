@@ -55,6 +55,22 @@ def test_two_clicks_plan_a_route(page: Any, workers: ScriptedWorkers) -> None:
     assert page.locator("#relief").evaluate("c => [c.width, c.height]") == [20, 10]
 
 
+def test_the_page_says_what_was_minimised_and_what_is_missing(
+    page: Any, workers: ScriptedWorkers
+) -> None:
+    found = answer(
+        planner={"name": "auto", "objective": "time", "seed": 0},
+        baselines={"fastest": answer()["baselines"]["fastest"]},
+        baselines_absent={"shortest": "no route keeps to the limits"},
+    )
+    workers.work = lambda *_: json.dumps(found)
+    click_metres(page, 2.0, 1.0)
+    click_metres(page, 8.0, 4.0)
+    page.get_by_text("as the shortest: no route keeps to the limits").wait_for()
+    rows = page.locator("#comparison tbody tr").all_inner_texts()
+    assert [row.split("\t")[0] for row in rows] == ["route (least time)", "fastest"]
+
+
 def test_the_keyboard_is_enough(page: Any, workers: ScriptedWorkers) -> None:
     page.get_by_role("group", name="Start").get_by_label("x").fill("1.5")
     page.get_by_role("group", name="Start").get_by_label("y").fill("2")

@@ -18,9 +18,10 @@ import numpy as np
 from numba import njit
 
 from planner.quantities import INDEX
-from planner.search.drive import CLOSELY, first_contact, ground_classes, pose_spacing, price
+from planner.search.drive import CLOSELY, ground_classes, price
 from planner.search.edge_energy import assemble, room_to_move
 from planner.search.ground import ALL_YAWS, body_fits
+from planner.search.on_the_spot import first_contact, pose_spacing
 from planner.search.speed import speed_programme
 from planner.search.steady import YAWS, cost_for_yaw
 from planner.search.track import lay_track, slopes_of_steps
