@@ -5,6 +5,8 @@ import { chosen, fillStarts } from "./choices.js";
 import { drawCurves, drawErrors, drawShape, drawVersions } from "./charts.js";
 import { estimate, fixed, percent, signedWatts, watts } from "./words.js";
 
+// First versions, by how they came about.
+const STARTS = { fit: "base model", stated: "base model as stated" };
 const WHAT_NEXT = "Choose a log, then compare or diagnose.";
 // `locked` while choosing is not possible; `shown` is the question that the findings answer.
 const state = { vehicles: [], models: [], titles: {}, job: null, locked: false, first: "", shown: null, planWith: null, modelsChanged: null };
@@ -184,9 +186,10 @@ function showComparison(found) {
   const heldout = found.fitted ? `, ${watts(found.heldout_rmse_w)} on runs that it was not fitted to` : "";
   const { measured_j: measured, predicted_j: predicted } = found.energy;
   const off = measured ? 100 * (predicted / measured - 1) : 0;
+  const refused = found.refused_fit ? ` ${found.refused_fit.sentence}` : "";
   byId("comparison-sentence").textContent =
     `${found.model.name} v${found.model.version} misses the measured power by ${watts(found.rmse_w)} rms${heldout}; ` +
-    `the log's own noise is about ${watts(found.noise_floor_w)}. Energy: ${fixed(Math.abs(off), 1)} % too ${off < 0 ? "low" : "high"}.`;
+    `the log's own noise is about ${watts(found.noise_floor_w)}. Energy: ${fixed(Math.abs(off), 1)} % too ${off < 0 ? "low" : "high"}.${refused}`;
   showRegimes(byId("regimes"), found.regimes);
   drawCurves(byId("curves"), found.pictures.curves, found.noise_floor_w);
 }
@@ -293,7 +296,7 @@ function fillVersions(model, entries) {
   const body = byId("versions").tBodies[0];
   body.replaceChildren();
   for (const entry of entries) {
-    const what = entry.action === "adopt" ? entry.adopted.map(title).join(" + ") : entry.action === "fit" ? "base model" : `back to version ${entry.reverted_to ?? "?"}`;
+    const what = STARTS[entry.action] ?? (entry.action === "adopt" ? entry.adopted.map(title).join(" + ") : `back to version ${entry.reverted_to ?? "?"}`);
     const buttons = element("span", "", { class: "buttons" });
     if (entry.id) {
       const plan = element("button", "Plan with it", { type: "button" });
