@@ -61,7 +61,7 @@ class Care(NamedTuple):
     turned: int
 
 
-ROUGHLY, CLOSELY = Care(1, 1, 240, 2), Care(2, 3, 480, 8)
+ROUGHLY, CLOSELY = Care(1, 1, 240, 1), Care(2, 3, 480, 8)
 """The first is good to a few parts in ten thousand, to choose among paths."""
 REPAIRS = 12
 """Speed programmes until no limit is broken between stations either."""

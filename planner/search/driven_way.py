@@ -1,7 +1,7 @@
 """From paths to motions: legs refined in several ways, driven roughly, and the best within limits.
 
-moved, stuck = driven_roughly(run, field, paths, objective, ())      # cheapest first
-refined, route = driven_closely(run, field, None, moved, stuck, objective, CLOSELY)
+moved, stuck = driven_roughly(run, field, paths, objective, (), False)    # cheapest first
+refined, route = driven_closely(run, field, None, moved, stuck, objective, False)
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ from planner.quantities import STANDARD_GRAVITY
 from planner.search.drive import CLOSELY, ROUGHLY, Care, energy_of, move, price
 from planner.search.edge_energy import Motion
 from planner.search.ground import CostField, polyline_cost
-from planner.search.kept_limits import broken_limits
 from planner.search.on_the_spot import Stuck
 from planner.search.polish import polish, worth_polishing
 from planner.search.pose_search import PosePath, keeping_yaw
@@ -58,8 +57,12 @@ def driven_roughly(
     paths: list[Array],
     objective: str,
     ways: Sequence[PosePath],
+    checked: bool,
 ) -> tuple[list[Tried], list[Tried]]:
-    """The legs refined with closer and wider knots: what moves, cheapest first, and what sticks."""
+    """The legs refined with closer and wider knots: what moves, cheapest first, and what sticks.
+
+    With ``checked`` all limits are kept between the stations too.
+    """
     toll = run.situation.toll(objective)
     variants = VARIANTS if objective == "energy" else {8.0: (1.0,)}
     near = field
@@ -75,7 +78,7 @@ def driven_roughly(
         return [list(refined) for refined in zip(*legs, strict=True)]
 
     def tried(refined: Refined) -> Tried:
-        motion = move_along(run, field, refined, objective, ROUGHLY, False)
+        motion = move_along(run, field, refined, objective, ROUGHLY, checked)
         if isinstance(motion, Stuck):
             return Tried(refined, motion)
         energy = energy_of(field, run.around, motion)
@@ -97,19 +100,19 @@ def driven_closely(
     moved: list[Tried],
     stuck: list[Tried],
     objective: str,
-    care: Care,
+    checked: bool,
 ) -> tuple[Refined, Route | Stuck]:
     """The cheapest of these ways that keeps to all limits, or where they stick.
 
     ``better`` is ``moved[0]`` with its knots moved: it counts only if it keeps to all limits, and
-    if that costs what was gained, only if the others cost more.
+    if that costs what was gained, only if the others cost more. What is ``checked`` already is not
+    worked out more closely.
     """
     kept: list[tuple[Refined, Route]] = []
     for one in moved if better is None else [better, *moved]:
-        closer: Motion | Stuck = one.motion
-        assert isinstance(closer, Motion)  # as all of ``moved`` are
-        if care != ROUGHLY or broken_limits(field, run.around, closer):
-            closer = move_along(run, field, one.refined, objective, care, True)
+        closer = one.motion
+        if not checked:
+            closer = move_along(run, field, one.refined, objective, CLOSELY, True)
         if isinstance(closer, Stuck):
             stuck = [Tried(one.refined, closer)]
             continue

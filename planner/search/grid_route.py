@@ -196,7 +196,9 @@ def _straight(run: Run, field: CostField, objective: str) -> Attempt | None:
         if not cost <= (1.0 + STRAIGHT) * cheapest * math.dist(a, b):
             return None
         refined.append((np.array([a, b]), cost))
-    motion = move_along(run, field, refined, objective, ROUGHLY, True)
+    # Another yaw is tried sooner than another way: a search takes longer.
+    care = ROUGHLY._replace(turned=CLOSELY.turned)
+    motion = move_along(run, field, refined, objective, care, True)
     if isinstance(motion, Stuck):
         return None
     paths = [path for path, _ in refined]
@@ -219,7 +221,7 @@ def _attempted(
     With ``polished`` knots are moved for the least energy, where that is likely to help. There is
     no route where even roughly it takes no less than ``below``, J.
     """
-    moved, stuck = driven_roughly(run, field, paths, objective, ways)
+    moved, stuck = driven_roughly(run, field, paths, objective, ways, compared)
     best = moved[0] if moved else None
     if best is not None and best.energy - MOST_SAVED * best.dissipated >= below:
         return Attempt(field, paths)
@@ -229,8 +231,7 @@ def _attempted(
         best = better or best
     if best is not None and best.energy >= below:
         return Attempt(field, paths)
-    care = ROUGHLY if compared else CLOSELY
-    refined, driven = driven_closely(run, field, better, moved, stuck, objective, care)
+    refined, driven = driven_closely(run, field, better, moved, stuck, objective, compared)
     if isinstance(driven, Route):
         return Attempt(field, paths, refined, driven)
     reason = f"a way was found, but at x {driven.x:.2f}, y {driven.y:.2f} {driven.what}"
