@@ -149,6 +149,7 @@ def move_along(
     care: Care,
     checked: bool,
 ) -> Motion | Stuck:
+    """The motion along refined legs, or where it is stuck; ``care`` and ``checked`` as in move."""
     run.check()
     legs = [path for path, _ in refined]
     if objective == "length":
@@ -173,4 +174,5 @@ def drive_legs(run: Run, field: CostField, refined: Refined, objective: str) -> 
 
 
 def priced(run: Run, field: CostField, motion: Motion) -> Route:
+    """The route of a motion, with its energy and account."""
     return price(field, run.around, motion, charge=run.request.conditions.battery_charge)
