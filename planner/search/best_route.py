@@ -34,6 +34,9 @@ from planner.search.time_left import improve
 Array = NDArray[np.float64]
 
 BASELINES = {"shortest": "length", "fastest": "time"}
+UNHURRIED = 5.0
+"""Seconds given from which baselines are looked for as patiently as answers are. On steep relief
+that takes up to two seconds; of less time the answer needs them all."""
 CLOSE = 0.02
 """Another aim's way that is dearer by less is driven for the request's objective as well."""
 
@@ -133,8 +136,11 @@ def _by_grid(run: Run, field: CostField) -> tuple[Attempt, dict[str, Route]]:
     """
     objective = run.request.objective
     fields = {aim: run.field(aim, MARGIN, field.factor) for aim in ("energy", *BASELINES.values())}
+    given = "time_budget_s" in run.request.model_fields_set
+    patient = given and run.request.time_budget_s >= UNHURRIED
+    compare = partial(on_grid, compared=True, patient=patient)
     waiting = {
-        name: run.other_core.submit(partial(on_grid, run, fields[aim], aim, compared=True))
+        name: run.other_core.submit(partial(compare, run, fields[aim], aim))
         for name, aim in BASELINES.items()
     }
     aims = ["energy"] if objective == "energy" else [objective, *(fields.keys() - {objective})]

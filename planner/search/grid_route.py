@@ -75,7 +75,14 @@ class Attempt:
     kept: bool = True
 
 
-def on_grid(run: Run, field: CostField, objective: str, *, compared: bool = False) -> Attempt:
+def on_grid(
+    run: Run,
+    field: CostField,
+    objective: str,
+    *,
+    compared: bool = False,
+    patient: bool = True,
+) -> Attempt:
     """Search, refine and drive; where the motion does not come out, search more cautiously.
 
     A speed that breaks a limit on a bend asks for less steep ground. A body that cannot turn in
@@ -85,15 +92,16 @@ def on_grid(run: Run, field: CostField, objective: str, *, compared: bool = Fals
         run, field: the request, and map and costs.
         objective: "energy", "time" or "length".
         compared: whether the route is to compare with only. It keeps to the same limits, but its
-            yaw and speed may be a few parts in ten thousand off the best, and it is searched for
-            with less patience.
+            yaw and speed may be a few parts in ten thousand off the best.
+        patient: whether ways past a place that cannot be driven are looked for as long as for an
+            answer.
     """
     if compared and (straight := _straight(run, field, objective)) is not None:
         return straight
     plain, posed = field.factor, False
     tries, rooms = list(MARGINS), list(ROOMS) if run.ground.blocked.any() else [0.0]
     shunned = 0
-    if compared:
+    if not patient:
         tries, shunned, posed = list(COMPARED), SHUNNED, len(rooms) == 1
     attempt = Attempt(field)
     best: Attempt | None = None

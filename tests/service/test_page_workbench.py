@@ -31,16 +31,24 @@ PICTURES = {
 }
 
 
+REFUSED = {
+    "heldout_rmse_w": 2.7,
+    "stated_rmse_w": 1.9,
+    "sentence": "The fit to this log is not used: it misses held-out runs by 2.7 W.",
+}
+
+
 @pytest.fixture
 def bench(workers: ScriptedWorkers) -> Workbench:
     """What the workers do."""
     made = Workbench()
+    made.compared = {}
 
     def work(job: str, arguments: tuple[Any, ...]) -> Any:
         if job == "relief":
             return json.dumps(RELIEF)
         if job == "compare_log":
-            return {**documents.comparison(), "pictures": PICTURES}
+            return {**documents.comparison(), **made.compared, "pictures": PICTURES}
         return made(job, arguments)
 
     workers.work = work
@@ -103,6 +111,15 @@ def test_from_a_log_to_a_route_with_what_was_learnt(
     page.get_by_text("Diagnosed.").wait_for()
     assert bench.tasks[-1][1].vehicle is None
     assert Path(bench.tasks[-1][1].model).read_text() == SAVED
+
+
+def test_a_refused_fit_is_said(page: Any, bench: Workbench) -> None:
+    bench.compared = {"fitted": False, "refused_fit": REFUSED}
+    upload(page)
+    page.get_by_text("was read").wait_for()
+    page.get_by_role("button", name="Compare").click()
+    page.get_by_text(REFUSED["sentence"]).wait_for()
+    assert "not fitted to" not in page.locator("#comparison-sentence").inner_text()
 
 
 def test_another_effect_than_the_diagnosed_one_is_adopted(page: Any, bench: Workbench) -> None:
