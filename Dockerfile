@@ -13,11 +13,10 @@ RUN pip wheel --no-deps --no-build-isolation --wheel-dir /tmp/wheel . \
  && /opt/joulepath/bin/pip install --no-deps /tmp/wheel/*.whl
 
 FROM python:3.11-slim
-# Compiled kernels and fonts are kept where the user may write.
+# Compiled kernels are kept where the user may write.
 ENV PATH=/opt/joulepath/bin:$PATH \
     PYTHONUNBUFFERED=1 \
     JOULEPATH_CACHE_DIR=/var/cache/joulepath \
-    MPLCONFIGDIR=/var/cache/joulepath/matplotlib \
     JOULEPATH_DATA_DIR=/data \
     JOULEPATH_STORE_DIR=/var/lib/joulepath
 # rasterio's wheel expects the system's expat. Any version that the base image offers will do.

@@ -36,10 +36,10 @@ check: $(READY) ## Style, types, layers, documentation
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/lint-imports
+	$(BIN)/lint-imports --no-cache
 	$(BIN)/interrogate --quiet planner service maps
 	$(BIN)/hadolint Dockerfile
-	$(BIN)/python -m pytest -q tests/test_documented.py
+	$(BIN)/python -m pytest -q tests/test_documented.py tests/test_rooms.py
 
 bench: $(READY) $(COMPARED) ## Measure speed, route quality, naming of hidden effects
 	$(BIN)/python -m tests.benchmarks

@@ -5,9 +5,11 @@ from planner import plan_route, Telemetry, compare, diagnose, adopt
 
 from __future__ import annotations
 
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from planner import compiled_code as _compiled_code
+from planner import shown as _shown
 
 if TYPE_CHECKING:
     from planner.power.model import PowerModel
@@ -15,13 +17,12 @@ if TYPE_CHECKING:
     from planner.search.matrix import Matrix, energy_matrix
     from planner.search.plan import plan_route
     from planner.search.reach import Reach, reachable_area
-    from planner.search.request import PlanRequest
-    from planner.search.route import Answer, Route
-    from planner.telemetry.adopt import Adoption, adopt, revert
-    from planner.telemetry.compare import Comparison, compare
-    from planner.telemetry.diagnosis import Diagnosis
-    from planner.telemetry.log import Telemetry
-    from planner.telemetry.rank_effects import diagnose
+    from planner.search.requests import PlanRequest
+    from planner.search.results import Answer, Route
+    from planner.telemetry.adoption import Adoption, adopt, revert
+    from planner.telemetry.comparison import Comparison, compare
+    from planner.telemetry.diagnosis import Diagnosis, diagnose
+    from planner.telemetry.logs import Telemetry
 
 __all__ = [
     "Adoption",
@@ -48,33 +49,67 @@ __version__ = "0.1.0"
 
 _compiled_code.settle()
 
-_HOMES = {
-    "plan_route": "planner.search.plan",
-    "Front": "planner.search.front",
-    "energy_time_front": "planner.search.front",
-    "Matrix": "planner.search.matrix",
-    "energy_matrix": "planner.search.matrix",
-    "Reach": "planner.search.reach",
-    "reachable_area": "planner.search.reach",
-    "PlanRequest": "planner.search.request",
-    "Answer": "planner.search.route",
-    "Route": "planner.search.route",
-    "PowerModel": "planner.power.model",
-    "Telemetry": "planner.telemetry.log",
-    "Comparison": "planner.telemetry.compare",
-    "compare": "planner.telemetry.compare",
-    "Diagnosis": "planner.telemetry.diagnosis",
-    "diagnose": "planner.telemetry.rank_effects",
-    "Adoption": "planner.telemetry.adopt",
-    "adopt": "planner.telemetry.adopt",
-    "revert": "planner.telemetry.adopt",
-}
+
+def _report() -> _shown.Renderer:
+    from planner import report
+
+    return report
+
+
+_shown.register(_report)
 
 
 def __getattr__(name: str) -> Any:
-    # Loaded when asked for: a command that only lists maps need not load numba and OMPL.
-    if name in _HOMES:
-        from importlib import import_module
+    home = _home(name)
+    if home is None:
+        raise AttributeError(f"module 'planner' has no attribute {name!r}")
+    return getattr(home, name)
 
-        return getattr(import_module(_HOMES[name]), name)
-    raise AttributeError(f"module 'planner' has no attribute {name!r}")
+
+def _home(name: str) -> ModuleType | None:
+    # Loaded when asked for: a command that only lists maps need not load numba and OMPL.
+    if name == "plan_route":
+        from planner.search import plan
+
+        return plan
+    if name in ("Front", "energy_time_front"):
+        from planner.search import front
+
+        return front
+    if name in ("Matrix", "energy_matrix"):
+        from planner.search import matrix
+
+        return matrix
+    if name in ("Reach", "reachable_area"):
+        from planner.search import reach
+
+        return reach
+    if name == "PlanRequest":
+        from planner.search import requests
+
+        return requests
+    if name in ("Answer", "Route"):
+        from planner.search import results
+
+        return results
+    if name == "PowerModel":
+        from planner.power import model
+
+        return model
+    if name == "Telemetry":
+        from planner.telemetry import logs
+
+        return logs
+    if name in ("Comparison", "compare"):
+        from planner.telemetry import comparison
+
+        return comparison
+    if name in ("Diagnosis", "diagnose"):
+        from planner.telemetry import diagnosis
+
+        return diagnosis
+    if name in ("Adoption", "adopt", "revert"):
+        from planner.telemetry import adoption
+
+        return adoption
+    return None

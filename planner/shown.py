@@ -6,45 +6,90 @@
     comparison.figure("speed").save("speed.svg")
     comparison.write_report("comparison.html")
 
-Pictures are drawn by planner.report, which knows all results and which no result knows: it is
-looked up when a picture is asked for.
+A result knows no renderer. The public face ``planner`` registers one, and any import of a
+submodule passes through that face.
 """
 
 from __future__ import annotations
 
-from importlib import import_module
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
-if TYPE_CHECKING:
-    from planner.report.figure import Figure
+
+class Picture(Protocol):
+    """A picture as SVG: a notebook shows it, ``save`` writes it as a file."""
+
+    @property
+    def name(self) -> str:
+        """Name within its result."""
+
+    @property
+    def svg(self) -> str:
+        """The whole document."""
+
+    def save(self, path: str | Path) -> None:
+        """Write an SVG file; its folder is made."""
+
+
+class Renderer(Protocol):
+    """Draws every kind of result."""
+
+    def figure(self, result: Any, name: str) -> Picture:
+        """One picture of a result; raises RequestError where the result has none of this name."""
+
+    def figure_names(self, result: Any) -> tuple[str, ...]:
+        """Names of the pictures of a result."""
+
+    def write_report(self, result: Any, path: str | Path, title: str = "") -> None:
+        """Write a page about a result; an empty title is replaced by one that names the result."""
+
+    def card(self, result: Any) -> str:
+        """HTML for a notebook."""
+
+
+_open: Callable[[], Renderer] | None = None
+
+
+def register(opener: Callable[[], Renderer]) -> None:
+    """Choose the renderer of all results.
+
+    Args:
+        opener: gives the renderer. It is called whenever a result is shown, not before.
+    """
+    global _open
+    _open = opener
+
+
+def _renderer() -> Renderer:
+    if _open is None:
+        raise RuntimeError("no renderer is registered; import planner registers one")
+    return _open()
 
 
 class Shown:
-    """A result of the workbench, or a model, that planner.report can draw."""
+    """A result that a renderer can draw."""
 
-    def figure(self, name: str) -> Figure:
-        """One picture of the page: see ``figures`` for what there is.
+    def figure(self, name: str) -> Picture:
+        """One picture of this result: ``figures`` names them.
 
         Raises:
             RequestError: there is no such picture of this result.
         """
-        found: Figure = _report().figure(self, name)
-        return found
+        return _renderer().figure(self, name)
 
     def figures(self) -> tuple[str, ...]:
         """Names of the pictures that this result has."""
-        names: tuple[str, ...] = _report().figure_names(self)
-        return names
+        return _renderer().figure_names(self)
 
     def write_report(self, path: str | Path, title: str = "") -> None:
-        """Write a page with all pictures and tables that needs no network."""
-        _report().write_telemetry_report(self, path, title)
+        """Write a page with all pictures and tables that needs no network.
+
+        Args:
+            path: of the page; its folder is made.
+            title: of the page; by default one that names the result.
+        """
+        _renderer().write_report(self, path, title)
 
     def _repr_html_(self) -> str:
-        card: str = _report().fragment(self)
-        return card
-
-
-def _report() -> Any:
-    return import_module("planner.report")
+        return _renderer().card(self)

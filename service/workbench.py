@@ -8,22 +8,14 @@ Imports of the planner stand inside the functions, so that this module costs not
 
 from __future__ import annotations
 
-import json
-import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from planner.errors import ModelError, RequestError
+from planner.errors import RequestError
 
 DIAGNOSED = "diagnosed"
 """In place of effects: everything that the diagnosis selects and proposes."""
-
-MOST_DEFINITION = 65_536  # bytes of a custom effect's file
-_DEFINITION = (
-    "a JSON or TOML file with name, formula, unit and parameters of a custom effect, "
-    "see docs/custom-effects.md"
-)
 
 
 def starting_model(vehicle: str | None, model: str | Path | None, *, prefix: str = "") -> Any:
@@ -59,7 +51,7 @@ def effects_to_adopt(
 
     Args:
         effects: slugs, names of proposals, or the one word "diagnosed".
-        definition: of a custom effect, see planner.power.custom; its name is one of ``effects``,
+        definition: of a custom effect, see planner.power.formulas; its name is one of ``effects``,
             which may be empty beside it.
 
     Raises:
@@ -81,7 +73,7 @@ def effects_to_adopt(
                 "effects", "is empty", accepted=f"names of effects, or {DIAGNOSED!r}"
             )
         return named
-    from planner.power.custom import effect_from_definition
+    from planner.power.formulas import effect_from_definition
 
     custom = effect_from_definition(definition)
     if named and custom.slug not in named:
@@ -92,37 +84,3 @@ def effects_to_adopt(
             accepted=f"{custom.slug}, alone or among others",
         )
     return [custom if name == custom.slug else name for name in named or [custom.slug]]
-
-
-def read_definition(path: Path) -> Mapping[str, Any]:
-    """The definition of a custom effect out of a JSON or TOML file.
-
-    Raises:
-        ModelError: the file cannot be read or holds no definition.
-    """
-    where = str(path)
-    try:
-        with path.open("rb") as file:
-            content = file.read(MOST_DEFINITION + 1)
-    except OSError as error:
-        raise ModelError(where, f"cannot be read: {error.strerror}", accepted=_DEFINITION) from None
-    if len(content) > MOST_DEFINITION:
-        raise ModelError(where, f"is larger than {MOST_DEFINITION} bytes", accepted=_DEFINITION)
-    toml = path.suffix.lower() == ".toml"
-    try:
-        text = content.decode("utf-8-sig")
-        definition = tomllib.loads(text) if toml else json.loads(text)
-    except (ValueError, RecursionError) as error:
-        kind = "TOML" if toml else "JSON"
-        raise ModelError(where, f"is not {kind}: {error}", accepted=_DEFINITION) from None
-    if not isinstance(definition, Mapping):
-        raise ModelError(where, "is no object", accepted=_DEFINITION)
-    return definition
-
-
-def save_model(model: Any, path: Path) -> None:
-    """Write a model so that a reader sees all of it or none of it."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = path.with_name(path.name + ".unfinished")
-    model.save(unfinished)
-    unfinished.replace(path)

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from typer.models import OptionInfo
 
-from service.app import create_app
 from service.cli import app as commands
+from service.http import create_app
 from service.settings import Settings
 
 ROOT = Path(__file__).resolve().parent.parent

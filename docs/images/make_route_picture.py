@@ -1,13 +1,10 @@
-"""Makes route.png beside this file out of a planned route; started by hand."""
+"""Makes route.svg beside this file out of a planned route; started by hand."""
 
 from __future__ import annotations
 
-import io
 import os
 import sys
 from pathlib import Path
-
-from PIL import Image
 
 from planner import plan_route
 
@@ -21,13 +18,8 @@ REQUEST = {
 
 
 def main() -> None:
-    """Plan, draw, and reduce the colours so that the file stays below 300 kB."""
-    answer = plan_route(REQUEST)
-    buffer = io.BytesIO()
-    answer.plot().savefig(buffer, format="png", dpi=90)
-    picture = Image.open(buffer).convert("RGB")
-    colours = picture.quantize(256, method=Image.Quantize.MAXCOVERAGE, kmeans=2)
-    colours.save(HERE / "route.png", optimize=True)
+    """Plan and draw."""
+    plan_route(REQUEST).plot().save(HERE / "route.svg")
 
 
 if __name__ == "__main__":

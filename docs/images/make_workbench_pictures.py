@@ -6,7 +6,7 @@ import tempfile
 from pathlib import Path
 
 from planner import adopt, compare
-from planner.telemetry.virtual_robot import Noise, VirtualRobot
+from planner.telemetry.virtual import Noise, VirtualRobot
 
 HERE = Path(__file__).resolve().parent
 

@@ -12,11 +12,11 @@ from functools import lru_cache
 
 from planner.errors import ModelError
 from planner.power import effects as effects_package
+from planner.power.account import BASE_EFFECTS
 from planner.power.effect import HOOKS, Effect
-from planner.power.pipeline import BASE_EFFECTS
 
 
-@lru_cache(maxsize=1)
+@lru_cache(maxsize=1)  # the package's own classes
 def all_effects() -> dict[str, type[Effect]]:
     """Every effect by its slug, those of the base model first."""
     for module in pkgutil.iter_modules(effects_package.__path__):

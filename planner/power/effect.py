@@ -25,7 +25,7 @@ comparing nested ones.
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
 
@@ -191,7 +191,7 @@ class Effect:
     """True where energy is stored and given back (height, motion) rather than lost."""
     examples: ClassVar[tuple[WorkedExample, ...]] = ()
     definition: ClassVar[Mapping[str, Any] | None] = None
-    """What a custom effect was made of (planner.power.custom), None for those of the catalogue."""
+    """What a custom effect was made of, None for those of the catalogue."""
     kernel_text: ClassVar[Mapping[str, str]] = {}
     """Hook to the text of its compiled function, for effects that are not written as a file."""
 
@@ -235,3 +235,18 @@ class Effect:
         """First paragraph of the module's head."""
         module = inspect.getmodule(cls)
         return inspect.cleandoc(module.__doc__ or "").split("\n\n")[0] if module else ""
+
+
+def parameter_slots(
+    effects: Sequence[type[Effect]], *, wheel_count: int, surface_count: int
+) -> list[tuple[type[Effect], str, Parameter, int]]:
+    """One entry for every number in the parameter array: effect, name, declaration, element.
+
+    The element counts the wheels or surface labels of a parameter that has one value for each.
+    """
+    slots = []
+    for effect in effects:
+        for name, parameter in effect.parameters.items():
+            count = {None: 1, "wheel": wheel_count, "surface": surface_count}[parameter.per]
+            slots += [(effect, name, parameter, element) for element in range(count)]
+    return slots

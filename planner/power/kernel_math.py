@@ -19,6 +19,8 @@ from numba import njit
 
 SLIDING_SPEED = 0.005
 """m/s, width over which rim and roller friction change sign: below what wheel encoders resolve."""
+REST_SPEED = 2.0
+"""rad/s at the motor below which static friction helps to hold (docs/physics.md)."""
 
 
 @njit(cache=True)

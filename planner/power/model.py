@@ -20,66 +20,20 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
+from planner.arrays import Array
 from planner.errors import ModelError
+from planner.power.account import ACCOUNT, ACCOUNT_LENGTH, BASE_EFFECTS, LIMITS, PER_WHEEL, Output
 from planner.power.catalogue import all_effects
-from planner.power.compile_kernel import Kernel, compile_kernel
-from planner.power.custom import effect_from_definition
-from planner.power.effect import Effect
-from planner.power.energy_error import EnergyError, ParameterCovariance
-from planner.power.evaluate import evaluate_in_blocks, evaluate_rows
-from planner.power.pipeline import (
-    ACCOUNT,
-    ACCOUNT_LENGTH,
-    BASE_EFFECTS,
-    LIMITS,
-    PER_WHEEL,
-    Output,
-    parameter_slots,
-)
-from planner.power.saved_model import SavedModel
-from planner.power.saved_vehicle import vehicle_document, vehicle_from_document
-from planner.power.vehicle import Vehicle
-from planner.quantities import DEFAULT_ROW, INDEX
+from planner.power.effect import Effect, parameter_slots
+from planner.power.formulas import effect_from_definition
+from planner.power.kernels import Kernel, compile_kernel
+from planner.power.saved import EnergyError, ParameterCovariance, SavedModel
+from planner.power.vehicles import Vehicle, defaults_in_words
 from planner.shown import Shown
 
-Array = NDArray[np.float64]
 FORMAT = "joulepath-model/1"
 _SAVED = "a file that `joulepath adopt` or PowerModel.save wrote"
-
-
-def rows_from(**columns: ArrayLike) -> Array:
-    """Rows for the model from columns named as in planner.quantities; the rest takes its default.
-
-    Args:
-        columns: each a number or (n,) values in SI.
-
-    Returns:
-        (n, ROW_LENGTH) float64.
-
-    Raises:
-        ModelError: a name is no quantity.
-    """
-    arrays = {name: np.atleast_1d(np.asarray(v, float)) for name, v in columns.items()}
-    for name in arrays:
-        if name not in INDEX:
-            raise ModelError(name, "no such quantity", accepted=", ".join(INDEX))
-    count = max((len(values) for values in arrays.values()), default=1)
-    rows = np.tile(np.array(DEFAULT_ROW), (count, 1))
-    for name, values in arrays.items():
-        rows[:, INDEX[name]] = values
-    return rows
-
-
-def gravity_columns(roll: ArrayLike, pitch: ArrayLike, *, gravity: float) -> dict[str, Array]:
-    """Columns of gravity in the body frame for roll and pitch in rad (REP-103), each (n,)."""
-    roll, pitch = np.asarray(roll, float), np.asarray(pitch, float)
-    return {
-        "gravity_x": gravity * np.sin(pitch),
-        "gravity_y": -gravity * np.cos(pitch) * np.sin(roll),
-        "gravity_normal": gravity * np.cos(pitch) * np.cos(roll),
-    }
 
 
 @dataclass(frozen=True)
@@ -125,7 +79,7 @@ class PowerModel(Shown):
 
         Args:
             vehicle: from load_vehicle.
-            effects: slugs beside the base model, or effects (custom ones, planner.power.custom);
+            effects: slugs beside the base model, or effects (custom ones);
                 None takes the vehicle's active ones.
             kind: "sound", "printed/A" or "printed/B".
             surfaces: labels beside those that the vehicle's file names.
@@ -160,6 +114,13 @@ class PowerModel(Shown):
             surface_count=max(1, len(self.surfaces)),
         )
 
+    def defaults_in_words(self) -> list[str]:
+        """Key, value and unit of every vehicle default that the model uses."""
+        values: dict[tuple[str, str], set[float]] = {}
+        for (effect, name, _, _), value in zip(self.slots, self.parameters, strict=True):
+            values.setdefault((effect.slug, name), set()).add(float(value))
+        return defaults_in_words(self.vehicle, values)
+
     @property
     def parameter_names(self) -> list[tuple[str, str, int]]:
         """Effect's slug, name and element of every number in ``parameters``."""
@@ -178,7 +139,7 @@ class PowerModel(Shown):
 
     @cached_property
     def kernel(self) -> Kernel:
-        """Compiled model for real parameters, see planner.power.pipeline."""
+        """Compiled model for real parameters, see planner.power.kernels.pipeline."""
         return self._compile("float64")
 
     @cached_property
@@ -203,16 +164,10 @@ class PowerModel(Shown):
 
     def evaluate(self, rows: Array) -> tuple[Array, Array]:
         """Accounts (n, ACCOUNT_LENGTH) of all rows, and per-wheel values of the last row."""
-        rows = np.ascontiguousarray(rows, dtype=float)
-        accounts = np.empty((len(rows), ACCOUNT_LENGTH))
-        per_wheel = np.empty((len(self.wheels), len(PER_WHEEL)))
-        evaluate_rows(
-            self.kernel, rows, self.parameters, self.body, self.wheels, accounts, per_wheel
-        )
-        return accounts, per_wheel
+        return self.kernel.accounts(rows, self.parameters, self.body, self.wheels)
 
     def account(self, rows: Array) -> dict[str, Array]:
-        """Balance and limits by the names of planner.power.pipeline.ACCOUNT, each (n,)."""
+        """Balance and limits by the names of planner.power.account.ACCOUNT, each (n,)."""
         accounts, _ = self.evaluate(rows)
         return {name: accounts[:, column] for column, name in enumerate(ACCOUNT)}
 
@@ -222,16 +177,13 @@ class PowerModel(Shown):
         return accounts[:, 0].copy()
 
     def power_and_limits(self, rows: Array) -> Array:
-        """The power in W and behind it the LIMITS of planner.power.pipeline, (n, 1 + limits).
+        """The power in W and behind it the LIMITS of planner.power.account, (n, 1 + limits).
 
         Faster than ``evaluate`` for many rows; a kernel of its own is compiled for it.
         """
-        rows = np.ascontiguousarray(rows, dtype=float)
-        results = np.empty((len(rows), 1 + len(LIMITS)))
-        evaluate_in_blocks(
-            self.limits_kernel, rows, self.parameters, self.body, self.wheels, results
+        return self.limits_kernel.results(
+            rows, self.parameters, self.body, self.wheels, count=1 + len(LIMITS)
         )
-        return results
 
     def watts_by_effect(
         self, rows: Array, *, watts: Callable[[PowerModel, Array], Array] | None = None
@@ -332,7 +284,7 @@ class PowerModel(Shown):
         return {
             "format": FORMAT,
             **self.describe(),
-            "vehicle": vehicle_document(self.vehicle),
+            "vehicle": self.vehicle.document(),
             "custom": [e.definition for e in self.effects if e.definition is not None],
             "surfaces": list(self.surfaces),
             "stderr": None
@@ -382,7 +334,7 @@ class PowerModel(Shown):
             made = [effect_from_definition(entry) for entry in document.get("custom", [])]
             custom = {effect.slug: effect for effect in made}
             model = cls.from_vehicle(
-                vehicle_from_document(document["vehicle"]),
+                Vehicle.from_document(document["vehicle"]),
                 effects=[custom.get(slug, slug) for slug in effects],
                 kind=document["kind"],
                 surfaces=document["surfaces"],

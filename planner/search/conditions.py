@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
+import hashlib
 import itertools
 import math
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from planner.power.model import PowerModel, rows_from
+from planner.arrays import Array
+from planner.power.limits import broken_limit, limit_values
+from planner.power.model import PowerModel
+from planner.power.motion_row import set_motion
+from planner.power.rows import rows_from
 from planner.quantities import INDEX
-from planner.search.motion_row import broken_limit, limit_values, set_motion
-from planner.search.situation_request import SituationRequest
-from planner.search.steady import DIRECTIONS
+from planner.search.requests import SituationRequest
+from planner.search.resolution import DIRECTIONS
 from planner.terrain.heightmap import Terrain
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -29,16 +30,22 @@ class Circumstances:
         class_rows: (classes, ROW_LENGTH) one row of conditions for each ground class of the map.
         limits: [speed, current, voltage, continuous torque, mass, largest tan(slope), yaw rate].
         wind: (2,) m/s in the map's frame.
-        turning: what planner.search.turning keeps here, by objective.
-        floor: what planner.search.bound keeps here, by the steepest slope.
     """
 
     model: PowerModel
     class_rows: Array
     limits: Array
     wind: Array
-    turning: dict[int, Any] = field(default_factory=dict, init=False, compare=False, repr=False)
-    floor: dict[float, float] = field(default_factory=dict, init=False, compare=False, repr=False)
+
+    @cached_property
+    def key(self) -> tuple[object, ...]:
+        """What tells one model under its conditions from another; for planner.cache."""
+        return (
+            model_key(self.model),
+            self.class_rows.tobytes(),
+            self.limits.tobytes(),
+            self.wind.tobytes(),
+        )
 
     @property
     def mass(self) -> float:
@@ -66,6 +73,17 @@ class Circumstances:
             else:
                 extra[k] = (watts - still) / speed
         return extra
+
+
+def model_key(model: PowerModel) -> str:
+    """What tells one power model from another, as far as its watts and limits go."""
+    digest = hashlib.sha256(model.kind.encode())
+    for effect in model.effects:
+        digest.update(repr((effect.slug, effect.definition)).encode())
+    digest.update(repr((model.vehicle.limits, model.surfaces)).encode())
+    for array in (model.parameters, model.body, model.wheels):
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()
 
 
 def _fastest_on_the_level(model: PowerModel, class_rows: Array, limits: Array) -> float:

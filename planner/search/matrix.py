@@ -19,26 +19,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.arrays import Array
+from planner.cancellation import CancellationToken
 from planner.power.model import PowerModel
+from planner.progress import Progress, silent
 from planner.quantities import STANDARD_GRAVITY
-from planner.search.cost_to_go import cost_from
-from planner.search.edge_energy import sample_surface
-from planner.search.explain import check_hold, check_place
-from planner.search.ground import CostField
-from planner.search.request import MatrixRequest, PoseRequest
-from planner.search.single_leg import driven_leg, energy_field
-from planner.search.situation import Situation, situation_of
-from planner.search.situation_request import RequestLike
-from planner.search.stopping import Stop
+from planner.search.field import CostField, sample_surface
+from planner.search.grid import cost_from
+from planner.search.legs import driven_leg
+from planner.search.requests import MatrixRequest, PoseRequest, RequestLike
+from planner.search.situation import Situation, check_hold, check_place, situation_of
+from planner.shown import Shown
 from planner.terrain.heightmap import Terrain
 
-Array = NDArray[np.float64]
 DRIVEN = 32
 """Pairs that are driven in full; the others are corrected by them."""
 
 
 @dataclass(frozen=True)
-class Matrix:
+class Matrix(Shown):
     """Energies between places.
 
     Attributes:
@@ -74,7 +73,7 @@ def energy_matrix(
     *,
     terrain: Terrain | None = None,
     model: PowerModel | None = None,
-    progress: Callable[[str, float], None] | None = None,
+    progress: Progress | None = None,
     cancelled: Callable[[], bool] | None = None,
     **fields: Any,
 ) -> Matrix:
@@ -84,7 +83,7 @@ def energy_matrix(
         request: a MatrixRequest, a mapping with its fields or the path of a JSON file; or give
             the fields as keywords.
         terrain, model: already there, instead of those that the request names.
-        progress: called with what is being done and the share done, 0 to 1.
+        progress: called with the share done, 0 to 1, and what is being done.
         cancelled: asked often; True raises Cancelled.
         fields: fields of the request, over those of ``request``.
 
@@ -96,15 +95,14 @@ def energy_matrix(
         fields = {"map": terrain.name, **fields}
     request = MatrixRequest.from_call(request, fields)
     situation = situation_of(request, terrain=terrain, model=model)
-    field = energy_field(situation)
+    field = situation.field("energy")
     starts, goals = request.starts, request.goals or request.starts
     for name, places in (("starts", starts), ("goals", goals)):
         for k, place in enumerate(places):
             check_place(f"{name}[{k}]", place, situation.ground, field, situation.around)
             check_hold(f"{name}[{k}]", place, field, situation.around)
-    say = progress or (lambda _what, _share: None)
-    with Stop(cancelled) as stop:
-        return _filled(situation, field, starts, goals, say, stop)
+    with CancellationToken(cancelled) as token:
+        return _filled(situation, field, starts, goals, progress or silent, token)
 
 
 def _filled(
@@ -112,18 +110,18 @@ def _filled(
     field: CostField,
     starts: tuple[PoseRequest, ...],
     goals: tuple[PoseRequest, ...],
-    say: Callable[[str, float], None],
-    stop: Stop,
+    progress: Progress,
+    token: CancellationToken,
 ) -> Matrix:
     done = 0
 
     def column(goal: PoseRequest) -> list[float]:
         nonlocal done
-        stop.check()
-        ahead = situation.ahead("energy", field, (goal.x, goal.y), stop=stop.flag)
+        token.check()
+        ahead = situation.ahead("energy", field, (goal.x, goal.y), token=token)
         costs = [cost_from(field, ahead, (start.x, start.y)) for start in starts]
         done += 1
-        say(f"{done} of {len(goals)} fields", 0.7 * done / len(goals))
+        progress(0.7 * done / len(goals), f"{done} of {len(goals)} fields")
         return costs
 
     with ThreadPoolExecutor(max_workers=2) as pool:
@@ -140,14 +138,14 @@ def _filled(
     exact = dissipated.copy()
 
     def drive(pair: tuple[int, int]) -> float | None:
-        stop.check()
-        return _driven(situation, starts[pair[0]], goals[pair[1]], stop)
+        token.check()
+        return _driven(situation, starts[pair[0]], goals[pair[1]], token)
 
     with ThreadPoolExecutor(max_workers=2) as pool:
         for number, (pair, energy) in enumerate(
             zip(pairs, pool.map(drive, pairs), strict=True), start=1
         ):
-            say(f"{number} of {len(pairs)} motions", 0.7 + 0.3 * number / len(pairs))
+            progress(0.7 + 0.3 * number / len(pairs), f"{number} of {len(pairs)} motions")
             if energy is not None:
                 driven[pair] = True
                 exact[pair] = energy - climbed[pair]
@@ -170,13 +168,13 @@ def _spread_pairs(dissipated: Array) -> list[tuple[int, int]]:
 
 
 def _driven(
-    situation: Situation, start: PoseRequest, goal: PoseRequest, stop: Stop
+    situation: Situation, start: PoseRequest, goal: PoseRequest, token: CancellationToken
 ) -> float | None:
-    field = energy_field(situation)
+    field = situation.field("energy")
     path = situation.path("energy", field, (start.x, start.y), (goal.x, goal.y))
     if path is None or len(path) < 2:
         return None
-    leg = driven_leg(situation, field, path, (start.yaw, goal.yaw), stop=stop)
+    leg = driven_leg(situation, field, path, (start.yaw, goal.yaw), token=token)
     return None if leg is None else leg.route.energy_j
 
 

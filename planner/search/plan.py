@@ -18,22 +18,31 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.power.defaults import defaults_in_words
+from planner.cancellation import CancellationToken
 from planner.power.model import PowerModel
-from planner.power.vehicle import load_vehicle
-from planner.search.alternatives import find_alternatives
-from planner.search.arrival import check_places, settled
-from planner.search.best_route import best_route, shortest_and_fastest, value_of
-from planner.search.certified import certified
-from planner.search.grid_route import on_grid
-from planner.search.in_time import in_time
-from planner.search.request import DEFAULT_VEHICLE, Goal, PlanRequest, PoseRequest, RegionRequest
-from planner.search.route import Answer, Baseline, Route
-from planner.search.run import Progress, Run
+from planner.power.vehicles import load_vehicle
+from planner.progress import Progress, silent
+from planner.search.goals import check_places, settled
+from planner.search.requests import (
+    PlanRequest,
+    PoseRequest,
+    RegionRequest,
+    RequestLike,
+    SituationRequest,
+)
+from planner.search.resolution import MARGIN
+from planner.search.results import Answer, Baseline, Route
 from planner.search.situation import situation_of
-from planner.search.situation_request import RequestLike
-from planner.search.steady import MARGIN
-from planner.search.stopping import Stop
+from planner.search.solve import (
+    Run,
+    best_route,
+    certified,
+    find_alternatives,
+    on_grid,
+    shortest_and_fastest,
+    value_of,
+)
+from planner.search.tradeoff import in_time
 from planner.terrain.heightmap import Terrain
 
 
@@ -54,7 +63,7 @@ def plan_route(
         terrain: a terrain that is already there, instead of the request's ``map``.
         model: a power model that is already there, instead of the request's vehicle or model;
             a text is the request's field ``model``.
-        progress: called with what is being done and the share done, 0 to 1.
+        progress: called with the share done, 0 to 1, and what is being done.
         cancelled: asked often; True raises Cancelled.
         fields: fields of the request, over those of ``request``.
 
@@ -70,16 +79,16 @@ def plan_route(
     if terrain is not None:
         fields = {"map": terrain.name, **fields}
     request = PlanRequest.from_call(request, fields)
-    say = progress or (lambda _what, _share: None)
-    say("reading map and model", 0.0)
+    say = progress or silent
+    say(0.0, "reading map and model")
     situation = situation_of(request, terrain=terrain, model=model)
-    with Stop(cancelled) as stop:
-        return _plan(Run(request, situation, say, stop))
+    with CancellationToken(cancelled) as token:
+        return _plan(Run(request, situation, say, token))
 
 
 def _plan(run: Run) -> Answer:
     request = run.request
-    run.step("costs of steady driving", 0.05)
+    run.step(0.05, "costs of steady driving")
     field = run.field(request.objective, MARGIN)
     reason = check_places(run, field)
     blank = Answer(
@@ -113,7 +122,7 @@ def _plan(run: Run) -> Answer:
     routes: tuple[Route, ...] = (best,)
     notes = [*blank.notes, *found.notes]
     if request.alternatives > 1 and not run.cancelled():
-        run.step("alternatives", 0.9)
+        run.step(0.9, "alternatives")
         routes, note = find_alternatives(
             best,
             request.alternatives,
@@ -125,10 +134,10 @@ def _plan(run: Run) -> Answer:
         latest = request.max_duration_s or math.inf
         routes = tuple(route for route in routes if route.duration_s <= latest)
     if request.certify_s is not None and not run.cancelled():
-        run.step("certified bound", 0.95)
+        run.step(0.95, "certified bound")
         routes, said = certified(run, routes)
         found.planner |= said
-    run.progress("done", 1.0)
+    run.progress(1.0, "done")
     return replace(
         blank,
         status="ok",
@@ -151,7 +160,7 @@ def _within_limits(run: Run, factor: NDArray[np.float64]) -> Route | None:
     return attempt.route if attempt.kept else None
 
 
-def _arrived(asked: Goal, route: Route) -> Mapping[str, float] | None:
+def _arrived(asked: PoseRequest | RegionRequest, route: Route) -> Mapping[str, float] | None:
     """Where a route ends that could choose: x, y, yaw and, of several places, which."""
     if not isinstance(asked, RegionRequest):
         return None
@@ -169,7 +178,7 @@ def _arrived(asked: Goal, route: Route) -> Mapping[str, float] | None:
 
 
 def _notes(run: Run) -> tuple[str, ...]:
-    defaults = defaults_in_words(run.around.model)
+    defaults = run.around.model.defaults_in_words()
     notes = [f"defaults taken: {', '.join(defaults)}"] if defaults else []
     given = run.request.conditions.model_fields_set
     reads = {name for effect in run.around.model.effects for name in effect.reads}
@@ -181,10 +190,9 @@ def _notes(run: Run) -> tuple[str, ...]:
     return tuple(notes)
 
 
-@lru_cache(maxsize=1)
+@lru_cache(maxsize=1)  # done once, keeps nothing
 def warm_up() -> None:
     """Load everything a first request would load; for workers that wait for one."""
-    import planner.search.ompl_planner  # noqa: F401
 
-    model = PowerModel.from_vehicle(load_vehicle(DEFAULT_VEHICLE))
+    model = PowerModel.from_vehicle(load_vehicle(SituationRequest.default_vehicle))
     model.kernel, model.limits_kernel  # noqa: B018

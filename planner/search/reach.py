@@ -5,9 +5,9 @@
 
 One least-cost field from the start (and one to it, for the way back) gives what every place takes.
 Such a field knows nothing of speeding up, of bends and of turning, and its few directions lose a
-per cent. So routes to places at the edge are driven in full (planner.search.edge_routes), and the
-field is corrected by their ratio, interpolated between them; the next round, at other places of the
-new edge, tells how good that is.
+per cent. So routes to places at the edge are driven in full
+(planner.search.legs.reach_calibration), and the field is corrected by their ratio, interpolated
+between them; the next round, at other places of the new edge, tells how good that is.
 """
 
 from __future__ import annotations
@@ -19,24 +19,21 @@ from typing import Any
 
 import contourpy
 import numpy as np
-from numpy.typing import NDArray
 
+from planner.arrays import Array
+from planner.cancellation import CancellationToken
 from planner.errors import RequestError
 from planner.power.model import PowerModel
+from planner.progress import Progress, silent
 from planner.quantities import STANDARD_GRAVITY
-from planner.search.cost_to_go import CostToGo
-from planner.search.edge_energy import sample_surface
-from planner.search.edge_routes import EdgeRoutes, nearest_nodes
-from planner.search.explain import check_hold, check_place
-from planner.search.ground import CostField
-from planner.search.request import ReachRequest
-from planner.search.single_leg import energy_field
-from planner.search.situation import Situation, situation_of
-from planner.search.situation_request import RequestLike
-from planner.search.stopping import Stop
+from planner.search.field import CostField, sample_surface
+from planner.search.grid import CostToGo
+from planner.search.legs import EdgeRoutes, nearest_nodes
+from planner.search.requests import ReachRequest, RequestLike
+from planner.search.situation import Situation, check_hold, check_place, situation_of
+from planner.shown import Shown
 from planner.terrain.heightmap import Terrain
 
-Array = NDArray[np.float64]
 Point = tuple[float, float]
 EDGE_POINTS = 30
 """Places at the edge whose routes are driven, in each of the rounds."""
@@ -46,7 +43,7 @@ GOOD = 0.004
 
 
 @dataclass(frozen=True)
-class Reach:
+class Reach(Shown):
     """What can be reached with an energy.
 
     Attributes:
@@ -93,7 +90,7 @@ def reachable_area(
     *,
     terrain: Terrain | None = None,
     model: PowerModel | None = None,
-    progress: Callable[[str, float], None] | None = None,
+    progress: Progress | None = None,
     cancelled: Callable[[], bool] | None = None,
     **fields: Any,
 ) -> Reach:
@@ -103,7 +100,7 @@ def reachable_area(
         request: a ReachRequest, a mapping with its fields or the path of a JSON file; or give
             the fields as keywords.
         terrain, model: already there, instead of those that the request names.
-        progress: called with what is being done and the share done, 0 to 1.
+        progress: called with the share done, 0 to 1, and what is being done.
         cancelled: asked often; True raises Cancelled.
         fields: fields of the request, over those of ``request``.
 
@@ -114,25 +111,25 @@ def reachable_area(
     if terrain is not None:
         fields = {"map": terrain.name, **fields}
     request = ReachRequest.from_call(request, fields)
-    say = progress or (lambda _what, _share: None)
+    say = progress or silent
     situation = situation_of(request, terrain=terrain, model=model)
     budget = _budget(request, situation)
-    field = energy_field(situation)
+    field = situation.field("energy")
     check_place("start", request.start, situation.ground, field, situation.around)
     check_hold("start", request.start, field, situation.around)
-    say("least-cost field", 0.1)
-    with Stop(cancelled) as stop:
-        search = _Search(situation, field, request, budget, stop)
+    say(0.1, "least-cost field")
+    with CancellationToken(cancelled) as token:
+        search = _Search(situation, field, request, budget, token)
         return _reached(search, request, say)
 
 
-def _reached(search: _Search, request: ReachRequest, say: Callable[[str, float], None]) -> Reach:
+def _reached(search: _Search, request: ReachRequest, say: Progress) -> Reach:
     situation, field, budget = search.situation, search.field, search.budget
     factor = np.ones(field.heights.shape)
-    routes = EdgeRoutes(situation, field, search.fields, request.start.yaw, search.stop)
+    routes = EdgeRoutes(situation, field, search.fields, request.start.yaw, search.token)
     error = math.nan
     for number in range(ROUNDS):
-        say("routes to the edge", 0.2 + 0.7 * number / ROUNDS)
+        say(0.2 + 0.7 * number / ROUNDS, "routes to the edge")
         edge = search.edge(search.needed(factor), number)
         if not edge:
             break
@@ -143,7 +140,7 @@ def _reached(search: _Search, request: ReachRequest, say: Callable[[str, float],
             if number > 0 and error < GOOD:
                 break
     needed = search.needed(factor)
-    say("done", 1.0)
+    say(1.0, "done")
     lines = tuple(search.lines(needed))
     inside = needed <= budget
     return Reach(
@@ -183,15 +180,15 @@ class _Search:
         field: CostField,
         request: ReachRequest,
         budget: float,
-        stop: Stop,
+        token: CancellationToken,
     ) -> None:
-        self.situation, self.field, self.budget, self.stop = situation, field, budget, stop
+        self.situation, self.field, self.budget, self.token = situation, field, budget, token
         self.start = (request.start.x, request.start.y)
         self.weight = situation.around.mass * STANDARD_GRAVITY
         self.base = float(sample_surface(field, np.array([self.start]))[0][0])
-        self.fields: list[CostToGo] = [situation.onward(field, self.start, stop.flag)]
+        self.fields: list[CostToGo] = [situation.onward(field, self.start, token)]
         if request.and_back:
-            self.fields.append(situation.ahead("energy", field, self.start, stop=stop.flag))
+            self.fields.append(situation.ahead("energy", field, self.start, token=token))
         self.dissipated = np.sum([f.values.astype(float) for f in self.fields], axis=0)
 
     def needed(self, factor: Array) -> Array:

@@ -9,7 +9,7 @@ Three layers, each estimated robustly from what is left over after the model and
 
     spread       standard deviation as a function of |P| (medians of absolute deviations in bins),
                  and beside it what is doubtful about the model's own inputs in single rows
-                 (planner.telemetry.sensitivity.doubt_of)
+                 (planner.telemetry.prediction.sensitivity.doubt_of)
     correlation  an autoregression within consecutive rows, pooled over all of them
     runs         an offset and a gain of every run, random with a covariance
 
@@ -22,18 +22,15 @@ Left out
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-from planner.telemetry.log import Telemetry
-
-Floats = NDArray[np.float64]
+from planner.arrays import Array
+from planner.telemetry.logs import Telemetry
 
 ORDER = 12
 CLIP = 3.5
@@ -42,22 +39,15 @@ BINS = 10
 _MAD = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
 
 
-def huber(z: Floats) -> Floats:
+def clipped(residual: Array, spread: Array) -> Array:
+    """Residuals (n,) that count at most CLIP of their spreads (n,)."""
+    return np.clip(residual, -CLIP * spread, CLIP * spread)
+
+
+def huber(z: Array) -> Array:
     """Loss of residuals in spreads: their squares, straight lines beyond CLIP."""
     size = np.abs(z)
     return np.where(size < CLIP, size * size, CLIP * (2.0 * size - CLIP))
-
-
-def segments(log: Telemetry) -> list[tuple[int, int]]:
-    """Stretches of consecutive rows: the same run, no gap in time."""
-    if len(log) == 0:
-        return []
-    step = np.diff(log.time)
-    same = np.diff(log.run) == 0
-    usual = float(np.median(step[same])) if same.any() else 0.0
-    breaks = ~same | (step > 2.5 * usual)
-    borders = [0, *(np.flatnonzero(breaks) + 1).tolist(), len(log)]
-    return list(zip(borders[:-1], borders[1:], strict=True))
 
 
 @dataclass(frozen=True)
@@ -72,11 +62,11 @@ class Noise:
         floor_w: rms of the noise over the log, W.
     """
 
-    powers: Floats
-    spreads: Floats
-    reflections: Floats
-    shrink: Floats
-    by_run: Floats
+    powers: Array
+    spreads: Array
+    reflections: Array
+    shrink: Array
+    by_run: Array
     floor_w: float
 
     @property
@@ -84,11 +74,11 @@ class Noise:
         """Correlation of neighbouring rows."""
         return float(self.reflections[1, 0]) if len(self.reflections) > 1 else 0.0
 
-    def spread(self, watts: Floats, doubt: Floats) -> Floats:
+    def spread(self, watts: Array, doubt: Array) -> Array:
         """(n,) W, standard deviation of single rows at a modelled power, with its doubt."""
         return np.hypot(np.interp(np.abs(watts), self.powers, self.spreads), doubt)
 
-    def whiten(self, log: Telemetry, watts: Floats, spread: Floats, columns: Floats) -> Floats:
+    def whiten(self, log: Telemetry, watts: Array, spread: Array, columns: Array) -> Array:
         """Columns in units of independent noise of standard deviation 1.
 
         Args:
@@ -105,20 +95,14 @@ class Noise:
         ahead = [scale[:, None], (watts * scale)[:, None]] if runs else []
         scaled = np.concatenate([columns * scale[:, None], *ahead], axis=1)
         white = np.empty_like(scaled)
-        for start, stop in segments(log):
+        for start, stop in log.segments():
             _filter(scaled[start:stop], self.reflections, self.shrink, white[start:stop])
         if not runs:
             return white
         kept, shared = white[:, : columns.shape[1]], white[:, columns.shape[1] :]
         kept, shared = np.ascontiguousarray(kept), np.ascontiguousarray(shared)
-        _take_out_runs(kept, shared, self.by_run, np.array(list(run_pieces(log))))
+        _take_out_runs(kept, shared, self.by_run, np.array(log.run_pieces()))
         return kept
-
-
-def run_pieces(log: Telemetry) -> Iterator[tuple[int, int]]:
-    """Stretches of rows of one run."""
-    borders = [0, *(np.flatnonzero(np.diff(log.run)) + 1).tolist(), len(log)]
-    yield from zip(borders[:-1], borders[1:], strict=True)
 
 
 @njit(cache=True, nogil=True)
@@ -163,16 +147,14 @@ def _take_out_runs(columns: Any, shared: Any, by_run: Any, pieces: Any) -> None:
                     columns[start + k, j] -= basis[k, a] * change[a]
 
 
-def noise_of(
-    log: Telemetry, residual: Floats, watts: Floats, doubt: Floats, columns: Floats
-) -> Noise:
+def noise_of(log: Telemetry, residual: Array, watts: Array, doubt: Array, columns: Array) -> Noise:
     """Noise in the residual of a model, see noise_and_leftover."""
     return noise_and_leftover(log, residual, watts, doubt, columns)[0]
 
 
 def noise_and_leftover(
-    log: Telemetry, residual: Floats, watts: Floats, doubt: Floats, columns: Floats
-) -> tuple[Noise, Floats]:
+    log: Telemetry, residual: Array, watts: Array, doubt: Array, columns: Array
+) -> tuple[Noise, Array]:
     """Noise in the residual of a model, once ``columns`` have taken what they can explain.
 
     Args:
@@ -205,11 +187,11 @@ def noise_and_leftover(
     return Noise(powers, spreads, reflections, shrink, by_run, floor), left
 
 
-def _deviation(values: Floats) -> float:
+def _deviation(values: Array) -> float:
     return _MAD * float(np.median(np.abs(values)))
 
 
-def _leftover(residual: Floats, columns: Floats, scale: Floats) -> Floats:
+def _leftover(residual: Array, columns: Array, scale: Array) -> Array:
     """Residual after a robust regression on the columns."""
     left = residual
     weighted = columns * scale[:, None]
@@ -225,7 +207,7 @@ def _leftover(residual: Floats, columns: Floats, scale: Floats) -> Floats:
     return left
 
 
-def _spread(size: Floats, left: Floats) -> tuple[Floats, Floats]:
+def _spread(size: Array, left: Array) -> tuple[Array, Array]:
     """Spread over |P|; P crosses zero, so that a share of it alone would not do."""
     count = int(min(BINS, max(1, len(size) // 40)))
     order = np.argsort(size, kind="stable")
@@ -239,9 +221,9 @@ def _spread(size: Floats, left: Floats) -> tuple[Floats, Floats]:
     return powers[keep], np.maximum(smooth, floor)[keep]
 
 
-def _autoregression(log: Telemetry, z: Floats) -> tuple[Floats, Floats]:
+def _autoregression(log: Telemetry, z: Array) -> tuple[Array, Array]:
     """Levinson & Durbin's recursion on the pooled autocovariance."""
-    parts = segments(log)
+    parts = log.segments()
     lengths = np.array([stop - start for start, stop in parts])
     order = int(min(ORDER, max(0, np.max(lengths) // 4)))
     covariance = np.zeros(order + 1)
@@ -265,16 +247,14 @@ def _autoregression(log: Telemetry, z: Floats) -> tuple[Floats, Floats]:
     return table, np.sqrt(variance)
 
 
-def _run_covariance(
-    log: Telemetry, plain: Noise, left: Floats, watts: Floats, scale: Floats
-) -> Floats:
+def _run_covariance(log: Telemetry, plain: Noise, left: Array, watts: Array, scale: Array) -> Array:
     """Variances of the runs' offsets and gains, by moments: what is there less what noise gives.
 
     With B the two whitened columns of a run and e its whitened leftover, the square of B'e is on
     average the diagonal of G + GΣG, where G = B'B. No inverse of G is needed, since in a steady run
     offset and gain are the same thing.
     """
-    pieces = list(run_pieces(log))
+    pieces = log.run_pieces()
     if len(pieces) < 4:
         return np.zeros((2, 2))
     one = np.ones_like(left)

@@ -1,7 +1,7 @@
 """What a row of a log means to a person: speed, heading, slope along the travel, braking, load.
 
     axes = motion_axes(log.rows)       # {"speed": (n,), "heading": (n,), ...}, SI and rad
-    axes = further_axes(log.rows)      # sampling rate, wind along the travel, place of the load
+    axes = all_axes(log.rows)          # also wind, place of the load, ground …
 
 These are the axes on which residuals are looked at: regimes, curves and shapes outside the
 catalogue all use these names.
@@ -20,11 +20,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from planner.arrays import Array
 from planner.quantities import INDEX
-
-Floats = NDArray[np.float64]
 
 STANDSTILL = 0.02
 """m/s below which a robot is taken to have no heading: ten times the usual error of odometry."""
@@ -77,7 +75,7 @@ FURTHER: dict[str, Axis] = {
 """Axes for which the catalogue has effects of its own; only regimes use them."""
 
 
-def motion_axes(rows: Floats, *, temperature: str | None = None) -> dict[str, Floats]:
+def motion_axes(rows: Array, *, temperature: str | None = None) -> dict[str, Array]:
     """Values of every axis of AXES.
 
     Args:
@@ -107,13 +105,13 @@ def motion_axes(rows: Floats, *, temperature: str | None = None) -> dict[str, Fl
     }
 
 
-def temperature_of(rows: Floats) -> str:
+def temperature_of(rows: Array) -> str:
     """The quantity that tells the temperature in these rows, (n, ROW_LENGTH)."""
     known = np.isfinite(rows[:, INDEX["motor_temp"]]).any()
     return "motor_temp" if known else "ambient_temp"
 
 
-def further_axes(rows: Floats) -> dict[str, Floats]:
+def further_axes(rows: Array) -> dict[str, Array]:
     """Values of every axis of FURTHER, name → (n,); NaN where not known.
 
     Args:
@@ -125,7 +123,18 @@ def further_axes(rows: Floats) -> dict[str, Floats]:
     return {"headwind": -wind, **{name: rows[:, INDEX[name]].copy() for name in plain}}
 
 
-def _direction(rows: Floats) -> tuple[Floats, Floats, Floats]:
+def all_axes(rows: Array, *, temperature: str | None = None) -> dict[str, Array]:
+    """Values of every axis of AXES and FURTHER and of the ground, name → (n,).
+
+    Args:
+        rows: (n, ROW_LENGTH) rows of the power model.
+        temperature: see motion_axes.
+    """
+    motion = motion_axes(rows, temperature=temperature)
+    return {**motion, **further_axes(rows), "surface": rows[:, INDEX["surface"]]}
+
+
+def _direction(rows: Array) -> tuple[Array, Array, Array]:
     """Speed and the direction of travel, forward and left, fading out at standstill."""
     vx, vy = rows[:, INDEX["vx"]], rows[:, INDEX["vy"]]
     speed = np.hypot(vx, vy)

@@ -4,14 +4,14 @@ Three kinds of entry:
 
     file        a drawn map in maps/fixed; sha256 over the .asc and, if any, its .layers.toml
     fractal     computed by maps.make_fixed_maps; sha256 over the heights in whole mm (int32)
-    jacksboro   the real relief in matplotlib's sample data; sha256 over the array of heights
+    jacksboro   real relief in maps/relief; sha256 over the array of heights
 
-Jacksboro's file names its rows' latitudes wrongly: `ymin` = 36.733 is larger than `ymax` = 36.446,
-and neither order fits the ground. The first row is the NORTH row at latitude `ymax`, and the south
-edge lies 344 rows below it, at 36.160: only then do the highest point (1076 m, Cross Mountain at
-36.198 N, 84.231 W, 1077 m) and the lowest (the Clinch River below Norris Dam) lie where they are.
-Its 3 arc seconds become metres by the radii of curvature of the WGS 84 ellipsoid at the map's
-middle latitude,
+Jacksboro's heights are those of matplotlib's sample data, whose file names the rows' latitudes
+wrongly: `ymin` = 36.733 is larger than `ymax` = 36.446, and neither order fits the ground. The
+first row is the NORTH row at latitude `ymax`, and the south edge lies 344 rows below it, at 36.160:
+only then do the highest point (1076 m, Cross Mountain at 36.198 N, 84.231 W, 1077 m) and the lowest
+(the Clinch River below Norris Dam) lie where they are. Its 3 arc seconds become metres by the radii
+of curvature of the WGS 84 ellipsoid at the map's middle latitude,
 
     dy = M(phi) dphi,   dx = N(phi) cos(phi) dlambda,
     N = a / sqrt(1 - e^2 sin^2 phi),   M = a (1 - e^2) / (1 - e^2 sin^2 phi)^(3/2),
@@ -25,7 +25,6 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-import importlib.util
 import math
 import os
 import tomllib
@@ -87,7 +86,7 @@ def list_maps() -> list[dict[str, Any]]:
     return [{key: entry[key] for key in _LISTED} for entry in _entries().values()]
 
 
-@cache
+@cache  # a file of the package
 def _entries() -> dict[str, dict[str, Any]]:
     content = tomllib.loads((_MAPS / "catalogue.toml").read_text(encoding="utf-8"))
     return {entry["name"]: entry for entry in content["map"]}
@@ -101,13 +100,17 @@ def _open_file(entry: dict[str, Any]) -> Terrain:
         if layers.exists():
             digest.update(layers.read_bytes())
     except OSError as problem:
-        raise MapError(
-            "map",
-            f"{entry['name']} is listed, but its file {file.name} cannot be read",
-            accepted="a complete installation of joulepath",
-        ) from problem
+        raise _unreadable(entry, file) from problem
     _verify(entry, digest.hexdigest())
     return _named(entry, load_terrain(file))
+
+
+def _unreadable(entry: dict[str, Any], file: Path) -> MapError:
+    return MapError(
+        "map",
+        f"{entry['name']} is listed, but its file {file.name} cannot be read",
+        accepted="a complete installation of joulepath",
+    )
 
 
 def _open_fractal(entry: dict[str, Any]) -> Terrain:
@@ -125,21 +128,12 @@ def _open_fractal(entry: dict[str, Any]) -> Terrain:
 
 
 def _open_jacksboro(entry: dict[str, Any]) -> Terrain:
-    # Found without importing matplotlib, which would cost more than the planning.
-    package = importlib.util.find_spec("matplotlib")
-    folders = (package.submodule_search_locations if package else None) or []
-    files = [
-        Path(folder) / "mpl-data" / "sample_data" / "jacksboro_fault_dem.npz" for folder in folders
-    ]
-    file = next((file for file in files if file.is_file()), None)
-    if file is None:
-        raise MapError(
-            "map",
-            f"{entry['name']} comes with matplotlib's sample data, which is not installed",
-            accepted="matplotlib installed with its sample data (pip install matplotlib)",
-        )
-    with np.load(file, allow_pickle=False) as archive:
-        elevation = archive["elevation"]
+    file = _MAPS / entry["file"]
+    try:
+        with np.load(file, allow_pickle=False) as archive:
+            elevation = archive["elevation"]
+    except OSError as problem:
+        raise _unreadable(entry, file) from problem
     _verify(entry, hashlib.sha256(elevation.astype("<i2").tobytes()).hexdigest())
     ny = elevation.shape[0]
     dx, dy = local_scale(_JACKSBORO_NORTH - 0.5 * ny * _ARC_SECONDS_3, _ARC_SECONDS_3)

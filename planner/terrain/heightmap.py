@@ -8,7 +8,11 @@ Between nodes the height is a cubic convolution and the gradient its exact deriv
 (interpolation.py). Holes carry the nearest known height, only so that the interpolation beside
 them meets a number; `known` says that nobody may ride there.
 
-Left out: overhangs; anything that stands on the ground and is not a height (obstacles.py).
+A cell is blocked when something stands on it, when its height is unknown, or when it is one side
+of a ledge: a step between 4-neighbours higher than the robot can ride over and steeper than 45
+degrees (|dz| > step_height and |dz| > distance). obstacles.py says where a body fits among them.
+
+Left out: overhangs.
 """
 
 from __future__ import annotations
@@ -23,10 +27,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from planner.errors import MapError
-from planner.terrain.interpolation import interpolate, interpolate_many
+from planner.terrain.interpolation import interpolate_many
 from planner.terrain.surface import PLAIN_GROUND, GroundClass, footprint_heights
-
-__all__ = ["SMALLEST_SIDE", "Terrain", "interpolate"]
 
 # The cubic needs four nodes in each axis.
 SMALLEST_SIDE = 4
@@ -190,6 +192,56 @@ class Terrain:
         The gradient of this surface is what the robot climbs; see surface.py.
         """
         return footprint_heights(self.heights, half_length=half_length, cell=self.cell)
+
+    def blocked_cells(self, step_height: float) -> NDArray[np.bool_]:
+        """Cells that a body must not cover.
+
+        Args:
+            step_height: highest step that the robot rides over, m.
+
+        Returns:
+            (ny, nx) bool, True = obstacle, hole or side of a ledge.
+        """
+        return self.obstacles | ~self.known | self._ledges(step_height)
+
+    def why_blocked(self, step_height: float, j: int, i: int) -> str | None:
+        """What blocks cell [j, i], or None when nothing does.
+
+        Returns:
+            "edge of the map" (the index lies beyond it), "obstacle", "hole", "ledge" or None.
+        """
+        ny, nx = self.heights.shape
+        if not (0 <= j < ny and 0 <= i < nx):
+            return "edge of the map"
+        if self.obstacles[j, i]:
+            return "obstacle"
+        if not self.known[j, i]:
+            return "hole"
+        for row, column, distance in (
+            (j - 1, i, self.cell[1]),
+            (j + 1, i, self.cell[1]),
+            (j, i - 1, self.cell[0]),
+            (j, i + 1, self.cell[0]),
+        ):
+            if 0 <= row < ny and 0 <= column < nx and self.known[row, column]:
+                step = abs(self.heights[row, column] - self.heights[j, i])
+                if step > step_height and step > distance:
+                    return "ledge"
+        return None
+
+    def _ledges(self, step_height: float) -> NDArray[np.bool_]:
+        z, known = self.heights, self.known
+        ledge = np.zeros(z.shape, dtype=np.bool_)
+        # Steps to and from a hole are steps of the filling, not of the ground.
+        step = np.abs(np.diff(z, axis=1))
+        found = (step > max(step_height, self.cell[0])) & known[:, 1:] & known[:, :-1]
+        ledge[:, 1:] |= found
+        ledge[:, :-1] |= found
+        step = np.abs(np.diff(z, axis=0))
+        found = (step > max(step_height, self.cell[1])) & known[1:] & known[:-1]
+        ledge[1:] |= found
+        ledge[:-1] |= found
+        return ledge
 
     def _sample(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
         xs, ys = np.broadcast_arrays(np.asarray(x, np.float64), np.asarray(y, np.float64))

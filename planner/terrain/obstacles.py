@@ -1,8 +1,6 @@
-"""Where the robot's body fits: blocked cells, and an oriented rectangle among them.
+"""Where the robot's body fits: an oriented rectangle among blocked cells (Terrain.blocked_cells).
 
-A cell is blocked when something stands on it, when its height is unknown, or when it is one side
-of a ledge: a step between 4-neighbours higher than the robot can ride over and steeper than 45
-degrees (|dz| > step_height and |dz| > distance). Everything beyond the border counts as blocked.
+Everything beyond the border counts as blocked.
 
 The body is a rectangle of half length a and half width b, centre (x, y), yaw psi (its long axis at
 psi from +x). Rectangle and cell square are apart if and only if their projections are apart on one
@@ -27,65 +25,9 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.terrain.heightmap import Terrain
-
 # Overlap below this counts as contact, m.
 CONTACT = 1e-6
 MOST_YAW_BINS = 64
-
-
-def blocked_cells(terrain: Terrain, step_height: float) -> NDArray[np.bool_]:
-    """Cells that the body must not cover.
-
-    Args:
-        terrain: the map.
-        step_height: highest step the robot rides over, m.
-
-    Returns:
-        (ny, nx) bool, True = obstacle, hole or side of a ledge.
-    """
-    return terrain.obstacles | ~terrain.known | _ledges(terrain, step_height)
-
-
-def why_blocked(terrain: Terrain, step_height: float, j: int, i: int) -> str | None:
-    """What blocks cell [j, i], or None when nothing does.
-
-    Returns:
-        "edge of the map" (the index lies beyond it), "obstacle", "hole", "ledge" or None.
-    """
-    ny, nx = terrain.heights.shape
-    if not (0 <= j < ny and 0 <= i < nx):
-        return "edge of the map"
-    if terrain.obstacles[j, i]:
-        return "obstacle"
-    if not terrain.known[j, i]:
-        return "hole"
-    for row, column, distance in (
-        (j - 1, i, terrain.cell[1]),
-        (j + 1, i, terrain.cell[1]),
-        (j, i - 1, terrain.cell[0]),
-        (j, i + 1, terrain.cell[0]),
-    ):
-        if 0 <= row < ny and 0 <= column < nx and terrain.known[row, column]:
-            step = abs(terrain.heights[row, column] - terrain.heights[j, i])
-            if step > step_height and step > distance:
-                return "ledge"
-    return None
-
-
-def _ledges(terrain: Terrain, step_height: float) -> NDArray[np.bool_]:
-    z, known = terrain.heights, terrain.known
-    ledge = np.zeros(z.shape, dtype=np.bool_)
-    # Steps to and from a hole are steps of the filling, not of the ground.
-    step = np.abs(np.diff(z, axis=1))
-    found = (step > max(step_height, terrain.cell[0])) & known[:, 1:] & known[:, :-1]
-    ledge[:, 1:] |= found
-    ledge[:, :-1] |= found
-    step = np.abs(np.diff(z, axis=0))
-    found = (step > max(step_height, terrain.cell[1])) & known[1:] & known[:-1]
-    ledge[1:] |= found
-    ledge[:-1] |= found
-    return ledge
 
 
 @numba.njit(

@@ -2,7 +2,7 @@
 
     workers = WorkerPool(workers=2, queue=16, time_limit_s=120, memory_limit_mb=8192)
     await workers.start()
-    text = await workers.run("solve", request)      # runs service.jobs.worker.solve(request)
+    text = await workers.run("plan_route", request)  # runs service.jobs.worker.plan_route(request)
 
 A job that is cancelled or overdue takes its process with it and nothing else. One that ends
 because its process was killed fails alone.

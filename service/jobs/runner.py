@@ -25,25 +25,16 @@ from sqlalchemy.orm import Session
 
 from service import problems
 from service.jobs import progress
+from service.jobs.names import Names
 from service.jobs.pool import Workers
 from service.jobs.tasks import Task, prepare
-from service.names import Names
 from service.problems import Busy, DatabaseLocked, NoSuch
-from service.store.jobs import DIED, LEASE_S, UNFINISHED, now
-from service.store.store import Store
-from service.store.tables import LogRow
-
-WORK = {
-    "check": "check_log",
-    "compare": "compare_log",
-    "diagnose": "diagnose_log",
-    "adopt": "adopt_effects",
-}
-"""Kind of a job -> function of service.jobs.worker."""
+from service.store import LEASE_S, UNFINISHED, Store, now
 
 STOPPED = "the service was stopped while this job ran; start it again"
 _TICK_S = 0.2
-_RENEWAL_S = 1.0
+RENEWAL_S = 1.0
+"""Seconds between two renewals of a lease, and before a locked database is asked again."""
 SWEEP_S = LEASE_S / 3
 """Seconds between two looks at jobs of other services; a lock as long as a lease meets one."""
 
@@ -104,7 +95,7 @@ class Runner:
         """Queue a job.
 
         Args:
-            kind: one of WORK.
+            kind: name of a function of service.jobs.worker that takes a Task.
             request: what service.jobs.tasks.prepare reads.
 
         Returns:
@@ -185,9 +176,10 @@ class Runner:
             except asyncio.CancelledError:
                 # Cancelled by a user or taken from us: the row says so already.
                 if self._stopping:
+                    stopped = problems.document(500, "worker-lost", STOPPED)
                     # Where that is not to be had, the next service marks it as failed.
                     with suppress(DatabaseLocked):
-                        (finish or partial(jobs.fail, job, _problem(STOPPED)))()
+                        (finish or partial(jobs.fail, job, stopped))()
                 raise
             except Exception as error:
                 await self._patiently(partial(jobs.fail, job, problems.describe(error)))
@@ -202,11 +194,11 @@ class Runner:
             try:
                 return await asyncio.to_thread(change)
             except DatabaseLocked:
-                await asyncio.sleep(_RENEWAL_S)
+                await asyncio.sleep(RENEWAL_S)
 
     async def _work(self, job: str, kind: str, task: Task) -> Any:
         """The worker's outcome, with its progress told to the row meanwhile."""
-        work = asyncio.ensure_future(self._workers.run(WORK[kind], task))
+        work = asyncio.ensure_future(self._workers.run(kind, task))
         watch = asyncio.ensure_future(self._watch(job, work))
         try:
             return await work
@@ -221,7 +213,7 @@ class Runner:
         while True:
             await asyncio.sleep(_TICK_S)
             latest = progress.read(path) or told
-            if latest == told and time.monotonic() - renewed < _RENEWAL_S:
+            if latest == told and time.monotonic() - renewed < RENEWAL_S:
                 continue
             told, renewed = latest, time.monotonic()
             try:
@@ -237,19 +229,7 @@ class Runner:
     ) -> dict[str, Any]:
         """Rows that come of a finished job, and its result."""
         if kind == "check":
-            found = {k: v for k, v in outcome.items() if k not in ("rows", "runs")}
-            row = LogRow(
-                id=request["log"],
-                name=request["name"],
-                sha256=request["sha256"],
-                mapped=request["mapped"],
-                bytes=request["bytes"],
-                rows=outcome["rows"],
-                runs=outcome["runs"],
-                found=found,
-                uploaded_at=now(),
-            )
-            return self._store.logs.add(session, row)
+            return self._store.logs.add(session, request, outcome, now())
         if kind == "adopt":
             parent = request.get("model")
             known = parent is not None and self._store.models.get(parent) is not None
@@ -269,7 +249,7 @@ class Runner:
         if at < self._leases_count_from:
             # Only those whose process is gone.
             at = 0.0
-        for job in await asyncio.to_thread(jobs.give_up_dead, _problem(DIED), at):
+        for job in await asyncio.to_thread(jobs.give_up_dead, at):
             row = await self.get(job)
             self._tidy(row["kind"], row["request"])
         for job in await asyncio.to_thread(jobs.queued):
@@ -290,7 +270,3 @@ class Runner:
 
     def _until(self) -> float:
         return self._clock() + LEASE_S
-
-
-def _problem(sentence: str) -> dict[str, Any]:
-    return problems.document(500, "worker-lost", sentence)

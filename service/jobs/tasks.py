@@ -11,9 +11,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from planner.errors import RequestError
-from service.names import Names
-from service.store.files import MAPPING
-from service.store.store import Store
+from service.jobs.names import Names
+from service.store import MAPPING, Store
 
 
 @dataclass(frozen=True)

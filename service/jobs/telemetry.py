@@ -17,12 +17,12 @@ from typing import Any, ParamSpec, TypeVar
 import planner
 
 # Loaded with the fork server, so that a fresh worker has it.
-import planner.telemetry.adopt
-import planner.telemetry.compare
+import planner.telemetry.adoption
+import planner.telemetry.comparison
 from planner.errors import InputError, ModelError
 from planner.power.model import PowerModel
-from planner.power.saved_model import ACCEPTED
-from planner.telemetry.log import Telemetry
+from planner.power.saved import ACCEPTED
+from planner.telemetry.logs import Telemetry
 from service.documents import finite
 from service.jobs import progress
 from service.jobs.outcomes import Adopted
@@ -47,7 +47,7 @@ def _refusing(work: Callable[P, T]) -> Callable[P, T | InputError]:
 
 
 @_refusing
-def check_log(task: Task) -> dict[str, Any]:
+def check(task: Task) -> dict[str, Any]:
     """Read a log from end to end; what was found, derived and assumed."""
     os.chdir(task.folder)
     say = progress.reporter(Path(task.progress))
@@ -69,21 +69,21 @@ def check_log(task: Task) -> dict[str, Any]:
 
 
 @_refusing
-def compare_log(task: Task) -> dict[str, Any]:
+def compare(task: Task) -> dict[str, Any]:
     """Comparison.to_json(), with what pictures need beside it."""
     found = planner.compare(*_log_and_model(task), **_options(task))
     return {**found.to_json(), "pictures": _pictures(found)}
 
 
 @_refusing
-def diagnose_log(task: Task) -> dict[str, Any]:
+def diagnose(task: Task) -> dict[str, Any]:
     """Diagnosis.to_json()."""
     document: dict[str, Any] = planner.diagnose(*_log_and_model(task), **_options(task)).to_json()
     return document
 
 
 @_refusing
-def adopt_effects(task: Task) -> Adopted:
+def adopt(task: Task) -> Adopted:
     """Adoption.to_json() and the new version."""
     effects = effects_to_adopt(task.effects, task.definition)
     found = planner.adopt(effects, *_log_and_model(task), **_options(task))
@@ -91,7 +91,7 @@ def adopt_effects(task: Task) -> Adopted:
 
 
 @_refusing
-def revert_model(path: str, version: int) -> str:
+def revert(path: str, version: int) -> str:
     """The new version that goes back to an earlier one."""
     return _saved(planner.revert(PowerModel.load(path), version))
 

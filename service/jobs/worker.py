@@ -2,19 +2,23 @@
 
 Every job gets a process of its own: OMPL's random numbers are seeded once for a process, so only a
 fresh one repeats an answer. Functions here take and return plain data that crosses a process
-border cheaply; a refusal is returned and not raised, so that it arrives without a traceback.
+border cheaply; a refusal is returned and not raised, so that it arrives without a traceback. What
+answers a question has the name of the planner's function that it calls.
 """
 
 from __future__ import annotations
 
+import planner
+
+# Loaded with the fork server, so that a fresh worker has it.
+import planner.search.front
+import planner.search.matrix
+import planner.search.reach
 from planner.errors import InputError
 from planner.power.catalogue import list_effects
-from planner.power.vehicle import list_vehicles
-from planner.search.front import energy_time_front
-from planner.search.matrix import energy_matrix
-from planner.search.plan import plan_route, warm_up
-from planner.search.reach import reachable_area
-from planner.search.request import FrontRequest, MatrixRequest, PlanRequest, ReachRequest
+from planner.power.vehicles import list_vehicles
+from planner.search.plan import warm_up
+from planner.search.requests import FrontRequest, MatrixRequest, PlanRequest, ReachRequest
 from planner.search.situation import KINDS
 from planner.terrain.catalogue import list_maps
 from service.documents import finite, route_text, strict
@@ -22,27 +26,27 @@ from service.jobs.outcomes import Catalogues
 from service.jobs.process import waited_s
 from service.jobs.relief import relief_of
 from service.jobs.telemetry import (
-    adopt_effects,
-    check_log,
+    adopt,
+    check,
     check_model,
-    compare_log,
-    diagnose_log,
-    revert_model,
+    compare,
+    diagnose,
+    revert,
 )
 
 __all__ = [
-    "adopt_effects",
+    "adopt",
     "catalogues",
-    "check_log",
+    "check",
     "check_model",
-    "compare_log",
-    "diagnose_log",
-    "front",
-    "matrix",
-    "reach",
+    "compare",
+    "diagnose",
+    "energy_matrix",
+    "energy_time_front",
+    "plan_route",
+    "reachable_area",
     "relief",
-    "revert_model",
-    "solve",
+    "revert",
 ]
 
 LEAST_BUDGET_S = 1e-3
@@ -58,13 +62,13 @@ def catalogues() -> Catalogues:
     )
 
 
-def solve(request: PlanRequest) -> str | InputError:
+def plan_route(request: PlanRequest) -> str | InputError:
     """ROUTE.json of a request, or why the request cannot be used.
 
     Seconds that it was given to search count from its arrival.
     """
     try:
-        return route_text(plan_route(less_waiting(request, waited_s())).to_json())
+        return route_text(planner.plan_route(less_waiting(request, waited_s())).to_json())
     except InputError as error:
         return error
 
@@ -77,26 +81,26 @@ def less_waiting(request: PlanRequest, waited_s: float) -> PlanRequest:
     return request.model_copy(update={"time_budget_s": left})
 
 
-def matrix(request: MatrixRequest) -> str | InputError:
+def energy_matrix(request: MatrixRequest) -> str | InputError:
     """Energies between places as JSON, or why the request cannot be used."""
     try:
-        return strict(energy_matrix(request).to_json())
+        return strict(planner.energy_matrix(request).to_json())
     except InputError as error:
         return error
 
 
-def reach(request: ReachRequest) -> str | InputError:
+def reachable_area(request: ReachRequest) -> str | InputError:
     """The reachable area as JSON, or why the request cannot be used."""
     try:
-        return strict(reachable_area(request).to_json())
+        return strict(planner.reachable_area(request).to_json())
     except InputError as error:
         return error
 
 
-def front(request: FrontRequest) -> str | InputError:
+def energy_time_front(request: FrontRequest) -> str | InputError:
     """The front of duration against energy as JSON, or why the request cannot be used."""
     try:
-        return strict(energy_time_front(request).to_json())
+        return strict(planner.energy_time_front(request).to_json())
     except InputError as error:
         return error
 

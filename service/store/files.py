@@ -94,13 +94,19 @@ class Files:
         """Folder of a log and its mapping."""
         return self.folder / "logs" / log
 
-    def take_in(self, upload: Path, log: str, name: str, mapping: bytes | None) -> None:
-        """Move an upload to its log's folder; the same log may be there already."""
+    def take_in(self, upload: Path, log: str, name: str, mapping: bytes | None) -> str:
+        """Move an upload to its log's folder; the same log may be there already.
+
+        Returns:
+            the name that its file has there, a plain one.
+        """
         folder = self.log_folder(log)
         folder.mkdir(parents=True, exist_ok=True)
         if mapping is not None:
             (folder / MAPPING).write_bytes(mapping)
-        upload.replace(folder / name)
+        plain = safe_name(name)
+        upload.replace(folder / plain)
+        return plain
 
     def drop_log(self, log: str) -> None:
         """Remove a log's folder."""

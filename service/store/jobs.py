@@ -22,6 +22,7 @@ from typing import Any
 from sqlalchemy import CursorResult, delete, false, func, select, update
 from sqlalchemy.orm import Session
 
+from service import problems
 from service.store.database import Database
 from service.store.tables import JobRow
 
@@ -179,11 +180,10 @@ class Jobs:
             lease_until=None,
         )
 
-    def give_up_dead(self, problem: dict[str, Any], at: float) -> list[str]:
+    def give_up_dead(self, at: float) -> list[str]:
         """Mark running jobs as failed whose service is gone.
 
         Args:
-            problem: the problem document for them.
             at: s since 1970; leases that ended before are over, whoever lives.
 
         Returns:
@@ -206,7 +206,7 @@ class Jobs:
                     ("running",),
                     owner,
                     state="failed",
-                    error=problem,
+                    error=problems.document(500, "worker-lost", DIED),
                     sentence=DIED,
                     finished_at=now(),
                     lease_until=None,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 from typing import Any
 
 from sqlalchemy import delete, select
@@ -40,13 +41,32 @@ class Logs:
             row = session.get(LogRow, log)
             return None if row is None else {**_summary(row), **row.found}
 
-    def add(self, session: Session, row: LogRow) -> dict[str, Any]:
-        """Add a log inside a session; one that is there already stays as it is."""
-        known = session.get(LogRow, row.id)
-        if known is None:
+    def add(
+        self, session: Session, upload: Mapping[str, Any], read: Mapping[str, Any], at: str
+    ) -> dict[str, Any]:
+        """Add a log inside a session; one that is there already stays as it is.
+
+        Args:
+            session: in which the row is added.
+            upload: ``log`` (its id), ``name``, ``sha256``, ``mapped``, ``bytes``.
+            read: ``rows``, ``runs``, and what else was found in it.
+            at: when.
+        """
+        row = session.get(LogRow, upload["log"])
+        if row is None:
+            row = LogRow(
+                id=upload["log"],
+                name=upload["name"],
+                sha256=upload["sha256"],
+                mapped=upload["mapped"],
+                bytes=upload["bytes"],
+                rows=read["rows"],
+                runs=read["runs"],
+                found={k: v for k, v in read.items() if k not in ("rows", "runs")},
+                uploaded_at=at,
+            )
             session.add(row)
-        kept = known or row
-        return {**_summary(kept), **kept.found}
+        return {**_summary(row), **row.found}
 
     def remove(self, log: str) -> bool:
         """Remove a log's row; False when there is none."""

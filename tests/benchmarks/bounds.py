@@ -20,10 +20,10 @@ import numpy as np
 
 from planner import plan_route
 from planner.quantities import STANDARD_GRAVITY
-from planner.search.lower_bound import certify
-from planner.search.request import PlanRequest
+from planner.search.certificate import CertifiedBound, certify
+from planner.search.requests import PlanRequest
+from planner.search.resolution import MARGIN
 from planner.search.situation import situation_of
-from planner.search.steady import MARGIN
 from tests.search.random_motions import energies
 
 PAIRS: dict[str, tuple[tuple[float, float, float, float], ...]] = {
@@ -36,6 +36,14 @@ PAIRS: dict[str, tuple[tuple[float, float, float, float], ...]] = {
     "jacksboro": ((18000.0, 14000.0, 28000.0, 26000.0), (2060.0, 22610.0, 20990.0, 20390.0)),
 }
 ATTEMPTS = 10_000
+
+
+def certified(name: str, ends: tuple[float, ...], seconds: float) -> CertifiedBound:
+    """The bound of one pair of places, given so many seconds."""
+    places = {"start": {"x": ends[0], "y": ends[1]}, "goal": {"x": ends[2], "y": ends[3]}}
+    situation = situation_of(PlanRequest.from_json({"map": name, **places}))
+    field = situation.field("energy", MARGIN)
+    return certify(field, situation.around, ends[:2], ends[2:], seconds=seconds)
 
 
 def measure(name: str, ends: tuple[float, ...], times: list[float], tries: int) -> dict[str, Any]:

@@ -35,12 +35,13 @@ from scipy import stats
 
 from planner import plan_route
 from planner.errors import ModelError
-from planner.power.model import PowerModel, rows_from
-from planner.search.energy_interval import EnergyDistribution, energy_distribution
-from planner.telemetry.adopt import DIAGNOSED, adopt
-from planner.telemetry.interval import interval_nodes
-from planner.telemetry.log import Telemetry
-from planner.telemetry.virtual_robot import Noise, VirtualLog, VirtualRobot
+from planner.power.model import PowerModel
+from planner.power.rows import rows_from
+from planner.search.results.energy_interval import EnergyDistribution, energy_distribution
+from planner.telemetry.adoption import DIAGNOSED, adopt
+from planner.telemetry.logs import Telemetry
+from planner.telemetry.prediction import Nodes
+from planner.telemetry.virtual import Noise, VirtualLog, VirtualRobot
 from planner.terrain.heightmap import Terrain
 from planner.terrain.surface import GroundClass
 from tests.hidden_effects.cases import Case, cases
@@ -49,7 +50,7 @@ from tests.hidden_effects.runner import log_folder
 
 BAR = (0.92, 0.98)
 UNSEEN = 30
-"""Constants of planner.telemetry.energy_error were chosen on robots before this one."""
+"""Constants of planner.telemetry.estimation were chosen on robots before this one."""
 KEPT = log_folder() / "energy-intervals.jsonl"
 RUNS, SHORT_RUNS, SHORT_ROWS = 16, 16, 40
 Row = dict[str, Any]
@@ -112,7 +113,7 @@ def _told(log: VirtualLog, model: PowerModel, made: Made) -> Iterator[Row]:
     passing.unlink()
     for run in np.unique(read.run):
         one = read.take(read.run == run)
-        nodes = interval_nodes(one.rows_for(model.surfaces), one.interval, model)
+        nodes = Nodes.of(one, model)
         seconds = nodes.weight * np.repeat(one.interval, np.diff(nodes.first))
         energy = float(model.watts(nodes.rows) @ seconds)
         known = energy_distribution(model, nodes.rows, seconds, energy)

@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.telemetry.virtual_robot import Noise, VirtualRobot
+from planner.telemetry.virtual import Noise, VirtualRobot
 from tests.hidden_effects.logs import VEHICLE
 from tests.hidden_effects.runner import DIAGNOSE, log_folder
 

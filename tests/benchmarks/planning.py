@@ -137,8 +137,8 @@ _FIELD = """
 import json, sys, time
 import numpy as np
 from planner import plan_route
-from planner.search.cost_to_go import cost_to_go
-from planner.search.request import PlanRequest
+from planner.search.grid import cost_to_go
+from planner.search.requests import PlanRequest
 from planner.search.situation import situation_of
 from planner.terrain.heightmap import Terrain
 file, whole = sys.argv[1], sys.argv[2] == "field"

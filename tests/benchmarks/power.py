@@ -5,7 +5,7 @@
 ``blocks`` are the lean kernel's blocks of rows, ``catalogue`` the model with every effect, those
 beside the base at their null values. Accuracy stands beside the time: the worst difference, in W,
 from the sanity numbers of docs/physics.md that were measured; between blocks and single rows there
-is none (tests/power/test_row_blocks.py).
+is none (tests/power/kernels/test_row_blocks.py).
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ import numpy as np
 from numba import njit, types
 from numpy.typing import NDArray
 
+from planner.power.account import ACCOUNT_LENGTH, PER_WHEEL
 from planner.power.catalogue import all_effects
-from planner.power.compile_kernel import KERNEL
-from planner.power.model import PowerModel, rows_from
-from planner.power.pipeline import ACCOUNT_LENGTH, PER_WHEEL
-from planner.power.vehicle import load_vehicle
-from planner.telemetry.interval import Nodes
-from planner.telemetry.sensitivity import differences
+from planner.power.kernels import KERNEL
+from planner.power.model import PowerModel
+from planner.power.rows import rows_from
+from planner.power.vehicles import load_vehicle
+from planner.telemetry.prediction import Nodes, secants
 
 _F1 = types.Array(types.float64, 1, "C")
 _F2 = types.Array(types.float64, 2, "C")
@@ -40,8 +40,9 @@ FLAT = ((0.0, 13.9), (np.pi / 4, 16.1), (np.pi / 2, 20.4))
 START = """
 import time
 before = time.perf_counter()
-from planner.power.model import PowerModel, rows_from
-from planner.power.vehicle import load_vehicle
+from planner.power.model import PowerModel
+from planner.power.rows import rows_from
+from planner.power.vehicles import load_vehicle
 imported = time.perf_counter()
 PowerModel.from_vehicle(load_vehicle("minibalance")).watts(rows_from(vx=0.5))
 print(time.perf_counter() - imported, time.perf_counter() - before)
@@ -90,7 +91,7 @@ def nanoseconds(model: PowerModel, repeats: int = 7) -> tuple[float, float]:
     per_wheel = np.empty((len(model.wheels), len(PER_WHEEL)))
     # Few rows, so that one thread sees to them; 200 times all of them, like the loop above.
     few = Nodes(rows[:500], np.arange(501), np.ones(500))
-    variants = np.tile(model.parameters, (399, 1))
+    variants, steps = np.tile(model.parameters, (399, 1)), np.ones(399)
     best = [np.inf, np.inf]
     for _ in range(repeats):
         before = time.perf_counter()
@@ -98,7 +99,7 @@ def nanoseconds(model: PowerModel, repeats: int = 7) -> tuple[float, float]:
             model.kernel, rows, model.parameters, model.body, model.wheels, account, per_wheel, 200
         )
         between = time.perf_counter()
-        differences(model, few, variants)
+        secants(model, few, (), variants, steps)
         after = time.perf_counter()
         best = [min(best[0], between - before), min(best[1], after - between)]
     return 1e9 * best[0] / (200 * len(rows)), 1e9 * best[1] / (400 * 500)

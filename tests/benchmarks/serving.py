@@ -39,7 +39,7 @@ LONG: dict[str, Any] = {
 HANG_UPS, ROUNDS, ASKED = 100, 4, 3
 EMPTY = """
 import asyncio, statistics
-from service.jobs.pool import WorkerPool
+from service.jobs import WorkerPool
 
 async def measure():
     workers = WorkerPool(

@@ -11,8 +11,8 @@ import pytest
 
 from planner import plan_route
 from planner.quantities import STANDARD_GRAVITY
-from planner.search.ground import segment_cost
-from planner.search.steady import YAWS
+from planner.search.field import segment_cost
+from planner.search.resolution import YAWS
 from tests.benchmarks.peers import dijkstra, eikonal
 from tests.benchmarks.peers.best_known import best_known, distinct
 from tests.benchmarks.peers.case import Case, case_of, node_costs

@@ -28,13 +28,13 @@ from numpy.typing import NDArray
 
 from planner.power.model import PowerModel
 from planner.quantities import INDEX
-from planner.telemetry.adopt import adopt
+from planner.telemetry.adoption import adopt
 from planner.telemetry.diagnosis import Diagnosis
-from planner.telemetry.fit import fit, starting_model
-from planner.telemetry.log import Telemetry
-from planner.telemetry.sensitivity import predict
-from planner.telemetry.virtual.dynamics import AROUND, BIN
-from planner.telemetry.virtual_robot import QUIET, VirtualLog, VirtualRobot
+from planner.telemetry.estimation import fit
+from planner.telemetry.logs import Telemetry
+from planner.telemetry.prediction import predict
+from planner.telemetry.starting_model import starting_model
+from planner.telemetry.virtual import QUIET, VirtualLog, VirtualRobot
 from tests.hidden_effects.cases import Case
 from tests.hidden_effects.logs import VEHICLE, Made
 
@@ -78,9 +78,9 @@ def as_logged(case: Case, made: Made) -> dict[str, Any]:
     strengths = dict(made.truth["strengths"])
     if "slope_transition" in strengths:
         drive = VirtualRobot(str(made.robot), seed=case.number).profile(case.design)
-        each = round(drive.row / BIN)
+        each = round(drive.row / drive.BIN)
         training = [k for k, label in enumerate(drive.labels) if label not in drive.held_out]
-        bins = drive.around[training, :, AROUND.index("slope_rate")]
+        bins = drive.around[training, :, drive.AROUND.index("slope_rate")]
         rows = bins.shape[1] // each
         true = bins[:, : rows * each].reshape(len(training) * rows, each).mean(axis=1)
         clean = _read(_drives(case, made, made.truth["strengths"])[0], made)

@@ -10,8 +10,9 @@
                      criterion with the effective number of samples
 
 Each gets what joulepath's diagnosis gets: the fitted base model, its residual, and the columns of
-the catalogue (planner.telemetry.candidates), scaled to their usual sizes. Of the settings within
-one standard error of the best held-out error the sparsest is taken, which favours them.
+the catalogue (planner.telemetry.terms.candidate_terms), scaled to their usual sizes. Of the
+settings within one standard error of the best held-out error the sparsest is taken, which favours
+them.
 """
 
 from __future__ import annotations
@@ -24,10 +25,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.telemetry.candidates import CandidateLibrary, candidate_library
-from planner.telemetry.fit import Fit, fit, starting_model
-from planner.telemetry.interval import interval_nodes
-from planner.telemetry.log import Telemetry
+from planner.telemetry.estimation import Fit, fit
+from planner.telemetry.logs import Telemetry
+from planner.telemetry.prediction import Nodes
+from planner.telemetry.starting_model import starting_model
+from planner.telemetry.terms import CandidateLibrary, candidate_library
 from tests.hidden_effects.logs import VEHICLE
 
 Array = NDArray[np.float64]
@@ -71,7 +73,7 @@ def prepare(path: Path, mapping: Path | None = None) -> Task:
     log = Telemetry.read(path, mapping)
     base = fit(log, starting_model(VEHICLE))
     library = candidate_library(base.model, log)
-    nodes = interval_nodes(log.rows_for(library.model.surfaces), log.interval, library.model)
+    nodes = Nodes.of(log, library.model)
     _, tangent, columns = library.columns(nodes)
     size = np.sqrt(np.mean(columns**2, axis=0))
     return Task(

@@ -25,10 +25,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.power.vehicle import VEHICLE_FOLDER
+from planner.power.vehicles import VEHICLE_FOLDER
 from planner.telemetry import virtual
-from planner.telemetry.virtual.hidden import LARGEST_SCALE, scaled
-from planner.telemetry.virtual_robot import QUIET, Noise, Profile, VirtualLog, VirtualRobot
+from planner.telemetry.virtual import QUIET, Noise, Profile, VirtualLog, VirtualRobot
 from tests.hidden_effects.cases import SMALLEST_RHO, Case, Settings
 from tests.hidden_effects.visibility import View
 
@@ -172,7 +171,7 @@ def _strength(
     largest = _largest_scale(slug, usual)
     scale = min(1.0, largest)
     for _ in range(6):
-        settings = scaled(usual, slug, scale)
+        settings = VirtualRobot.scaled(slug, usual, scale)
         robot = VirtualRobot(str(toml), hidden={slug: settings}, seed=case.number)
         with_it = robot.drive(drive, noise=QUIET).select(_training(drive))
         change = with_it.truth["clean_power"] - clean
@@ -192,7 +191,7 @@ def _strength(
 
 def _largest_scale(slug: str, settings: Mapping[str, Any]) -> float:
     """Factor on the settings at which the first of them is beyond what a robot has."""
-    largest = LARGEST_SCALE.get(slug, math.inf)
+    largest = VirtualRobot.largest_scale(slug)
     for name, value in settings.items():
         values = value.values() if isinstance(value, Mapping) else np.atleast_1d(value)
         reach = max((abs(float(v)) for v in values), default=0.0)
@@ -220,6 +219,6 @@ def _sources() -> str:
     """Changes whenever the virtual robot does, so that logs are then made anew."""
     folder = Path(str(virtual.__file__)).parent
     digest = hashlib.sha256(EDITION.encode())
-    for path in [*sorted(folder.glob("*.py")), folder.parent / "virtual_robot.py"]:
+    for path in [*sorted(folder.glob("*.py")), *folder.parent.glob("virtual_robot.py")]:
         digest.update(path.read_bytes())
     return digest.hexdigest()

@@ -23,11 +23,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.quantities import INDEX
-from planner.telemetry.adopt import adopt
-from planner.telemetry.fit import fit, starting_model
-from planner.telemetry.log import Telemetry
-from planner.telemetry.rank_effects import diagnose
-from planner.telemetry.sensitivity import predict
+from planner.telemetry.adoption import adopt
+from planner.telemetry.diagnosis import diagnose
+from planner.telemetry.estimation import fit
+from planner.telemetry.logs import Telemetry
+from planner.telemetry.prediction import predict
+from planner.telemetry.starting_model import starting_model
 
 Mask = NDArray[np.bool_]
 

@@ -25,7 +25,7 @@ from tests.hidden_effects.cases import SMALLEST_RHO, TWINS, Case
 from tests.hidden_effects.logs import VEHICLE, Made, make
 from tests.hidden_effects.scoring import RIGHT, not_testable, score, sensors_of, ties_of
 
-DIAGNOSE = "planner.telemetry.rank_effects:diagnose"
+DIAGNOSE = "planner.telemetry.diagnosis.diagnose_log:diagnose"
 APART = 5.0  # standard deviations below which a rival of the truth counts as its twin on this log
 
 ADOPTED = ("one", "two", "outside")

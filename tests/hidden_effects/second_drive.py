@@ -20,10 +20,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.power.vehicle import Vehicle
-from planner.telemetry.virtual.dynamics import BIN, MOTION
-from planner.telemetry.virtual.profiles import ROW, SURFACES, Profile, still_air, unladen
-from planner.telemetry.virtual_robot import Noise, VirtualLog, VirtualRobot
+from planner.power.vehicles import Vehicle
+from planner.telemetry.virtual import Noise, Profile, VirtualLog, VirtualRobot
 from tests.hidden_effects.cases import Case
 from tests.hidden_effects.logs import VEHICLE, Made
 from tests.hidden_effects.scoring import ties_of
@@ -40,30 +38,33 @@ def recommended_drive(
 ) -> Profile:
     """The profile of an experiment's settings; shorter runs stand still at their end."""
     runs = settings["runs"]
-    rows = [math.ceil(sum(s["seconds"] + RAMP for s in run["segments"]) / ROW) for run in runs]
-    bins = (max(rows) + 2) * round(ROW / BIN)
-    motion = np.zeros((len(runs), bins + 1, len(MOTION)))
-    around, starts = still_air(len(runs), bins), unladen(len(runs))
+    rows = [
+        math.ceil(sum(s["seconds"] + RAMP for s in run["segments"]) / Profile.ROW) for run in runs
+    ]
+    bins = (max(rows) + 2) * round(Profile.ROW / Profile.BIN)
+    motion = np.zeros((len(runs), bins + 1, len(Profile.MOTION)))
+    labels = [f"again{k}" for k in range(len(runs))]
+    drive = Profile.plain("recommended", motion, labels)
+    around, starts = drive.around, drive.starts
     around[:, :, 3] = SAMPLING
     starts[:, 3], starts[:, 7] = AIR, odometer
     for k, run in enumerate(runs):
         motion[k] = _motion(run["segments"], bins, vehicle)
         tilt = np.arccos(np.cos(motion[k, :, 3]) * np.cos(motion[k, :, 4]))
-        around[k, :, 0] = np.abs(np.diff(tilt)) / BIN
+        around[k, :, 0] = np.abs(np.diff(tilt)) / Profile.BIN
         starts[k, 0] = run.get("payload") or 0.0
         if run.get("motor_temp") is not None:
             around[k, :, 5] = run["motor_temp"]
-    labels = tuple(f"again{k}" for k in range(len(runs)))
-    return Profile("recommended", motion, around, starts, SURFACES, labels, (), ROW)
+    return drive
 
 
 def _motion(segments: list[dict[str, float]], bins: int, vehicle: Vehicle) -> Array:
-    edges = np.arange(bins + 1) * BIN
-    curve = np.zeros((bins + 1, len(MOTION)))
-    before = np.zeros(len(MOTION))
+    edges = np.arange(bins + 1) * Profile.BIN
+    curve = np.zeros((bins + 1, len(Profile.MOTION)))
+    before = np.zeros(len(Profile.MOTION))
     clock = 0.0
     for segment in [*segments, {"seconds": math.inf}]:
-        target = np.array([segment.get(name, 0.0) for name in MOTION])
+        target = np.array([segment.get(name, 0.0) for name in Profile.MOTION])
         here = edges >= clock
         ways = np.clip((edges[here] - clock) / RAMP, 0.0, 1.0)
         share = 0.5 * (1.0 - np.cos(math.pi * ways))[:, None]

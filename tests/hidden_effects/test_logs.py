@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from planner.telemetry.log import Telemetry
+from planner.telemetry.logs import Telemetry
 from tests.hidden_effects.cases import cases
 from tests.hidden_effects.logs import make
 
@@ -68,7 +68,7 @@ def test_noise_is_what_the_case_asks_for(drag):
 
 
 def test_the_robot_is_not_the_vehicle_of_the_diagnosis(drag):
-    from planner.power.vehicle import load_vehicle
+    from planner.power.vehicles import load_vehicle
 
     robot, vehicle = load_vehicle(str(drag.robot)), load_vehicle("minibalance")
     differ = [

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from planner.telemetry.virtual_robot import QUIET, VirtualRobot
+from planner.telemetry.virtual import QUIET, VirtualRobot
 from tests.hidden_effects.cases import cases
 from tests.hidden_effects.second_drive import RAMP, recommended_drive, tie_broken
 

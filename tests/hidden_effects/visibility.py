@@ -29,10 +29,10 @@ from numpy.typing import NDArray
 
 from planner.power.catalogue import all_effects
 from planner.power.model import PowerModel
-from planner.power.vehicle import load_vehicle
-from planner.telemetry.log import Telemetry
-from planner.telemetry.sensitivity import predict
-from planner.telemetry.virtual_robot import Noise, VirtualLog
+from planner.power.vehicles import load_vehicle
+from planner.telemetry.logs import Telemetry
+from planner.telemetry.prediction import predict
+from planner.telemetry.virtual import Noise, VirtualLog
 from tests.hidden_effects.cases import Case, Settings
 
 Array = NDArray[np.float64]

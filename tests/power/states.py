@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from planner.power.catalogue import all_effects
 from planner.power.model import PowerModel
-from planner.power.vehicle import load_vehicle
+from planner.power.vehicles import load_vehicle
 from planner.quantities import INDEX, STANDARD_GRAVITY
 
 Array = NDArray[np.float64]

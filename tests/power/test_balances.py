@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from planner.power.account import PER_WHEEL
 from planner.power.catalogue import all_effects
 from planner.power.kernel_math import SLIDING_SPEED
-from planner.power.model import PowerModel, rows_from
-from planner.power.pipeline import PER_WHEEL
+from planner.power.model import PowerModel
+from planner.power.rows import rows_from
 from tests.power.states import Array, changed, column, model_with, random_columns
 
 G = 9.80665

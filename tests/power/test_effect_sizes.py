@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from planner.power.catalogue import all_effects
-from planner.power.model import PowerModel, rows_from
-from planner.power.vehicle import load_vehicle
+from planner.power.model import PowerModel
+from planner.power.rows import rows_from
+from planner.power.vehicles import load_vehicle
 from tests.power.states import Array, model_with, plane_gravity
 
 

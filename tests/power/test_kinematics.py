@@ -19,8 +19,9 @@ from planner.power.kinematics import (
     mecanum,
     omni,
 )
-from planner.power.model import PowerModel, rows_from
-from planner.power.vehicle import load_vehicle
+from planner.power.model import PowerModel
+from planner.power.rows import rows_from
+from planner.power.vehicles import load_vehicle
 from tests.power.states import Array, random_columns
 
 A, B, R = 0.214, 0.247, 0.076

@@ -13,8 +13,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.power.model import PowerModel, rows_from
-from planner.power.vehicle import load_vehicle
+from planner.power.account import ACCOUNT, ACCOUNT_LENGTH, LIMITS
+from planner.power.kernels import BLOCK
+from planner.power.limits import (
+    BRIEFLY,
+    LIMIT_NAMES,
+    broken_in_block,
+    broken_in_results,
+    broken_limit,
+    limit_values,
+)
+from planner.power.model import PowerModel
+from planner.power.rows import rows_from
+from planner.power.vehicles import load_vehicle
 from tests.power.states import Array, changed, model_with, plane_gravity
 
 
@@ -163,3 +174,66 @@ def test_limits_of_every_vehicle_are_met_on_level_ground() -> None:
             assert account["current"][0] <= vehicle.limits.current
             assert account["motor_torque"][0] <= vehicle.limits.continuous_torque
             assert account["traction_left"][0] > 0.5
+
+
+# Which limit an account breaks: planner.power.limits.
+
+SOUND = {
+    "least_load": 10.0,
+    "current": 1.0,
+    "voltage": 10.0,
+    "motor_torque": 0.1,
+    "traction_left": 0.5,
+}
+LIMITED = np.array([1.0, 5.0, 22.8, 0.2])
+"""Speed, current, voltage, continuous torque."""
+BREAKS = {
+    "wheel load": {"least_load": 0.0},
+    "traction": {"traction_left": -0.01},
+    "current": {"current": 5.01},
+    "voltage": {"voltage": 22.9},
+    "continuous torque": {"motor_torque": 0.21},
+}
+
+
+def both_ways(values: dict[str, float], ease: float = 1.0) -> str | None:
+    """The limit that is broken; an account and a block of results must agree."""
+    account = np.zeros(ACCOUNT_LENGTH)
+    results = np.zeros(1 + len(LIMITS))
+    for name, value in values.items():
+        account[ACCOUNT.index(name)] = value
+        results[1 + list(LIMITS).index(name)] = value
+    found = np.full((len(results), BLOCK), np.nan)
+    found[:, 2] = results
+    number = broken_limit(account, LIMITED, ease)
+    assert number == broken_in_results(results, LIMITED, ease)
+    assert number == broken_in_block(found.ravel(), 2, LIMITED, ease)
+    return None if number < 0 else LIMIT_NAMES[number]
+
+
+def test_a_limit_is_broken_beyond_it_and_named() -> None:
+    assert both_ways(SOUND) is None
+    for name, broken in BREAKS.items():
+        assert both_ways({**SOUND, **broken}) == name
+
+
+def test_what_would_tip_or_slide_is_told_before_what_would_overload() -> None:
+    values = dict(SOUND)
+    for name in reversed(LIMIT_NAMES):
+        values |= BREAKS[name]
+        assert both_ways(values) == name
+
+
+def test_torque_alone_may_be_more_for_a_short_time() -> None:
+    assert both_ways({**SOUND, "motor_torque": 0.2 * BRIEFLY - 0.01}, BRIEFLY) is None
+    assert both_ways({**SOUND, "motor_torque": 0.2 * BRIEFLY + 0.01}, BRIEFLY) is not None
+    assert both_ways({**SOUND, "current": 5.01}, BRIEFLY) == "current"
+
+
+def test_limits_are_those_of_the_vehicle(model: PowerModel) -> None:
+    known = model.vehicle.limits
+    speed, current, voltage, torque, mass, _ = limit_values(model, 3.0)
+    assert (speed, current, voltage, torque) == (
+        known.speed, known.current, known.voltage, known.continuous_torque,
+    )  # fmt: skip
+    assert mass == model.vehicle.mass + 3.0

@@ -10,8 +10,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from planner.power.model import PowerModel, rows_from
-from planner.power.pipeline import PER_WHEEL
+from planner.power.account import PER_WHEEL
+from planner.power.model import PowerModel
+from planner.power.rows import rows_from
 from tests.power.reference import Answer, Robot, State, evaluate, gravity_on
 from tests.power.states import Array, changed, model_with
 

@@ -9,8 +9,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from planner.power.model import PowerModel, rows_from
-from planner.power.vehicle import load_vehicle
+from planner.power.model import PowerModel
+from planner.power.rows import rows_from
+from planner.power.vehicles import load_vehicle
 from tests.power.states import Array, changed, column, model_with, plane_gravity
 
 FORWARD, DIAGONAL, SIDEWAYS = 0.0, np.pi / 4, np.pi / 2

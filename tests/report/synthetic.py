@@ -1,15 +1,26 @@
-"""An answer made by hand: a straight climb whose power is known at every pose."""
+"""Results made by hand: a climb whose power is known at every pose, a front, a matrix, an area."""
 
 from __future__ import annotations
 
+import math
+import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from planner.search.energy_interval import Contribution, EnergyDistribution
-from planner.search.route import Answer, Baseline, Battery, Route
+from planner.search.front import Front, FrontPoint
+from planner.search.matrix import Matrix
+from planner.search.reach import Reach
+from planner.search.requests import PoseRequest
+from planner.search.results import Answer, Baseline, Route
+from planner.search.results.energy_interval import Contribution, EnergyDistribution
+from planner.search.results.route import Battery
 from planner.terrain.heightmap import Terrain
 from planner.terrain.surface import PLAIN_GROUND
+
+SVG = "{http://www.w3.org/2000/svg}"
+MODEL = {"name": "minibalance", "version": 1, "kind": "sound"}
 
 
 def terrain() -> Terrain:
@@ -83,3 +94,51 @@ def answer(**changes: Any) -> Answer:
         "notes": ("x < y & z",),
     }
     return Answer(**{**given, **changes})
+
+
+def front() -> Front:
+    """Three routes of 16 s; the energies are 400, 320 and 160 J."""
+    points = tuple(
+        FrontPoint(replace(route(watts=watts), duration_s=duration), prices)
+        for watts, duration, prices in (
+            (25.0, 12.0, (40.0, math.inf)),
+            (20.0, 16.0, (10.0, 40.0)),
+            (10.0, 24.0, (0.0, 10.0)),
+        )
+    )
+    return Front("ok", terrain(), MODEL, points)
+
+
+def reach() -> Reach:
+    """A square of 6 m with a hole of 2 m around (10, 5)."""
+
+    def square(half: float) -> np.ndarray:
+        corners = [(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)]
+        return np.array([(10 + half * a, 5 + half * b) for a, b in corners], float)
+
+    return Reach(
+        terrain=terrain(),
+        start=(8.0, 5.0),
+        energy_j=150.0,
+        and_back=True,
+        needed_j=np.zeros((10, 20)),
+        origin=(0.5, 0.5),
+        cell=(1.0, 1.0),
+        area_m2=32.0,
+        outlines=(square(3.0), square(1.0)),
+        error_share=math.nan,
+        checked=7,
+    )
+
+
+def matrix(columns: int = 3) -> Matrix:
+    """Energies 100, 200, … J by row, the last one infinite, the first one given back."""
+    energies = 100.0 * (1.0 + np.arange(2.0 * columns).reshape(2, columns))
+    energies[0, 0], energies[-1, -1] = -50.0, math.inf
+    places = tuple(PoseRequest(x=2.0 + k, y=3.0) for k in range(columns))
+    return Matrix(places[:2], places, energies, np.isfinite(energies), 0.0)
+
+
+def drawing(result: Any, name: str) -> ElementTree.Element:
+    """One picture of a result, read as XML."""
+    return ElementTree.fromstring(result.figure(name).svg)

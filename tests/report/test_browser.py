@@ -9,12 +9,12 @@ from typing import Any
 
 import pytest
 
-from planner.report import fragment, write_report, write_telemetry_report
-from planner.report.drawing import Axes
+from planner.report import card, write_report
+from planner.report.axes import Axes
 from planner.report.markup import document
-from tests.report import synthetic_results as results
 from tests.report.synthetic import answer
-from tests.report.synthetic_results import RESULTS
+from tests.telemetry.diagnosis import synthetic_results as results
+from tests.telemetry.diagnosis.synthetic_results import RESULTS
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 pytestmark = [
@@ -29,7 +29,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp("pages")
     made = results.material(place)
     for name, make in RESULTS.items():
-        write_telemetry_report(make(made), place / f"{name}.html")
+        write_report(make(made), place / f"{name}.html")
     write_report({"there": answer()}, place / "route.html", "A route")
     axes = (
         Axes(350, 215, (0.0, 10_000.0), (-0.00042, 0.0005)),
@@ -50,9 +50,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (place / "axes.html").write_text(
         document("Axes", f"<section>{drawn}</section>"), encoding="utf-8"
     )
-    card = fragment(results.diagnosis(made))
+    inserted = card(results.diagnosis(made))
     foreign = "<!DOCTYPE html><meta charset='utf-8'><ul class='legend'><li>theirs</ul>"
-    (place / "card.html").write_text(foreign + card, encoding="utf-8")
+    (place / "card.html").write_text(foreign + inserted, encoding="utf-8")
     return place
 
 

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.search.conditions import Circumstances
-from planner.search.edge_energy import Motion, motion_rows, sample_surface
-from planner.search.ground import CostField
+from planner.search.field import CostField, sample_surface
+from planner.search.trajectory import Motion, motion_rows
 
 Array = NDArray[np.float64]
 

@@ -9,17 +9,11 @@ import pytest
 
 from planner import energy_time_front, plan_route
 from planner.errors import Cancelled, RequestError
-from planner.power.model import PowerModel, rows_from
-from planner.power.price_of_time import PriceOfTime, with_price_of_time
-from planner.power.vehicle import load_vehicle
-from planner.search.front import Front, lower_hull
-from planner.search.priced_routes import PricedSituation, Ridden
-from planner.search.route import Route
-from planner.search.situation import situation_of
-from planner.search.situation_request import SituationRequest
-from planner.search.turning import turning
+from planner.power.price_of_time import PriceOfTime
+from planner.power.vehicles import load_vehicle
+from planner.search.front import Front
 from planner.terrain.heightmap import Terrain
-from tests.search.test_cost_to_go import hills
+from tests.search.grid.test_least_cost import hills
 
 WAY = {"start": {"x": 3.0, "y": 3.0}, "goal": {"x": 16.0, "y": 17.0}}
 
@@ -34,13 +28,6 @@ def relief() -> Terrain:
 def front(relief) -> Front:
     """Its front."""
     return energy_time_front(terrain=relief, **WAY, points=5)
-
-
-def made(seconds: float, joules: float) -> Ridden:
-    """A route of which only duration and energy count."""
-    t = np.array([0.0, seconds])
-    arrays = {"t": t, "watts": np.array([0.0, joules / seconds])}
-    return Ridden(Route(joules, 0.0, 0.0, seconds, 1.0, lambda: None, {}, arrays, {}), (), (), 1.0)
 
 
 def test_no_route_is_dominated(front):
@@ -109,34 +96,6 @@ def test_mirrored_questions_on_a_tilted_plane_have_mirrored_fronts():
         )
         ends.append([(p.route.duration_s, p.route.energy_j) for p in front.points])
     assert np.array(ends[0])[[0, -1]] == pytest.approx(np.array(ends[1])[[0, -1]], rel=2e-3)
-
-
-def test_the_hull_leaves_out_what_no_price_asks_for():
-    corner = [made(10.0, 300.0), made(12.0, 200.0), made(20.0, 100.0)]
-    dent, dominated = made(16.0, 190.0), made(13.0, 200.0)
-    assert lower_hull([dent, *corner, dominated]) == corner
-    # Ends that save next to no time, or next to no energy.
-    assert lower_hull([*corner, made(9.9999, 400.0), made(500.0, 99.9999)]) == corner
-
-
-def test_a_price_of_time_adds_its_watts_whatever_the_motion():
-    model = PowerModel.from_vehicle(load_vehicle("minibalance"))
-    rows = rows_from(vx=[0.0, 0.5, -0.5], ax=[0.0, 1.0, -3.0])
-    priced = with_price_of_time(model, 50.0)
-    assert priced.watts(rows) == pytest.approx(model.watts(rows) + 50.0)
-    assert with_price_of_time(model, 0.0).watts(rows) == pytest.approx(model.watts(rows))
-
-
-def test_a_stop_costs_its_seconds_where_seconds_are_priced(relief):
-    """Both ramps take v/a longer than going on; prices of the plain model are not taken for it."""
-    plain = situation_of(SituationRequest(map="hills"), terrain=relief)
-    unpriced = turning(plain.around, 0)
-    priced = turning(PricedSituation.of(plain, 50.0).around, 0)
-    seconds = turning(plain.around, 1).stop
-    limits = plain.around.limits
-    assert seconds == limits[0] / plain.around.model.vehicle.limits.acceleration
-    assert priced.stop == pytest.approx(unpriced.stop + 50.0 * seconds)
-    assert turning(plain.around, 0) is unpriced
 
 
 def test_what_is_said_of_a_front(front):

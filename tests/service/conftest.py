@@ -15,7 +15,7 @@ import httpx
 import pytest
 from fastapi import FastAPI
 
-from service.app import create_app
+from service.http import create_app
 from service.settings import Settings
 from tests.service.route_documents import answer
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 import pytest
 
 from planner.power.model import PowerModel
-from planner.telemetry.log import Telemetry
-from planner.telemetry.virtual_robot import QUIET, VirtualRobot
-from tests.telemetry.rows import base_model
+from planner.telemetry.estimation import fit
+from planner.telemetry.logs import Telemetry
+from planner.telemetry.virtual import QUIET, VirtualRobot
+from tests.power.states import changed
+from tests.telemetry.rows import TRUTH, base_model, measured
 
 
 @pytest.fixture(scope="session")
@@ -23,3 +25,16 @@ def motion(tmp_path_factory) -> Telemetry:
 def base() -> PowerModel:
     """The vehicle's base model."""
     return base_model()
+
+
+@pytest.fixture(scope="session")
+def robot(base):
+    """A robot of the same kind with other parameters."""
+    return changed(base, **TRUTH)
+
+
+@pytest.fixture(scope="session")
+def noisy(motion, robot, base):
+    """A log with 2 % of noise, and the fit to it."""
+    log = measured(motion, robot, 0.02, seed=5)
+    return log, fit(log, base)

@@ -9,15 +9,29 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.power.model import PowerModel, rows_from
-from planner.power.vehicle import load_vehicle
-from planner.telemetry.log import Telemetry
-from planner.telemetry.sensitivity import predict
+from planner.power.model import PowerModel
+from planner.power.rows import rows_from
+from planner.power.vehicles import load_vehicle
+from planner.telemetry.logs import Telemetry
+from planner.telemetry.prediction import predict
 
 Floats = NDArray[np.float64]
 
 STEP = 0.5
 """Interval of every row, s."""
+
+
+TRUTH = {
+    "electronics__power": 6.1,
+    "inertia__yaw_inertia": 1.2,
+    "wheel_rolling__rolling": 0.041,
+    "roller_drag__roller": 0.038,
+    "roller_drag__roller_viscous": 0.01,
+    "gear_loss__efficiency": 0.77,
+    "copper_loss__resistance": 4.4,
+    "coulomb_drag__coulomb_torque": 0.0036,
+}
+"""Parameters of a robot of the same kind as the vehicle."""
 
 
 @cache

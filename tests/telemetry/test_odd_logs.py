@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from planner import PowerModel, Telemetry, adopt, compare, diagnose
-from planner.telemetry.virtual_robot import Noise, VirtualLog, VirtualRobot
-from tests.telemetry.test_log import ODD
+from planner.telemetry.virtual import Noise, VirtualLog, VirtualRobot
+from tests.telemetry.odd_logs import ODD
 
 
 def strict(document: Any) -> Any:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from planner.power.model import gravity_columns, rows_from
+from planner.power.rows import gravity_columns, rows_from
 from planner.quantities import STANDARD_GRAVITY
 from planner.telemetry.quantities_of_motion import (
     AXES,

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from rasterio.transform import Affine
 
 from planner.errors import MapError
-from planner.terrain import load_terrain
+from planner.terrain.formats import load_terrain
 
 # The south row comes last, as in every GeoTIFF.
 NORTH_FIRST = np.arange(48, dtype=np.float32).reshape(6, 8)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from planner.terrain import Terrain, blocked_cells, rectangle_free, why_blocked, yaw_mask
+from planner.terrain import Terrain, rectangle_free, yaw_mask
 
 LONG, WIDE = 0.43, 0.26
 
@@ -24,35 +24,35 @@ def test_obstacles_holes_and_both_sides_of_a_ledge_are_blocked() -> None:
     obstacles = np.zeros((6, 8), bool)
     obstacles[3, 1] = True
     terrain = Terrain.from_arrays(z, cell=(0.1, 0.1), known=known, obstacles=obstacles)
-    blocked = blocked_cells(terrain, 0.03)
+    blocked = terrain.blocked_cells(0.03)
     expected = obstacles | ~known
     expected[:, 4:6] = True
     np.testing.assert_array_equal(blocked, expected)
-    assert why_blocked(terrain, 0.03, 3, 1) == "obstacle"
-    assert why_blocked(terrain, 0.03, 0, 0) == "hole"
-    assert why_blocked(terrain, 0.03, 2, 4) == "ledge"
-    assert why_blocked(terrain, 0.03, 2, 5) == "ledge"
-    assert why_blocked(terrain, 0.03, 2, 3) is None
-    assert why_blocked(terrain, 0.03, -1, 3) == "edge of the map"
-    assert why_blocked(terrain, 0.03, 0, 8) == "edge of the map"
+    assert terrain.why_blocked(0.03, 3, 1) == "obstacle"
+    assert terrain.why_blocked(0.03, 0, 0) == "hole"
+    assert terrain.why_blocked(0.03, 2, 4) == "ledge"
+    assert terrain.why_blocked(0.03, 2, 5) == "ledge"
+    assert terrain.why_blocked(0.03, 2, 3) is None
+    assert terrain.why_blocked(0.03, -1, 3) == "edge of the map"
+    assert terrain.why_blocked(0.03, 0, 8) == "edge of the map"
 
 
 def test_a_step_is_a_ledge_only_when_both_high_and_steep() -> None:
     z = np.zeros((5, 6))
     z[:, 3:] = 0.05
     fine = Terrain.from_arrays(z, cell=(0.04, 0.04))
-    assert blocked_cells(fine, 0.03).any()
-    assert not blocked_cells(fine, 0.06).any()  # low enough to ride over
+    assert fine.blocked_cells(0.03).any()
+    assert not fine.blocked_cells(0.06).any()  # low enough to ride over
     coarse = Terrain.from_arrays(z, cell=(0.06, 0.06))
-    assert not blocked_cells(coarse, 0.03).any()  # 40 degrees: a slope, for the power model
+    assert not coarse.blocked_cells(0.03).any()  # 40 degrees: a slope, for the power model
     along_y = Terrain.from_arrays(z.T[:6, :5], cell=(10.0, 0.04))
-    assert blocked_cells(along_y, 0.03).sum() == 10
+    assert along_y.blocked_cells(0.03).sum() == 10
 
 
 def test_the_rim_of_a_hole_is_not_a_ledge() -> None:
     z = np.tile([0.0, 0.0, 0.0, np.nan, 5.0, 5.0, 5.0], (5, 1))
     terrain = Terrain.from_arrays(z, cell=(0.1, 0.1))
-    np.testing.assert_array_equal(blocked_cells(terrain, 0.03), ~terrain.known)
+    np.testing.assert_array_equal(terrain.blocked_cells(0.03), ~terrain.known)
 
 
 def test_reasons_agree_with_the_mask_everywhere() -> None:
@@ -63,8 +63,8 @@ def test_reasons_agree_with_the_mask_everywhere() -> None:
         known=rng.random((20, 25)) > 0.1,
         obstacles=rng.random((20, 25)) < 0.1,
     )
-    blocked = blocked_cells(terrain, 0.1)
-    reasons = [[why_blocked(terrain, 0.1, j, i) is not None for i in range(25)] for j in range(20)]
+    blocked = terrain.blocked_cells(0.1)
+    reasons = [[terrain.why_blocked(0.1, j, i) is not None for i in range(25)] for j in range(20)]
     np.testing.assert_array_equal(blocked, reasons)
 
 

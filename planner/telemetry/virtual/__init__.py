@@ -1,1 +1,18 @@
-"""Parts of the virtual robot: chassis, hidden effects, equations of motion, profiles, sensors."""
+"""A robot to test against, for tests and demonstrations only.
+
+VirtualRobot drives a Profile and gives a VirtualLog with Noise and wrong Sensors; it shares no
+formula with the power model.
+"""
+
+from planner.telemetry.virtual.profiles import Profile
+from planner.telemetry.virtual.robot import VirtualLog, VirtualRobot
+from planner.telemetry.virtual.sensors import QUIET, Noise, Sensors
+
+__all__ = [
+    "QUIET",
+    "Noise",
+    "Profile",
+    "Sensors",
+    "VirtualLog",
+    "VirtualRobot",
+]

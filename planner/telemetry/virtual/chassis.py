@@ -25,11 +25,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from planner.power.vehicle import VEHICLE_FOLDER, Vehicle, load_vehicle
-
-Array = NDArray[np.float64]
+from planner.arrays import Array
+from planner.power.vehicles import VEHICLE_FOLDER, Vehicle, load_vehicle
 
 
 class Chassis(NamedTuple):

@@ -17,15 +17,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.arrays import Array
 from planner.errors import InputError
-from planner.power.vehicle import Vehicle
+from planner.power.vehicles import Vehicle
 from planner.telemetry.virtual.dynamics import AROUND, BIN, MOTION, START
-
-Array = NDArray[np.float64]
 
 DESIGNS = ("rich", "speed_heats_motor", "one_heading", "one_load", "flat")
 SURFACES = ("hard", "carpet", "asphalt")
@@ -46,6 +46,8 @@ class Profile:
         held_out: labels of the runs that a test keeps back.
         labels: name of each run.
         row: s, interval of the log's rows.
+        BIN, ROW: s, length of a bin, and the interval of rows unless a profile says otherwise.
+        MOTION, AROUND: names of the last axis of ``motion`` and ``around``.
     """
 
     name: str
@@ -56,6 +58,18 @@ class Profile:
     labels: tuple[str, ...]
     held_out: tuple[str, ...] = ()
     row: float = ROW
+
+    BIN: ClassVar[float] = BIN
+    ROW: ClassVar[float] = ROW
+    MOTION: ClassVar[tuple[str, ...]] = MOTION
+    AROUND: ClassVar[tuple[str, ...]] = AROUND
+
+    @classmethod
+    def plain(cls, name: str, motion: Array, labels: Sequence[str]) -> Profile:
+        """Commands (runs, bins + 1, len(MOTION)) in level calm, without load, nothing held out."""
+        runs, edges = motion.shape[:2]
+        around, starts = still_air(runs, edges - 1), unladen(runs)
+        return cls(name, motion, around, starts, SURFACES, tuple(labels))
 
     def runs(self, chosen: Sequence[int]) -> Profile:
         """A profile of some of the runs, numbered from 0."""

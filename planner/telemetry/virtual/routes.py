@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.arrays import Array
 from planner.errors import InputError
 from planner.telemetry.virtual.dynamics import AROUND, BIN, MOTION, START
 from planner.telemetry.virtual.profiles import (
@@ -34,8 +35,6 @@ from planner.telemetry.virtual.profiles import (
     unladen,
 )
 from planner.terrain.heightmap import Terrain
-
-Array = NDArray[np.float64]
 
 CONTACTS = 16
 CORNER = 0.3

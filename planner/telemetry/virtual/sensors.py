@@ -18,11 +18,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.arrays import Array
 from planner.errors import InputError
 from planner.telemetry.virtual.dynamics import AROUND, BIN, MEANS, START
 from planner.telemetry.virtual.profiles import Profile
 
-Array = NDArray[np.float64]
 Columns = dict[str, NDArray[np.generic]]
 
 # Standard deviations in the column's unit; True = one error a run, False = one a row.

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from planner.search.route import Route
+from planner.search.results import Route
 from tests.benchmarks.peers.case import Array, Case
 
 KNOTS = (4.0, 8.0, 6.0, 12.0, 3.0, 16.0)

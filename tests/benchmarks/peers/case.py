@@ -3,9 +3,9 @@
     case = case_of("cone", {"start": {"x": 6, "y": 20}, "goal": {"x": 34, "y": 20}})
     case.score(path)          # J of the best motion along a polyline (k, 2)
 
-All methods read the same cost (planner.search.ground), and all paths are priced by the same power
-model along a motion worked out in the same way: corners rounded, best yaw, best speed, integrated
-at least every half cell.
+All methods read the same cost (planner.search.field.cost_field), and all paths are priced by the
+same power model along a motion worked out in the same way: corners rounded, best yaw, best speed,
+integrated at least every half cell.
 """
 
 from __future__ import annotations
@@ -18,12 +18,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from planner.search.drive import drive
-from planner.search.ground import CostField, segment_cost
-from planner.search.refine import VARIANTS, refine
-from planner.search.request import PlanRequest
-from planner.search.route import Route
+from planner.search.field import CostField, segment_cost
+from planner.search.requests import PlanRequest
+from planner.search.results import Route, drive
 from planner.search.situation import Situation, situation_of
+from planner.search.waypoints import VARIANTS, refine
 from planner.terrain.catalogue import open_map
 from planner.terrain.heightmap import Terrain
 

@@ -96,8 +96,8 @@ def determinism() -> dict[str, Any]:
 _MANY = """
 import json, os, random, sys
 from planner import plan_route
+from planner.cache import CACHE
 from planner.errors import InputError
-from planner.search.kept import KEPT
 from planner.terrain.catalogue import open_map
 terrain = open_map("tilted-plane")
 west, south, east, north = terrain.extent
@@ -115,7 +115,7 @@ while done < 1100:
         continue
     done += 1
     if done in (100, 1100):
-        found.append((resident(), KEPT.nbytes / 2**20))
+        found.append((resident(), CACHE.nbytes / 2**20))
 print(json.dumps(found))
 """
 

@@ -17,8 +17,8 @@ from numba import njit
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from planner.search.ground import segment_cost
-from planner.search.lattice import grid_moves
+from planner.search.field import segment_cost
+from planner.search.resolution import grid_moves
 from tests.benchmarks.peers.case import Array, Case
 
 

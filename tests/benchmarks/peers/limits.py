@@ -13,19 +13,12 @@ from collections import Counter
 
 import numpy as np
 
+from planner.power.limits import BRIEFLY, LIMIT_NAMES, broken_limit
+from planner.power.motion_row import set_acceleration, set_motion, set_wind
 from planner.quantities import INDEX
-from planner.search.drive import ground_classes
-from planner.search.edge_energy import sample_surface
-from planner.search.ground import SPARE
-from planner.search.motion_row import (
-    BRIEFLY,
-    LIMIT_NAMES,
-    broken_limit,
-    set_acceleration,
-    set_motion,
-    set_wind,
-)
-from planner.search.route import Route
+from planner.search.field import ground_classes, sample_surface
+from planner.search.resolution import SPARE
+from planner.search.results import Route
 from planner.terrain.obstacles import rectangle_free
 from tests.benchmarks.peers.case import Array, Case
 

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from planner import plan_route
-from planner.search.refine import refine
+from planner.search.waypoints import refine
 from tests.benchmarks.peers.best_known import best_known, distinct
 from tests.benchmarks.peers.case import Array, Case, case_of
 

@@ -5,8 +5,8 @@
     energy = score_as_they_are(case, poses)                          # (k, 3), with their own yaw
 
 Position and yaw change evenly along a motion, yaw by the shorter way. Metres cost what the tables
-of planner.search.steady say for the body's angle to the travel; turning costs what it takes on the
-spot, and on the move as much without the electronics, which metres pay already.
+of planner.search.steady.steady_cost say for the body's angle to the travel; turning costs what it
+takes on the spot, and on the move as much without the electronics, which metres pay already.
 """
 
 from __future__ import annotations
@@ -18,14 +18,17 @@ import numpy as np
 from numba import njit
 
 from planner.quantities import INDEX
-from planner.search.drive import CLOSELY, ground_classes, price
-from planner.search.edge_energy import assemble, room_to_move
-from planner.search.ground import ALL_YAWS, body_fits
-from planner.search.on_the_spot import first_contact, pose_spacing
-from planner.search.speed import speed_programme
-from planner.search.steady import YAWS, cost_for_yaw
-from planner.search.track import lay_track, slopes_of_steps
-from planner.search.yaw import YawProfile
+from planner.search.field import ground_classes
+from planner.search.resolution import ALL_YAWS, YAWS
+from planner.search.results import price
+from planner.search.steady.steady_cost import cost_for_yaw
+from planner.search.trajectory import CLOSELY
+from planner.search.trajectory.motion import assemble, room_to_move
+from planner.search.trajectory.speed_profile import speed_programme
+from planner.search.trajectory.track import lay_track, slopes_of_steps
+from planner.search.trajectory.turn_on_the_spot import first_contact, pose_spacing
+from planner.search.trajectory.yaw_profile import YawProfile
+from planner.terrain.footprint import body_fits
 from planner.terrain.interpolation import interpolate
 from tests.benchmarks.peers.case import Array, Case
 

@@ -1,0 +1,97 @@
+"""A compiled kernel: its types in numba, and its loops over rows, one by one or BLOCK at a time.
+
+    KERNEL          fills an account for one row
+    BLOCK_KERNEL    wants the values of each quantity side by side (row_blocks.py)
+
+Compiled loops elsewhere take any model's kernel as an argument of one of the two types.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit, types
+
+from planner.arrays import Array
+from planner.power.account import ACCOUNT_LENGTH, PER_WHEEL
+from planner.power.kernels.row_blocks import BLOCK
+
+_F1 = types.Array(types.float64, 1, "C")
+_F2 = types.Array(types.float64, 2, "C")
+KERNEL = types.FunctionType(types.float64(_F1, _F1, _F1, _F2, _F1, _F2))
+"""Type of a compiled real kernel."""
+BLOCK_KERNEL = types.FunctionType(types.void(_F1, types.int64, _F1, _F1, _F2, _F1))
+"""Type of a compiled real kernel that takes a block of rows."""
+
+
+class Kernel:
+    """A compiled ``evaluate``, to be called or handed to compiled loops.
+
+    numba would look up type and address of a plain compiled function at every call that it is
+    handed to, which takes longer than a short loop itself. Both names with underscores are numba's.
+    """
+
+    def __init__(self, evaluate: Any) -> None:
+        [compiled] = evaluate.overloads.values()
+        name = compiled.fndesc.llvm_cfunc_wrapper_name
+        self._evaluate = evaluate
+        self._address: int = compiled.library.get_pointer_to_function(name)
+        self._numba_type_ = types.FunctionType(compiled.signature)
+
+    def __call__(self, *arguments: Any) -> Any:
+        return self._evaluate(*arguments)
+
+    def __wrapper_address__(self) -> int:
+        return self._address
+
+    def accounts(
+        self, rows: Array, parameters: Array, body: Array, wheels: Array
+    ) -> tuple[Array, Array]:
+        """Accounts (n, ACCOUNT_LENGTH) of all rows, and per-wheel values of the last row.
+
+        For a kernel of type KERNEL.
+        """
+        rows = np.ascontiguousarray(rows, dtype=float)
+        accounts = np.empty((len(rows), ACCOUNT_LENGTH))
+        per_wheel = np.empty((len(wheels), len(PER_WHEEL)))
+        _over_rows(self, rows, parameters, body, wheels, accounts, per_wheel)
+        return accounts, per_wheel
+
+    def results(
+        self, rows: Array, parameters: Array, body: Array, wheels: Array, *, count: int
+    ) -> Array:
+        """The ``count`` results of every row, (n, count).
+
+        For a kernel of type BLOCK_KERNEL.
+        """
+        rows = np.ascontiguousarray(rows, dtype=float)
+        results = np.empty((len(rows), count))
+        _over_blocks(self, rows, parameters, body, wheels, results)
+        return results
+
+
+@njit(types.void(KERNEL, _F2, _F1, _F1, _F2, _F2, _F2), cache=True, error_model="numpy", nogil=True)
+def _over_rows(
+    kernel: Any, rows: Any, parameters: Any, body: Any, wheels: Any, accounts: Any, per_wheel: Any
+) -> None:
+    for k in range(rows.shape[0]):
+        kernel(rows[k], parameters, body, wheels, accounts[k], per_wheel)
+
+
+@njit(
+    types.void(BLOCK_KERNEL, _F2, _F1, _F1, _F2, _F2), cache=True, error_model="numpy", nogil=True
+)
+def _over_blocks(
+    kernel: Any, rows: Any, parameters: Any, body: Any, wheels: Any, results: Any
+) -> None:
+    columns, found = np.empty(rows.shape[1] * BLOCK), np.empty(results.shape[1] * BLOCK)
+    for start in range(0, rows.shape[0], BLOCK):
+        count = min(BLOCK, rows.shape[0] - start)
+        for k in range(count):
+            for quantity in range(rows.shape[1]):
+                columns[quantity * BLOCK + k] = rows[start + k, quantity]
+        kernel(columns, count, parameters, body, wheels, found)
+        for k in range(count):
+            for result in range(results.shape[1]):
+                results[start + k, result] = found[result * BLOCK + k]

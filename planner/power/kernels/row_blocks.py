@@ -1,0 +1,257 @@
+"""The stages for a block of rows at once: the same lines, each under a loop over the rows.
+
+    in_blocks(lines, wheel_count)   # lines of a function body about one ``row``
+
+A log asks for the power of very many rows. Written row by row, every effect that is at its null
+values costs a look for every wheel of every row, and nothing runs in the processor's vector units.
+So the lines are rewritten: what depends on the parameters alone stays as it is (switches, loops
+over wheels), and every run of lines in between that depends on the row gets a loop over the rows of
+the block. Values that outlive their loop wait in ``scratch``, one stretch of BLOCK numbers each.
+Every row goes through the same operations in the same order as in the lines, so the figures are
+the same, bit for bit (tests/power/kernels/test_row_blocks.py).
+
+    columns     (ROW_LENGTH · BLOCK,) the rows, transposed: quantity by quantity
+    count       rows of the block that are to be worked out
+    found       (≥ BLOCK · results,) written: count values of each result, BLOCK apart
+
+What the lines may hold: assignments to names and to ``per_wheel[i, number]``, loops and conditions
+that depend on no row, conditions on the row that set a whole number for all of them (every row then
+goes the longer way), and at the end the ``return`` of one or more results that depend on the row.
+Anything else is refused with a ValueError.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator, Sequence
+
+BLOCK = 64
+"""Rows in a block: many enough for the vector units, few enough for the caches."""
+BLOCK_ARGUMENTS = ("columns", "count", "parameters", "body", "wheels", "found")
+_KEPT = 3  # values that a wheel keeps in per_wheel for the lines further down
+
+
+def in_blocks(lines: Sequence[str], wheel_count: int) -> list[str]:
+    """Lines of the body of a function of BLOCK_ARGUMENTS.
+
+    Args:
+        lines: body of a function of ``row``, ``parameters``, ``body``, ``wheels`` and
+            ``per_wheel``, see the head of this module.
+        wheel_count: number of wheels.
+
+    Raises:
+        ValueError: a line that cannot be rewritten.
+    """
+    [function] = ast.parse("def evaluate():\n" + "".join(f" {line}\n" for line in lines)).body
+    assert isinstance(function, ast.FunctionDef)
+    *body, last = function.body
+    if not isinstance(last, ast.Return) or last.value is None:
+        raise ValueError(f"{ast.unparse(last)}: the last line must return the watts")
+    results = last.value.elts if isinstance(last.value, ast.Tuple) else [last.value]
+    for number, result in enumerate(results):
+        body += ast.parse(f"found[{number * BLOCK} + k] = {ast.unparse(result)}").body
+    blocks = _Blocks(body, wheel_count)
+    for result in results:
+        if not blocks.of_row.intersection(_read(result)):
+            raise ValueError(f"{ast.unparse(result)}: depends on no row")
+    return blocks.lines
+
+
+def _simple(tree: ast.AST) -> Iterator[ast.Assign | ast.AugAssign]:
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Assign | ast.AugAssign):
+            yield node
+
+
+def _read(node: ast.AST) -> list[str]:
+    """Names that an expression or assignment reads."""
+    names = [
+        part.id
+        for part in ast.walk(node)
+        if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Load)
+    ]
+    if isinstance(node, ast.AugAssign) and isinstance(node.target, ast.Name):
+        names.append(node.target.id)
+    return names
+
+
+def _written(node: ast.Assign | ast.AugAssign) -> list[str]:
+    targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+    return [
+        part.id
+        for target in targets
+        for part in ast.walk(target)
+        if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)
+    ]
+
+
+class _Blocks:
+    """The rewriting: which names depend on the row, which of them outlive their loop, the text."""
+
+    def __init__(self, body: Sequence[ast.stmt], wheel_count: int) -> None:
+        self.of_row = self._of_row(body)
+        self._refuse(body)
+        self.inputs = {
+            name: node.value
+            for node in body
+            if isinstance(node, ast.Assign) and self._is_input(node)
+            for name in _written(node)
+        }
+        self.groups: list[list[ast.stmt]] = []
+        self.pieces: list[tuple[int, str | int]] = []  # depth with a line or a group's number
+        self._walk([node for node in body if not self._is_input(node)], 0)
+        needed = {name for group in self.groups for name in self._needed(group)}
+        self.places = {
+            name: number for number, name in enumerate(sorted(needed - set(self.inputs)))
+        }
+        self.lines = [f"scratch = np.empty({max(1, len(self.places)) * BLOCK})"]
+        self.lines.append(f"per_wheel = np.empty(({wheel_count}, {_KEPT}, {BLOCK}))")
+        for depth, piece in self.pieces:
+            found = [piece] if isinstance(piece, str) else self._loop(self.groups[piece])
+            self.lines += ["    " * depth + line for line in found]
+
+    @staticmethod
+    def _of_row(body: Sequence[ast.stmt]) -> set[str]:
+        """Names whose values differ from row to row."""
+        found = {"row", "per_wheel"}
+        while True:
+            more = {
+                name
+                for line in body
+                for node in _simple(line)
+                if found.intersection(_read(node))
+                for name in _written(node)
+            }
+            if more <= found:
+                return found
+            found |= more
+
+    def _refuse(self, body: Sequence[ast.stmt]) -> None:
+        """Conditions on the row whose outcome would have to be kept row by row."""
+        for node in (part for line in body for part in ast.walk(line)):
+            if not isinstance(node, ast.If | ast.For):
+                continue
+            if node.orelse:
+                raise ValueError(
+                    f"{ast.unparse(node)}: no branch beside the first can be rewritten"
+                )
+            asked = node.test if isinstance(node, ast.If) else node.iter
+            if not self.of_row.intersection(_read(asked)):
+                continue
+            for part in node.body:
+                whole = (
+                    isinstance(node, ast.If)
+                    and isinstance(part, ast.Assign)
+                    and isinstance(part.value, ast.Constant)
+                    and isinstance(part.value.value, int)
+                    and not self.of_row.intersection(_written(part))
+                )
+                if not whole:
+                    raise ValueError(f"{ast.unparse(node)}: depends on the row")
+
+    @staticmethod
+    def _is_input(node: ast.stmt) -> bool:
+        """Whether a line does nothing but name a quantity of the row."""
+        return (
+            isinstance(node, ast.Assign)
+            and isinstance(node.value, ast.Subscript)
+            and isinstance(node.value.value, ast.Name)
+            and node.value.value.id == "row"
+        )
+
+    def _walk(self, body: Sequence[ast.stmt], depth: int) -> None:
+        group: list[ast.stmt] = []
+        for node in body:
+            if self._differs(node):
+                group.append(node)
+                continue
+            self._close(group, depth)
+            group = []
+            if isinstance(node, ast.For | ast.If):
+                text = ast.unparse(node).splitlines()[0]
+                self.pieces.append((depth, text))
+                self._walk(node.body, depth + 1)
+            else:
+                self.pieces.append((depth, ast.unparse(node)))
+        self._close(group, depth)
+
+    def _close(self, group: list[ast.stmt], depth: int) -> None:
+        if group:
+            self.pieces.append((depth, len(self.groups)))
+            self.groups.append(group)
+
+    def _differs(self, node: ast.stmt) -> bool:
+        """Whether a line is one for every row."""
+        if isinstance(node, ast.If):
+            return bool(self.of_row.intersection(_read(node.test)))
+        if not isinstance(node, ast.Assign | ast.AugAssign):
+            return False
+        return bool(self.of_row.intersection([*_written(node), *_read(node)]))
+
+    def _needed(self, group: Sequence[ast.stmt]) -> list[str]:
+        """Names of the row that a loop takes from before it."""
+        known: set[str] = {"row", "per_wheel"}
+        needed: dict[str, None] = {}
+        for node in group:
+            for name in _read(node):
+                if name in self.of_row and name not in known:
+                    needed[name] = None
+            for part in _simple(node):
+                known.update(_written(part))
+        return list(needed)
+
+    def _loop(self, group: Sequence[ast.stmt]) -> list[str]:
+        lines = []
+        for name in self._needed(group):
+            value = self.inputs.get(name)
+            lines.append(f"{name} = {ast.unparse(value) if value else self._scratch(name)}")
+        lines += [line for node in group for line in ast.unparse(node).splitlines()]
+        changed = dict.fromkeys(
+            name for node in group for part in _simple(node) for name in _written(part)
+        )
+        lines += [f"{self._scratch(name)} = {name}" for name in changed if name in self.places]
+        placed = _Placed(self.of_row)
+        body = [ast.unparse(placed.visit(tree)) for tree in ast.parse("\n".join(lines)).body]
+        # Looked up before the loop: a processor cannot know that a row's values do not change them.
+        return [
+            *(f"{name} = {text}" for text, name in placed.before.items()),
+            "for k in range(count):",
+            *("    " + line for text in body for line in text.splitlines()),
+        ]
+
+    def _scratch(self, name: str) -> str:
+        return f"scratch[{self.places[name] * BLOCK} + k]"
+
+
+class _Placed(ast.NodeTransformer):
+    """Places in the arrays of a block instead of those in the arrays of a row.
+
+    Attributes:
+        before: what is the same for all rows of the loop → the name that it gets.
+    """
+
+    def __init__(self, of_row: set[str]) -> None:
+        self.of_row = of_row
+        self.before: dict[str, str] = {}
+
+    def visit_Subscript(self, node: ast.Subscript) -> ast.AST:
+        """``row[3]``, ``per_wheel[i, 0]``, ``parameters[7]``, ``wheels[i, 2]``."""
+        array, same = ast.unparse(node.value), not self.of_row.intersection(_read(node))
+        self.generic_visit(node)
+        if array == "row":
+            return _expression(f"columns[{ast.unparse(node.slice)} * {BLOCK} + k]", node.ctx)
+        if array == "per_wheel":
+            return _expression(f"{self._name(node)}[k]", node.ctx)
+        if same and array in ("parameters", "body", "wheels"):
+            return ast.Name(self._name(node), node.ctx)
+        return node
+
+    def _name(self, node: ast.Subscript) -> str:
+        return self.before.setdefault(ast.unparse(node), f"same_{len(self.before)}")
+
+
+def _expression(text: str, context: ast.expr_context) -> ast.AST:
+    found = ast.parse(text, mode="eval").body
+    assert isinstance(found, ast.Subscript)
+    found.ctx = context
+    return found

@@ -1,0 +1,18 @@
+"""Vehicles: geometry, limits and known parameters of a robot.
+
+Their TOML files stand in this folder, or anywhere else.
+
+    vehicle = load_vehicle("minibalance")          # a name of list_vehicles(), or a path
+"""
+
+from planner.power.vehicles.defaults import defaults_in_words
+from planner.power.vehicles.vehicle import Vehicle
+from planner.power.vehicles.vehicle_file import VEHICLE_FOLDER, list_vehicles, load_vehicle
+
+__all__ = [
+    "VEHICLE_FOLDER",
+    "Vehicle",
+    "defaults_in_words",
+    "list_vehicles",
+    "load_vehicle",
+]

@@ -1,0 +1,57 @@
+"""What a model takes from defaults, because its vehicle's file does not give it.
+
+defaults_in_words(vehicle, values)    # ["limits.speed = 1 m/s", "battery.capacity = no limit"]
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Set
+
+from planner.power.catalogue import all_effects
+from planner.power.vehicles.vehicle import Vehicle
+from planner.power.vehicles.vehicle_keys import EFFECT_KEYS, NUMBERS
+
+Values = Mapping[tuple[str, str], Set[float]]
+"""Effect's slug and name of a parameter → its values in a model."""
+
+
+def defaults_in_words(vehicle: Vehicle, values: Values) -> list[str]:
+    """Key, value and unit of every default that a model uses.
+
+    Left out is what is not a default any more: a parameter that was fitted since, an effect that
+    the model does not have.
+
+    Args:
+        vehicle: of the model.
+        values: by slug of an effect of the model and name, the values of its parameter.
+    """
+    found = {key: _value(vehicle, values, key) for key in vehicle.defaults_taken}
+    return [f"{key} = {_words(*value)}" for key, value in found.items() if value is not None]
+
+
+def _value(vehicle: Vehicle, values: Values, key: str) -> tuple[float, str] | None:
+    """Value and unit; None for what is no default, or a key of another version's model file."""
+    table, _, name = key.partition(".")
+    if (table, name) in EFFECT_KEYS:
+        return _parameter(vehicle, values, *EFFECT_KEYS[table, name])
+    if table == "effects":
+        return _parameter(vehicle, values, *name.partition(".")[::2])
+    units = {row[0]: row[1] for row in NUMBERS.get(table, ())}
+    owners = {"wheels": vehicle.layout, "limits": vehicle.limits, "battery": vehicle.battery}
+    value = getattr(owners.get(table, vehicle), name, None)
+    return None if value is None or name not in units else (value, units[name])
+
+
+def _parameter(vehicle: Vehicle, values: Values, slug: str, name: str) -> tuple[float, str] | None:
+    if (slug, name) not in values:
+        return None
+    declared = all_effects()[slug].parameters[name]
+    default = vehicle.parameters.get(slug, {}).get(name, declared.default)
+    return (default, declared.unit) if values[slug, name] == {default} else None
+
+
+def _words(value: float, unit: str) -> str:
+    if math.isinf(value):
+        return "no limit"
+    return f"{value:.4g}" if unit == "1" else f"{value:.4g} {unit}"

@@ -1,0 +1,175 @@
+"""A vehicle: geometry, limits and the parameters that its source knows, in SI.
+
+    vehicle = load_vehicle("minibalance")        # from its TOML file
+    document = vehicle.document()                # strict JSON: null stands for "no limit"
+    Vehicle.from_document(document)              # the same numbers to the last bit
+
+A saved model holds such a document, so that it needs no file of its vehicle. Wheels are written as
+the table that the power kernel reads (planner.power.kinematics), one row a wheel: whatever layout
+it was made from, it comes back as it was.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+
+from planner.power.kinematics import COLUMNS, WheelLayout
+from planner.reading import finite_number
+
+_NUMBERS = ("mass", "length", "width", "com_height", "gear_ratio", "traction")
+_LIMITS = ("speed", "yaw_rate", "acceleration", "current", "voltage", "continuous_torque")
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What the vehicle must not exceed; SI."""
+
+    speed: float
+    yaw_rate: float
+    acceleration: float
+    current: float
+    voltage: float
+    continuous_torque: float
+    clearance: float
+
+
+@dataclass(frozen=True)
+class Battery:
+    """What feeds the vehicle: V, Ω, J."""
+
+    voltage: float
+    resistance: float
+    capacity: float
+
+
+@dataclass(frozen=True)
+class Vehicle:
+    """A robot's geometry, limits and the values of every effect that its source knows.
+
+    Attributes:
+        parameters: by effect slug and parameter name; a list for one value a wheel, a mapping for
+            one value a surface label.
+        active: slugs of the effects that planning uses, base model included.
+        sources: by "table.key", where a value comes from.
+        defaults_taken: keys that the file does not give.
+    """
+
+    name: str
+    title: str
+    mass: float
+    length: float
+    width: float
+    com_height: float
+    layout: WheelLayout
+    gear_ratio: float
+    traction: float
+    limits: Limits
+    battery: Battery
+    parameters: Mapping[str, Mapping[str, Any]]
+    active: tuple[str, ...]
+    sources: Mapping[str, str] = field(default_factory=dict)
+    defaults_taken: tuple[str, ...] = ()
+
+    def document(self) -> dict[str, Any]:
+        """Everything about the vehicle, ready for strict JSON."""
+        return {
+            "name": self.name,
+            "title": self.title,
+            **{key: getattr(self, key) for key in _NUMBERS},
+            "wheels": {"radius": self.layout.radius, "table": self.layout.table.tolist()},
+            "limits": _finite_or_null(asdict(self.limits)),
+            "battery": _finite_or_null(asdict(self.battery)),
+            "parameters": {slug: dict(values) for slug, values in self.parameters.items()},
+            "active": list(self.active),
+            "sources": dict(self.sources),
+            "defaults_taken": list(self.defaults_taken),
+        }
+
+    @classmethod
+    def from_document(cls, document: Mapping[str, Any]) -> Vehicle:
+        """The vehicle that ``document`` wrote.
+
+        Raises:
+            KeyError, TypeError, ValueError: something is missing or is not such a number.
+        """
+        table = np.array(document["wheels"]["table"], float)
+        if table.ndim != 2 or len(table) < 3 or table.shape[1] != COLUMNS:
+            raise ValueError(f"wheels: three or more rows of {COLUMNS} numbers")
+        if not np.isfinite(table).all():
+            raise ValueError("wheels: not finite")
+        limits, battery = document["limits"], document["battery"]
+        return cls(
+            name=_text(document["name"]),
+            title=_text(document["title"]),
+            **{key: _size(document[key], key) for key in _NUMBERS if key != "com_height"},
+            com_height=_not_negative(document["com_height"], "com_height"),
+            layout=WheelLayout(table, _size(document["wheels"]["radius"], "radius")),
+            limits=Limits(
+                **{key: _positive(_number_or_inf(limits[key]), key) for key in _LIMITS},
+                clearance=_not_negative(limits["clearance"], "clearance"),
+            ),
+            battery=Battery(
+                voltage=_size(battery["voltage"], "voltage"),
+                resistance=_not_negative(battery["resistance"], "resistance"),
+                capacity=_positive(_number_or_inf(battery["capacity"]), "capacity"),
+            ),
+            parameters={
+                slug: {name: _parameter(value) for name, value in values.items()}
+                for slug, values in document["parameters"].items()
+            },
+            active=tuple(map(_text, document["active"])),
+            sources={_text(k): _text(v) for k, v in document["sources"].items()},
+            defaults_taken=tuple(map(_text, document["defaults_taken"])),
+        )
+
+
+def _finite_or_null(values: Mapping[str, float]) -> dict[str, float | None]:
+    return {key: value if math.isfinite(value) else None for key, value in values.items()}
+
+
+def _parameter(value: Any) -> Any:
+    """A number, or one for every wheel (a list) or every surface label (a mapping)."""
+    if isinstance(value, list):
+        return [_parameter(element) for element in value]
+    if isinstance(value, Mapping):
+        return {_text(label): _parameter(element) for label, element in value.items()}
+    number = finite_number(value)
+    if number is None:
+        raise ValueError("a parameter that is not a finite number")
+    return number
+
+
+def _number_or_inf(value: Any) -> float:
+    return math.inf if value is None else float(value)
+
+
+def _positive(value: Any, key: str) -> float:
+    number = float(value)
+    if not number > 0.0:
+        raise ValueError(f"{key}: {value!r} is not above 0")
+    return number
+
+
+def _size(value: Any, key: str) -> float:
+    number = _positive(value, key)
+    if math.isinf(number):
+        raise ValueError(f"{key}: not finite")
+    return number
+
+
+def _not_negative(value: Any, key: str) -> float:
+    number = float(value)
+    if not 0.0 <= number < math.inf:
+        raise ValueError(f"{key}: {value!r} is not a number of 0 or more")
+    return number
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str):
+        raise TypeError(f"{value!r} is not text")
+    return value

@@ -1,0 +1,170 @@
+"""Bars of the workbench: errors against the noise, regimes, candidates, energy by run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from planner.amounts import share, signed, watts
+from planner.report.axes import Axes
+from planner.report.drawing import chart, short, text, width_of
+from planner.report.markup import plain
+from planner.report.workbench.residuals import SURE
+from planner.telemetry.comparison import RunComparison
+from planner.telemetry.diagnosis import Candidate
+from planner.telemetry.regimes import Regime
+
+MOST_CANDIDATES = 10
+MOST_RUNS = 24
+
+
+def errors_chart(errors: Mapping[str, float], floor: float) -> str:
+    """Held-out errors as bars; the first is the model at the start. Noise is a line.
+
+    Args:
+        errors: what it is of → W.
+        floor: W that no model can go below, about.
+    """
+    width, row, room = 560, 44, 90
+    most = max(*errors.values(), floor, 1e-9)
+    end = 14 + row * len(errors)
+
+    axes = Axes(width, end, (0.0, most), inner=(0.0, 8.0, width - room, end + 4.0))
+    parts = [axes.bar(0.0, floor, 8, end - 4, "noise area")]
+    for number, (name, value) in enumerate(errors.items()):
+        y, kind = 12 + row * number, "after" if number else "before"
+        parts.append(text(4, y + 11, short(name, 76), "ink halo"))
+        parts.append(axes.bar(0.0, value, y + 17, 16, f"{kind} solid", f"{name}: {watts(value)}"))
+        parts.append(text(float(axes.x(value)) + 8, y + 30, watts(value), "strong halo"))
+    parts.append(axes.mark(floor, 8, end + 6, "noise dashed"))
+    told = f"the log's own noise, about {watts(floor)}"
+    place = float(axes.x(floor))
+    right = place > 0.6 * width
+    parts.append(text(place, end + 20, told, anchor="end" if right else "start"))
+    said = "; ".join(f"{name} {watts(value)}" for name, value in errors.items())
+    title = "Error on held-out runs against the log's own noise"
+    return chart(width, end + 28, "".join(parts), title, f"{said}; {told}.", kind="chart bars")
+
+
+def regimes_chart(regimes: Sequence[Regime]) -> str:
+    """Where the model is wrong: bias with its 95 % interval, and its share of the squared error."""
+    if not regimes:
+        return ""
+    width, row, split = 640, 46, 430
+    low = min(0.0, *(r.bias_w - SURE * r.stderr_w for r in regimes))
+    high = max(0.0, *(r.bias_w + SURE * r.stderr_w for r in regimes))
+    end = 24 + row * len(regimes)
+    axes = Axes(width, end, (low, high), inner=(6.0, 24.0, split - 84.0, end))
+    shares = Axes(width, end, (0.0, 1.0), inner=(split, 24.0, split + 150.0, end))
+    parts = [
+        text(0, 12, "measured − predicted"),
+        text(split, 12, "share of the squared error"),
+    ]
+    for number, r in enumerate(regimes):
+        y = 24 + row * number
+        parts.append(text(0, y + 14, short(r.where, 96), "ink halo"))
+        parts.append(axes.bar(0.0, r.bias_w, y + 20, 14, "before solid", r.sentence))
+        parts.append(axes.mark(0.0, y + 17, y + 37, "zero"))
+        reach = SURE * r.stderr_w
+        a, b = (float(axes.x(r.bias_w + side * reach)) for side in (-1.0, 1.0))
+        middle = y + 27
+        parts.append(f'<path d="M{a:.1f} {middle}H{b:.1f}" class="measured thin"/>')
+        parts.append(text(max(b, float(axes.x(0.0))) + 6, y + 32, signed(r.bias_w), "strong halo"))
+        part = min(max(r.share_of_squared_error, 0.0), 1.0)
+        parts.append(shares.bar(0.0, 1.0, y + 20, 14, "noise area"))
+        parts.append(shares.bar(0.0, part, y + 20, 14, "noise solid"))
+        parts.append(text(split + 158, y + 32, share(r.share_of_squared_error), "strong"))
+    said = "; ".join(r.sentence for r in regimes) + "."
+    return chart(
+        width, end + 4, "".join(parts), "Where the model is wrong", said, kind="chart bars"
+    )
+
+
+def candidates_chart(
+    candidates: Sequence[Candidate],
+    selected: Sequence[str],
+    before: float,
+    floor: float,
+    *,
+    likely: bool = True,
+) -> str:
+    """Probability of every candidate, and the held-out error that the model would have with it.
+
+    Args:
+        candidates: those that the log can tell, best first.
+        selected: slugs.
+        before: W, held-out error of the model without any of them.
+        floor: W, noise.
+        likely: whether probabilities are told.
+    """
+    shown = candidates[:MOST_CANDIDATES]
+    if not shown:
+        return ""
+    width, row, names, full = 640, 26, 176, 110
+    middle = 386 if likely else names
+    tied = {rival for c in candidates if c.effect in selected for rival in c.indistinguishable_from}
+    known = [c.heldout_rmse_w for c in shown if c.heldout_rmse_w is not None]
+    most = 1.02 * max([before, floor, *known])
+    end = 30 + row * len(shown)
+
+    axes = Axes(width, end, (0.0, most), inner=(middle, 24.0, width - 8.0, end))
+    chances = Axes(width, end, (0.0, 1.0), inner=(names, 24.0, names + full, end))
+    parts = [text(names, 12, "probability")] if likely else []
+    if known:
+        parts += [
+            axes.bar(0.0, floor, 24, end - 24, "noise area"),
+            axes.mark(floor, 20, end, "noise dashed"),
+            axes.mark(before, 20, end, "before dashed"),
+            text(middle, 12, "held-out error with it"),
+            text(float(axes.x(floor)), end + 14, f"noise {watts(floor)}", anchor="middle"),
+            text(float(axes.x(before)), end + 30, f"without any {watts(before)}", anchor="end"),
+        ]
+    for number, c in enumerate(shown):
+        y = 28 + row * number
+        chosen = c.effect in selected
+        parts.append(text(0, y + 14, short(c.effect, 26), "strong" if chosen else "ink"))
+        hue = "after" if chosen else "noise"
+        if likely:
+            at = float(chances.x(c.probability))
+            mark = " · tied" if c.effect in tied else ""
+            parts.append(chances.bar(0.0, c.probability, y + 3, 14, f"{hue} solid"))
+            parts.append(text(at + 6, y + 15, share(c.probability) + mark, "ink"))
+        if c.heldout_rmse_w is not None:
+            said = f"<title>{plain(c.effect)}: {watts(c.heldout_rmse_w)}</title>"
+            parts.append(
+                f'<circle cx="{float(axes.x(c.heldout_rmse_w)):.1f}" cy="{y + 10}" r="5.5" '
+                f'class="{hue} {"solid" if chosen else "hollow"}">{said}</circle>'
+            )
+    said = "; ".join(f"{c.effect} {share(c.probability) if likely else ''}" for c in shown) + "."
+    title = "What could be missing"
+    return chart(width, end + 38, "".join(parts), title, said, kind="chart bars")
+
+
+def runs_chart(runs: Sequence[RunComparison]) -> str:
+    """By how much the predicted energy of every run is off; of many those that are off most."""
+    known = [r for r in runs if r.error_share is not None]
+    worst = sorted(known, key=lambda r: -abs(r.error_share or 0.0))[:MOST_RUNS]
+    shown = [r for r in known if r in worst]
+    if len(shown) < 2:
+        return ""
+    width, row, names = 560, 20, 150
+    most = max(abs(r.error_share or 0.0) for r in shown) or 1.0
+    errors = [f"{100 * (r.error_share or 0.0):+z.1f} %".replace("-", "−") for r in shown]
+    room = 8.0 + max(width_of(error, 13.0) for error in errors)
+    middle, reach = names + (width - names) / 2, (width - names) / 2 - room
+    end = 22 + row * len(shown)
+    axes = Axes(width, end, (-most, most), inner=(middle - reach, 22.0, middle + reach, end))
+    parts = [
+        text(middle - 8, 12, "predicted too little", anchor="end"),
+        text(middle + 8, 12, "predicted too much"),
+    ]
+    for number, (r, error) in enumerate(zip(shown, errors, strict=True)):
+        off, y = r.error_share or 0.0, 22 + row * number
+        end_of_bar = float(axes.x(off))
+        parts.append(text(names - 8, y + 12, short(r.run, 18), "ink", "end"))
+        parts.append(axes.bar(0.0, off, y + 2, 12, "before solid", f"{r.run}: {error}"))
+        beside, anchor = (end_of_bar - 6, "end") if off < 0 else (end_of_bar + 6, "start")
+        parts.append(text(beside, y + 12, error, anchor=anchor))
+    parts.append(axes.mark(0.0, 18, end, "zero"))
+    title = "Error of the predicted energy by run"
+    said = "; ".join(f"{r.run} {error}" for r, error in zip(shown, errors, strict=True)) + "."
+    return chart(width, end + 4, "".join(parts), title, said, kind="chart bars")

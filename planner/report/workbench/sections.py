@@ -1,0 +1,356 @@
+"""Sections of a page about a comparison, a diagnosis, an adoption or a model's history.
+
+Each takes what it shows and gives HTML, or nothing where there is nothing to show.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from planner.amounts import estimate, joules, number, share, signed, watts
+from planner.power.catalogue import all_effects
+from planner.report.markup import Markup, bullets, figure, folded, paragraph, plain, section, table
+from planner.report.workbench.bars import MOST_CANDIDATES
+from planner.report.workbench.residuals import Look, axis_of
+from planner.report.workbench_wording import Document, model_name, not_testable
+from planner.telemetry.comparison import RunComparison
+from planner.telemetry.diagnosis import Candidate, Diagnosis
+from planner.telemetry.regimes import Regime
+
+MOST_RUNS = 12
+"""More runs than these are folded away."""
+
+VERDICTS = {
+    "missing_effect": (
+        "An effect is missing",
+        "A physical effect of the catalogue explains what the model leaves over. Adopt it, and "
+        "the error on held-out runs falls as shown.",
+    ),
+    "complete": (
+        "Nothing is missing",
+        "What the model leaves over cannot be told from noise. Whether it holds elsewhere, only "
+        "a log of other motions can say.",
+    ),
+    "not_identifiable": (
+        "Cannot be attributed",
+        "Something is missing, but this log does not show clearly what. To adopt an effect would "
+        "be a guess. The regimes below show where the model fails; experiments, where there are "
+        "some, would tell causes apart.",
+    ),
+    "outside_catalogue": (
+        "Outside the catalogue",
+        "No effect of the catalogue has the shape of what is left over. A formula describes it "
+        "and can be adopted; what physics is behind it, the formula does not say.",
+    ),
+    "sensor_error": (
+        "A sensor is wrong",
+        "An error of a sensor explains the residual better than any effect. Mend or correct the "
+        "sensor first; everything below is of the log corrected for it.",
+    ),
+}
+"""Verdict → heading, and what follows from it."""
+
+Pictures = Mapping[str, str]
+
+
+def headline(
+    lead: str,
+    drawing: str,
+    facts: Iterable[object],
+    *,
+    verdict: str = "",
+    warnings: Iterable[str] = (),
+) -> Markup:
+    """The answer: badge, sentence, the errors as a picture, and the few figures beside it."""
+    heading, meaning = VERDICTS.get(verdict, ("", ""))
+    badge = f"<p class='badge {verdict}'>{plain(heading)}</p>" if heading else ""
+    meant = paragraph(meaning) if meaning else ""
+    meant += "".join(paragraph(warning, "warning") for warning in dict.fromkeys(warnings))
+    return Markup(
+        f"<section class='verdict'>{badge}<p class='lead'>{plain(lead)}</p>"
+        f"<div class='pair'>{figure(drawing)}<div>{meant}{bullets(facts)}</div></div></section>"
+    )
+
+
+def taken_away(before: float, after: float, floor: float | None) -> str:
+    """How much of the squared error above the noise is gone; "" where there was next to none."""
+    noise = (floor or 0.0) ** 2
+    excess = before**2 - noise
+    if excess < 0.1 * noise or excess <= 0.0:
+        return ""
+    gone = min((before**2 - after**2) / excess, 1.0)
+    if gone < 0.0:
+        return "The held-out error grows."
+    return f"Of the squared error above the noise, {100 * gone:.0f} % is gone."
+
+
+def legend(names: Mapping[str, str]) -> Markup:
+    """What the colours mean: class → words."""
+    entries = "".join(f"<li><i class='swatch {k}'></i>{plain(w)}</li>" for k, w in names.items())
+    return Markup(f"<ul class='legend'>{entries}</ul>")
+
+
+def agreement(look: Look, pictures: Pictures, names: Mapping[str, str]) -> Markup:
+    """Prediction beside measurement."""
+    parts = [
+        legend(names),
+        Markup(
+            "<div class='pair'>"
+            + figure(pictures["predicted"], "Rows spread over the log; on the line both agree.")
+            + figure(
+                pictures["distribution"],
+                "All errors; the dashed line is the log's own noise, beyond which no model gets.",
+            )
+            + "</div>"
+        ),
+    ]
+    if look.stretch is not None:
+        told = f"{look.stretch.run}: the stretch in which the model at the start errs most."
+        parts.append(figure(pictures["time"], told))
+    return section("Prediction and measurement", *parts)
+
+
+def axes(look: Look, pictures: Pictures, names: Mapping[str, str]) -> Markup:
+    """The residual over every axis that varies."""
+    total = float((look.residual_before**2).mean())
+    drawn = []
+    for axis, curve in look.curves.items():
+        told = share(curve.before.structure / total) if total else ""
+        if curve.after is not None and total:
+            told += f" → {share(curve.after.structure / total)}"
+        words = Markup(f"<b>{plain(axis_of(axis).words)}</b> tells {told} of the squared error")
+        drawn.append(figure(pictures[axis], words, "tall" if axis == "heading" else ""))
+    first, rest = (f"<div class='cards'>{''.join(d)}</div>" for d in (drawn[:9], drawn[9:]))
+    told_below = paragraph(
+        "Mean of measured minus predicted in bins, with 95 % intervals, most telling first; all "
+        "charts have the same scale of watts. Axes go together in a log: one that is told by "
+        "another is not a cause.",
+        "note",
+    )
+    if not drawn:
+        return Markup("")
+    more = folded(f"{len(drawn) - 9} that tell less", rest) if len(drawn) > 9 else ""
+    return section("The residual over what varied", legend(names), first, more, told_below)
+
+
+def where(regimes: Sequence[Regime], pictures: Pictures) -> Markup:
+    """Regimes in which the model at the start is off."""
+    if not regimes:
+        told = "The residual has no structure that stands out of the noise."
+        return section("Where the model is wrong", paragraph(told))
+    heads = ["where", "rows", "measured − predicted", "rms", "of the squared error"]
+    rows = [
+        [
+            r.where,
+            f"{r.rows:,}",
+            f"{signed(r.bias_w)} ± {watts(r.stderr_w)}",
+            watts(r.rmse_w),
+            share(r.share_of_squared_error),
+        ]
+        for r in regimes
+    ]
+    return section(
+        "Where the model is wrong",
+        figure(pictures["regimes"], "Lines are 95 % intervals. Regimes may overlap."),
+        table("", heads, rows, words=(0,)),
+    )
+
+
+def ranking(diagnosis: Diagnosis, pictures: Pictures) -> Markup:
+    """The candidates with their evidence."""
+    testable = [c for c in diagnosis.candidates if c.why_not is None]
+    if not testable:
+        return Markup("")
+    chosen = [k for k, c in enumerate(testable) if c.effect in diagnosis.selected]
+    told = likely(diagnosis)
+    columns = ["probability"] * told + ["size / noise", "z", "p", "held-out error"]
+    words = ["parameters"]
+    words += ["cannot be told from"] * any(bool(c.indistinguishable_from) for c in testable)
+    heads = ["effect", *columns, *words]
+    rows = [[cells[head] for head in heads] for cells in map(_candidate, testable)]
+    wordy = (0, *range(1 + len(columns), len(heads)))
+    first, rest = rows[:MOST_CANDIDATES], rows[MOST_CANDIDATES:]
+    strong = [k for k in chosen if k < len(first)]
+    return section(
+        "What could be missing",
+        figure(pictures["candidates"]),
+        table("", heads, first, words=wordy, strong=strong),
+        folded(f"{len(rest)} less likely ones", table("", heads, rest, words=wordy))
+        if rest
+        else "",
+        paragraph(
+            (
+                "Probability: that the effect is missing, if one to three of these may be. "
+                if told
+                else "No probabilities: none of these explains what is left over. "
+            )
+            + "Size: what it adds to the power, rms, over the noise. z and p: of its test alone.",
+            "note",
+        ),
+    )
+
+
+def ties(diagnosis: Diagnosis) -> list[str]:
+    """What was selected and cannot be told from others."""
+    return [
+        f"This log cannot tell {c.effect} from {' or '.join(c.indistinguishable_from)}: "
+        "either explains it as well."
+        for c in diagnosis.candidates
+        if c.effect in diagnosis.selected and c.indistinguishable_from
+    ]
+
+
+def likely(diagnosis: Diagnosis) -> bool:
+    """Whether the candidates' probabilities mean something: not when all of them were ruled out."""
+    return diagnosis.outside is None or bool(diagnosis.selected)
+
+
+def _candidate(c: Candidate) -> dict[str, str]:
+    fitted = [
+        f"{n} = {estimate(p.value, _finite(p.stderr), p.unit)}" for n, p in c.parameters.items()
+    ]
+    return {
+        "effect": titled(c.effect),
+        "probability": share(c.probability),
+        "size / noise": f"{c.rho:.2g}",
+        "z": f"{c.z:.1f}",
+        "p": "< 1e-12" if c.p_value < 1e-12 else f"{c.p_value:.2g}",
+        "held-out error": watts(c.heldout_rmse_w),
+        "parameters": Markup("<br/>".join(plain(entry) for entry in fitted)),
+        "cannot be told from": ", ".join(c.indistinguishable_from),
+    }
+
+
+def titled(slug: str) -> Markup:
+    """An effect by its slug, and what that is."""
+    effect = all_effects().get(slug)
+    title = f"<small>{plain(effect.title)}</small>" if effect else ""
+    return Markup(f"<b>{plain(slug)}</b> {title}")
+
+
+def outside(diagnosis: Diagnosis, pictures: Pictures) -> Markup:
+    """What the catalogue does not have."""
+    found = diagnosis.outside
+    if found is None:
+        return Markup("")
+    over = " and ".join(axis_of(q).words for q in found.quantities)
+    fitted = [
+        [p.name, estimate(p.value, _finite(p.stderr), p.unit)]
+        for p in diagnosis.fitted.parameters
+        if p.effect == found.name
+    ]
+    said = (
+        paragraph(f"Over {over}, in watts:"),
+        Markup(f"<p><code>{plain(found.formula)}</code></p>"),
+        table("", ["fitted", "value"], fitted),
+        paragraph(
+            f"It can be adopted as {found.name}. It stands out of the noise with z = "
+            f"{found.z:.1f}; its size over the noise is {found.rho:.2g}."
+        ),
+    )
+    told = "Dots: what the model lacks without the formula, with 95 % intervals. Line: the formula."
+    drawing = figure(pictures["shape"], told)
+    return section(
+        "A shape that the catalogue does not have",
+        Markup(f"<div class='pair'>{drawing}<div>{''.join(said)}</div></div>"),
+    )
+
+
+def sensors(diagnosis: Diagnosis) -> Markup:
+    """Faulty sensors."""
+    heads = ["error", "size", "what it is"]
+    rows = [
+        [s.kind.replace("_", " "), estimate(s.value, _finite(s.stderr), s.unit), s.sentence]
+        for s in diagnosis.sensors
+    ]
+    return section("Sensors", table("", heads, rows, words=(0, 2)) if rows else "")
+
+
+def experiments(diagnosis: Diagnosis) -> Markup:
+    """Drives that would tell apart what this log cannot."""
+    return section("What to drive next", *(_experiment(e.to_json()) for e in diagnosis.experiments))
+
+
+def not_told(diagnosis: Diagnosis) -> Markup:
+    """What the log cannot tell, and what would help."""
+    heads = ["effects", "why this log cannot tell", "what would help"]
+    alike = not_testable(n.to_json() for n in diagnosis.not_testable)
+    rows = [[", ".join(effects), why, help_] for (why, help_), effects in alike.items()]
+    made = table("", heads, rows, words=(0, 1, 2)) if rows else ""
+    return section("What this log cannot tell", made)
+
+
+def _experiment(experiment: Document) -> Markup:
+    heads = ["part", "load (kg)", "motors (°C)", "vx (m/s)", "vy (m/s)", "yaw rate (rad/s)"]
+    heads += ["pitch (°)", "roll (°)", "acceleration (m/s²)", "for (s)"]
+    rows: list[list[str]] = []
+    for run in experiment["settings"].get("runs", ()):
+        heat = run.get("motor_temp")
+        for part in run["segments"]:
+            angles = [f"{math.degrees(part[name]):.3g}" for name in ("pitch", "roll")]
+            rows.append(
+                [
+                    str(len(rows) + 1),
+                    number(run.get("payload")),
+                    "as it is" if heat is None else number(heat),
+                    *(number(part[name]) for name in ("vx", "vy", "wz")),
+                    *angles,
+                    number(part["acceleration"]),
+                    number(part["seconds"]),
+                ]
+            )
+    what = f"To tell {' and '.join(experiment['separates'])} apart: "
+    return Markup(
+        f"<p class='experiment'>{plain(what)}<b>{plain(experiment['run'])}</b></p>"
+        + folded("settings", table("", heads, rows) if rows else "")
+    )
+
+
+def by_run(runs: Sequence[RunComparison], pictures: Pictures) -> Markup:
+    """Energy of every run."""
+    heads = ["run", "rows", "measured", "predicted", "error", "rms", "bias"]
+    rows = [
+        [
+            r.run,
+            f"{r.rows:,}",
+            joules(r.measured_j),
+            joules(r.predicted_j),
+            "" if r.error_share is None else f"{100 * r.error_share:+.1f} %".replace("-", "−"),
+            watts(r.rmse_w),
+            signed(r.bias_w),
+        ]
+        for r in runs
+    ]
+    made = table("", heads, rows)
+    if len(rows) > MOST_RUNS:
+        made = folded(f"all {len(rows)} runs", made)
+    drawing = figure(pictures.get("runs", ""))
+    if not drawing:
+        return section("Energy by run", made)
+    return section("Energy by run", Markup(f"<div class='pair'>{drawing}<div>{made}</div></div>"))
+
+
+def about_log(log: Document, model: Document) -> Markup:
+    """Which log this was, what was found in it, derived from it and taken for granted."""
+    digest = f", SHA-256 {log['sha256']}" if log.get("sha256") else ""
+    parts: list[str] = [
+        paragraph(
+            f"{log['source'] or 'A log in memory'}: {log['rows']:,} rows in {log['runs']:,} "
+            f"runs{digest}. Model {model_name(model)}, of kind {model['kind']}."
+        )
+    ]
+    findings = [finding["sentence"] for finding in log.get("report", ())]
+    for heading, items in (
+        ("Found", findings),
+        ("Derived", log.get("derived", ())),
+        ("Assumed", log.get("assumed", ())),
+    ):
+        if items:
+            parts.append(Markup(f"<h3>{heading}</h3>{bullets(items)}"))
+    return section("The log", *parts)
+
+
+def _finite(value: Any) -> float | None:
+    return None if value is None or not math.isfinite(value) else float(value)

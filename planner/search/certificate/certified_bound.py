@@ -1,0 +1,317 @@
+"""The certified lower bound of a route's energy: a potential that no motion outruns.
+
+    bound = certify(field, around, start, goal, seconds=30.0)
+    bound.bound_j                     # J; no motion from start to goal takes less
+    bound.how                         # "potential", or "floor": that of quick_bound
+
+How it comes about, with the proof in docs/lower-bound.md:
+
+    dual_power        what driving leaves of the power once forces are paid for, by price
+    multipliers       at every node, the prices that a good motion would pay there
+    triangle_costs    from both, a floor of the cost in every triangle and direction
+    potential         the steepest function whose slope stays below it, made exact at the end
+
+With little time the table is coarser and nodes are left out; the bound stays one.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from planner.arrays import Array
+from planner.cache import CACHE
+from planner.cancellation import CancellationToken
+from planner.search.certificate.dual_power import PricedPower, priced_power, slower_power
+from planner.search.certificate.mesh import Mesh, coarse_field, mesh_of
+from planner.search.certificate.multipliers import (
+    BestPrices,
+    best_prices,
+    filled,
+    force_prices,
+    milder,
+    travel,
+)
+from planner.search.certificate.potential import halves, levelled, steepest_potential, weights_at
+from planner.search.certificate.price_table import PriceField, PriceTable, even_table, even_watts
+from planner.search.certificate.quick_bound import lower_bound
+from planner.search.certificate.ramps import PARTS, no_ramp
+from planner.search.certificate.start_and_stop import StartAndStop
+from planner.search.certificate.triangle_costs import DIRECTIONS, triangle_costs
+from planner.search.conditions import Circumstances
+from planner.search.field import CostField, sample_surface
+from planner.search.grid import CostToGo, build_lattice, cost_to_go
+from planner.search.second_core import CORE
+
+Place = tuple[float, float]
+
+HASTE = 10.0
+"""s below which table and grid are coarser, and start and stop do not count."""
+NODES = {True: 30_000, False: 250_000}
+"""Nodes of the grid at most, in haste and at leisure."""
+TURNS = {True: 160, False: 360}
+"""Steps of the yaw angle in half a turn, likewise."""
+SLOW_TURNS = 240
+"""The same below full speed, where there is time for it."""
+TOO_STEEP = 1.02
+"""Share of the largest slope that can be driven, from which ground counts as a wall."""
+SETTLED = 4
+"""Looks at the potential without a gain of one part in ten thousand, after which it is done."""
+STRETCHES = (3.0, 1.2)
+"""Lengths over which prices are averaged, tried in turn, in metres driven for what the robot's
+motion holds: changing prices cost, and so do those of other slopes."""
+GAMES = 12
+"""Rounds of prices against flows at most."""
+FAINT = 0.02
+"""Share of the largest flow from which its direction is that of travel."""
+LEAST = 0.03
+"""Share of the median cost below which a triangle's prices are made milder."""
+
+
+@dataclass(frozen=True)
+class CertifiedBound:
+    """A bound by the proof in docs/lower-bound.md, one step of which rests on a grid and a reserve.
+
+    Attributes:
+        bound_j: J that every motion from start to goal takes from the source at least.
+        seconds: that it took.
+        how: "potential" or "floor".
+    """
+
+    bound_j: float
+    seconds: float
+    how: str
+
+
+@dataclass(frozen=True)
+class Tables:
+    """What is worked out once for a model: the table at full speed, and at PARTS of it."""
+
+    full: PriceTable
+    slower: Array
+    acceleration: float
+
+    @property
+    def nbytes(self) -> int:
+        """Memory that is kept."""
+        return self.full.watts.nbytes + self.full.standing.nbytes + self.slower.nbytes
+
+
+def tables_of(around: Circumstances, steepest: float, haste: bool) -> Tables | None:
+    """The tables of a model; None if it is not followed."""
+    return CACHE.get(
+        ("bound tables", around.key, steepest, haste),
+        lambda: _worked_out(priced_power(around, steepest, turns=TURNS[haste]), haste),
+    )
+
+
+def _worked_out(priced: PricedPower | None, haste: bool) -> Tables | None:
+    if priced is None or not priced.centred:
+        return None
+    full, slower = even_table(priced), np.zeros((0, 2, 2, 2))
+    if not haste:
+        slow = slower_power(priced, PARTS, turns=SLOW_TURNS)
+        on_grid = [even_watts(priced, slow.shares, slow.cross, watts) for watts in slow.watts]
+        slower = np.array(on_grid)
+        # Near rest friction may help, and then more load takes less.
+        heavier = bool((slower[..., 1] >= slower[..., 0]).all())
+        full = full._replace(heavier=full.heavier and heavier)
+    return Tables(full, slower, priced.acceleration)
+
+
+def certify(
+    field: CostField,
+    around: Circumstances,
+    start: Place,
+    goal: Place,
+    *,
+    seconds: float = 30.0,
+    token: CancellationToken | None = None,
+) -> CertifiedBound:
+    """Bound the energy of every motion from start to goal from below.
+
+    Args:
+        field: map with the costs of steady driving by energy, which only guide the choice of
+            prices: the bound does not depend on them being right.
+        around: model and conditions.
+        start, goal: x, y in the map's frame, m.
+        seconds: time to spend; below HASTE the grid is coarser.
+        token: the caller's wish to stop.
+
+    Raises:
+        Cancelled: the caller wants to stop.
+    """
+    began = time.perf_counter()
+    token = token or CancellationToken()
+
+    def check() -> bool:
+        token.check()
+        return time.perf_counter() - began < seconds
+
+    steepest = float(field.limit.max())
+    heights, _ = sample_surface(field, np.array([start, goal]))
+    climb = float(heights[1] - heights[0])
+    floor = lower_bound(around, math.dist(start, goal), climb, steepest)
+    haste = seconds < HASTE
+    tables = None
+    if not around.wind.any() and steepest > 0.0:
+        tables = tables_of(around, TOO_STEEP * steepest, haste)
+    check()
+    if tables is None or start == goal:
+        return CertifiedBound(floor, time.perf_counter() - began, "floor")
+    table = tables.full
+    best = best_prices(table, TOO_STEEP * steepest)
+    if not best.level > 0.0:
+        return CertifiedBound(floor, time.perf_counter() - began, "floor")
+    parts = max(1, math.ceil(math.sqrt(field.heights.size / NODES[haste])))
+    mesh = mesh_of(field, around, TOO_STEEP * steepest, parts)
+    coarse = coarse_field(field, mesh)
+    lattice = build_lattice(coarse)
+    guides = CORE.all(
+        [
+            partial(cost_to_go, coarse, lattice, goal),
+            partial(cost_to_go, coarse, lattice, start, onward=True),
+        ]
+    )
+    check()
+    to_goal, from_start = (_everywhere(guide, coarse) for guide in guides)
+    direction, worth = travel(to_goal, from_start, mesh.cell)
+    ends = [weights_at(p, mesh.origin, mesh.cell, mesh.heights.shape) for p in (start, goal)]
+    both = StartAndStop.of(table, tables.slower, tables.acceleration, mesh, (start, goal))
+    psi, flow = to_goal, np.zeros((2, *mesh.heights.shape))
+    bound, idle, better = -math.inf, 0, STRETCHES[0]
+    for game in range(GAMES):
+        stretch = STRETCHES[game] if game < len(STRETCHES) else better
+        prices = force_prices(
+            table, best, mesh.heights, mesh.ranges, direction, worth, mesh.cell, stretch
+        )
+        steady = _costs(table, best, prices, mesh, check)
+        if steady is None:
+            break
+        costs, prices = steady
+        gain = 0.0
+        if not haste:
+            least = LEAST * _median(costs)
+            costs, gain = both.paid(prices, costs, direction, best.steepest, least)
+        beside = [
+            _beside(table, prices, mesh.heights, *end, float(z))
+            for end, z in zip(ends, heights, strict=True)
+        ]
+        found, psi, now = _potential(costs, psi, mesh.cell, ends, check)
+        value = found + gain + beside[0] - beside[1] + table.weight * climb
+        idle = 0 if value > bound + 1e-3 * abs(bound) else idle + 1
+        if value > bound:
+            bound, better = value, stretch
+        if idle == 2 or not check():
+            break
+        if game + 1 < len(STRETCHES):
+            continue
+        # Prices answer the mean of all flows so far, which answer prices in turn: fictitious play.
+        flow += (now - flow) / (game + 2.0 - len(STRETCHES))
+        size = np.hypot(*flow)
+        seen = size / max(float(size.max()), 1e-12)
+        direction = np.where(seen > FAINT, flow / np.maximum(size, 1e-12), direction)
+        worth = np.maximum(worth, seen)
+    if bound == -math.inf:
+        return CertifiedBound(floor, time.perf_counter() - began, "floor")
+    return CertifiedBound(max(bound, floor), time.perf_counter() - began, "potential")
+
+
+def _costs(
+    table: PriceTable,
+    best: BestPrices,
+    prices: PriceField,
+    mesh: Mesh,
+    check: Callable[[], bool],
+) -> tuple[Array, PriceField] | None:
+    """Costs of all triangles, above zero, and the prices that they hold for; None without any."""
+    costs = np.empty((*mesh.ranges.shape[:2], 2, DIRECTIONS))
+    for _ in range(8):
+        CORE.all(
+            [
+                partial(
+                    triangle_costs,
+                    table,
+                    PriceField(*(f[nodes] for f in prices)),
+                    no_ramp(mesh.heights[nodes].shape),
+                    mesh.heights[nodes],
+                    mesh.ranges[cells],
+                    mesh.rolling[nodes],
+                    mesh.wall[cells],
+                    *mesh.cell,
+                    best.steepest,
+                    costs[cells],
+                )
+                for nodes, cells in halves(len(costs))
+            ]
+        )
+        open_ground = np.isfinite(costs[..., 0])
+        if not open_ground.any():
+            return None
+        bad = (costs.min(axis=3) < LEAST * _median(costs)).any(axis=2)
+        if not bad.any() or not check():
+            break
+        prices = milder(table, prices, bad, best.level, mesh.cell)
+    # Where a cost is not above zero, slowing the potential down would not make it admissible.
+    return (costs, prices) if costs[open_ground].min() > 0.0 else None
+
+
+def _median(costs: Array) -> float:
+    """J/m of all open triangles and directions."""
+    return float(np.median(costs[np.isfinite(costs[..., 0])]))
+
+
+def _potential(
+    costs: Array,
+    psi: Array,
+    cell: Place,
+    ends: list[tuple[list[tuple[int, int]], list[float]]],
+    check: Callable[[], bool],
+) -> tuple[float, Array, Array]:
+    """J that the best potential falls by, that potential, and its flow."""
+    history: list[float] = []
+
+    def more(psi: Array) -> bool:
+        top, bottom = (sum(w * float(psi[n]) for n, w in zip(*end, strict=True)) for end in ends)
+        found = levelled(psi, costs, cell, top, bottom)
+        history.append(max(found, history[-1]) if history else found)
+        settled = len(history) > SETTLED and found - history[-1 - SETTLED] < 1e-4 * abs(found)
+        return check() and not settled
+
+    flow = np.zeros((2, *psi.shape))
+    if more(psi):
+        psi, flow = steepest_potential(costs, psi, cell, *ends, more=more)
+    return history[-1], psi, flow
+
+
+def _beside(
+    t: PriceTable,
+    prices: PriceField,
+    heights: Array,
+    nodes: list[tuple[int, int]],
+    weights: list[float],
+    height: float,
+) -> float:
+    """J by which the price times the ground's height differs from its triangle's at a place."""
+    mean = sum(float(heights[n]) for n in nodes) / 3.0
+    pairs = list(zip(nodes, weights, strict=True))
+    share = sum(w * float(prices.share[n]) for n, w in pairs)
+    even = sum(w * (float(prices.share[n]) - 1.0) * (float(heights[n]) - mean) for n, w in pairs)
+    return t.weight * (even - (share - 1.0) * (height - mean))
+
+
+def _everywhere(guide: CostToGo, field: CostField) -> Array:
+    """Costs of a guide (ny, nx), finite where there is no way as well."""
+    values = guide.values.astype(float)
+    if np.isfinite(values).any():
+        return filled(values)
+    # A place in a passage that lies between the nodes: as the crow flies.
+    ny, nx = values.shape
+    x = field.x0 + field.dx * np.arange(nx) - guide.goal[0]
+    y = field.y0 + field.dy * np.arange(ny) - guide.goal[1]
+    return np.asarray(np.hypot(x[None, :], y[:, None]))

@@ -1,0 +1,215 @@
+"""Prices of force at every node: those that a good motion from start to goal would pay there.
+
+Any prices give a valid bound (triangle_costs); these make it a good one.
+At a node, the prices are those that make the floor of the cost largest for the direction in which
+the best route would pass, on the slope that is there. They are smoothed over the way in which the
+robot's kinetic energy is worth as much as driving, because changing prices cost, and taken over
+from ground that matters to ground that does not.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt, gaussian_filter, maximum_filter
+
+from planner.arrays import Array
+from planner.search.certificate.price_table import PriceField, PriceTable, table_watts
+
+SLOPES = 41
+"""Slopes along and across for which the best prices are tabulated."""
+NARROW = 0.02
+"""Excess over the best route, as a share of it, at which ground matters half as much or less."""
+MILDER = 0.4
+"""Share by which prices near a bad cell come nearer to those of no dissipation, each time."""
+MILD = 3.0
+"""Width of that, in metres driven for what the robot's motion holds."""
+SCALES = ((1.0, 1.0), (2.5, 0.1), (6.0, 0.01))
+"""Lengths over which prices are averaged, and the weight of each."""
+ROOM = 0.75
+"""Share of the level cost that descending at the price may earn."""
+
+
+@dataclass(frozen=True)
+class BestPrices:
+    """The best prices by slope.
+
+    Attributes:
+        table: (SLOPES, SLOPES, 2) share along and across, by slope along and across the travel.
+        steepest: slope at the table's borders.
+        level: J/m of the floor on level ground; where it is not above 0, prices do not help.
+    """
+
+    table: Array
+    steepest: float
+    level: float
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _fill_best(t: Any, steepest: float, best: Any, metres: Any) -> None:
+    count = best.shape[0]
+    # The largest rolling factor on the map, where all ground rolls more easily than as measured.
+    factor = min(1.0, t.load + t.load_step)
+    for a in range(count):
+        along = steepest * (2.0 * a / (count - 1) - 1.0)
+        stretch = math.sqrt(1.0 + along * along)
+        for b in range(count):
+            across = steepest * (2.0 * b / (count - 1) - 1.0)
+            # Ground steeper than the table's least load is driven by nobody: as for that load.
+            normal = math.sqrt(1.0 + along * along + across * across)
+            load = max(factor / normal, t.load)
+            for i in range(t.watts.shape[0]):
+                share = t.low + i * t.step
+                for j in range(t.watts.shape[1]):
+                    cross = t.cross + j * t.cross_step
+                    metre = table_watts(t, share, cross, load) * stretch / t.speed
+                    rise = (share - 1.0) * along + cross * across / (normal * stretch)
+                    metre += t.weight * rise
+                    if metre > metres[a, b]:
+                        metres[a, b] = metre
+                        best[a, b, 0], best[a, b, 1] = share, cross
+
+
+def best_prices(t: PriceTable, steepest: float) -> BestPrices:
+    """Tabulate the best prices for slopes up to ``steepest`` along and across."""
+    table = np.empty((SLOPES, SLOPES, 2))
+    metres = np.full((SLOPES, SLOPES), -np.inf)
+    _fill_best(t, steepest, table, metres)
+    return BestPrices(table, steepest, float(metres[SLOPES // 2, SLOPES // 2]))
+
+
+def filled(values: Array) -> Array:
+    """Costs (ny, nx) with the nearest finite one where there is no way."""
+    reached = np.isfinite(values)
+    if reached.all():
+        return values
+    nearest = distance_transform_edt(~reached, return_distances=False, return_indices=True)
+    return np.asarray(values[tuple(nearest)])
+
+
+def travel(to_goal: Array, from_start: Array, cell: tuple[float, float]) -> tuple[Array, Array]:
+    """Direction (2, ny, nx) of a good route through every node, and how much the node matters.
+
+    Args:
+        to_goal: (ny, nx) least cost from each node to the goal, finite.
+        from_start: the same from the start to each node.
+        cell: dx, dy, m.
+    """
+    total = to_goal + from_start
+    least = max(float(total.min()), 1e-9)
+    worth = (1.0 + (total - least) / (NARROW * least)) ** -4.0
+    goal_y, goal_x = np.gradient(gaussian_filter(to_goal, 1.0), cell[1], cell[0])
+    start_y, start_x = np.gradient(gaussian_filter(from_start, 1.0), cell[1], cell[0])
+    # Near the goal the way is told best by where the robot comes from, and the other way round.
+    along = np.stack(
+        [start_x * from_start - goal_x * to_goal, start_y * from_start - goal_y * to_goal]
+    )
+    return along / np.maximum(np.hypot(*along), 1e-12), worth
+
+
+def _lookup(best: BestPrices, along: Array, across: Array) -> Array:
+    """Prices (..., 2) for slopes, bilinear."""
+    half = 0.5 * (SLOPES - 1)
+    a = np.clip((along / best.steepest + 1.0) * half, 0.0, SLOPES - 1.0)
+    b = np.clip((across / best.steepest + 1.0) * half, 0.0, SLOPES - 1.0)
+    i, j = np.minimum(a.astype(int), SLOPES - 2), np.minimum(b.astype(int), SLOPES - 2)
+    u, w = (a - i)[..., None], (b - j)[..., None]
+    low = best.table[i, j] * (1.0 - w) + best.table[i, j + 1] * w
+    high = best.table[i + 1, j] * (1.0 - w) + best.table[i + 1, j + 1] * w
+    return np.asarray(low * (1.0 - u) + high * u)
+
+
+def _reach(
+    t: PriceTable,
+    level: float,
+    cell: tuple[float, float],
+    shape: tuple[int, ...],
+    stretch: float,
+) -> tuple[float, float]:
+    """Standard deviation of the averaging, in nodes along y and x; the map's size at most."""
+    length = stretch * 0.5 * t.moving * t.speed**2 / level
+    ny, nx = shape
+    return min(max(1.0, length / cell[1]), ny), min(max(1.0, length / cell[0]), nx)
+
+
+def force_prices(
+    t: PriceTable,
+    best: BestPrices,
+    heights: Array,
+    ranges: Array,
+    direction: Array,
+    worth: Array,
+    cell: tuple[float, float],
+    stretch: float,
+) -> PriceField:
+    """Prices at the nodes.
+
+    Args:
+        t, best: tables of the model.
+        heights: (ny, nx) m at the nodes.
+        ranges: (ny - 1, nx - 1, 6) slopes and heights between them.
+        direction: (2, ny, nx) unit vectors in which a good route passes.
+        worth: (ny, nx) above 0, how much each node matters.
+        cell: dx, dy, m.
+        stretch: length of averaging, in metres driven for what the robot's motion holds.
+    """
+    slope_y, slope_x = np.gradient(heights, cell[1], cell[0])
+    ex, ey = direction
+    chosen = _lookup(best, slope_x * ex + slope_y * ey, slope_y * ex - slope_x * ey)
+    far = np.hypot(np.abs(ranges[..., :2]).max(axis=2), np.abs(ranges[..., 2:4]).max(axis=2))
+    lean = maximum_filter(np.pad(far, ((0, 1), (0, 1)), mode="edge"), size=3)
+    # A price at which a descent earns more than it costs would leave no room for a potential.
+    room = np.minimum(ROOM * best.level / np.maximum(t.weight * lean, 1e-9), 9.0)
+    share = np.minimum(chosen[..., 0], 1.0 + room)
+    odd = (-2.0 * ex * ey * chosen[..., 1], (ex * ex - ey * ey) * chosen[..., 1])
+    sums = [np.zeros_like(share) for _ in range(3)]
+    weights = np.zeros_like(share)
+    reach = _reach(t, best.level, cell, heights.shape, stretch)
+    for scale, weight in SCALES:
+        sigma = scale * reach[0], scale * reach[1]
+        weights += weight * gaussian_filter(worth, sigma, mode="nearest")
+        for total, field in zip(sums, (share, *odd), strict=True):
+            total += weight * gaussian_filter(worth * field, sigma, mode="nearest")
+    share, b1, b2 = (total / weights for total in sums)
+    share = np.minimum(share, 1.0 + room)
+    left = np.maximum(1.0 + room - share, 0.05) / np.maximum(np.hypot(b1, b2), 1e-9)
+    return _prices(t, share, b1 * np.minimum(1.0, left), b2 * np.minimum(1.0, left))
+
+
+def milder(
+    t: PriceTable,
+    prices: PriceField,
+    bad: NDArray[np.bool_],
+    level: float,
+    cell: tuple[float, float],
+) -> PriceField:
+    """Prices nearer to those of no dissipation round the cells (ny - 1, nx - 1) that are bad."""
+    at = np.zeros(prices.share.shape)
+    for down in (0, 1):
+        for left in (0, 1):
+            at[down : down + bad.shape[0], left : left + bad.shape[1]] += bad
+    reach = _reach(t, level, cell, at.shape, MILD)
+    # All round a bad cell the same first: what is averaged from one node alone is next to nothing.
+    wide = maximum_filter(at > 0.0, size=[2 * math.ceil(2.0 * r) + 1 for r in reach])
+    near = gaussian_filter(wide.astype(float), reach, mode="nearest")
+    kept = 1.0 - MILDER * near
+    share = 1.0 + (prices.share - 1.0) * kept
+    return _prices(t, share, prices.b1 * kept, prices.b2 * kept)
+
+
+def _prices(t: PriceTable, share: Array, b1: Array, b2: Array) -> PriceField:
+    """A field within the table, with the rotors' share that belongs to it."""
+    last = t.low + t.step * (t.watts.shape[0] - 1)
+    edge = 0.98 * min(-t.cross, 0.45 * (last - t.low))
+    shrink = np.minimum(1.0, edge / np.maximum(np.hypot(b1, b2), 1e-9))
+    b1, b2 = b1 * shrink, b2 * shrink
+    size = 1.01 * np.hypot(b1, b2)
+    share = np.clip(share, t.low + size, last - size)
+    backward = 2.0 - 1.0 / t.efficiency
+    rotor = np.minimum(1.0, share / backward) + np.maximum(0.0, share * t.efficiency - 1.0)
+    return PriceField(*(np.ascontiguousarray(f) for f in (share, rotor, b1, b2)))

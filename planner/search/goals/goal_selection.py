@@ -1,0 +1,282 @@
+"""The cheapest place to arrive at, where the goal is a region or one of several places.
+
+    run = settled(run, "energy")           # its goal is now one place
+
+From the last fixed place before the goal the least-cost field leads to everywhere
+(Situation.onward). What a place takes is its cost there, and for energy the height that is gained:
+E = D + M·g·z. The cheapest places that lie apart from each other are looked at: the way to each is
+refined, its end slides to where it costs least, and the motion that costs least in full names the
+goal. The search for the request then goes there as it would to any other place.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from planner.arrays import Array
+from planner.errors import RequestError
+from planner.quantities import STANDARD_GRAVITY
+from planner.search.field import CostField, sample_surface, segment_cost
+from planner.search.goals.goal_region import Region
+from planner.search.grid import CostToGo, cost_from, cost_to_go, grid_path
+from planner.search.requests import PoseRequest, RegionRequest
+from planner.search.resolution import MARGIN, OBJECTIVES
+from planner.search.results import Route, drive
+from planner.search.situation import check_hold, check_place
+from planner.search.solve import Run
+from planner.search.waypoints import refine
+
+LOOKED_AT = 6
+"""Places whose motion is worked out."""
+DEARER = 0.05
+"""Share of the cheapest place's cost by which another may be dearer and still be looked at."""
+APART = 4.0
+"""Cells between two places that are looked at, at least."""
+STEPS = (2.0, 1.0, 0.5, 0.25, 0.1)
+"""Cells by which the end of a way slides."""
+MOST_MOVES = 40
+"""Moves of each of these sizes."""
+WORTHWHILE = 0.02
+"""Cost that a move has to save, as a share of what its length costs at least."""
+ROUNDS = 3
+"""How often a way is refined and its end slides."""
+_AROUND = np.array([[math.cos(a), math.sin(a)] for a in 2.0 * math.pi * np.arange(8) / 8])
+
+
+def settled(run: Run, objective: str) -> Run:
+    """The same run with one place for a goal.
+
+    Args:
+        run: whose goal may be a region.
+        objective: "energy", "time" or "length".
+
+    Raises:
+        RequestError: the region lies off the map, holds no place for the robot, or is none.
+    """
+    goal = run.request.goal
+    if isinstance(goal, PoseRequest):
+        return run
+    arrival = _Arrival(run, objective)
+    place = arrival.among(goal.any) if goal.any is not None else arrival.anywhere(goal)
+    return replace(run, request=run.request.model_copy(update={"goal": place}))
+
+
+def check_places(run: Run, field: CostField) -> str | None:
+    """Refuse places without room, and a start that cannot be held; say which other cannot.
+
+    A goal that is a region is left to ``settled``.
+
+    Args:
+        run: the question.
+        field: map and costs.
+
+    Returns:
+        why there is no route, or None.
+
+    Raises:
+        RequestError: naming the place and what would be accepted.
+    """
+    request = run.request
+    named = [("start", request.start)]
+    named += [(f"via[{k}]", place) for k, place in enumerate(request.via)]
+    if isinstance(request.goal, PoseRequest):
+        named.append(("goal", request.goal))
+    for name, place in named:
+        check_place(name, place, run.ground, field, run.around)
+    check_hold("start", request.start, field, run.around)
+    try:
+        for name, place in named[1:]:
+            check_hold(name, place, field, run.around)
+    except RequestError as error:
+        # Where it stands is for the user to say; where it can get to is for the answer.
+        return f"{error.field}: {error.problem}"
+    return None
+
+
+@dataclass(frozen=True)
+class _Way:
+    """A way to a place: what its motion costs, and where it ends."""
+
+    value: float
+    place: PoseRequest
+
+
+class _Arrival:
+    """What every place costs from the last fixed one before the goal."""
+
+    def __init__(self, run: Run, objective: str) -> None:
+        self.run, self.objective = run, objective
+        self.before = (run.request.start, *run.request.via)[-1]
+        self.begin = (self.before.x, self.before.y)
+        self.field = run.field(objective, MARGIN)
+        situation = run.situation
+        self.lattice = situation.lattice(objective, self.field)
+        self.onward: CostToGo = (
+            situation.onward(self.field, self.begin)
+            if objective == "energy"
+            else cost_to_go(self.field, self.lattice, self.begin, onward=True)
+        )
+        # J for each metre of height; neither time nor length know it.
+        self.weight = run.around.mass * STANDARD_GRAVITY if objective == "energy" else 0.0
+
+    def among(self, places: tuple[PoseRequest, ...]) -> PoseRequest:
+        """The cheapest of several places."""
+        good = self._possible(
+            list(places), lambda k: f"goal.any[{k}]", "none of these places has room for the robot"
+        )
+        values = [self._at((place.x, place.y)) for place in good]
+        order = [int(k) for k in np.argsort(values, kind="stable")]
+        least = self._least(values[order[0]])
+        chosen = [k for k in order if values[k] <= least][:LOOKED_AT]
+        ways = [self._driven(good[k], lambda leg: leg) for k in chosen]
+        best = min(ways, key=lambda way: way.value)
+        return best.place if math.isfinite(best.value) else good[order[0]]
+
+    def anywhere(self, goal: RegionRequest) -> PoseRequest:
+        """The cheapest place inside a circle or a polygon."""
+        region = Region.of(goal)
+        places, values = self._inside(region)
+        order = np.argsort(values, kind="stable")
+        least = self._least(float(values[order[0]]))
+        apart = APART * max(self.field.dx, self.field.dy)
+        picked: list[Array] = []
+        for k in order[values[order] <= least]:
+            if all(math.hypot(*(places[k] - other)) >= apart for other in picked):
+                picked.append(places[k])
+            if len(picked) == LOOKED_AT:
+                break
+        # Without a way to any of them, the search for the nearest one says what blocks.
+        nearest = np.argmin(np.hypot(*(places - np.array(self.begin)).T))
+        wanted = [
+            PoseRequest(x=float(x), y=float(y), yaw=goal.yaw)
+            for x, y in picked or [places[nearest]]
+        ]
+        good = self._possible(wanted, lambda _: "goal", "nowhere inside can the robot stand")
+        ways = [self._driven(place, lambda leg: self._slid(leg, region)) for place in good]
+        best = min(ways, key=lambda way: way.value)
+        return best.place if math.isfinite(best.value) else good[0]
+
+    def _inside(self, region: Region) -> tuple[Array, Array]:
+        """Places (n, 2) with room inside a region, nodes and its edge, and what they cost."""
+        field, terrain = self.field, self.run.ground.terrain
+        west, south, east, north = terrain.extent
+        x0, y0, x1, y1 = region.extent
+        if x0 > east or x1 < west or y0 > north or y1 < south:
+            raise RequestError(
+                "goal",
+                "lies off the map",
+                accepted=f"an area within x {west:g} to {east:g}, y {south:g} to {north:g} m",
+            )
+        ny, nx = field.heights.shape
+        grid = np.meshgrid(field.x0 + field.dx * np.arange(nx), field.y0 + field.dy * np.arange(ny))
+        nodes = np.column_stack([axis.ravel() for axis in grid])
+        box = (nodes >= (x0, y0)).all(axis=1) & (nodes <= (x1, y1)).all(axis=1)
+        numbers = np.flatnonzero(box & (field.mask != 0).ravel())
+        within = numbers[region.inside(nodes[numbers])]
+        values = self.onward.values.ravel()[within] + self.weight * field.heights.ravel()[within]
+        edge = region.outline(0.5 * min(field.dx, field.dy), terrain.extent)
+        edge = edge[np.array([terrain.contains(x, y) for x, y in edge], bool)]
+        i = np.rint((edge[:, 0] - field.x0) / field.dx).astype(int).clip(0, nx - 1)
+        j = np.rint((edge[:, 1] - field.y0) / field.dy).astype(int).clip(0, ny - 1)
+        edge = edge[field.mask[j, i] != 0]
+        places = np.vstack([nodes[within], edge])
+        if not len(places):
+            raise RequestError(
+                "goal",
+                "nowhere inside is there room for the robot",
+                accepted="an area that is not all obstacles",
+            )
+        return places, np.concatenate([values, [self._at((x, y)) for x, y in edge]])
+
+    def _at(self, place: tuple[float, float]) -> float:
+        """What a place costs by the grid, height included."""
+        height = float(sample_surface(self.field, np.array([place]))[0][0])
+        return cost_from(self.field, self.onward, place) + self.weight * height
+
+    def _least(self, least: float) -> float:
+        """Cost up to which places are looked at."""
+        height = float(sample_surface(self.field, np.array([self.begin]))[0][0])
+        return least + DEARER * max(least - self.weight * height, 0.0)
+
+    def _possible(
+        self, places: list[PoseRequest], name: Callable[[int], str], problem: str
+    ) -> list[PoseRequest]:
+        """Those places at which the robot can stand.
+
+        Raises:
+            RequestError: there are none; with what is wrong at a single one.
+        """
+        good, wrong = [], []
+        for k, place in enumerate(places):
+            try:
+                check_place(name(k), place, self.run.ground, self.field, self.run.around)
+                check_hold(name(k), place, self.field, self.run.around)
+            except RequestError as error:
+                wrong.append(error)
+            else:
+                good.append(place)
+        if good:
+            return good
+        if len(wrong) == 1:
+            raise wrong[0]
+        raise RequestError(
+            "goal", f"{problem}: {wrong[0].field} {wrong[0].problem}", accepted=wrong[0].accepted
+        )
+
+    def _driven(self, place: PoseRequest, slide: Callable[[Array], Array]) -> _Way:
+        """The way to a place, its end where ``slide`` moves it, and what its motion costs."""
+        self.run.check()
+        leg = grid_path(self.field, self.lattice, self.onward, (place.x, place.y))
+        if leg is None:
+            return _Way(math.inf, place)
+        toll = self.run.situation.toll(self.objective)
+        cost = 0.0
+        for _ in range(ROUNDS):
+            [(leg, cost)] = refine(self.field, leg, tolls=[toll], check=self.run.check)
+            moved = slide(leg)
+            if moved is leg:
+                break
+            leg = moved
+        x, y = (float(value) for value in leg[-1])
+        end = place.model_copy(update={"x": x, "y": y})
+        yaws = (self.before.yaw, place.yaw)
+        aim = OBJECTIVES[self.objective]
+        route = drive(self.field, self.run.around, [leg], yaws, objective=aim)
+        if isinstance(route, Route):
+            values = (route.energy_j, route.duration_s, route.length_m)
+            return _Way(values[aim], end)
+        # Not by this way: the grid's cost stands in, a little dearer than what can be driven.
+        height = sample_surface(self.field, np.array([self.begin, leg[-1]]))[0]
+        return _Way(cost * (1.0 + DEARER) + self.weight * float(height[1] - height[0]), end)
+
+    def _slid(self, leg: Array, region: Region) -> Array:
+        """The leg with its end where its last piece costs least; the same one if it is there."""
+        field = self.field
+        if len(leg) < 2:
+            return leg
+        anchor, end = leg[-2], leg[-1]
+
+        def value(point: Array) -> float:
+            if not self.run.ground.terrain.contains(float(point[0]), float(point[1])):
+                return math.inf
+            height = float(sample_surface(field, point[None, :])[0][0])
+            line = segment_cost(field, anchor[0], anchor[1], point[0], point[1], field.step)
+            return float(line) + self.weight * height
+
+        best, moved = value(end), False
+        for step in STEPS:
+            reach = step * min(field.dx, field.dy)
+            # Where every place costs nearly the same, there is nothing to slide for.
+            least = WORTHWHILE * self.lattice.cheapest * reach
+            for _ in range(MOST_MOVES):
+                places = region.nearest(end + reach * _AROUND)
+                values = [value(place) for place in places]
+                k = int(np.argmin(values))
+                if not values[k] < best - least:
+                    break
+                best, end, moved = values[k], places[k], True
+        return np.vstack([leg[:-1], end]) if moved else leg

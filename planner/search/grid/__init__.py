@@ -1,0 +1,20 @@
+"""The cheapest path on the grid of a cost field.
+
+lattice = build_lattice(field)
+ahead = cost_to_go(field, lattice, goal)                 # CostToGo, from everywhere
+path = grid_path(field, lattice, ahead, start)
+"""
+
+from planner.search.grid.lattice import Lattice, build_lattice, node_slope, number_nodes
+from planner.search.grid.least_cost import CostToGo, cost_from, cost_to_go, grid_path
+
+__all__ = [
+    "CostToGo",
+    "Lattice",
+    "build_lattice",
+    "cost_from",
+    "cost_to_go",
+    "grid_path",
+    "node_slope",
+    "number_nodes",
+]

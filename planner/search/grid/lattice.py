@@ -1,0 +1,259 @@
+"""What every move on the map's grid costs, small enough to be kept for maps of any size.
+
+    lattice = build_lattice(field)             # for least_cost
+    numbering = number_nodes(field)            # the same for all objectives: build_lattice(.., it)
+
+A robot has 16 moves at a node: all coprime offsets of up to two cells. What a metre costs depends
+on the slope and the direction only, so every node keeps the number of its slope in a square grid of
+``SIDE`` by ``SIDE`` slopes (two bytes), and one table holds the cost of each slope in each of the
+directions. A move costs the mean of the nodes that it passes, a quadrature whose error is far below
+what the few directions lose and what planner.search.waypoints.path_smoothing takes back.
+
+Where something stands near, or a limit may be near, nodes say little about what lies between them.
+Moves from there are priced closely (``close_cost``), once, when a search first asks for them.
+"""
+
+from __future__ import annotations
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from planner.search.field import CostField, masked_cost, segment_cost, wind_cost
+from planner.search.resolution import ALL_YAWS, COUNT, MOVES
+from planner.search.steady import cost_for_best_yaw
+
+SIDE = 255
+"""Slopes along each axis of the table: 65,025 in all, so that two bytes number them."""
+CLOSELY = 65535
+"""In place of a slope's number: moves from this node are priced closely."""
+MOST_CLOSE_BYTES = 600_000_000
+"""Memory for prices of such moves; beyond it they are worked out whenever they are asked for."""
+
+
+@dataclass(frozen=True)
+class Numbering:
+    """What tells the nodes of a map apart, whatever the objective.
+
+    Attributes:
+        slopes: (ny, nx) number of the node's slope, or CLOSELY.
+        row: (ny, nx) row of ``Lattice.close`` for nodes that are priced closely, else -1; (1, 1)
+            without any, or where their prices would take too much memory.
+        count: of such rows.
+    """
+
+    slopes: NDArray[np.uint16]
+    row: NDArray[np.int32]
+    count: int
+
+    @property
+    def nbytes(self) -> int:
+        """Memory that is kept."""
+        return self.slopes.nbytes + self.row.nbytes
+
+
+class Lattice(NamedTuple):
+    """Costs of the moves of one map for one model, as the compiled search reads them."""
+
+    slopes: NDArray[np.uint16]
+    """Of the numbering."""
+    table: NDArray[np.float32]
+    """(grounds, SIDE², COUNT) cost of each slope over half the length of each move; a quarter of
+    it where a move also passes between two nodes."""
+    moves: NDArray[np.int64]
+    """(COUNT, 2) columns and rows."""
+    beside: NDArray[np.int64]
+    """(COUNT, 4) columns and rows of the two nodes that a move passes between; zeros if none."""
+    row: NDArray[np.int32]
+    """Of the numbering."""
+    close: NDArray[np.float32]
+    """(rows, COUNT) costs of their moves, NaN until they are asked for."""
+    factor: NDArray[np.float64]
+    """(ny, nx) factor on the cost of moves from a node, or (1, 1): ground to be avoided."""
+    cheapest: float
+    """Cost per metre that no move undercuts."""
+
+    @property
+    def nbytes(self) -> int:
+        """Memory that is kept, beside that of the numbering."""
+        return self.table.nbytes + self.close.nbytes
+
+
+def _beside(moves: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Columns and rows of the two nodes beside the middle of each long move."""
+    result = np.zeros((len(moves), 4), np.int64)
+    for k, (i, j) in enumerate(moves):
+        if max(abs(i), abs(j)) == 2:
+            result[k] = (
+                math.floor(i / 2),
+                math.floor(j / 2),
+                math.ceil(i / 2),
+                math.ceil(j / 2),
+            )
+    return result
+
+
+def number_nodes(field: CostField) -> Numbering:
+    """Number the slopes of a map's nodes; the objective of the field does not matter."""
+    ny, nx = field.heights.shape
+    slopes = np.empty((ny, nx), np.uint16)
+    halves = np.linspace(0, ny, 3).astype(int)
+    with ThreadPoolExecutor(max_workers=2) as pool:
+        for task in [
+            pool.submit(_number_slopes, field, _reach(field), slopes, a, b)
+            for a, b in zip(halves[:-1], halves[1:], strict=True)
+        ]:
+            task.result()
+    closely = slopes == CLOSELY
+    count = int(np.count_nonzero(closely))
+    if count == 0 or count * COUNT * 4 + closely.size * 4 > MOST_CLOSE_BYTES:
+        return Numbering(slopes, np.full((1, 1), -1, np.int32), 1)
+    row = np.full((ny, nx), -1, np.int32)
+    row[closely] = np.arange(count, dtype=np.int32)
+    return Numbering(slopes, row, count)
+
+
+def _reach(field: CostField) -> float:
+    """Largest slope along an axis that has a number."""
+    return max(field.safe, 1e-9)
+
+
+def build_lattice(field: CostField, numbering: Numbering | None = None) -> Lattice:
+    """Costs of the moves of a map for one model and one objective.
+
+    Args:
+        field: map and costs, with no ground to be avoided: see ``Lattice.factor``.
+        numbering: of a field for the same map and model, if there is one.
+    """
+    numbering = number_nodes(field) if numbering is None else numbering
+    beside = _beside(MOVES)
+    shares = np.hypot(MOVES[:, 0] * field.dx, MOVES[:, 1] * field.dy)
+    shares *= np.where(beside.any(axis=1), 0.25, 0.5)
+    table = np.full((field.best.shape[0], SIDE * SIDE, COUNT), np.inf, np.float32)
+    rows = np.linspace(0, SIDE, 3).astype(int)
+    directions = np.arctan2(MOVES[:, 1] * field.dy, MOVES[:, 0] * field.dx)
+    with ThreadPoolExecutor(max_workers=2) as pool:
+        for task in [
+            pool.submit(_fill_table, field, _reach(field), directions, shares, table, a, b)
+            for a, b in zip(rows[:-1], rows[1:], strict=True)
+        ]:
+            task.result()
+    finite = np.isfinite(field.best)
+    cheapest = float(field.best[finite].min(initial=math.inf)) + min(0.0, float(field.extra.min()))
+    return Lattice(
+        numbering.slopes,
+        table,
+        MOVES,
+        beside,
+        numbering.row,
+        np.full((numbering.count, COUNT), np.nan, np.float32),
+        np.ones((1, 1)),
+        max(cheapest, 1e-3) if math.isfinite(cheapest) else 1e-3,
+    )
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _number_slopes(field: Any, reach: float, slopes: Any, first: int, last: int) -> None:
+    ny, nx = field.heights.shape
+    half = (SIDE - 1) // 2
+    for j in range(first, last):
+        south, north = max(j - 1, 0), min(j + 1, ny - 1)
+        for i in range(nx):
+            slopes[j, i] = CLOSELY
+            if field.steep[j, i]:
+                continue
+            crowded = False
+            for b in range(max(j - 2, 0), min(j + 3, ny)):
+                for a in range(max(i - 2, 0), min(i + 3, nx)):
+                    crowded |= field.mask[b, a] != ALL_YAWS
+            if crowded:
+                continue
+            west, east = max(i - 1, 0), min(i + 1, nx - 1)
+            px = (field.heights[j, east] - field.heights[j, west]) / ((east - west) * field.dx)
+            py = (field.heights[north, i] - field.heights[south, i]) / ((north - south) * field.dy)
+            u = int(math.floor(px / reach * half + 0.5))
+            v = int(math.floor(py / reach * half + 0.5))
+            if abs(u) <= half and abs(v) <= half:
+                slopes[j, i] = (v + half) * SIDE + u + half
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _fill_table(
+    field: Any, reach: float, directions: Any, shares: Any, table: Any, first: int, last: int
+) -> None:
+    half = (SIDE - 1) // 2
+    for v in range(first, last):
+        for u in range(SIDE):
+            px, py = (u - half) * reach / half, (v - half) * reach / half
+            steepness = math.sqrt(px * px + py * py)
+            azimuth = math.atan2(py, px)
+            for ground in range(table.shape[0]):
+                for m in range(directions.shape[0]):
+                    cost = cost_for_best_yaw(
+                        field.best, field.limit, ground, azimuth - directions[m], steepness, 1.0
+                    )
+                    cost = max(cost + wind_cost(field, directions[m]), 1e-3)
+                    table[ground, v * SIDE + u, m] = cost * shares[m]
+
+
+@njit(cache=True, error_model="numpy")
+def close_cost(field: Any, j: int, i: int, di: int, dj: int) -> float:
+    """Cost of the straight move from node (j, i) by (di, dj); infinity if anything is in the way.
+
+    Slopes are the means of the nodes beside each piece, or those that the finished motion is
+    checked on where a limit may be near.
+    """
+    ny, nx = field.heights.shape
+    dx, dy = field.dx, field.dy
+    ex, ey = di * dx, dj * dy
+    x, y = field.x0 + i * dx, field.y0 + j * dy
+    if field.steep[j, i] or field.steep[j + dj, i + di]:
+        return segment_cost(field, x, y, x + ex, y + ey, field.step)
+    pieces = max(abs(di), abs(dj))
+    length = math.sqrt(ex * ex + ey * ey)
+    direction = math.atan2(ey, ex)
+    ground = field.ground[j, i]
+    total = 0.0
+    for k in range(pieces):
+        u0, v0 = i + di * k / pieces, j + dj * k / pieces
+        u1, v1 = i + di * (k + 1) / pieces, j + dj * (k + 1) / pieces
+        px, py, mask = 0.0, 0.0, ALL_YAWS
+        for u, v in ((u0, v0), (u1, v1)):
+            # Off the nodes both neighbours across the move count, for slope and for room.
+            a0, b0 = int(math.floor(u)), int(math.floor(v))
+            a1, b1 = min(int(math.ceil(u)), nx - 1), min(int(math.ceil(v)), ny - 1)
+            for a, b in ((a0, b0), (a1, b1)):
+                qx, qy = node_slope(field, b, a)
+                px, py = px + 0.25 * qx, py + 0.25 * qy
+                mask &= field.mask[b, a]
+        if mask == np.uint64(0):
+            return np.inf
+        steepness = math.sqrt(px * px + py * py)
+        azimuth = math.atan2(py, px) - direction
+        if mask == ALL_YAWS:
+            cost = cost_for_best_yaw(
+                field.best, field.limit, ground, azimuth, steepness, field.margin
+            )
+        else:
+            cost = masked_cost(field, ground, mask, direction, azimuth, steepness, 0.0, 0.0, False)
+        if cost == np.inf:
+            return np.inf
+        total += max(cost + wind_cost(field, direction), 1e-3)
+    return total * length / pieces
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def node_slope(field: Any, j: int, i: int) -> tuple[float, float]:
+    """Gradient at a node: central differences, one-sided at the border."""
+    ny, nx = field.heights.shape
+    west, east = max(i - 1, 0), min(i + 1, nx - 1)
+    south, north = max(j - 1, 0), min(j + 1, ny - 1)
+    return (
+        (field.heights[j, east] - field.heights[j, west]) / ((east - west) * field.dx),
+        (field.heights[north, i] - field.heights[south, i]) / ((north - south) * field.dy),
+    )

@@ -1,0 +1,13 @@
+"""Energies of many routes between places, for matrices and reachable areas.
+
+leg = driven_leg(situation, field, path, yaws, stop=stop)
+"""
+
+from planner.search.legs.reach_calibration import EdgeRoutes, nearest_nodes
+from planner.search.legs.single_leg import driven_leg
+
+__all__ = [
+    "EdgeRoutes",
+    "driven_leg",
+    "nearest_nodes",
+]

@@ -1,0 +1,143 @@
+"""Routes to the edge of a reachable area, in full: what they take over what the field says.
+
+    routes = EdgeRoutes(situation, field, [onward], yaw, token)
+    routes.drive(places)               # the nodes there that can be reached
+    routes.ratios()                    # x, y, and the ratio there, of all up to now
+
+Two places side by side may come out with routes on different sides of a hill, one of them dearer
+than it need be. So each place also tries the ways of its neighbours that do better.
+"""
+
+from __future__ import annotations
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from planner.arrays import Array
+from planner.cancellation import CancellationToken
+from planner.quantities import STANDARD_GRAVITY
+from planner.search.field import CostField
+from planner.search.grid import CostToGo, grid_path
+from planner.search.legs.single_leg import Leg, Yaws, driven_leg, like_neighbour
+from planner.search.situation import Situation
+
+Point = tuple[float, float]
+Node = tuple[int, int]
+"""Row and column."""
+NEIGHBOURS, PASSES = 4, 3
+"""Places whose ways are tried at another, and how often what was learned is passed on."""
+BETTER = 0.006
+"""Share by which a neighbour's ratio is lower where its way is tried."""
+
+
+def nearest_nodes(field: CostField, points: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Rows and columns of the nodes nearest to points (n, 2)."""
+    ny, nx = field.heights.shape
+    i = np.round((points[:, 0] - field.x0) / field.dx)
+    j = np.round((points[:, 1] - field.y0) / field.dy)
+    return np.clip(j, 0, ny - 1).astype(np.int64), np.clip(i, 0, nx - 1).astype(np.int64)
+
+
+class EdgeRoutes:
+    """Routes from a start to many places, or there and back."""
+
+    def __init__(
+        self,
+        situation: Situation,
+        field: CostField,
+        fields: list[CostToGo],
+        yaw: float | None,
+        token: CancellationToken,
+    ) -> None:
+        self.situation, self.field, self.fields = situation, field, fields
+        self.yaw, self.token = yaw, token
+        self.weight = situation.around.mass * STANDARD_GRAVITY
+        self.legs: dict[Node, tuple[Leg, ...]] = {}
+        self.tried: set[tuple[Node, Node, float]] = set()
+
+    def drive(self, places: list[Point]) -> list[Node]:
+        """Drive to the nodes nearest to places; those of them that can be reached."""
+        rows, columns = nearest_nodes(self.field, np.array(places).reshape(-1, 2))
+        asked = list(dict.fromkeys(zip(rows.tolist(), columns.tolist(), strict=True)))
+        new = [node for node in asked if node not in self.legs]
+        with ThreadPoolExecutor(max_workers=2) as pool:
+            for node, legs in zip(new, pool.map(self._driven, new), strict=True):
+                if legs is not None:
+                    self.legs[node] = legs
+            for _ in range(PASSES):
+                better = dict(pool.map(self._learned, *self._lessons()))
+                self.legs |= {node: legs for node, legs in better.items() if legs is not None}
+                if not any(better.values()):
+                    break
+        return [node for node in asked if node in self.legs]
+
+    def ratio(self, node: Node) -> float:
+        """Dissipated energy over the field's, at a node that was driven to."""
+        spent = sum(leg.dissipated(self.weight) for leg in self.legs[node])
+        return spent / self._expected(node)
+
+    def ratios(self) -> tuple[Array, Array]:
+        """Places (n, 2) that were driven to, m, and the ratios there (n,)."""
+        places = np.array([self._place(node) for node in self.legs]).reshape(-1, 2)
+        return places, np.array([self.ratio(node) for node in self.legs])
+
+    def _place(self, node: Node) -> Point:
+        # At nodes, where the field has its values.
+        return self.field.x0 + node[1] * self.field.dx, self.field.y0 + node[0] * self.field.dy
+
+    def _expected(self, node: Node) -> float:
+        return sum(float(way.values[node]) for way in self.fields)
+
+    def _yaws(self, way: CostToGo) -> Yaws:
+        return (self.yaw, None) if way.onward else (None, None)
+
+    def _driven(self, node: Node) -> tuple[Leg, ...] | None:
+        self.token.check()
+        legs: list[Leg] = []
+        if not math.isfinite(self._expected(node)):
+            return None
+        for way in self.fields:
+            lattice = self.situation.lattice("energy", self.field)
+            path = grid_path(self.field, lattice, way, self._place(node))
+            if path is None:
+                return None
+            leg = driven_leg(self.situation, self.field, path, self._yaws(way), token=self.token)
+            if leg is None:
+                return None
+            legs.append(leg)
+        return tuple(legs)
+
+    def _lessons(self) -> tuple[list[Node], list[Node]]:
+        """Places, and for each a neighbour that does better and whose way was not tried there."""
+        places, ratios = self.ratios()
+        nodes = list(self.legs)
+        pupils: list[Node] = []
+        teachers: list[Node] = []
+        if len(nodes) < 2:
+            return pupils, teachers
+        count = min(NEIGHBOURS + 1, len(nodes))
+        near = np.asarray(cKDTree(places).query(places, count)[1])
+        for n, node in enumerate(nodes):
+            for m in near[n][np.argsort(ratios[near[n]])]:
+                key = node, nodes[m], float(ratios[m])
+                if ratios[m] < (1.0 - BETTER) * ratios[n] and key not in self.tried:
+                    self.tried.add(key)
+                    pupils.append(node)
+                    teachers.append(nodes[m])
+                    break
+        return pupils, teachers
+
+    def _learned(self, node: Node, neighbour: Node) -> tuple[Node, tuple[Leg, ...] | None]:
+        self.token.check()
+        learn = partial(like_neighbour, self.situation, self.field, token=self.token)
+        before = self.legs[node]
+        legs = tuple(
+            leg if other.way is None else learn(leg, other.way, self._yaws(way))
+            for way, leg, other in zip(self.fields, before, self.legs[neighbour], strict=True)
+        )
+        return node, None if all(a is b for a, b in zip(legs, before, strict=True)) else legs

@@ -1,0 +1,128 @@
+"""What a user may ask for: a route, a front of routes, a matrix of energies, the area in reach.
+
+    request = PlanRequest.from_text('{"map": "warehouse", "start": {"x": 1, "y": 1}, ...}')
+
+Ground, robot and circumstances are common to all (scenario).
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field, ValidationInfo, field_validator
+from pydantic_core import PydanticCustomError
+
+from planner.search.requests.places import Goal, Number, PoseRequest
+from planner.search.requests.scenario import SituationRequest, Whole
+
+
+class WayRequest(SituationRequest):
+    """From where to where, over which ground, with which robot."""
+
+    start: PoseRequest = Field(
+        description='where the robot stands, such as {"x": 2, "y": 3, "yaw": 0}',
+        examples=[{"x": 4.0, "y": 4.0, "yaw": 0.0}],
+    )
+    goal: Goal = Field(
+        description='where it shall go: {"x": 20, "y": 8}, anywhere in {"x": 20, "y": 8, '
+        '"radius": 2} or in {"polygon": [[2, 2], [4, 2], [3, 5]]}, or one of {"any": [{"x": 20, '
+        '"y": 8}, {"x": 4, "y": 9}]}',
+        examples=[{"x": 28.0, "y": 30.0}],
+    )
+    via: tuple[PoseRequest, ...] = Field(
+        default=(), max_length=50, description="up to 50 places to pass in this order"
+    )
+
+
+class PlanRequest(WayRequest):
+    """A way, and what a route along it shall be good for."""
+
+    objective: Literal["energy", "time", "length"] = Field(
+        default="energy", description='what to minimise: "energy", "time" or "length"'
+    )
+    max_duration_s: Number | None = Field(
+        default=None,
+        gt=0,
+        description='s within which to arrive, above 0; only for the objective "energy"',
+    )
+    alternatives: Whole = Field(
+        default=1, ge=1, le=5, description="how many different routes, a whole number from 1 to 5"
+    )
+    seed: Whole = Field(
+        default=0,
+        ge=0,
+        le=2**32 - 1,
+        description="of the random numbers, a whole number from 0 to 4294967295",
+    )
+    time_budget_s: Number = Field(
+        default=2.0, gt=0, le=600, description="seconds to search, above 0 up to 600"
+    )
+    iterations: Whole | None = Field(
+        default=None,
+        ge=1,
+        le=10**9,
+        description="iterations to search instead of the time budget, which makes the answer "
+        "reproducible; a whole number of at least 1",
+    )
+    certify_s: Number | None = Field(
+        default=None,
+        gt=0,
+        le=600,
+        description="seconds for a closer lower bound, above 0 up to 600; left out, the quick one",
+    )
+    planner: Literal["auto", "tube", "plane", "grid"] = Field(
+        default="auto",
+        description='how to search: "auto" (the grid, then OMPL for the time that is given), '
+        '"tube" (OMPL round the grid\'s route), "plane" (OMPL over the whole map) or "grid"',
+    )
+
+    @field_validator("max_duration_s")
+    @classmethod
+    def _for_energy(cls, value: float | None, info: ValidationInfo) -> float | None:
+        if value is not None and info.data.get("objective", "energy") != "energy":
+            raise PydanticCustomError("not_energy", "is given beside another objective")
+        return value
+
+
+class FrontRequest(WayRequest):
+    """A way, and how many routes shall show what its time costs in energy."""
+
+    points: Whole = Field(
+        default=7,
+        ge=2,
+        le=30,
+        description="how many routes at most, a whole number from 2 to 30",
+    )
+
+
+class MatrixRequest(SituationRequest):
+    """The energy from each of some places to each of others."""
+
+    starts: tuple[PoseRequest, ...] = Field(
+        min_length=1,
+        max_length=1000,
+        description='1 to 1000 places to start from, such as [{"x": 2, "y": 3}, {"x": 8, "y": 1}]',
+    )
+    goals: tuple[PoseRequest, ...] | None = Field(
+        default=None,
+        min_length=1,
+        max_length=1000,
+        description="1 to 1000 places to go to; left out, the starts",
+    )
+
+
+class ReachRequest(SituationRequest):
+    """How far an energy takes the robot."""
+
+    start: PoseRequest = Field(
+        description='where the robot stands, such as {"x": 2, "y": 3}',
+        examples=[{"x": 4.0, "y": 4.0}],
+    )
+    energy_j: Number | None = Field(
+        default=None,
+        gt=0,
+        description="J to spend, above 0; left out, what is in the vehicle's battery",
+    )
+    and_back: bool = Field(
+        default=False, description="whether the energy has to last for the way back as well"
+    )

@@ -1,0 +1,65 @@
+"""How finely searches look at yaw, direction, slope and speed, and the reserves that they keep.
+
+    from planner.search.resolution import DIRECTIONS, YAWS
+
+Compiled code reads these numbers as constants. They stand here because several rooms share them; a
+number that one room alone uses stands there.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+OBJECTIVES = {"energy": 0, "time": 1, "length": 2}
+
+YAWS, DIRECTIONS, STEEPNESSES = 64, 72, 17
+"""Entries of the tables of steady costs: yaw to the travel, direction, share of the slope limit."""
+GENTLE = 161
+"""Slopes along each axis of the table ``gentle``."""
+MARGIN = 0.985
+"""Share of the true slope limit that search may use, so that what it finds stays drivable."""
+
+YAW_BINS = 32
+"""Bins of the body's yaw in the mask; its rectangle looks the same after half a turn."""
+ALL_YAWS = np.uint64((1 << YAW_BINS) - 1)
+"""The mask of a node at which every yaw is free."""
+SPARE = 0.02
+"""m beyond the clearance that the search keeps, for what happens between its samples."""
+
+STATES = 64
+"""Angles to the travel at which the body may stand."""
+WIDTH = 2.0 * math.pi / STATES
+"""rad from one to the next."""
+TURNS = 24
+"""Bends of the table of what turning on the move adds."""
+STILL = 1e-9
+"""rad: what turns less does not turn."""
+
+SLOWEST = 0.05
+"""Share of full speed below which the robot stops rather than creeps."""
+CREEP = (0.0, SLOWEST, 0.1, 0.16)
+"""Standstill and three speeds to creep round corners, as shares of full speed."""
+LEVELS = len(CREEP) + 20
+"""Levels of speed: those of ``CREEP``, and an even grid of the squared speed."""
+EVENLY = (LEVELS - len(CREEP)) ** -0.5
+"""Share of the largest speed from which the grid of the squared speed is even."""
+
+
+def grid_moves() -> NDArray[np.int64]:
+    """Offsets (16, 2) in columns and rows, by angle."""
+    moves = {
+        (sx * x, sy * y)
+        for a, b in ((1, 0), (1, 1), (2, 1))
+        for x, y in ((a, b), (b, a))
+        for sx in (1, -1)
+        for sy in (1, -1)
+    }
+    return np.array(sorted(moves, key=lambda m: math.atan2(m[1], m[0])), np.int64)
+
+
+MOVES = grid_moves()
+"""Moves of a robot at a node of the grid: coprime offsets of up to two cells."""
+COUNT = len(MOVES)

@@ -1,0 +1,12 @@
+"""Search in x, y and yaw at once: paths along which the body can turn in time.
+
+path = pose_path(situation, field, "energy", start, goal, stop=stop)
+"""
+
+from planner.search.se2.hybrid_search import PosePath, keeping_yaw, pose_path
+
+__all__ = [
+    "PosePath",
+    "keeping_yaw",
+    "pose_path",
+]

@@ -1,0 +1,197 @@
+"""One map, one robot, one model under given conditions: the costs and fields that follow.
+
+    situation = Situation(ground, around)
+    ahead = situation.ahead("energy", goal)          # least cost from everywhere, kept
+
+Everything here is kept for further requests (planner.cache): tables of steady costs by model
+and conditions, the lattice by map and table, fields by goal.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.arrays import Array
+from planner.cache import CACHE
+from planner.cancellation import CancellationToken
+from planner.power.model import PowerModel
+from planner.power.vehicles import Vehicle, load_vehicle
+from planner.search.conditions import Circumstances, circumstances
+from planner.search.field import CostField
+from planner.search.grid import (
+    CostToGo,
+    Lattice,
+    build_lattice,
+    cost_to_go,
+    grid_path,
+    number_nodes,
+)
+from planner.search.requests import SituationRequest
+from planner.search.resolution import MARGIN, OBJECTIVES
+from planner.search.situation.traversability import DrivingGround, driving_ground
+from planner.search.steady import SteadyCosts, steady_costs
+from planner.search.turns import turning
+from planner.terrain.catalogue import open_map
+from planner.terrain.heightmap import Terrain
+
+Point = tuple[float, float]
+KINDS = ("sound", "printed/A", "printed/B")
+LARGE = 2_000_000
+"""Nodes from which a map is large."""
+CORNER = {"energy": 0.13, "time": 0.02}
+"""Toll of a corner as a share of what a stop costs: of 0.03 to 0.4 the best on fractal relief."""
+
+
+def load_model(request: SituationRequest) -> PowerModel:
+    """The power model that a request names: a vehicle, a saved model, or a kind of model."""
+    if request.model is None:
+        return PowerModel.from_vehicle(
+            load_vehicle(request.vehicle or SituationRequest.default_vehicle)
+        )
+    if request.model in KINDS:
+        return PowerModel.from_vehicle(
+            load_vehicle(SituationRequest.default_vehicle), kind=request.model
+        )
+    return PowerModel.load(Path(request.model))
+
+
+def situation_of(
+    request: SituationRequest, *, terrain: Terrain | None = None, model: PowerModel | None = None
+) -> Situation:
+    """The situation that a request names.
+
+    Args:
+        request: ground, robot and circumstances.
+        terrain, model: already there, instead of those that the request names.
+
+    Raises:
+        MapError, VehicleError, ModelError: something that it names cannot be used.
+    """
+    model = load_model(request) if model is None else model
+    terrain = open_map(request.map) if terrain is None else terrain
+    if request.avoid:
+        # rasterio is slow to import: only where it is used.
+        from planner.search.situation.exclusion_zones import without_areas
+
+        terrain = without_areas(terrain, request)
+    return Situation(ground_for(terrain, model.vehicle), circumstances(request, model, terrain))
+
+
+def ground_for(terrain: Terrain, vehicle: Vehicle) -> DrivingGround:
+    """The driving ground of a map for a vehicle."""
+    return CACHE.get(
+        ("ground", ground_key(terrain, vehicle)), lambda: driving_ground(terrain, vehicle)
+    )
+
+
+def ground_key(terrain: Terrain, vehicle: Vehicle) -> tuple[str, str]:
+    """What tells one driving ground from another."""
+    shape = (vehicle.length, vehicle.width, vehicle.limits.clearance, vehicle.layout.radius)
+    return terrain.fingerprint, repr((shape, vehicle.layout.table.tolist()))
+
+
+@dataclass(frozen=True)
+class Situation:
+    """A map and a model under the conditions of a request.
+
+    Attributes:
+        ground: the map as the robot feels it.
+        around: model, conditions and limits.
+    """
+
+    ground: DrivingGround
+    around: Circumstances
+
+    @property
+    def large(self) -> bool:
+        """Whether a search for one start fills nothing for others, and is not kept."""
+        return self.ground.heights.size > LARGE
+
+    @cached_property
+    def key(self) -> tuple[object, ...]:
+        """What tells one situation from another."""
+        ground = ground_key(self.ground.terrain, self.around.model.vehicle)
+        return (ground, *self.around.key)
+
+    def costs(self, objective: str) -> SteadyCosts:
+        """Costs of steady driving for "energy", "time" or "length"."""
+        return CACHE.get(
+            ("steady", self.around.key, objective),
+            lambda: steady_costs(self.around.model, self.around.class_rows, objective),
+        )
+
+    def field(
+        self, objective: str, margin: float = MARGIN, factor: Array | None = None
+    ) -> CostField:
+        """Map and costs for an objective.
+
+        Args:
+            objective: "energy", "time" or "length".
+            margin: share of the slope limit that may be used.
+            factor: (ny, nx) on the cost: ground to be avoided.
+        """
+        extra = self.around.wind_by_direction() if objective == "energy" else None
+        return self.ground.field(self.costs(objective), extra=extra, factor=factor, margin=margin)
+
+    def toll(self, objective: str) -> float:
+        """What refinement counts for a corner, beside the costs of the metres."""
+        if objective == "length":
+            return 0.0
+        return CORNER[objective] * turning(self.around, OBJECTIVES[objective]).stop
+
+    def lattice(self, objective: str, field: CostField) -> Lattice:
+        """The moves on the grid for a field of ``field``."""
+        plain = field._replace(factor=np.ones((1, 1)))
+        numbering = CACHE.get(("numbering", self.key[0], field.safe), lambda: number_nodes(plain))
+        return CACHE.get(
+            ("lattice", self.key, objective, field.margin), lambda: build_lattice(plain, numbering)
+        )
+
+    def ahead(
+        self,
+        objective: str,
+        field: CostField,
+        goal: Point,
+        start: Point | None = None,
+        token: CancellationToken | None = None,
+    ) -> CostToGo:
+        """Least cost from everywhere to the goal; no more than ``start`` needs if that will do.
+
+        The whole map is worth its time when a second start asks for the way to the same goal,
+        where the map is not too large.
+        """
+        lattice = self.lattice(objective, field)
+        key = ("ahead", self.key, objective, field.margin, goal)
+        found: CostToGo | None = CACHE.find(key) if field.factor.size == 1 else None
+        if found is not None and found.start in (None, start):
+            return found
+        again = found is not None and not self.large
+        found = cost_to_go(field, lattice, goal, start=None if again else start, token=token)
+        if field.factor.size == 1 and not (self.large and found.start):
+            CACHE.put(key, found)
+        return found
+
+    def onward(
+        self, field: CostField, start: Point, token: CancellationToken | None = None
+    ) -> CostToGo:
+        """Least energy cost from a start to everywhere."""
+        lattice = self.lattice("energy", field)
+        key = ("onward", self.key, field.margin, start)
+        return CACHE.get(key, lambda: cost_to_go(field, lattice, start, onward=True, token=token))
+
+    def path(
+        self,
+        objective: str,
+        field: CostField,
+        start: Point,
+        goal: Point,
+        token: CancellationToken | None = None,
+    ) -> NDArray[np.float64] | None:
+        """Polyline (k, 2) of the least-cost moves, or None if there is no way."""
+        ahead = self.ahead(objective, field, goal, start, token)
+        return grid_path(field, self.lattice(objective, field), ahead, start)

@@ -1,0 +1,193 @@
+"""A terrain seen from one vehicle: where it rides, where it fits, where a limit may be near.
+
+ground = driving_ground(terrain, vehicle)
+field = ground.field(costs)                # what the compiled search reads
+"""
+
+from __future__ import annotations
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter
+
+from planner.power.kinematics import X, Y
+from planner.power.vehicles import Vehicle
+from planner.search.field import CostField
+from planner.search.resolution import DIRECTIONS, MARGIN, SPARE, YAW_BINS
+from planner.search.steady import SteadyCosts
+from planner.terrain.heightmap import Terrain
+from planner.terrain.interpolation import interpolate, interpolate_many
+from planner.terrain.obstacles import yaw_mask
+
+MOST_NODES = 1_000_000
+"""Nodes that dividing cells may lead to."""
+STEEP = 0.94
+"""Share of the safe slope from which a limit may be near between the points that are looked at."""
+
+
+@dataclass(frozen=True)
+class DrivingGround:
+    """A terrain seen from one vehicle.
+
+    Where the map has cells too coarse for the body to find its way between obstacles, they are
+    divided, and all arrays here are of the finer grid.
+
+    Attributes:
+        origin, cell: m, centre of node [0, 0] and distance of the nodes.
+        ground: (ny, nx) ground class of the cells.
+        heights: (ny, nx) m, averaged over the footprint: the height at which the robot rides.
+        blocked: (ny, nx) cells that no part of the body may cover.
+        mask: (ny, nx) bit k is set where the body fits with yaw k·π/YAW_BINS.
+        half_length, half_width: m, of the body with clearance and ``SPARE``.
+        step_height: m, edge that counts as a ledge.
+        steepest: (ny, nx) largest tan(slope) within three cells of a node.
+    """
+
+    terrain: Terrain
+    origin: tuple[float, float]
+    cell: tuple[float, float]
+    ground: NDArray[np.uint8]
+    heights: NDArray[np.float64]
+    blocked: NDArray[np.bool_]
+    mask: NDArray[np.uint32]
+    half_length: float
+    half_width: float
+    step_height: float
+    steepest: NDArray[np.float32]
+
+    @property
+    def nbytes(self) -> int:
+        """Memory that is kept."""
+        arrays = (self.ground, self.heights, self.blocked, self.mask, self.steepest)
+        return sum(array.nbytes for array in arrays)
+
+    def preferring_room(self, weight: float) -> NDArray[np.float64]:
+        """Factor (ny, nx) on the cost: 1 in the open, 1 + weight where hardly any yaw fits."""
+        free = np.bitwise_count(self.mask).astype(np.float64) / YAW_BINS
+        return np.asarray(1.0 + weight * (1.0 - free))
+
+    def field(
+        self,
+        costs: SteadyCosts,
+        *,
+        extra: NDArray[np.float64] | None = None,
+        factor: NDArray[np.float64] | None = None,
+        margin: float = MARGIN,
+    ) -> CostField:
+        """What the compiled search reads, with these tables of steady costs."""
+        # The limit is negative on ground that cannot be driven at all: no slope is safe then.
+        safe = max(0.0, min(costs.reach, margin * float(costs.limit.min())))
+        return CostField(
+            self.heights,
+            self.mask,
+            self.blocked,
+            self.ground,
+            float(self.origin[0]),
+            float(self.origin[1]),
+            float(self.cell[0]),
+            float(self.cell[1]),
+            self.half_length,
+            self.half_width,
+            costs.by_yaw,
+            costs.yaw_limit,
+            costs.lean,
+            costs.best,
+            costs.limit,
+            costs.order,
+            np.zeros(DIRECTIONS) if extra is None else extra,
+            np.ones((1, 1)) if factor is None else factor,
+            margin,
+            0.5 * float(min(self.cell)),
+            self.steepest > STEEP * safe,
+            costs.gentle,
+            costs.reach,
+            safe,
+        )
+
+
+def step_height(vehicle: Vehicle) -> float:
+    """Largest step, m, that a wheel climbs without a run: half its radius."""
+    return 0.5 * vehicle.layout.radius
+
+
+def driving_ground(terrain: Terrain, vehicle: Vehicle) -> DrivingGround:
+    """Work out what one vehicle feels on a terrain; kept by the caller for further routes."""
+    table = vehicle.layout.table
+    half_footprint = 0.5 * (np.abs(table[:, X]).max() + np.abs(table[:, Y]).max())
+    heights = np.ascontiguousarray(terrain.riding_surface(half_footprint))
+    blocked = terrain.blocked_cells(step_height(vehicle))
+    clearance = vehicle.limits.clearance
+    half_length = 0.5 * vehicle.length + clearance + SPARE
+    half_width = 0.5 * vehicle.width + clearance + SPARE
+    parts = _division(blocked, terrain.cell, half_width, vehicle.length)
+    origin, cell, ground = terrain.origin, terrain.cell, terrain.ground
+    if parts > 1:
+        origin = (
+            origin[0] - 0.5 * cell[0] * (1.0 - 1.0 / parts),
+            origin[1] - 0.5 * cell[1] * (1.0 - 1.0 / parts),
+        )
+        ny, nx = heights.shape
+        x = origin[0] + cell[0] / parts * np.arange(nx * parts)
+        y = origin[1] + cell[1] / parts * np.arange(ny * parts)
+        grid_x, grid_y = np.meshgrid(x, y)
+        heights = interpolate_many(
+            heights, *terrain.origin, *terrain.cell, grid_x.ravel(), grid_y.ravel()
+        )[0].reshape(grid_x.shape)
+        blocked = blocked.repeat(parts, 0).repeat(parts, 1)
+        ground = ground.repeat(parts, 0).repeat(parts, 1)
+        cell = (cell[0] / parts, cell[1] / parts)
+    return DrivingGround(
+        terrain,
+        origin,
+        cell,
+        np.ascontiguousarray(ground),
+        np.ascontiguousarray(heights),
+        np.ascontiguousarray(blocked),
+        yaw_mask(blocked, *cell, half_length, half_width, YAW_BINS).astype(np.uint32),
+        half_length,
+        half_width,
+        step_height(vehicle),
+        maximum_filter(_steepest(np.ascontiguousarray(heights), *cell), size=7),
+    )
+
+
+def _steepest(heights: NDArray[np.float64], dx: float, dy: float) -> NDArray[np.float32]:
+    """Largest tan(slope) at nine points of every cell."""
+    result = np.empty(heights.shape, np.float32)
+    half = len(heights) // 2
+    with ThreadPoolExecutor(max_workers=2) as pool:
+        for part in ((0, half), (half, len(heights))):
+            pool.submit(_fill_steepest, heights, dx, dy, result, *part)
+    return result
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _fill_steepest(heights: Any, dx: float, dy: float, result: Any, first: int, last: int) -> None:
+    for j in range(first, last):
+        for i in range(heights.shape[1]):
+            most = 0.0
+            for b in (-1.0, 0.0, 1.0):
+                for a in (-1.0, 0.0, 1.0):
+                    x, y = (i + a / 3.0) * dx, (j + b / 3.0) * dy
+                    _, px, py = interpolate(heights, 0.0, 0.0, dx, dy, x, y)
+                    most = max(most, px * px + py * py)
+            result[j, i] = math.sqrt(most)
+
+
+def _division(
+    blocked: NDArray[np.bool_], cell: tuple[float, float], half_width: float, length: float
+) -> int:
+    """Into how many parts to divide a cell's sides, so that the body finds gaps between cells."""
+    coarse = max(cell)
+    if not blocked.any() or coarse > 2.0 * length:
+        return 1
+    parts = math.ceil(coarse / (0.5 * half_width) - 1e-9)
+    while parts > 1 and blocked.size * parts**2 > MOST_NODES:
+        parts -= 1
+    return parts

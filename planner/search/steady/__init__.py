@@ -1,0 +1,24 @@
+"""What a metre of steady driving costs on a slope, tabulated over yaw, direction and steepness.
+
+    costs = steady_costs(model, class_rows, "energy")        # SteadyCosts, arrays
+
+The other names look these tables up from compiled code.
+"""
+
+from planner.search.steady.steady_cost import (
+    SteadyCosts,
+    cost_for_best_yaw,
+    costs_for_yaws,
+    lean_for_yaw,
+    polar,
+)
+from planner.search.steady.steady_cost_tables import steady_costs
+
+__all__ = [
+    "SteadyCosts",
+    "cost_for_best_yaw",
+    "costs_for_yaws",
+    "lean_for_yaw",
+    "polar",
+    "steady_costs",
+]

@@ -1,0 +1,18 @@
+"""Routes for a price of time: the front of energy and duration, and routes by a deadline.
+
+front, searches = filled_in(search, ends_of(search), most=7)
+route, reason = in_time(run, 120.0)
+"""
+
+from planner.search.tradeoff.deadline import in_time
+from planner.search.tradeoff.hull import chord_price, ends_of, filled_in
+from planner.search.tradeoff.weighted_objective import PricedSearch, Ridden
+
+__all__ = [
+    "PricedSearch",
+    "Ridden",
+    "chord_price",
+    "ends_of",
+    "filled_in",
+    "in_time",
+]

@@ -1,0 +1,79 @@
+"""The route of least energy that arrives within so many seconds.
+
+    route, reason = in_time(run, 120.0)
+
+The front of duration against energy (planner.search.front) is looked at only where it crosses the
+limit: the two neighbours on either side are brought closer by the price of their chord. Then the
+ways of both are driven at prices of time that close in on the limit, since the same way with other
+speeds fills the gap between two corners of the front.
+"""
+
+from __future__ import annotations
+
+from planner.amounts import seconds
+from planner.search.results import Route
+from planner.search.solve import Run
+from planner.search.tradeoff.hull import between, ends_of, lower_hull
+from planner.search.tradeoff.weighted_objective import PricedSearch, Ridden
+
+SEARCHES = 4
+"""Prices of chords that are searched at."""
+RIDES = 10
+"""Prices at which each of the two ways is driven: doubled until it is quick enough, then halved."""
+
+
+def in_time(run: Run, most_s: float) -> tuple[Route | None, str]:
+    """The route of least energy that takes no longer, or None and why there is none.
+
+    Args:
+        run: the question; its objective is energy, its goal may be a region.
+        most_s: s from start to goal.
+    """
+    search = PricedSearch(run)
+    front = pool = ends_of(search)
+    if not front:
+        return None, search.reason
+    for _ in range(SEARCHES):
+        run.step(0.6, "routes that arrive in time")
+        quick, slow = _round(front, most_s)
+        if quick is None or slow is None:
+            break
+        found = between(search, quick, slow)
+        if found is None:
+            break
+        pool = [*pool, found]
+        front = lower_hull(pool)
+    quick, slow = _round(front, most_s)
+    if quick is None:
+        return None, (
+            f"the fastest route that was found takes {seconds(front[0].route.duration_s)}, "
+            f"and {seconds(most_s)} are allowed"
+        )
+    rides = [*pool, *(ride for way in (quick, slow) if way for ride in _rides(search, way, most_s))]
+    good = [ride.route for ride in rides if ride.route.duration_s <= most_s]
+    return min(good, key=lambda route: route.energy_j), ""
+
+
+def _round(front: list[Ridden], most_s: float) -> tuple[Ridden | None, Ridden | None]:
+    """The neighbours on the front that are just quick enough, and just not; None beyond an end."""
+    quick = [r for r in front if r.route.duration_s <= most_s]
+    slow = [r for r in front if r.route.duration_s > most_s]
+    return (quick[-1] if quick else None), (slow[0] if slow else None)
+
+
+def _rides(search: PricedSearch, way: Ridden, most_s: float) -> list[Ridden]:
+    """Motions on one way at prices of time that close in on a duration."""
+    rides: list[Ridden] = []
+    low, high = 0.0, 0.0
+    watts = max(way.route.energy_j / max(way.route.duration_s, 1e-9), 1e-3)
+    for _ in range(RIDES):
+        ride = search.along(way, watts)
+        if ride is None:
+            break
+        rides.append(ride)
+        if ride.route.duration_s > most_s:
+            low = watts
+        else:
+            high = watts
+        watts = 0.5 * (low + high) if high > 0.0 else 4.0 * watts
+    return rides

@@ -1,0 +1,150 @@
+"""The lower convex hull of energy over duration: its ends, and its corners by chords.
+
+    ends = ends_of(search)                      # the fastest … that of least energy
+    front, searches = filled_in(search, ends, most=7)
+
+``search`` is a PricedSearch, which finds a route for a price of time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
+
+import numpy as np
+
+from planner.search.results import Route
+from planner.search.tradeoff.weighted_objective import PricedSearch, Ridden
+
+HURRIED = 10.0
+"""Price of time over the mean power at which quick ways are searched for."""
+CHEAP, DEAR = 1e-2, 1e2
+"""Prices of time over the mean power beyond which hardly anything but energy, or time, counts."""
+WORTHWHILE = 0.01
+"""Share of a chord's energy by which a route has to lie below it."""
+
+
+def ends_of(search: PricedSearch) -> list[Ridden]:
+    """Routes from the fastest to that of least energy; none where there is no way."""
+    frugal = search.at(0.0)
+    if frugal is None:
+        return []
+    power = _power(frugal.route)
+    if power == 0.0:
+        return [frugal]
+    search.run.step(0.1, "least time")
+    # Whatever is found counts for both ends, as it does for a single route.
+    with ThreadPoolExecutor(max_workers=2) as pool:
+        tasks = [
+            pool.submit(search.at, HURRIED * power),
+            *(pool.submit(search.by, objective) for objective in ("time", "length")),
+        ]
+    others = [task.result() for task in tasks]
+    return _polished(search, [frugal, *(route for route in others if route is not None)])
+
+
+def between(search: PricedSearch, quick: Ridden, frugal: Ridden) -> Ridden | None:
+    """The best route at the price of a chord; None where it does not lie below the chord."""
+    watts = chord_price(quick, frugal)
+    tried = (search.at(watts), search.along(quick, watts), search.along(frugal, watts))
+    best = min(
+        (route for route in tried if route is not None),
+        key=lambda r: r.cost(watts),
+        default=quick,
+    )
+    spread = quick.route.energy_j - frugal.route.energy_j
+    return best if best.cost(watts) < quick.cost(watts) - WORTHWHILE * spread else None
+
+
+def lower_hull(routes: Sequence[Ridden]) -> list[Ridden]:
+    """Corners of the lower convex hull of energy over duration, fastest first.
+
+    Ends that hardly any price of time asks for are left out: they save next to no time, or next to
+    no energy.
+    """
+    hull: list[Ridden] = []
+    for route in sorted(routes, key=lambda r: (r.route.duration_s, r.route.energy_j)):
+        if hull and route.route.energy_j >= hull[-1].route.energy_j:
+            continue
+        while len(hull) > 1 and chord_price(hull[-1], route) >= chord_price(hull[-2], hull[-1]):
+            hull.pop()
+        hull.append(route)
+    while len(hull) > 1 and chord_price(*hull[:2]) > DEAR * _power(hull[1].route):
+        hull.pop(0)
+    while len(hull) > 1 and chord_price(*hull[-2:]) < CHEAP * _power(hull[-2].route):
+        hull.pop()
+    return hull
+
+
+def _polished(search: PricedSearch, found: list[Ridden]) -> list[Ridden]:
+    """The hull, with its outermost ways driven as fast and as frugally as they can be."""
+    pool, done = list(found), set[tuple[int, float]]()
+    while True:
+        front = lower_hull(pool)
+        dear = DEAR * _power(front[-1].route)
+        outermost = [(way, dear) for way in front[:2]] + [(way, 0.0) for way in front[-2:]]
+        tries = [(way, watts) for way, watts in outermost if (id(way.legs), watts) not in done]
+        if not tries:
+            return front
+        for way, watts in tries:
+            done.add((id(way.legs), watts))
+            ridden = search.along(way, watts)
+            pool += [] if ridden is None else [ridden]
+
+
+def filled_in(search: PricedSearch, ends: list[Ridden], most: int) -> tuple[list[Ridden], int]:
+    """A front of at most so many routes, and how many prices were searched at."""
+    front, pool, done = ends, list(ends), set[tuple[int, int]]()
+    with ThreadPoolExecutor(max_workers=2) as threads:
+        while len(front) < most and len(done) < most:
+            pairs = [pair for pair in pairwise(front) if _identity(pair) not in done]
+            if not pairs:
+                break
+            search.run.step(0.2 + 0.7 * len(done) / most, "prices of time")
+            pairs.sort(key=lambda pair: _length(pair, front), reverse=True)
+            chosen = pairs[: min(2, most - len(front))]
+            done |= {_identity(pair) for pair in chosen}
+            found = threads.map(lambda pair: between(search, *pair), chosen)
+            pool += [route for route in found if route is not None]
+            front = lower_hull(pool)
+    front = _polished(search, pool)
+    while len(front) > most:
+        # Without the corner that lies least below the chord of its neighbours.
+        front.pop(min(range(1, len(front) - 1), key=lambda k: _height(front[k - 1 : k + 2])))
+    return front, len(done)
+
+
+def chord_price(quick: Ridden, frugal: Ridden) -> float:
+    """W at which both cost the same: J that the quick one takes more for each second it saves."""
+    later = frugal.route.duration_s - quick.route.duration_s
+    more = quick.route.energy_j - frugal.route.energy_j
+    return more / later if later > 0.0 else math.inf
+
+
+def _power(route: Route) -> float:
+    """Mean W of a route, what comes back counted as positive."""
+    steps = np.diff(route.arrays["t"], prepend=0.0)
+    return float(np.abs(route.arrays["watts"]) @ steps) / max(route.duration_s, 1e-9)
+
+
+def _identity(pair: tuple[Ridden, Ridden]) -> tuple[int, int]:
+    return id(pair[0]), id(pair[1])
+
+
+def _length(pair: tuple[Ridden, Ridden], front: Sequence[Ridden]) -> float:
+    """Length of a chord, with the front's spans of energy and of duration as units."""
+    quick, frugal = (r.route for r in pair)
+    first, last = front[0].route, front[-1].route
+    return math.hypot(
+        (quick.energy_j - frugal.energy_j) / (first.energy_j - last.energy_j),
+        (quick.duration_s - frugal.duration_s) / (first.duration_s - last.duration_s),
+    )
+
+
+def _height(three: Sequence[Ridden]) -> float:
+    """J by which the second of three routes lies below the chord of the others."""
+    quick, middle, frugal = three
+    watts = chord_price(quick, frugal)
+    return quick.cost(watts) - middle.cost(watts)

@@ -1,0 +1,129 @@
+"""The best route for a price of time: energy plus so many joules for every second.
+
+    search = PricedSearch(run)
+    found = search.at(50.0)                    # the whole search, 50 W
+    quicker = search.along(found, 200.0)       # the same way with yaw and speeds for 200 W
+
+The search runs as for energy, with a model that draws the price as well
+(planner.power.price_of_time): field, refinement, yaw and speed all minimise E + λ·T. The motion is
+then priced by the model without it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from planner.arrays import Array
+from planner.power.price_of_time import with_price_of_time
+from planner.search.field import CostField
+from planner.search.goals import settled
+from planner.search.resolution import MARGIN
+from planner.search.results import Route, drive, price
+from planner.search.situation import Situation
+from planner.search.solve import Run, on_grid
+from planner.search.wanted_yaw import Wanted
+
+
+@dataclass(frozen=True)
+class PricedSituation(Situation):
+    """A situation with a price of time in its model.
+
+    Attributes:
+        plain: the same without it.
+        watts: the price.
+    """
+
+    plain: Situation
+    watts: float
+
+    @classmethod
+    def of(cls, plain: Situation, watts: float) -> PricedSituation:
+        """A situation with every second priced at so many W."""
+        model = with_price_of_time(plain.around.model, watts)
+        return cls(plain.ground, replace(plain.around, model=model), plain, watts)
+
+    def toll(self, objective: str) -> float:
+        """What refinement counts for a corner: that of the energy, and the priced one of time."""
+        return self.plain.toll(objective) + self.watts * self.plain.toll("time")
+
+
+@dataclass(frozen=True)
+class Ridden:
+    """A route and the way that it was made of.
+
+    Attributes:
+        route: priced by the model without a price of time.
+        legs: polylines (k, 2) from one fixed place to the next.
+        yaws: asked for at the fixed places, None where it is free.
+        margin: share of the slope limit with which the way was found.
+    """
+
+    route: Route
+    legs: tuple[Array, ...]
+    yaws: tuple[Wanted, ...]
+    margin: float
+
+    def cost(self, price: float) -> float:
+        """J with every second at ``price`` W."""
+        return self.route.energy_j + price * self.route.duration_s
+
+
+class PricedSearch:
+    """Searches for the same question at any price of time.
+
+    Args:
+        run: the question.
+
+    Attributes:
+        reason: why the first search that failed found no route.
+    """
+
+    def __init__(self, run: Run) -> None:
+        self.run = run
+        self.reason = ""
+
+    def at(self, watts: float) -> Ridden | None:
+        """The best route that the grid with refinement finds at a price, W.
+
+        A goal that is a region is settled for that price.
+        """
+        run = settled(replace(self.run, situation=self._priced(watts)), "energy")
+        return self._found(run, "energy")
+
+    def by(self, objective: str) -> Ridden | None:
+        """The best route of the grid for an objective alone, "time" or "length"."""
+        return self._found(settled(self.run, objective), objective)
+
+    def _found(self, run: Run, objective: str) -> Ridden | None:
+        attempt = on_grid(run, run.field(objective, MARGIN), objective)
+        if attempt.route is None or attempt.refined is None:
+            self.reason = self.reason or attempt.reason
+            return None
+        legs = tuple(leg for leg, _ in attempt.refined)
+        return self._ridden(attempt.route, legs, tuple(run.yaws), attempt.field)
+
+    def along(self, known: Ridden, watts: float) -> Ridden | None:
+        """The best motion on a known way at a price, W; None where it breaks a limit."""
+        self.run.check()
+        situation = self._priced(watts)
+        field = situation.field("energy", known.margin)
+        route = drive(field, situation.around, known.legs, known.yaws, objective=0)
+        if not isinstance(route, Route):
+            return None
+        return self._ridden(route, known.legs, known.yaws, field)
+
+    def _priced(self, watts: float) -> Situation:
+        plain = self.run.situation
+        return PricedSituation.of(plain, watts) if watts > 0.0 else plain
+
+    def _ridden(
+        self,
+        route: Route,
+        legs: tuple[Array, ...],
+        yaws: tuple[Wanted, ...],
+        field: CostField,
+    ) -> Ridden:
+        assert route.motion is not None  # as ``drive`` leaves it
+        charge = self.run.request.conditions.battery_charge
+        honest = price(field, self.run.around, route.motion, charge=charge)
+        return Ridden(honest, legs, yaws, field.margin)

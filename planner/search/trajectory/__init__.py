@@ -1,0 +1,20 @@
+"""From a path to a motion within limits: corners, yaw profile, speed profile, in this order.
+
+motion = move(field, around, legs, yaws, objective=0)    # Motion, or Stuck that says where
+"""
+
+from planner.search.trajectory.drive import CLOSELY, ROUGHLY, Care, move
+from planner.search.trajectory.limit_checks import broken_limits
+from planner.search.trajectory.motion import Motion, motion_rows
+from planner.search.trajectory.turn_on_the_spot import Stuck
+
+__all__ = [
+    "CLOSELY",
+    "ROUGHLY",
+    "Care",
+    "Motion",
+    "Stuck",
+    "broken_limits",
+    "motion_rows",
+    "move",
+]

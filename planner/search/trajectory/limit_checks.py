@@ -1,0 +1,112 @@
+"""Whether a finished motion keeps to all limits everywhere, and what to ask for where it does not.
+
+    broken = broken_limits(field, around, motion)        # samples, fifteen a cell
+    ease(broken, motion, track, fastest, hardest)        # caps for another speed programme
+
+The programmes for yaw and speed look at few points of every step. Ground between them may be
+steeper, and at the faster end of a ramp a motor needs more voltage.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from planner.arrays import Array
+from planner.power.limits import BRIEFLY, LIMIT_NAMES, broken_in_results
+from planner.search.conditions import Circumstances
+from planner.search.field import CostField
+from planner.search.trajectory.motion import Motion, motion_rows
+from planner.search.trajectory.track import Track
+
+FINENESS, FINEST = 0.2, 0.05
+"""Cells that three samples stand for: while motions are repaired, and where one is the answer."""
+SLOWER, GENTLER = 0.94, 0.75
+"""Factors on the speed, and on the acceleration, where a limit was broken."""
+HARDLY = 0.02
+"""Share of the largest acceleration below which the speed is eased instead."""
+
+
+@dataclass(frozen=True)
+class Broken:
+    """Samples of a motion at which a limit is broken.
+
+    Attributes:
+        steps: (n,) of the motion.
+        limits: (n,) numbers into LIMIT_NAMES.
+    """
+
+    steps: NDArray[np.int64]
+    limits: NDArray[np.int64]
+
+    def __bool__(self) -> bool:
+        return len(self.steps) > 0
+
+    @property
+    def what(self) -> str:
+        """The first one in words."""
+        return f"the limit of {LIMIT_NAMES[self.limits[0]]} is broken"
+
+
+def broken_limits(
+    field: CostField, around: Circumstances, motion: Motion, *, finely: bool = False
+) -> Broken:
+    """Where a motion breaks a limit; turns on the spot were checked when they were chosen.
+
+    Args:
+        field, around, motion: map, model and what is checked.
+        finely: as closely as a motion is checked that is the answer.
+    """
+    fineness = FINEST if finely else FINENESS
+    rows, _, owner = motion_rows(field, motion, around.class_rows, around.wind, fineness=fineness)
+    found = around.model.power_and_limits(rows)
+    changing = np.abs(np.diff(motion.speed)) > 1e-9
+    brief = changing | (motion.curvatures != 0.0) | (np.abs(np.diff(motion.yaw)) > 1e-9)
+    numbers = _numbers(found, around.limits, brief[owner])
+    moving = np.hypot(np.diff(motion.x), np.diff(motion.y)) > 1e-9
+    at = np.flatnonzero((numbers >= 0) & moving[owner])
+    return Broken(owner[at], numbers[at])
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _numbers(found: Any, limits: Any, brief: Any) -> Any:
+    numbers = np.empty(found.shape[0], np.int64)
+    for k in range(found.shape[0]):
+        numbers[k] = broken_in_results(found[k], limits, BRIEFLY if brief[k] else 1.0)
+    return numbers
+
+
+def ease(
+    broken: Broken,
+    motion: Motion,
+    track: Track,
+    fastest: Array,
+    hardest: Array,
+    eased: NDArray[np.int64],
+) -> None:
+    """Ask for less speed where the voltage does not suffice, else for less acceleration.
+
+    Args:
+        broken: of ``motion``.
+        motion: along ``track``, perhaps with stations of its own.
+        track: stations.
+        fastest, hardest: (steps of the track,) m/s and m/s², lowered in place.
+        eased: (steps of the track,) how often that was for more than voltage, counted in place.
+    """
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(motion.x), np.diff(motion.y)))])
+    ends = np.cumsum(track.lengths)
+    most = float(hardest.max())
+    speed = np.maximum(motion.speed[1:], motion.speed[:-1])
+    change = np.abs(np.diff(motion.speed)) / np.diff(motion.time)
+    for step, limit in set(zip(broken.steps.tolist(), broken.limits.tolist(), strict=True)):
+        place = int(np.searchsorted(ends, 0.5 * (along[step] + along[step + 1])))
+        near = slice(max(0, place - 1), place + 2)
+        eased[place] += LIMIT_NAMES[limit] != "voltage"
+        if LIMIT_NAMES[limit] == "voltage" or change[step] < HARDLY * most:
+            fastest[near] = np.minimum(fastest[near], SLOWER * speed[step])
+        else:
+            hardest[near] = np.minimum(hardest[near], GENTLER * change[step])

@@ -1,0 +1,299 @@
+"""A finished motion: stations in time, and the rows of the power model along it.
+
+``assemble`` puts a track with its yaw and speed into time; ``motion_rows`` samples it in fine
+steps, so that the power model can share its energy out by effect. What happens between two
+stations is what a reader of the poses would assume: position, yaw and speed change evenly in time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from planner.arrays import Array
+from planner.power.motion_row import set_acceleration, set_motion, set_wind
+from planner.quantities import INDEX, ROW_LENGTH
+from planner.search.field import CostField, sample_surface
+from planner.search.trajectory.track import Track
+from planner.search.trajectory.yaw_profile import YawProfile
+from planner.terrain.interpolation import interpolate
+
+_VX, _VY, _WZ = INDEX["vx"], INDEX["vy"], INDEX["wz"]
+_YAW_ACCELERATION = INDEX["yaw_acceleration"]
+_SLOPE_RATE, _ODOMETER = INDEX["slope_rate"], INDEX["odometer"]
+_TIME = INDEX["time_since_start"]
+_GX, _GY, _GN = INDEX["gravity_x"], INDEX["gravity_y"], INDEX["gravity_normal"]
+# Gauss-Legendre nodes and weights on [0, 1], exact for quintics.
+_THREE = (
+    (0.5 - math.sqrt(0.15), 5 / 18),
+    (0.5, 8 / 18),
+    (0.5 + math.sqrt(0.15), 5 / 18),
+)
+SPIN_STEP = math.radians(10.0)
+"""Largest turn on the spot between two poses."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A finished motion: stations in time, with turns on the spot as stations of their own.
+
+    Attributes:
+        x, y, yaw, time, speed: (n,) at every station, SI; speed along the surface.
+        heights: (n,) m at which the robot rides.
+        curvatures: (n - 1,) 1/m of every step.
+    """
+
+    x: Array
+    y: Array
+    heights: Array
+    yaw: Array
+    time: Array
+    speed: Array
+    curvatures: Array
+    yaw_accelerations: Array
+
+
+def assemble(
+    field: CostField,
+    track: Track,
+    yaw: YawProfile,
+    speeds: Array,
+    *,
+    yaw_rate: float,
+    spacing: float,
+) -> Motion:
+    """Put stations, yaw and speed into time; a turn on the spot ramps its yaw rate up and down.
+
+    Args:
+        field: map.
+        track, yaw, speeds: stations, and yaw and speed there.
+        yaw_rate: rad/s of a turn on the spot.
+        spacing: m, largest distance of the motion's own stations.
+    """
+    track, yaw, speeds = _closer(track, yaw, speeds, spacing)
+    heights, _ = sample_surface(field, track.points)
+    surface = np.hypot(track.lengths, np.diff(heights))
+    # One row for each pose: station, yaw, speed, and what leads there: s, 1/m, rad/s².
+    places = np.flatnonzero(np.append(True, surface > 0.0))
+    before = places[1:] - 1
+    poses = np.zeros((len(places), 6))
+    poses[:, 0], poses[:, 1], poses[:, 2] = places, yaw.arriving[places], speeds[places]
+    poses[1:, 3] = 2.0 * surface[before] / (speeds[before] + speeds[before + 1])
+    poses[1:, 4] = track.curvatures[before]
+    spins = yaw.leaving - yaw.arriving
+    turned: list[tuple[float, ...]] = []
+    at: list[int] = []
+    for place in np.flatnonzero(np.abs(spins) > 1e-9):
+        begun = float(yaw.arriving[place])
+        for angle, after, acceleration in _turn_on_the_spot(float(spins[place]), yaw_rate):
+            turned.append((float(place), begun + angle, 0.0, after, 0.0, acceleration))
+            at.append(int(np.searchsorted(places, place, side="right")))
+    if turned:
+        poses = np.insert(poses, at, np.array(turned), axis=0)
+    number = poses[:, 0].astype(np.int64)
+    x, y = np.ascontiguousarray(track.points[number].T)
+    _, angles, pace, seconds, _, _ = np.ascontiguousarray(poses.T)
+    curvatures, accelerations = np.ascontiguousarray(poses[1:, 4:].T)
+    return Motion(
+        x, y, heights[number], angles, np.cumsum(seconds), pace, curvatures, accelerations
+    )
+
+
+def joined(parts: Sequence[Motion]) -> Motion:
+    """Motions that follow each other: each begins as the one before it ends, at rest."""
+    whole = parts[0]
+    for part in parts[1:]:
+        # The same direction, but perhaps whole turns apart.
+        turns = round((whole.yaw[-1] - part.yaw[0]) / (2.0 * math.pi))
+        whole = Motion(
+            np.append(whole.x, part.x[1:]),
+            np.append(whole.y, part.y[1:]),
+            np.append(whole.heights, part.heights[1:]),
+            np.append(whole.yaw, part.yaw[1:] + 2.0 * math.pi * turns),
+            np.append(whole.time, part.time[1:] + whole.time[-1]),
+            np.append(whole.speed, part.speed[1:]),
+            np.append(whole.curvatures, part.curvatures),
+            np.append(whole.yaw_accelerations, part.yaw_accelerations),
+        )
+    return whole
+
+
+def room_to_move(track: Track, yaw: YawProfile) -> tuple[Track, YawProfile]:
+    """The same track with a station between any two at which the robot stands still."""
+    still = track.stops | (np.abs(yaw.leaving - yaw.arriving) > 1e-9)
+    counts = np.where(still[:-1] & still[1:], 2, 1).astype(np.int64)
+    track, yaw, _ = _divided(track, yaw, np.zeros(len(still)), counts)
+    return track, yaw
+
+
+def _closer(
+    track: Track, yaw: YawProfile, speeds: Array, spacing: float
+) -> tuple[Track, YawProfile, Array]:
+    """The same motion with stations no further apart than ``spacing``."""
+    counts = np.maximum(1, np.ceil(track.lengths / spacing - 1e-9)).astype(np.int64)
+    return _divided(track, yaw, speeds, counts)
+
+
+def _divided(
+    track: Track, yaw: YawProfile, speeds: Array, counts: NDArray[np.int64]
+) -> tuple[Track, YawProfile, Array]:
+    """The same motion with every step in so many parts."""
+    if (counts == 1).all():
+        return track, yaw, speeds
+    step = np.repeat(np.arange(len(counts)), counts)
+    share = np.concatenate([np.arange(1, count + 1) / count for count in counts])
+    last = share == 1.0
+
+    def spread(before: Array, after: Array) -> Array:
+        return np.concatenate([before[:1], before[step] + (after[step] - before[step]) * share])
+
+    points = np.vstack(
+        [
+            track.points[:1],
+            track.points[step] + (track.points[step + 1] - track.points[step]) * share[:, None],
+        ]
+    )
+    arriving = spread(yaw.leaving[:-1], yaw.arriving[1:])
+    arriving[0] = yaw.arriving[0]
+    leaving = arriving.copy()
+    leaving[0] = yaw.leaving[0]
+    leaving[1:][last] = yaw.leaving[1:]
+    stops = np.concatenate([track.stops[:1], last & track.stops[step + 1]])
+    closer = Track(
+        points,
+        track.directions[step],
+        track.lengths[step] / counts[step],
+        track.curvatures[step],
+        stops,
+        track.marks,
+    )
+    # Acceleration is constant on a step, so it is the squared speed that is even in distance.
+    squared = spread(speeds[:-1] ** 2, speeds[1:] ** 2)
+    return closer, YawProfile(arriving, leaving, yaw.cost), np.sqrt(squared)
+
+
+def _turn_on_the_spot(spin: float, rate: float) -> list[tuple[float, float, float]]:
+    """(angle so far, s since the point before, rad/s²) with half a second to full yaw rate."""
+    acceleration = 2.0 * rate
+    ramp = min(rate / acceleration, math.sqrt(abs(spin) / acceleration))
+    top = acceleration * ramp
+    cruise = (abs(spin) - top * ramp) / top
+    side = math.copysign(1.0, spin)
+    parts, angle = [], 0.0
+    for k in range(4):
+        angle += top * ramp / 4 * (2 * k + 1) / 8
+        parts.append((side * angle, ramp / 4, side * acceleration))
+    if cruise > 1e-9:
+        pieces = math.ceil(top * cruise / SPIN_STEP)
+        for _ in range(pieces):
+            angle += top * cruise / pieces
+            parts.append((side * angle, cruise / pieces, 0.0))
+    for k in range(4):
+        angle += top * ramp / 4 * (7 - 2 * k) / 8
+        parts.append((side * angle, ramp / 4, -side * acceleration))
+    return parts
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _motion_rows(field: Any, motion: Any, class_rows: Any, wind: Any, pieces: Any) -> Any:
+    x, y, z, yaw, time, speed, curvatures, yaw_accelerations = motion
+    steps = x.shape[0] - 1
+    total = 0
+    for j in range(steps):
+        total += 3 * pieces[j]
+    rows = np.empty((total, ROW_LENGTH))
+    seconds = np.empty(total)
+    owner = np.empty(total, np.int64)
+    ny, nx = field.heights.shape
+    n = 0
+    odometer = 0.0
+    for j in range(steps):
+        duration = time[j + 1] - time[j]
+        ex, ey, ez = x[j + 1] - x[j], y[j + 1] - y[j], z[j + 1] - z[j]
+        surface = math.sqrt(ex * ex + ey * ey + ez * ez)
+        moving = surface > 1e-9
+        direction = math.atan2(ey, ex) if moving else yaw[j]
+        turn = yaw[j + 1] - yaw[j]
+        # Constant acceleration between the stations' speeds.
+        acceleration = (speed[j + 1] - speed[j]) / duration
+        mean = 0.5 * (speed[j] + speed[j + 1])
+        for piece in range(pieces[j]):
+            for at, share in _THREE:
+                w = (piece + at) / pieces[j]
+                here = speed[j] + (speed[j + 1] - speed[j]) * w
+                # Share of the way after a share w of the time.
+                way = w
+                if moving:
+                    way = w * (speed[j] + 0.5 * (speed[j + 1] - speed[j]) * w) / mean
+                px, py = x[j] + ex * way, y[j] + ey * way
+                i = min(max(int(math.floor((px - field.x0) / field.dx + 0.5)), 0), nx - 1)
+                k = min(max(int(math.floor((py - field.y0) / field.dy + 0.5)), 0), ny - 1)
+                rows[n] = class_rows[field.ground[k, i]]
+                _, slope_x, slope_y = interpolate(
+                    field.heights, field.x0, field.y0, field.dx, field.dy, px, py
+                )
+                angle = yaw[j] + turn * way
+                rate = turn / duration
+                if moving:
+                    rate = turn * here / surface
+                else:
+                    rate += yaw_accelerations[j] * (w - 0.5) * duration
+                    angle = yaw[j] + turn * w
+                set_motion(rows[n], slope_x, slope_y, angle, direction, here if moving else 0.0)
+                if moving:
+                    set_acceleration(
+                        rows[n],
+                        acceleration,
+                        here * here * curvatures[j],
+                        rows[n, _VX],
+                        rows[n, _VY],
+                        max(here, 1e-12),
+                    )
+                rows[n, _WZ] = rate
+                rows[n, _YAW_ACCELERATION] = yaw_accelerations[j]
+                set_wind(rows[n], wind, angle)
+                rows[n, _TIME] = time[j] + w * duration
+                rows[n, _ODOMETER] = odometer + surface * way
+                seconds[n] = share * duration / pieces[j]
+                owner[n] = j
+                n += 1
+        odometer += surface
+    # How fast the slope changes, from the samples on either side.
+    for n in range(total):
+        a, b = max(0, n - 1), min(total - 1, n + 1)
+        apart = rows[b, _TIME] - rows[a, _TIME]
+        if apart > 1e-9 and owner[a] + 1 >= owner[b]:
+            lean = math.sqrt(rows[a, _GX] ** 2 + rows[a, _GY] ** 2)
+            rows[n, _SLOPE_RATE] = (
+                abs(math.sqrt(rows[b, _GX] ** 2 + rows[b, _GY] ** 2) - lean) / apart / rows[n, _GN]
+            )
+    return rows, seconds, owner
+
+
+def motion_rows(
+    field: CostField, motion: Motion, class_rows: Array, wind: Array, *, fineness: float = 0.5
+) -> tuple[Array, Array, NDArray[np.int64]]:
+    """Rows of the power model along a motion, the time each stands for, and its step.
+
+    Args:
+        field: map; heights and ground classes are read.
+        motion: from ``assemble``.
+        class_rows: (classes, ROW_LENGTH) conditions.
+        wind: (2,) m/s in the map's frame.
+        fineness: three samples at least every ``fineness`` cells.
+    """
+    length = np.hypot(np.diff(motion.x), np.diff(motion.y))
+    cell = min(field.dx, field.dy)
+    pieces = np.maximum(1, np.ceil(length / (fineness * cell))).astype(np.int64)
+    arrays = (
+        *(motion.x, motion.y, motion.heights, motion.yaw, motion.time, motion.speed),
+        *(motion.curvatures, motion.yaw_accelerations),
+    )
+    rows, seconds, owner = _motion_rows(field, arrays, class_rows, wind, pieces)
+    return rows, seconds, owner

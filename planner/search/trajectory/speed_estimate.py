@@ -1,0 +1,163 @@
+"""What the speed programme expects, by even driving, of a change of speed before it is priced.
+
+estimate(kernel, ..., expected)      # cost of every change of level on every step
+levels(top)                          # m/s, the speeds that there are
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit, types
+
+from planner.power.kernels import BLOCK, BLOCK_KERNEL
+from planner.power.motion_row import (
+    empty_block,
+    put_row,
+    set_acceleration,
+    set_motion,
+    set_wind,
+    stretch_of,
+)
+from planner.quantities import INDEX
+from planner.search.resolution import CREEP, LEVELS
+
+REACH = 9
+"""Largest change of level between stations."""
+ESTIMATED = 4
+"""Even driving is priced at every so many levels for the estimates, and evenly in between."""
+
+_PRICED = tuple(q for q in range(LEVELS) if q < len(CREEP) or (LEVELS - 1 - q) % ESTIMATED == 0)
+_F1 = types.Array(types.float64, 1, "C")
+_F2 = types.Array(types.float64, 2, "C")
+_F3 = types.Array(types.float64, 3, "C")
+_I1 = types.Array(types.int64, 1, "C")
+_B1 = types.Array(types.boolean, 1, "C")
+_VX, _VY, _WZ = INDEX["vx"], INDEX["vy"], INDEX["wz"]
+
+
+@njit(cache=True)
+def levels(top: float) -> Any:
+    """Speeds in m/s: standstill, some to creep, and an even grid of the squared speed."""
+    level = np.empty(LEVELS)
+    for q in range(LEVELS):
+        even = (q - len(CREEP) + 1) / (LEVELS - len(CREEP))
+        level[q] = top * (CREEP[q] if q < len(CREEP) else math.sqrt(even))
+    return level
+
+
+@njit(
+    types.void(
+        *(BLOCK_KERNEL, _F1, _F1, _F2, _F2, _F1, _F1),
+        *(_F1, _F1, _F1, _F2, _F1, _F1, _I1, _B1),
+        *(types.float64, types.int64, _F1, _F1, _F3),
+    ),
+    cache=True,
+    error_model="numpy",
+    nogil=True,
+)
+def estimate(
+    kernel: Any,
+    parameters: Any,
+    body: Any,
+    wheels: Any,
+    class_rows: Any,
+    limits: Any,
+    wind: Any,
+    directions: Any,
+    lengths: Any,
+    curvatures: Any,
+    slopes: Any,
+    yaw: Any,
+    turns: Any,
+    ground: Any,
+    stops: Any,
+    most_acceleration: float,
+    objective: int,
+    fastest: Any,
+    hardest: Any,
+    expected: Any,
+) -> None:
+    """Cost of every change of level by even driving, (steps, LEVELS, 2·REACH + 1).
+
+    A step costs the mean of even driving between its two speeds, and for speeding up or slowing
+    down what that takes or gives at half speed. Infinite where it cannot be.
+    """
+    columns, found = empty_block()
+    level = levels(limits[0])
+    row = np.empty(class_rows.shape[1])
+    even = np.empty(LEVELS)  # W
+    below = np.zeros(LEVELS)  # W·m/s, its integral over the speed up to a level
+    pull, half = 0.5 * most_acceleration, 0.5 * limits[0]
+    expected[:] = np.inf
+    priced = len(_PRICED) + 5
+    together = BLOCK // priced  # steps in a block
+    for j in range(lengths.shape[0]):
+        stretch = stretch_of(slopes[j, 0], slopes[j, 1], directions[j])
+        surface = lengths[j] * stretch
+        most = min(
+            fastest[j],
+            limits[6] * surface / max(abs(turns[j]), 1e-12),
+            math.sqrt(1.1 * most_acceleration / max(abs(curvatures[j]), 1e-12)),
+        ) * (1.0 + 1e-6)
+        if objective != 1:
+            if j % together == 0:
+                size = 0
+                for k in range(j, min(j + together, lengths.shape[0])):
+                    row[:] = class_rows[ground[k]]
+                    further = set_motion(
+                        row, slopes[k, 0], slopes[k, 1], yaw[k], directions[k], 1.0
+                    )
+                    vx, vy = row[_VX], row[_VY]
+                    set_wind(row, wind, yaw[k])
+                    for q in _PRICED:
+                        speed = max(level[q], 0.5 * level[1])
+                        row[_VX], row[_VY] = vx * speed, vy * speed
+                        row[_WZ] = turns[k] * speed / (lengths[k] * further)
+                        set_acceleration(row, 0.0, speed * speed * curvatures[k], vx, vy, 1.0)
+                        put_row(columns, size, row)
+                        size += 1
+                    row[_VX], row[_VY] = vx * half, vy * half
+                    row[_WZ] = 0.0
+                    for step in range(-2, 3):
+                        set_acceleration(row, step * pull, 0.0, vx, vy, 1.0)
+                        put_row(columns, size, row)
+                        size += 1
+                kernel(columns, size, parameters, body, wheels, found)
+            first = j % together * priced
+            before = -1
+            for number in range(len(_PRICED)):
+                q = _PRICED[number]
+                even[q] = found[first + number]
+                for r in range(before + 1, q):
+                    share = (level[r] - level[before]) / (level[q] - level[before])
+                    even[r] = even[before] + share * (even[q] - even[before])
+                before = q
+            for q in range(1, LEVELS):
+                below[q] = below[q - 1] + 0.5 * (even[q - 1] + even[q]) * (level[q] - level[q - 1])
+            # W at accelerations from braking hard to speeding up hard.
+            drawn = found[first + len(_PRICED) : first + priced]
+        reached = 2.0 * surface * hardest[j] * (1.0 + 1e-6)
+        for a in range(LEVELS):
+            if level[a] > most:
+                break
+            for b in range(max(0, a - REACH), min(LEVELS, a + REACH + 1)):
+                change = level[b] * level[b] - level[a] * level[a]
+                if a + b == 0 or (stops[j + 1] and b > 0) or abs(change) > reached:
+                    continue
+                if level[b] > most:
+                    break
+                cost = time = 2.0 * surface / (level[a] + level[b])
+                if objective != 1:
+                    cost = time * even[a]
+                    if change != 0.0:
+                        cost = time * (below[b] - below[a]) / (level[b] - level[a])
+                        # Work goes with the speed, heat with the square of the acceleration.
+                        side = 1 if change > 0.0 else -1
+                        once = drawn[2 + side] - drawn[2]
+                        bent = 0.5 * (drawn[2 + 2 * side] - drawn[2] - 2.0 * once)
+                        cost += 0.5 * abs(change) * (once - bent) / (pull * half)
+                        cost += bent * (change / (2.0 * surface * pull)) ** 2 * time
+                expected[j, a, b - a + REACH] = cost

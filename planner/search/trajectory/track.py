@@ -1,0 +1,271 @@
+"""A polyline made drivable: corners rounded, stations close enough to integrate along.
+
+    track = lay_track(field, points, spacing=..., speed=..., acceleration=...)
+
+A robot cannot change the direction of its velocity at once. Every corner gets the widest arc that
+room and neighbouring corners allow: it stays within ``deviation`` of the corner and where the body
+is free. Wider is cheaper, since wheels fight a sideways force. Where no arc of a useful radius
+fits, the robot stops at the corner.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from planner.arrays import Array
+from planner.search.field import CostField, polyline_cost
+from planner.terrain.interpolation import interpolate
+
+ARC_STEP = math.radians(8.0)
+"""Largest change of direction between two chords of an arc."""
+TIGHTEST = 0.06
+"""Smallest radius as a share of the one for full speed; below it the robot stops to turn."""
+SHORTEST = 0.04
+"""m, length of an arc's chords where the bend allows it."""
+MOST_CHORDS = 500
+"""Chords of one arc."""
+STRAIGHT = math.radians(0.5)
+"""Changes of direction below this one need no arc: the tyres' creep takes them."""
+LOOKS = 15
+"""Looks at the slope on a cell's length."""
+GENTLE = 0.6
+"""Share of the least slope limit below which no yaw comes near a limit."""
+
+
+@dataclass(frozen=True)
+class Track:
+    """Stations along the route, in the horizontal plane.
+
+    Attributes:
+        points: (n, 2) m.
+        directions: (n - 1,) rad, azimuth of each step.
+        lengths: (n - 1,) m, horizontal.
+        curvatures: (n - 1,) 1/m, positive to the left; of the arc that the step belongs to.
+        stops: (n,) True where the robot must stand still: start, goal, corners without room.
+        marks: station of every fixed point (start, via points, goal).
+    """
+
+    points: Array
+    directions: Array
+    lengths: Array
+    curvatures: Array
+    stops: NDArray[np.bool_]
+    marks: tuple[int, ...]
+
+
+def lay_track(
+    field: CostField,
+    legs: list[Array],
+    *,
+    spacing: float,
+    speed: float,
+    acceleration: float,
+) -> Track:
+    """Round the corners of a route and space out its stations.
+
+    Args:
+        field: map and costs, to see whether an arc is free.
+        legs: polylines (k, 2), each from one fixed point to the next.
+        spacing: m, largest distance of stations.
+        speed: m/s, the vehicle's limit.
+        acceleration: m/s², the vehicle's limit.
+    """
+    points: list[Array] = [legs[0][:1]]
+    curvatures: list[Array] = []
+    stops: list[NDArray[np.bool_]] = [np.ones(1, bool)]
+    marks = [0]
+    deviation = min(0.5, max(0.15, 0.5 * min(field.dx, field.dy)))
+    radius = speed * speed / acceleration
+    ramp = radius / 2.0  # distance to reach full speed, v²/2a
+    for leg in legs:
+        apart = np.hypot(*np.diff(leg, axis=0).T) > 1e-9
+        leg = np.ascontiguousarray(leg[np.concatenate([[True], apart])])
+        if len(leg) < 2:
+            marks.append(marks[-1])
+            continue
+        ends, bends, halts = _rounded(field, leg, spacing, radius, deviation)
+        added, piece = _stations(points[-1][-1], ends, halts, spacing, ramp)
+        points.append(added)
+        curvatures.append(bends[piece])
+        stops.append(halts[piece] & np.append(np.diff(piece) > 0, True))
+        marks.append(marks[-1] + len(added))
+    stacked, halting = np.vstack(points), np.concatenate(stops)
+    halting[-1] = True
+    steps = np.diff(stacked, axis=0)
+    directions = np.arctan2(steps[:, 1], steps[:, 0])
+    for mark in marks[1:-1]:
+        # Via points have no arc: the robot stops where its travel turns.
+        if 0 < mark < len(directions):
+            turn = math.remainder(float(directions[mark] - directions[mark - 1]), 2.0 * math.pi)
+            halting[mark] |= abs(turn) > STRAIGHT
+    return Track(
+        stacked,
+        directions,
+        np.hypot(steps[:, 0], steps[:, 1]),
+        np.concatenate([np.zeros(0), *curvatures]),
+        halting,
+        tuple(marks),
+    )
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _rounded(
+    field: Any, leg: Any, spacing: float, radius: float, deviation: float
+) -> tuple[Any, Any, Any]:
+    """Straight pieces and chords: end points (n, 2), curvatures (n,), whether the robot stops."""
+    count = leg.shape[0]
+    ends = np.empty((64, 2))
+    curvatures = np.zeros(64)
+    stops = np.zeros(64, np.bool_)
+    arc = np.empty((MOST_CHORDS + 1, 2))
+    n = 0
+    for k in range(1, count):
+        ax, ay = leg[k, 0] - leg[k - 1, 0], leg[k, 1] - leg[k - 1, 1]
+        chords, bend, turn = 0, 0.0, 0.0
+        if k < count - 1:
+            bx, by = leg[k + 1, 0] - leg[k, 0], leg[k + 1, 1] - leg[k, 1]
+            turn = math.atan2(ax * by - ay * bx, ax * bx + ay * by)
+            room = 0.48 * math.sqrt(min(ax * ax + ay * ay, bx * bx + by * by))
+            chords, bend = _arc(
+                field, spacing, leg[k], math.atan2(ay, ax), turn, radius, room, deviation, arc
+            )
+        if n + chords + 1 > ends.shape[0]:
+            size = 2 * (n + chords + 1)
+            old_ends, old_curvatures, old_stops = ends, curvatures, stops
+            ends = np.empty((size, 2))
+            curvatures = np.zeros(size)
+            stops = np.zeros(size, np.bool_)
+            ends[:n], curvatures[:n], stops[:n] = old_ends[:n], old_curvatures[:n], old_stops[:n]
+        if chords == 0:
+            ends[n] = leg[k]
+            stops[n] = abs(turn) > STRAIGHT
+            n += 1
+        else:
+            for c in range(chords + 1):
+                ends[n] = arc[c]
+                curvatures[n] = bend if c > 0 else 0.0
+                n += 1
+    return ends[:n].copy(), curvatures[:n].copy(), stops[:n].copy()
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _arc(
+    field: Any,
+    spacing: float,
+    corner: Any,
+    direction: float,
+    turn: float,
+    full: float,
+    room: float,
+    deviation: float,
+    points: Any,
+) -> tuple[int, float]:
+    """Chords of the arc that replaces a corner, and its curvature; 0 chords if the corner stays.
+
+    The arc's ``chords + 1`` points are written to ``points``.
+    """
+    half = abs(turn) / 2.0
+    if abs(turn) <= STRAIGHT or half > math.radians(85.0):
+        return 0, 0.0
+    # Tangent length R·tan(half) must fit the pieces; the arc passes R·(1/cos(half) - 1) inside.
+    radius = min(room / math.tan(half), deviation / (1.0 / math.cos(half) - 1.0))
+    side = math.copysign(1.0, turn)
+    for _ in range(4):
+        if radius < TIGHTEST * full:
+            return 0, 0.0
+        # Chords short enough for the bend, long enough for yaw and speed to change on them.
+        # A body that turns evenly along a long chord would crab on both its halves, and its
+        # sideways force would come in blows.
+        way = radius * abs(turn)
+        chords = max(math.ceil(abs(turn) / ARC_STEP), math.ceil(2.0 * way / spacing))
+        chords = int(max(2, min(chords, int(way / SHORTEST), MOST_CHORDS)))
+        tangent = radius * math.tan(half)
+        from_x = corner[0] - tangent * math.cos(direction)
+        from_y = corner[1] - tangent * math.sin(direction)
+        centre_x = from_x - side * radius * math.sin(direction)
+        centre_y = from_y + side * radius * math.cos(direction)
+        for c in range(chords + 1):
+            angle = direction - side * math.pi / 2.0 + turn * c / chords
+            points[c, 0] = centre_x + radius * math.cos(angle)
+            points[c, 1] = centre_y + radius * math.sin(angle)
+        if polyline_cost(field, points[: chords + 1], field.step) < np.inf:
+            return chords, side / radius
+        radius /= 2.0
+    return 0, 0.0
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _stations(
+    begin: Any, ends: Any, stops: Any, spacing: float, ramp: float
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Points (n, 2) on the pieces from ``begin`` by ``ends``, and the number of each one's piece.
+
+    They are closer where the robot gathers or loses speed.
+    """
+    fine = ramp * np.array([0.05, 0.15, 0.3, 0.5, 0.75, 1.0, 1.3])
+    found = [(0.0, 0.0, 0) for _ in range(0)]
+    x, y = begin[0], begin[1]
+    for piece in range(ends.shape[0]):
+        ex, ey = ends[piece, 0] - x, ends[piece, 1] - y
+        length = math.hypot(ex, ey)
+        near_start = piece == 0
+        near_end = piece == ends.shape[0] - 1 or stops[piece]
+        count = max(1, int(math.ceil(length / spacing - 1e-9)))
+        if length >= 1e-9 and (count > 1 or near_start or near_end):
+            at = [length * k / count for k in range(1, count)]
+            if near_start:
+                at += [way for way in fine if way < length]
+            if near_end:
+                at += [length - way for way in fine if way < length]
+            at.sort()
+            # The speed's grid needs some way to change by one level.
+            least = 0.045 * ramp if near_start or near_end else 0.0
+            before = 0.0
+            for way in at:
+                if way > 1e-6 and way - before >= least and length - way > 1e-9:
+                    found.append((x + way / length * ex, y + way / length * ey, piece))
+                before = way
+        x, y = ends[piece, 0], ends[piece, 1]
+        found.append((x, y, piece))
+    points = np.empty((len(found), 2))
+    pieces = np.empty(len(found), np.int64)
+    for k in range(len(found)):
+        points[k, 0], points[k, 1], pieces[k] = found[k]
+    return points, pieces
+
+
+def slopes_of_steps(field: CostField, points: Array) -> Array:
+    """Gradients (steps, 4) on the steps between points (n, 2).
+
+    In columns 0 and 1 that at the middle, in 2 and 3 the steepest one of LOOKS in every cell;
+    where that is far from every limit, the one at the middle once more.
+    """
+    return np.asarray(_slopes_of_steps(field, points, GENTLE * float(field.limit.min())))
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _slopes_of_steps(field: Any, points: Any, gentle: float) -> Any:
+    x0, y0, dx, dy = field.x0, field.y0, field.dx, field.dy
+    slopes = np.empty((points.shape[0] - 1, 4))
+    for j in range(slopes.shape[0]):
+        x, y = points[j]
+        ex, ey = points[j + 1, 0] - x, points[j + 1, 1] - y
+        looks = max(3, int(math.ceil(LOOKS * math.sqrt(ex * ex + ey * ey) / min(dx, dy))))
+        most = 0.0
+        for look in range(-1, looks):
+            w = 0.5 if look < 0 else (look + 0.5) / looks
+            _, px, py = interpolate(field.heights, x0, y0, dx, dy, x + w * ex, y + w * ey)
+            if look < 0:
+                slopes[j] = px, py, px, py
+                continue
+            steep = math.sqrt(px * px + py * py)
+            if steep > max(most, gentle):
+                most = steep
+                slopes[j, 2], slopes[j, 3] = px, py
+    return slopes

@@ -1,0 +1,101 @@
+"""Yaw asked for at a place, and turning there: where the robot stands, and where it is stuck.
+
+wanted = as_wanted([0.0, 1.5])                  # arrive with the first, leave with the last
+motion = turn_on_the_spot(field, around, place, wanted)       # or a Stuck that says why not
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from planner.arrays import Array
+from planner.power.limits import BRIEFLY, broken_limit
+from planner.search.conditions import Circumstances
+from planner.search.field import CostField
+from planner.search.resolution import ALL_YAWS
+from planner.search.trajectory.motion import Motion, assemble, motion_rows
+from planner.search.trajectory.track import Track
+from planner.search.trajectory.yaw_profile import YawProfile
+from planner.terrain.footprint import touches
+
+
+@dataclass(frozen=True)
+class Stuck:
+    """Where along a path the robot cannot go on, and what does not work there."""
+
+    x: float
+    y: float
+    what: str
+    for_want_of_room: bool = False
+
+
+def pose_spacing(cell: float) -> float:
+    """Largest distance of poses: one cell up to 0.5 m; a tenth of a cell on coarse maps."""
+    return min(cell, 0.5) if cell <= 5.0 else cell / 10.0
+
+
+def first_contact(field: CostField, motion: Motion) -> int:
+    """The first pose at which, or on the way from which, the clearance is not free; -1 if none."""
+    return int(_contact(field, field.body_frame(), motion.x, motion.y, motion.yaw))
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _contact(field: Any, frame: Any, x: Any, y: Any, yaw: Any) -> int:
+    ny, nx = field.mask.shape
+    for k in range(x.shape[0]):
+        after = min(k + 1, x.shape[0] - 1)
+        i = min(max(int(math.floor((x[k] - field.x0) / field.dx + 0.5)), 0), nx - 1)
+        j = min(max(int(math.floor((y[k] - field.y0) / field.dy + 0.5)), 0), ny - 1)
+        if field.mask[j, i] != ALL_YAWS and touches(
+            field.blocked, frame, x[k], y[k], x[after], y[after], yaw[k], yaw[after] - yaw[k]
+        ):
+            return k
+    return -1
+
+
+def turn_on_the_spot(
+    field: CostField,
+    around: Circumstances,
+    place: Array,
+    yaws: Sequence[float | None],
+) -> Motion | Stuck:
+    """The motion at a place (2,) alone: turns through every yaw asked for, in rad."""
+    spacing = pose_spacing(min(field.dx, field.dy))
+    nothing = np.zeros(0)
+    track = Track(place[None, :], nothing, nothing, nothing, np.ones(1, bool), (0, 0))
+    wanted = [yaw for yaw in yaws if yaw is not None] or [0.0]
+    rate = around.model.vehicle.limits.yaw_rate
+    arriving, leaving = [wanted[0]], [wanted[0]]
+    for yaw in wanted[1:]:
+        short = math.remainder(yaw - leaving[-1], 2.0 * math.pi)
+        for turn in (short, short - math.copysign(2.0 * math.pi, short)):
+            profile = YawProfile(np.array(leaving[-1:]), np.array([leaving[-1] + turn]), 0.0)
+            motion = assemble(field, track, profile, np.zeros(1), yaw_rate=rate, spacing=spacing)
+            rows, _, _ = motion_rows(field, motion, around.class_rows, around.wind)
+            accounts, _ = around.model.evaluate(rows)
+            held = all(broken_limit(account, around.limits, BRIEFLY) < 0 for account in accounts)
+            if held and first_contact(field, motion) < 0:
+                break
+        else:
+            x, y = place
+            what = "the body touches something" if held else "a limit is broken"
+            return Stuck(float(x), float(y), f"{what} in turning on the spot", held)
+        arriving.append(leaving[-1])
+        leaving.append(leaving[-1] + turn)
+    # One station for each turn; the first one stands.
+    turns = Track(
+        np.repeat(track.points, len(arriving), axis=0),
+        np.zeros(len(arriving) - 1),
+        np.zeros(len(arriving) - 1),
+        np.zeros(len(arriving) - 1),
+        np.ones(len(arriving), bool),
+        (0, len(arriving) - 1),
+    )
+    profile = YawProfile(np.array(arriving), np.array(leaving), 0.0)
+    return assemble(field, turns, profile, np.zeros(len(arriving)), yaw_rate=rate, spacing=spacing)

@@ -1,0 +1,66 @@
+"""What the yaw programme expects, by tables, of a way before the power model prices it.
+
+steady_costs_of(field, knots, ..., steady)        # what driving at an even angle costs
+
+What turning on the way adds to it is in planner.search.turns.turning_prices.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from planner.search.resolution import STATES
+from planner.search.steady import costs_for_yaws
+
+DOUBTFUL = 10.0
+"""How much dearer than the dearest what the tables refuse is taken to be."""
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def steady_costs_of(
+    field: Any,
+    knots: Any,
+    directions: Any,
+    lengths: Any,
+    slopes: Any,
+    ground: Any,
+    stride: Any,
+    steady: Any,
+) -> None:
+    """Cost of the way from each knot to the next at an even angle to the travel.
+
+    Args:
+        field: tables of steady costs by yaw.
+        knots: stations.
+        directions, lengths, slopes, ground: of the steps.
+        stride: (knots - 1,) every so many of the steps after a knot stands for the others.
+        steady: (knots - 1, STATES) written.
+    """
+    by_yaw, yaw_limit = field.by_yaw, field.yaw_limit
+    costs = np.empty(STATES)
+    for k in range(knots.shape[0] - 1):
+        first, last = knots[k], knots[k + 1]
+        whole, taken = 0.0, 0.0
+        for j in range(first, last):
+            whole += lengths[j]
+        steady[k] = 0.0
+        for j in range(first + (stride[k] - 1) // 2, last, stride[k]):
+            taken += lengths[j]
+            steepness = math.sqrt(slopes[j, 0] ** 2 + slopes[j, 1] ** 2)
+            azimuth = math.atan2(slopes[j, 1], slopes[j, 0]) - directions[j]
+            costs_for_yaws(by_yaw, yaw_limit, ground[j], azimuth, steepness, 1.0, costs)
+            for s in range(STATES):
+                steady[k, s] += lengths[j] * costs[s]
+        worst = 0.0
+        for s in range(STATES):
+            steady[k, s] *= whole / taken
+            if steady[k, s] < np.inf:
+                worst = max(worst, steady[k, s])
+        # Near a limit the tables err on the safe side: what they refuse is tried in the end.
+        for s in range(STATES):
+            if steady[k, s] == np.inf:
+                steady[k, s] = max(DOUBTFUL * worst, 1e6)

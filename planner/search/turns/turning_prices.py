@@ -1,0 +1,90 @@
+"""What turning and stopping cost under a request's circumstances, by objective.
+
+    prices = turning(around, OBJECTIVES["energy"])
+    prices.stop, prices.tightest, prices.table
+
+The programme for yaw and the search of poses estimate by them, and refinement tells by the price of
+a stop what a corner is worth.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.arrays import Array
+from planner.cache import CACHE
+from planner.quantities import INDEX
+from planner.search.conditions import Circumstances
+from planner.search.resolution import OBJECTIVES, SLOWEST, STATES, TURNS, WIDTH
+from planner.search.turns.turning_steps import step_costs
+
+
+@dataclass(frozen=True)
+class Turning:
+    """Prices of turning and stopping, in J or in s.
+
+    Attributes:
+        stop: speeding up again after a stop on the way.
+        tightest: rad/m up to which turning on the way is tabulated.
+        table: (STATES, TURNS) what turning adds to a level metre, by the angle to the travel and by
+            rad/m from 0 to ``tightest``; infinite where it cannot be.
+    """
+
+    stop: float
+    tightest: float
+    table: Array
+
+    @property
+    def nbytes(self) -> int:
+        """Memory that is kept."""
+        return self.table.nbytes
+
+
+def turning(around: Circumstances, objective: int) -> Turning:
+    """Prices for an objective, 1 for time and anything else for energy."""
+    return CACHE.get(("turning", around.key, objective), lambda: _turning(around, objective))
+
+
+def _turning(around: Circumstances, objective: int) -> Turning:
+    limits = around.limits
+    # Up to what the yaw rate allows at the lowest speed that is tried.
+    tightest = 0.8 * float(limits[6] / (SLOWEST * limits[0]))
+    table = _turning_costs(around, objective, tightest)
+    return Turning(_cost_of_a_stop(around, objective), tightest, table)
+
+
+def _cost_of_a_stop(around: Circumstances, objective: int) -> float:
+    """Kinetic energy with the rotors', of which braking returns little, or both ramps' time."""
+    v, a = float(around.limits[0]), around.model.vehicle.limits.acceleration
+    if objective == OBJECTIVES["time"]:
+        return v / a
+    cruise = around.class_rows[:1].copy()
+    cruise[0, INDEX["vx"]] = v
+    ramp = np.repeat(cruise, 8, axis=0)
+    ramp[:, INDEX["vx"]] *= (np.arange(8) + 0.5) / 8.0
+    ramp[:, INDEX["ax"]] = a
+    up = float(around.model.watts(ramp).mean()) * v / a
+    ramp[:, INDEX["ax"]] = -a
+    down = float(around.model.watts(ramp).mean()) * v / a
+    return up + down - float(around.model.watts(cruise)[0]) * v / a
+
+
+def _turning_costs(around: Circumstances, objective: int, tightest: float) -> Array:
+    """What turning adds to a level metre, (STATES, TURNS)."""
+    model = around.model
+    moves = np.empty((STATES, TURNS, 3))
+    moves[..., 0] = WIDTH * np.arange(STATES)[:, None]
+    moves[..., 1] = 1.0
+    moves[..., 2] = tightest * np.arange(TURNS) / (TURNS - 1)
+    costs = np.empty(moves[..., 0].size)
+    step_costs(
+        *(model.limits_kernel, model.parameters, model.body, model.wheels),
+        *(around.class_rows, around.limits, np.zeros(2), objective),
+        *(np.zeros(1), np.zeros((1, 4)), np.zeros(1, np.int64), np.zeros(costs.size, np.int64)),
+        *(moves.reshape(-1, 3), costs),
+    )
+    table = costs.reshape(STATES, TURNS)
+    with np.errstate(invalid="ignore"):  # where even straight on is impossible
+        return np.asarray(np.fmax(table - table[:, :1], 0.0))

@@ -1,0 +1,137 @@
+"""What straight steps cost during which the body turns evenly, very many at once.
+
+    step_costs(kernel, ..., at, moves, costs)        # each as fast as the limits let it
+
+The speed programme finds the best speeds afterwards; here every step is driven at the largest
+speed, or at the next lower one of a few at which no limit is broken.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import njit, types
+
+from planner.power.kernels import BLOCK, BLOCK_KERNEL
+from planner.power.limits import BRIEFLY, broken_in_block
+from planner.power.motion_row import empty_block, motion_on_plane, put, put_row
+from planner.quantities import INDEX
+from planner.search.resolution import SLOWEST, STILL
+
+TRIES = 7
+"""Speeds that are tried, each SLOWER than the one before."""
+SLOWER = 0.85
+_F1 = types.Array(types.float64, 1, "C")
+_F2 = types.Array(types.float64, 2, "C")
+_I1 = types.Array(types.int64, 1, "C")
+_VX, _VY, _WZ = INDEX["vx"], INDEX["vy"], INDEX["wz"]
+_GX, _GY, _GN = INDEX["gravity_x"], INDEX["gravity_y"], INDEX["gravity_normal"]
+_WIND_X, _WIND_Y = INDEX["wind_x"], INDEX["wind_y"]
+
+
+@njit(
+    types.void(
+        *(BLOCK_KERNEL, _F1, _F1, _F2, _F2, _F1, _F1, types.int64),
+        *(_F1, _F2, _I1, _I1, _F2, _F1),
+    ),
+    cache=True,
+    error_model="numpy",
+    nogil=True,
+)
+def step_costs(
+    kernel: Any,
+    parameters: Any,
+    body: Any,
+    wheels: Any,
+    class_rows: Any,
+    limits: Any,
+    wind: Any,
+    objective: int,
+    directions: Any,
+    slopes: Any,
+    ground: Any,
+    at: Any,
+    moves: Any,
+    costs: Any,
+) -> None:
+    """Cost of straight steps, (n,) into ``costs``; infinity where one is impossible.
+
+    Limits hold at both slopes of a step, in the middle and where it is steepest.
+
+    Args:
+        kernel, parameters, body, wheels: of the power model, ``limits_kernel``.
+        class_rows, limits, wind: of Circumstances.
+        objective: 1 for s, anything else for J.
+        directions, slopes, ground: (steps,), (steps, 4), (steps,) of a track's steps.
+        at: (n,) which of them.
+        moves: (n, 3) yaw in the middle in rad, horizontal length in m, turn in rad.
+        costs: (n,) written.
+    """
+    count = at.shape[0]
+    columns, found = empty_block()
+    waiting = np.arange(count)
+    speed = np.full(count, limits[0])
+    side = np.empty(count, np.int64)
+    tries = np.zeros(count, np.int64)
+    surface = np.empty(BLOCK)
+    # Rows keep their places in the block: only what differs from move to move is written again.
+    held = np.full(BLOCK, -1)
+    ux, uy = np.cos(directions), np.sin(directions)
+    placed = np.empty(BLOCK, np.int64)
+    for n in range(count):
+        j = at[n]
+        same = slopes[j, 2] == slopes[j, 0] and slopes[j, 3] == slopes[j, 1]
+        side[n] = 0 if same else 2
+        costs[n] = np.inf
+    while count:
+        left = 0
+        start = 0
+        while start < count:
+            size = 0
+            while start < count and size < BLOCK:
+                n = waiting[start]
+                start += 1
+                j, k = at[n], side[n]
+                yaw, turn = moves[n, 0], moves[n, 2]
+                c, s = math.cos(yaw), math.sin(yaw)
+                vx, vy, gx, gy, gn, stretch = motion_on_plane(
+                    slopes[j, k], slopes[j, k + 1], c, s, ux[j], uy[j]
+                )
+                surface[size] = moves[n, 1] * stretch
+                if tries[n] == 0 and abs(turn) > STILL:
+                    speed[n] = min(speed[n], limits[6] * surface[size] / abs(turn))
+                    if speed[n] < 1.1 * SLOWEST * limits[0]:
+                        continue
+                if held[size] != ground[j]:
+                    held[size] = ground[j]
+                    put_row(columns, size, class_rows[ground[j]])
+                put(columns, size, _VX, vx * speed[n])
+                put(columns, size, _VY, vy * speed[n])
+                put(columns, size, _WZ, turn / (surface[size] / speed[n]))
+                put(columns, size, _GX, gx)
+                put(columns, size, _GY, gy)
+                put(columns, size, _GN, gn)
+                put(columns, size, _WIND_X, c * wind[0] + s * wind[1])
+                put(columns, size, _WIND_Y, c * wind[1] - s * wind[0])
+                placed[size] = n
+                size += 1
+            kernel(columns, size, parameters, body, wheels, found)
+            for place in range(size):
+                n = placed[place]
+                brief = abs(moves[n, 2]) > STILL
+                if broken_in_block(found, place, limits, BRIEFLY if brief else 1.0) >= 0:
+                    speed[n] *= SLOWER
+                    tries[n] += 1
+                    if tries[n] == TRIES:
+                        continue
+                elif side[n] == 0:
+                    time = surface[place] / speed[n]
+                    costs[n] = time if objective == 1 else found[place] * time
+                    continue
+                else:
+                    side[n], tries[n] = 0, 0
+                waiting[left] = n  # behind the place that is read: no block grows
+                left += 1
+        count = left

@@ -1,0 +1,324 @@
+"""Refinement: from a path on the grid, or from OMPL, to the best polyline in its neighbourhood.
+
+    [(path, cost)] = refine(field, path, tolls=[toll])
+
+    band        move every knot across the path, a row of offsets each, and choose the cheapest
+                combination (dynamic programming over the rows), with ever finer offsets
+    shortcut    keep only the knots that pay for themselves (exact dynamic programming)
+
+Both minimise the same yaw-free cost as the search (planner.search.field.cost_field), so a grid of
+16 directions loses nothing in the end that a local change could win back. What a bend costs
+(turning the body, slowing down, fighting a sideways force) is no part of that cost; a toll for each
+corner stands for it, or else refinement buys a tenth of a per mille on the straight with corners
+that cost a per cent.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numba import njit
+
+from planner.arrays import Array
+from planner.search.field import CostField, polyline_cost, segment_cost, wind_cost
+from planner.search.resolution import ALL_YAWS, DIRECTIONS, GENTLE
+from planner.terrain.interpolation import interpolate
+
+VARIANTS = {4.0: (1.0,), 8.0: (1.0, 0.1)}
+"""Shares of the toll by the distance of knots in cells, to choose from once they are driven: close
+knots bend round an obstacle, wide ones stay smooth, and evenly round ways have cheap corners."""
+REACH, LONG = 30, 500
+"""Knots that a shortcut may leave out; half of that on paths of more knots than LONG."""
+MANY, FAR = 10, 2.0
+"""Knots left out from which a shortcut is priced at points so much further apart."""
+COARSE = 2.0
+"""So much further apart than for the final cost are the points that pieces are priced at while
+there are many to choose from."""
+BANDS = ((2.0, 5, 5, COARSE), (0.7, 5, 6, COARSE), (0.25, 4, 8, 1.0))
+"""Offset step in cells, offsets to each side, largest change of offset between knots, and how much
+further apart the points are that a piece is priced at."""
+
+
+def resample(path: Array, spacing: float) -> Array:
+    """The same polyline with its corners kept and no piece longer than ``spacing``."""
+    pieces = [path[:1]]
+    for a, b in zip(path[:-1], path[1:], strict=True):
+        count = max(1, math.ceil(float(np.hypot(*(b - a))) / spacing - 1e-9))
+        pieces.append(a + (b - a) * (np.arange(1, count + 1) / count)[:, None])
+    return np.vstack(pieces)
+
+
+def even(path: Array, spacing: float) -> Array:
+    """Points at even distances along the polyline; corners are cut, ends are kept."""
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
+    count = max(1, round(along[-1] / spacing))
+    at = np.linspace(0.0, along[-1], count + 1)
+    return np.column_stack([np.interp(at, along, path[:, k]) for k in (0, 1)])
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _straight(field: Any, path: Any, reach: int, step: float) -> Any:
+    """Cost of the straight way to every knot from the knots before it, (knots, reach)."""
+    count = path.shape[0]
+    cost = np.full((count, reach), np.inf)
+    for k in range(1, count):
+        for back in range(min(reach, k)):
+            q = k - 1 - back
+            # The longer it is, the less a single point matters.
+            apart = FAR * step if back >= MANY else step
+            cost[k, back] = segment_cost(
+                field, path[q, 0], path[q, 1], path[k, 0], path[k, 1], apart
+            )
+    return cost
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _fewest(straight: Any, toll: float) -> Any:
+    """Knots of the cheapest way over a subset of them, each of which costs a toll."""
+    count, reach = straight.shape
+    cost = np.full(count, np.inf)
+    came = np.zeros(count, np.int64)
+    cost[0] = 0.0
+    for k in range(1, count):
+        for back in range(min(reach, k)):
+            c = cost[k - 1 - back] + toll + straight[k, back]
+            if c < cost[k]:
+                cost[k], came[k] = c, k - 1 - back
+    kept = np.empty(count, np.int64)
+    size, k = 0, count - 1
+    while k > 0:
+        kept[size] = k
+        size += 1
+        k = came[k]
+    kept[size] = 0
+    return kept[: size + 1][::-1].copy(), cost[count - 1]
+
+
+def shortcuts(field: CostField, path: Array, tolls: Sequence[float]) -> list[Array]:
+    """The cheapest polylines over a subset of the knots, each of which costs a toll."""
+    whole = polyline_cost(field, path, field.step)
+    if not math.isfinite(whole):
+        return [path] * len(tolls)
+    reach = REACH if len(path) <= LONG else REACH // 2
+    straight = _straight(field, path, reach, COARSE * field.step)
+    found = []
+    for toll in tolls:
+        # At least a tiny toll: on even ground a straight line then has no knots at all.
+        kept, cost = _fewest(straight, max(toll, 1e-6 * whole))
+        found.append(path[kept] if math.isfinite(cost) else path)
+    return found
+
+
+@njit(cache=True, error_model="numpy")
+def _sample_strip(
+    field: Any, xs: Any, ys: Any, parts: int, slopes: Any, ground: Any, doubtful: Any
+) -> None:
+    """Sample the ground between the offsets of two knots.
+
+    Args:
+        field: map and costs.
+        xs, ys: (2, wide) m, the offsets' places.
+        parts: columns of samples from one offset to the next.
+        slopes: (rows, (wide - 1)·parts + 1, 2) written: gradient; rows lie evenly between the
+            knots, half a row from either.
+        ground: (rows, columns) written: ground class.
+        doubtful: (rows, columns) written: whether a limit, something solid or ground to be avoided
+            may be near.
+    """
+    heights, mask, steep, classes = field.heights, field.mask, field.steep, field.ground
+    x0, y0, dx, dy, safe = field.x0, field.y0, field.dx, field.dy, field.safe
+    everywhere = field.factor.shape[0] > 1
+    ny, nx = heights.shape
+    rows, columns = ground.shape
+    for r in range(rows):
+        w = (r + 0.5) / rows
+        for c in range(columns):
+            m = min(c // parts, xs.shape[1] - 2)
+            v = c / parts - m
+            x = (1.0 - w) * ((1.0 - v) * xs[0, m] + v * xs[0, m + 1])
+            x += w * ((1.0 - v) * xs[1, m] + v * xs[1, m + 1])
+            y = (1.0 - w) * ((1.0 - v) * ys[0, m] + v * ys[0, m + 1])
+            y += w * ((1.0 - v) * ys[1, m] + v * ys[1, m + 1])
+            i = min(max(int(math.floor((x - x0) / dx + 0.5)), 0), nx - 1)
+            j = min(max(int(math.floor((y - y0) / dy + 0.5)), 0), ny - 1)
+            _, px, py = interpolate(heights, x0, y0, dx, dy, x, y)
+            steepness = math.sqrt(px * px + py * py)
+            doubtful[r, c] = everywhere or steep[j, i] or mask[j, i] != ALL_YAWS
+            if steepness >= safe:
+                # Within the table; on ground that nobody can drive on there is no slope in it.
+                doubtful[r, c] = True
+                gentler = (1.0 - 1e-6) * safe / steepness if safe > 0.0 else 0.0
+                px, py = px * gentler, py * gentler
+            slopes[r, c, 0], slopes[r, c, 1] = px, py
+            ground[r, c] = classes[j, i]
+
+
+@njit(cache=True, error_model="numpy")
+def _across(
+    gentle: Any,
+    reach: float,
+    slopes: Any,
+    ground: Any,
+    doubtful: Any,
+    first: float,
+    last: float,
+    ux: float,
+    uy: float,
+    wind: float,
+) -> tuple[float, bool]:
+    """Mean cost per metre of a straight way through a strip, and whether it is doubtful.
+
+    As ``planner.search.field.cost_field.segment_cost``, but linear between the samples of
+    ``_sample_strip``.
+
+    Args:
+        gentle, reach: of the CostField.
+        slopes, ground, doubtful: of ``_sample_strip``.
+        first, last: columns of the samples at which the way begins and ends.
+        ux, uy: direction of the way.
+        wind: J/m that wind adds to it.
+    """
+    scale = 0.5 * (GENTLE - 1) / reach
+    rows, columns = ground.shape
+    total = 0.0
+    doubt = False
+    for r in range(rows):
+        w = (r + 0.5) / rows
+        f = (1.0 - w) * first + w * last
+        c = min(int(f), columns - 2)
+        f -= c
+        doubt |= doubtful[r, c] | doubtful[r, c + 1]
+        px = (1.0 - f) * slopes[r, c, 0] + f * slopes[r, c + 1, 0]
+        py = (1.0 - f) * slopes[r, c, 1] + f * slopes[r, c + 1, 1]
+        u = (px * ux + py * uy + reach) * scale
+        v = (py * ux - px * uy + reach) * scale
+        a, b = int(u), int(v)
+        u -= a
+        v -= b
+        g = ground[r, c]
+        cost = (gentle[g, a, b] * (1.0 - u) + gentle[g, a + 1, b] * u) * (1.0 - v) + (
+            gentle[g, a, b + 1] * (1.0 - u) + gentle[g, a + 1, b + 1] * u
+        ) * v
+        total += max(cost + wind, 1e-3)
+    return total / rows, doubt
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def band(field: Any, path: Any, delta: float, side: int, window: int, step: float) -> Any:
+    """The knots (count, 2) moved across the path by whole numbers of ``delta``, as costs least."""
+    count = path.shape[0]
+    wide = 2 * side + 1
+    ny, nx = field.heights.shape
+    west, east = field.x0 - 0.5 * field.dx, field.x0 + (nx - 0.5) * field.dx
+    south, north = field.y0 - 0.5 * field.dy, field.y0 + (ny - 0.5) * field.dy
+    xs = np.empty((count, wide))
+    ys = np.empty((count, wide))
+    for k in range(count):
+        a, b = max(0, k - 1), min(count - 1, k + 1)
+        tx, ty = path[b, 0] - path[a, 0], path[b, 1] - path[a, 1]
+        length = math.sqrt(tx * tx + ty * ty) + 1e-12
+        for m in range(wide):
+            offset = (m - side) * delta if 0 < k < count - 1 else 0.0
+            xs[k, m] = min(max(path[k, 0] - ty / length * offset, west), east)
+            ys[k, m] = min(max(path[k, 1] + tx / length * offset, south), north)
+    gentle, reach = field.gentle, field.reach
+    windy = field.extra[0] != 0.0 or field.extra[DIRECTIONS // 4] != 0.0
+    wind = 0.0
+    cost = np.full((count, wide), np.inf)
+    came = np.zeros((count, wide), np.int64)
+    cost[0, side] = 0.0
+    parts = int(math.ceil(delta / step - 1e-9))
+    total, doubt = np.empty(wide), np.empty(wide, np.bool_)
+    for k in range(count - 1):
+        span = math.hypot(path[k + 1, 0] - path[k, 0], path[k + 1, 1] - path[k, 1])
+        rows = max(1, int(math.ceil(span / step)))
+        slopes = np.empty((rows, (wide - 1) * parts + 1, 2))
+        ground = np.empty(slopes.shape[:2], np.uint8)
+        doubtful = np.empty(slopes.shape[:2], np.bool_)
+        _sample_strip(field, xs[k : k + 2], ys[k : k + 2], parts, slopes, ground, doubtful)
+        for m in range(wide):
+            if k + 1 == count - 1 and m != side:
+                continue
+            first, after = max(0, m - window), min(wide, m + window + 1)
+            for q in range(first, after):
+                total[q], doubt[q] = np.inf, False
+                if cost[k, q] == np.inf:
+                    continue
+                ex, ey = xs[k + 1, m] - xs[k, q], ys[k + 1, m] - ys[k, q]
+                length = math.sqrt(ex * ex + ey * ey) + 1e-12
+                if windy:
+                    wind = wind_cost(field, math.atan2(ey, ex))
+                each, doubt[q] = _across(
+                    *(gentle, reach, slopes, ground, doubtful, float(q * parts), float(m * parts)),
+                    *(ex / length, ey / length, wind),
+                )
+                total[q] = cost[k, q] + each * length
+            # Only what seems to be the best is looked at closely where that is called for.
+            q = first + int(np.argmin(total[first:after]))
+            while doubt[q]:
+                doubt[q] = False
+                total[q] = cost[k, q] + segment_cost(
+                    field, xs[k, q], ys[k, q], xs[k + 1, m], ys[k + 1, m], step
+                )
+                q = first + int(np.argmin(total[first:after]))
+            cost[k + 1, m], came[k + 1, m] = total[q], q
+    result = np.empty((count, 2))
+    m = side
+    for k in range(count - 1, -1, -1):
+        result[k, 0], result[k, 1] = xs[k, m], ys[k, m]
+        m = came[k, m]
+    return result, cost[count - 1, side]
+
+
+def moved_in_bands(
+    field: CostField, knots: Array, cell: float, check: Callable[[], None]
+) -> tuple[float, Array]:
+    """Cost and knots after all bands, none of which may make the way dearer at its final points."""
+    cost = polyline_cost(field, knots, field.step)
+    for delta, side, window, coarse in BANDS:
+        check()
+        found, _ = band(field, knots, delta * cell, side, window, coarse * field.step)
+        lower = polyline_cost(field, found, field.step)
+        if lower < cost:
+            cost, knots = lower, found
+    return cost, knots
+
+
+def refine(
+    field: CostField,
+    path: Array,
+    *,
+    tolls: Sequence[float] = (0.0,),
+    knot_cells: float = 8.0,
+    check: Callable[[], None] = lambda: None,
+) -> list[tuple[Array, float]]:
+    """The cheapest polylines found near a path, and their costs without tolls, one for each toll.
+
+    Args:
+        field: map and costs.
+        path: (k, 2) polyline whose cost is finite.
+        tolls: what a corner costs, which the costs of a metre do not contain.
+        knot_cells: distance of the knots.
+        check: called between rounds; may raise to stop.
+    """
+    cell = min(field.dx, field.dy)
+    step = field.step
+    starts = [even(path, knot_cells * cell)]
+    if not math.isfinite(polyline_cost(field, starts[0], step)):
+        # Cutting corners led where nothing can be driven. The band may lead out of it again, or
+        # not; with all corners kept the knots are too close to move far.
+        starts.append(resample(path, knot_cells * cell))
+    _, knots = min(
+        (moved_in_bands(field, start, cell, check) for start in starts), key=lambda m: m[0]
+    )
+    check()
+    known = [(polyline_cost(field, candidate, step), candidate) for candidate in (path, knots)]
+    found = []
+    for toll, shorter in zip(tolls, shortcuts(field, knots, tolls), strict=True):
+        candidates = [*known, (polyline_cost(field, shorter, step), shorter)]
+        cost, best = min(candidates, key=lambda pair: pair[0] + toll * len(pair[1]))
+        found.append((best, float(cost)))
+    return found

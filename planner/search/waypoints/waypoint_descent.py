@@ -1,0 +1,248 @@
+"""The knots of a way moved while its motion gets cheaper: what refinement cannot know of.
+
+    better = polish(field, around, legs, yaws, steps=AT_ONCE)
+    better.legs, better.energy
+
+Refinement counts metres, each with the body turned as is cheapest there. On bends the body cannot
+be turned so, and a way a little to the side of them costs less. Here motions say what a way costs.
+
+Every second knot is moved at once, to one side and then to the other, while those between them
+stay: what is spent from one that stays to the next tells what moving the knot between them does. A
+parabola for each knot says how far it should go; they go there together if the whole motion is
+cheaper so. Six motions move all knots, however many there are.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from planner.arrays import Array
+from planner.quantities import STANDARD_GRAVITY
+from planner.search.conditions import Circumstances
+from planner.search.field import CostField, segment_cost
+from planner.search.resolution import OBJECTIVES
+from planner.search.results import energy_by_step
+from planner.search.trajectory import ROUGHLY, Motion, move
+from planner.search.turns import turning
+from planner.search.wanted_yaw import Wanted
+from planner.search.waypoints.path_smoothing import resample
+
+Task = Callable[[], "Driven"]
+Both = Callable[[Sequence[Task]], list["Driven"]]
+
+AT_ONCE = (1.0, 0.5)
+"""By how many cells knots are moved, round after round, where an answer is wanted at once."""
+SPACING = 24.0
+"""Cells from one knot to the next at most: closer ones make bends that cost more than they save."""
+FURTHEST = 2.0
+"""Moves that a parabola may lead away from where a knot is."""
+SCALES = (1.0, 0.6)
+"""Shares of what the parabolas say: neighbours that move together do more than each alone."""
+SURPLUS = 0.025
+"""Share that a motion dissipates over what its metres cost, from which polishing is worth it."""
+HINDERED = 0.015
+"""Share over its metres, start and stop, from which other ways are worth a look: the search counts
+metres with the body turned as these bends do not allow."""
+
+
+@dataclass(frozen=True)
+class Driven:
+    """A way and its motion, roughly worked out.
+
+    Attributes:
+        legs: polylines (k, 2) from one fixed place to the next.
+        motion: along them; None where there is none.
+        energy: J; infinite without a motion.
+        spent: (stations,) J dissipated up to each station of the motion.
+    """
+
+    legs: tuple[Array, ...]
+    motion: Motion | None = None
+    energy: float = math.inf
+    spent: Array | None = None
+
+    @property
+    def dissipated(self) -> float:
+        """J, without what climbing stores."""
+        return math.inf if self.spent is None else float(self.spent[-1])
+
+
+def polish(
+    field: CostField,
+    around: Circumstances,
+    legs: Sequence[Array],
+    yaws: Sequence[Wanted],
+    *,
+    steps: Iterable[float] = AT_ONCE,
+    spacing: float = SPACING,
+    both: Both | None = None,
+    check: Callable[[], None] = lambda: None,
+) -> Driven:
+    """The way with its knots moved; its motion is worked out roughly.
+
+    Args:
+        field, around, legs, yaws: as for ``planner.search.trajectory.drive.move``.
+        steps: by how many cells knots are moved, round after round; may end whenever it likes.
+        spacing: cells from one knot to the next, at most.
+        both: works out several motions, two at once where there is another core.
+        check: called between motions; may raise to stop.
+
+    Returns:
+        The cheapest found, which may be the way that was given, with more knots.
+    """
+    both = both or (lambda tasks: [task() for task in tasks])
+    cell = min(field.dx, field.dy)
+    pieces = [resample(leg, spacing * cell) for leg in legs]
+    marks = np.cumsum([0, *(len(piece) - 1 for piece in pieces)])
+    knots = np.vstack([pieces[0][:1], *(piece[1:] for piece in pieces)])
+    free = np.ones(len(knots), bool)
+    free[marks] = False
+    number = np.arange(len(knots))
+    halves = [free & (number % 2 == 1), free & (number % 2 == 0)]
+
+    def driven(knots: Array) -> Driven:
+        parts = tuple(knots[a : b + 1] for a, b in itertools.pairwise(marks))
+        return drive_roughly(field, around, parts, yaws)
+
+    def tried(*moves: Array) -> list[tuple[Driven, Array]]:
+        check()
+        places = [where_open(field, knots, move) for move in moves]
+        return list(zip(both([partial(driven, one) for one in places]), places, strict=True))
+
+    best = driven(knots)
+    if best.motion is None or not free.any():
+        return best
+    for step in steps:
+        across = step * cell * _normals(knots)
+        shift = np.zeros(len(knots))
+        for half in halves:
+            aside = across * half[:, None]
+            low, high = tried(-aside, aside)
+            spent = [spent_beside(way, at, half) for way, at in (low, (best, knots), high)]
+            shift[half] = to_least(*spent)
+        whole = across * shift[:, None]
+        for moves in ([scale * whole for scale in SCALES], [whole * h[:, None] for h in halves]):
+            found, places = min(tried(*moves), key=lambda one: one[0].energy)
+            if found.energy < best.energy:
+                best, knots = found, places
+                break
+    return best
+
+
+def worth_polishing(dissipated: float, metres: float) -> bool:
+    """Whether a motion dissipates (J) enough beyond what its metres cost (J)."""
+    return dissipated > (1.0 + SURPLUS) * metres
+
+
+def hindered(around: Circumstances, dissipated: float, metres: float) -> bool:
+    """Whether bends make a motion dissipate much (J) beside its metres (J), start and stop."""
+    return dissipated - turning(around, OBJECTIVES["energy"]).stop > (1.0 + HINDERED) * metres
+
+
+def drive_roughly(
+    field: CostField,
+    around: Circumstances,
+    legs: tuple[Array, ...],
+    yaws: Sequence[Wanted],
+) -> Driven:
+    """The motion along a way, roughly, with what it takes."""
+    motion = move(field, around, legs, yaws, objective=0, care=ROUGHLY, checked=False)
+    if not isinstance(motion, Motion):
+        return Driven(legs)
+    joules = energy_by_step(field, around, motion)
+    weight = around.mass * STANDARD_GRAVITY
+    spent = np.append(0.0, np.cumsum(joules)) - weight * (motion.heights - motion.heights[0])
+    return Driven(legs, motion, float(joules.sum()), spent)
+
+
+def _normals(knots: Array) -> Array:
+    """Unit vectors (n, 2) to the left of the way from the knot before to the knot after."""
+    along = np.empty_like(knots)
+    along[1:-1] = knots[2:] - knots[:-2]
+    along[0], along[-1] = knots[1] - knots[0], knots[-1] - knots[-2]
+    length = np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-12)
+    return np.column_stack([-along[:, 1], along[:, 0]]) / length[:, None]
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def where_open(field: Any, knots: Any, shifts: Any) -> Any:
+    """Knots (n, 2) moved by shifts (n, 2), but none that would end in a piece nobody can drive."""
+    count = knots.shape[0]
+    moved = knots + shifts
+    back = True
+    while back:
+        back = False
+        for k in range(1, count):
+            (xa, ya), (xb, yb) = moved[k - 1], moved[k]
+            if segment_cost(field, xa, ya, xb, yb, field.step) < np.inf:
+                continue
+            for n in (k - 1, k):
+                if moved[n, 0] != knots[n, 0] or moved[n, 1] != knots[n, 1]:
+                    moved[n] = knots[n]
+                    back = True
+    return moved
+
+
+def spent_beside(way: Driven, knots: Array, some: NDArray[np.bool_]) -> Array:
+    """J that a motion spends from the knot before to the knot after each of ``some``."""
+    if way.motion is None or way.spent is None:
+        return np.full(int(some.sum()), np.inf)
+    stay = ~some
+    along = np.append(0.0, np.cumsum(np.hypot(*np.diff(knots, axis=0).T)))
+    spent = np.empty(len(knots))
+    spent[stay] = spent_at(way.motion.x, way.motion.y, way.spent, knots[stay], along[stay])
+    at = np.flatnonzero(some)
+    return np.asarray(spent[at + 1] - spent[at - 1])
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def spent_at(x: Any, y: Any, spent: Any, places: Any, along: Any) -> Any:
+    """J spent up to where a motion is nearest to each of the places (n, 2), one after the other.
+
+    ``along`` (n,) is how far along the polyline each place is, m. The motion cuts its corners, so
+    it is never further from one place to the next.
+    """
+    count = x.shape[0]
+    found = np.empty(places.shape[0])
+    k, share = 0, 0.0
+    for n in range(places.shape[0]):
+        room = along[n] - along[n - 1] if n > 0 else 0.0
+        least, gone = np.inf, 0.0
+        at, at_share = k, share
+        for j in range(k, count - 1):
+            ex, ey = x[j + 1] - x[j], y[j + 1] - y[j]
+            length = math.sqrt(ex * ex + ey * ey)
+            w = 0.0
+            if length > 0.0:
+                w = ((places[n, 0] - x[j]) * ex + (places[n, 1] - y[j]) * ey) / (length * length)
+                w = min(max(w, share if j == k else 0.0), 1.0)
+            away = math.hypot(x[j] + w * ex - places[n, 0], y[j] + w * ey - places[n, 1])
+            if away < least:
+                least, at, at_share = away, j, w
+            gone += length
+            if gone > 1.1 * room + length:
+                break
+        k, share = at, at_share
+        found[n] = (1.0 - share) * spent[k] + share * spent[k + 1]
+    found[-1] = spent[-1]
+    return found
+
+
+def to_least(low: Array, here: Array, high: Array) -> Array:
+    """Where parabolas through three values, at -1, 0 and 1, are least; one side may be infinite."""
+    lower = np.where(low < high, -1.0, 1.0)
+    aside = np.minimum(low, high)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        bend = low + high - 2.0 * here
+        vertex = np.clip(0.5 * (low - high) / bend, -FURTHEST, FURTHEST)
+    hollow = np.isfinite(bend) & (bend > 0.0)
+    return np.where(hollow, vertex, np.where(aside < here, lower, 0.0))

@@ -1,0 +1,222 @@
+"""Take effects into a model: a new version, with the data and the errors that speak for it.
+
+    adoption = adopt("air_drag", "drive.csv", "minibalance")
+    adoption.model.save("minibalance-2.json")
+    adoption.before.heldout_rmse_w, adoption.after.heldout_rmse_w, adoption.warnings
+
+What a log does not support can be adopted as well; the warnings then say why one should not.
+Versions are those of versions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from planner.cancellation import CancellationToken
+from planner.errors import ModelError
+from planner.power.catalogue import all_effects, find_effect
+from planner.power.effect import Effect
+from planner.power.model import PowerModel
+from planner.power.vehicles import Vehicle
+from planner.progress import Progress, silent
+from planner.shown import Shown
+from planner.telemetry.adoption.versions import history, new_version, rmse_of
+from planner.telemetry.diagnosis import Diagnosis, Errors, diagnose_source
+from planner.telemetry.estimation import Fit, FittedParameter
+from planner.telemetry.holdout import heldout_rmse
+from planner.telemetry.logs import Telemetry
+from planner.telemetry.sampling import open_source
+from planner.telemetry.starting_model import starting_model
+from planner.telemetry.terms import Addition, fit_with
+
+DIAGNOSED = "diagnosed"
+"""Stands for everything that a diagnosis of the log selects and proposes."""
+LEAST_GAIN = 0.99
+"""Held-out error that does not fall below this share of what it was has not fallen."""
+
+Wanted = str | type[Effect]
+
+
+@dataclass(frozen=True)
+class Adoption(Shown):
+    """A new version of a model and what speaks for it.
+
+    Attributes:
+        model: the new version.
+        adopted: slugs.
+        before, after: errors without and with the effects, both fitted to the log.
+        parameters: the fitted ones.
+        warnings: why one should hesitate.
+        diagnosis: of the log, from which all this comes.
+    """
+
+    model: PowerModel
+    adopted: tuple[str, ...]
+    before: Errors
+    after: Errors
+    parameters: tuple[FittedParameter, ...]
+    warnings: tuple[str, ...]
+    diagnosis: Diagnosis
+
+    def to_json(self) -> dict[str, Any]:
+        """The document of ``joulepath adopt --json``."""
+        return {
+            "model": self.model.describe(),
+            "adopted": list(self.adopted),
+            "before": rmse_of(self.before),
+            "after": rmse_of(self.after),
+            "noise_floor_w": self.before.noise_floor_w,
+            "warnings": list(self.warnings),
+            "parameters": [
+                {
+                    "effect": p.effect,
+                    "name": p.name,
+                    "element": p.element,
+                    "value": p.value,
+                    "stderr": p.stderr if np.isfinite(p.stderr) else None,
+                    "unit": p.unit,
+                    "identifiable": p.identifiable,
+                    "note": p.note,
+                }
+                for p in self.parameters
+            ],
+            "history": history(self.model),
+        }
+
+
+def adopt(
+    effects: Wanted | Sequence[Wanted],
+    log: Telemetry | str | Path,
+    model: PowerModel | Vehicle | str | Path,
+    *,
+    mapping: str | Path | None = None,
+    progress: Progress | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> Adoption:
+    """Add effects to a model and fit everything to a log.
+
+    Args:
+        effects: slugs, custom effects, the name of the formula that a diagnosis of this log
+            proposes, or "diagnosed" for all that it selects and proposes.
+        log, model, mapping, progress, cancelled: as
+        planner.telemetry.diagnosis.diagnose_log.diagnose.
+
+    Raises:
+        ModelError: an effect that does not exist, or that the model has already.
+        LogError, VehicleError: something given cannot be used.
+        Cancelled: ``cancelled`` said so.
+    """
+    wanted = [effects] if isinstance(effects, str | type) else list(effects)
+    start = starting_model(model)
+    custom = [e for e in wanted if isinstance(e, type)]
+    _check_names(wanted, start)
+    report = progress or silent
+    watch = CancellationToken(cancelled).watched(
+        lambda share, sentence: report(0.9 * share, sentence)
+    )
+    source = open_source(log, mapping, watch)
+    diagnosis = diagnose_source(source, start, extra=custom, watch=watch)
+    names = _names(wanted, diagnosis)
+    additions = [_addition(name, diagnosis) for name in names]
+    watch(1.0, "fitting the new version")
+    if set(names) == set(diagnosis.proposed):
+        fitted, after = diagnosis.fitted, diagnosis.after
+    else:
+        fitted = fit_with(
+            diagnosis.base, diagnosis.corrected, additions, noise=diagnosis.fitted.noise, tried=True
+        )
+        after = Errors(fitted.rmse_w, heldout_rmse(diagnosis.corrected, fitted))
+    warnings = _warnings(names, diagnosis, after, fitted)
+    new = new_version(start, fitted, names, diagnosis, after, warnings)
+    return Adoption(
+        new,
+        tuple(names),
+        diagnosis.baseline,
+        after,
+        fitted.parameters,
+        tuple(warnings),
+        diagnosis,
+    )
+
+
+def _check_names(wanted: Sequence[Wanted], start: PowerModel) -> None:
+    has = {effect.slug for effect in start.effects}
+    if not wanted:
+        raise ModelError("effect", "none was given", accepted=", ".join(all_effects()))
+    for one in wanted:
+        slug = one if isinstance(one, str) else one.slug
+        if slug in has:
+            raise ModelError(
+                "effect", "the model has it already", value=slug, accepted="another effect"
+            )
+        if isinstance(one, str) and one != DIAGNOSED and not one.startswith("unknown_"):
+            find_effect(one)
+
+
+def _names(wanted: Sequence[Wanted], diagnosis: Diagnosis) -> list[str]:
+    names: list[str] = []
+    for one in wanted:
+        slug = one if isinstance(one, str) else one.slug
+        if slug == DIAGNOSED:
+            names += diagnosis.proposed
+            if not diagnosis.proposed:
+                raise ModelError(
+                    "effect",
+                    "the diagnosis of this log proposes nothing",
+                    value=DIAGNOSED,
+                    accepted=f"an effect by name; what it says: {diagnosis.sentence}",
+                )
+        elif slug in diagnosis.additions:
+            names.append(slug)
+        else:
+            raise ModelError(
+                "effect",
+                "is not what the diagnosis of this log proposes",
+                value=slug,
+                accepted=", ".join(diagnosis.additions),
+            )
+    return list(dict.fromkeys(names))
+
+
+def _addition(name: str, diagnosis: Diagnosis) -> Addition:
+    return diagnosis.additions[name]
+
+
+def _warnings(names: Sequence[str], diagnosis: Diagnosis, after: Errors, fitted: Fit) -> list[str]:
+    warnings = []
+    candidates = {c.effect: c for c in diagnosis.candidates}
+    for name in names:
+        candidate = candidates.get(name)
+        if name in diagnosis.proposed:
+            if candidate is not None and candidate.indistinguishable_from:
+                rivals = ", ".join(candidate.indistinguishable_from)
+                warnings.append(f"{name}: this log cannot tell it from {rivals}")
+        elif candidate is None or candidate.why_not is not None:
+            why = candidate.why_not if candidate else "it was not among the candidates"
+            warnings.append(f"{name}: this log cannot support it: {why}")
+        elif not candidate.parameters:
+            warnings.append(f"{name}: this log asks for a sign or size that it cannot have")
+        else:
+            warnings.append(
+                f"{name}: this log does not call for it (it would add {candidate.rho:.2g} of the "
+                f"noise, z = {candidate.z:.1f})"
+            )
+    before = diagnosis.baseline
+    if after.heldout_rmse_w > LEAST_GAIN * before.heldout_rmse_w:
+        warnings.append(
+            f"the held-out error does not fall: {before.heldout_rmse_w:.3g} W before, "
+            f"{after.heldout_rmse_w:.3g} W after"
+        )
+    for sensor in diagnosis.sensors:
+        warnings.append(
+            f"{sensor.sentence}: the parameters were fitted to the log corrected for that"
+        )
+    for parameter in fitted.parameters:
+        if parameter.effect in names and parameter.note:
+            warnings.append(f"{parameter.effect}.{parameter.name}: {parameter.note}")
+    return warnings

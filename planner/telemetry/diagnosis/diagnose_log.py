@@ -1,0 +1,296 @@
+"""Name the physical effect that a model lacks, or say honestly that a log cannot tell.
+
+    diagnosis = diagnose("drive.csv", "minibalance")
+    diagnosis.verdict, diagnosis.selected, diagnosis.sentence
+
+In this order:
+
+    fit        the model, robustly                                                   estimation
+    lay out    what every effect, sensor error and plain shape would add               evidence
+    choose     the best subset; test it; compare it with its rivals                   selection
+    refit      model and chosen effects together, and lay out anew around them,
+               until the choice stays; with a faulty sensor, after correcting it
+    all rows   of a long log are summed up once around what the sample said
+    outside    what the catalogue leaves over gets a curve and a formula         unknown_effect
+
+The search is planner.telemetry.selection.whole_search. Everything nonlinear happens on a sample of
+at most 12,000 rows; memory does not grow with the log.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from planner.cancellation import CancellationToken
+from planner.power.catalogue import all_effects
+from planner.power.effect import Effect
+from planner.power.model import PowerModel
+from planner.power.vehicles import Vehicle
+from planner.progress import Progress, silent
+from planner.telemetry.diagnosis.experiments import Advice
+from planner.telemetry.diagnosis.reconcile import rather
+from planner.telemetry.diagnosis.results import Candidate, Diagnosis, Errors, Estimate, SensorFault
+from planner.telemetry.diagnosis.unknown_effect import Proposal, propose
+from planner.telemetry.diagnosis.verdict import (
+    never_complete_with_structure,
+    sentence_of,
+    verdict_of,
+)
+from planner.telemetry.estimation import Fit
+from planner.telemetry.evidence import Examination
+from planner.telemetry.holdout import LinearHeldout, falls, heldout_residual, rms
+from planner.telemetry.logs import Telemetry
+from planner.telemetry.other_terms import SENSORS
+from planner.telemetry.regimes import regimes_of
+from planner.telemetry.sampling import LogSource, open_source
+from planner.telemetry.selection import Found, Member, Standing, find_missing
+from planner.telemetry.starting_model import starting_model
+from planner.telemetry.terms import Addition, trimmed
+
+
+def diagnose(
+    log: Telemetry | str | Path,
+    model: PowerModel | Vehicle | str | Path,
+    *,
+    mapping: str | Path | None = None,
+    extra: Sequence[type[Effect]] = (),
+    progress: Progress | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> Diagnosis:
+    """Find out which effect is missing.
+
+    Args:
+        log: what Telemetry.read gave, or a path as it takes.
+        model: a model; or a vehicle, by name or file, whose base model is then the start.
+        mapping: a mapping file for other names, units and signs.
+        extra: custom effects that compete with the catalogue.
+        progress: called with the share done, 0 to 1, and what is being done.
+        cancelled: asked between the steps.
+
+    Raises:
+        LogError, VehicleError, ModelError: something given cannot be used.
+        Cancelled: ``cancelled`` said so.
+    """
+    watch = CancellationToken(cancelled).watched(progress)
+    watch(0.0, "reading the log")
+    start = starting_model(model)
+    source = open_source(log, mapping, watch)
+    return diagnose_source(source, start, extra=extra, watch=watch)
+
+
+def diagnose_source(
+    source: LogSource,
+    start: PowerModel,
+    *,
+    extra: Sequence[type[Effect]] = (),
+    watch: Progress = silent,
+) -> Diagnosis:
+    """As ``diagnose``, for a log that is open."""
+    source = source.steady()
+    watch(0.1, "fitting the model")
+    found = find_missing(source, start, extra, watch)
+    diagnosis = _report(source, found)
+    if found.strained(start):
+        diagnosis = rather(
+            diagnosis, _report(source, find_missing(source, start, extra, watch, as_stated=True))
+        )
+    return never_complete_with_structure(diagnosis)
+
+
+# What is said about it.
+
+
+def _report(source: LogSource, found: Found) -> Diagnosis:
+    examination, selection = found.examination, found.selection
+    members = [m for m in selection.members if not m.sensor]
+    sensors = _sensor_faults(found)
+    shape = selection.shape
+    lost = shape is not None and not sensors and bool(shape.near) and (shape.alone or not members)
+    proposal: Proposal | None = None
+    if shape is not None and not lost:
+        kept = () if shape.alone else found.additions
+        if shape.alone:
+            members = []
+        axis = examination.competitors.dictionary.shapes[shape.number].axis
+        given = _columns_in(found.local, examination, members)
+        proposal = propose(found.local, axis, shape, found.log, found.origin, kept, given)
+    if lost:
+        members = []
+    before = heldout_residual(found.log, found.base)
+    fitted = proposal.fit if proposal else (found.fitted if members else found.base)
+    left = heldout_residual(found.log, fitted)
+    # What does not lower the error on runs that it was not fitted to is not named.
+    if proposal is not None:
+        without = heldout_residual(found.log, found.fitted) if members else before
+        if not falls(before, left, found.base.spread, beside=without):
+            proposal, lost = None, not members
+            fitted, left = (found.fitted if members else found.base), without
+    lower = falls(before, left, found.base.spread)
+    if members and not proposal and not lower:
+        # Whether an effect is there is asked of the fewest parameters that show it.
+        searched = heldout_residual(found.log, found.searched or found.fitted)
+        lower = falls(before, searched, found.base.spread)
+    if (proposal or members) and not sensors and not lower:
+        proposal, members, lost = None, [], True
+        fitted, left = found.base, before
+    baseline = Errors(found.base.rmse_w, rms(before), examination.noise.floor_w)
+    after = Errors(fitted.rmse_w, rms(left))
+    selected = tuple(m.name for m in members)
+    verdict = verdict_of(
+        faulty=bool(sensors), formula=proposal is not None, named=bool(members), lost=lost
+    )
+    if proposal is None and members:
+        fitted = trimmed(fitted, found.origin, found.log, found.additions)
+    candidates = _candidates(found, selected, fitted, members)
+    advice = Advice(examination, selection, found.log)
+    outside = proposal.outside if proposal else None
+    diagnosis = Diagnosis(
+        verdict,
+        selected,
+        "",
+        baseline,
+        after,
+        candidates,
+        advice.not_told(selected),
+        tuple(regimes_of(found.log, found.base.residual, found.base.spread)),
+        outside,
+        sensors,
+        advice.experiments(),
+        found.base.model,
+        fitted,
+        _additions(found, members, proposal),
+        found.log,
+        source.describe(),
+        found.base.refused,
+    )
+    return replace(diagnosis, sentence=sentence_of(diagnosis, shape.near if shape and lost else ()))
+
+
+def _columns_in(
+    local: Examination, examination: Examination, members: Sequence[Member]
+) -> list[int]:
+    """Columns of members in another examination, which numbers its candidates otherwise."""
+    known = local.competitors.library.candidates
+    theirs = examination.competitors.library.candidates
+    return [
+        local.competitors.candidate(known.index(theirs[n]))
+        for member in members
+        for n in member.term.columns
+    ]
+
+
+def _additions(
+    found: Found, members: Sequence[Member], proposal: Proposal | None
+) -> dict[str, Addition]:
+    """How to add everything that could be adopted, supported by the log or not."""
+    examination = found.examination
+    library = examination.competitors.library
+    additions: dict[str, Addition] = {}
+    for slug, effect in all_effects().items():
+        if not effect.base and slug not in library.own:
+            additions[slug] = Addition.usual(effect, library.model)
+    for standing, where in _standings(found):
+        known = where.competitors.library
+        addition = Addition.of(known, standing.member.term, standing.coefficients)
+        additions[standing.name] = addition.completed(known)
+    for member, addition in zip(members, found.additions, strict=False):
+        additions[member.name] = addition
+    if proposal is not None:
+        additions[proposal.outside.name] = proposal.addition
+    return additions
+
+
+def _standings(found: Found) -> list[tuple[Standing, Examination]]:
+    """Effects that compete, and the examination that their members are counted in."""
+    all_rows = [(standing, found.examination) for standing in found.selection.standings]
+    refuted = [(standing, found.local) for standing in found.refuted]
+    return [entry for entry in [*all_rows, *refuted] if not entry[0].member.sensor]
+
+
+def _sensor_faults(found: Found) -> tuple[SensorFault, ...]:
+    values = dict(found.corrections)
+    for member in found.selection.members:
+        if member.sensor:
+            standing = next(s for s in found.selection.standings if s.name == member.name)
+            value = float(standing.coefficients[0])
+            before = values.get(member.name, (0.0, 0.0))[0]
+            values[member.name] = (before + value, abs(value) / max(standing.z, 1e-9))
+    faults = []
+    for kind, (value, stderr) in values.items():
+        sensor = SENSORS[kind]
+        sentence = sensor.sentence.format(value=f"{value:.3g} ± {stderr:.1g}")
+        faults.append(SensorFault(kind, value, stderr, sensor.unit, sentence))
+    return tuple(faults)
+
+
+def _candidates(
+    found: Found, selected: tuple[str, ...], fitted: Fit, members: Sequence[Member]
+) -> tuple[Candidate, ...]:
+    entries = []
+    examination = found.examination
+    # The sums of a long log do not keep its rows: the sample's errors stand for it.
+    linear = LinearHeldout(found.log, found.local)
+    own = _columns_in(found.local, examination, members)
+    for standing, where in _standings(found):
+        chosen = standing.name in selected
+        if chosen:
+            parameters = _fitted_estimates(fitted, standing.name)
+        else:
+            parameters = _linear_estimates(where, standing)
+        # An effect alone; a selected one with all that were selected.
+        columns = _columns_in(found.local, where, [standing.member])
+        entries.append(
+            Candidate(
+                standing.name,
+                standing.probability,
+                linear.rmse(own if chosen else columns),
+                parameters,
+                standing.z,
+                standing.p_value,
+                standing.size,
+                standing.gain,
+                len(standing.member.columns),
+                found.selection.ties.get(standing.name, ()) if chosen else (),
+            )
+        )
+    told = {entry.effect for entry in entries}
+    rest = sorted(examination.testable.items(), key=lambda item: (item[1] is not None, item[0]))
+    for slug, why in rest:
+        if slug not in told:
+            # Testable and not told: the log asks for a sign or size that the effect cannot have.
+            entries.append(Candidate(slug, 0.0, None, {}, 0.0, 1.0, 0.0, 0.0, 0, (), why))
+    return tuple(entries)
+
+
+def _fitted_estimates(fitted: Fit, slug: str) -> dict[str, Estimate]:
+    estimates = {}
+    for parameter in fitted.parameters:
+        if parameter.effect == slug:
+            spread = fitted.model.slots
+            several = sum(1 for s in spread if s[0].slug == slug and s[1] == parameter.name) > 1
+            name = f"{parameter.name} {parameter.element}" if several else parameter.name
+            estimates[name] = Estimate(parameter.value, parameter.stderr, parameter.unit)
+    return estimates
+
+
+def _linear_estimates(examination: Examination, standing: Standing) -> dict[str, Estimate]:
+    library = examination.competitors.library
+    estimates = {}
+    clear = examination.evidence.clear
+    for number, column, value in zip(
+        standing.member.term.columns,
+        standing.member.columns,
+        standing.coefficients,
+        strict=True,
+    ):
+        candidate = library.candidates[number]
+        _, _, parameter, _ = library.model.slots[candidate.place]
+        null = parameter.null or 0.0
+        stderr = float(1.0 / np.sqrt(max(clear[column, column], 1e-300)))
+        bounded = float(np.clip(null + value, *parameter.bounds))
+        estimates[candidate.parameter] = Estimate(bounded, stderr, parameter.unit)
+    return estimates

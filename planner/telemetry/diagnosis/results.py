@@ -1,0 +1,274 @@
+"""What a diagnosis says: the verdict, the evidence, what to do next.
+
+Made by diagnose_log.diagnose; ``to_json`` gives the document of the
+command line and of the service.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from planner.power.effect import Effect
+from planner.power.model import PowerModel
+from planner.shown import Shown
+from planner.telemetry.estimation import Fit, RefusedFit
+from planner.telemetry.logs import Telemetry
+from planner.telemetry.regimes import Regime
+from planner.telemetry.terms import Addition
+
+Verdict = Literal[
+    "missing_effect", "complete", "not_identifiable", "outside_catalogue", "sensor_error"
+]
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Error of a model on a log, W.
+
+    Attributes:
+        rmse_w: on the rows that the model was fitted to.
+        heldout_rmse_w: on runs that it was not fitted to.
+        noise_floor_w: what no model can go below; None where it was not asked.
+    """
+
+    rmse_w: float
+    heldout_rmse_w: float
+    noise_floor_w: float | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """The keys of design's ``baseline`` and ``after``."""
+        document: dict[str, Any] = {"rmse_w": self.rmse_w, "heldout_rmse_w": self.heldout_rmse_w}
+        if self.noise_floor_w is not None:
+            document["noise_floor_w"] = self.noise_floor_w
+        return document
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Value of one parameter with its standard error."""
+
+    value: float
+    stderr: float | None
+    unit: str
+
+    def to_json(self) -> dict[str, Any]:
+        """Value, standard error and unit."""
+        return {"value": self.value, "stderr": _number(self.stderr), "unit": self.unit}
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """How one effect of the catalogue stands.
+
+    Attributes:
+        effect: slug.
+        probability: that it is missing, given that one to three of the candidates may be.
+        heldout_rmse_w: of the model with it, on runs not fitted; None when it cannot be told.
+        parameters: name → estimate.
+        z: normal deviate of its test.
+        p_value: of its test alone, before any correction for the number of candidates.
+        rho: what it adds, rms, over the noise.
+        gain: log-likelihood gained over the model.
+        degrees_of_freedom: number of its parameters.
+        indistinguishable_from: slugs that explain the log as well.
+        why_not: why this log cannot tell it; None when it can.
+    """
+
+    effect: str
+    probability: float
+    heldout_rmse_w: float | None
+    parameters: Mapping[str, Estimate]
+    z: float
+    p_value: float
+    rho: float
+    gain: float
+    degrees_of_freedom: int
+    indistinguishable_from: tuple[str, ...] = ()
+    why_not: str | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """One entry of ``candidates``."""
+        return {
+            "effect": self.effect,
+            "probability": self.probability,
+            "heldout_rmse_w": self.heldout_rmse_w,
+            "parameters": {name: e.to_json() for name, e in self.parameters.items()},
+            "evidence": {
+                "z": self.z,
+                "p_value": self.p_value,
+                "rho": self.rho,
+                "delta_log_likelihood": self.gain,
+                "degrees_of_freedom": self.degrees_of_freedom,
+            },
+            "indistinguishable_from": list(self.indistinguishable_from),
+            "testable": self.why_not is None,
+            "why_not": self.why_not,
+        }
+
+
+@dataclass(frozen=True)
+class Outside:
+    """A shape that the catalogue does not have.
+
+    Attributes:
+        quantities: over which it runs, the telling one first.
+        curve: (x, W) points over the first of them.
+        name: slug under which it can be adopted.
+        formula: its text.
+        effect: the custom effect.
+        z, rho: of the shape that showed it.
+    """
+
+    quantities: tuple[str, ...]
+    curve: tuple[tuple[float, float], ...]
+    name: str
+    formula: str
+    effect: type[Effect]
+    z: float
+    rho: float
+
+    def to_json(self) -> dict[str, Any]:
+        """Design's ``outside_catalogue``."""
+        return {
+            "quantities": list(self.quantities),
+            "shape": [[x, w] for x, w in self.curve],
+            "formula": self.formula,
+            "name": self.name,
+            "definition": dict(self.effect.definition or {}),
+            "evidence": {"z": self.z, "rho": self.rho},
+        }
+
+
+@dataclass(frozen=True)
+class SensorFault:
+    """A sensor whose error explains the residual."""
+
+    kind: str
+    value: float
+    stderr: float
+    unit: str
+    sentence: str
+
+    def to_json(self) -> dict[str, Any]:
+        """One entry of ``sensor``."""
+        return {
+            "kind": self.kind,
+            "value": self.value,
+            "stderr": _number(self.stderr),
+            "unit": self.unit,
+            "sentence": self.sentence,
+        }
+
+
+@dataclass(frozen=True)
+class NotTestable:
+    """An effect that this log cannot tell."""
+
+    effect: str
+    why: str
+    what_would_help: str
+
+    def to_json(self) -> dict[str, Any]:
+        """One entry of ``not_testable``."""
+        return {"effect": self.effect, "why": self.why, "what_would_help": self.what_would_help}
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A run that would tell effects apart that this log cannot.
+
+    Attributes:
+        separates: slugs.
+        run: what to drive, in words.
+        settings: the same in numbers, SI.
+    """
+
+    separates: tuple[str, ...]
+    run: str
+    settings: Mapping[str, Any]
+
+    def to_json(self) -> dict[str, Any]:
+        """One entry of ``experiments``."""
+        return {
+            "separates": list(self.separates),
+            "run": self.run,
+            "settings": dict(self.settings),
+        }
+
+
+@dataclass(frozen=True)
+class Diagnosis(Shown):
+    """The answer to: which effect is missing?
+
+    Attributes:
+        verdict: what was found.
+        selected: slugs to adopt, strongest first; () when none.
+        sentence: the verdict in words.
+        baseline, after: errors of the model as it is (fitted) and with what was selected.
+        candidates: every effect that competed, best first.
+        not_testable: effects that the log cannot tell, and what would help.
+        regimes: where the model is wrong.
+        outside: what lies outside the catalogue, or None.
+        sensors: faulty sensors.
+        experiments: runs that would separate ties.
+        base: the model fitted without what was selected.
+        fitted: the model with everything that ``selected`` and ``outside`` propose, fitted.
+        additions: name → how to add it, for all that could be adopted.
+        corrected: the rows that all this was settled on, without the errors of sensors.
+        log: source, hash, rows, runs, findings.
+        refused: None; where the model as stated beats its fit on held-out runs, both errors.
+    """
+
+    verdict: Verdict
+    selected: tuple[str, ...]
+    sentence: str
+    baseline: Errors
+    after: Errors
+    candidates: tuple[Candidate, ...]
+    not_testable: tuple[NotTestable, ...]
+    regimes: tuple[Regime, ...]
+    outside: Outside | None
+    sensors: tuple[SensorFault, ...]
+    experiments: tuple[Experiment, ...]
+    base: PowerModel
+    fitted: Fit
+    additions: Mapping[str, Addition]
+    corrected: Telemetry
+    log: Mapping[str, Any]
+    refused: RefusedFit | None = None
+
+    @property
+    def model(self) -> PowerModel:
+        """The model with everything that ``selected`` and ``outside`` propose, fitted."""
+        return self.fitted.model
+
+    @property
+    def proposed(self) -> tuple[str, ...]:
+        """Names of everything to adopt: ``selected``, and the formula of ``outside``."""
+        return (*self.selected, *((self.outside.name,) if self.outside else ()))
+
+    def to_json(self) -> dict[str, Any]:
+        """The document of ``joulepath diagnose --json``."""
+        return {
+            "verdict": self.verdict,
+            "selected": list(self.selected),
+            "sentence": self.sentence,
+            "baseline": self.baseline.to_json(),
+            "after": self.after.to_json(),
+            "candidates": [c.to_json() for c in self.candidates],
+            "not_testable": [n.to_json() for n in self.not_testable],
+            "regimes": [r.to_json() for r in self.regimes],
+            "outside_catalogue": None if self.outside is None else self.outside.to_json(),
+            "sensor": [s.to_json() for s in self.sensors] or None,
+            "experiments": [e.to_json() for e in self.experiments],
+            "model": self.base.describe(),
+            "log": dict(self.log),
+            "refused_fit": None if self.refused is None else self.refused.to_json(),
+        }
+
+
+def _number(value: float | None) -> float | None:
+    return None if value is None or not math.isfinite(value) else value

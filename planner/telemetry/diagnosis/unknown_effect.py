@@ -1,0 +1,353 @@
+"""A formula for what the catalogue does not have: which shape, over which quantity, how strong.
+
+    found = propose(examination, axis, shape, log, model, additions, given)
+    found.outside, found.addition
+
+The shape that stood out names the axis. Every function of the dictionary over that axis, alone or
+times the speed, is then tried with its threshold, width or constant moved to where it explains
+most; the one with the best likelihood less a charge for its numbers becomes a custom effect
+(planner.power.formulas.custom) and is fitted with all other parameters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize
+
+from planner.arrays import Array
+from planner.power.effect import Effect
+from planner.power.formulas import custom_effect
+from planner.power.model import PowerModel
+from planner.quantities import STANDARD_GRAVITY
+from planner.telemetry.diagnosis.results import Outside
+from planner.telemetry.estimation import Fit
+from planner.telemetry.evidence import Examination
+from planner.telemetry.logs import Telemetry
+from planner.telemetry.other_terms import Shape
+from planner.telemetry.quantities_of_motion import STANDSTILL, motion_axes
+from planner.telemetry.selection import ShapeFound
+from planner.telemetry.terms import Addition, fit_with
+
+TRIED = 5
+"""Shapes whose places are moved, out of all that the sums rank."""
+CURVE_POINTS = 41
+_HUGE = 1e6
+
+
+@dataclass(frozen=True)
+class _Text:
+    """An axis in the language of custom formulas."""
+
+    expression: str
+    unit: str
+    fixed: dict[str, dict[str, Any]]
+
+
+_STILL = {
+    "standstill": {"unit": "m/s", "bounds": (1e-3, 1), "default": STANDSTILL, "fitted": False}
+}
+_LENGTH = "sqrt(vx * vx + vy * vy + standstill * standstill)"
+_GRAVITY = {
+    "gravity": {
+        "unit": "m/s^2",
+        "bounds": (1, 30),
+        "default": STANDARD_GRAVITY,
+        "fitted": False,
+    }
+}
+
+
+def _axis_text(axis: str, temperature: str) -> _Text:
+    return {
+        "speed": _Text("speed", "m/s", {}),
+        "heading": _Text("heading", "1", {}),
+        "slope_along": _Text(
+            f"(-(gravity_x * vx + gravity_y * vy) / (gravity * {_LENGTH}))",
+            "1",
+            {**_STILL, **_GRAVITY},
+        ),
+        "slope_across": _Text(
+            f"(-(gravity_y * vx - gravity_x * vy) / (gravity * {_LENGTH}))",
+            "1",
+            {**_STILL, **_GRAVITY},
+        ),
+        "yaw_rate": _Text("wz", "rad/s", {}),
+        "acceleration": _Text(f"((ax * vx + ay * vy) / {_LENGTH})", "m/s^2", _STILL),
+        "load": _Text("payload", "kg", {}),
+        "temperature": _Text(temperature, "K", {}),
+        "time_since_start": _Text("time_since_start", "s", {}),
+    }[axis]
+
+
+def _power_unit(axis_unit: str, order: int, times_speed: int) -> str:
+    unit = "W"
+    if order and axis_unit != "1":
+        unit += f"/({axis_unit})" if order == 1 else f"/({axis_unit})^{order}"
+    if times_speed:
+        unit += "/(m/s)" if times_speed == 1 else f"/(m/s)^{times_speed}"
+    return unit
+
+
+def _place_bounds(kind: str, span: tuple[float, float]) -> list[tuple[float, float]]:
+    """Where what can be moved of a shape may lie: its place, and its width if it has one."""
+    low, high = span
+    length = max(high - low, 1e-9)
+    if kind == "bump":  # narrower than this, a single speed that was driven looks like one
+        return [(low - length, high + length), (0.04 * length, 2.0 * length)]
+    if kind == "decay":
+        return [(0.005 * length, 10.0 * length)]
+    return [(0.0, max(abs(low), abs(high))) if kind == "outside" else (low, high)]
+
+
+def formula_of(
+    shape: Shape, span: tuple[float, float], temperature: str, coefficients: Sequence[float]
+) -> tuple[type[Effect], dict[tuple[str, int], float]]:
+    """A custom effect for a shape, and where its fit starts.
+
+    Args:
+        shape: the shape; of a harmonic either of the two.
+        span: range of its axis in the log.
+        temperature: quantity of the temperature axis.
+        coefficients: W per unit of the shape; two for a harmonic (cosine, sine).
+    """
+    text = _axis_text(shape.axis, temperature)
+    x = text.expression
+    order = 1
+    shaping: dict[str, dict[str, Any]] = {}
+    start: dict[tuple[str, int], float] = {}
+    strengths = ["strength"]
+
+    def shaped(name: str, value: float, bounds: tuple[float, float], unit: str) -> None:
+        shaping[name] = {"unit": unit, "bounds": bounds, "default": value}
+        start[name, 0] = float(np.clip(value, *bounds))
+
+    if shape.kind == "power":
+        order = int(shape.at)
+        body = x if order == 1 else f"{x} ** {order}"
+    elif shape.kind == "size":
+        body = f"abs({x})"
+    elif shape.kind == "bump":
+        order = 0
+        body = f"bump({x}, centre, width)"
+        centre, spread = _place_bounds(shape.kind, span)
+        shaped("centre", shape.at, centre, text.unit)
+        shaped("width", shape.width, spread, text.unit)
+    elif shape.kind in ("cos", "sin"):
+        order = 0
+        strengths = ["even", "odd"]
+        n = int(shape.at)
+        body = f"(even * cos({n} * heading) + odd * sin({n} * heading))"
+    elif shape.kind in ("above", "outside", "below"):
+        inner = {
+            "above": f"{x} - threshold",
+            "outside": f"abs({x}) - threshold",
+            "below": f"threshold - {x}",
+        }[shape.kind]
+        body = f"hinge({inner})"
+        shaped("threshold", shape.at, _place_bounds(shape.kind, span)[0], text.unit)
+    else:
+        order = 0
+        body = f"exp(-{x} / time_constant)"
+        shaped("time_constant", shape.at, _place_bounds(shape.kind, span)[0], text.unit)
+    fixed = dict(text.fixed)
+    factor = "" if shape.times_speed == 0 else " * speed"
+    factor += f" ** {shape.times_speed}" if shape.times_speed > 1 else ""
+    if shape.axis == "heading" and shape.times_speed == 0:
+        factor = " * tanh(speed / standstill)"
+        fixed |= _STILL
+    unit = _power_unit(text.unit, order, shape.times_speed)
+    parameters: dict[str, dict[str, Any]] = {
+        name: {"unit": unit, "bounds": (-_HUGE, _HUGE), "null": 0.0} for name in strengths
+    }
+    for name, value in zip(strengths, coefficients, strict=True):
+        start[name, 0] = float(value)
+    formula = f"{body}{factor}" if len(strengths) > 1 else f"strength * {body}{factor}"
+    effect = custom_effect(
+        f"unknown_{shape.axis}",
+        formula,
+        "W",
+        {**parameters, **shaping, **fixed},
+        title=f"unknown effect over {' and '.join(shape.quantities).replace('_', ' ')}",
+        doc="Proposed from a log by what the catalogue left over.",
+    )
+    return effect, start
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """A formula that was fitted.
+
+    Attributes:
+        outside: what is reported.
+        addition: how to add it to a model.
+        fit: the model with the selection and the formula.
+    """
+
+    outside: Outside
+    addition: Addition
+    fit: Fit
+
+
+def propose(
+    examination: Examination,
+    axis: str,
+    shape: ShapeFound,
+    log: Telemetry,
+    model: PowerModel,
+    additions: Sequence[Addition],
+    given: Sequence[int],
+) -> Proposal:
+    """Find the best formula over the axis of a shape that stood out.
+
+    Args:
+        examination: of the rows of ``log``.
+        axis: over which something stood out.
+        shape: how clearly it did.
+        log: the rows.
+        model: the model without any additions, fitted.
+        additions: what was selected beside it.
+        given: columns of what was selected.
+    """
+    dictionary = examination.competitors.dictionary
+    tuner = _Tuner(examination, log, given)
+    tuned = [tuner.tuned(tried) for tried in _ranked(examination, axis, given)[:TRIED]]
+    _, best, coefficients = max(tuned, key=lambda entry: entry[0])
+    effect, start = formula_of(best, dictionary.ranges[axis], dictionary.temperature, coefficients)
+    addition = Addition(effect, start)
+    fitted = fit_with(model, log, [*additions, addition], noise=examination.noise)
+    outside = Outside(
+        best.quantities,
+        _curve(fitted.model, effect, log, axis, dictionary.temperature),
+        effect.slug,
+        str((effect.definition or {})["formula"]),
+        effect,
+        shape.z,
+        shape.size,
+    )
+    return Proposal(outside, addition, fitted)
+
+
+def _ranked(examination: Examination, axis: str, given: Sequence[int]) -> list[Shape]:
+    """One shape of every family over an axis, by the likelihood that it gains; harmonics paired."""
+    competitors, evidence = examination.competitors, examination.evidence
+    shapes = competitors.dictionary.shapes
+    best: dict[tuple[str, str, int], tuple[float, Shape]] = {}
+    for number in examination.shapes:
+        shape = shapes[number]
+        if shape.axis != axis or shape.kind == "sin":
+            continue
+        columns = [competitors.first_shape + number]
+        if shape.kind == "cos":
+            columns.append(columns[0] + 1)  # its sine stands beside it
+        gain = evidence.gain([*given, *columns])[0] - 2.0 * len(columns)
+        family = shape.family if shape.kind != "power" else (*shape.family[:2], int(shape.at) * 10)
+        if family not in best or gain > best[family][0]:
+            best[family] = (gain, shape)
+    return [shape for _, shape in sorted(best.values(), key=lambda entry: -entry[0])]
+
+
+class _Tuner:
+    """Moves thresholds, centres and widths of shapes to where they explain most.
+
+    Everything else is taken as linear around the examination, so that no kernel is compiled for a
+    formula before it is known to be the best one.
+    """
+
+    def __init__(self, examination: Examination, log: Telemetry, given: Sequence[int]) -> None:
+        self.examination = examination
+        self.log = log
+        evidence = examination.evidence
+        rows = log.rows_for(examination.competitors.library.model.surfaces)
+        dictionary = examination.competitors.dictionary
+        self.dictionary = dictionary
+        self.rows = rows
+        at = [*evidence.tangent.tolist(), *given, evidence.residual]
+        white = self._white(examination.raw[:, at])
+        scale = np.sqrt((white[:, :-1] ** 2).sum(axis=0)) + 1e-300
+        self.basis, _ = np.linalg.qr(white[:, :-1] / scale)
+        self.target = white[:, -1] - self.basis @ (self.basis.T @ white[:, -1])
+
+    def _white(self, columns: Array) -> Array:
+        examination = self.examination
+        return examination.noise.whiten(self.log, examination.watts, examination.spread, columns)
+
+    def gain(self, shape: Shape) -> tuple[float, Array]:
+        """Log-likelihood that a shape gains, and its coefficients (cosine and sine)."""
+        pair = (shape, replace(shape, kind="sin")) if shape.kind == "cos" else (shape,)
+        columns = self.dictionary.only(pair).columns(self.rows)
+        white = self._white(columns)
+        clear = white - self.basis @ (self.basis.T @ white)
+        gram = clear.T @ clear
+        if np.trace(gram) <= 1e-12:
+            return 0.0, np.zeros(len(pair))
+        found = np.linalg.lstsq(gram, clear.T @ self.target, rcond=1e-10)[0]
+        return float(0.5 * found @ (clear.T @ self.target)), np.asarray(found, float)
+
+    def tuned(self, shape: Shape) -> tuple[float, Shape, tuple[float, ...]]:
+        """Gain less a charge for every number, the shape at its best place, its coefficients."""
+        names = _PLACED.get(shape.kind, ())
+        if names:
+            low, high = self.dictionary.ranges[shape.axis]
+            span = max(high - low, 1e-9)
+            bounds = _place_bounds(shape.kind, (low, high))
+            start = [
+                float(np.clip(getattr(shape, name), *limits))
+                for name, limits in zip(names, bounds, strict=True)
+            ]
+
+            def moved(place: Array) -> Shape:
+                at = float(place[0])
+                return replace(
+                    shape, at=at, width=float(place[1]) if len(place) > 1 else shape.width
+                )
+
+            def loss(place: Array) -> float:
+                possible = all(a <= x <= b for x, (a, b) in zip(place, bounds, strict=True))
+                return -self.gain(moved(place))[0] if possible else 0.0
+
+            steps = [0.15 * (abs(s) if shape.kind == "decay" else span) for s in start]
+            simplex = np.array([start, *(np.array(start) + np.diag(steps))])
+            found = minimize(
+                loss,
+                start,
+                method="Nelder-Mead",
+                options={"initial_simplex": simplex, "maxfev": 60, "xatol": 1e-3 * span},
+            )
+            if -found.fun > self.gain(shape)[0]:
+                shape = moved(found.x)
+        gain, coefficients = self.gain(shape)
+        charge = 2.0 * (len(names) + len(coefficients))
+        return gain - charge, shape, tuple(coefficients.tolist())
+
+
+_PLACED = {
+    "bump": ("at", "width"),
+    "above": ("at",),
+    "below": ("at",),
+    "outside": ("at",),
+    "decay": ("at",),
+}
+"""What of a shape can be moved, by its kind."""
+
+
+def _curve(
+    model: PowerModel, effect: type[Effect], log: Telemetry, axis: str, temperature: str
+) -> tuple[tuple[float, float], ...]:
+    """Median of what the effect adds along its axis, W, over equal shares of the rows."""
+    rows = log.rows_for(model.surfaces)
+    values = motion_axes(rows, temperature=temperature)[axis]
+    watts = model.watts_by_effect(rows)[effect.slug]
+    known = np.flatnonzero(np.isfinite(values))
+    low, high = np.percentile(values[known], [0.5, 99.5])
+    edges = np.linspace(low, high, CURVE_POINTS)
+    bins = np.digitize(values[known], edges)
+    points = []
+    for k in range(1, CURVE_POINTS):
+        inside = known[bins == k]
+        if len(inside):
+            points.append((float(np.median(values[inside])), float(np.median(watts[inside]))))
+    return tuple(points)

@@ -1,0 +1,206 @@
+"""Fit a model's parameters to a log: bounded, robust, with errors and what cannot be told.
+
+    model = starting_model("minibalance")       # planner.telemetry.starting_model
+    result = fit(log, model)
+    result.model.parameters, result.model.stderr
+    for parameter in result.parameters: print(parameter.name, parameter.value, parameter.note)
+
+The values are those of gauss_newton: residuals are whitened and count
+at most 3.5 spreads, no parameter leaves its physical range, and one that the log says nothing about
+stays where it starts and is marked as not identifiable.
+
+Standard errors are those of parameter_errors.
+
+Left out
+    resistance and torque constant apart: with power alone only R/k_t² shows, and R stands for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+import numpy as np
+
+from planner.arrays import Array
+from planner.power.model import PowerModel
+from planner.telemetry.estimation.gauss_newton import CLOSE, Problem, Solution, problem_of
+from planner.telemetry.estimation.parameter_errors import covariance_of, profiled, run_errors
+from planner.telemetry.logs import Telemetry
+from planner.telemetry.noise import Noise, clipped, noise_of
+from planner.telemetry.parameters import free_places
+from planner.telemetry.prediction import Nodes, doubt_of, predict, tangent
+
+
+@dataclass(frozen=True)
+class FittedParameter:
+    """One number of a fitted model."""
+
+    effect: str
+    name: str
+    element: int
+    value: float
+    stderr: float
+    unit: str
+    identifiable: bool
+    note: str
+
+    AT_THE_END: ClassVar[str] = "at the end of its physical range"
+    """Note of a parameter that the log would move beyond its bounds."""
+
+    @property
+    def at_the_end(self) -> bool:
+        """Whether the log would move it beyond its bounds."""
+        return self.note == self.AT_THE_END
+
+
+@dataclass(frozen=True)
+class RefusedFit:
+    """A fit that held-out runs refute: the model as stated predicts them better.
+
+    Attributes:
+        heldout_rmse_w: of the fit, W, on runs that it has not seen.
+        stated_rmse_w: of the model as stated, W, on all runs.
+    """
+
+    heldout_rmse_w: float
+    stated_rmse_w: float
+
+    @property
+    def sentence(self) -> str:
+        """What was refused, and why."""
+        return (
+            "The fit to this log is not used: it misses held-out runs by "
+            f"{self.heldout_rmse_w:.3g} W, the model as stated by {self.stated_rmse_w:.3g} W."
+        )
+
+    def to_json(self) -> dict[str, Any]:
+        """The entry ``refused_fit`` of a comparison and of a diagnosis."""
+        return {
+            "heldout_rmse_w": self.heldout_rmse_w,
+            "stated_rmse_w": self.stated_rmse_w,
+            "sentence": self.sentence,
+        }
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted model.
+
+    Attributes:
+        model: with the fitted parameters and their standard errors.
+        places: numbers of the parameters that were free.
+        start: (p,) of these, where the fit began: the middle of the prior.
+        covariance: (p, p) of the free parameters.
+        watts, residual: (n,) W of the fitted model, and measured less modelled.
+        spread: (n,) W, standard deviation of single rows.
+        noise: what was taken for noise.
+        rmse_w: root mean square of the residual, W.
+        parameters: the free ones with remarks.
+        refused: None; where this is the model as stated because its fit was refused, both errors.
+    """
+
+    model: PowerModel
+    places: tuple[int, ...]
+    start: Array
+    covariance: Array
+    watts: Array
+    residual: Array
+    spread: Array
+    noise: Noise
+    rmse_w: float
+    parameters: tuple[FittedParameter, ...]
+    refused: RefusedFit | None = None
+
+
+def fit(
+    log: Telemetry,
+    model: PowerModel,
+    *,
+    free: Sequence[int] | None = None,
+    noise: Noise | None = None,
+    tried: Sequence[int] = (),
+) -> Fit:
+    """Fit the free parameters of a model to the measured power.
+
+    Args:
+        log: the rows; a sample of a long log (planner.telemetry.sampling.sample).
+        model: where the fit starts, and the middle of the prior.
+        free: numbers of the parameters to change; None takes all that may be fitted.
+        noise: what the measurement scatters by; None estimates it from the residual.
+        tried: numbers of the free parameters whose intervals are tried out at both ends.
+    """
+    rows = log.rows_for(model.surfaces)
+    nodes, doubt = Nodes.of(log, model), doubt_of(model, rows)
+    places = free_places(model, log) if free is None else tuple(free)
+    problem = problem_of(log, nodes, model, places)
+    watts, columns = tangent(model, nodes, places)
+    found = Solution(model, watts, columns)
+    for round_number in range(2 if noise is None else 1):
+        scatter = noise or noise_of(log, log.power - found.watts, found.watts, doubt, found.columns)
+        # A first fit only has to show the noise.
+        close = CLOSE if round_number or noise is not None else 10.0
+        found = problem.solve(found, scatter, scatter.spread(found.watts, doubt), close)
+    scatter = noise or noise_of(log, log.power - found.watts, found.watts, doubt, found.columns)
+    given = run_errors(found.model, nodes, found.watts, log.present)
+    finely = Nodes.of(log, found.model, finely=True)
+    given = np.column_stack([predict(found.model, finely) - found.watts, given])
+    return _finished(problem, found, scatter, doubt, given, tried)
+
+
+def _finished(
+    problem: Problem,
+    found: Solution,
+    noise: Noise,
+    doubt: Array,
+    given: Array,
+    tried: Sequence[int],
+) -> Fit:
+    log, index, model, watts = problem.log, problem.index, found.model, found.watts
+    residual = log.power - watts
+    spread = noise.spread(watts, doubt)
+    given[:, 0] = clipped(given[:, 0], spread)
+    everything = np.column_stack([found.columns, clipped(residual, spread), given])
+    white = noise.whiten(log, watts, spread, everything)
+    covariance, known = covariance_of(problem, white)
+    stderr = np.full(len(model.parameters), np.nan) if model.stderr is None else model.stderr.copy()
+    stderr[index] = np.sqrt(np.diag(covariance))
+    for place in tried:
+        k = int(np.flatnonzero(index == place)[0])
+        if known[k]:
+            stderr[place] = profiled(problem, found, noise, spread, white, covariance, k)
+    fitted = []
+    for k, place in enumerate(index):
+        effect, name, parameter, element = model.slots[place]
+        value = float(model.parameters[place])
+        note = ""
+        if not known[k]:
+            note = "this log says too little about it; it stays near its starting value"
+        elif value <= problem.low[k] or value >= problem.high[k]:
+            note = FittedParameter.AT_THE_END
+        fitted.append(
+            FittedParameter(
+                effect.slug,
+                name,
+                element,
+                value,
+                float(stderr[place]),
+                parameter.unit,
+                bool(known[k]),
+                note,
+            )
+        )
+    return Fit(
+        # What was known of the energy belonged to the values that the fit started from.
+        replace(model, stderr=stderr, covariance=None, energy_error=None),
+        tuple(index.tolist()),
+        problem.start,
+        covariance,
+        watts,
+        residual,
+        spread,
+        noise,
+        float(np.sqrt(np.mean(residual**2))),
+        tuple(fitted),
+    )

@@ -1,0 +1,225 @@
+"""How well a fit knows its parameters: standard errors, and intervals that were tried out.
+
+    covariance, known = covariance_of(problem, white)
+    run_errors(model, nodes, watts, log.present)      # by what is measured once a run
+    stderr = profiled(problem, found, noise, spread, white, covariance, number)
+
+Standard errors come from what leaving out each block of rows in turn changes (a jackknife), which
+allows for noise that the whitening did not get right. Blocks of one run share the errors of what
+was measured once before it, its load say; these are added run by run. What a parameter would change
+by if rows in which friction changes side were averaged more finely is added as well.
+
+A standard error is the slope's word on how fast the fit gets worse. Where an effect has a shape of
+its own, its size and its shape may trade against each other along a bend, and the fit stays good
+much farther out than the slope says. So an effect's parameters are *tried out*: held at the ends of
+their interval while all others are fitted anew (profile likelihood; Bates and Watts, Nonlinear
+regression analysis, 1988). Where the fit has not become as much worse as it should, the interval
+is made longer until it has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.arrays import Array
+from planner.power.model import PowerModel
+from planner.quantities import INDEX
+from planner.telemetry.estimation.gauss_newton import Problem, Solution, with_values
+from planner.telemetry.noise import Noise
+from planner.telemetry.prediction import Nodes, predict
+from planner.telemetry.sampling import block_numbers
+
+COVERED = 1.96
+"""Standard errors to the end of a 95 % interval."""
+AS_EXPECTED = 0.9
+"""Share of the expected rise, at an interval's end, that is near enough."""
+LONGER = 2.0
+"""Times that an interval may become longer at once."""
+LEAST_SHARE = 0.5
+"""Of the way between two steps, one too short and one too long, for the next one."""
+TRIALS = 6
+RUN_ERRORS = {"payload": 0.02, "com_x": 0.002, "com_y": 0.002, "ambient_temp": 0.5}
+"""kg, m, m and °C: usual errors of what is weighed or measured once before a run."""
+NEAR = 0.1
+"""As gauss_newton.CLOSE, where the cost is asked for and not the
+parameters."""
+
+
+def run_errors(model: PowerModel, nodes: Nodes, watts: Array, known: Collection[str]) -> Array:
+    """What an error of a quantity that is measured once a run does to the power of its rows.
+
+    Args:
+        model: the model.
+        nodes: the rows of a log.
+        watts: (n,) W, what the model says for them.
+        known: quantities that the log has.
+
+    Returns:
+        (n, k) W, one column for each quantity of RUN_ERRORS that is known and acts, by its usual
+        error.
+    """
+    columns = []
+    for name, error in RUN_ERRORS.items():
+        if name in known:
+            rows = nodes.rows.copy()
+            rows[:, INDEX[name]] += error
+            column = predict(model, nodes._replace(rows=rows)) - watts
+            if np.any(column):
+                columns.append(column)
+    return np.column_stack(columns) if columns else np.empty((len(watts), 0))
+
+
+def covariance_of(problem: Problem, white: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Sandwich covariance, and which parameters the log tells more about than the prior did.
+
+    What the rows tell scatters together within blocks, and may within whole runs: the wider of the
+    two counts. Of the blocks each is left out in turn, because a few of them may tell most of a
+    parameter and then show little of their own error; of the runs, which one alone may tell all
+    of it, the sums count, with the correction for few of them (Cameron and Miller, A practitioner's
+    guide to cluster-robust inference, 2015: CR3 and CR1).
+    ``white`` is whitened: the free parameters' columns, the clipped residual, what a finer average
+    within rows would change, and what errors that last for a run do.
+    """
+    log, prior = problem.log, problem.prior
+    count = len(prior)
+    own, scores = white[:, :count], white[:, :count] * white[:, count : count + 1]
+    full = own.T @ own + problem.known
+    inverse = inverse_of(full)
+    _, run = np.unique(log.run, return_inverse=True)
+    runs = _sums_by(run, scores)
+    lasting = np.diag(prior**2)
+    averaged = own.T @ white[:, count + 1]
+    lasting += np.outer(averaged, averaged)
+    for column in white[:, count + 2 :].T:
+        by_run = _sums_by(run, own * column[:, None])
+        lasting += by_run.T @ by_run
+    left_out = without_each(full, own, scores, block_numbers(log))
+    covariance = left_out.T @ left_out * ((len(left_out) - 1) / len(left_out))
+    covariance += inverse @ lasting @ inverse
+    if len(runs) > 1:
+        middle = runs.T @ runs * (len(runs) / (len(runs) - 1)) + lasting
+        of_runs = np.diag(inverse @ middle @ inverse)
+        wider = np.sqrt(np.maximum(of_runs / np.maximum(np.diag(covariance), 1e-300), 1.0))
+        covariance *= np.outer(wider, wider)
+    plain = np.diag(inverse)
+    # Where the data halve the prior's variance they are what the value rests on.
+    known = plain * prior**2 < 0.5
+    return np.asarray(covariance), np.asarray(known)
+
+
+def without_each(full: Array, own: Array, scores: Array, number: NDArray[np.int64]) -> Array:
+    """(blocks, p) change of the parameters when each block in turn is left out, to first order.
+
+    ``full`` is (p, p), of all rows and the prior; ``own`` (n, p) whitened derivatives.
+    """
+    scale = 1.0 / np.sqrt(np.diag(full))
+    whole = full * np.outer(scale, scale)
+    found = []
+    for block in np.split(own * scale, np.flatnonzero(np.diff(number)) + 1):
+        found.append(whole - block.T @ block)
+    sums = _sums_by(number, scores) * scale
+    rest = np.stack(found) + 1e-12 * np.eye(len(full))
+    return np.asarray(np.linalg.solve(rest, -sums[:, :, None])[:, :, 0] * scale)
+
+
+def _sums_by(number: NDArray[np.int64], values: Array) -> Array:
+    sums = np.zeros((int(number.max()) + 1, values.shape[1]))
+    np.add.at(sums, number, values)
+    return sums
+
+
+def profiled(
+    problem: Problem,
+    found: Solution,
+    noise: Noise,
+    spread: Array,
+    white: Array,
+    covariance: Array,
+    number: int,
+) -> float:
+    """Standard error of a free parameter whose interval was tried out at both ends.
+
+    Args:
+        problem, found: the fit.
+        noise: what the measurement scatters by.
+        spread: (n,) W of single rows.
+        white: (n, p …) whitened derivatives by the free parameters, as for ``covariance_of``.
+        covariance: (p, p) of the free parameters.
+        number: which of them.
+
+    Returns:
+        Half the length of the longer side's interval over 1.96; never less than the covariance
+        says.
+    """
+    count = len(problem.index)
+    inverse = inverse_of(white[:, :count].T @ white[:, :count] + problem.known)
+    stderr = float(np.sqrt(covariance[number, number]))
+    # What the rows scatter by beyond what the whitening says makes every rise count less.
+    expected = covariance[number, number] / inverse[number, number]
+    along = inverse[:, number] / inverse[number, number]
+    lowest = problem.cost_of(found.model, found.watts, noise, spread)
+    value = found.model.parameters[problem.index]
+
+    def rise(step: float, others: bool) -> float:
+        """Root of the cost above the lowest with the parameter held, in standard errors.
+
+        ``others`` are fitted anew, or go where a straight line leads them.
+        """
+        held = problem.holding(number, value[number] + step)
+        if others:
+            model = held.solve(
+                held.at(found.model, value + step * along), noise, spread, NEAR
+            ).model
+        else:
+            free = np.clip(value + step * along, held.low, held.high)
+            model = with_values(found.model, problem.index, free)
+        cost = problem.cost_of(model, predict(model, problem.nodes), noise, spread)
+        return float(np.sqrt(max(cost - lowest, 0.0) / expected))
+
+    longest = stderr
+    for room in (problem.low[number] - value[number], problem.high[number] - value[number]):
+        longest = max(longest, abs(end_of_interval(rise, stderr, room)) / COVERED)
+    return longest
+
+
+def end_of_interval(rise: Callable[[float, bool], float], stderr: float, room: float) -> float:
+    """Step to where the fit is as much worse as at 1.96 standard errors, or to the bound.
+
+    ``room`` is the step to the bound.
+    """
+    step = float(np.copysign(min(COVERED * stderr, abs(room)), room))
+    if abs(step) < COVERED * stderr:
+        return step
+    if AS_EXPECTED < rise(step, False) / COVERED < 1.0 / AS_EXPECTED:
+        return step
+    near = far = (0.0, 0.0)  # step and rise; ``far`` once the end lies before it
+    for _ in range(TRIALS):
+        risen = rise(step, True)
+        if risen < AS_EXPECTED * COVERED:
+            near = step, risen
+        elif not near[0] or risen < COVERED / AS_EXPECTED:
+            return step
+        else:
+            far = step, risen
+        if far[0]:
+            share = (COVERED - near[1]) / (far[1] - near[1])
+            step = near[0] + (far[0] - near[0]) * max(share, LEAST_SHARE)
+        elif step == room:
+            return room
+        else:
+            factor = min(LONGER, max(COVERED / max(risen, 1e-9), 1.1))
+            step = float(np.copysign(min(abs(step) * factor, abs(room)), room))
+    return step
+
+
+def inverse_of(matrix: Array, smallest: float = 1e-14) -> Array:
+    """Inverse of a positive definite (p, p) matrix whose rows have units of very different sizes.
+
+    Directions in which the scaled matrix is less than ``smallest`` of its largest get no inverse.
+    """
+    scale = 1.0 / np.sqrt(np.diag(matrix))
+    inner = np.linalg.pinv(matrix * np.outer(scale, scale), rcond=smallest, hermitian=True)
+    return np.asarray(inner * np.outer(scale, scale))

@@ -1,0 +1,371 @@
+"""Everything that competes for the residual of a model, laid out in columns and summed up.
+
+    columns = Competitors(library, dictionary)            # which column is what
+    examination = examine(log, columns)                   # a sample in memory
+    examination.evidence                                  # sums for all tests
+    examination.testable["air_drag"]                      # None, or why it cannot be told
+
+The order of the columns: tangent of the model, candidates of the catalogue, errors of sensors,
+shapes, residual. Residuals count at most a few spreads (planner.telemetry.noise).
+
+What cannot be told is said before anything is ranked: less than 0.2 % of a column survives
+refitting the model; or what survives is of the size of the sensors' own errors; or an effect would
+have to be larger than a tenth of the mean power to be noticed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from planner.arrays import Array
+from planner.quantities import INDEX
+from planner.telemetry.evidence.evidence import Evidence
+from planner.telemetry.evidence.gram_matrices import RowBlocks
+from planner.telemetry.logs import Telemetry
+from planner.telemetry.noise import Noise, clipped, noise_and_leftover
+from planner.telemetry.other_terms import SENSORS, Dictionary, Sensor
+from planner.telemetry.prediction import Nodes, doubt_of
+from planner.telemetry.sampling import block_numbers, stretches
+from planner.telemetry.terms import Atom, CandidateLibrary
+
+LEAST_SHARE = 2e-3
+LEAST_OVER_SENSORS = 4.0
+TOLD_BEFORE = 0.25
+"""Share of both borders that will do for an effect that an earlier round could tell."""
+LARGEST_UNNOTICED = 0.10
+"""Share of the mean power; an effect that could be larger without being noticed is not testable."""
+WORTH_SAYING = 0.01
+"""The same from which it is told of an effect that competes and was not found."""
+NOTICED = 3.84
+"""Standard errors from which an effect counts as noticed."""
+PROBE_ROWS = 3000
+
+SENSOR_ERRORS: dict[str, tuple[float, float]] = {
+    "vx": (0.002, 0.005),
+    "vy": (0.002, 0.005),
+    "wz": (0.003, 0.005),
+    "ax": (0.01, 0.0),
+    "ay": (0.01, 0.0),
+    "gravity_x": (0.017, 0.0),
+    "gravity_y": (0.017, 0.0),
+    "motor_temp": (0.5, 0.0),
+    "ambient_temp": (0.5, 0.0),
+    "battery_voltage": (0.02, 0.0),
+    "slope_rate": (0.003, 0.0),
+    "wind_x": (0.1, 0.0),
+    "wind_y": (0.1, 0.0),
+}
+"""Usual errors of single rows, SI and relative (odometry, 0.1° of slope, MEMS accelerometers)."""
+SPEED_OF = {"vx": "vx", "vy": "vy", "wz": "wz", "ax": "vx", "ay": "vy"}
+"""What is averaged where it is steady, by what that leaves no error of (steady_drive)."""
+
+
+@dataclass(frozen=True)
+class Competitors:
+    """Which column is what.
+
+    Attributes:
+        library: the model and the catalogue's candidates.
+        dictionary: shapes over the axes of motion.
+        sensors: errors of sensors that compete.
+        exact: take the inputs for exact: a column that their errors would drown counts as well.
+        told: effects that an earlier round could tell and chose, or found tied with its choice:
+            around another model they do not fall out of the race for a border of what can be told.
+    """
+
+    library: CandidateLibrary
+    dictionary: Dictionary
+    sensors: tuple[Sensor, ...] = tuple(SENSORS.values())
+    exact: bool = False
+    told: frozenset[str] = frozenset()
+
+    @property
+    def tangent(self) -> int:
+        """Number of the model's own columns."""
+        return len(self.library.places)
+
+    def candidate(self, number: int) -> int:
+        """Column of a candidate of the library."""
+        return self.tangent + number
+
+    def sensor(self, number: int) -> int:
+        """Column of a sensor's error."""
+        return self.tangent + len(self.library.candidates) + number
+
+    @property
+    def first_shape(self) -> int:
+        """Column of the first shape."""
+        return self.tangent + len(self.library.candidates) + len(self.sensors)
+
+    @property
+    def residual(self) -> int:
+        """Column of the residual, the last one."""
+        return self.first_shape + len(self.dictionary.shapes)
+
+    def raw(self, log: Telemetry) -> tuple[Array, Array]:
+        """(n,) W of the model and (n, columns) W per unit, the residual last."""
+        model = self.library.held_model
+        rows = log.rows_for(model.surfaces)
+        nodes = Nodes.of(log, model)
+        watts, tangent, candidates = self.library.columns(nodes)
+        sensors = [sensor.column(log, model, watts) for sensor in self.sensors]
+        shapes = self.dictionary.columns(rows)
+        # What is held counts as not explained yet: its columns compete with all others for it.
+        held = list(self.library.held)
+        residual = log.power - watts + candidates[:, held] @ self.library.amplitudes[held]
+        return watts, np.column_stack([tangent, candidates, *sensors, shapes, residual])
+
+
+@dataclass(frozen=True)
+class Examination:
+    """A log summed up around one model.
+
+    Attributes:
+        competitors: which column is what.
+        evidence: sums of the whitened columns.
+        noise: what was taken for noise.
+        watts: (n,) W of the model for the sample.
+        spread: (n,) W, standard deviation of single rows.
+        raw: (n, columns) of the sample, the residual clipped.
+        residual: (n,) W, measured less modelled, as it is.
+        testable: slug → None, or why this log cannot tell it.
+        unnoticed: slug → W, rms, up to which an effect that can be told would go unnoticed.
+        atoms: ways for effects to act, those that can be told.
+        shapes: numbers of the shapes that can be told.
+        mean_watts: mean of |P|, W.
+    """
+
+    competitors: Competitors
+    evidence: Evidence
+    noise: Noise
+    watts: Array
+    spread: Array
+    raw: Array
+    residual: Array
+    testable: dict[str, str | None]
+    unnoticed: dict[str, float]
+    atoms: tuple[Atom, ...]
+    shapes: tuple[int, ...]
+    mean_watts: float
+
+    def hardly_told(self, slug: str) -> str | None:
+        """What is to be said of an effect that can be told, if much of it would go unnoticed."""
+        watts = self.unnoticed.get(slug, 0.0)
+        return _unnoticed(watts, self) if watts > WORTH_SAYING * self.mean_watts else None
+
+    def size(self, columns: list[int], coefficients: Array) -> float:
+        """ρ: rms of what some columns add, after refitting the model, over the noise."""
+        return self.evidence.size(columns, coefficients)
+
+
+def examine(
+    log: Telemetry, competitors: Competitors, explained: tuple[int, ...] | None = None
+) -> Examination:
+    """Lay out and sum up a log that is in memory.
+
+    Args:
+        log: the rows.
+        competitors: which columns.
+        explained: columns that the noise is estimated after; None finds up to four itself.
+    """
+    watts, raw = competitors.raw(log)
+    residual = raw[:, -1].copy()
+    own = raw[:, : competitors.tangent]
+    helpers = list(explained) if explained is not None else _greedy(log, watts, raw, competitors)
+    model = competitors.library.held_model
+    doubt = doubt_of(model, log.rows_for(model.surfaces))
+    noise, left = noise_and_leftover(
+        log, residual, watts, doubt, np.column_stack([own, raw[:, helpers]])
+    )
+    spread = noise.spread(watts, doubt)
+    raw[:, -1] = residual - left + clipped(left, spread)
+    white = noise.whiten(log, watts, spread, raw)
+    scaled = raw / spread[:, None]
+    blocks = RowBlocks(white, block_numbers(log), log.run)
+    slow = _slow_shares(log, raw)
+    evidence = Evidence(competitors.tangent, blocks, scaled.T @ scaled, len(log), slow)
+    mean = float(np.mean(np.abs(watts)))
+    plain = Examination(
+        competitors, evidence, noise, watts, spread, raw, residual, {}, {}, (), (), mean
+    )
+    return _sorted_out(log, plain)
+
+
+def _greedy(
+    log: Telemetry, watts: Array, raw: Array, competitors: Competitors, most: int = 4
+) -> list[int]:
+    """Columns that take the most out of the residual: noise must not be what an effect does."""
+    del log
+    scale = 1.0 / np.maximum(np.abs(watts), 0.3 * float(np.mean(np.abs(watts))) + 1e-9)
+    weighted = raw * scale[:, None]
+    middle = weighted[:, -1]
+    limit = 5.0 * 1.4826 * float(np.median(np.abs(middle - np.median(middle)))) + 1e-12
+    basis, _ = np.linalg.qr(weighted[:, : competitors.tangent])
+    rest = weighted[:, competitors.tangent : -1]
+    target = np.clip(middle, -limit, limit)
+    target = target - basis @ (basis.T @ target)
+    before = np.sqrt((rest**2).sum(axis=0))
+    rest = rest - basis @ (basis.T @ rest)
+    norms = np.sqrt((rest**2).sum(axis=0))
+    usable = norms > 0.03 * np.maximum(before, 1e-300)
+    rest = rest / np.where(usable, norms, 1.0)
+    chosen: list[int] = []
+    for _ in range(most):
+        match = np.where(usable, np.abs(rest.T @ target), 0.0)
+        match[chosen] = 0.0
+        best = int(np.argmax(match))
+        if match[best] ** 2 < 0.01 * float(target @ target):
+            break
+        chosen.append(best)
+        direction = rest[:, best].copy()
+        target = target - direction * float(direction @ target)
+        rest = rest - np.outer(direction, direction @ rest)
+        left = np.sqrt((rest**2).sum(axis=0))
+        usable &= left > 0.03
+        rest = rest / np.where(usable, left, 1.0)
+    return [competitors.tangent + k for k in chosen]
+
+
+def _slow_shares(log: Telemetry, raw: Array) -> Array:
+    """Share of every column's variance that is a run's mean or a slow drift within it."""
+    slow = np.zeros(raw.shape[1])
+    for start, stop in log.run_pieces():
+        time = np.linspace(-1.0, 1.0, stop - start)
+        order = min(3, stop - start)
+        basis, _ = np.linalg.qr(np.vander(time, order, increasing=True))
+        part = basis.T @ raw[start:stop]
+        slow += (part**2).sum(axis=0)
+    mean = raw.mean(axis=0)
+    total = ((raw - mean) ** 2).sum(axis=0)
+    between = np.maximum(slow - len(raw) * mean**2, 0.0)
+    return np.asarray(between / np.maximum(total, 1e-300))
+
+
+def _sorted_out(log: Telemetry, plain: Examination) -> Examination:
+    """Say for every effect whether this log can tell it, and keep the atoms that it can."""
+    competitors, evidence = plain.competitors, plain.evidence
+    library = competitors.library
+    over = over_sensors(log, plain)
+    if competitors.exact:
+        over = np.full_like(over, np.inf)
+    testable: dict[str, str | None] = dict(library.absent)
+    good: list[bool] = []
+    reasons: dict[str, list[str]] = {}
+    for number, column in enumerate(library.candidates):
+        why = _why_not(plain, number, over)
+        good.append(why is None)
+        if why is not None:
+            reasons.setdefault(column.effect, []).append(why)
+    atoms = []
+    for atom in library.atoms:
+        whole = len(atom.columns) > 1 and " " in library.candidates[atom.columns[0]].parameter
+        if whole:
+            usable = tuple(n for n in atom.columns if good[n])
+            if usable:
+                atoms.append(replace(atom, columns=usable))
+        elif all(good[n] for n in atom.columns) and _separate(plain, atom):
+            atoms.append(atom)
+    told = {atom.effect for atom in atoms}
+    for column in library.candidates:
+        slug = column.effect
+        testable[slug] = None if slug in told else reasons[slug][0]
+    watts: dict[str, list[float]] = {}
+    for atom in atoms:
+        at = [competitors.candidate(n) for n in atom.columns]
+        watts.setdefault(atom.effect, []).extend(_unnoticed_watts(plain, n) for n in at)
+    # Ways for one effect to act, of which one is true and the log need not say which.
+    unnoticed = {slug: float(np.median(values)) for slug, values in watts.items()}
+    shapes = tuple(
+        k
+        for k in range(len(competitors.dictionary.shapes))
+        if over[competitors.first_shape + k] >= LEAST_OVER_SENSORS
+        and evidence.kept_share(competitors.first_shape + k) > 0.01
+    )
+    return replace(plain, testable=testable, unnoticed=unnoticed, atoms=tuple(atoms), shapes=shapes)
+
+
+def _why_not(plain: Examination, number: int, over: Array) -> str | None:
+    evidence, candidate = plain.evidence, plain.competitors.library.candidates[number]
+    column = plain.competitors.candidate(number)
+    told = candidate.effect in plain.competitors.told
+    if evidence.kept_share(column) < LEAST_SHARE * (TOLD_BEFORE if told else 1.0):
+        return "refitting the model's own parameters does the same to the power in this log"
+    if over[column] < LEAST_OVER_SENSORS * (TOLD_BEFORE if told else 1.0):
+        return (
+            "what refitting the model's parameters leaves of it is no larger than the errors of "
+            "the sensors"
+        )
+    unnoticed = _unnoticed_watts(plain, column)
+    if unnoticed > LARGEST_UNNOTICED * plain.mean_watts:
+        return _unnoticed(unnoticed, plain)
+    if _least(plain, column) > max(-candidate.low, candidate.high):
+        return "as large as it can be at all it would go unnoticed"
+    return None
+
+
+def _least(plain: Examination, column: int) -> float:
+    """Least coefficient of a column that would be noticed."""
+    return NOTICED / float(np.sqrt(max(float(plain.evidence.clear[column, column]), 1e-300)))
+
+
+def _unnoticed_watts(plain: Examination, column: int) -> float:
+    return _least(plain, column) * float(np.sqrt(np.mean(plain.raw[:, column] ** 2)))
+
+
+def _unnoticed(watts: float, plain: Examination) -> str:
+    share = 100.0 * watts / plain.mean_watts
+    return f"it would go unnoticed up to {watts:.2g} W, {share:.2g} % of the mean power"
+
+
+def _separate(plain: Examination, atom: Atom) -> bool:
+    """Parameters of one effect that do the same are not taken together."""
+    if len(atom.columns) < 2:
+        return True
+    at = [plain.competitors.candidate(n) for n in atom.columns]
+    clear = plain.evidence.clear[np.ix_(at, at)]
+    scale = np.sqrt(np.diag(clear))
+    values = np.linalg.eigvalsh(clear / np.outer(scale, scale))
+    return bool(values[0] > 0.02)
+
+
+def over_sensors(log: Telemetry, plain: Examination) -> Array:
+    """For every column: what the tangent leaves of it, over what errors of the inputs make of it.
+
+    Both as sums of squares on some rows, with inputs disturbed by SENSOR_ERRORS.
+    """
+    competitors = plain.competitors
+    step = max(len(log) // PROBE_ROWS, 1)
+    at = np.arange(0, len(log), step)
+    probe = log.take(at)
+    rng = np.random.default_rng(7)
+    rows = probe.rows.copy()
+    for name, (fixed, relative) in SENSOR_ERRORS.items():
+        column = rows[:, INDEX[name]]
+        if np.all(column == column[0]):
+            continue  # a constant is not measured row by row
+        error = (fixed + relative * np.abs(column)) * rng.standard_normal(len(rows))
+        if name in SPEED_OF:
+            number, count, steady = (values[at] for values in stretches(log, SPEED_OF[name]))
+            if name == SPEED_OF[name]:
+                # Rows of a steady drive share what is left of the error in their mean.
+                _, begin, stretch = np.unique(number, return_index=True, return_inverse=True)
+                error = error[begin][stretch] / np.sqrt(count)
+                calm = steady & (column == 0.0)  # at rest
+            else:
+                calm = steady  # no acceleration that was measured
+            error[calm] = 0.0
+        column += error
+    _, disturbed = competitors.raw(replace(probe, rows=rows))
+    scale = 1.0 / plain.spread[at]
+    first, second = plain.raw[at] * scale[:, None], disturbed * scale[:, None]
+    own = slice(0, competitors.tangent)
+    norms = np.sqrt((first[:, own] ** 2).sum(axis=0))
+    norms[norms == 0.0] = 1.0  # a parameter that does nothing here has no share
+    share, *_ = np.linalg.lstsq(first[:, own] / norms, first, rcond=1e-8)
+    left, right = first - first[:, own] / norms @ share, second - second[:, own] / norms @ share
+    signal, error = (left**2).sum(axis=0), ((right - left) ** 2).sum(axis=0)
+    ratio = signal / np.maximum(error, 1e-300)
+    ratio[signal < 1e-10 * (first**2).sum(axis=0)] = 0.0
+    return np.asarray(ratio)

@@ -1,0 +1,229 @@
+"""Sums over a log from which every later question is answered, block by block.
+
+    evidence = Evidence(tangent, blocks, plain, rows, slow)   # see gram_matrices
+    evidence.gain(columns)                            # log-likelihood gained by some columns
+    evidence.test(columns, given=others)              # is their coefficient zero?
+    evidence.compare(first, second)                   # which of two sets explains more, and surely?
+
+The model's tangent is always in: what refitting its parameters could absorb counts for nothing.
+All tests use the scatter of the score over blocks, and over runs for columns that hardly change
+within a run; so noise that the whitening left correlated cannot make everything significant. They
+are in Wald form: the scatter is taken at the fit with the tested columns, otherwise a huge effect
+would hide itself.
+
+Source
+    score and sandwich: White, "Maximum likelihood estimation of misspecified models", Econometrica
+    50(1), 1982; comparison of sets that do not contain each other: Vuong, "Likelihood ratio tests
+    for model selection and non-nested hypotheses", Econometrica 57(2), 1989.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from planner.arrays import Array, Integers
+from planner.telemetry.evidence.gram_matrices import Blocks
+
+RIDGE = 1e-9
+SLOW_SHARE = 0.2
+"""A column of which more than this lies between runs is also judged by the scatter over runs."""
+MOST_SLOW = 0.4
+"""Above this the runs alone count as degrees of freedom."""
+
+
+@dataclass(frozen=True)
+class Test:
+    """Is a set of coefficients zero?
+
+    Attributes:
+        z: normal deviate of the same tail probability.
+        p_value: two-sided.
+        coefficients: (k,) estimates.
+        information: (k, k) what the log tells of them once all else is fitted.
+    """
+
+    z: float
+    p_value: float
+    coefficients: Array
+    information: Array
+
+
+class Evidence:
+    """Products of whitened columns: tangent, everything that competes, residual last.
+
+    Args:
+        tangent: number of the model's own columns, which come first.
+        blocks: the whitened columns.
+        plain: (columns, columns) products over the spread of each row, not whitened.
+        rows: how many.
+        slow: (columns,) share of every column's variance that lies between runs.
+    """
+
+    def __init__(self, tangent: int, blocks: Blocks, plain: Array, rows: int, slow: Array) -> None:
+        self.tangent = own = np.arange(tangent)
+        self.blocks, self.plain, self.rows, self.slow = blocks, plain, rows, slow
+        self.total = blocks.total()
+        self.columns = len(self.total)
+        self.residual = self.columns - 1
+        self.absorbed = _solve(self.total[np.ix_(own, own)], self.total[own])
+        self.clear = self.total - self.total[:, own] @ self.absorbed
+        runs, self._run_number = np.unique(blocks.runs, return_inverse=True)
+        self.run_count = len(runs)
+
+    @property
+    def block_count(self) -> int:
+        """Number of blocks."""
+        return len(self.blocks.runs)
+
+    def size(self, columns: Sequence[int], coefficients: Array, given: Sequence[int] = ()) -> float:
+        """ρ: rms of what some columns add once everything else is refitted, over the noise.
+
+        Taken over the rows as they are: whitening would make a slow effect look small.
+        """
+        at = list(columns)
+        rest = [*self.tangent.tolist(), *given]
+        clear = self.plain[np.ix_(at, at)] - self.plain[np.ix_(at, rest)] @ _solve(
+            self.plain[np.ix_(rest, rest)], self.plain[np.ix_(rest, at)]
+        )
+        return float(np.sqrt(max(float(coefficients @ clear @ coefficients), 0.0) / self.rows))
+
+    def kept_share(self, column: int) -> float:
+        """Share of a column's variance that refitting the model cannot absorb."""
+        raw = self.total[column, column]
+        return float(self.clear[column, column] / raw) if raw > 0 else 0.0
+
+    def coefficients(self, columns: Sequence[int]) -> Array:
+        """(k,) best coefficients of some columns, with the tangent."""
+        at = list(columns)
+        return _solve(self.clear[np.ix_(at, at)], self.clear[at, self.residual])
+
+    def gain(self, columns: Sequence[int]) -> tuple[float, Array]:
+        """Log-likelihood gained by some columns over the tangent alone, and their coefficients."""
+        if not len(columns):
+            return 0.0, np.zeros(0)
+        found = self.coefficients(columns)
+        return float(0.5 * found @ self.clear[list(columns), self.residual]), found
+
+    def gains(self, columns: Integers) -> tuple[Array, Array]:
+        """``gain`` of many sets of as many columns (s, k) at once: (s,) and (s, k)."""
+        inner = self.clear[columns[:, :, None], columns[:, None, :]]
+        right = self.clear[columns, self.residual]
+        scale = np.sqrt(np.maximum(np.diagonal(inner, axis1=1, axis2=2), 1e-300))
+        scaled = inner / (scale[:, :, None] * scale[:, None, :]) + RIDGE * np.eye(inner.shape[1])
+        try:
+            found = np.linalg.solve(scaled, (right / scale)[:, :, None])[:, :, 0] / scale
+        except np.linalg.LinAlgError:
+            found = np.array([self.coefficients(each) for each in columns.tolist()])
+        return 0.5 * np.sum(found * right, axis=1), found
+
+    def _fit(self, columns: Sequence[int]) -> Array:
+        """(columns,) vector v with residual = Z v after fitting tangent and some columns."""
+        at = [*self.tangent.tolist(), *columns]
+        found = _solve(self.total[np.ix_(at, at)], self.total[at, self.residual])
+        v = np.zeros(self.columns)
+        v[at] = -found
+        v[self.residual] = 1.0
+        return v
+
+    def test(self, columns: Sequence[int], given: Sequence[int] = ()) -> Test:
+        """Are the coefficients of some columns zero, once ``given`` ones are fitted?"""
+        at = list(columns)
+        active = [*self.tangent.tolist(), *given]
+        lean = _solve(self.total[np.ix_(active, active)], self.total[np.ix_(active, at)])
+        v = self._fit(given)
+        scores = self.blocks.times(v)
+        block_scores = scores[:, at] - scores[:, active] @ lean
+        block_info = self.blocks.cleared(np.array(at, int), np.array(active, int), lean)
+        total, information = block_scores.sum(axis=0), block_info.sum(axis=0)
+        found = _solve(information, total)
+        left = block_scores - np.einsum("bkl,l->bk", block_info, found)
+        slow = float(np.max(self.slow[at])) if at else 0.0
+        z, p_value = self._judge(total, information, left, slow)
+        return Test(z, p_value, found, information)
+
+    def _judge(
+        self, total: Array, information: Array, left: Array, slow: float
+    ) -> tuple[float, float]:
+        count, size = self.block_count, len(total)
+        scatters = [information]
+        if count > size + 2:
+            scatters.append(left.T @ left * count / (count - 1))
+        if slow > SLOW_SHARE and self.run_count > size + 2:
+            by_run = np.zeros((self.run_count, size))
+            np.add.at(by_run, self._run_number, left)
+            scatters.append(by_run.T @ by_run * self.run_count / (self.run_count - 1))
+        statistic = min(float(total @ _solve(s, total)) for s in scatters)
+        free = (self.run_count if slow > MOST_SLOW else count) - size
+        p_value = float(stats.f.sf(max(statistic, 0.0) / size, size, max(free, 1)))
+        return float(stats.norm.isf(max(p_value, 1e-300) / 2.0)), p_value
+
+    def test_each(
+        self, columns: Sequence[int], given: Sequence[int] = ()
+    ) -> tuple[Array, Array, Array]:
+        """``test`` of every column alone, at once: z, coefficient and information, each (k,)."""
+        at = np.array(columns, int)
+        active = np.array([*self.tangent.tolist(), *given], int)
+        lean = _solve(self.total[np.ix_(active, active)], self.total[np.ix_(active, at)])
+        v = self._fit(given)
+        scores = self.blocks.times(v)
+        block_scores = scores[:, at] - scores[:, active] @ lean
+        info = self.blocks.cleared_each(at, active, lean)
+        total, information = block_scores.sum(axis=0), info.sum(axis=0)
+        raw = self.total[at, at]
+        dead = information < 2e-3 * raw
+        safe = np.where(dead | (information <= 0), 1.0, information)
+        found = np.where(dead, 0.0, total / safe)
+        left = block_scores - info * found
+        count = self.block_count
+        variance = np.maximum(safe, (left**2).sum(axis=0) * count / max(count - 1, 1))
+        slow = self.slow[at]
+        if self.run_count > 3:
+            by_run = np.zeros((self.run_count, len(at)))
+            np.add.at(by_run, self._run_number, left)
+            between = (by_run**2).sum(axis=0) * self.run_count / (self.run_count - 1)
+            variance = np.where(slow > SLOW_SHARE, np.maximum(variance, between), variance)
+        t = np.abs(total) / np.sqrt(variance)
+        free = np.where(slow > MOST_SLOW, max(self.run_count - 1, 1), max(count - 1, 1))
+        tail = np.maximum(2.0 * stats.t.sf(t, free), 1e-300)
+        z = np.where(dead, 0.0, stats.norm.isf(tail / 2.0))
+        return z, found, np.where(dead, 0.0, information)
+
+    def compare(self, first: Sequence[int], second: Sequence[int]) -> tuple[float, float]:
+        """Log-likelihood of the first set over the second's, and Vuong's z of the difference."""
+        difference = self._by_block(first) - self._by_block(second)
+        scatter = float(difference.std() * np.sqrt(self.block_count)) + 1e-12
+        total = float(difference.sum())
+        return total, total / scatter
+
+    def _by_block(self, columns: Sequence[int]) -> Array:
+        v = self._fit(columns)
+        return np.asarray(-0.5 * self.blocks.times(v) @ v)
+
+    def likeness(self, first: int, second: int, given: Sequence[int] = ()) -> float:
+        """|cosine| between two columns once tangent and ``given`` are taken out."""
+        at = [first, second]
+        rest = list(given)
+        inner = self.clear[np.ix_(at, at)].copy()
+        if rest:
+            inner -= self.clear[np.ix_(at, rest)] @ _solve(
+                self.clear[np.ix_(rest, rest)], self.clear[np.ix_(rest, at)]
+            )
+        size = inner[0, 0] * inner[1, 1]
+        return float(abs(inner[0, 1]) / np.sqrt(size)) if size > 0 else 0.0
+
+
+def _solve(matrix: Array, right: Array) -> Array:
+    """Solution of a symmetric system; directions that nothing is known about count as 0."""
+    scale = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+    scaled = matrix / np.outer(scale, scale) + RIDGE * np.eye(len(matrix))
+    shape = (len(scale),) + (1,) * (right.ndim - 1)
+    scaled_right = right / scale.reshape(shape)
+    try:
+        found = np.linalg.solve(scaled, scaled_right)
+    except np.linalg.LinAlgError:
+        found = np.linalg.pinv(scaled, hermitian=True) @ scaled_right
+    return np.asarray(found / scale.reshape(shape))

@@ -1,0 +1,207 @@
+"""The same sums over every row of a long log, in one pass.
+
+    examination = examine_all(source, examination_of_the_sample, chosen, correct, progress)
+
+Noise, sizes and the parameters around which the model is taken come from the sample. What the
+sample found untestable is left out, so are effects and errors of sensors that it has refuted, and
+of the shapes only the strongest stay. Chunks are summed up one after the other, so that memory does
+not grow with the log.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Collection, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.arrays import Array
+from planner.progress import Progress
+from planner.telemetry.evidence.design_matrix import Competitors, Examination
+from planner.telemetry.evidence.evidence import Evidence
+from planner.telemetry.evidence.gram_matrices import GramBlocks
+from planner.telemetry.logs import Telemetry
+from planner.telemetry.noise import clipped
+from planner.telemetry.prediction import doubt_of
+from planner.telemetry.sampling import BlockCounter, LogSource
+from planner.telemetry.terms import Atom
+
+SHAPES_KEPT = 30
+REFUTED = 1.5
+"""An effect with a smaller z in the sample, beside what was chosen there, is not summed up again:
+one that is large enough to be named (planner.telemetry.selection.subset_search) has at least 4 in
+SAMPLE_ROWS."""
+AT_ONCE = 2
+"""Chunks in work at a time; each takes some 100 MB."""
+
+
+def examine_all(
+    source: LogSource,
+    sample: Examination,
+    chosen: Sequence[int],
+    rivals: Collection[str],
+    correct: Callable[[Telemetry], Telemetry],
+    watch: Progress,
+) -> Examination:
+    """Sum up the whole log.
+
+    Args:
+        source: the log.
+        sample: the examination of its sample.
+        chosen: columns of the sample's examination that were selected.
+        rivals: effects that stay in the race whatever the sample says of them.
+        correct: takes the errors of sensors out of a chunk.
+        watch: progress; raises when the caller cancelled.
+    """
+    reduced, kept, atoms = _reduced(sample, chosen, rivals)
+    explained = _explained(sample, chosen)
+    where = {old: new for new, old in enumerate(kept)}
+    columns = [where[c] for c in explained[0]]
+    blocks = BlockCounter(source.rows)
+
+    def summed(part: Telemetry, numbers: NDArray[np.int64]) -> _Sums:
+        part = correct(part)
+        watts, raw = reduced.raw(part)
+        model = reduced.library.held_model
+        spread = sample.noise.spread(watts, doubt_of(model, part.rows_for(model.surfaces)))
+        expected = raw[:, columns] @ explained[1]
+        raw[:, -1] = expected + clipped(raw[:, -1] - expected, spread)
+        white = sample.noise.whiten(part, watts, spread, raw)
+        raw /= spread[:, None]
+        return _Sums(*_by_block(white, numbers, part.run), raw.T @ raw, len(raw))
+
+    everything = _Sums([], [], np.zeros((len(kept), len(kept))), 0)
+    with ThreadPoolExecutor(max_workers=AT_ONCE) as workers:
+        waiting: deque[Future[_Sums]] = deque()
+        for chunk in source.chunks():
+            waiting.append(workers.submit(summed, chunk, blocks.of(chunk)))
+            if len(waiting) > AT_ONCE:  # the next one is read while these are in work
+                everything = everything.and_then(waiting.popleft().result())
+                done = everything.rows
+                watch(0.5 + 0.4 * done / source.rows, f"{done:,} of {source.rows:,} rows")
+        while waiting:
+            everything = everything.and_then(waiting.popleft().result())
+    grams, runs, plain, rows = everything
+    slow = sample.evidence.slow[kept]
+    evidence = Evidence(reduced.tangent, GramBlocks(grams, runs), plain, rows, slow)
+    shapes = tuple(range(len(reduced.dictionary.shapes)))
+    return replace(
+        sample,
+        competitors=reduced,
+        evidence=evidence,
+        atoms=atoms,
+        shapes=shapes,
+        raw=np.empty((0, len(kept))),
+    )
+
+
+def _reduced(
+    sample: Examination, chosen: Sequence[int], rivals: Collection[str]
+) -> tuple[Competitors, list[int], tuple[Atom, ...]]:
+    """Competitors without what cannot matter; old columns in the new order; atoms renumbered."""
+    old = sample.competitors
+    wanted_atoms = _worth_summing(sample, chosen, rivals)
+    used = sorted({n for atom in wanted_atoms for n in atom.columns})
+    number = {n: k for k, n in enumerate(used)}
+    atoms = tuple(
+        replace(atom, columns=tuple(number[n] for n in atom.columns)) for atom in wanted_atoms
+    )
+    sensors = _open(sample, chosen, [old.sensor(k) for k in range(len(old.sensors))])
+    shapes = list(sample.shapes)
+    if len(shapes) > SHAPES_KEPT:
+        columns = [old.first_shape + k for k in shapes]
+        z, _, _ = sample.evidence.test_each(columns, given=chosen)
+        alone, _, _ = sample.evidence.test_each(columns)
+        order = np.argsort(-np.maximum(z, alone))[:SHAPES_KEPT]
+        wanted = {shapes[k] for k in order}
+        # A cosine keeps its sine: formulas over the heading need both.
+        for k in list(wanted):
+            if old.dictionary.shapes[k].kind == "cos":
+                wanted.add(k + 1)
+            if old.dictionary.shapes[k].kind == "sin":
+                wanted.add(k - 1)
+        shapes = sorted(wanted)
+    library = replace(
+        old.library,
+        candidates=tuple(old.library.candidates[n] for n in used),
+        amplitudes=old.library.amplitudes[used],
+        atoms=atoms,
+        held=tuple(number[n] for n in old.library.held),
+    )
+    dictionary = old.dictionary.only(old.dictionary.shapes[k] for k in shapes)
+    kept = [
+        *range(old.tangent),
+        *(old.candidate(n) for n in used),
+        *sensors,
+        *(old.first_shape + k for k in shapes),
+        old.residual,
+    ]
+    faults = tuple(old.sensors[column - old.sensor(0)] for column in sensors)
+    return Competitors(library, dictionary, faults), kept, atoms
+
+
+def _worth_summing(
+    sample: Examination, chosen: Sequence[int], rivals: Collection[str]
+) -> list[Atom]:
+    """Effects that the sample has not refuted; where a shape is scanned, its best value only."""
+    best: dict[str, tuple[float, Atom]] = {}
+    kept = []
+    all_columns = sorted({sample.competitors.candidate(n) for a in sample.atoms for n in a.columns})
+    in_race = set(_open(sample, chosen, all_columns))
+    for atom in sample.atoms:
+        columns = [sample.competitors.candidate(n) for n in atom.columns]
+        picked = columns[0] in chosen
+        if atom.effect not in rivals and in_race.isdisjoint(columns):
+            continue
+        if not atom.scanned:
+            kept.append(atom)
+            continue
+        gain = np.inf if picked else sample.evidence.gain(columns)[0]
+        if atom.effect not in best or gain > best[atom.effect][0]:
+            best[atom.effect] = (gain, atom)
+    return kept + [atom for _, atom in best.values()]
+
+
+def _open(sample: Examination, chosen: Sequence[int], columns: list[int]) -> list[int]:
+    """Columns that were chosen, or that the sample has not refuted beside those."""
+    if not columns:
+        return []
+    z, _, _ = sample.evidence.test_each(columns, given=chosen)
+    return [c for c, strength in zip(columns, z, strict=True) if strength >= REFUTED or c in chosen]
+
+
+def _explained(sample: Examination, chosen: Sequence[int]) -> tuple[list[int], Array]:
+    """Columns and coefficients that the residual is clipped around."""
+    evidence = sample.evidence
+    at = [*evidence.tangent.tolist(), *chosen]
+    gram = evidence.total[np.ix_(at, at)]
+    scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    scaled = gram / np.outer(scale, scale) + 1e-9 * np.eye(len(at))
+    found = np.linalg.solve(scaled, evidence.total[at, evidence.residual] / scale) / scale
+    return at, found
+
+
+class _Sums(NamedTuple):
+    """Sums over some rows: of each block whitened, of all of them scaled only."""
+
+    grams: list[Array]
+    runs: list[int]
+    plain: Array
+    rows: int
+
+    def and_then(self, more: _Sums) -> _Sums:
+        """These rows, and those that follow them."""
+        grams, runs = self.grams + more.grams, self.runs + more.runs
+        return _Sums(grams, runs, self.plain + more.plain, self.rows + more.rows)
+
+
+def _by_block(
+    white: Array, numbers: NDArray[np.int64], runs: NDArray[np.int64]
+) -> tuple[list[Array], list[int]]:
+    borders = [0, *(np.flatnonzero(np.diff(numbers)) + 1).tolist(), len(numbers)]
+    parts = [white[start:stop] for start, stop in zip(borders[:-1], borders[1:], strict=True)]
+    return [part.T @ part for part in parts], [int(runs[start]) for start in borders[:-1]]

@@ -1,0 +1,339 @@
+"""From the blocks of a log to rows of the power model: what is derived, within runs only.
+
+    d(f)/dt    second-order difference on uneven intervals; one-sided at a run's ends and at gaps
+    ax, ay     d(vx)/dt - wz·vy,  d(vy)/dt + wz·vx
+    gravity    g·(sin pitch, -cos pitch·sin roll, cos pitch·cos roll), REP-103
+    slope_rate |d/dt| of the angle between the body's z and the vertical
+    odometer   sum of speed times interval since the log began
+    time_since_start   since one interval before the run's first row: a row's time is its end
+
+A derivative needs the rows on both sides. One row is therefore held back until its successor is
+known, and one emitted row is kept as its predecessor, which makes the result independent of where
+the blocks end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping as AnyMapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.arrays import Array, Integers
+from planner.errors import LogError
+from planner.power.rows import gravity_columns
+from planner.quantities import DEFAULT_ROW, INDEX, QUANTITIES, ROW_LENGTH, STANDARD_GRAVITY
+from planner.telemetry.logs.checks import Checks
+from planner.telemetry.logs.columns import MAY_BE_UNKNOWN, POSSIBLE, wheel_number
+from planner.telemetry.logs.files import Block
+from planner.telemetry.logs.mapping import Column, Mapping
+
+GAP = 3.0
+"""An interval this many times its neighbour is a gap."""
+_NEEDED = ("time", "vx", "vy", "wz", "power", "roll", "pitch", "payload")
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Finished rows, see log.Telemetry."""
+
+    rows: Array
+    power: Array
+    run: Integers
+    time: Array
+    interval: Array
+    wheel_currents: Array | None
+
+
+class Assembler:
+    """Turns blocks into pieces of rows.
+
+    Args:
+        mapping: columns, as ``resolved`` below names them, and constants.
+        resolved: quantity to column of this log.
+        checks: running account of what is found.
+    """
+
+    def __init__(self, mapping: Mapping, resolved: AnyMapping[str, Column], checks: Checks) -> None:
+        self.mapping = mapping
+        self.columns = dict(resolved)
+        self.checks = checks
+        self.runs: dict[str, int] = {}
+        self.surfaces: dict[str, int] = {}
+        self._tail: dict[str, Array] = {}
+        self._context = False
+        self._last: tuple[int, float] = (-1, -np.inf)
+        self._start = 0.0
+        self._way = 0.0
+        self._run_length = 0
+        self._current = -1.0
+        currents = (wheel_number(name) for name in resolved)
+        self.wheels = max((n for n in currents if n is not None), default=0)
+
+    def feed(self, block: Block) -> Piece | None:
+        """Take a block; the rows that are finished by it."""
+        self.checks.seen += len(block.rows)
+        values = self._in_si(block)
+        rows = block.rows.astype(np.float64)
+        keep = self._usable(values, block.rows)
+        values = {name: column[keep] for name, column in values.items()}
+        values["row"] = rows[keep]
+        self._order(values)
+        return self._emit(values, finish=False)
+
+    def finish(self) -> Piece | None:
+        """The rows held back."""
+        if not self._tail:
+            return None
+        if self._run_length == 1:
+            self.checks.short_runs += 1
+        return self._emit({name: column[:0] for name, column in self._tail.items()}, finish=True)
+
+    def _in_si(self, block: Block) -> dict[str, Array]:
+        count = len(block.rows)
+        values: dict[str, Array] = {}
+        for name, column in self.columns.items():
+            heading = column.heading
+            if name in ("run", "surface"):
+                codes, labels = block.labels[heading]
+                known = self.runs if name == "run" else self.surfaces
+                table = [known.setdefault(x, len(known)) if x else -1 for x in labels]
+                values[name] = np.array([*table, -1], float)[codes]
+            else:
+                cells = block.numbers[heading]
+                factor, offset = column.factor, column.offset
+                values[name] = cells if (factor, offset) == (1.0, 0.0) else cells * factor + offset
+        for name, constant in self.mapping.constants.items():
+            if isinstance(constant, str):
+                known = self.runs if name == "run" else self.surfaces
+                constant = known.setdefault(constant, len(known))
+            values[name] = np.full(count, float(constant))
+        if "power" not in values:
+            values["power"] = values["battery_voltage"] * values["battery_current"]
+        return values
+
+    def _usable(self, values: dict[str, Array], rows: Integers) -> NDArray[np.bool_]:
+        keep = values["run"] >= 0
+        self.checks.leave_out("missing", "run", rows[~keep])
+        for name in list(values):
+            if name in ("run", "surface"):
+                continue
+            column = values[name]
+            needed = name in _NEEDED
+            if needed:
+                bad = ~np.isfinite(column)
+                self.checks.leave_out("missing", name, rows[bad & keep])
+                keep &= ~bad
+            low, high = _possible(name)
+            with np.errstate(invalid="ignore"):
+                impossible = (column < low) | (column > high)
+            if not impossible.any():
+                continue
+            if name in MAY_BE_UNKNOWN or wheel_number(name):
+                values[name] = np.where(impossible, np.nan, column)
+                self.checks.disbelieve(name, rows[impossible])
+            else:
+                self.checks.leave_out("impossible", name, rows[impossible & keep])
+                keep &= ~impossible
+        return keep
+
+    def _order(self, values: dict[str, Array]) -> None:
+        """Refuse time that runs backwards and runs that come again; drop repeated times."""
+        run, time, rows = values["run"], values["time"], values["row"]
+        if not len(run):
+            return
+        before_run = np.concatenate([[self._last[0]], run[:-1]])
+        step = time - np.concatenate([[self._last[1]], time[:-1]])
+        same = run == before_run
+        names = list(self.runs)
+        backwards = np.flatnonzero(same & (step < 0.0))
+        if len(backwards):
+            k = int(backwards[0])
+            raise LogError(
+                f"{self.checks.where}: time",
+                f"runs backwards by {-step[k]:.6g} s in row {int(rows[k])}, run "
+                f"{names[int(run[k])]!r}",
+                accepted="time that increases within a run; another label after a restart",
+            )
+        repeated = same & (step == 0.0)
+        self.checks.leave_out("doubled", "time", rows[repeated].astype(np.int64))
+        starts = np.flatnonzero(~same)
+        known = self._last[0]
+        for start in starts:
+            if run[start] <= known:
+                raise LogError(
+                    f"{self.checks.where}: run",
+                    f"the rows of run {names[int(run[start])]!r} are not consecutive: it comes "
+                    f"again in row {int(rows[start])}",
+                    accepted="all rows of a run one behind the other",
+                )
+            known = int(run[start])
+        forward = same & (step > 0.0)
+        self.checks.add_intervals(step[forward], rows[forward].astype(np.int64))
+        self._last = (int(run[-1]), float(time[-1]))
+        if repeated.any():
+            for name in values:
+                values[name] = values[name][~repeated]
+        self._count_short_runs(values["run"])
+
+    def _count_short_runs(self, run: Array) -> None:
+        codes, counts = np.unique(run, return_counts=True)
+        if not len(codes):
+            return
+        if codes[0] == self._current:
+            counts[0] += self._run_length
+        elif self._run_length == 1:
+            self.checks.short_runs += 1
+        self.checks.short_runs += int(np.count_nonzero(counts[:-1] == 1))
+        self._current, self._run_length = float(codes[-1]), int(counts[-1])
+
+    def _emit(self, new: dict[str, Array], *, finish: bool) -> Piece | None:
+        if not self._tail:
+            values = new
+        else:
+            values = {name: np.concatenate([self._tail[name], new[name]]) for name in new}
+        total = len(values["time"])
+        first, end = int(self._context), total if finish else total - 1
+        if end <= first:
+            self._tail = values if total else {}
+            return None
+        piece = self._rows(values, first, end)
+        self._tail = {name: column[end - 1 :] for name, column in values.items()}
+        self._context = True
+        return piece
+
+    def _rows(self, values: dict[str, Array], first: int, end: int) -> Piece:
+        step = _Steps(values["time"], values["run"])
+        vx, vy, wz = values["vx"], values["vy"], values["wz"]
+        zero = np.zeros(len(vx))
+        speed = np.hypot(vx, vy)
+        interval = step.interval()
+        computed: dict[str, Array] = {
+            "ax": step.derivative(vx) - wz * vy,
+            "ay": step.derivative(vy) + wz * vx,
+            "yaw_acceleration": step.derivative(wz),
+        }
+        if "roll" in values or "pitch" in values or "gravity_x" not in values:
+            computed |= gravity_columns(
+                values.get("roll", zero), values.get("pitch", zero), gravity=STANDARD_GRAVITY
+            )
+        gravity = computed | {k: v for k, v in values.items() if k.startswith("gravity")}
+        if "gravity_normal" not in gravity:
+            flat = gravity["gravity_x"] ** 2 + gravity.get("gravity_y", zero) ** 2
+            computed["gravity_normal"] = np.sqrt(np.maximum(STANDARD_GRAVITY**2 - flat, 1e-6))
+            gravity["gravity_normal"] = computed["gravity_normal"]
+        angle = np.arctan2(
+            np.hypot(gravity["gravity_x"], gravity.get("gravity_y", zero)),
+            gravity["gravity_normal"],
+        )
+        computed["slope_rate"] = np.abs(step.derivative(angle))
+        computed = {name: column[first:end] for name, column in computed.items()}
+        inside = {name: column[first:end] for name, column in values.items()}
+        way = np.cumsum(np.concatenate([[self._way], (speed * interval)[first:end]]))[1:]
+        self._way = float(way[-1])
+        computed["odometer"] = way
+        computed["time_since_start"] = self._since_start(inside["time"], step, interval, first, end)
+        rows = np.empty((end - first, ROW_LENGTH))
+        rows[:] = DEFAULT_ROW
+        for quantity in QUANTITIES:
+            self._fill(rows[:, INDEX[quantity.name]], quantity.name, inside, computed)
+        measured = {k: v for k, v in inside.items() if k not in ("run", "surface", "row")}
+        self.checks.add_rows(measured, step.follows[first:end] & (np.arange(first, end) > first))
+        for axis, name in (("ax", "gravity_x"), ("ay", "gravity_y")):
+            if axis in inside:
+                surplus = inside[axis] - computed[axis]
+                self.checks.add_acceleration(surplus, rows[:, INDEX[name]])
+        return Piece(
+            rows,
+            inside["power"].copy(),
+            inside["run"].astype(np.int64),
+            inside["time"].copy(),
+            interval[first:end].copy(),
+            self._currents(inside),
+        )
+
+    def _fill(
+        self,
+        target: Array,
+        name: str,
+        measured: AnyMapping[str, Array],
+        computed: AnyMapping[str, Array],
+    ) -> None:
+        if name not in measured:
+            if name in computed:
+                target[:] = computed[name]
+            return
+        column = measured[name]
+        target[:] = column
+        if name in MAY_BE_UNKNOWN or name == "surface":
+            return
+        unknown = ~np.isfinite(column)
+        if unknown.any():
+            if name in computed:
+                target[unknown] = computed[name][unknown]
+            else:
+                target[unknown] = DEFAULT_ROW[INDEX[name]]
+                self.checks.fill(name, int(np.count_nonzero(unknown)))
+
+    def _since_start(
+        self, time: Array, step: _Steps, interval: Array, first: int, end: int
+    ) -> Array:
+        begins = ~step.follows[first:end]
+        # The row before the first one is known unless the log begins here.
+        starts = np.where(begins, time - interval[first:end], 0.0)
+        place = np.maximum.accumulate(np.where(begins, np.arange(end - first), -1))
+        since = np.where(place >= 0, starts[np.maximum(place, 0)], self._start)
+        self._start = float(since[-1])
+        result: Array = time - since
+        return result
+
+    def _currents(self, inside: AnyMapping[str, Array]) -> Array | None:
+        if not self.wheels:
+            return None
+        nothing = np.full(len(inside["time"]), np.nan)
+        columns = [inside.get(f"wheel_current_{n}", nothing) for n in range(1, self.wheels + 1)]
+        return np.column_stack(columns)
+
+
+class _Steps:
+    """Neighbours of every row within its run."""
+
+    def __init__(self, time: Array, run: Array) -> None:
+        count = len(time)
+        self.follows = np.zeros(count, bool)
+        self.follows[1:] = run[1:] == run[:-1]
+        self.back, self.ahead = np.ones(count), np.ones(count)
+        self.back[1:] = np.where(self.follows[1:], np.diff(time), 1.0)
+        self.ahead[:-1] = self.back[1:]
+        leads = np.zeros(count, bool)
+        leads[:-1] = self.follows[1:]
+        self.leads = leads
+        both = self.follows & leads
+        self.use_back = self.follows & ~(both & (self.back > GAP * self.ahead))
+        self.use_ahead = leads & ~(both & (self.ahead > GAP * self.back))
+
+    def derivative(self, f: Array) -> Array:
+        """Time derivative; 0 where a run has one row."""
+        slope_back, slope_ahead = np.zeros_like(f), np.zeros_like(f)
+        slope_back[1:] = np.diff(f) / self.back[1:]
+        slope_ahead[:-1] = slope_back[1:]
+        both = (self.back * slope_ahead + self.ahead * slope_back) / (self.back + self.ahead)
+        one = np.where(self.use_back, slope_back, np.where(self.use_ahead, slope_ahead, 0.0))
+        result: Array = np.where(self.use_back & self.use_ahead, both, one)
+        return result
+
+    def interval(self) -> Array:
+        """Length of the interval that a row stands for, s; 0 where a run has one row."""
+        result: Array = np.where(
+            self.use_back,
+            self.back,
+            np.where(self.leads, self.ahead, np.where(self.follows, self.back, 0.0)),
+        )
+        return result
+
+
+def _possible(name: str) -> tuple[float, float]:
+    if wheel_number(name):
+        return POSSIBLE["battery_current"]
+    return POSSIBLE.get(name, (-np.inf, np.inf))

@@ -1,0 +1,174 @@
+"""Which format a telemetry log has, and whether it is a table at all.
+
+``open_log`` looks at the first bytes and the headings: separator, decimal sign, byte-order mark,
+gzip, comment lines. Reading is done by files.
+"""
+
+from __future__ import annotations
+
+import csv
+import gzip
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from planner.errors import LogError
+from planner.telemetry.logs.files import ACCEPTED, LogFile
+
+MOST_COLUMNS = 2_000
+MOST_COMMENTS = 1_000  # lines that begin with # above the headings
+LONGEST_HEADER = 1_000_000  # bytes
+
+
+def open_log(path: Path) -> LogFile:
+    """Look at a file's first bytes and headings.
+
+    Raises:
+        LogError: it cannot be opened, or is no table.
+    """
+    where = str(path)
+    try:
+        if path.is_dir():
+            raise LogError(where, "is a folder", accepted=ACCEPTED)
+        with path.open("rb") as file:
+            start = file.read(16)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "not a path"
+        raise LogError(where, f"cannot be opened: {reason}", accepted=ACCEPTED) from error
+    if not start:
+        raise LogError(where, "is empty", accepted=ACCEPTED)
+    if start[:4] == b"PAR1":
+        return _open_parquet(path)
+    for magic, name in _OTHER_FORMATS.items():
+        if start.startswith(magic):
+            raise LogError(where, f"is {name}", accepted=ACCEPTED)
+    return _open_csv(path, gzipped=start[:2] == b"\x1f\x8b")
+
+
+_OTHER_FORMATS = {
+    b"PK\x03\x04": "a ZIP archive or a spreadsheet",
+    b"\xd0\xcf\x11\xe0": "an old spreadsheet",
+    b"\x89HDF": "an HDF5 file",
+    b"\x93NUMPY": "a NumPy file",
+    b"%PDF": "a PDF document",
+    b"\x89PNG": "a picture",
+    b"MATLAB": "a MATLAB file",
+    b"ARROW1": "an Arrow (Feather) file",
+    b"\xff\xfe": "UTF-16 text",
+    b"\xfe\xff": "UTF-16 text",
+    b"BZh": "compressed with bzip2",
+    b"\xfd7zXZ": "compressed with xz",
+    b"\x28\xb5\x2f\xfd": "compressed with Zstandard",
+    b"SQLite format 3": "an SQLite database that is not named .db3",
+}
+
+
+def _open_parquet(path: Path) -> LogFile:
+    where = str(path)
+    try:
+        with pq.ParquetFile(path) as file:
+            schema, count = file.schema_arrow, file.metadata.num_rows
+    except (pa.ArrowException, OSError, ValueError) as error:
+        raise LogError(
+            where, "is a Parquet file that is cut off or damaged", accepted=ACCEPTED
+        ) from error
+    if count == 0:
+        raise LogError(where, "has headings and no rows", accepted=ACCEPTED)
+    _check_width(where, len(schema.names))
+    names = [name.strip() for name in schema.names]
+    _check_doubles(where, names)
+    return LogFile(path, "parquet", names, headings_as_written=list(schema.names))
+
+
+def _open_csv(path: Path, *, gzipped: bool) -> LogFile:
+    where = str(path)
+    opener: Any = gzip.open if gzipped else open
+    try:
+        with opener(path, "rb") as file:
+            header, comments = file.readline(LONGEST_HEADER), 0
+            while header.lstrip(b"\xef\xbb\xbf").startswith(b"#") and comments < MOST_COMMENTS:
+                header, comments = file.readline(LONGEST_HEADER), comments + 1
+            sample = file.read(20_000)
+    except (OSError, EOFError) as error:
+        raise LogError(where, "is a gzip file that is damaged", accepted=ACCEPTED) from error
+    if len(header) >= LONGEST_HEADER:
+        raise LogError(
+            where, f"its first line is longer than {LONGEST_HEADER} bytes", accepted=ACCEPTED
+        )
+    if b"\x00" in header + sample:
+        raise LogError(where, "is not text (it has zero bytes)", accepted=ACCEPTED)
+    notes = ["gzip"] if gzipped else []
+    if comments:
+        notes.append(f"{comments} comment lines above the headings")
+    try:
+        line = header.decode("utf-8").rstrip("\r\n")
+    except UnicodeDecodeError as error:
+        raise LogError(where, "its headings are not UTF-8", accepted=ACCEPTED) from error
+    if line.startswith("\ufeff"):
+        line = line[1:]
+        notes.append("byte-order mark")
+    if "\r" in line:
+        raise LogError(
+            where, "its lines end with a carriage return alone", accepted="line ends LF or CR LF"
+        )
+    if line.lstrip().startswith(("{", "[", "<")):
+        raise LogError(where, "is JSON, XML or HTML, not a table", accepted=ACCEPTED)
+    if not line.strip():
+        raise LogError(where, "its first line is blank", accepted="headings in the first line")
+    separator = max(",;\t|", key=line.count)
+    if line.count(separator) == 0:
+        raise LogError(
+            where,
+            "its first line has no separator, so it is no table",
+            value=line[:60],
+            accepted="headings separated by comma, semicolon, tab or bar",
+        )
+    if separator != ",":
+        notes.append(f"separator {separator!r}")
+    body = sample.decode("utf-8", "replace")
+    decimal = "."
+    if separator != "," and re.search(r"\d,\d", body) and not re.search(r"\d\.\d", body):
+        decimal = ","
+        notes.append("decimal commas")
+    names = [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
+    _check_width(where, len(names))
+    if all(_is_number(name) for name in names):
+        raise LogError(
+            where,
+            "its first line holds numbers where headings belong",
+            value=line[:60],
+            accepted="the names of the columns in the first line",
+        )
+    _check_doubles(where, names)
+    if not sample.strip():
+        raise LogError(where, "has headings and no rows", accepted=ACCEPTED)
+    return LogFile(path, "csv", names, notes, [], separator, decimal, gzipped, names, comments)
+
+
+def _check_width(where: str, count: int) -> None:
+    if count > MOST_COLUMNS:
+        raise LogError(
+            where, "has too many columns", value=count, accepted=f"at most {MOST_COLUMNS}"
+        )
+
+
+def _check_doubles(where: str, names: Sequence[str]) -> None:
+    seen: set[str] = set()
+    for name in names:
+        if name and name in seen:
+            raise LogError(
+                where, "two columns have the same heading", value=name, accepted="distinct headings"
+            )
+        seen.add(name)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,348 @@
+"""A measured log as rows of the power model: read, checked, with all that was derived or assumed.
+
+    log = Telemetry.read("drive.csv")
+    model.watts(log.rows) - log.power          # (n,) W, what the model leaves over
+    for finding in log.report: print(finding.sentence)
+
+One row of the log is one sample: averages over an interval of which ``time`` is the end. SI and
+the names of planner.quantities; a mapping file adapts other logs (mapping).
+Formats: CSV, also gzipped, and Parquet (log_files); rosbag2 recordings (log_rosbag). How rows come
+about is in log_assemble, what is checked in log_checks.
+
+Sign
+    power drawn from the supply is positive; pitch > 0 is nose down (REP-103).
+Left out
+    no smoothing and no resampling of tables: a derivative carries the noise of its channel.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from planner.arrays import Array, Integers
+from planner.errors import LogError
+from planner.quantities import INDEX
+from planner.telemetry.logs.assemble import Assembler, Piece
+from planner.telemetry.logs.checks import Checks, Finding
+from planner.telemetry.logs.columns import (
+    MAY_BE_UNKNOWN,
+    REQUIRED,
+    TEXT,
+    UNITS,
+    closest,
+    is_quantity,
+    wheel_number,
+)
+from planner.telemetry.logs.files import Block, LogFile
+from planner.telemetry.logs.formats import open_log
+from planner.telemetry.logs.mapping import Column, Mapping, read_mapping
+
+__all__ = ["Finding", "Telemetry"]
+
+
+MOST_ROWS = 5_000_000
+"""Rows that ``read`` takes into memory (240 bytes each); longer logs are read in chunks."""
+_RECORDINGS = (".db3", ".mcap")
+
+
+@dataclass(frozen=True, eq=False)
+class Telemetry:
+    """A log, or a chunk of one.
+
+    Attributes:
+        rows: (n, ROW_LENGTH) inputs of the power model; ``surface`` counts in ``surfaces``.
+        power: (n,) W measured.
+        run: (n,) number of the run, an index into ``run_names``.
+        run_names: labels of the runs; of a chunk, those up to its end.
+        time: (n,) s as logged, the end of a row's interval.
+        interval: (n,) s that a row stands for.
+        wheel_currents: (n, k) A, NaN where not known; None when the log has none.
+        surfaces: labels of the ground in the order of their first row.
+        present: quantities that the log measured or its mapping gave as constants.
+        derived: what was computed from other columns, in sentences.
+        assumed: what was taken for granted, in sentences.
+        report: what was found; of a chunk, up to its end, so that the last chunk's is complete.
+        source: path of the log.
+        power_at: "terminals" or "source", from the mapping file.
+    """
+
+    rows: Array
+    power: Array
+    run: Integers
+    run_names: tuple[str, ...]
+    time: Array
+    interval: Array
+    wheel_currents: Array | None
+    surfaces: tuple[str, ...]
+    present: frozenset[str]
+    derived: tuple[str, ...]
+    assumed: tuple[str, ...]
+    report: tuple[Finding, ...]
+    source: str
+    power_at: str = "terminals"
+
+    SPEED_ERROR: ClassVar[tuple[float, float, float]] = (0.01, 0.01, 0.03)
+    """m/s, m/s and rad/s: what odometry usually errs by in vx, vy and wz."""
+
+    def __len__(self) -> int:
+        return len(self.power)
+
+    @classmethod
+    def read(cls, path: str | Path, mapping: str | Path | None = None) -> Telemetry:
+        """Read a whole log.
+
+        Args:
+            path: CSV, gzipped CSV, Parquet, or a rosbag2 recording (.db3, .mcap or its folder).
+            mapping: a mapping file for other names, units and signs.
+
+        Raises:
+            LogError: the log or the mapping file cannot be used; one sentence says why.
+        """
+        parts: list[Telemetry] = []
+        count = 0
+        for part in cls.chunks(path, mapping, rows=500_000):
+            parts.append(part)
+            count += len(part)
+            if count > MOST_ROWS:
+                raise LogError(
+                    str(path),
+                    f"has more than {MOST_ROWS} rows",
+                    accepted="Telemetry.chunks for longer logs",
+                )
+        return parts[0] if len(parts) == 1 else cls.joined(parts, parts[-1])
+
+    @classmethod
+    def chunks(
+        cls, path: str | Path, mapping: str | Path | None = None, *, rows: int = 200_000
+    ) -> Iterator[Telemetry]:
+        """The log in chunks of about ``rows`` rows; together they are what ``read`` gives.
+
+        Memory does not grow with the length of the log (it does with the number of runs).
+
+        Raises:
+            LogError: as ``read``; what only the whole log shows is raised after the last chunk.
+        """
+        if rows < 1:
+            raise LogError("rows", "too few rows for a chunk", value=rows, accepted="at least 1")
+        used = Mapping() if mapping is None else read_mapping(mapping)
+        path = Path(path)
+        if path.suffix in _RECORDINGS or (path.is_dir() and (path / "metadata.yaml").exists()):
+            from planner.telemetry.logs.rosbag import read_recording
+
+            headings, block, notes = read_recording(path, used)
+            file = LogFile(path, "recording", headings, notes)
+            source: Iterable[Block] = (block,)
+        else:
+            file = open_log(path)
+            source = ()
+        yield from cls._assembled(file, used, rows, source)
+
+    @classmethod
+    def _assembled(
+        cls, file: LogFile, mapping: Mapping, rows: int, source: Iterable[Block]
+    ) -> Iterator[Telemetry]:
+        where = str(file.path)
+        resolved = mapping.resolve(file.columns, where)
+        given = {*resolved, *mapping.constants}
+        _require(given, file.columns, where)
+        checks = Checks(where, ragged=file.ragged, notes=_format_notes(file, resolved))
+        if not source:
+            numeric = [c.heading for name, c in resolved.items() if name not in TEXT]
+            text = [c.heading for name, c in resolved.items() if name in TEXT]
+            source = file.blocks(numeric, text, rows)
+        assembler = Assembler(mapping, resolved, checks)
+        derived, assumed = _sentences(given)
+
+        def chunk(piece: Piece) -> Telemetry:
+            return cls(
+                piece.rows,
+                piece.power,
+                piece.run,
+                tuple(assembler.runs),
+                piece.time,
+                piece.interval,
+                piece.wheel_currents,
+                tuple(assembler.surfaces),
+                frozenset(given),
+                derived,
+                assumed,
+                tuple(checks.findings()),
+                where,
+                mapping.power_at,
+            )
+
+        waiting: Piece | None = None
+        for block in source:
+            piece = assembler.feed(block)
+            checks.refuse(finished=False)
+            if piece is not None:
+                if waiting is not None:
+                    yield chunk(waiting)
+                waiting = piece
+        last = assembler.finish()
+        checks.refuse(finished=True)
+        if waiting is not None and last is not None:
+            waiting, last = _joined(waiting, last), None
+        yield chunk(waiting or last)  # type: ignore[arg-type]  # refuse() saw at least one row
+
+    @staticmethod
+    def joined(parts: Sequence[Telemetry], last: Telemetry) -> Telemetry:
+        """Parts of a log as one; ``last`` is its last chunk, whose labels are complete."""
+        currents = [p.wheel_currents for p in parts if p.wheel_currents is not None]
+        return replace(
+            last,
+            rows=np.concatenate([p.rows for p in parts]),
+            power=np.concatenate([p.power for p in parts]),
+            run=np.concatenate([p.run for p in parts]),
+            time=np.concatenate([p.time for p in parts]),
+            interval=np.concatenate([p.interval for p in parts]),
+            wheel_currents=np.concatenate(currents) if currents else None,
+        )
+
+    def segments(self) -> list[tuple[int, int]]:
+        """Stretches of consecutive rows: the same run, no gap in time."""
+        if len(self) == 0:
+            return []
+        step = np.diff(self.time)
+        same = np.diff(self.run) == 0
+        usual = float(np.median(step[same])) if same.any() else 0.0
+        breaks = ~same | (step > 2.5 * usual)
+        borders = [0, *(np.flatnonzero(breaks) + 1).tolist(), len(self)]
+        return list(zip(borders[:-1], borders[1:], strict=True))
+
+    def run_pieces(self) -> list[tuple[int, int]]:
+        """Stretches of rows of one run."""
+        borders = [0, *(np.flatnonzero(np.diff(self.run)) + 1).tolist(), len(self)]
+        return list(zip(borders[:-1], borders[1:], strict=True))
+
+    def take(self, chosen: ArrayLike | slice) -> Telemetry:
+        """The rows of an index array, mask or slice; labels and report stay those of the log."""
+        at = chosen if isinstance(chosen, slice) else np.asarray(chosen)
+        return replace(
+            self,
+            rows=self.rows[at],
+            power=self.power[at],
+            run=self.run[at],
+            time=self.time[at],
+            interval=self.interval[at],
+            wheel_currents=None if self.wheel_currents is None else self.wheel_currents[at],
+        )
+
+    def rows_for(self, surfaces: Sequence[str]) -> Array:
+        """(n, ROW_LENGTH) rows whose ``surface`` counts in a model's list; -1 is none of them."""
+        table = [surfaces.index(label) if label in surfaces else -1 for label in self.surfaces]
+        rows = self.rows.copy()
+        column = INDEX["surface"]
+        rows[:, column] = np.array([*table, -1], float)[rows[:, column].astype(np.int64)]
+        return rows
+
+    @property
+    def energy_by_run(self) -> dict[str, float]:
+        """J measured in every run."""
+        joules = np.bincount(self.run, self.power * self.interval, minlength=len(self.run_names))
+        return {name: float(joules[k]) for k, name in enumerate(self.run_names)}
+
+    @cached_property
+    def sha256(self) -> str:
+        """SHA-256 of the log's bytes (of a folder: of its files in the order of their names)."""
+        digest = hashlib.sha256()
+        path = Path(self.source)
+        files = sorted(p for p in path.iterdir() if p.is_file()) if path.is_dir() else [path]
+        for one in files:
+            with one.open("rb") as file:
+                while part := file.read(1 << 20):
+                    digest.update(part)
+        return digest.hexdigest()
+
+
+def _joined(first: Piece, second: Piece) -> Piece:
+    """Two pieces as one; the last row of a log would be a chunk of its own otherwise."""
+    currents = None
+    if first.wheel_currents is not None and second.wheel_currents is not None:
+        currents = np.concatenate([first.wheel_currents, second.wheel_currents])
+    return Piece(
+        np.concatenate([first.rows, second.rows]),
+        np.concatenate([first.power, second.power]),
+        np.concatenate([first.run, second.run]),
+        np.concatenate([first.time, second.time]),
+        np.concatenate([first.interval, second.interval]),
+        currents,
+    )
+
+
+def _require(given: set[str], headings: Sequence[str], where: str) -> None:
+    missing = [name for name in REQUIRED if name not in given]
+    if "power" in missing and {"battery_voltage", "battery_current"} <= given:
+        missing.remove("power")
+    if not missing:
+        return
+    unused = [heading for heading in headings if not is_quantity(heading)]
+    hints = []
+    for name in missing:
+        near = closest(name, unused)
+        if near:
+            hints.append(f"{near!r} for {name}")
+    hint = f"; did you mean {', '.join(hints)}?" if hints else ""
+    names = ", ".join(repr(name) for name in missing)
+    raise LogError(
+        where,
+        f"has no column {names}{hint}",
+        accepted=f"columns {', '.join(REQUIRED)} (power may be battery_voltage and "
+        "battery_current), or a mapping file that says which columns they are",
+    )
+
+
+def _format_notes(file: LogFile, resolved: dict[str, Column]) -> list[Finding]:
+    notes = [
+        Finding("format", "", 0, f"read as {file.kind} with {note}")
+        if file.kind == "csv"
+        else Finding("format", "", 0, note)
+        for note in file.notes
+    ]
+    used = {column.heading for column in resolved.values()}
+    for heading in file.columns:
+        if heading in used:
+            continue
+        near = closest(heading, [name for name in UNITS if name not in resolved])
+        hint = f"; if it is {near}, a mapping file says so" if near else ""
+        notes.append(Finding("not used", heading, 0, f"column {heading!r} is not used{hint}"))
+    return notes
+
+
+def _sentences(given: set[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    derived, assumed = [], []
+    if "power" not in given:
+        derived.append("power: battery_voltage · battery_current")
+    for axis, rule in (("ax", "d(vx)/dt - wz·vy"), ("ay", "d(vy)/dt + wz·vx")):
+        if axis not in given:
+            derived.append(f"{axis}: {rule}")
+    if "yaw_acceleration" not in given:
+        derived.append("yaw_acceleration: d(wz)/dt")
+    slopes = {"roll", "pitch"} & given
+    if slopes or "gravity_x" in given:
+        if "slope_rate" not in given:
+            derived.append("slope_rate: change of the angle between body and vertical")
+        for name in sorted({"roll", "pitch"} - slopes) if slopes else ():
+            assumed.append(f"no {name}: taken as 0")
+    else:
+        assumed.append("no roll and pitch: the ground is taken as flat")
+    if "payload" not in given:
+        assumed.append("no payload: taken as 0 kg")
+    if not {"wind_x", "wind_y"} <= given:
+        assumed.append("no wind: the air is taken as still")
+    unknown = [name for name in MAY_BE_UNKNOWN if name not in given]
+    if unknown:
+        assumed.append(f"not known: {', '.join(unknown)}; effects that read them cannot be told")
+    if "surface" not in given:
+        assumed.append("no surface: one ground everywhere")
+    if not any(wheel_number(name) for name in given):
+        assumed.append("no wheel currents: resistance and torque constant stay one number, R/k_t²")
+    return tuple(derived), tuple(assumed)

@@ -1,0 +1,248 @@
+"""Mapping file: how the columns of somebody else's log become quantities.
+
+TOML, for example::
+
+    power_at = "source"             # where power was measured; "terminals" when left out
+    [columns]
+    "Vel X [mm/s]" = { quantity = "vx", unit = "mm/s" }
+    P_bat = { quantity = "power", unit = "kW", sign = -1 }
+    stamp = "time"
+    [constants]
+    run = "yard"
+    payload = { value = 12, unit = "lb" }
+    [rosbag]
+    odometry = "/odom"
+    interval = 0.1
+
+A column that the file does not name keeps its heading. Units other than SI are converted here and
+nowhere else; the sign is applied after the unit.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from planner.errors import LogError
+from planner.reading import finite_number, parse_toml
+from planner.telemetry.logs.columns import TEXT, UNITS, closest, is_quantity, unit_of
+
+ACCEPTED = "a mapping file as docs/logs.md describes it"
+_ROSBAG_KEYS = ("odometry", "imu", "battery", "interval")
+
+
+@dataclass(frozen=True)
+class Column:
+    """Where a quantity comes from: value = factor · cell + offset."""
+
+    heading: str
+    factor: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True)
+class Mapping:
+    """What a mapping file says.
+
+    Attributes:
+        columns: quantity to its column.
+        constants: quantity to a value in SI (text for run and surface).
+        power_at: "terminals" of the robot, or "source": what the battery's cells give.
+        rosbag: topics and interval (s) for recordings.
+        path: the file; "" without one.
+    """
+
+    columns: dict[str, Column] = field(default_factory=dict)
+    constants: dict[str, float | str] = field(default_factory=dict)
+    power_at: str = "terminals"
+    rosbag: dict[str, Any] = field(default_factory=dict)
+    path: str = ""
+
+    def resolve(self, headings: list[str], log: str) -> dict[str, Column]:
+        """Quantity to column for a log with these headings.
+
+        Raises:
+            LogError: the mapping names a column that the log does not have.
+        """
+        taken = {column.heading for column in self.columns.values()}
+        for heading in sorted(taken - set(headings)):
+            near = closest(heading, headings)
+            hint = f"; did you mean {near!r}?" if near else ""
+            raise LogError(
+                self.path,
+                f"names the column {heading!r}, which {log} does not have{hint}",
+                accepted=", ".join(headings[:40]),
+            )
+        found = {
+            heading: Column(heading)
+            for heading in headings
+            if is_quantity(heading) and heading not in taken
+        }
+        return {k: v for k, v in found.items() if k not in self.constants} | self.columns
+
+
+def read_mapping(path: str | Path) -> Mapping:
+    """Read a mapping file.
+
+    Raises:
+        LogError: not TOML, an unknown key or quantity, a unit of another dimension.
+    """
+    where = str(path)
+    try:
+        document = parse_toml(Path(path).read_bytes())
+    except OSError as error:
+        raise LogError(where, f"cannot be opened: {error.strerror}", accepted=ACCEPTED) from error
+    except ValueError as error:
+        raise LogError(where, f"is not TOML: {str(error)[:120]}", accepted=ACCEPTED) from error
+    _only(document, ("power_at", "columns", "constants", "rosbag"), where)
+    power_at = document.get("power_at", "terminals")
+    if power_at not in ("terminals", "source"):
+        raise LogError(
+            f"{where}: power_at", "no such place", value=power_at, accepted='"terminals", "source"'
+        )
+    columns: dict[str, Column] = {}
+    for heading, entry in _table(document, "columns", where).items():
+        quantity, column = _column(f"{where}: columns.{heading}", heading.strip(), entry)
+        if quantity in columns:
+            raise LogError(
+                f"{where}: columns.{heading}",
+                "a second column for the same quantity",
+                value=quantity,
+                accepted="one column a quantity",
+            )
+        columns[quantity] = column
+    constants: dict[str, float | str] = {}
+    for quantity, entry in _table(document, "constants", where).items():
+        constants[quantity] = _constant(f"{where}: constants.{quantity}", quantity, entry)
+        if quantity in columns:
+            raise LogError(
+                f"{where}: constants.{quantity}",
+                "is given by a column as well",
+                accepted="a column or a constant",
+            )
+    rosbag = _table(document, "rosbag", where)
+    _only(rosbag, _ROSBAG_KEYS, f"{where}: rosbag")
+    for key, value in rosbag.items():
+        good = _positive(value) if key == "interval" else isinstance(value, str)
+        if not good:
+            raise LogError(
+                f"{where}: rosbag.{key}",
+                "cannot be used",
+                value=value,
+                accepted="seconds above 0" if key == "interval" else "a topic's name",
+            )
+    return Mapping(columns, constants, power_at, rosbag, where)
+
+
+def _column(where: str, heading: str, entry: Any) -> tuple[str, Column]:
+    if isinstance(entry, str):
+        entry = {"quantity": entry}
+    if not isinstance(entry, dict):
+        raise LogError(where, "cannot be used", value=entry, accepted="a quantity or a table")
+    _only(entry, ("quantity", "unit", "sign"), where)
+    quantity = entry.get("quantity")
+    _known(where, quantity)
+    sign = entry.get("sign", 1)
+    if isinstance(sign, bool) or sign not in (1, -1):
+        raise LogError(f"{where}.sign", "no sign", value=sign, accepted="1 or -1")
+    if quantity in TEXT and ("unit" in entry or sign != 1):
+        raise LogError(where, "a label has no unit and no sign", accepted=f'"{quantity}" alone')
+    factor, offset = _conversion(where, quantity, entry.get("unit"))
+    return str(quantity), Column(heading, sign * factor, sign * offset)
+
+
+def _constant(where: str, quantity: str, entry: Any) -> float | str:
+    _known(where, quantity)
+    if quantity in TEXT:
+        if not isinstance(entry, str) or not entry:
+            raise LogError(where, "no label", value=entry, accepted="text")
+        return entry
+    unit = None
+    if isinstance(entry, dict):
+        _only(entry, ("value", "unit"), where)
+        entry, unit = entry.get("value"), entry.get("unit")
+    accepted = "a finite number in SI, or with a unit"
+    number = finite_number(entry)
+    if number is None:
+        raise LogError(where, "no number", value=entry, accepted=accepted)
+    factor, offset = _conversion(where, quantity, unit)
+    constant = factor * number + offset
+    if not math.isfinite(constant):
+        raise LogError(where, f"too large in {unit_of(quantity)}", value=entry, accepted=accepted)
+    return constant
+
+
+def _known(where: str, quantity: Any) -> None:
+    if not isinstance(quantity, str) or not is_quantity(quantity):
+        near = closest(quantity, UNITS) if isinstance(quantity, str) else None
+        hint = f"; did you mean {near!r}?" if near else ""
+        raise LogError(
+            where, f"no such quantity{hint}", value=quantity, accepted=", ".join(sorted(UNITS))
+        )
+
+
+def _conversion(where: str, quantity: Any, unit: Any) -> tuple[float, float]:
+    """Factor and offset from ``unit`` to the quantity's own."""
+    if unit is None:
+        return 1.0, 0.0
+    own = unit_of(quantity)
+    accepted = f"a unit that converts to {own}"
+    if not isinstance(unit, str) or len(unit) > 40:
+        raise LogError(f"{where}.unit", "no unit", value=unit, accepted=accepted)
+    if unit == own:
+        return 1.0, 0.0
+    try:
+        units = _unit_registry()
+        target = units.Unit(_SPELLED.get(own, own))
+        given = units.Unit(_SPELLED.get(unit, unit))
+        zero = float(units.Quantity(0.0, given).to(target).magnitude)
+        one = float(units.Quantity(1.0, given).to(target).magnitude)
+    except Exception as error:  # The unit library raises many kinds, some of other libraries.
+        reason = " ".join(str(error).split())[:120]
+        raise LogError(
+            f"{where}.unit", f"cannot be converted ({reason})", value=unit, accepted=accepted
+        ) from error
+    if not (math.isfinite(zero) and math.isfinite(one)) or one == zero:
+        raise LogError(f"{where}.unit", "no unit", value=unit, accepted=accepted)
+    return one - zero, zero
+
+
+_SPELLED = {
+    "°C": "degC",
+    "°F": "degF",
+    "m/s²": "m/s**2",
+    "rad/s²": "rad/s**2",
+    "1": "dimensionless",
+    "°": "deg",
+    "°/s": "deg/s",
+}
+
+
+@lru_cache(maxsize=1)  # constants
+def _unit_registry() -> Any:
+    import pint  # Takes half a second, and most logs are in SI.
+
+    return pint.UnitRegistry()
+
+
+def _table(document: dict[str, Any], key: str, where: str) -> dict[str, Any]:
+    table = document.get(key, {})
+    if not isinstance(table, dict):
+        raise LogError(f"{where}: {key}", "is no table", value=table, accepted=f"[{key}]")
+    return table
+
+
+def _only(table: dict[str, Any], known: tuple[str, ...], where: str) -> None:
+    for key in table:
+        if key not in known:
+            near = closest(key, known)
+            hint = f"; did you mean {near!r}?" if near else ""
+            raise LogError(f"{where}: {key}", f"no such key{hint}", accepted=", ".join(known))
+
+
+def _positive(value: Any) -> bool:
+    number = finite_number(value)
+    return number is not None and number > 0.0

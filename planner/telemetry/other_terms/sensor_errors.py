@@ -1,0 +1,204 @@
+"""Errors of sensors that look like missing physics: what each would do to the residual.
+
+    for sensor in SENSORS.values():
+        column = sensor.column(log, model, watts)          # (n,) W per unit of the error
+    corrected = sensor.correct(log, value)                 # the log as a right sensor would have it
+
+A wrong sensor competes with the catalogue: a slope sensor that is two degrees off makes a robot
+look as if it had found a way to climb for nothing.
+
+    slope_offset          rad   added to pitch: gravity is turned about the left axis
+    roll_offset           rad   added to roll
+    speed_scale           1     vx and vy are too large by this share (with derived acceleration)
+    heading_misalignment  rad   velocity is turned by this angle in the body frame
+    power_delay           s     power lags the motion
+    power_scale           1     power is too large by this share
+
+An offset of the power is not among them: nothing tells it from the electronics' constant load.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from planner.arrays import Array
+from planner.power.model import PowerModel
+from planner.quantities import INDEX
+from planner.telemetry.logs import Telemetry
+from planner.telemetry.prediction import predict
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """One error of a sensor.
+
+    Attributes:
+        kind: its name.
+        unit: of its size.
+        least: the smallest size that is called an error; below it, what rows average over and
+            what derivatives blur looks the same.
+        usual: standard deviation of such errors over sensors in use.
+        limit: the largest size that is believed.
+        step: size at which its column is taken at first.
+        sentence: with {value} for the size.
+        correct: log and size → the log without this error.
+    """
+
+    kind: str
+    unit: str
+    least: float
+    usual: float
+    limit: float
+    step: float
+    sentence: str
+    correct: Callable[[Telemetry, float], Telemetry]
+
+    def column(
+        self, log: Telemetry, model: PowerModel, watts: Array, size: float | None = None
+    ) -> Array:
+        """What an error of this sensor adds to the residual.
+
+        Args:
+            log: the rows as measured.
+            model: the model.
+            watts: (n,) W that the model says for the rows as measured.
+            size: of the error at which the secant is taken; None takes ``step``.
+
+        Returns:
+            (n,) W per unit of the error.
+        """
+        if self.kind == "power_scale":
+            return watts.copy()
+        if self.kind == "power_delay":
+            slope = np.zeros(len(log))
+            for start, stop in log.segments():
+                if stop - start > 2:
+                    slope[start:stop] = np.gradient(watts[start:stop], log.time[start:stop])
+            return -slope
+        size = self.step if size is None else size
+        return (predict(model, self.correct(log, size)) - watts) / size
+
+
+def _changed(log: Telemetry, **columns: Array) -> Telemetry:
+    rows = log.rows.copy()
+    for name, values in columns.items():
+        rows[:, INDEX[name]] = values
+    return replace(log, rows=rows)
+
+
+def _column(log: Telemetry, name: str) -> Array:
+    return log.rows[:, INDEX[name]]
+
+
+def _pitched(log: Telemetry, offset: float) -> Telemetry:
+    x, z = _column(log, "gravity_x"), _column(log, "gravity_normal")
+    cos, sin = np.cos(offset), np.sin(offset)
+    return _changed(log, gravity_x=x * cos - z * sin, gravity_normal=z * cos + x * sin)
+
+
+def _rolled(log: Telemetry, offset: float) -> Telemetry:
+    y, z = _column(log, "gravity_y"), _column(log, "gravity_normal")
+    cos, sin = np.cos(offset), np.sin(offset)
+    return _changed(log, gravity_y=y * cos + z * sin, gravity_normal=z * cos - y * sin)
+
+
+def _derived(log: Telemetry) -> bool:
+    return "ax" not in log.present
+
+
+def _slower(log: Telemetry, share: float) -> Telemetry:
+    names = ["vx", "vy", *(["ax", "ay"] if _derived(log) else [])]
+    return _changed(log, **{name: _column(log, name) / (1.0 + share) for name in names})
+
+
+def _turned(log: Telemetry, angle: float) -> Telemetry:
+    # Where acceleration was measured its sensor may be aligned or not; the velocity's may not.
+    cos, sin = np.cos(angle), np.sin(angle)
+    pairs = [("vx", "vy"), *([("ax", "ay")] if _derived(log) else [])]
+    changed = {}
+    for first, second in pairs:
+        x, y = _column(log, first), _column(log, second)
+        changed[first], changed[second] = x * cos + y * sin, y * cos - x * sin
+    return _changed(log, **changed)
+
+
+def _earlier(log: Telemetry, delay: float) -> Telemetry:
+    """The power moved back in time."""
+    return replace(log, power=seen_after(log, log.power, delay))
+
+
+def seen_after(log: Telemetry, watts: Array, delay: float) -> Array:
+    """Power (n,) W ``delay`` s after every row, linear between rows of the same stretch."""
+    later = watts.copy()
+    for start, stop in log.segments():
+        time = log.time[start:stop]
+        later[start:stop] = np.interp(time + delay, time, watts[start:stop])
+    return later
+
+
+def _smaller_power(log: Telemetry, share: float) -> Telemetry:
+    return replace(log, power=log.power / (1.0 + share))
+
+
+SENSORS: dict[str, Sensor] = {
+    sensor.kind: sensor
+    for sensor in (
+        Sensor(
+            "slope_offset",
+            "rad",
+            0.004,
+            0.02,
+            0.12,
+            0.01,
+            "the pitch sensor is off by {value} rad",
+            _pitched,
+        ),
+        Sensor(
+            "roll_offset",
+            "rad",
+            0.004,
+            0.02,
+            0.12,
+            0.01,
+            "the roll sensor is off by {value} rad",
+            _rolled,
+        ),
+        Sensor(
+            "speed_scale",
+            "1",
+            0.01,
+            0.04,
+            0.25,
+            0.02,
+            "speeds are too large by a share of {value}",
+            _slower,
+        ),
+        Sensor(
+            "heading_misalignment",
+            "rad",
+            0.01,
+            0.05,
+            0.3,
+            0.02,
+            "the velocity is turned by {value} rad in the body frame",
+            _turned,
+        ),
+        Sensor(
+            "power_delay", "s", 0.06, 0.3, 3.0, 0.05, "power lags the motion by {value} s", _earlier
+        ),
+        Sensor(
+            "power_scale",
+            "1",
+            0.01,
+            0.05,
+            0.4,
+            0.02,
+            "power is too large by a share of {value}",
+            _smaller_power,
+        ),
+    )
+}
+"""By kind."""

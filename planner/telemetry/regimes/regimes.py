@@ -1,0 +1,336 @@
+"""Where a model is wrong: the regimes of motion in which the residual has structure, in words.
+
+    regimes = regimes_of(log, residual, noise.spread)
+    print(regimes[0].sentence)  # "sideways faster than 0.4 m/s: +3.1 W, 41 % of the squared error"
+
+The residual is measured minus model: positive where the robot needs more than the model says. A
+regime is one condition or two on different axes (heading, speed, slope, turning, braking, load,
+temperature, time, ground). Which conditions, and with which thresholds, is searched: the one whose
+bias explains most of the squared error comes first, its bias is taken off, and the search goes on.
+Only what chance alone would not bring forth is taken, see search: with
+nothing to be found nothing is reported, however long the log and however its noise hangs together.
+
+Left out
+    regimes in which only the scatter is larger; three conditions at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from planner.arrays import Array, Mask
+from planner.telemetry.logs import Telemetry
+from planner.telemetry.quantities_of_motion import all_axes
+from planner.telemetry.regimes.conditions import Condition, conditions_on, refined
+from planner.telemetry.regimes.search import Search, box_sums, cells
+from planner.telemetry.regimes.units import LEAST_CLUSTERS, units_of
+
+MOST_REGIMES = 6
+LEAST_EXPLAINED = 0.02
+"""Share of the squared error that a regime's bias must explain to be worth a line."""
+ONE_CONDITION, TWO_CONDITIONS = 0.9, 0.8
+"""How much of the explained error counts: "everywhere" in full, a condition must pay for itself."""
+MOST_OVERLAP = 0.5  # of two regimes' rows, as a share of the smaller one
+OTHER_BIAS, SAME_AXES_BIAS = 1.5, 2.0
+"""Times another's bias, to be told beside it where both overlap; the latter on the same axes."""
+HIDING = 0.2
+"""The search begins anew when what it took off left less than this share of the squared error."""
+_SMALLEST_STEP = 0.5  # of LEAST_EXPLAINED, by which the search goes on
+_STEPS = 6  # tries for every regime reported
+_ORDER = ("surface", "load", "slope_along", "slope_across", "heading", "speed")
+
+
+@dataclass(frozen=True)
+class Regime:
+    """A part of the log in which the model is off.
+
+    Attributes:
+        where: in words; "everywhere" for all rows.
+        rows: how many.
+        bias_w: W, mean of measured minus model.
+        rmse_w: W.
+        share_of_squared_error: of the whole log's.
+        explained: share of the whole log's squared error that the bias alone makes.
+        stderr_w: W, standard error of the bias, by independent pieces of the log.
+        chance: probability that a search over as many conditions finds such a bias in noise.
+        conditions: the same as ``where`` for programs; all must be met.
+    """
+
+    where: str
+    rows: int
+    bias_w: float
+    rmse_w: float
+    share_of_squared_error: float
+    explained: float
+    stderr_w: float
+    chance: float
+    conditions: tuple[Condition, ...]
+
+    @property
+    def sentence(self) -> str:
+        """One line: where, how many watts, how much of the squared error."""
+        share = 100.0 * self.share_of_squared_error
+        return f"{self.where}: {self.bias_w:+.2g} W, {share:.0f} % of the squared error"
+
+    def holds(self, axes: Mapping[str, Array]) -> Mask:
+        """Rows of this regime, (n,) bool.
+
+        Args:
+            axes: values by name, each (n,), as given to find_regimes.
+        """
+        return _met(self.conditions, axes)
+
+    def to_json(self) -> dict[str, Any]:
+        """Ready for strict JSON."""
+        return {
+            "where": self.where,
+            "rows": self.rows,
+            "bias_w": self.bias_w,
+            "rmse_w": self.rmse_w,
+            "share_of_squared_error": self.share_of_squared_error,
+            "stderr_w": self.stderr_w,
+            "conditions": [condition.to_json() for condition in self.conditions],
+        }
+
+
+def regimes_of(
+    log: Telemetry, residual: Array, noise: ArrayLike = 1.0, *, most: int = MOST_REGIMES
+) -> list[Regime]:
+    """Regimes of a log over all axes that its rows tell; see find_regimes.
+
+    Args:
+        log: n rows.
+        residual: (n,) W, measured minus model.
+        noise: W, (n,) or one number: spread of the noise.
+        most: how many regimes at most.
+    """
+    axes = all_axes(log.rows)
+    return find_regimes(axes, residual, log.run, noise, surfaces=log.surfaces, most=most)
+
+
+def find_regimes(
+    axes: Mapping[str, Array],
+    residual: Array,
+    run: NDArray[np.int64],
+    noise: ArrayLike = 1.0,
+    *,
+    surfaces: Sequence[str] = (),
+    most: int = MOST_REGIMES,
+    seed: int = 0,
+) -> list[Regime]:
+    """Find the regimes in which a residual has structure.
+
+    Args:
+        axes: values by name (see quantities_of_motion), each (n,), NaN where not known; "surface"
+            holds numbers of ``surfaces``.
+        residual: (n,) W, measured minus model; rows that are not finite are left out.
+        run: (n,) which run a row belongs to; rows of a run stand together, in time's order.
+        noise: W, (n,) or one number: spread of the noise. Rows with less say more.
+        surfaces: names of the grounds.
+        most: how many regimes at most.
+        seed: of the random signs that tell what chance does.
+
+    Returns:
+        Regimes, that with the largest share of the squared error first; none when there is no
+        structure, or too little data to tell.
+    """
+    kept = np.isfinite(residual)
+    if not kept.all():
+        axes = {name: values[kept] for name, values in axes.items()}
+        residual, run = residual[kept], run[kept]
+        noise = np.broadcast_to(np.asarray(noise, float), kept.shape)[kept]
+    total = float(residual @ residual)
+    if len(residual) < 2 * LEAST_CLUSTERS or total == 0.0:
+        return []
+    units = units_of(run, residual)
+    if units.clusters < LEAST_CLUSTERS:
+        return []
+    bins = [conditions_on(name, values, labels=surfaces) for name, values in axes.items()]
+    known = [axis for axis in bins if axis is not None]
+    weight = _weight(noise, len(residual))
+    found: list[Regime] = []
+    masks: list[Mask] = []
+    left = residual.copy()
+    squares = np.inf
+    # What a large bias hid from the tests stands out once that is taken off: search again.
+    while len(found) < most and float(left @ left) < HIDING * squares:
+        squares = float(left @ left)
+        search = Search(known, left, weight, units, seed=seed)
+        candidates = _Candidates(search, left, total)
+        for _ in range(_STEPS * most):
+            conditions = candidates.best(left, total)
+            if conditions is None or len(found) == most:
+                break
+            conditions = _refined(conditions, axes, left)
+            met = _met(conditions, axes)
+            if (
+                not met.any()
+                or abs(search.excess_of(met, left, len(conditions))) < 1.0
+                or not search.runs_agree(met, left)
+            ):
+                candidates.drop()
+                continue
+            left[met] -= left[met].mean()
+            regime = _regime(conditions, met, residual, total, search)
+            told = any(
+                _tells_the_same(regime, met, *other) for other in zip(found, masks, strict=True)
+            )
+            if regime.explained >= LEAST_EXPLAINED and not told:
+                found.append(regime)
+                masks.append(met)
+    return sorted(found, key=lambda regime: -regime.share_of_squared_error)
+
+
+def _met(conditions: Sequence[Condition], axes: Mapping[str, Array]) -> Mask:
+    met = np.ones(len(next(iter(axes.values()))), bool)
+    for condition in conditions:
+        met &= condition.holds(axes[condition.axis])
+    return met
+
+
+def _refined(
+    conditions: tuple[Condition, ...], axes: Mapping[str, Array], left: Array
+) -> tuple[Condition, ...]:
+    """Thresholds between the bins, one condition after the other."""
+    done = list(conditions)
+    for number, condition in enumerate(done):
+        others = _met([*done[:number], *done[number + 1 :]], axes)
+        done[number] = refined(condition, axes[condition.axis][others], left[others])
+    return tuple(done)
+
+
+def _weight(noise: ArrayLike, rows: int) -> Array:
+    spread = np.broadcast_to(np.asarray(noise, float), (rows,))
+    middle = float(np.median(spread))
+    if not middle > 0.0:
+        return np.ones(rows)
+    # Rows that seem to have next to no noise must not decide everything.
+    weight: Array = (middle / np.maximum(spread, middle / 2.0)) ** 2
+    return weight
+
+
+class _Candidates:
+    """Sets of rows that stand out from chance, and which of them explains most of what is left."""
+
+    def __init__(self, search: Search, residual: Array, total: float) -> None:
+        self.search = search
+        self.axes = search.axes
+        self._counts: list[Array] = []
+        self._sign: list[Array] = []
+        self._merit: list[Array] = []
+        ones = np.ones(len(residual))
+        for pair, excess in zip(search.pairs, search.excess, strict=True):
+            count = np.maximum(self._box(ones, pair), 1.0)
+            sums = self._box(residual, pair)
+            stands_out = np.abs(excess) > 1.0
+            stands_out &= (sums * sums / count > LEAST_EXPLAINED * total) & (sums * excess > 0.0)
+            self._counts.append(count)
+            self._sign.append(np.sign(sums))
+            self._merit.append(np.where(stands_out, self._plain(pair), 0.0))
+        whole = float(residual.sum())
+        self._everywhere = float(abs(search.excess_of(ones > 0.0, residual, 1)) > 1.0)
+        self._everywhere *= float(whole * whole / len(residual) > LEAST_EXPLAINED * total)
+        self._last: tuple[int, int] = (-1, 0)
+
+    def best(self, left: Array, total: float) -> tuple[Condition, ...] | None:
+        """Conditions of the best set for the residual that is left, (n,); None: all are small."""
+        gain = LEAST_EXPLAINED * total * _SMALLEST_STEP
+        self._last = (-2, 0)
+        if self._everywhere:
+            whole = float(left.sum()) ** 2 / len(left)
+            if whole > gain:
+                gain, self._last = whole, (-1, 0)
+        for number, merit in enumerate(self._merit):
+            if not merit.any():
+                continue
+            sums = self._box(left, self.search.pairs[number])
+            score = np.where(sums * self._sign[number] > 0.0, merit, 0.0)
+            score = score * sums * sums / self._counts[number]
+            at = int(np.argmax(score))
+            if score.flat[at] > gain:
+                gain, self._last = float(score.flat[at]), (number, at)
+        return self._conditions()
+
+    def drop(self) -> None:
+        """Never offer the last one again."""
+        number, at = self._last
+        if number == -1:
+            self._everywhere = 0.0
+        else:
+            self._merit[number].flat[at] = 0.0
+
+    def _conditions(self) -> tuple[Condition, ...] | None:
+        number, at = self._last
+        if number == -2:
+            return None
+        if number == -1:
+            return ()
+        a, b = self.search.pairs[number]
+        if b < 0:
+            return (self.axes[a].sets[at],)
+        first, second = (np.flatnonzero(self.axes[k].paired) for k in (a, b))
+        return (
+            self.axes[a].sets[first[at // len(second)]],
+            self.axes[b].sets[second[at % len(second)]],
+        )
+
+    def _plain(self, pair: tuple[int, int]) -> Array:
+        a, b = pair
+        if b < 0:
+            return ONE_CONDITION * np.array([c.plain for c in self.axes[a].sets])
+        first, second = (
+            np.array([c.plain for c in self.axes[k].sets])[self.axes[k].paired] for k in (a, b)
+        )
+        both: Array = ONE_CONDITION * TWO_CONDITIONS * first[:, None] * second
+        return both
+
+    def _box(self, values: Array, pair: tuple[int, int]) -> Array:
+        cell, shape = cells(self.axes, pair)
+        sums = np.bincount(cell, values, int(np.prod(shape))).reshape(shape)
+        return box_sums(self.axes, sums.astype(float), pair).astype(float)
+
+
+def _regime(
+    conditions: tuple[Condition, ...], met: Mask, residual: Array, total: float, search: Search
+) -> Regime:
+    inside = residual[met]
+    bias, squares = float(inside.mean()), float(inside @ inside)
+    ordered = tuple(sorted(conditions, key=_order))
+    return Regime(
+        where=words_of(ordered),
+        rows=len(inside),
+        bias_w=bias,
+        rmse_w=float(np.sqrt(squares / len(inside))),
+        share_of_squared_error=squares / total,
+        explained=len(inside) * bias * bias / total,
+        stderr_w=search.stderr_of(met, residual),
+        chance=search.chance_of(met, residual, len(conditions)),
+        conditions=ordered,
+    )
+
+
+def _tells_the_same(regime: Regime, met: Mask, other: Regime, other_met: Mask) -> bool:
+    shared = np.count_nonzero(met & other_met)
+    if shared <= MOST_OVERLAP * min(regime.rows, other.rows):
+        return False
+    ratio = regime.bias_w / other.bias_w if other.bias_w != 0.0 else np.inf
+    same = {c.axis for c in regime.conditions} == {c.axis for c in other.conditions}
+    least = SAME_AXES_BIAS if same else OTHER_BIAS
+    return bool(1.0 / least < ratio < least)
+
+
+def words_of(conditions: Sequence[Condition]) -> str:
+    """Conditions as a part of a sentence, "everywhere" when there are none."""
+    if not conditions:
+        return "everywhere"
+    together = {"heading", "speed"} == {c.axis for c in conditions}
+    return (" " if together else ", ").join(c.words for c in conditions)
+
+
+def _order(condition: Condition) -> int:
+    return _ORDER.index(condition.axis) if condition.axis in _ORDER else len(_ORDER)

@@ -1,0 +1,64 @@
+"""Blocks of consecutive rows: the units that are taken to be independent of each other.
+
+number = block_numbers(log)          # (n,) block of every row
+counter = BlockCounter(rows)         # of a log that passes by in chunks
+for chunk in chunks: number = counter.of(chunk)
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.telemetry.logs import Telemetry
+
+BLOCK_ROWS = 30
+MOST_BLOCKS = 200
+
+
+def block_numbers(log: Telemetry, most: int = MOST_BLOCKS) -> NDArray[np.int64]:
+    """(n,) number of every row's block, counting from 0.
+
+    A block has at least BLOCK_ROWS rows of one run, more in a long log. Runs that are shorter than
+    that are put together, so that there are never more than ``most`` blocks.
+    """
+    pieces = log.run_pieces()
+    rows = max(BLOCK_ROWS, -(-len(log) // most))
+    number = np.empty(len(log), np.int64)
+    current, filled, last_stop = 0, 0, 0
+    for start, stop in pieces:
+        length = stop - start
+        if filled and filled + length > rows:
+            current, filled = current + 1, 0
+        if length <= rows:
+            number[start:stop] = current
+            filled += length
+        else:
+            count = length // rows
+            number[start:stop] = current + np.minimum(np.arange(length) // rows, count - 1)
+            current, filled = current + count, 0
+        last_stop = stop
+    assert last_stop == len(log)
+    return number
+
+
+class BlockCounter:
+    """Numbers blocks along a log in chunks; a block never spans two runs or two chunks.
+
+    Args:
+        rows: of the whole log.
+    """
+
+    def __init__(self, rows: int) -> None:
+        self.rows = max(-(-rows // MOST_BLOCKS), 1)
+        self.next = 0
+
+    def of(self, chunk: Telemetry) -> NDArray[np.int64]:
+        """(n,) number of every row's block, going on from the chunk before."""
+        number = np.empty(len(chunk), np.int64)
+        for start, stop in chunk.run_pieces():
+            count = max((stop - start) // self.rows, 1)
+            place = np.minimum(np.arange(stop - start) // self.rows, count - 1)
+            number[start:stop] = self.next + place
+            self.next += count
+        return number

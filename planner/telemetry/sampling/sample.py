@@ -1,0 +1,212 @@
+"""A log of any length as a sample that fits into memory, and as chunks that stream past.
+
+    source = open_source("drive.parquet")      # or a Telemetry
+    source.sample                              # the whole log up to SAMPLE_ROWS rows
+    for chunk in source.chunks(): ...          # all of it, in the order of the file
+
+What is nonlinear (fits, the noise, the size of an effect) is settled on the sample; sums over all
+rows are then formed in one pass over the chunks. The sample of a long log is made of pieces of
+consecutive rows, evenly spread over all runs, because noise is correlated along the run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.errors import LogError
+from planner.progress import Progress, silent
+from planner.telemetry.logs import Telemetry
+from planner.telemetry.sampling.steady_drive import at_steady_speeds
+
+
+@dataclass(frozen=True, eq=False)
+class LogSource:
+    """A log, opened.
+
+    Attributes:
+        sample: at most SAMPLE_ROWS rows, with the labels and the report of the whole log.
+        rows: number of rows of the whole log.
+        run_rows: (runs,) rows of every run.
+        complete: True when the sample is the whole log.
+        path, mapping: where the chunks come from; None for a log in memory.
+        calm: whether ``sample`` and chunks are at steady speeds.
+    """
+
+    sample: Telemetry
+    rows: int
+    run_rows: NDArray[np.int64]
+    complete: bool
+    log: Telemetry | None
+    path: Path | None
+    mapping: Path | None
+    calm: bool = False
+
+    SAMPLE_ROWS: ClassVar[int] = 12_000
+    PIECE_ROWS: ClassVar[int] = 200
+    CHUNK_ROWS: ClassVar[int] = 50_000
+    LONGEST_RUN: ClassVar[int] = 20_000
+    """Most rows of a run that are held back until its end is there."""
+
+    def steady(self) -> LogSource:
+        """The same log with the speeds of steady drives at their means (steady_drive)."""
+        return replace(self, sample=at_steady_speeds(self.sample), calm=True)
+
+    def chunks(self) -> Iterator[Telemetry]:
+        """The whole log in chunks of about CHUNK_ROWS rows, and of whole runs as far as they go.
+
+        What belongs together within a run, its noise and its steady drives, is then the same
+        wherever the file was cut. Of runs beyond LONGEST_RUN rows only parts come at a time.
+        """
+        if self.complete:
+            yield self.sample
+        else:
+            whole = _whole_runs(self._read())
+            yield from map(at_steady_speeds, whole) if self.calm else whole
+
+    def _read(self) -> Iterator[Telemetry]:
+        if self.log is not None:
+            for start in range(0, len(self.log), LogSource.CHUNK_ROWS):
+                yield self.log.take(slice(start, start + LogSource.CHUNK_ROWS))
+        else:
+            assert self.path is not None
+            yield from Telemetry.chunks(self.path, self.mapping, rows=LogSource.CHUNK_ROWS)
+
+    def describe(self) -> dict[str, Any]:
+        """Source, hash, size and findings, ready for JSON."""
+        log = self.sample
+        return {
+            "source": log.source,
+            "sha256": _hash(log),
+            "rows": self.rows,
+            "runs": len(self.run_rows),
+            "report": [
+                {"kind": f.kind, "column": f.column, "rows": f.rows, "sentence": f.sentence}
+                for f in log.report
+            ],
+            "derived": list(log.derived),
+            "assumed": list(log.assumed),
+        }
+
+
+def _hash(log: Telemetry) -> str | None:
+    return log.sha256 if log.source and Path(log.source).exists() else None
+
+
+def open_source(
+    log: Telemetry | str | Path,
+    mapping: str | Path | None = None,
+    watch: Progress = silent,
+) -> LogSource:
+    """Open a log that was read already or stands on disk.
+
+    Args:
+        log: what Telemetry.read gave, or a path as it takes.
+        mapping: a mapping file for other names, units and signs.
+        watch: progress, called after every chunk; raises when the caller cancelled.
+
+    Raises:
+        LogError: the log cannot be used.
+        Cancelled: raised by ``watch``.
+    """
+    if isinstance(log, Telemetry):
+        picker = _Picker()
+        picker.add(log)
+        sample = log if len(log) <= LogSource.SAMPLE_ROWS else picker.sample(log)
+        return _finished(sample, picker, len(log) <= LogSource.SAMPLE_ROWS, log, None, None)
+    if not isinstance(log, str | Path):
+        raise LogError("log", "no log", value=log, accepted="a path, or what Telemetry.read gave")
+    picker = _Picker()
+    last = None
+    for chunk in Telemetry.chunks(log, mapping, rows=LogSource.CHUNK_ROWS):
+        picker.add(chunk)
+        last = chunk
+        watch(0.0, f"reading {picker.rows:,} rows")
+    assert last is not None  # Telemetry.chunks refuses an empty log
+    return _finished(
+        picker.sample(last),
+        picker,
+        picker.stride == 1,
+        None,
+        Path(log),
+        None if mapping is None else Path(mapping),
+    )
+
+
+def _finished(
+    sample: Telemetry,
+    picker: _Picker,
+    complete: bool,
+    log: Telemetry | None,
+    path: Path | None,
+    mapping: Path | None,
+) -> LogSource:
+    run_rows = np.zeros(len(sample.run_names), np.int64)
+    for run, count in picker.run_rows.items():
+        run_rows[run] = count
+    return LogSource(sample, picker.rows, run_rows, complete, log, path, mapping)
+
+
+class _Picker:
+    """Keeps every ``stride``-th piece of a run; the stride doubles whenever too much is kept.
+
+    Each run starts to count at another piece, so that the sample holds the beginnings of some runs
+    and the ends of others, and of many short runs an even choice.
+    """
+
+    def __init__(self) -> None:
+        self.kept: list[tuple[int, Telemetry]] = []
+        self.stride = 1
+        self.rows = 0
+        self.run_rows: dict[int, int] = {}
+        self._pieces: dict[int, int] = {}
+        self._size = 0
+
+    def add(self, chunk: Telemetry) -> None:
+        """Take a chunk in; chunks come in the order of the log."""
+        self.rows += len(chunk)
+        runs, counts = np.unique(chunk.run, return_counts=True)
+        for run, count in zip(runs.tolist(), counts.tolist(), strict=True):
+            self.run_rows[run] = self.run_rows.get(run, 0) + count
+        for start, stop in _pieces(chunk.run):
+            run = int(chunk.run[start])
+            number = run + self._pieces.get(run, 0)
+            self._pieces[run] = self._pieces.get(run, 0) + 1
+            if number % self.stride:
+                continue
+            self.kept.append((number, chunk.take(np.arange(start, stop))))  # a copy
+            self._size += stop - start
+            while self._size > LogSource.SAMPLE_ROWS and len(self.kept) > 1:
+                self.stride *= 2
+                self.kept = [(n, piece) for n, piece in self.kept if n % self.stride == 0]
+                self._size = sum(len(piece) for _, piece in self.kept)
+
+    def sample(self, last: Telemetry) -> Telemetry:
+        """The pieces as one log, with the labels of the last chunk."""
+        return Telemetry.joined([piece for _, piece in self.kept], last)
+
+
+def _whole_runs(chunks: Iterator[Telemetry]) -> Iterator[Telemetry]:
+    """The chunks, each ending with a run, unless the run is too long to be held back."""
+    waiting: list[Telemetry] = []
+    for chunk in chunks:
+        known = Telemetry.joined([*waiting, chunk], chunk)
+        end = int(np.searchsorted(known.run, known.run[-1]))  # runs are numbered as they come
+        if len(known) - end > LogSource.LONGEST_RUN:
+            end = len(known)
+        if end:
+            yield known.take(slice(0, end))
+        waiting = [known.take(slice(end, None))] if end < len(known) else []
+    yield from waiting
+
+
+def _pieces(run: NDArray[np.int64]) -> Iterator[tuple[int, int]]:
+    borders = [0, *(np.flatnonzero(np.diff(run)) + 1).tolist(), len(run)]
+    for start, stop in zip(borders, borders[1:], strict=False):
+        for at in range(start, stop, LogSource.PIECE_ROWS):
+            yield at, min(at + LogSource.PIECE_ROWS, stop)

@@ -1,0 +1,165 @@
+"""Speeds of steady drives, taken at their means.
+
+    log = at_steady_speeds(log)     # the same rows; vx, vy and wz each at its mean where steady
+
+What the speed does by millimetres a second while a robot keeps its speed is the error of odometry,
+or the answer of the speed controller to a bump: the robot slows down a little *because* it needs
+more power. A fit that takes these wiggles for causes finds friction that falls with speed, as
+stiction does, where there is none; and of a wheel or roller that nearly stands they decide the side
+on which friction acts. Rollers do so in all forward travel, also where it speeds up: vx, vy and wz
+are seen to one by one. In a stretch of consecutive rows a speed is replaced by its mean where
+
+    range   it ranges over no more than what odometry usually errs by (Telemetry.SPEED_ERROR), or
+            stays within as much of zero
+    drift   the means of the stretch's halves differ by no more than the scatter from row to row
+            (von Neumann's mean square successive difference) makes them
+    scatter it is scatter: rows differ from the next one as much as from the mean, or nearly so.
+            Of a motion that swings or that a simulator logs without noise they do not
+
+A mean that cannot be told from zero is zero: of a roller that hardly turns even its error would
+say that there is next to no friction, for friction one way and the other would show in the power.
+Stretches that drift are halved until they hold or are shorter than SHORTEST rows; those keep their
+speeds. In the inside of a stretch the acceleration is that of a speed that does not change, also
+where it was measured: an accelerometer's noise is larger than what odometry leaves open there, and
+would send the rollers of a straight drive to and fro within every row.
+Source
+    own; the estimate of a scatter that drift does not enlarge: von Neumann, "Distribution of the
+    ratio of the mean square successive difference to the variance", Annals of Mathematical
+    Statistics 12(4), 1941.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from planner.quantities import INDEX
+from planner.telemetry.logs import Telemetry
+
+SHORTEST = 4
+"""Rows; fewer say nothing about drift."""
+DRIFT_Z = 2.5
+"""Standard errors by which the means of the halves of a stretch may differ."""
+SMOOTH_Z = 1.64
+"""Standard errors by which the ratio of that scatter to the stretch's variance may fall short."""
+REST_Z = 4.0
+"""Standard errors from zero that a mean must have to be a motion."""
+_SPEEDS = [INDEX[name] for name in ("vx", "vy", "wz")]
+_RATES = [INDEX[name] for name in ("ax", "ay", "yaw_acceleration")]
+
+
+def at_steady_speeds(log: Telemetry) -> Telemetry:
+    """The log with the speeds of steady stretches at their means.
+
+    Args:
+        log: the rows; their runs and times say which of them follow each other.
+
+    Returns:
+        A log with the same rows, of which only velocities and accelerations differ.
+    """
+    rows = log.rows.copy()
+    rate = rows[:, _RATES]  # of the body's speeds, without the turning of the frame
+    vx, vy, wz = rows[:, _SPEEDS].T
+    rate[:, 0] += wz * vy
+    rate[:, 1] -= wz * vx
+    ends = np.array([stop for _, stop in log.segments()], np.int64)
+    for axis, (place, most) in enumerate(zip(_SPEEDS, Telemetry.SPEED_ERROR, strict=True)):
+        speed, inside = rows[:, place].copy(), np.zeros(len(log), np.bool_)
+        if len(log):
+            _average(speed, ends, most, inside)
+        rows[:, place] = speed
+        rate[inside, axis] = 0.0
+    vx, vy, wz = rows[:, _SPEEDS].T
+    rate[:, 0] -= wz * vy
+    rate[:, 1] += wz * vx
+    rows[:, _RATES] = rate
+    return replace(log, rows=rows)
+
+
+def stretches(
+    log: Telemetry, speed: str
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
+    """Which rows share a speed: what odometry errs by is averaged over these.
+
+    Args:
+        log: the rows, at steady speeds.
+        speed: "vx", "vy" or "wz".
+
+    Returns:
+        (n,) number of the stretch of every row; (n,) how many rows it has, 1 where the speed
+        changes; and (n,) whether these are enough for a steady drive.
+    """
+    values = log.rows[:, INDEX[speed]]
+    begins = np.ones(len(log), np.bool_)
+    begins[1:] = (np.diff(values) != 0.0) | (np.diff(log.run) != 0)
+    number = np.cumsum(begins) - 1
+    count = np.bincount(number)[number]
+    return number, count, count >= SHORTEST
+
+
+@njit(cache=True, nogil=True)
+def _average(speed: Any, ends: Any, most: float, inside: Any) -> None:
+    """Average a speed (n,) over steady stretches, in place, and mark the rows inside of them.
+
+    ``ends`` are those of the segments; ``most`` is how far the speed may range. A row beside
+    another motion is not inside: it may have begun to change its own.
+    """
+    first = 0
+    for last in ends:
+        start = first
+        while start < last:
+            stop = _end_of_range(speed, start, last, most)
+            # Halves wait here; each is half as long as the one before it.
+            waiting = [(start, stop)]
+            while len(waiting) > 0:
+                begin, end = waiting.pop()
+                if end - begin < SHORTEST:
+                    continue
+                if _drifts(speed[begin:end]):
+                    middle = begin + (end - begin) // 2
+                    waiting.append((middle, end))
+                    waiting.append((begin, middle))
+                    continue
+                speed[begin:end] = _steady(speed[begin:end])
+                inside[begin if begin == first else begin + 1 : end if end == last else end - 1] = (
+                    True
+                )
+            start = stop
+        first = last
+
+
+@njit(cache=True, nogil=True)
+def _end_of_range(speed: Any, start: int, last: int, most: float) -> int:
+    """End of the longest stretch from ``start`` on that ranges, or leaves zero, by no more."""
+    low = high = speed[start]
+    for k in range(start + 1, last):
+        low, high = min(low, speed[k]), max(high, speed[k])
+        if high - low > most and max(high, -low) > most:
+            return k
+    return last
+
+
+@njit(cache=True, nogil=True)
+def _drifts(part: Any) -> bool:
+    """Whether the halves of a stretch (n,) differ by more than its scatter from row to row."""
+    count, scatter = part.shape[0], _scatter(part)
+    half = count // 2
+    apart = abs(np.mean(part[:half]) - np.mean(part[count - half :]))
+    smooth = scatter**2 < (1.0 - SMOOTH_Z / np.sqrt(count + 1.0)) * np.var(part)
+    return bool(smooth or apart > DRIFT_Z * scatter * np.sqrt(2.0 / half))
+
+
+@njit(cache=True, nogil=True)
+def _steady(part: Any) -> float:
+    """Mean of a stretch (n,), or zero where its scatter does not tell it from zero."""
+    mean = np.mean(part)
+    return 0.0 if abs(mean) < REST_Z * _scatter(part) / np.sqrt(part.shape[0]) else float(mean)
+
+
+@njit(cache=True, nogil=True)
+def _scatter(part: Any) -> float:
+    return float(np.sqrt(0.5 * np.mean((part[1:] - part[:-1]) ** 2)))

@@ -1,0 +1,65 @@
+"""A tie that the columns of the catalogue do not show: uneven wheels, or a mass off the centre.
+
+    ties = with_lookalikes(ties, fitted, log)
+
+A centre of mass at (x_c, y_c) loads the wheels in proportion to 1 + a·x_i·x_c + b·y_i·y_c, and each
+wheel's drag follows its load. That is what wheel_imbalance calls excess, if the excess is a linear
+function of the wheels' places; three wheels have no other. Where com_x and com_y were not logged,
+com_offset stands for an offset to either side, which has no such pattern, so the fitted excess is
+asked instead.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.stats import chi2
+
+from planner.telemetry.estimation import Fit
+from planner.telemetry.logs import Telemetry
+
+Ties = Mapping[str, tuple[str, ...]]
+
+UNEVEN, OFFSET = "wheel_imbalance", "com_offset"
+LIKELY = 0.01
+"""Probability of a pattern that no offset has, by chance alone, below which it counts as real."""
+
+
+def with_lookalikes(ties: Ties, fitted: Fit, log: Telemetry) -> dict[str, tuple[str, ...]]:
+    """The ties of a selection, with com_offset beside wheel_imbalance where that is due.
+
+    Args:
+        ties: slug of a selected effect → those that explain the log as well.
+        fitted: the model with the selected effects.
+        log: says whether the centre of mass was measured.
+    """
+    known = dict(ties)
+    measured = {"com_x", "com_y"} <= log.present
+    if UNEVEN in known and OFFSET not in known and not measured and _like_an_offset(fitted):
+        known[UNEVEN] = tuple(dict.fromkeys((*known[UNEVEN], OFFSET)))
+    return known
+
+
+def _like_an_offset(fitted: Fit) -> bool:
+    model = fitted.model
+    wheels = len(model.wheels)
+    excess, spread = np.zeros(wheels), np.zeros((wheels, wheels))
+    at = {
+        model.slots[place][3]: number
+        for number, place in enumerate(fitted.places)
+        if model.slots[place][0].slug == UNEVEN
+    }
+    for wheel, number in at.items():
+        excess[wheel] = model.parameters[fitted.places[number]]
+        for other, second in at.items():
+            spread[wheel, other] = fitted.covariance[number, second]
+    places = np.column_stack([np.ones(wheels), model.wheels[:, :2]])
+    # Patterns over the wheels that are neither their mean nor linear in their places.
+    left, sizes, _ = np.linalg.svd(places)
+    rest = left[:, int((sizes > 1e-9 * sizes[0]).sum()) :]
+    if rest.shape[1] == 0:
+        return True
+    found, variance = rest.T @ excess, rest.T @ spread @ rest
+    z = found @ np.linalg.pinv(variance, hermitian=True) @ found
+    return bool(chi2.sf(z, rest.shape[1]) > LIKELY)

@@ -1,0 +1,173 @@
+"""Which effects, and how sure: the best subset of what competes, and what lies beyond it.
+
+    selection = select(examination)
+    selection.members        # strongest first; () when nothing is missing
+    selection.standings      # how every effect stands
+    selection.shape          # what the catalogue does not explain, or None
+
+The search is subset_search, shapes outside the catalogue
+off_catalogue; ties are found by fitting rivals in full
+(full_refit_comparison).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+import numpy as np
+
+from planner.arrays import Array
+from planner.telemetry.evidence import Examination, Test
+from planner.telemetry.selection.off_catalogue import (
+    ShapeFound,
+    rather_a_sensor,
+    shape_beyond,
+    two_sided,
+)
+from planner.telemetry.selection.subset_search import Chooser, Member, Rival
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How a single effect stands.
+
+    Attributes:
+        gain: log-likelihood that it gains alone over the model.
+        z: its own test, given the other members if it was selected.
+        size: ρ.
+        probability: share of the weight of all subsets that have it.
+        member: its best way of acting.
+        coefficients: in the units of its parameters.
+    """
+
+    name: str
+    gain: float
+    z: float
+    p_value: float
+    size: float
+    probability: float
+    member: Member
+    coefficients: Array
+
+
+@dataclass(frozen=True)
+class Selection:
+    """What was found.
+
+    Attributes:
+        members: selected, strongest first.
+        ties: name → names of rivals that explain as much.
+        standings: every effect that could be told, best first.
+        shape: what remains, or None.
+        none_p: probability of the strongest candidate's score if nothing were missing.
+        tests: of the members, by name.
+        rivals: subsets that were scored, best first, the members' own among them.
+    """
+
+    members: tuple[Member, ...]
+    ties: dict[str, tuple[str, ...]]
+    standings: tuple[Standing, ...]
+    shape: ShapeFound | None
+    none_p: float
+    tests: dict[str, Test] = field(default_factory=dict)
+    rivals: tuple[Rival, ...] = ()
+
+
+def select(
+    examination: Examination,
+    members: Sequence[Member] | None = None,
+    sizes: Mapping[str, float] = MappingProxyType({}),
+    check: Callable[[], None] = lambda: None,
+) -> Selection:
+    """Choose among everything that competes.
+
+    Args:
+        examination: the log, summed up.
+        members: take these instead of the best subset, as far as they pass the tests. Where they
+            blame no sensor, none is blamed instead of a shape either: it has lost already.
+        sizes: of members that were fitted in full.
+        check: called between the parts; raises when the caller was cancelled.
+    """
+    chooser = Chooser(examination)
+    evidence = examination.evidence
+    best = chooser.search()
+    if members is not None:
+        best = chooser.find(members)
+    check()
+    chosen, tests = chooser.checked(best, sizes)
+    chooser.admit(chosen)
+    singles = sorted({c for m in chooser.members for c in m.columns})
+    z, _, _ = evidence.test_each(singles) if singles else (np.zeros(0), None, None)
+    none_p = float(min(1.0, two_sided(float(z.max())) * len(z))) if len(z) else 1.0
+    check()
+    shape = shape_beyond(examination, chooser, chosen)
+    honest = members is not None and not any(m.sensor for m in members)
+    if shape is not None and not honest:
+        chosen, tests, shape = rather_a_sensor(examination, chooser, chosen, tests, shape)
+    if shape is not None and shape.alone:
+        chosen, tests = (), {}
+    chooser.admit(chosen)  # a sensor may have taken the place of a shape
+    order = sorted(chosen, key=lambda k: -_single_gain(chooser, k))
+    return Selection(
+        tuple(chooser.members[k] for k in order),
+        {},
+        _standings(chooser, chosen, tests, singles, z),
+        shape,
+        none_p,
+        tests,
+        chooser.rivals(chosen),
+    )
+
+
+def _single_gain(chooser: Chooser, k: int) -> float:
+    found = chooser.gains.get((k,))
+    return found[0] if found else 0.0
+
+
+def _standings(
+    chooser: Chooser,
+    chosen: tuple[int, ...],
+    tests: dict[str, Test],
+    singles: Sequence[int],
+    z: Array,
+) -> tuple[Standing, ...]:
+    weights = {s: np.exp(v - max(chooser.scored.values())) for s, v in chooser.scored.items()}
+    total = sum(weights.values())
+    best_way: dict[str, int] = {}
+    for k, member in enumerate(chooser.members):
+        if (k,) not in chooser.gains:
+            continue
+        known = best_way.get(member.name)
+        score = chooser.scored[k,]
+        if known is None or score > chooser.scored[known,]:
+            best_way[member.name] = k
+    for k in chosen:
+        best_way[chooser.members[k].name] = k
+    place = {column: n for n, column in enumerate(singles)}
+    standings = []
+    for name, k in best_way.items():
+        member = chooser.members[k]
+        gain, found = chooser.gains.get((k,), (0.0, np.zeros(len(member.columns))))
+        test = tests.get(name)
+        strongest = max(float(z[place[c]]) for c in member.columns)
+        if test is not None:
+            found, strongest = test.coefficients, test.z
+        probability = sum(
+            w for s, w in weights.items() if any(chooser.members[q].name == name for q in s)
+        )
+        standings.append(
+            Standing(
+                name,
+                gain,
+                strongest,
+                test.p_value if test else two_sided(strongest),
+                chooser.examination.size(list(member.columns), found),
+                float(probability / total),
+                member,
+                found,
+            )
+        )
+    picked = {chooser.members[k].name for k in chosen}
+    return tuple(sorted(standings, key=lambda s: (s.name not in picked, -s.probability, -s.gain)))

@@ -1,0 +1,304 @@
+"""The search for what is missing: fit, lay out, choose, fit rivals, lay out anew, until it stays.
+
+    found = investigate(log, model, extra, watch)         # on rows in memory
+    found.strained(model)                                 # whether its fit ran into bounds
+
+Round by round the chosen effects are fitted with all other parameters, and everything is laid out
+around them, because sums are linear and effects are not. A faulty sensor is corrected in the log,
+and the search starts again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from planner.power.effect import Effect
+from planner.power.model import PowerModel
+from planner.progress import Progress
+from planner.telemetry.estimation import Fit
+from planner.telemetry.evidence import Competitors, Examination, examine
+from planner.telemetry.holdout import base_fit, heldout_rmse
+from planner.telemetry.logs import Telemetry
+from planner.telemetry.other_terms import SENSORS, Dictionary, Sensor
+from planner.telemetry.selection.full_refit_comparison import coefficients_of, confirmed, contest
+from planner.telemetry.selection.select_effects import Selection, Standing, select
+from planner.telemetry.selection.subset_search import Member, Rival, members_of
+from planner.telemetry.terms import Addition, CandidateLibrary, candidate_library, fit_with
+
+ROUNDS = 3
+SENSOR_ROUNDS = 8
+STEADY = 0.35
+"""Share of a correction by which the same sensor may be off again."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """State of the search around the last linearisation.
+
+    ``examination`` is of all rows, ``local`` of those in ``log``; the same for a short log.
+    ``refuted`` are effects that these had refuted already, their members counted in ``local``.
+    ``origin`` is where every fit with something added starts. ``searched`` is the fit of the search
+    once everything was set free; None before.
+    """
+
+    log: Telemetry
+    base: Fit
+    examination: Examination
+    selection: Selection
+    fitted: Fit
+    additions: tuple[Addition, ...]
+    corrections: dict[str, tuple[float, float]]
+    local: Examination
+    origin: PowerModel
+    refuted: tuple[Standing, ...] = ()
+    searched: Fit | None = None
+
+    def strained(self, start: PowerModel) -> bool:
+        """Whether the base fit ran into physical bounds: something strong is missing."""
+        for place in self.base.places:
+            low, high = start.slots[place][2].bounds
+            before, value = start.parameters[place], self.base.model.parameters[place]
+            near = 1e-6 * (high - low)
+            if before != value and (value - low <= near or high - value <= near):
+                return True
+        return False
+
+
+def investigate(
+    sample: Telemetry,
+    start: PowerModel,
+    extra: Sequence[type[Effect]],
+    watch: Progress,
+    *,
+    as_stated: bool = False,
+) -> Found:
+    """Search rows in memory.
+
+    Args:
+        sample: the rows.
+        start: the model, not yet fitted.
+        extra: custom effects that compete with the catalogue.
+        watch: progress; raises when the caller cancelled.
+        as_stated: lay out around the model as it is given, not around its fit: where a strong
+            effect has bent the fit out of shape, columns around it point nowhere (strained).
+    """
+    corrections: dict[str, tuple[float, float]] = {}
+    believed = set(SENSORS)
+    log = sample
+    for number in range(SENSOR_ROUNDS):
+        watch(0.15 + 0.05 * number, "laying out what every effect would add")
+        base = base_fit(log, start)
+        origin = replace(base, model=start) if as_stated else base
+        library = candidate_library(origin.model, log, extra=extra)
+        # A sensor that was corrected once may be corrected further by however little.
+        sensors = tuple(
+            replace(s, least=0.0) if s.kind in corrections else s
+            for s in SENSORS.values()
+            if s.kind in believed
+        )
+        share = 0.2 + 0.05 * number
+        found = _settled(log, origin, library, sensors, watch, share, exact=as_stated)
+        found = replace(found, base=base, corrections=dict(corrections))
+        if not found.additions:
+            found = replace(found, fitted=base)
+        faults = [m.name for m in found.selection.members if m.sensor]
+        if not faults:
+            break
+        sizes = {kind: _size(found, kind) for kind in faults}
+        # A true error is gone once it was corrected. One that asks for more, or for its opposite,
+        # stands for something else that the model lacks.
+        wandering = {
+            kind
+            for kind, (value, _) in sizes.items()
+            if kind in corrections and abs(value) > STEADY * abs(corrections[kind][0])
+        }
+        # Around another linearisation an error may look plain that corrects next to nothing.
+        wandering |= {kind for kind in faults if not _confirmed(found, kind, watch)}
+        if wandering:
+            believed -= wandering
+            corrections = {k: v for k, v in corrections.items() if k in believed}
+        else:
+            for kind, (value, stderr) in sizes.items():
+                before = corrections.get(kind, (0.0, 0.0))[0]
+                corrections[kind] = (before + value, stderr)
+        log = corrected(sample, corrections)
+    return found
+
+
+def _confirmed(found: Found, kind: str, watch: Progress) -> bool:
+    def check() -> None:
+        watch(0.45, "fitting without the error of a sensor")
+
+    return confirmed(found.log, found.base, found.examination, found.selection, kind, check)
+
+
+def _size(found: Found, kind: str) -> tuple[float, float]:
+    """Size of a sensor's error and its standard error."""
+    standing = next(s for s in found.selection.standings if s.name == kind)
+    value = float(standing.coefficients[0])
+    return value, abs(value) / max(standing.z, 1e-9)
+
+
+def corrected(log: Telemetry, corrections: dict[str, tuple[float, float]]) -> Telemetry:
+    """The log without errors of sensors, kind → size and its standard error."""
+    for kind, (value, _) in corrections.items():
+        log = SENSORS[kind].correct(log, value)
+    return log
+
+
+def _settled(
+    log: Telemetry,
+    base: Fit,
+    library: CandidateLibrary,
+    sensors: tuple[Sensor, ...],
+    watch: Progress,
+    share: float,
+    *,
+    exact: bool,
+) -> Found:
+    """Choose, refit, lay out anew, until the choice stays.
+
+    ``exact`` as in Competitors.
+    """
+    competitors = Competitors(library, Dictionary.of(log), sensors, exact=exact)
+    examination = examine(log, competitors)
+    known: list[Rival] = []
+
+    reached = share
+
+    def check() -> None:
+        watch(reached, "fitting what comes near in full")
+
+    selection = _chosen(log, base, examination, known, check)
+    fitted = base
+    additions: tuple[Addition, ...] = ()
+    chosen: tuple[tuple[str, tuple[int, ...]], ...] = ()
+    best: tuple[float, Found] | None = None
+    for number in range(ROUNDS):
+        members = [m for m in selection.members if not m.sensor]
+        names = tuple((m.name, m.columns) for m in members)
+        if names == chosen:
+            break
+        chosen = names
+        reached = share + 0.04 * number
+        watch(reached, "refitting with " + ", ".join(m.name for m in members))
+        additions = additions_of(examination, selection, members)
+        fitted = fit_with(base.model, log, additions, noise=examination.noise, within=library.model)
+        if exact and members:
+            error = heldout_rmse(log, fitted)
+            if best is None or error < best[0]:
+                best = error, _found(log, base, examination, selection, fitted, additions)
+        tied = {name for ties in selection.ties.values() for name in ties}
+        competitors = replace(
+            competitors,
+            library=_relinearised(competitors, selection, members, fitted),
+            told=competitors.told | tied | {m.name for m in members},
+        )
+        explained = [c for m in selection.members for c in m.columns]
+        if selection.shape is not None:
+            explained.append(selection.shape.column)
+        examination = examine(log, competitors, tuple(explained) or None)
+        selection = _chosen(log, base, examination, known, check)
+    # Around stated values that are far off, later rounds may wander; the best one counts.
+    settled = tuple((m.name, m.columns) for m in selection.members if not m.sensor) == chosen
+    if best is not None and not (settled and heldout_rmse(log, fitted) <= best[0]):
+        return best[1]
+    if not settled:
+        # The last choice has not been fitted yet; names and parameters belong together.
+        members = [m for m in selection.members if not m.sensor]
+        additions = additions_of(examination, selection, members)
+        fitted = fit_with(base.model, log, additions, noise=examination.noise, within=library.model)
+    return _found(log, base, examination, selection, fitted, additions)
+
+
+def additions_of(
+    examination: Examination, selection: Selection, members: Sequence[Member]
+) -> tuple[Addition, ...]:
+    """Members that are no sensors, as additions to a model."""
+    library = examination.competitors.library
+    return tuple(Addition.of(library, m.term, coefficients_of(selection, m.name)) for m in members)
+
+
+def _found(
+    log: Telemetry,
+    base: Fit,
+    examination: Examination,
+    selection: Selection,
+    fitted: Fit,
+    additions: tuple[Addition, ...],
+) -> Found:
+    return Found(log, base, examination, selection, fitted, additions, {}, examination, base.model)
+
+
+def _chosen(
+    log: Telemetry,
+    base: Fit,
+    examination: Examination,
+    known: list[Rival],
+    check: Callable[[], None],
+) -> Selection:
+    """The best subset of the sums, once it has stood against its rivals fitted in full.
+
+    ``known`` are rivals of earlier rounds; those of this one join them. ``check`` is called before
+    every fit; it raises when the caller cancelled.
+    """
+    selection = select(examination)
+    if not selection.members:
+        return selection
+    # What could be told in an earlier round may drown in this one, around other parameters.
+    there = members_of(examination)
+    able = [rival for rival in known if all(m in there for m in rival.members)]
+    ranked, near = contest(log, base, examination, selection, able, check)
+    known[:] = near
+    names = {m.name for m in selection.members}
+    first: Selection | None = None
+    for outcome in ranked:
+        wanted = {m.name for m in outcome.members}
+        stands = selection
+        if wanted != names:
+            stands = select(examination, outcome.members, outcome.sizes)
+        ties = {m.name: outcome.ties.get(m.name, ()) for m in stands.members}
+        stands = replace(stands, ties=ties)
+        if stands.shape is not None or {m.name for m in stands.members} == wanted:
+            return stands
+        first = first or stands
+    # Of no explanation do all members pass the tests: what is left of the best one.
+    return first or selection
+
+
+def _relinearised(
+    competitors: Competitors, selection: Selection, members: Sequence[Member], fitted: Fit
+) -> CandidateLibrary:
+    """The library around the refitted parameters, each effect at the size that it seems to have."""
+    library = competitors.library
+    amplitudes = library.amplitudes.copy()
+    for standing in selection.standings:
+        if standing.member.sensor or standing.z < 3.0:
+            continue
+        for number, value in zip(standing.member.term.columns, standing.coefficients, strict=True):
+            column = library.candidates[number]
+            possible = float(np.clip(value, column.low, column.high))
+            if abs(possible) > 0.05 * abs(amplitudes[number]):
+                amplitudes[number] = possible
+    places = {
+        (effect.slug, name, element): place
+        for place, (effect, name, _, element) in enumerate(fitted.model.slots)
+    }
+    last_wheel = library.model.vehicle.layout.wheel_count - 1
+    held = []
+    for member in members:
+        for number in member.term.columns:
+            column = library.candidates[number]
+            name, _, element = column.parameter.partition(" ")
+            value = fitted.model.parameters[places[member.name, name, int(element or 0)]]
+            if library.model.slots[column.place][2].per == "wheel":
+                # Columns count from the last wheel, a fit from the mean.
+                value -= fitted.model.parameters[places[member.name, name, last_wheel]]
+            null = library.model.parameters[column.place]
+            if abs(value - null) > 1e-3 * abs(amplitudes[number]):
+                amplitudes[number] = value - null
+                held.append(number)
+    return library.around(fitted.model, amplitudes, held)

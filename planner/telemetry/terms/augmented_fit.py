@@ -1,0 +1,191 @@
+"""A model with effects added to it, fitted: what adopting them gives.
+
+    fitted = fit_with(model, log, [Addition("air_drag", {"drag_area": 0.2})])
+
+An addition says which parameters of the effect are to be fitted and where the fit starts; its other
+parameters keep their null value, the shapes that were scanned the value that was found. A search is
+quick and clear that way. What comes of it is another matter: an effect that acts does so with all
+its parameters and with a shape that no grid holds, and standard errors that leave those out are far
+too small. ``Addition.completed`` sets
+free all of them that the log can show.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from planner.arrays import Array
+from planner.power.catalogue import find_effect
+from planner.power.effect import Effect
+from planner.power.model import PowerModel
+from planner.telemetry.estimation import Fit, fit
+from planner.telemetry.logs import Telemetry
+from planner.telemetry.noise import Noise
+from planner.telemetry.parameters import free_places
+from planner.telemetry.terms.candidate_terms import Atom, CandidateLibrary, with_effects
+
+
+@dataclass(frozen=True)
+class Addition:
+    """An effect to be added.
+
+    Attributes:
+        effect: slug of the catalogue, or a custom effect.
+        start: (name, element) → value; these are fitted.
+        shapes: name → value of a scanned parameter.
+    """
+
+    effect: str | type[Effect]
+    start: dict[tuple[str, int], float]
+    shapes: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def declaration(self) -> type[Effect]:
+        """The effect's class."""
+        return find_effect(self.effect) if isinstance(self.effect, str) else self.effect
+
+    @classmethod
+    def of(cls, library: CandidateLibrary, atom: Atom, coefficients: Array) -> Addition:
+        """An atom of a library, with its coefficients (k,) for a start."""
+        effects = {e.slug: e for e in library.model.effects}
+        effect = effects.get(atom.effect) or find_effect(atom.effect)
+        start: dict[tuple[str, int], float] = {}
+        shapes: dict[str, float] = {}
+        columns = [library.candidates[n] for n in atom.columns]
+        for column, coefficient in zip(columns, coefficients, strict=True):
+            name, _, element = column.parameter.partition(" ")
+            null = effect.parameters[name].null or 0.0
+            possible = float(np.clip(coefficient, column.low, column.high))
+            start[name, int(element or 0)] = possible + null
+            if column.shape is not None:
+                shapes[column.shape_name] = column.shape[1]
+        return cls(effect if effect.definition is not None else effect.slug, start, shapes)
+
+    @classmethod
+    def usual(cls, effect: type[Effect], model: PowerModel) -> Addition:
+        """An effect at the values that the vehicle or the catalogue give, its parameters free."""
+        given = model.vehicle.parameters.get(effect.slug, {})
+        start: dict[tuple[str, int], float] = {}
+        for name, parameter in effect.parameters.items():
+            if parameter.fitted and parameter.null is not None:
+                start[name, 0] = _usual_value(effect, name, given)
+                if parameter.per == "wheel":
+                    for wheel in range(1, model.vehicle.layout.wheel_count):
+                        start[name, wheel] = start[name, 0]
+                if parameter.per == "surface":
+                    for surface in range(1, max(1, len(model.surfaces))):
+                        start[name, surface] = start[name, 0]
+        return cls(effect if effect.definition is not None else effect.slug, start)
+
+    def completed(self, library: CandidateLibrary) -> Addition:
+        """The same effect with everything free that acts in this log, shapes included.
+
+        A parameter that the search left out starts at its usual value: physics knows it better
+        than that it is null.
+        """
+        effect = self.declaration
+        start = {(name, 0): value for name, value in self.shapes.items()}
+        given = library.model.vehicle.parameters.get(effect.slug, {})
+        for column in library.candidates:
+            if column.effect == effect.slug:
+                name, _, element = column.parameter.partition(" ")
+                start[name, int(element or 0)] = _usual_value(effect, name, given)
+        return Addition(self.effect, {**start, **self.start})
+
+
+def _usual_value(effect: type[Effect], name: str, given: Mapping[str, object]) -> float:
+    value = given.get(name)
+    return float(value) if isinstance(value, int | float) else effect.parameters[name].default
+
+
+def extended(
+    model: PowerModel,
+    log: Telemetry,
+    additions: Sequence[Addition],
+    within: PowerModel | None = None,
+) -> tuple[PowerModel, tuple[int, ...]]:
+    """The model with the additions at their start, and the numbers of its free parameters.
+
+    Args:
+        model: the model.
+        log: names the kinds of ground.
+        additions: what is added.
+        within: a model that has all of them, others at their null values: no new kernel has then
+            to be compiled for every choice of effects.
+    """
+    full = within or with_effects(model, [a.declaration for a in additions], log)
+    own = {
+        (effect.slug, name, element): (value, place in free_places(model, log))
+        for place, ((effect, name, _, element), value) in enumerate(
+            zip(model.slots, model.parameters, strict=True)
+        )
+    }
+    values = full.parameters.copy()
+    added = {a.declaration.slug: a for a in additions}
+    free = []
+    for place, (effect, name, parameter, element) in enumerate(full.slots):
+        addition = added.get(effect.slug)
+        if (effect.slug, name, element) in own:
+            values[place], fitted = own[effect.slug, name, element]
+            if fitted:
+                free.append(place)
+        elif addition is not None and parameter.per == "wheel" and (name, 0) in addition.start:
+            values[place] = _against_mean(addition, name, full)[element]
+            free.append(place)
+        elif addition is not None and (name, element) in addition.start:
+            values[place] = addition.start[name, element]
+            free.append(place)
+        elif addition is not None and name in addition.shapes:
+            values[place] = addition.shapes[name]
+    stderr = np.full(len(values), np.nan)
+    full = replace(full, parameters=values, stderr=stderr, covariance=None, energy_error=None)
+    return full, tuple(free)
+
+
+def _against_mean(addition: Addition, name: str, model: PowerModel) -> Array:
+    """Factors of all wheels about their mean; one that the addition does not name is at null."""
+    parameter = addition.declaration.parameters[name]
+    null = parameter.null or 0.0
+    wheels = range(model.vehicle.layout.wheel_count)
+    given = np.array([addition.start.get((name, wheel), null) for wheel in wheels])
+    return np.asarray(np.clip(given - given.mean() + null, *parameter.bounds))
+
+
+def fit_with(
+    model: PowerModel,
+    log: Telemetry,
+    additions: Sequence[Addition],
+    *,
+    noise: Noise | None = None,
+    within: PowerModel | None = None,
+    tried: bool = False,
+) -> Fit:
+    """Fit a model with effects added to it.
+
+    ``within`` is as for ``extended``; where ``tried``, the intervals of what is added are tried out
+    (planner.telemetry.estimation.parameter_errors), which takes as long as the fit again.
+    """
+    full, free = extended(model, log, additions, within)
+    added = {a.declaration.slug for a in additions} if tried else set()
+    mine = [place for place in free if full.slots[place][0].slug in added]
+    return fit(log, full, free=free, noise=noise, tried=mine)
+
+
+def trimmed(fitted: Fit, model: PowerModel, log: Telemetry, additions: Sequence[Addition]) -> Fit:
+    """A fit made ``within`` a larger model, as one of the model with its additions alone."""
+    lean, _ = extended(model, log, additions)
+    found = fitted.model
+    place_of = {(s[0].slug, s[1], s[3]): place for place, s in enumerate(found.slots)}
+    from_places = [place_of[s[0].slug, s[1], s[3]] for s in lean.slots]
+    back = {place: k for k, place in enumerate(from_places)}
+    assert found.stderr is not None  # every fit has standard errors
+    return replace(
+        fitted,
+        model=replace(
+            lean, parameters=found.parameters[from_places], stderr=found.stderr[from_places]
+        ),
+        places=tuple(back[place] for place in fitted.places),
+    )

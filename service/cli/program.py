@@ -1,0 +1,125 @@
+"""The program ``joulepath``: its commands, how it ends, and what it says when it cannot go on.
+
+    joulepath plan | matrix | reach | front …     see service.cli.planning
+    joulepath compare | diagnose | adopt … LOG    see service.cli.workbench
+    joulepath maps | vehicles | effects           see service.cli.catalogues
+    joulepath serve
+
+``--json`` puts exactly one JSON document on stdout; everything else goes to stderr. Exit status: 0
+done (a well-formed question whose answer is "no route" is done), 2 input that cannot be used, with
+one sentence that says what would be, 1 anything else.
+
+Heavy packages are imported inside the commands, so that listing maps does not wait for a compiler.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from importlib.metadata import version
+from typing import Annotated
+
+import typer
+
+from planner.errors import Cancelled, InputError
+from service.cli import catalogues, planning, workbench
+from service.cli.terminal import Verbose
+
+app = typer.Typer(
+    name="joulepath",
+    help="Lowest-energy routes on real terrain, with the energy accounted for by physical effect.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+VERBOSE = "--verbose"
+# Typer turns an interrupt into this exit status.
+_INTERRUPTED = 130
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"joulepath {version('joulepath')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _common(
+    _: Annotated[
+        bool,
+        typer.Option("--version", callback=_print_version, is_eager=True, help="Show the version."),
+    ] = False,
+) -> None:
+    pass
+
+
+def serve(
+    host: Annotated[str | None, typer.Option(help="Address to listen on.")] = None,
+    port: Annotated[int | None, typer.Option(help="Port to listen on.")] = None,
+    verbose: Verbose = False,
+) -> None:
+    """Serve HTTP and the page."""
+    from service.http import serve as run
+
+    run(host=host, port=port)
+
+
+for verb in (*planning.VERBS, *workbench.VERBS, *catalogues.VERBS, serve):
+    app.command()(verb)
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Carry out a command line.
+
+    Returns:
+        the exit status; every failure was said on stderr.
+    """
+    try:
+        status = app(list(arguments), prog_name="joulepath", standalone_mode=False)
+        if status == _INTERRUPTED:
+            raise KeyboardInterrupt
+        return status if isinstance(status, int) else 0
+    except typer.TyperException as error:
+        # A bare `joulepath` raises this with the help text that was already shown.
+        if message := error.format_message():
+            _say(message.rstrip(".") + "; see joulepath --help")
+        return 2
+    except InputError as error:
+        _say(str(error))
+        return 2
+    except (Cancelled, KeyboardInterrupt, typer.Abort):
+        _say("cancelled; nothing was written")
+        return 1
+    except BrokenPipeError:
+        # The reader, such as `head`, has enough. Python would complain again at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except Exception as error:
+        if VERBOSE in arguments:
+            raise
+        what = f"{type(error).__name__}: {error}".splitlines()[0]
+        _say(f"unexpected failure: {what} (run again with {VERBOSE} to see where)")
+        return 1
+
+
+def _say(sentence: str) -> None:
+    print(f"joulepath: {sentence}", file=sys.stderr)  # noqa: T201
+
+
+def main() -> None:
+    """Entry point of the ``joulepath`` command."""
+    status = 1
+    try:
+        status = run(sys.argv[1:])
+    except Exception:
+        import traceback
+
+        traceback.print_exc()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    if "ompl" in sys.modules:
+        # OMPL's bindings list objects that they leak on stderr when the interpreter shuts down.
+        os._exit(status)
+    sys.exit(status)

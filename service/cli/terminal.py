@@ -1,0 +1,62 @@
+"""What the commands share: options, an interruptible section, a line of progress, tables."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Annotated, Any
+
+import typer
+
+Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout, nothing else.")]
+Verbose = Annotated[bool, typer.Option("--verbose", help="Show where an error came from.")]
+
+
+def show(renderable: Any) -> None:
+    """Print a table or a text of rich on stdout."""
+    from rich.console import Console
+
+    console = Console()
+    # Into a file or a pipe a table must not be squeezed to a terminal's width.
+    Console(width=None if console.is_terminal else 140).print(renderable)
+
+
+def tell_written(*paths: Any) -> None:
+    """Say on stderr which files were written; None stands for a file nobody asked for."""
+    for path in paths:
+        if path is not None:
+            typer.echo(f"wrote {path}", err=True)
+
+
+@contextmanager
+def interruptible() -> Iterator[Callable[[], bool]]:
+    """Ctrl-C asks the work to stop; a second one stops at once."""
+    asked: list[int] = []
+
+    def ask(number: int, frame: Any) -> None:
+        if asked:
+            raise KeyboardInterrupt
+        asked.append(number)
+
+    before = signal.signal(signal.SIGINT, ask)
+    try:
+        yield lambda: bool(asked)
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def progress_bar() -> Iterator[Callable[[float, str], None] | None]:
+    """A line of progress on stderr when a person looks at it."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description:<24}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("starting", total=1.0)
+        yield lambda share, what: bar.update(task, description=what, completed=share)

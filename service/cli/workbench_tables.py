@@ -1,0 +1,275 @@
+"""The workbench's documents for a terminal: one sentence first, then short tables."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from planner.amounts import estimate, joules, number, share, signed, watts
+from planner.report.workbench_wording import (
+    Document,
+    excess,
+    how_far,
+    how_it_came_about,
+    model_name,
+    not_testable,
+    proposed,
+    what_came_of_it,
+)
+
+_MOST_RUNS = 10
+_MOST_CANDIDATES = 8
+# Of the report on a log, what is about its format is of no interest beside a result.
+_SILENT = ("format", "not used")
+
+
+def comparison(document: Document) -> RenderableType:
+    """All that `joulepath compare` says."""
+    log, energy = document["log"], document["energy"]
+    error = excess(energy)
+    off = "" if error is None else f", {share(abs(error))} too {'high' if error > 0 else 'low'}"
+    fit = "" if document["r2"] is None else f"R² {number(document['r2'])} "
+    measured = (
+        f"Mean error {watts(document['mae_w'])}, bias {signed(document['bias_w'])}, "
+        f"{fit}over {log['rows']:,} rows in {_count(log['runs'])} runs; "
+        f"energy measured {joules(energy['measured_j'])}, "
+        f"predicted {joules(energy['predicted_j'])}{off}."
+    )
+    return _group(
+        how_far(document),
+        measured,
+        regimes(document["regimes"]),
+        runs(document["runs"]),
+        *remarks(log),
+    )
+
+
+def diagnosis(document: Document) -> RenderableType:
+    """All that `joulepath diagnose` says."""
+    before, after = document["baseline"], document.get("after") or {}
+    errors = Table(header_style="bold")
+    for heading in ("", "rms", "held-out rms"):
+        errors.add_column(heading, justify="right" if heading else "left")
+    errors.add_row("model as it is", watts(before["rmse_w"]), watts(before["heldout_rmse_w"]))
+    if (named := proposed(document)) and after:
+        errors.add_row(
+            f"with {' + '.join(named)}", watts(after["rmse_w"]), watts(after["heldout_rmse_w"])
+        )
+    errors.add_row("the log's own noise, about", watts(before["noise_floor_w"]), "")
+    return _group(
+        document.get("sentence") or document["verdict"].replace("_", " "),
+        errors,
+        ranking(document["candidates"], document["selected"]),
+        regimes(document["regimes"]),
+        *_open_questions(document),
+        *remarks(document.get("log") or {}),
+    )
+
+
+def adoption(document: Document) -> RenderableType:
+    """All that `joulepath adopt` says."""
+    different = dict.fromkeys(document["warnings"])
+    warnings = [Text(f"Warning: {warning}", style="yellow") for warning in different]
+    return _group(
+        what_came_of_it(document), *warnings, parameters(document["parameters"]), versions(document)
+    )
+
+
+def reversion(document: Document) -> RenderableType:
+    """All that `joulepath revert` says."""
+    return _group(f"Reverted; this is {model_name(document['model'])}.", versions(document))
+
+
+def history(document: Document) -> RenderableType:
+    """All that `joulepath history` says."""
+    entries = document["history"]
+    sentence = how_it_came_about(document["model"], entries)
+    return _group(sentence, versions(document)) if entries else Text(sentence)
+
+
+def timings(document: Document) -> RenderableType:
+    """All that `joulepath bench` says."""
+    table = Table(header_style="bold")
+    table.add_column("on this machine")
+    table.add_column("time", justify="right")
+    table.add_column("what")
+    for entry in document["timings"]:
+        table.add_row(entry["name"], _time(entry["seconds"]), entry["what"])
+    return table
+
+
+def regimes(entries: Sequence[Document]) -> RenderableType | None:
+    """Where the model fails, worst first as the document has it."""
+    if not entries:
+        return Text("The residual has no structure that stands out of the noise.")
+    table = Table(title="Where the model fails", title_justify="left", header_style="bold")
+    table.add_column("where")
+    for heading in ("rows", "measured − predicted", "rms", "of the squared error"):
+        table.add_column(heading, justify="right")
+    for entry in entries:
+        table.add_row(
+            entry["where"],
+            f"{entry['rows']:,}",
+            signed(entry["bias_w"]),
+            watts(entry["rmse_w"]),
+            share(entry["share_of_squared_error"]),
+        )
+    return table
+
+
+def runs(entries: Sequence[Document]) -> RenderableType | None:
+    """Energy run by run; of many runs those with the largest error."""
+    if not entries:
+        return None
+    worst = sorted(entries, key=lambda entry: -abs(excess(entry) or 0.0))[:_MOST_RUNS]
+    shown = [entry for entry in entries if entry in worst][:_MOST_RUNS]
+    title = "Energy by run"
+    if len(entries) > len(shown):
+        title += f", the {len(shown)} of {len(entries)} with the largest error"
+    table = Table(title=title, title_justify="left", header_style="bold")
+    table.add_column("run")
+    for heading in ("rows", "measured", "predicted", "error", "rms", "bias"):
+        table.add_column(heading, justify="right")
+    for entry in shown:
+        error = excess(entry)
+        table.add_row(
+            str(entry["run"]),
+            f"{entry['rows']:,}",
+            joules(entry["measured_j"]),
+            joules(entry["predicted_j"]),
+            "" if error is None else f"{100 * error:+z.1f} %".replace("-", "−"),
+            watts(entry["rmse_w"]),
+            signed(entry["bias_w"]),
+        )
+    return table
+
+
+def ranking(candidates: Sequence[Document], selected: Sequence[str]) -> RenderableType | None:
+    """Effects that could be missing, best first, with what speaks for them."""
+    testable = [c for c in candidates if c.get("testable", True)]
+    if not testable:
+        return None
+    table = Table(title="What could be missing", title_justify="left", header_style="bold")
+    table.add_column("effect")
+    for heading in ("probability", "held-out rms", "z"):
+        table.add_column(heading, justify="right")
+    table.add_column("parameters")
+    table.add_column("cannot be told from")
+    for candidate in testable[:_MOST_CANDIDATES]:
+        fitted = [
+            f"{name} {estimate(p['value'], p.get('stderr'), p.get('unit') or '')}"
+            for name, p in candidate["parameters"].items()
+        ]
+        table.add_row(
+            candidate["effect"],
+            share(candidate["probability"]),
+            watts(candidate["heldout_rmse_w"]),
+            _z(candidate["evidence"].get("z")),
+            ", ".join(fitted),
+            ", ".join(candidate["indistinguishable_from"]),
+            style="bold" if candidate["effect"] in selected else "",
+        )
+    if len(testable) > _MOST_CANDIDATES:
+        table.caption = f"and {len(testable) - _MOST_CANDIDATES} less likely ones"
+    return table
+
+
+def parameters(entries: Sequence[Document]) -> RenderableType | None:
+    """Fitted parameters with their uncertainty."""
+    if not entries:
+        return None
+    table = Table(title="Fitted parameters", title_justify="left", header_style="bold")
+    for heading in ("effect", "parameter", "value", "note"):
+        table.add_column(heading, justify="right" if heading == "value" else "left")
+    several = Counter((entry["effect"], entry["name"]) for entry in entries)
+    for entry in entries:
+        name = entry["name"]
+        if several[entry["effect"], name] > 1:
+            name = f"{name} {entry['element'] + 1}"
+        table.add_row(
+            entry["effect"],
+            name,
+            estimate(entry["value"], entry.get("stderr"), entry.get("unit") or ""),
+            entry.get("note") or "",
+        )
+    return table
+
+
+def versions(document: Document) -> RenderableType | None:
+    """The history of a model, version by version."""
+    entries = document["history"]
+    if not entries:
+        return None
+    table = Table(title="History", title_justify="left", header_style="bold")
+    table.add_column("version", justify="right")
+    for heading in ("from", "what", "log"):
+        table.add_column(heading, justify="right" if heading == "from" else "left")
+    for heading in ("held-out before", "after", "noise"):
+        table.add_column(heading, justify="right")
+    table.add_column("when")
+    for entry in entries:
+        before, after = entry.get("before") or {}, entry.get("after") or {}
+        table.add_row(
+            str(entry["version"]),
+            "" if entry.get("parent") is None else str(entry["parent"]),
+            " ".join([entry["action"], ", ".join(entry.get("adopted") or ())]).strip(),
+            (entry.get("log") or {}).get("source") or "",
+            watts(before.get("heldout_rmse_w")),
+            watts(after.get("heldout_rmse_w")),
+            watts(entry.get("noise_floor_w")),
+            str(entry.get("at") or "")[:16].replace("T", " "),
+        )
+    return table
+
+
+def remarks(log: Document) -> Iterator[Text]:
+    """What was found in a log, derived from it and taken for granted."""
+    for finding in log.get("report", ()):
+        if finding["kind"] not in _SILENT:
+            yield Text(f"Log: {finding['sentence']}.", style="dim")
+    for kind in ("derived", "assumed"):
+        if sentences := log.get(kind):
+            yield Text(f"{kind.capitalize()}: {'; '.join(sentences)}.", style="dim")
+
+
+def _open_questions(document: Document) -> Iterator[Text]:
+    """What lies outside the catalogue, what could not be tested, what to drive next."""
+    if outside := document.get("outside_catalogue"):
+        formula = outside.get("formula")
+        of = ", ".join(outside["quantities"])
+        yield Text(
+            f"Outside the catalogue: a shape over {of}" + (f": {formula}" if formula else "") + "."
+        )
+    for sensor in document.get("sensor") or ():
+        if sensor["sentence"] not in (document.get("sentence") or ""):
+            yield Text(f"Sensor: {sensor['sentence']}")
+    for (why, help_), effects in not_testable(document.get("not_testable", ())).items():
+        reason = f": {why}; {help_}" if help_ else f": {why}"
+        yield Text.assemble(("Not testable: ", "dim"), ", ".join(effects), (reason, "dim"))
+    for entry in document["experiments"]:
+        yield Text(f"To separate {' and '.join(entry['separates'])}: {entry['run']}", style="bold")
+
+
+def _z(value: float | None) -> str:
+    return "" if value is None else f"{value:z.1f}"
+
+
+def _time(seconds: float) -> str:
+    for scale, unit in ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs")):
+        if seconds >= scale:
+            return f"{seconds / scale:.3g} {unit}"
+    return f"{seconds / 1e-9:.3g} ns"
+
+
+def _count(value: Any) -> int:
+    return value if isinstance(value, int) else len(value)
+
+
+def _group(sentence: str, *parts: RenderableType | str | None) -> Group:
+    texts = [Text(part) if isinstance(part, str) else part for part in parts if part is not None]
+    return Group(Text(sentence, style="bold"), *texts)

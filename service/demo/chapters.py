@@ -1,0 +1,174 @@
+"""The chapters of the demonstration.
+
+Each chapter prints what it finds and adds its answers to one page, demo/report.html. The last one
+is about a robot that is not as its model says; what its log tells is on demo/diagnosis.html.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from planner import Answer, plan_route
+from planner.amounts import joules
+from planner.report import write_report
+from service.cli import as_tables
+from service.demo.closing_the_loop import ERRANDS, ClosedLoop, close_the_loop
+
+REPORT = Path("demo") / "report.html"
+
+DIAGNOSIS = "diagnosis.html"
+HIDDEN = "regeneration_limit"
+
+Answers = Mapping[str, Answer]
+
+
+@dataclass(frozen=True)
+class Question:
+    """One route to plan: what to call it, what to say first, what to ask."""
+
+    heading: str
+    story: str
+    request: Mapping[str, Any]
+
+
+RELIEF = (
+    Question(
+        "Across measured relief",
+        "The Jacksboro fault in Tennessee, reduced 1:100, so that a robot of 12 kg meets real "
+        "valleys and ridges at its own size. Straight ahead is short and steep.",
+        {"map": "jacksboro-1to100", "start": {"x": 93, "y": 225}, "goal": {"x": 212, "y": 73}},
+    ),
+    Question(
+        "The same fault at its own scale",
+        "Kilometres of hills on cells of 75 m by 92 m: does one charge of the battery last?",
+        {"map": "jacksboro", "start": {"x": 18000, "y": 14000}, "goal": {"x": 28000, "y": 26000}},
+    ),
+)
+
+WAREHOUSE = (
+    Question(
+        "Through a warehouse, up to the dock",
+        "Shelves, a passage narrower than the robot is long, carpet, a wet patch and two ramps of "
+        "different steepness.",
+        {"map": "warehouse", "start": {"x": 1.5, "y": 2}, "goal": {"x": 27, "y": 17}},
+    ),
+    Question(
+        "The same with 10 kg on board",
+        "The load presses on the wheels, and the hill takes it at its full price.",
+        {
+            "map": "warehouse",
+            "start": {"x": 1.5, "y": 2},
+            "goal": {"x": 27, "y": 17},
+            "payload": {"mass": 10},
+        },
+    ),
+)
+
+
+def plan_all(console: Console, questions: tuple[Question, ...]) -> Answers:
+    """Plan the routes of a chapter and print each with its account."""
+    answers = {}
+    for question in questions:
+        console.rule(f"[bold]{question.heading}")
+        console.print(question.story, "\n")
+        begun = time.perf_counter()
+        answer = plan_route(question.request, seed=1)
+        took = time.perf_counter() - begun
+        console.print(as_tables("plan", answer.to_json()))
+        console.print(f"planned in {took:.1f} s\n", style="dim")
+        answers[question.heading] = answer
+    return answers
+
+
+def hidden_effect(console: Console, folder: Path = REPORT.parent) -> Answers:
+    """A robot drives, is diagnosed from its log alone, and drives again with what was learnt."""
+    console.rule("[bold]The robot is not as its model says")
+    console.print(
+        "A simulated robot drives three errands over the same relief. It hides something from the "
+        "model, which plans the routes without it; all that is known of the robot is its log.\n"
+    )
+    begun = time.perf_counter()
+    told = close_the_loop(ERRANDS, "minibalance", {HIDDEN: {}}, folder)
+    console.print(_errands(told), "")
+    diagnosis = told.adoption.diagnosis
+    console.print(f"What its log tells ({len(diagnosis.corrected):,} rows):", diagnosis.sentence)
+    console.print(as_tables("adopt", told.adoption.to_json()), "")
+    console.print(summary(told))
+    hidden = "is" if told.adoption.adopted == (HIDDEN,) else "is not all of"
+    console.print(f"What was named {hidden} what it hid ({HIDDEN}).")
+    told.adoption.write_report(folder / DIAGNOSIS, "joulepath: what the robot's log tells")
+    took = time.perf_counter() - begun
+    console.print(f"driven, diagnosed and planned again in {took:.1f} s\n", style="dim")
+    console.print(f"The log: [bold]{told.log}[/]; what it tells: [bold]{folder / DIAGNOSIS}[/]\n")
+    first = told.drives[0]
+    return {
+        f"{first.errand.name}, planned by the base model": first.before,
+        f"{first.errand.name}, planned with what the log told": first.after,
+    }
+
+
+def summary(told: ClosedLoop) -> str:
+    """What adopting has brought: smaller errors of the plans, and energy."""
+    old, new = (sum(d.took_before_j for d in told.drives), sum(d.took_after_j for d in told.drives))
+    said_old = sum(d.before.routes[0].energy_j for d in told.drives)
+    said_new = sum(d.after.routes[0].energy_j for d in told.drives)
+    return (
+        f"The plans were {_off(old / said_old - 1.0)} and are {_off(new / said_new - 1.0)} now; "
+        f"on its new routes the robot takes {joules(new)} instead of {joules(old)}, "
+        f"{100 * (1 - new / old):.1f} % less."
+    )
+
+
+def _off(error: float) -> str:
+    return f"{100 * abs(error):.1f} % too {'low' if error > 0 else 'high'}"
+
+
+def _errands(told: ClosedLoop) -> Table:
+    table = Table(header_style="bold")
+    table.add_column("errand")
+    for heading in ("base model says", "robot takes", "", "corrected says", "robot takes", ""):
+        table.add_column(heading, justify="right")
+    table.add_column("saved")
+    for drive in told.drives:
+        table.add_row(
+            drive.errand.name,
+            joules(drive.before.routes[0].energy_j),
+            joules(drive.took_before_j),
+            f"{100 * drive.error_before:+.1f} %",
+            joules(drive.after.routes[0].energy_j),
+            joules(drive.took_after_j),
+            f"{100 * drive.error_after:+.1f} %",
+            f"{100 * drive.saved:.1f} %",
+        )
+    return table
+
+
+CHAPTERS: tuple[Callable[[Console], Answers], ...] = (
+    lambda console: plan_all(console, RELIEF),
+    lambda console: plan_all(console, WAREHOUSE),
+    hidden_effect,
+)
+
+
+def main(report: Path = REPORT) -> int:
+    """Go through all chapters and write the page.
+
+    Returns:
+        0, or 1 when a chapter found no route.
+    """
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=110)
+    answers: dict[str, Answer] = {}
+    for chapter in CHAPTERS:
+        answers |= chapter(console)
+    write_report(answers, report, "joulepath: where the energy goes")
+    console.print(f"Pictures of all this: [bold]{report}[/] (open it in a browser)")
+    return 0 if all(answer.status == "ok" for answer in answers.values()) else 1

@@ -1,0 +1,188 @@
+"""The web application: endpoints, errors, headers, and workers that live as long as it does.
+
+    app = create_app(Settings())
+
+It never loads the planner itself; everything that plans or reads a map runs in worker processes.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from importlib.metadata import version
+from typing import Any
+
+from fastapi import FastAPI
+from fastapi.openapi.utils import get_openapi
+from pydantic.json_schema import models_json_schema
+from starlette.datastructures import MutableHeaders
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from planner.search.requests import FrontRequest, MatrixRequest, PlanRequest, ReachRequest
+from service.http import error_handlers
+from service.http.endpoints import (
+    catalogues,
+    health,
+    jobs,
+    logs,
+    models,
+    page,
+    planning,
+    workbench,
+)
+from service.http.requests import AdoptRequest, CompareRequest, DiagnoseRequest, RevertRequest
+from service.http.state import Service
+from service.jobs import Names, Runner, WorkerPool, Workers
+from service.settings import Settings
+from service.store import Store
+
+# The page runs its own modules only: nothing inline, nothing evaluated, nothing from elsewhere.
+_HEADERS = {
+    "Content-Security-Policy": (
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
+        "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    ),
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+}
+
+
+class _SafeHeaders:
+    """Adds the headers above to every response."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        async def send_with_headers(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                MutableHeaders(scope=message).update(_HEADERS)
+            await send(message)
+
+        await self.app(scope, receive, send_with_headers)
+
+
+@asynccontextmanager
+async def _running(
+    settings: Settings, workers: Workers | None, job_workers: Workers | None
+) -> AsyncIterator[Service]:
+    """Store, workers and jobs, as long as the application lives."""
+    store = await asyncio.to_thread(Store.open, settings)
+    pool = workers or WorkerPool(
+        workers=settings.workers,
+        queue=settings.queue,
+        time_limit_s=settings.time_limit_s,
+        memory_limit_mb=settings.memory_limit_mb,
+    )
+    job_pool = job_workers or WorkerPool(
+        workers=settings.job_workers,
+        queue=settings.job_workers,
+        time_limit_s=settings.job_time_limit_s,
+        memory_limit_mb=settings.memory_limit_mb,
+        advice="send a shorter log, or raise JOULEPATH_JOB_TIME_LIMIT_S",
+    )
+    try:
+        await pool.start()
+        await job_pool.start()
+        # The first job waits until a worker has everything loaded: ready means ready.
+        known = await pool.run("catalogues")
+        names = Names(
+            catalogue={
+                "map": [entry["name"] for entry in known.maps],
+                "vehicle": [entry["name"] for entry in known.vehicles],
+                "model": known.kinds,
+            },
+            folder=settings.data_dir,
+            stored=store.model_file,
+        )
+        runner = Runner(
+            store, job_pool, names, slots=settings.job_workers, queue=settings.job_queue
+        )
+        await runner.start()
+        try:
+            yield Service(
+                settings=settings,
+                workers=pool,
+                catalogues={
+                    "maps": known.maps,
+                    "vehicles": known.vehicles,
+                    "effects": known.effects,
+                },
+                names=names,
+                store=store,
+                jobs=runner,
+            )
+        finally:
+            await runner.stop()
+    finally:
+        await job_pool.stop()
+        await pool.stop()
+        await asyncio.to_thread(store.close)
+
+
+def create_app(
+    settings: Settings | None = None,
+    workers: Workers | None = None,
+    job_workers: Workers | None = None,
+) -> FastAPI:
+    """The application.
+
+    Args:
+        settings: from the environment when left out.
+        workers: where requests are carried out; a pool of processes when left out.
+        job_workers: where jobs are; ``workers``, or a pool of their own, when left out.
+    """
+    settings = settings or Settings()
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        async with _running(settings, workers, job_workers or workers) as service:
+            app.state.service = service
+            yield
+
+    app = FastAPI(
+        title="joulepath",
+        version=version("joulepath"),
+        description="Lowest-energy routes on real terrain, with the energy accounted for by "
+        "physical effect. Metres in a map's frame, rad, SI throughout; every error is an "
+        "RFC 9457 problem document.",
+        lifespan=lifespan,
+        generate_unique_id_function=lambda route: route.name,
+        # Their pages load scripts from elsewhere.
+        docs_url=None,
+        redoc_url=None,
+    )
+    error_handlers.install(app)
+    for module in (planning, logs, workbench, jobs, models, catalogues, health):
+        app.include_router(module.router)
+    page.install(app)
+    app.add_middleware(_SafeHeaders)
+    _describe(app)
+    return app
+
+
+def _describe(app: FastAPI) -> None:
+    """Put the requests, which the endpoints read by themselves, into the OpenAPI document."""
+
+    def openapi() -> dict[str, Any]:
+        if app.openapi_schema is None:
+            document = get_openapi(
+                title=app.title,
+                version=app.version,
+                description=app.description,
+                routes=app.routes,
+            )
+            asked = (
+                *(PlanRequest, MatrixRequest, ReachRequest, FrontRequest),
+                *(CompareRequest, DiagnoseRequest, AdoptRequest, RevertRequest),
+            )
+            _, requests = models_json_schema(
+                [(model, "validation") for model in asked],
+                ref_template="#/components/schemas/{model}",
+            )
+            document["components"]["schemas"] |= requests["$defs"]
+            app.openapi_schema = document
+        return app.openapi_schema
+
+    app.openapi = openapi  # type: ignore[method-assign]

@@ -1,0 +1,33 @@
+"""/v1/jobs: how far long work is, its result, and how to end it."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Query
+
+from service.http.schemas import problem_responses
+from service.http.state import Running
+from service.http.workbench_schemas import Job, JobSummary
+
+router = APIRouter(prefix="/v1/jobs", tags=["jobs"])
+
+
+@router.get("", response_model=list[JobSummary])
+def jobs(
+    service: Running, most: Annotated[int, Query(ge=1, le=1000)] = 100
+) -> list[dict[str, Any]]:
+    """The newest jobs, newest first, without their results."""
+    return service.store.jobs.newest(most)
+
+
+@router.get("/{job}", response_model=Job, responses=problem_responses(404))
+async def job(job: str, service: Running) -> dict[str, Any]:
+    """State, progress and, when it is done, the result; when it failed, the problem."""
+    return await service.jobs.get(job)
+
+
+@router.delete("/{job}", response_model=Job, responses=problem_responses(404))
+async def cancel(job: str, service: Running) -> dict[str, Any]:
+    """End a job and its process at once; a finished one stays what it is."""
+    return await service.jobs.cancel(job)

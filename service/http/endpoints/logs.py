@@ -1,0 +1,140 @@
+"""/v1/logs: upload logs, list and remove them."""
+
+from __future__ import annotations
+
+import asyncio
+from contextlib import suppress
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Query, Request, Response
+from fastapi.responses import JSONResponse
+
+from service.http.bodies import Upload, receive_log
+from service.http.endpoints.answers import job_response
+from service.http.schemas import problem_responses
+from service.http.state import Running, Service
+from service.http.workbench_schemas import Job, Log, LogSummary
+from service.problems import Conflict, NoSuch, Unavailable
+from service.store import log_id
+
+router = APIRouter(prefix="/v1/logs", tags=["logs"])
+
+_FORM = {
+    "type": "object",
+    "properties": {
+        "log": {"type": "string", "format": "binary"},
+        "mapping": {
+            "type": "string",
+            "format": "binary",
+            "description": "TOML: which columns are which quantities",
+        },
+    },
+    "required": ["log"],
+}
+_BYTES = {"schema": {"type": "string", "format": "binary"}}
+
+
+@router.post(
+    "",
+    response_class=Response,
+    status_code=201,
+    responses={
+        200: {"model": Log, "description": "The same log is here already."},
+        201: {"model": Log, "description": "The log was read and can be used."},
+        202: {"model": Job, "description": "It is still being read; the job's result is the log."},
+        **problem_responses(409, 413, 422, 500, 503, 504, 507),
+    },
+    openapi_extra={
+        "requestBody": {
+            "required": True,
+            "content": {
+                "multipart/form-data": {"schema": _FORM},
+                "text/csv": _BYTES,
+                "application/vnd.apache.parquet": _BYTES,
+                "application/octet-stream": _BYTES,
+            },
+        }
+    },
+)
+async def upload_log(
+    request: Request,
+    service: Running,
+    wait: Annotated[
+        float, Query(ge=0, le=600, description="seconds to wait until the log was read")
+    ] = 60.0,
+    name: Annotated[
+        str, Query(max_length=1024, description="what to call a log that is the whole body")
+    ] = "log",
+) -> Response:
+    """Upload a log: as a form with `log` and perhaps `mapping`, or as the body alone.
+
+    The log is read from end to end before it is accepted. The same bytes with the same mapping
+    are the same log, under the name that it first came with.
+    """
+    if request.headers.get("sec-fetch-site") == "cross-site":
+        # A form of a foreign page could send this without asking.
+        raise Conflict("logs are not taken from pages of other sites")
+    place = service.store.files.incoming()
+    async with receive_log(request, place, service.settings.max_log_bytes) as received:
+        return await _take_in(service, received, wait)
+
+
+async def _take_in(service: Service, received: Upload, wait: float) -> Response:
+    log = log_id(received.sha256, received.mapping)
+    known = await asyncio.to_thread(service.store.logs.get, log)
+    if known is not None:
+        return JSONResponse(known, headers={"Location": f"/v1/logs/{log}"})
+    job = await asyncio.to_thread(service.store.jobs.reading, log)
+    if job is None:
+        name = await asyncio.to_thread(
+            service.store.files.take_in, received.path, log, received.name, received.mapping
+        )
+        request = {
+            "log": log,
+            "name": name,
+            "sha256": received.sha256,
+            "bytes": received.size,
+            "mapped": received.mapping is not None,
+        }
+        try:
+            job = await service.jobs.submit("check", request)
+        except Exception:
+            await asyncio.to_thread(_put_away, service, log)
+            raise
+    job = await service.jobs.wait(job["id"], wait)
+    if job["state"] == "done":
+        return JSONResponse(job["result"], 201, headers={"Location": f"/v1/logs/{log}"})
+    return job_response(job)
+
+
+def _put_away(service: Service, log: str) -> None:
+    """Remove an upload that no job reads, unless the same log came in another way meanwhile."""
+    with suppress(Unavailable):
+        if service.store.logs.get(log) is None and service.store.jobs.reading(log) is None:
+            service.store.files.drop_log(log)
+
+
+@router.get("", response_model=list[LogSummary])
+def logs(service: Running) -> list[dict[str, Any]]:
+    """All logs, newest first."""
+    return service.store.logs.all()
+
+
+@router.get("/{log}", response_model=Log, responses=problem_responses(404))
+def log(log: str, service: Running) -> dict[str, Any]:
+    """One log with what was found, derived and assumed."""
+    found = service.store.logs.get(log)
+    if found is None:
+        raise NoSuch("log", log)
+    return found
+
+
+@router.delete("/{log}", status_code=204, responses=problem_responses(404, 409))
+def delete_log(log: str, service: Running) -> Response:
+    """Remove a log. What was adopted from it stays."""
+    if service.store.jobs.uses_log(log):
+        raise Conflict("a job that is not finished reads this log; cancel it first")
+    if not service.store.logs.remove(log):
+        raise NoSuch("log", log)
+    service.store.files.drop_log(log)
+    return Response(status_code=204)

@@ -1,0 +1,77 @@
+"""POST /v1/compare, /v1/diagnose, /v1/adopt: the workbench's verbs, each as a job."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from fastapi import APIRouter, Request, Response
+from pydantic import BaseModel
+
+from service.http.bodies import json_body, read_json
+from service.http.endpoints.answers import HEADER_LOCATION, job_response
+from service.http.requests import AdoptRequest, CompareRequest, DiagnoseRequest, Wait
+from service.http.schemas import problem_responses
+from service.http.state import Running, Service
+from service.http.workbench_schemas import Adoption, Comparison, Diagnosis, Job
+
+router = APIRouter(prefix="/v1", tags=["workbench"])
+
+_START = {"log": "5f2d0c1b7a9e4433", "vehicle": "minibalance"}
+
+
+def _described(
+    asked: type[BaseModel], answered: type[BaseModel], example: Mapping[str, Any]
+) -> dict[str, Any]:
+    """What the OpenAPI document says of a verb."""
+    return {
+        "response_class": Response,
+        "status_code": 202,
+        "responses": {
+            200: {"model": answered, "description": "The result, when it came within `wait`."},
+            202: {
+                "model": Job,
+                "description": "The job; ask its address for progress and result.",
+                "headers": HEADER_LOCATION,
+            },
+            **problem_responses(409, 413, 415, 422, 500, 503, 504),
+        },
+        "openapi_extra": {
+            "requestBody": {
+                "required": True,
+                "content": {
+                    "application/json": {
+                        "schema": {"$ref": f"#/components/schemas/{asked.__name__}"},
+                        "example": dict(example),
+                    }
+                },
+            }
+        },
+    }
+
+
+@router.post("/compare", **_described(CompareRequest, Comparison, _START))
+async def compare(request: Request, service: Running, wait: Wait = 0.0) -> Response:
+    """Compare measured power with a model's: how far apart, where, and how much is noise."""
+    return await _as_job("compare", CompareRequest, request, service, wait)
+
+
+@router.post("/diagnose", **_described(DiagnoseRequest, Diagnosis, _START))
+async def diagnose(request: Request, service: Running, wait: Wait = 0.0) -> Response:
+    """Name the physical effects that a model lacks, or say that it cannot be told."""
+    return await _as_job("diagnose", DiagnoseRequest, request, service, wait)
+
+
+@router.post("/adopt", **_described(AdoptRequest, Adoption, {**_START, "effects": ["air_drag"]}))
+async def adopt(request: Request, service: Running, wait: Wait = 0.0) -> Response:
+    """Take effects into the model, fit it to the log, and keep it as a new version."""
+    return await _as_job("adopt", AdoptRequest, request, service, wait)
+
+
+async def _as_job(
+    kind: str, asked: type[BaseModel], request: Request, service: Service, wait: float
+) -> Response:
+    body = await json_body(request, service.settings.max_body_bytes)
+    wanted = read_json(asked, body).model_dump(mode="json", exclude_none=True)
+    job = await service.jobs.submit(kind, wanted)
+    return job_response(await service.jobs.wait(job["id"], wait) if wait else job)

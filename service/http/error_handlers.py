@@ -1,0 +1,70 @@
+"""Every error of an endpoint, answered with its problem document.
+
+install(app)
+return respond(document(409, "cancelled", "the job was cancelled"))
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from fastapi import FastAPI, Request, Response
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
+from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect
+
+from planner.errors import InputError
+from planner.validation import first_complaint
+from service.problems import STATUS, Unavailable, describe, document
+
+MEDIA_TYPE = "application/problem+json"
+
+
+def respond(document: Mapping[str, Any], headers: Mapping[str, str] | None = None) -> JSONResponse:
+    """A problem document as a response, with headers beside the content type."""
+    return JSONResponse(
+        dict(document),
+        document["status"],
+        media_type=MEDIA_TYPE,
+        headers=dict(headers) if headers else None,
+    )
+
+
+def install(app: FastAPI) -> None:
+    """Let the application answer every error with a problem document."""
+    app.add_exception_handler(RequestValidationError, _bad_parameter)
+    app.add_exception_handler(HTTPException, _http)
+    app.add_exception_handler(ClientDisconnect, _nobody)
+    # One that is expected must have a handler of its own: the last one logs and raises again.
+    for kind in (InputError, Unavailable, *STATUS, Exception):
+        app.add_exception_handler(kind, _described)
+
+
+async def _described(request: Request, error: Exception) -> JSONResponse:
+    headers = None
+    if isinstance(error, Unavailable):
+        headers = {"Retry-After": str(error.retry_after_s)}
+    return respond(describe(error), headers)
+
+
+async def _bad_parameter(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, RequestValidationError)
+    first = first_complaint(error.errors())
+    detail = f"{first.place}: {first.message}"
+    return respond(document(422, "bad-input", detail, field=first.place, accepted=first.message))
+
+
+async def _nobody(request: Request, error: Exception) -> Response:
+    # Nobody reads this answer.
+    return Response(status_code=499)
+
+
+_KINDS = {404: "not-found", 405: "method-not-allowed", 413: "too-large", 415: "not-json"}
+
+
+async def _http(request: Request, error: Exception) -> JSONResponse:
+    assert isinstance(error, HTTPException)
+    kind = _KINDS.get(error.status_code, "http")
+    return respond(document(error.status_code, kind, error.detail), error.headers)

@@ -1,0 +1,86 @@
+"""Names in a request that comes from outside: catalogue entries, stored models, files of a folder.
+
+On the command line a map, a vehicle or a model may be any path. Over HTTP it may be a name of the
+catalogue, the id of a stored model, or a file inside the folder that JOULEPATH_DATA_DIR names, and
+nothing else on the disk.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+
+from planner.errors import RequestError
+from planner.search.requests import SituationRequest
+
+SUFFIXES = {
+    "map": (".tif", ".tiff", ".asc", ".npy", ".npz", ".yaml", ".yml"),
+    "vehicle": (".toml",),
+    "model": (".json",),
+}
+
+
+Asked = TypeVar("Asked", bound=SituationRequest)
+
+
+@dataclass(frozen=True)
+class Names:
+    """What requests may name, by field of the request.
+
+    Attributes:
+        catalogue: names that the planner knows by itself.
+        folder: where further files lie; None for none.
+        stored: path of the file of a stored model by its id, or None.
+    """
+
+    catalogue: dict[str, Collection[str]]
+    folder: Path | None
+    stored: Callable[[str], Path | None] = lambda _: None
+
+    def resolve(self, request: Asked) -> Asked:
+        """The same request with names inside the folder replaced by their paths.
+
+        Raises:
+            RequestError: a name is neither in the catalogue nor in the folder.
+        """
+        paths = {
+            field: self.find(field, name)
+            for field in SUFFIXES
+            if (name := getattr(request, field)) is not None
+        }
+        return request.model_copy(update=paths)
+
+    def find(self, field: str, name: str) -> str:
+        """A catalogue's name as it is, or the path of a stored model or a file in the folder.
+
+        Raises:
+            RequestError: it is neither.
+        """
+        if name in self.catalogue[field]:
+            return name
+        if field == "model" and (path := self.stored(name)) is not None:
+            return str(path)
+        if name in self.files(field) and self.folder is not None:
+            return str(self.folder.resolve() / name)
+        known = [*self.catalogue[field], *self.files(field)]
+        if field == "model":
+            known.append("an id out of GET /v1/models")
+        raise RequestError(
+            field, f"no such {field} in this service", value=name, accepted=", ".join(known)
+        )
+
+    def files(self, field: str) -> list[str]:
+        """Files in the folder that a field of a request may name, as paths relative to it."""
+        if self.folder is None:
+            return []
+        folder = self.folder.resolve()
+        # Links that lead out of the folder are no files of the folder.
+        return sorted(
+            str(path.relative_to(folder))
+            for path in folder.rglob("*")
+            if path.suffix.lower() in SUFFIXES[field]
+            and path.is_file()
+            and path.resolve().is_relative_to(folder)
+        )

@@ -1,0 +1,67 @@
+"""What moves on the grid cost, against the straight lines between their nodes."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from planner.search.field import segment_cost
+from planner.search.grid.lattice import CLOSELY, build_lattice, close_cost, node_slope
+from planner.search.resolution import MOVES
+from tests.search.grid.test_least_cost import CELL, field_of, hills, move_cost
+
+SOUTH_EAST = (0.06, -0.09)
+
+
+@pytest.fixture(scope="module")
+def inclined():
+    """A plane that rises to the south-east, and its moves."""
+    x = CELL * np.arange(40)
+    field = field_of(SOUTH_EAST[0] * x[None, :] + SOUTH_EAST[1] * x[:, None])
+    return field, build_lattice(field)
+
+
+def line(field, j: int, i: int, di: int, dj: int) -> float:
+    """Cost of the straight line from node (j, i) to the one by (di, dj) from it."""
+    x, y = field.x0 + i * field.dx, field.y0 + j * field.dy
+    return segment_cost(field, x, y, x + di * field.dx, y + dj * field.dy, field.step)
+
+
+def test_moves_on_a_plane_cost_their_lines(inclined):
+    field, lattice = inclined
+    assert lattice.slopes[20, 20] != CLOSELY
+    for m, (di, dj) in enumerate(MOVES):
+        expected = line(field, 20, 20, int(di), int(dj))
+        assert move_cost(field, lattice, 20, 20, m) == pytest.approx(expected, rel=5e-3)
+        assert close_cost(field, 20, 20, int(di), int(dj)) == pytest.approx(expected, rel=5e-3)
+
+
+def test_no_move_undercuts_the_cheapest_metre():
+    field = field_of(hills())
+    lattice = build_lattice(field)
+    lengths = np.hypot(MOVES[:, 0], MOVES[:, 1]) * CELL
+    for j, i in np.random.default_rng(4).integers(4, 36, (40, 2)):
+        costs = [move_cost(field, lattice, j, i, m) for m in range(len(MOVES))]
+        assert (np.array(costs) >= lattice.cheapest * lengths * (1.0 - 1e-6)).all()
+
+
+def test_the_slope_of_a_node_is_that_of_its_plane(inclined):
+    field, _ = inclined
+    for j, i in ((20, 20), (5, 30), (33, 7)):
+        assert node_slope(field, j, i) == pytest.approx(SOUTH_EAST, rel=1e-6)
+
+
+def test_moves_into_a_wall_cost_infinity():
+    obstacles = np.zeros((40, 40), bool)
+    obstacles[20, :] = True
+    field = field_of(np.zeros((40, 40)), obstacles)
+    lattice = build_lattice(field)
+    # Cells may have been divided.
+    south = int(np.flatnonzero(field.blocked.any(axis=1))[0]) - 1
+    middle = field.heights.shape[1] // 2
+    assert lattice.slopes[south, middle] == CLOSELY
+    assert close_cost(field, south, middle, 0, 1) == math.inf
+    assert lattice.slopes[south // 2, middle] != CLOSELY
+    assert math.isfinite(close_cost(field, south // 2, middle, 0, 1))

@@ -1,0 +1,53 @@
+"""Routes to the edge of an area in reach follow their neighbours."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from planner.cancellation import CancellationToken
+from planner.search.grid import grid_path
+from planner.search.legs import EdgeRoutes, driven_leg
+from planner.search.legs.single_leg import Leg
+from planner.search.results import price
+from planner.search.waypoints import waypoint_descent as polish
+from planner.terrain.heightmap import Terrain
+from tests.search.maps import hills
+from tests.search.situations import situation_on
+
+FREE = (None, None)
+
+
+@pytest.fixture(scope="module")
+def hilly():
+    """Hills of 24 m by 24 m."""
+    relief = hills(96, rms_degrees=7.0, seed=8)
+    return situation_on(Terrain.from_arrays(relief, cell=(0.25, 0.25)))
+
+
+def test_a_route_to_an_edge_that_went_astray_follows_its_neighbours(hilly):
+    situation, field = hilly
+    start = (12.0, 12.0)
+    angles = np.linspace(0.0, 2.0 * math.pi, 24, endpoint=False)
+    places = [(12.0 + 8.0 * math.cos(a), 12.0 + 8.0 * math.sin(a)) for a in angles]
+    onward = situation.onward(field, start)
+    routes = EdgeRoutes(situation, field, [onward], None, CancellationToken())
+    nodes = routes.drive(places)
+    assert len(nodes) == len(places)
+    before, ratios = routes.ratios()
+    node = nodes[0]
+    spot = (field.x0 + node[1] * field.dx, field.y0 + node[0] * field.dy)
+    path = grid_path(field, situation.lattice("energy", field), onward, spot)
+    single = driven_leg(situation, field, path, token=CancellationToken())
+    expected = single.dissipated(routes.weight) / float(onward.values[node])
+    assert routes.ratio(node) == pytest.approx(expected, rel=0.01)
+    astray = np.array([start, (14.0, 4.0), spot])
+    motion = polish.drive_roughly(field, situation.around, (astray,), FREE).motion
+    routes.legs[node] = (Leg(price(field, situation.around, motion), astray),)
+    assert routes.ratio(node) > 1.2 * ratios.max()
+    routes.drive([])
+    after, found = routes.ratios()
+    np.testing.assert_array_equal(after, before)
+    np.testing.assert_allclose(found, ratios, rtol=0.02)

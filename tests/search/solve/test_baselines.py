@@ -1,0 +1,111 @@
+"""Routes to compare with: within the answer's limits, and never better than the answer of that aim.
+
+The questions lie on steep relief, among obstacles and on open ground. The first is one whose
+shortest line breaks the limits of traction and voltage between the stations.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from planner import plan_route
+from planner.report import write_report
+from planner.search.requests import PlanRequest
+from planner.search.situation import situation_of
+from planner.search.solve import portfolio as best_route
+from planner.search.trajectory import Stuck, broken_limits
+from service.cli import as_tables
+from tests.service.cli.terminal import written
+
+QUESTIONS = {
+    "steep, all round": ("jacksboro-1to100", (90.5, 159.5), (211.1, 159.5)),
+    "steep, across": ("jacksboro-1to100", (115.2, 226.0), (184.3, 297.6)),
+    "steep, over a ridge": ("jacksboro-1to100", (167.5, 77.4), (222.7, 213.8)),
+    "two hills": ("saddle", (8.9, 37.7), (28.9, 36.4)),
+    "fractal": ("fractal-512", (61.5, 120.9), (41.3, 51.9)),
+    "racks": ("warehouse", (22.4, 9.6), (14.3, 16.1)),
+}
+
+
+def asked(name: str, **fields):
+    where, start, goal = QUESTIONS[name]
+    ends = {end: dict(zip("xy", at, strict=True)) for end, at in (("start", start), ("goal", goal))}
+    return {"map": where, **ends, **fields}
+
+
+@pytest.mark.parametrize("name", sorted(QUESTIONS.keys() - {"steep, over a ridge"}))
+def test_baselines_keep_to_the_limits_and_no_answer_is_worse(name):
+    situation = situation_of(PlanRequest.from_json(asked(name)))
+    field = situation.field("energy")
+    answers = {
+        objective: plan_route(asked(name, objective=objective))
+        for objective in ("energy", "length", "time")
+    }
+    for answer in answers.values():
+        assert set(answer.baselines) == {"shortest", "fastest"}
+        for route in (answer.routes[0], *(b.route for b in answer.baselines.values())):
+            broken = broken_limits(field, situation.around, route.motion)
+            assert not broken, broken.what
+    best = {objective: answer.routes[0] for objective, answer in answers.items()}
+    for answer in answers.values():
+        compared = answer.baselines
+        assert best["energy"].energy_j <= min(b.energy_j for b in compared.values()) + 1e-9
+        assert best["length"].length_m <= compared["shortest"].length_m + 1e-9
+        assert best["time"].duration_s <= compared["fastest"].duration_s + 1e-9
+
+
+def test_with_time_a_shortest_route_is_looked_for_patiently():
+    at_once, unhurried = (
+        plan_route(asked("steep, over a ridge", **given))
+        for given in ({}, {"time_budget_s": best_route.UNHURRIED})
+    )
+    shortest = unhurried.baselines["shortest"]
+    assert shortest.length_m < at_once.baselines["shortest"].length_m - 1.0
+    situation = situation_of(PlanRequest.from_json(asked("steep, over a ridge")))
+    assert not broken_limits(situation.field("energy"), situation.around, shortest.route.motion)
+
+
+def test_where_nothing_keeps_to_the_limits_there_is_nothing_to_compare_with(monkeypatch):
+    """The route is answered as it is, with a note; the baselines are absent, with the reason."""
+    search = best_route.on_grid
+
+    def never(run, field, objective, *, compared=False, patient=True):
+        found = search(run, field, objective, compared=compared, patient=patient)
+        stuck = Stuck(20.0, 30.0, "the limit of traction is broken")
+        return replace(found, route=None if compared else found.route, stuck=stuck, kept=False)
+
+    monkeypatch.setattr(best_route, "on_grid", never)
+    monkeypatch.setattr(best_route, "drive_legs", lambda *_: None)
+    answer = plan_route(asked("fractal"))
+    document = answer.to_json()
+    assert answer.status == "ok"
+    assert document["baselines"] == {}
+    assert set(document["baselines_absent"]) == {"shortest", "fastest"}
+    assert "limits" in document["baselines_absent"]["shortest"]
+    assert any("traction" in note and "x 20.00" in note for note in answer.notes)
+    said = written(as_tables("plan", document))
+    assert "shortest" in said
+    assert "no route was found that keeps to all limits" in said
+
+
+def test_what_is_compared_with_arrives_in_time_too():
+    free = plan_route(asked("fractal"))
+    most = 0.5 * (free.routes[0].duration_s + free.baselines["fastest"].duration_s)
+    answer = plan_route(asked("fractal", max_duration_s=most))
+    for baseline in answer.baselines.values():
+        assert baseline.duration_s <= most
+        assert baseline.energy_j >= answer.routes[0].energy_j - 1e-9
+        assert baseline.extra_share >= -1e-12
+
+
+@pytest.mark.parametrize("objective", ["energy", "time", "length"])
+def test_an_answer_says_what_it_minimised(objective, tmp_path):
+    answer = plan_route(asked("racks", objective=objective))
+    document = answer.to_json()
+    assert document["planner"]["objective"] == objective
+    assert f"route (least {objective})" in written(as_tables("plan", document))
+    write_report([answer], tmp_path / "page.html", "routes")
+    assert f"route (least {objective})" in (tmp_path / "page.html").read_text()
+    assert f"route (least {objective})" in answer._repr_html_()

@@ -1,0 +1,96 @@
+"""The best route for the time given: what contributes, and what a caller who stops gets."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner import plan_route
+from planner.errors import Cancelled
+from planner.quantities import STANDARD_GRAVITY
+from planner.search.field import polyline_cost
+from planner.search.requests import SituationRequest
+from planner.search.results import Route, drive
+from planner.search.situation import situation_of
+from planner.search.turns import turning
+from planner.terrain.heightmap import Terrain
+from tests.search.grid.test_least_cost import hills
+
+ENDS = {"start": {"x": 3.0, "y": 3.0}, "goal": {"x": 16.0, "y": 15.0}}
+
+
+@pytest.fixture(scope="module")
+def relief() -> Terrain:
+    """Hills of 20 m by 20 m."""
+    return Terrain.from_arrays(hills(), cell=(0.5, 0.5))
+
+
+def test_without_a_time_given_the_grid_answers(relief):
+    answer = plan_route(terrain=relief, **ENDS)
+    assert answer.planner["name"] == "auto"
+    assert "ompl_energy_j" not in answer.planner
+    assert answer.routes[0].energy_j <= answer.planner["grid_energy_j"]
+
+
+def test_more_time_is_never_worse(relief):
+    quick = plan_route(terrain=relief, **ENDS)
+    longer = plan_route(terrain=relief, **ENDS, time_budget_s=1.5)
+    assert longer.planner["library"].startswith("OMPL")
+    assert longer.routes[0].energy_j <= quick.routes[0].energy_j * (1.0 + 1e-9)
+    assert longer.planner["chosen"]
+
+
+def test_who_stops_once_there_is_a_route_gets_it(relief):
+    said: list[str] = []
+    answer = plan_route(
+        terrain=relief,
+        **ENDS,
+        time_budget_s=30.0,
+        progress=lambda _share, what: said.append(what),
+        cancelled=lambda: "OMPL" in said,
+    )
+    assert answer.status == "ok"
+    assert any("stopped early" in note for note in answer.notes)
+
+
+def test_who_stops_before_gets_nothing(relief):
+    with pytest.raises(Cancelled):
+        plan_route(terrain=relief, **ENDS, cancelled=lambda: True)
+
+
+def test_no_straight_way_dissipates_less_than_its_metres(relief):
+    """Another aim's way whose metres alone cost more than the best route is not driven."""
+    situation = situation_of(SituationRequest(map="hills"), terrain=relief)
+    field, around = situation.field("energy"), situation.around
+    rng = np.random.default_rng(3)
+    compared = 0
+    for _ in range(12):
+        way = rng.uniform(3.0, 17.0, (2, 2))
+        metres = polyline_cost(field, way, field.step)
+        route = drive(field, around, [way], (None, None), objective=0)
+        if isinstance(route, Route) and np.isfinite(metres):
+            dissipated = route.energy_j - around.mass * STANDARD_GRAVITY * route.rise_m
+            assert metres < dissipated < 1.5 * metres + turning(around, 0).stop
+            compared += 1
+    assert compared >= 8
+
+
+def test_a_second_request_is_answered_alike(relief):
+    """What is kept of the first request changes nothing."""
+    first, second = (plan_route(terrain=relief, **ENDS, planner="grid") for _ in range(2))
+    assert first.routes[0].energy_j == second.routes[0].energy_j
+    assert np.array_equal(first.routes[0].arrays["x"], second.routes[0].arrays["x"])
+
+
+def test_what_breaks_a_limit_is_not_chosen_however_little_it_takes(relief, monkeypatch):
+    def hasty(run, attempt, candidates, planner, notes, begun):
+        route = candidates["grid"]
+        motion = replace(route.motion, time=route.motion.time / 5, speed=5 * route.motion.speed)
+        candidates["hasty"] = replace(route, energy_j=0.5 * route.energy_j, motion=motion)
+        candidates["same"] = replace(route, energy_j=0.9 * route.energy_j)
+
+    monkeypatch.setattr("planner.search.solve.portfolio.improve", hasty)
+    answer = plan_route(terrain=relief, **ENDS, time_budget_s=1.0)
+    assert answer.planner["chosen"] == "same"

@@ -1,0 +1,63 @@
+"""The area in reach: circles on level ground, and what single requests to its edge take."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from planner import plan_route, reachable_area
+from planner.errors import Cancelled, RequestError
+from planner.terrain.heightmap import Terrain
+from tests.search.grid.test_least_cost import hills
+
+START = {"x": 3.0, "y": 3.0}
+
+
+@pytest.fixture(scope="module")
+def relief() -> Terrain:
+    """Hills of 20 m by 20 m."""
+    return Terrain.from_arrays(hills(), cell=(0.5, 0.5))
+
+
+def test_level_ground_is_reached_in_a_circle():
+    """The same energy leads as far in every direction, and as far as a single request says."""
+    terrain = Terrain.from_arrays(np.zeros((80, 80)), cell=(0.5, 0.5))
+    start = {"x": 20.0, "y": 20.0}
+    single = plan_route(terrain=terrain, start=start, goal={"x": 32.0, "y": 20.0}, planner="grid")
+    energy = single.routes[0].energy_j
+    reach = reachable_area(terrain=terrain, start=start, energy_j=energy)
+    (outline,) = reach.outlines
+    radius = np.hypot(*(outline - 20.0).T)
+    assert radius == pytest.approx(12.0, rel=0.02)
+    assert reach.area_m2 == pytest.approx(math.pi * 12.0**2, rel=0.03)
+    back = reachable_area(terrain=terrain, start=start, energy_j=2.0 * energy, and_back=True)
+    assert back.area_m2 == pytest.approx(reach.area_m2, rel=0.02)
+
+
+def test_the_edge_of_the_area_takes_the_energy(relief):
+    start = {"x": 10.0, "y": 10.0}
+    reach = reachable_area(terrain=relief, start=start, energy_j=150.0)
+    outline = max(reach.outlines, key=len)
+    inner = outline[(np.abs(outline - 10.0) < 8.0).all(axis=1)]
+    for x, y in inner[:: max(1, len(inner) // 6)]:
+        goal = {"x": float(x), "y": float(y)}
+        single = plan_route(terrain=relief, start=start, goal=goal, planner="grid")
+        assert single.routes[0].energy_j == pytest.approx(150.0, rel=0.02)
+
+
+def test_uphill_is_not_as_far_as_downhill():
+    x = 0.5 * np.arange(80)
+    terrain = Terrain.from_arrays(np.tile(0.05 * x, (80, 1)), cell=(0.5, 0.5))
+    start = {"x": 20.0, "y": 20.0}
+    reach = reachable_area(terrain=terrain, start=start, energy_j=200.0)
+    (outline,) = reach.outlines
+    assert 20.0 - outline[:, 0].min() > 1.2 * (outline[:, 0].max() - 20.0)
+
+
+def test_what_cannot_be_answered_is_refused(relief):
+    with pytest.raises(RequestError, match="energy_j"):
+        reachable_area(terrain=relief, start=START, energy_j=-1.0)
+    with pytest.raises(Cancelled):
+        reachable_area(terrain=relief, start=START, energy_j=200.0, cancelled=lambda: True)

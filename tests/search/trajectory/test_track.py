@@ -1,0 +1,68 @@
+"""Stations of a track: they keep to the legs, and the ground between them is looked at."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from planner.search.trajectory.track import lay_track, slopes_of_steps
+from tests.benchmarks.peers.case import case_of
+from tests.search.maps import terrain
+
+LAID = {"spacing": 0.25, "speed": 1.2, "acceleration": 1.0}
+
+
+def level():
+    """Level ground of 15 m by 15 m."""
+    asked = {"start": {"x": 2, "y": 5}, "goal": {"x": 8, "y": 5}}
+    return case_of("test", asked, terrain(np.zeros((60, 60)))).field
+
+
+def test_straight_legs_keep_their_lengths_and_fixed_points() -> None:
+    fixed = np.array([[2.0, 3.0], [6.0, 6.0], [10.0, 9.0], [13.0, 5.0]])
+    legs = [fixed[k : k + 2] for k in range(3)]
+    track = lay_track(level(), legs, **LAID)
+    np.testing.assert_allclose(track.points[list(track.marks)], fixed)
+    assert track.lengths.sum() == pytest.approx(15.0)
+    assert 0.0 < track.lengths.max() <= LAID["spacing"] + 1e-9
+    assert not track.curvatures.any()
+    # It stands at both ends and where the travel turns at once, not where it goes straight on.
+    assert track.stops[list(track.marks)].tolist() == [True, False, True, True]
+    assert track.stops.sum() == 3
+
+
+def test_a_corner_becomes_an_arc_within_the_corner() -> None:
+    """A quarter turn to the left: shorter than the polyline, longer than the chord, no stop."""
+    corner = np.array([[2.0, 3.0], [8.0, 3.0], [8.0, 9.0]])
+    track = lay_track(level(), [corner], **LAID)
+    np.testing.assert_allclose(track.points[[0, -1]], corner[[0, -1]])
+    assert math.hypot(6.0, 6.0) < track.lengths.sum() < 12.0
+    assert track.stops.sum() == 2
+    assert (track.curvatures >= 0.0).all()
+    # What the arc turns by is the corner's angle.
+    assert (track.curvatures * track.lengths).sum() == pytest.approx(math.pi / 2.0, rel=0.01)
+    assert (track.points[:, 0] <= 8.0 + 1e-9).all()
+    assert (track.points[:, 1] >= 3.0 - 1e-9).all()
+
+
+def test_on_a_plane_the_steepest_slope_is_that_of_the_middle() -> None:
+    rise = math.tan(math.radians(12.0))
+    plane = 0.25 * rise * np.tile(np.arange(40.0), (40, 1))
+    field = case_of("test", {"start": {"x": 2, "y": 5}, "goal": {"x": 8, "y": 5}}, terrain(plane))
+    slopes = slopes_of_steps(field.field, np.array([[2.0, 5.0], [2.4, 5.1], [3.0, 5.0]]))
+    assert slopes[:, [0, 2]] == pytest.approx(rise, rel=1e-6)
+    assert slopes[:, [1, 3]] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_steepest_slope_of_a_step_is_none_of_its_middle_on_a_bump() -> None:
+    """Two steep flanks with a flat crest between them."""
+    x = 0.25 * np.arange(60)
+    bump = np.clip(0.3 * (1.5 - np.abs(x - 7.0)), 0.0, 0.36)
+    bumpy = terrain(np.tile(bump, (60, 1)))
+    asked = {"start": {"x": 2.0, "y": 2.0}, "goal": {"x": 2.0, "y": 8.0}}
+    case = case_of("test", asked, bumpy)
+    slopes = slopes_of_steps(case.field, np.array([[5.5, 7.0], [8.5, 7.0]]))
+    assert abs(slopes[0, 0]) < 0.02
+    assert abs(slopes[0, 2]) > 0.25

@@ -1,0 +1,90 @@
+"""Turning on the spot: the same cost both ways, none where a limit breaks, the cheapest round."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from planner.power.motion_row import set_motion
+from planner.quantities import INDEX
+from planner.search.requests import SituationRequest
+from planner.search.resolution import STATES, WIDTH
+from planner.search.situation import situation_of
+from planner.search.turns.turn_in_place import SPUN, spin_costs, spin_round
+from tests.search.maps import terrain
+
+
+@pytest.fixture(scope="module")
+def around():
+    ground = terrain(np.zeros((20, 20)))
+    return situation_of(SituationRequest(map=ground.name), terrain=ground).around
+
+
+def costs_of(around, slopes, objective=0):
+    """Cost per rad (slopes, STATES) for travel along x on slopes (n, 2)."""
+    model = around.model
+    slopes = np.hstack([slopes, slopes]).astype(float)
+    count = len(slopes)
+    spin = np.empty((count, STATES))
+    spin_costs(
+        *(model.limits_kernel, model.parameters, model.body, model.wheels, around.class_rows),
+        *(around.limits, np.zeros(count), slopes, np.zeros(count, np.int64), objective, spin),
+    )
+    return spin
+
+
+def test_a_mirrored_robot_turns_the_other_way_for_the_same(around) -> None:
+    """Yaw, slope across and yaw rate change sign together: the power model asked row by row."""
+    rate = around.model.vehicle.limits.yaw_rate
+    along, across = 0.06, 0.1
+    priced = np.arange(0, STATES, SPUN)
+    rows = np.repeat(around.class_rows[:1], len(priced), axis=0)
+    for row, state in zip(rows, priced, strict=True):
+        set_motion(row, along, -across, -state * WIDTH, 0.0, 0.0)
+    rows[:, INDEX["wz"]] = -rate
+    spin = costs_of(around, np.array([[along, across], [0.0, 0.0]]))
+    np.testing.assert_allclose(spin[0, priced], around.model.watts(rows) / rate, rtol=1e-9)
+    assert np.ptp(spin[0]) > 1e-3 * spin[0].mean(), "nothing is tested"
+    # On the level no yaw is another.
+    np.testing.assert_allclose(spin[1], spin[1, 0], rtol=1e-9)
+
+
+def test_a_rad_takes_the_time_that_the_yaw_rate_says(around) -> None:
+    spin = costs_of(around, np.zeros((1, 2)), objective=1)
+    np.testing.assert_allclose(spin, 1.0 / around.model.vehicle.limits.yaw_rate)
+
+
+def test_nobody_turns_where_a_limit_breaks(around) -> None:
+    """On a slope that tips the robot over."""
+    assert np.isinf(costs_of(around, np.array([[3.0, 0.0]]))[0, ::SPUN]).all()
+
+
+def test_the_cheapest_way_round_is_that_of_all_ways() -> None:
+    """Against a look at every pair of angles, both ways round."""
+    random = np.random.default_rng(6)
+    driven, spin_cost = random.uniform(0.0, 40.0, STATES), random.uniform(1.0, 5.0, STATES)
+    free = random.random(STATES) > 0.1
+    driven[~free] = np.inf
+    halt = 2.0
+    cost, spun = np.empty(STATES), np.empty(STATES, np.int64)
+    spin_round(driven, free, spin_cost, halt, cost, spun)
+    improved = 0
+    for goal in np.flatnonzero(free):
+        least = driven[goal]
+        for start in np.flatnonzero(free):
+            for way in (1, -1):
+                at, total = start, driven[start] + halt
+                for _ in range(STATES // 2 - 1):
+                    after = (at + way) % STATES
+                    if not free[after]:
+                        break
+                    total += 0.5 * (spin_cost[at] + spin_cost[after]) * WIDTH
+                    at = after
+                    if at == goal:
+                        least = min(least, total)
+        assert cost[goal] == pytest.approx(least)
+        improved += spun[goal] != goal
+        assert math.isfinite(driven[spun[goal]])
+    assert improved > 5

@@ -1,0 +1,96 @@
+"""Very many steps at once cost what single rows of the power model say."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from planner.power.account import ACCOUNT, LIMITS
+from planner.power.limits import BRIEFLY, broken_limit
+from planner.power.motion_row import set_motion, set_wind
+from planner.quantities import INDEX
+from planner.search.requests import SituationRequest
+from planner.search.resolution import SLOWEST, STILL
+from planner.search.situation import situation_of
+from planner.search.turns.turning_steps import SLOWER, TRIES, step_costs
+from tests.search.maps import terrain
+
+
+@pytest.fixture(scope="module")
+def around():
+    """A robot in wind, on a map of its own."""
+    ground = terrain(np.zeros((20, 20)))
+    request = SituationRequest(map=ground.name, conditions={"wind": {"x": 3.0, "y": -2.0}})
+    return situation_of(request, terrain=ground).around
+
+
+def one_by_one(around, objective, direction, slope, ground, move):
+    """The same cost by the model's account of single rows, looked at one after the other."""
+    model, limits = around.model, around.limits
+    yaw, length, turn = move
+    speed, cost = limits[0], math.inf
+    places = [slope[:2]] if np.array_equal(slope[:2], slope[2:]) else [slope[2:], slope[:2]]
+    for place in places:
+        row = around.class_rows[ground].copy()
+        set_wind(row, around.wind, yaw)
+        surface = length * set_motion(row, *place, yaw, direction, 1.0)
+        unit = row[[INDEX["vx"], INDEX["vy"]]]
+        if abs(turn) > STILL:
+            speed = min(speed, limits[6] * surface / abs(turn))
+            if speed < 1.1 * SLOWEST * limits[0]:
+                return math.inf
+        cost = math.inf
+        for _ in range(TRIES):
+            row[[INDEX["vx"], INDEX["vy"]]] = unit * speed
+            row[INDEX["wz"]] = turn * speed / surface
+            accounts, _ = model.evaluate(row[None])
+            if broken_limit(accounts[0], limits, BRIEFLY if abs(turn) > STILL else 1.0) < 0:
+                cost = surface / speed * (1.0 if objective == 1 else accounts[0, 0])
+                break
+            speed *= SLOWER
+        if cost == math.inf:
+            return cost
+    return cost
+
+
+@pytest.mark.parametrize("objective", [0, 1])
+def test_steps_cost_what_single_rows_say(around, objective) -> None:
+    random = np.random.default_rng(3)
+    steps, moves = 40, 300  # several blocks, the last one not full
+    directions = random.uniform(-math.pi, math.pi, steps)
+    slopes = random.normal(0.0, 0.15, (steps, 4))
+    slopes[::3, 2:] = slopes[::3, :2]
+    ground = np.zeros(steps, np.int64)
+    at = np.sort(random.integers(0, steps, moves))
+    asked = np.column_stack(
+        [
+            random.uniform(-math.pi, math.pi, moves),
+            random.uniform(0.05, 0.5, moves),
+            random.choice([0.0, 0.05, 0.4], moves),
+        ]
+    )
+    costs = np.empty(moves)
+    model = around.model
+    step_costs(
+        *(model.limits_kernel, model.parameters, model.body, model.wheels, around.class_rows),
+        *(around.limits, around.wind, objective, directions, slopes, ground, at, asked, costs),
+    )
+    expected = [
+        one_by_one(around, objective, directions[j], slopes[j], ground[j], asked[n])
+        for n, j in enumerate(at)
+    ]
+    assert 20 < np.isinf(costs).sum() < moves - 100, "nothing is tested"
+    np.testing.assert_allclose(costs, expected, rtol=1e-12)
+
+
+def test_power_and_limits_are_those_of_the_account(around) -> None:
+    rows = np.repeat(around.class_rows[:1], 150, axis=0)
+    random = np.random.default_rng(4)
+    for row in rows:
+        slope = random.normal(0.0, 0.2, 2)
+        set_motion(row, *slope, random.uniform(-3.0, 3.0), random.uniform(-3.0, 3.0), 0.4)
+    accounts, _ = around.model.evaluate(rows)
+    columns = [0, *(ACCOUNT.index(name) for name in LIMITS)]
+    np.testing.assert_array_equal(around.model.power_and_limits(rows), accounts[:, columns])

@@ -1,0 +1,33 @@
+"""The commands that list what is installed."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from tests.service.cli.command import joulepath
+
+
+@pytest.mark.parametrize("command", ["maps", "vehicles", "effects"])
+def test_catalogues_are_lists_of_named_objects(command: str) -> None:
+    done = joulepath(command, "--json")
+    assert (done.returncode, done.stderr) == (0, "")
+    entries = json.loads(done.stdout, parse_constant=lambda name: pytest.fail(name))
+    assert entries
+    assert all(entry["name"] for entry in entries)
+    names = [entry["name"] for entry in entries]
+    assert len(set(names)) == len(names)
+    table = joulepath(command)
+    assert table.returncode == 0
+    assert all(name in table.stdout for name in names)
+
+
+def test_listing_maps_loads_no_planner() -> None:
+    script = (
+        "import sys; from service.cli import run; run(['maps', '--json']); "
+        "sys.exit(bool({'ompl', 'matplotlib', 'fastapi', 'rasterio'} & {*sys.modules}))"
+    )
+    assert subprocess.run([sys.executable, "-c", script], stdout=subprocess.DEVNULL).returncode == 0

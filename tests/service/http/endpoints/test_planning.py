@@ -1,0 +1,201 @@
+"""The questions about routes: answers are passed on, and every error is one problem."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from typing import Any
+
+import pytest
+
+from planner.errors import MapError
+from service.http import create_app
+from service.problems import Busy, TookTooLong, WorkerLost
+from service.settings import Settings
+from tests.service.conftest import Http, ScriptedWorkers
+from tests.service.http.exchanges import GOOD, JSON, TEXT, expect_problem
+from tests.service.route_documents import answer
+
+
+def test_a_route_is_passed_on_as_the_worker_wrote_it(http: Http, workers: ScriptedWorkers) -> None:
+    response = http.post("/v1/routes", json=GOOD)
+    assert response.status_code == 200
+    assert response.json() == answer()
+    job, (request,) = workers.asked[-1]
+    assert job == "plan_route"
+    assert (request.map, request.start.x) == ("warehouse", 1.5)
+
+
+def test_no_route_is_an_answer(http: Http, workers: ScriptedWorkers) -> None:
+    workers.work = lambda *_: json.dumps({**answer(), "status": "no_route", "reason": "a wall"})
+    response = http.post("/v1/routes", json=GOOD)
+    assert response.status_code == 200
+    assert response.json()["reason"] == "a wall"
+
+
+@pytest.mark.parametrize(
+    ("body", "field"),
+    [
+        (TEXT.replace("1.5", "NaN"), "start.x"),
+        (TEXT.replace("1.5", "Infinity"), "start.x"),
+        (TEXT.replace("1.5", "1e400"), "start.x"),
+        (TEXT.replace("1.5", '"1.5"'), "start.x"),
+        (TEXT.replace("1.5", "true"), "start.x"),
+        (TEXT.replace("warehouse", "\\ud800"), "map"),
+        (TEXT.replace("warehouse", "ware\\u0000house"), "map"),
+        (TEXT.replace('"start"', '"\\udfff"'), "request"),
+        (TEXT.replace('"start"', '"strat"'), "strat"),
+        (TEXT[:-1] + ', "map": "other"}', "map"),
+        (TEXT[:-1] + ', "time_budget_s": 11}', "time_budget_s"),
+        (TEXT[:-1] + ', "seed": ' + "9" * 1500 + "}", "seed"),
+        ("[" * 2000, "request"),
+        ("", "request"),
+        ("nothing", "request"),
+        ("null", "request"),
+        (b"\xff\xfe\x00", "request"),
+    ],
+)
+def test_a_hostile_body_is_one_problem_and_reaches_no_worker(
+    http: Http, workers: ScriptedWorkers, body: str | bytes, field: str
+) -> None:
+    document = expect_problem(http.post("/v1/routes", content=body, headers=JSON), 422)
+    assert document["field"] == field
+    assert document["accepted"]
+    assert workers.asked == []
+
+
+def test_a_body_that_is_too_large_is_refused(http: Http) -> None:
+    padded = TEXT + " " * 3000
+    expect_problem(http.post("/v1/routes", content=padded, headers=JSON), 413)
+
+
+def test_a_body_that_is_not_said_to_be_json_is_refused(http: Http) -> None:
+    expect_problem(
+        http.post("/v1/routes", content=TEXT, headers={"content-type": "text/plain"}), 415
+    )
+    expect_problem(http.post("/v1/routes", data={"map": "warehouse"}), 415)
+
+
+def test_a_refusal_of_the_planner_names_its_field(http: Http, workers: ScriptedWorkers) -> None:
+    def refuse(*_: Any) -> Any:
+        raise MapError("map", "holds no heights", value="warehouse", accepted="a GeoTIFF")
+
+    workers.work = refuse
+    document = expect_problem(http.post("/v1/routes", json=GOOD), 422)
+    assert (document["field"], document["accepted"]) == ("map", "a GeoTIFF")
+
+
+def test_a_full_queue_says_when_to_come_back(http: Http, workers: ScriptedWorkers) -> None:
+    def refuse(*_: Any) -> Any:
+        raise Busy(retry_after_s=8)
+
+    workers.work = refuse
+    response = http.post("/v1/routes", json=GOOD)
+    expect_problem(response, 503)
+    assert response.headers["retry-after"] == "8"
+
+
+@pytest.mark.parametrize(("error", "status"), [(TookTooLong("2 s"), 504), (WorkerLost("x"), 500)])
+def test_an_ended_job_is_said(
+    http: Http, workers: ScriptedWorkers, error: Exception, status: int
+) -> None:
+    def fail(*_: Any) -> Any:
+        raise error
+
+    workers.work = fail
+    expect_problem(http.post("/v1/routes", json=GOOD), status)
+
+
+@pytest.mark.parametrize(
+    ("field", "name"),
+    [
+        ("map", "/etc/passwd"),
+        ("map", "../secret.tif"),
+        ("map", "site/../../secret.tif"),
+        ("map", "leak.tif"),
+        ("map", "cart.toml"),
+        ("map", "data/site/yard.tif"),
+        ("vehicle", "site/yard.tif"),
+        ("vehicle", "planner/power/vehicles/minibalance.toml"),
+    ],
+)
+def test_requests_reach_no_file_outside_the_folder(
+    http: Http, workers: ScriptedWorkers, field: str, name: str
+) -> None:
+    document = expect_problem(http.post("/v1/routes", json={**GOOD, field: name}), 422)
+    assert document["field"] == field
+    assert workers.asked == []
+
+
+def test_a_client_that_hangs_up_ends_its_job(settings: Settings, workers: ScriptedWorkers) -> None:
+    """Spoken to as a server would: the body comes, then the news that the client is gone."""
+
+    async def talk() -> list[dict[str, Any]]:
+        app = create_app(settings, workers)
+        sent: list[dict[str, Any]] = []
+        begun = asyncio.Event()
+
+        async def never() -> str:
+            begun.set()
+            await asyncio.Event().wait()
+            return ""
+
+        workers.work = lambda *_: never()
+        told = iter([{"type": "http.request", "body": TEXT.encode(), "more_body": False}])
+
+        async def receive() -> dict[str, Any]:
+            message = next(told, None)
+            if message is not None:
+                return message
+            await begun.wait()
+            return {"type": "http.disconnect"}
+
+        async def send(message: Any) -> None:
+            sent.append(message)
+
+        scope = {
+            "type": "http",
+            "asgi": {"version": "3.0"},
+            "http_version": "1.1",
+            "method": "POST",
+            "scheme": "http",
+            "path": "/v1/routes",
+            "raw_path": b"/v1/routes",
+            "query_string": b"",
+            "headers": [(b"content-type", b"application/json")],
+            "client": ("127.0.0.1", 1),
+            "server": ("127.0.0.1", 8000),
+        }
+        async with app.router.lifespan_context(app):
+            await asyncio.wait_for(app(scope, receive, send), timeout=10)
+            await asyncio.sleep(0)
+        return sent
+
+    asyncio.run(talk())
+    assert workers.cancelled == 1
+
+
+@pytest.mark.parametrize(
+    ("path", "job", "body"),
+    [
+        ("/v1/matrices", "energy_matrix", {"map": "warehouse", "starts": [{"x": 2, "y": 2}]}),
+        ("/v1/reachable-areas", "reachable_area", {"map": "warehouse", "start": {"x": 6, "y": 2}}),
+        (
+            "/v1/fronts",
+            "energy_time_front",
+            {"map": "warehouse", "start": {"x": 6, "y": 2}, "goal": {"x": 9, "y": 2}},
+        ),
+    ],
+)
+def test_questions_about_many_routes_reach_a_worker(
+    http: Http, workers: ScriptedWorkers, path: str, job: str, body: dict[str, Any]
+) -> None:
+    workers.work = lambda *_: json.dumps({"said": job})
+    response = http.post(path, json=body)
+    assert response.status_code == 200
+    assert response.json() == {"said": job}
+    asked, (request,) = workers.asked[-1]
+    assert asked == job
+    assert request.map == body["map"]
+    problem = expect_problem(http.post(path, json={**body, "whither": {"x": 1, "y": 1}}), 422)
+    assert problem["field"] == "whither"

@@ -1,0 +1,72 @@
+"""Names that a request from outside may use: nothing else on the disk can be reached."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from planner.errors import RequestError
+from planner.search.requests import PlanRequest
+from service.jobs import Names
+
+
+@pytest.fixture
+def names(tmp_path: Path) -> Names:
+    """A catalogue, a stored model, and a folder with a link that leads out of it."""
+    folder = tmp_path / "data"
+    (folder / "deep").mkdir(parents=True)
+    for name in ("hill.TIF", "deep/cart.toml", "saved.json", "notes.txt"):
+        (folder / name).touch()
+    (tmp_path / "secret.tif").touch()
+    (folder / "link.tif").symlink_to(tmp_path / "secret.tif")
+    catalogue = {"map": ["valley"], "vehicle": ["minibalance"], "model": ["sound"]}
+    return Names(catalogue, folder, {"m1": tmp_path / "store" / "m1.json"}.get)
+
+
+def test_a_name_of_the_catalogue_stays(names: Names) -> None:
+    assert names.find("map", "valley") == "valley"
+
+
+def test_files_of_the_folder_and_stored_models_become_paths(names: Names, tmp_path: Path) -> None:
+    folder = (tmp_path / "data").resolve()
+    assert names.find("map", "hill.TIF") == str(folder / "hill.TIF")
+    assert names.find("vehicle", "deep/cart.toml") == str(folder / "deep" / "cart.toml")
+    assert names.find("model", "m1") == str(tmp_path / "store" / "m1.json")
+
+
+def test_files_are_those_of_the_field_inside_the_folder(names: Names) -> None:
+    found = {field: names.files(field) for field in ("map", "vehicle", "model")}
+    assert found == {"map": ["hill.TIF"], "vehicle": ["deep/cart.toml"], "model": ["saved.json"]}
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "../secret.tif",
+        "link.tif",
+        "deep/../hill.TIF",
+        "cart.toml",
+        "notes.txt",
+        "m1",
+        "/etc/passwd",
+    ],
+)
+def test_anything_else_is_refused(names: Names, name: str, tmp_path: Path) -> None:
+    for asked in (name, str(tmp_path / "secret.tif")):
+        with pytest.raises(RequestError, match="no such map") as caught:
+            names.find("map", asked)
+        assert "valley" in str(caught.value)
+
+
+def test_without_a_folder_there_are_no_files(names: Names) -> None:
+    assert Names(names.catalogue, None).files("map") == []
+
+
+def test_a_request_is_resolved_field_by_field(names: Names, tmp_path: Path) -> None:
+    pose = {"x": 1.0, "y": 2.0}
+    asked = PlanRequest(map="hill.TIF", vehicle="minibalance", start=pose, goal=pose)
+    found = names.resolve(asked)
+    assert found.map == str((tmp_path / "data" / "hill.TIF").resolve())
+    assert found.vehicle == "minibalance"
+    assert asked.map == "hill.TIF"

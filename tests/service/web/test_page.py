@@ -1,0 +1,103 @@
+"""The page in a real browser: choose, plan, read; and nothing is loaded from elsewhere."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from planner.errors import RequestError
+from service.settings import Settings
+from tests.service.conftest import ScriptedWorkers
+from tests.service.route_documents import answer
+from tests.service.web.browser import CHROMIUM, RELIEF, opened
+
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium: apt-get install chromium"),
+]
+
+
+@pytest.fixture
+def page(settings: Settings, workers: ScriptedWorkers) -> Iterator[Any]:
+    """The page, opened."""
+
+    def work(job: str, _: tuple[Any, ...]) -> str:
+        return json.dumps(RELIEF if job == "relief" else answer())
+
+    workers.work = work
+    with opened(settings, workers) as made:
+        yield made
+
+
+def click_metres(page: Any, x: float, y: float) -> None:
+    """Click the map at a place of its frame."""
+    box = page.locator("#overlay").bounding_box()
+    scale = box["width"] / 10.0
+    page.mouse.click(box["x"] + x * scale, box["y"] + (5.0 - y) * scale)
+
+
+def test_two_clicks_plan_a_route(page: Any, workers: ScriptedWorkers) -> None:
+    click_metres(page, 2.0, 1.0)
+    click_metres(page, 8.0, 4.0)
+    page.get_by_text("the shortest route costs 25 % more").wait_for()
+    request = workers.asked[-1][1][0]
+    assert request.start.x == pytest.approx(2.0, abs=0.02)
+    assert request.start.y == pytest.approx(1.0, abs=0.02)
+    assert request.goal.y == pytest.approx(4.0, abs=0.02)
+    rows = page.locator("#account tbody tr").all_inner_texts()
+    # 70 %, 40 % and the exchange of -10 % of 200 J, in this order.
+    assert ["140.0 J" in rows[0], "80.0 J" in rows[1], "-20.0 J" in rows[2]] == [True] * 3
+    assert "exchange" in rows[2]
+    assert page.locator("#route polyline").count() >= 2
+    assert page.locator("#relief").evaluate("c => [c.width, c.height]") == [20, 10]
+
+
+def test_the_page_says_what_was_minimised_and_what_is_missing(
+    page: Any, workers: ScriptedWorkers
+) -> None:
+    found = answer(
+        planner={"name": "auto", "objective": "time", "seed": 0},
+        baselines={"fastest": answer()["baselines"]["fastest"]},
+        baselines_absent={"shortest": "no route keeps to the limits"},
+    )
+    workers.work = lambda *_: json.dumps(found)
+    click_metres(page, 2.0, 1.0)
+    click_metres(page, 8.0, 4.0)
+    page.get_by_text("as the shortest: no route keeps to the limits").wait_for()
+    rows = page.locator("#comparison tbody tr").all_inner_texts()
+    assert [row.split("\t")[0] for row in rows] == ["route (least time)", "fastest"]
+
+
+def test_the_keyboard_is_enough(page: Any, workers: ScriptedWorkers) -> None:
+    page.get_by_role("group", name="Start").get_by_label("x").fill("1.5")
+    page.get_by_role("group", name="Start").get_by_label("y").fill("2")
+    page.get_by_role("group", name="Goal").get_by_label("x").fill("9")
+    page.get_by_role("group", name="Goal").get_by_label("y").fill("3")
+    page.get_by_label("Payload (kg)").fill("5")
+    page.get_by_label("Payload (kg)").press("Enter")
+    page.get_by_text("200.0 J over").wait_for()
+    request = workers.asked[-1][1][0]
+    assert (request.start.x, request.goal.x, request.payload.mass) == (1.5, 9.0, 5.0)
+
+
+def test_a_refusal_is_said_and_its_fields_are_marked(page: Any, workers: ScriptedWorkers) -> None:
+    def refuse(*_: Any) -> Any:
+        raise RequestError("start", "on an obstacle", accepted="free ground")
+
+    workers.work = refuse
+    click_metres(page, 2.0, 1.0)
+    click_metres(page, 8.0, 4.0)
+    page.get_by_role("alert").get_by_text("start: on an obstacle").wait_for()
+    assert page.locator("#start-x").get_attribute("aria-invalid") == "true"
+    assert page.locator("#goal-x").get_attribute("aria-invalid") is None
+
+
+def test_no_route_says_why(page: Any, workers: ScriptedWorkers) -> None:
+    workers.work = lambda *_: json.dumps({**answer(), "status": "no_route", "reason": "a wall"})
+    click_metres(page, 2.0, 1.0)
+    click_metres(page, 8.0, 4.0)
+    page.get_by_text("No route: a wall").wait_for()
+    assert not page.locator("#result").is_visible()

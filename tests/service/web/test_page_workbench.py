@@ -1,0 +1,174 @@
+"""The workbench on the page: upload, compare, diagnose, adopt, plan with it, go back."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import expect
+
+from planner.errors import LogError
+from service.settings import Settings
+from tests.service import telemetry_documents as documents
+from tests.service.conftest import ScriptedWorkers
+from tests.service.web.browser import CHROMIUM, RELIEF, opened
+from tests.service.workbench import CSV, SAVED, Workbench
+
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium: apt-get install chromium"),
+]
+
+CURVE = {"bias_w": [0.1, 2.0, 3.1], "stderr_w": [0.1, 0.2, 0.1], "rows": [10, 10, 10]}
+PICTURES = {
+    "curves": {
+        "speed": {"x": [0.1, 0.4, 0.8], **CURVE},
+        "surface": {"x": ["carpet", "wet", "dry"], **CURVE},
+    },
+    "cloud": {"measured_w": [1.0], "predicted_w": [1.0]},
+}
+
+
+REFUSED = {
+    "heldout_rmse_w": 2.7,
+    "stated_rmse_w": 1.9,
+    "sentence": "The fit to this log is not used: it misses held-out runs by 2.7 W.",
+}
+
+
+@pytest.fixture
+def bench(workers: ScriptedWorkers) -> Workbench:
+    """What the workers do."""
+    made = Workbench()
+    made.compared = {}
+
+    def work(job: str, arguments: tuple[Any, ...]) -> Any:
+        if job == "relief":
+            return json.dumps(RELIEF)
+        if job == "compare":
+            return {**documents.comparison(), **made.compared, "pictures": PICTURES}
+        return made(job, arguments)
+
+    workers.work = work
+    return made
+
+
+@pytest.fixture
+def page(settings: Settings, workers: ScriptedWorkers, bench: Workbench) -> Iterator[Any]:
+    """The page, opened."""
+    with opened(settings, workers) as made:
+        yield made
+
+
+def upload(page: Any) -> None:
+    page.get_by_text("Upload a log of measured power to begin.").wait_for()
+    expect(page.get_by_role("button", name="Diagnose")).to_be_disabled()
+    file = {"name": "drive.csv", "mimeType": "text/csv", "buffer": CSV}
+    page.get_by_label("Log (CSV, Parquet)").set_input_files(file)
+    page.get_by_role("button", name="Upload").click()
+
+
+def test_from_a_log_to_a_route_with_what_was_learnt(
+    page: Any, bench: Workbench, workers: ScriptedWorkers
+) -> None:
+    upload(page)
+    page.get_by_text("drive.csv was read: 1 rows in 1 runs.").wait_for()
+    assert page.locator("#log-notes li").all_text_contents() == ["a gap", "Assumed: flat"]
+
+    page.get_by_role("button", name="Compare").click()
+    page.get_by_text("misses the measured power by 2.00 W rms").wait_for()
+    # 39 kJ predicted, 40 kJ measured.
+    page.get_by_text("2.5 % too low").wait_for()
+    assert "faster than 0.6 m/s" in page.locator("#regimes tbody tr").inner_text()
+    # A line over speed, a point for each ground.
+    assert page.locator("#curves polyline").count() == 1
+    assert page.locator("#curves circle").count() == 3
+
+    page.get_by_role("button", name="Diagnose").click()
+    page.get_by_text("The model lacks air_drag.").wait_for()
+    rows = page.locator("#ranking tbody tr").all_inner_texts()
+    assert ["drag_area 0.22 ± 0.01 m²" in rows[0], "97 %" in rows[0]] == [True, True]
+    assert "cannot be told from converter_efficiency" in rows[1]
+    assert "motor_heating" in page.locator("#untestable").text_content()
+
+    page.get_by_role("button", name="Adopt").click()
+    page.get_by_text("held-out error 2.10 W → 0.52 W").wait_for()
+    assert bench.tasks[-1][1].effects == ("diagnosed",)
+    assert page.locator("#fall circle").count() == 1
+
+    for field, value in (("start-x", 2), ("start-y", 1), ("goal-x", 8), ("goal-y", 4)):
+        page.locator(f"#{field}").fill(str(value))
+    page.get_by_role("button", name="Plan with it").click()
+    page.get_by_text("200.0 J over").wait_for()
+    request = workers.asked[-1][1][0]
+    assert request.vehicle is None
+    assert Path(request.model).read_text() == SAVED
+
+    # The next diagnosis starts from the new version.
+    page.get_by_role("button", name="Diagnose").click()
+    page.get_by_text("Diagnosed.").wait_for()
+    assert bench.tasks[-1][1].vehicle is None
+    assert Path(bench.tasks[-1][1].model).read_text() == SAVED
+
+
+def test_a_refused_fit_is_said(page: Any, bench: Workbench) -> None:
+    bench.compared = {"fitted": False, "refused_fit": REFUSED}
+    upload(page)
+    page.get_by_text("was read").wait_for()
+    page.get_by_role("button", name="Compare").click()
+    page.get_by_text(REFUSED["sentence"]).wait_for()
+    assert "not fitted to" not in page.locator("#comparison-sentence").inner_text()
+
+
+def test_another_effect_than_the_diagnosed_one_is_adopted(page: Any, bench: Workbench) -> None:
+    upload(page)
+    page.get_by_text("was read").wait_for()
+    page.get_by_role("button", name="Diagnose").click()
+    page.get_by_label("Take into the model").select_option("viscous_drag")
+    page.get_by_role("button", name="Adopt").click()
+    page.get_by_text("Adopted").wait_for()
+    assert bench.tasks[-1][1].effects == ("viscous_drag",)
+
+
+def test_going_back_makes_a_version(page: Any, bench: Workbench) -> None:
+    bench.saved = json.dumps(documents.model_document(3))
+    page.evaluate(
+        "body => fetch('/v1/models', {method: 'POST', body,"
+        " headers: {'Content-Type': 'application/json'}})",
+        bench.saved,
+    )
+    page.reload()
+    page.get_by_label("Start from").select_option(label="minibalance v3, air_drag: 0.52 W")
+    rows = page.locator("#versions tbody tr")
+    rows.nth(1).wait_for()
+    assert page.locator("#fall circle").count() == 2
+    # To the first of the two; the second is what stands.
+    assert page.get_by_role("button", name="Back to it").count() == 1
+    rows.nth(0).get_by_role("button", name="Back to it").click()
+    page.get_by_text("Version 3 is as version 2 was.").wait_for()
+    job, path = bench.tasks[-1]
+    assert job == "revert"
+    assert Path(path).read_text() == bench.saved
+    assert page.locator("#start-model option[data-kind=model]").count() == 2
+
+
+def test_a_log_that_cannot_be_used_says_why(page: Any, bench: Workbench) -> None:
+    bench.refusal = LogError("drive.csv", "has no column 'power'", accepted="columns")
+    upload(page)
+    page.get_by_role("alert").get_by_text("drive.csv: has no column 'power'").wait_for()
+    assert page.locator("#log option").count() == 0
+
+
+def test_a_long_job_is_cancelled(page: Any, bench: Workbench) -> None:
+    upload(page)
+    page.get_by_text("was read").wait_for()
+    bench.hang = True
+    page.get_by_role("button", name="Diagnose").click()
+    page.get_by_text("Starting …").wait_for()
+    expect(page.get_by_role("button", name="Compare")).to_be_disabled()
+    page.get_by_role("button", name="Cancel").click()
+    page.get_by_role("alert").get_by_text("Cancelled.").wait_for()
+    expect(page.get_by_role("button", name="Compare")).to_be_enabled()

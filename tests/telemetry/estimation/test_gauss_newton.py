@@ -1,0 +1,55 @@
+"""The bounded step: the least of a quadratic form between bounds."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planner.telemetry.estimation.gauss_newton import bounded_step
+
+
+def problem(seed: int, size: int = 5) -> tuple[np.ndarray, np.ndarray]:
+    """A positive definite form, on scales as different as those of parameters, and a score."""
+    random = np.random.default_rng(seed)
+    scale = 10.0 ** random.uniform(-3.0, 3.0, size)
+    design = random.standard_normal((40, size)) * scale
+    return design.T @ design, design.T @ random.standard_normal(40)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_without_bounds_it_is_the_newton_step(seed: int) -> None:
+    full, right = problem(seed)
+    wide = np.full(5, np.inf)
+    step = bounded_step(full, right, -wide, wide)
+    assert step == pytest.approx(np.linalg.solve(full, right), rel=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_between_bounds_no_direction_leads_further_down(seed: int) -> None:
+    full, right = problem(seed)
+    free = np.abs(np.linalg.solve(full, right))
+    low, high = -0.3 * free, 0.6 * free
+    step = bounded_step(full, right, low, high)
+    # The scale of each parameter is divided out and put back: bounds hold to rounding.
+    assert (low - 1e-12 * free <= step).all()
+    assert (step <= high + 1e-12 * free).all()
+    # Karush, Kuhn and Tucker: the slope is nil inside and points outwards at a bound.
+    slope = (full @ step - right) / np.sqrt(np.diag(full))
+    at_low, at_high = np.isclose(step, low), np.isclose(step, high)
+    assert (at_low | at_high).any()
+    assert slope[~at_low & ~at_high] == pytest.approx(0.0, abs=1e-6)
+    assert (slope[at_low] >= -1e-6).all()
+    assert (slope[at_high] <= 1e-6).all()
+
+
+def test_what_is_held_takes_its_step_and_the_others_follow() -> None:
+    full, right = problem(7)
+    low, high = np.full(5, -np.inf), np.full(5, np.inf)
+    low[2] = high[2] = 0.25
+    step = bounded_step(full, right, low, high)
+    assert step[2] == 0.25
+    others = [0, 1, 3, 4]
+    rest = right[others] - full[others, 2] * 0.25
+    expected = np.linalg.solve(full[np.ix_(others, others)], rest)
+    assert step[others] == pytest.approx(expected, rel=1e-6)
+    assert bounded_step(full, right, step, step) == pytest.approx(step)

@@ -1,0 +1,134 @@
+"""Errors of sensors: what each does to a log, taken back, and seen in the residual."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner.power.rows import gravity_columns
+from planner.quantities import INDEX, STANDARD_GRAVITY
+from planner.telemetry.other_terms.sensor_errors import SENSORS
+from planner.telemetry.prediction import predict
+
+
+def column(log, name):
+    return log.rows[:, INDEX[name]]
+
+
+def with_columns(log, **columns):
+    rows = log.rows.copy()
+    for name, values in columns.items():
+        rows[:, INDEX[name]] = values
+    return replace(log, rows=rows)
+
+
+# Every error as it comes about, by its own formula.
+
+
+def tilted(log, roll, pitch):
+    """Gravity as sensors of roll and pitch say it."""
+    return with_columns(log, **gravity_columns(roll, pitch, gravity=STANDARD_GRAVITY))
+
+
+def faster(log, share):
+    return with_columns(
+        log, vx=column(log, "vx") * (1.0 + share), vy=column(log, "vy") * (1.0 + share)
+    )
+
+
+def turned(log, angle):
+    motion = (column(log, "vx") + 1j * column(log, "vy")) * np.exp(1j * angle)
+    return with_columns(log, vx=motion.real, vy=motion.imag)
+
+
+def test_slopes_are_turned_back(motion):
+    angle = np.linspace(-0.2, 0.2, len(motion))
+    flat = np.zeros(len(motion))
+    pitched = SENSORS["slope_offset"].correct(tilted(motion, flat, angle + 0.03), 0.03)
+    assert pitched.rows == pytest.approx(tilted(motion, flat, angle).rows, abs=1e-12, nan_ok=True)
+    rolled = SENSORS["roll_offset"].correct(tilted(motion, angle + 0.03, flat), 0.03)
+    assert rolled.rows == pytest.approx(tilted(motion, angle, flat).rows, abs=1e-12, nan_ok=True)
+
+
+@pytest.mark.parametrize("kind", ["slope_offset", "roll_offset"])
+def test_gravity_keeps_its_length(motion, kind):
+    names = ("gravity_x", "gravity_y", "gravity_normal")
+    corrected = SENSORS[kind].correct(motion, 0.1)
+    before, after = (sum(column(log, n) ** 2 for n in names) for log in (motion, corrected))
+    assert after == pytest.approx(before, rel=1e-12)
+
+
+def test_velocity_is_scaled_and_turned_back(motion):
+    corrected = SENSORS["speed_scale"].correct(faster(motion, 0.07), 0.07)
+    assert corrected.rows == pytest.approx(motion.rows, abs=1e-12, nan_ok=True)
+    corrected = SENSORS["heading_misalignment"].correct(turned(motion, 0.1), 0.1)
+    assert corrected.rows == pytest.approx(motion.rows, abs=1e-12, nan_ok=True)
+
+
+def test_acceleration_that_was_derived_follows_the_velocity(motion):
+    derived = replace(motion, present=motion.present - {"ax", "ay"})
+    corrected = SENSORS["speed_scale"].correct(derived, 0.25)
+    for name in ("vx", "vy", "ax", "ay"):
+        assert column(corrected, name) == pytest.approx(column(motion, name) / 1.25)
+    measured = SENSORS["speed_scale"].correct(motion, 0.25)
+    np.testing.assert_array_equal(column(measured, "ax"), column(motion, "ax"))
+
+
+def test_power_is_scaled_and_moved_back(motion):
+    log = replace(motion, power=10.0 + np.sin(0.1 * motion.time))
+    scaled = SENSORS["power_scale"].correct(replace(log, power=1.2 * log.power), 0.2)
+    assert scaled.power == pytest.approx(log.power)
+    late = replace(log, power=10.0 + np.sin(0.1 * (motion.time - 0.8)))
+    earlier = SENSORS["power_delay"].correct(late, 0.8)
+    # The last rows of a run have nothing behind them.
+    inside = motion.time < motion.time.max() - 2.0
+    assert earlier.power[inside] == pytest.approx(log.power[inside], abs=1e-3)
+
+
+@pytest.mark.parametrize("kind", SENSORS)
+def test_no_error_changes_nothing(motion, kind):
+    same = SENSORS[kind].correct(motion, 0.0)
+    np.testing.assert_array_equal(same.rows, motion.rows)
+    assert same.power == pytest.approx(motion.power)
+
+
+SMALL = {
+    "speed_scale": (0.02, faster),
+    "heading_misalignment": (0.02, turned),
+    "power_scale": (0.02, lambda log, share: replace(log, power=log.power * (1.0 + share))),
+}
+
+
+@pytest.mark.parametrize("kind", SMALL)
+def test_column_is_what_the_error_leaves_in_the_residual(motion, base, kind):
+    size, spoil = SMALL[kind]
+    spoiled = spoil(replace(motion, power=predict(base, motion)), size)
+    watts = predict(base, spoiled)
+    residual = spoiled.power - watts
+    found = SENSORS[kind].column(spoiled, base, watts, size)
+    slope = float(found @ residual / (found @ found))
+    assert slope == pytest.approx(size, rel=0.02)
+    assert np.linalg.norm(residual - size * found) < 0.05 * np.linalg.norm(residual)
+
+
+def test_column_of_a_late_power_says_how_late(motion, base):
+    log = replace(motion, power=predict(base, motion))
+    late = log.power.copy()
+    for run in np.unique(log.run):
+        mine = log.run == run
+        late[mine] = np.interp(log.time[mine] - 0.1, log.time[mine], log.power[mine])
+    column_ = SENSORS["power_delay"].column(log, base, log.power)
+    residual = late - log.power
+    slope = float(column_ @ residual / (column_ @ column_))
+    # Rows of half a second blur a tenth of it: sign and size are what can be asked for.
+    assert 0.05 < slope < 0.2
+
+
+def test_a_run_of_one_row_has_no_delay(motion, base):
+    one = motion.take(np.array([5]))
+    watts = predict(base, one)
+    for sensor in SENSORS.values():
+        assert np.all(np.isfinite(sensor.column(one, base, watts)))
+        assert np.all(np.isfinite(sensor.correct(one, sensor.step).power))

@@ -1,0 +1,31 @@
+"""Which axes of a log get shapes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from planner.quantities import INDEX
+from planner.telemetry.other_terms.shapes import Dictionary, levels
+
+
+def test_values_at_three_places_are_three_levels():
+    random = np.random.default_rng(1)
+    places = random.choice([0.08, 0.17, 0.27], 3000) + 0.003 * random.standard_normal(3000)
+    assert levels(places) == 3
+    assert levels(random.uniform(0.0, 0.3, 3000)) == np.inf
+    # A heap and a tail is no set of levels.
+    assert levels(np.concatenate([places, random.uniform(0.05, 0.3, 3000)])) == np.inf
+
+
+def test_no_curve_over_a_quantity_with_three_levels(motion):
+    rows = motion.rows.copy()
+    speed = np.hypot(rows[:, INDEX["vx"]], rows[:, INDEX["vy"]])
+    level = np.random.default_rng(2).choice([0.1, 0.3, 0.6], len(motion))
+    for name in ("vx", "vy"):
+        rows[:, INDEX[name]] *= level / np.maximum(speed, 1e-9)
+    axes = {shape.axis for shape in Dictionary.of(replace(motion, rows=rows)).shapes}
+    assert "speed" in {shape.axis for shape in Dictionary.of(motion).shapes}
+    assert "speed" not in axes
+    assert "heading" in axes

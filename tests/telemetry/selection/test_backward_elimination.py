@@ -1,0 +1,58 @@
+"""A member that lowers no error on runs left out goes; one that does stays."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from planner.power.model import PowerModel
+from planner.telemetry.holdout import heldout_rmse
+from planner.telemetry.selection.backward_elimination import without_idle
+from planner.telemetry.selection.selection_loop import investigate
+from planner.telemetry.terms import Addition, fit_with
+from tests.power.states import changed
+from tests.telemetry.rows import measured
+
+
+def heard_by_nobody(_share, _what):
+    """No progress is shown."""
+
+
+@pytest.fixture(scope="module")
+def scrubbing(motion, base):
+    """What is found on the log of a robot that scrubs when it turns."""
+    robot = PowerModel.from_vehicle(base.vehicle, effects=("yaw_scrub",))
+    log = measured(motion, changed(robot, yaw_scrub__scrub_moment=3.0), 0.02, seed=1)
+    return investigate(log, base, (), heard_by_nobody)
+
+
+@pytest.mark.parametrize("idle", ["load_dependent_rolling", "gear_asymmetry"])
+def test_an_effect_that_is_not_there_goes_and_the_true_one_stays(scrubbing, idle):
+    standing = next(s for s in scrubbing.selection.standings if s.name == idle)
+    library = scrubbing.examination.competitors.library
+    extra = Addition.of(library, standing.member.term, standing.coefficients)
+    additions = (extra, *scrubbing.additions)
+    library = scrubbing.local.competitors.library
+    fitted = fit_with(
+        scrubbing.origin,
+        scrubbing.log,
+        additions,
+        noise=scrubbing.local.noise,
+        within=library.model,
+    )
+    members = (standing.member, *scrubbing.selection.members)
+    both = replace(
+        scrubbing,
+        selection=replace(scrubbing.selection, members=members),
+        additions=additions,
+        fitted=fitted,
+    )
+    left = without_idle(both, heard_by_nobody)
+    assert [m.name for m in left.selection.members] == ["yaw_scrub"]
+    assert left.additions == scrubbing.additions
+    assert heldout_rmse(left.log, left.fitted) <= 1.002 * heldout_rmse(both.log, both.fitted)
+
+
+def test_a_single_member_is_left_to_the_report(scrubbing):
+    assert without_idle(scrubbing, heard_by_nobody) is scrubbing

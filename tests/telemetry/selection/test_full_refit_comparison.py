@@ -1,0 +1,135 @@
+"""Explanations fitted in full: what a log gains by an explanation, and what it must not gain."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner.errors import Cancelled
+from planner.power.rows import rows_from
+from planner.telemetry.estimation import fit
+from planner.telemetry.evidence import Competitors, examine
+from planner.telemetry.other_terms import SENSORS, Dictionary
+from planner.telemetry.selection.full_refit_comparison import (
+    Entry,
+    Outcome,
+    confirmed,
+    contest,
+    row_likelihood,
+    simpler_first,
+    sizes_of,
+    ties_of,
+)
+from planner.telemetry.selection.select_effects import Standing, select
+from planner.telemetry.selection.subset_search import Chooser, Member, Rival
+from planner.telemetry.terms import candidate_library
+from tests.telemetry.rows import STEP, measured, plain_log
+
+NOISE = 0.03
+
+
+@pytest.fixture(scope="module")
+def examined(base):
+    """Steady drives of a robot that is as its model says, fitted and summed up."""
+    angle = np.repeat(np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False), 50)
+    speed = np.repeat(np.tile([0.3, 0.6, 0.9], 4), 50)
+    rows = rows_from(vx=speed * np.cos(angle), vy=speed * np.sin(angle))
+    log = measured(plain_log([50] * 12, rows), base, NOISE, seed=4)
+    fitted = fit(log, base)
+    library = candidate_library(fitted.model, log)
+    return log, fitted, examine(log, Competitors(library, Dictionary.of(log)))
+
+
+@pytest.mark.parametrize("rows", [0.5, 0.2])
+def test_noise_that_averages_out_between_two_rows_speaks_for_no_delay(examined, rows):
+    """Half a row's delay mixes neighbours, whose noise is smaller in the mean: no less error."""
+    log, fitted, examination = examined
+    number = list(SENSORS).index("power_delay")
+    column = examination.competitors.sensor(number)
+    delay = Member("power_delay", (column,), sensor=True, atom=None, scanned=False)
+    nothing, _ = row_likelihood(log, fitted, examination, Rival((), (), 0.0, 0.0))
+    late = Rival((delay,), (np.array([rows * STEP]),), 0.0, 0.0)
+    found, _ = row_likelihood(log, fitted, examination, late)
+    assert found.sum() < nothing.sum() + 3.0
+
+
+def entry(names: str, by_block) -> Entry:
+    gains = np.asarray(by_block, float)
+    return Entry(Rival((), (), 0.0, 0.0), frozenset(names), float(gains.sum()), gains)
+
+
+def test_what_explains_as_much_is_a_tie_and_what_trails_in_every_block_is_none():
+    even = entry("ab", [10.0] * 20)
+    other = entry("ac", 10.0 + np.tile([3.0, -3.0], 10))
+    behind = entry("ad", [9.0] * 20)
+    assert ties_of(even, [even, other, behind]) == {"a": (), "b": ("c",)}
+
+
+def test_size_of_a_member_is_what_the_others_lack_without_it():
+    """Gain G over n rows is that of a column of ρ: G = n·ρ²/2."""
+    both, alone, nothing = entry("ab", [10.0] * 20), entry("a", [5.0] * 20), np.full(20, 2.0)
+    rho = {gain: pytest.approx(np.sqrt(2.0 * gain / 5000)) for gain in (100.0, 60.0)}
+    assert sizes_of(both, [both, alone], nothing, 5000) == {"b": rho[100.0]}
+    assert sizes_of(alone, [both, alone], nothing, 5000) == {"a": rho[60.0]}
+
+
+def test_a_contest_is_stopped_between_two_fits(examined):
+    """Whoever cancels while explanations are fitted is asked before each of them."""
+    log, fitted, examination = examined
+    selection = select(examination)
+    number = list(SENSORS).index("power_scale")
+    scale = Member("power_scale", (examination.competitors.sensor(number),), True, None, False)
+    known = (Rival((), (), 0.0, 0.0), Rival((scale,), (np.array([0.01]),), 0.0, 0.0))
+    asked: list[int] = []
+
+    def check() -> None:
+        asked.append(1)
+        if len(asked) == 2:
+            raise Cancelled("stop")
+
+    with pytest.raises(Cancelled):
+        contest(log, fitted, examination, selection, known, check)
+    assert len(asked) == 2
+
+
+@pytest.mark.parametrize(("wrong", "stands"), [(0.0, False), (0.05, True)])
+def test_a_sensor_is_blamed_where_the_log_without_its_error_is_likelier(examined, wrong, stands):
+    """What the sums say for it is not enough, once everything is fitted in full."""
+    log, fitted, examination = examined
+    kind = "heading_misalignment"
+    number = list(SENSORS).index(kind)
+    turned = Member(kind, (examination.competitors.sensor(number),), True, None, False)
+    said = Standing(kind, 500.0, 30.0, 0.0, 1.0, 1.0, turned, np.array([0.05]))
+    blamed = replace(select(examination), members=(turned,), standings=(said,))
+    rows = log.rows.copy()
+    motion = (rows[:, 0] + 1j * rows[:, 1]) * np.exp(1j * wrong)
+    rows[:, 0], rows[:, 1] = motion.real, motion.imag
+    assert confirmed(replace(log, rows=rows), fitted, examination, blamed, kind) is stands
+
+
+def test_what_is_selected_is_among_the_rivals_however_low_it_scores(examined):
+    chooser = Chooser(examined[2])
+    chooser.admit((0,))
+    chooser.admit((1,))
+    low = min([(0,), (1,)], key=lambda chosen: chooser.scored[chosen])
+    rivals = chooser.rivals(low, most=1)
+    assert len(rivals) == 2
+    assert rivals[-1].members == (chooser.members[low[0]],)
+
+
+def told(names: str, ties: dict[str, tuple[str, ...]], *, sensor: bool = False) -> Outcome:
+    members = tuple(Member(name, (0,), sensor, None, False) for name in names)
+    return Outcome(members, ties, {})
+
+
+@pytest.mark.parametrize(("behind", "first"), [(3.0, "s"), (9.0, "ab")])
+def test_one_sensor_comes_before_two_effects_that_are_tied_with_it(behind, first):
+    """Unless it is clearly behind, or only one of the effects is tied with it."""
+    entries = [entry("ab", [0.0]), entry("s", [-behind])]
+    sensor = told("s", {"s": ()}, sensor=True)
+    both = told("ab", {"a": ("s",), "b": ("c", "s")})
+    assert [m.name for m in simpler_first([both, sensor], entries)[0].members] == list(first)
+    one = told("ab", {"a": ("s",), "b": ("c",)})
+    assert simpler_first([one, sensor], entries)[0] is one

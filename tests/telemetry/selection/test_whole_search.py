@@ -1,0 +1,102 @@
+"""One pass over a log that is longer than its sample says what memory says."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planner.power.model import PowerModel
+from planner.telemetry.diagnosis import diagnose
+from planner.telemetry.estimation import fit
+from planner.telemetry.evidence import Competitors, examine, examine_all
+from planner.telemetry.other_terms import Dictionary
+from planner.telemetry.sampling import LogSource, open_source
+from planner.telemetry.selection.select_effects import select
+from planner.telemetry.terms import candidate_library
+from tests.power.states import changed
+from tests.telemetry.rows import measured
+
+SCRUB = 3.0
+
+
+@pytest.fixture(scope="module")
+def turning(motion, base):
+    """A log of a robot that scrubs when it turns, and the base model fitted to it."""
+    robot = PowerModel.from_vehicle(base.vehicle, effects=("yaw_scrub",))
+    log = measured(motion, changed(robot, yaw_scrub__scrub_moment=SCRUB), 0.02, seed=31)
+    return log, fit(log, base)
+
+
+@pytest.fixture(scope="module")
+def whole(turning):
+    """The log examined in memory."""
+    log, fitted = turning
+    competitors = Competitors(candidate_library(fitted.model, log), Dictionary.of(log))
+    examination = examine(log, competitors)
+    return examination, select(examination)
+
+
+def streamed(monkeypatch, log, whole, sample_rows: int, chunk_rows: int):
+    """The log examined in chunks after its sample."""
+    monkeypatch.setattr(LogSource, "SAMPLE_ROWS", sample_rows)
+    monkeypatch.setattr(LogSource, "CHUNK_ROWS", chunk_rows)
+    source = open_source(log)
+    assert not source.complete
+    first = examine(source.sample, whole[0].competitors)
+    chosen = [c for m in select(first).members for c in m.columns]
+    shares = []
+    found = examine_all(
+        source, first, chosen, (), lambda c: c, lambda share, _: shares.append(share)
+    )
+    assert found.evidence.rows == len(log)
+    assert shares == sorted(shares)
+    return found, select(found)
+
+
+def of_scrub(examination, selection):
+    """Estimate and standard error."""
+    standing = next(s for s in selection.standings if s.name == "yaw_scrub")
+    column = standing.member.columns[0]
+    return float(standing.coefficients[0]), 1.0 / np.sqrt(
+        examination.evidence.clear[column, column]
+    )
+
+
+def test_one_pass_says_what_memory_says(turning, whole, monkeypatch):
+    log, _ = turning
+    found, selection = streamed(monkeypatch, log, whole, 1400, 500)
+    assert [m.name for m in selection.members] == ["yaw_scrub"]
+    assert [m.name for m in whole[1].members] == ["yaw_scrub"]
+    mine, error = of_scrub(found, selection)
+    theirs, _ = of_scrub(*whole)
+    assert abs(mine - theirs) < error
+    # Linear around a model that has none of it: near the truth, not within its error.
+    assert mine == pytest.approx(SCRUB, rel=0.15)
+
+
+def test_sums_hardly_depend_on_where_chunks_end(turning, whole, monkeypatch):
+    log, _ = turning
+    # Runs of 110 rows: chunks of 111 end one row into the second run, of 109 one row before.
+    results = [streamed(monkeypatch, log, whole, 1400, rows) for rows in (500, 111, 109)]
+    first, selection = results[0]
+    value, error = of_scrub(first, selection)
+    for found, chosen in results[1:]:
+        assert np.all(np.isfinite(found.evidence.total))
+        assert [m.name for m in chosen.members] == ["yaw_scrub"]
+        assert of_scrub(found, chosen)[0] == pytest.approx(value, abs=error)
+        scale = np.sqrt(np.diag(first.evidence.total))
+        change = (found.evidence.total - first.evidence.total) / np.outer(scale, scale)
+        assert np.abs(change).max() < 0.15
+
+
+def test_what_the_sample_refuted_is_told_all_the_same(turning, base, monkeypatch):
+    log, _ = turning
+    whole = diagnose(log, base)
+    monkeypatch.setattr(LogSource, "SAMPLE_ROWS", 1400)
+    monkeypatch.setattr(LogSource, "CHUNK_ROWS", 500)
+    found = diagnose(log, base)
+    assert found.selected == whole.selected == ("yaw_scrub",)
+    assert {c.effect for c in found.candidates} == {c.effect for c in whole.candidates}
+    for candidate in found.candidates:
+        if candidate.heldout_rmse_w is not None:
+            assert candidate.heldout_rmse_w >= 0.98 * found.after.heldout_rmse_w
