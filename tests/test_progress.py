@@ -15,7 +15,7 @@ ENDS = {"start": {"x": 3.0, "y": 3.0}, "goal": {"x": 9.0, "y": 8.0}}
 @pytest.mark.parametrize(
     ("verb", "asked"),
     [
-        ("plan_route", {**ENDS, "planner": "grid"}),
+        ("plan_route", {**ENDS}),
         ("energy_time_front", {**ENDS, "points": 2}),
         ("energy_matrix", {"starts": list(ENDS.values())}),
         ("reachable_area", {"start": ENDS["start"], "energy_j": 30.0}),

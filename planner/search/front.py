@@ -31,8 +31,8 @@ from planner.search.goals import check_places
 from planner.search.requests import FrontRequest, PlanRequest, RequestLike
 from planner.search.resolution import MARGIN
 from planner.search.results import Route
+from planner.search.run import Run
 from planner.search.situation import situation_of
-from planner.search.solve import Run
 from planner.search.tradeoff import PricedSearch, Ridden, chord_price, ends_of, filled_in
 from planner.shown import Shown
 from planner.terrain.heightmap import Terrain
@@ -131,7 +131,7 @@ def energy_time_front(
     situation = situation_of(request, terrain=terrain, model=model)
     question = request.model_dump(exclude_unset=True, exclude={"points"})
     with CancellationToken(cancelled) as token:
-        asked = PlanRequest.from_json({**question, "planner": "grid"})
+        asked = PlanRequest.from_json(question)
         run = Run(asked, situation, progress or silent, token)
         return _front(run, request.points)
 

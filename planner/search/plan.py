@@ -2,9 +2,10 @@
 
     answer = plan_route({"map": "warehouse", "start": {"x": 2, "y": 2}, "goal": {"x": 27, "y": 17}})
 
-The way of a request: map and model → costs of steady driving → the least-cost field on the grid →
-OMPL in a tube round the field's path → refinement → yaw → speed → energy. Baselines (shortest,
-fastest) and alternatives go the same way with other costs, and all are priced by one model.
+From a request to its answer: map and model → costs of steady driving → one of OMPL's planners, by
+default joulepath's own (least-cost field on the grid, smoothing, yaw, speed) → energy. Baselines
+(shortest, fastest) and alternatives use the same pipeline with a different cost, and one model
+prices all of them.
 """
 
 from __future__ import annotations
@@ -15,14 +16,13 @@ from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from planner.arrays import Array
 from planner.cancellation import CancellationToken
 from planner.power.model import PowerModel
 from planner.power.vehicles import load_vehicle
 from planner.progress import Progress, silent
 from planner.search.goals import check_places, settled
+from planner.search.ompl import answer, solved
 from planner.search.requests import (
     PlanRequest,
     PoseRequest,
@@ -32,16 +32,9 @@ from planner.search.requests import (
 )
 from planner.search.resolution import MARGIN
 from planner.search.results import Answer, Baseline, Route
+from planner.search.run import Run
 from planner.search.situation import situation_of
-from planner.search.solve import (
-    Run,
-    best_route,
-    certified,
-    find_alternatives,
-    on_grid,
-    shortest_and_fastest,
-    value_of,
-)
+from planner.search.solve import certified, find_alternatives, on_grid, summary_of
 from planner.search.tradeoff import in_time
 from planner.terrain.heightmap import Terrain
 
@@ -87,56 +80,40 @@ def plan_route(
 
 
 def _plan(run: Run) -> Answer:
-    request = run.request
+    request, objective = run.request, run.request.objective
     run.step(0.05, "costs of steady driving")
-    field = run.field(request.objective, MARGIN)
-    reason = check_places(run, field)
-    blank = Answer(
-        "no_route",
-        run.ground.terrain,
-        run.around.model.describe(),
-        {"name": request.planner, "objective": request.objective, "seed": request.seed},
-        notes=_notes(run),
-    )
+    reason = check_places(run, run.field(objective, MARGIN))
+    terrain, model = run.ground.terrain, run.around.model.describe()
+    blank = Answer("no_route", terrain, model, summary_of(run), notes=_notes(run))
     if reason is not None:
         return replace(blank, reason=reason)
     open_ended = run
-    run = settled(run, request.objective)
-    found = best_route(run, field)
+    run = settled(run, objective)
+    found = answer(run)
+    latest = request.max_duration_s or math.inf
+    if found.route is not None and request.max_duration_s is not None:
+        found = found.on_time(latest, lambda: in_time(open_ended, latest))
     best = found.route
     if best is None:
-        return replace(blank, reason=found.reason, planner=found.planner)
-    baselines = dict(found.baselines)
-    if request.max_duration_s is not None:
-        latest = request.max_duration_s
-        pool = [r for r in (best, *baselines.values()) if r.duration_s <= latest]
-        if best.duration_s > latest:
-            timely, late = in_time(open_ended, latest)
-            pool += [] if timely is None else [timely]
-            if not pool:
-                return replace(blank, reason=late, planner=found.planner)
-            best = min(pool, key=lambda route: route.energy_j)
-            found.planner["chosen"] = "in time"
-        # What arrives too late is no route to compare with either.
-        baselines = shortest_and_fastest(pool) if baselines else {}
+        return replace(blank, reason=found.reason, planner=found.summary)
     routes: tuple[Route, ...] = (best,)
     notes = [*blank.notes, *found.notes]
+    summary = found.summary
     if request.alternatives > 1 and not run.cancelled():
         run.step(0.9, "alternatives")
         routes, note = find_alternatives(
             best,
             request.alternatives,
-            lambda factor: _within_limits(run, factor),
-            field,
-            lambda route: value_of(route, request.objective),
+            lambda factor: _with_factor(run, factor),
+            run.field(objective, MARGIN),
+            lambda route: route.value(objective),
         )
         notes += [note] if note else []
-        latest = request.max_duration_s or math.inf
         routes = tuple(route for route in routes if route.duration_s <= latest)
     if request.certify_s is not None and not run.cancelled():
         run.step(0.95, "certified bound")
-        routes, said = certified(run, routes)
-        found.planner |= said
+        routes, how = certified(run, routes)
+        summary = replace(summary, **how)
     run.progress(1.0, "done")
     return replace(
         blank,
@@ -144,20 +121,22 @@ def _plan(run: Run) -> Answer:
         routes=routes,
         baselines={
             name: Baseline(route, route.energy_j / best.energy_j - 1.0 if best.energy_j else 0.0)
-            for name, route in baselines.items()
+            for name, route in found.baselines.items()
         },
         absent=found.absent,
-        planner=found.planner,
+        planner=summary,
         notes=tuple(notes),
         goal=_arrived(request.goal, best),
     )
 
 
-def _within_limits(run: Run, factor: NDArray[np.float64]) -> Route | None:
-    """The best route of the grid with a factor (ny, nx) on the cost of the ground."""
+def _with_factor(run: Run, factor: Array) -> Route | None:
+    """The best feasible route of the grid with a factor (ny, nx) on the cost of the ground."""
     objective = run.request.objective
-    attempt = on_grid(run, run.field(objective, MARGIN, factor), objective)
-    return attempt.route if attempt.kept else None
+    attempt, _ = solved(
+        run, lambda run: on_grid(run, run.field(objective, MARGIN, factor), objective)
+    )
+    return attempt.feasible
 
 
 def _arrived(asked: PoseRequest | RegionRequest, route: Route) -> Mapping[str, float] | None:
@@ -193,6 +172,5 @@ def _notes(run: Run) -> tuple[str, ...]:
 @lru_cache(maxsize=1)  # done once, keeps nothing
 def warm_up() -> None:
     """Load everything a first request would load; for workers that wait for one."""
-
     model = PowerModel.from_vehicle(load_vehicle(SituationRequest.default_vehicle))
     model.kernel, model.limits_kernel  # noqa: B018

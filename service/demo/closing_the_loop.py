@@ -42,7 +42,7 @@ def _errand(name: str, start: tuple[float, float], goal: tuple[float, float]) ->
         "start": {"x": start[0], "y": start[1]},
         "goal": {"x": goal[0], "y": goal[1]},
     }
-    return Errand(name, {"map": "jacksboro-1to100", "planner": "grid", **ends})
+    return Errand(name, {"map": "jacksboro-1to100", **ends})
 
 
 ERRANDS = (

@@ -49,7 +49,7 @@ def certified(name: str, ends: tuple[float, ...], seconds: float) -> CertifiedBo
 def measure(name: str, ends: tuple[float, ...], times: list[float], tries: int) -> dict[str, Any]:
     """Gaps of one pair of places by the time given, and the margin of random motions."""
     places = {"start": {"x": ends[0], "y": ends[1]}, "goal": {"x": ends[2], "y": ends[3]}}
-    answer = plan_route(map=name, planner="grid", **places)
+    answer = plan_route(map=name, **places)
     if answer.status != "ok":
         return {"map": name, "ends": ends, "status": answer.reason}
     request = PlanRequest.from_json({"map": name, **places})

@@ -127,7 +127,7 @@ def _planned(
     for number in range(count):
         ground = hills(rng)
         start, goal = ({"x": x, "y": float(rng.uniform(3, 27))} for x in (3.0, 27.0))
-        answer = plan_route(terrain=ground, model=model, start=start, goal=goal, planner="grid")
+        answer = plan_route(terrain=ground, model=model, start=start, goal=goal)
         if not answer.routes:
             continue
         # Another seed, or every drive would have the same noise.

@@ -67,7 +67,7 @@ def test_turning_costs_by_the_angle_and_the_same_both_ways() -> None:
 
 def test_a_driven_route_costs_the_same_in_three_dimensions(relief: Case) -> None:
     """Pose by pose the tables add up to what the power model dissipates, ramps aside."""
-    route = plan_route(terrain=relief.situation.ground.terrain, planner="grid", **ASKED).routes[0]
+    route = plan_route(terrain=relief.situation.ground.terrain, **ASKED).routes[0]
     poses = np.column_stack([route.arrays[name] for name in ("x", "y", "yaw")])
     prices = turning_prices(relief)
     steps = zip(poses[:-1], poses[1:], strict=True)
@@ -113,7 +113,7 @@ def test_the_best_known_is_never_above_a_path_refined(relief: Case) -> None:
 
 def test_driving_too_fast_breaks_limits(relief: Case) -> None:
     """The same way in half the time: twice the speed, four times the acceleration."""
-    route = plan_route(terrain=relief.situation.ground.terrain, planner="grid", **ASKED).routes[0]
+    route = plan_route(terrain=relief.situation.ground.terrain, **ASKED).routes[0]
     assert broken_limits(relief, route) == {}
     arrays = dict(route.arrays)
     arrays |= {"t": 0.5 * arrays["t"], "speed": 2.0 * arrays["speed"]}

@@ -62,7 +62,7 @@ def measure(name: str) -> dict[str, Any]:
     """Energy, length, duration and account of one case, planned on the grid."""
     from planner import plan_route
 
-    answer = plan_route(CASES[name], planner="grid")
+    answer = plan_route(CASES[name])
     if answer.status != "ok":
         return {"status": answer.status, "reason": answer.reason}
     route = answer.routes[0]

@@ -13,7 +13,7 @@ from planner.search.front import Front, FrontPoint
 from planner.search.matrix import Matrix
 from planner.search.reach import Reach
 from planner.search.requests import PoseRequest
-from planner.search.results import Answer, Baseline, Route
+from planner.search.results import Answer, Baseline, Route, SearchSummary
 from planner.search.results.energy_interval import Contribution, EnergyDistribution
 from planner.search.results.route import Battery
 from planner.terrain.heightmap import Terrain
@@ -88,7 +88,7 @@ def answer(**changes: Any) -> Answer:
         "status": "ok",
         "terrain": terrain(),
         "model": {"name": "minibalance", "version": 1, "kind": "sound", "effects": {}},
-        "planner": {"name": "tube"},
+        "planner": SearchSummary("least-energy", "plane", "energy", 0, "Exact solution"),
         "routes": (route(),),
         "baselines": {"shortest": Baseline(route(watts=25.0), 0.25)},
         "notes": ("x < y & z",),

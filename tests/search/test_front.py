@@ -40,8 +40,8 @@ def test_no_route_is_dominated(front):
 
 def test_the_ends_are_the_frugal_and_the_fast_route(front, relief):
     """Neither end is worse than a request for its aim alone."""
-    frugal = plan_route(terrain=relief, **WAY, planner="grid").routes[0]
-    fast = plan_route(terrain=relief, **WAY, planner="grid", objective="time").routes[0]
+    frugal = plan_route(terrain=relief, **WAY).routes[0]
+    fast = plan_route(terrain=relief, **WAY, objective="time").routes[0]
     assert front.points[-1].route.energy_j < 1.003 * frugal.energy_j
     assert front.points[0].route.duration_s < 1.003 * fast.duration_s
 

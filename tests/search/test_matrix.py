@@ -27,7 +27,7 @@ def test_a_matrix_holds_what_single_requests_say(relief):
     assert matrix.error_share == 0.0
     for i, start in enumerate(PLACES):
         for j, goal in enumerate(PLACES):
-            single = plan_route(terrain=relief, start=start, goal=goal, planner="grid")
+            single = plan_route(terrain=relief, start=start, goal=goal)
             expected = single.routes[0].energy_j if i != j else 0.0
             assert matrix.energy_j[i, j] == pytest.approx(expected, rel=0.01, abs=1e-9)
     document = matrix.to_json()
@@ -42,7 +42,7 @@ def test_pairs_that_are_not_driven_are_right_within_what_is_said(relief):
     assert 0.0 < matrix.error_share < 0.1
     rest = np.argwhere(~matrix.driven & ~np.eye(8, dtype=bool))[:6]
     for i, j in rest:
-        single = plan_route(terrain=relief, start=places[i], goal=places[j], planner="grid")
+        single = plan_route(terrain=relief, start=places[i], goal=places[j])
         allowed = max(3.0 * matrix.error_share, 0.02)
         assert matrix.energy_j[i, j] == pytest.approx(single.routes[0].energy_j, rel=allowed)
 

@@ -25,7 +25,7 @@ radius = 0.0762
 [drive]
 """
 MOTOR = "gear_ratio = 27.0\ntorque_constant = 0.03\nresistance = 0.9\n"
-ASKED = {"start": {"x": 3.0, "y": 4.0}, "goal": {"x": 23.0, "y": 4.0}, "planner": "grid"}
+ASKED = {"start": {"x": 3.0, "y": 4.0}, "goal": {"x": 23.0, "y": 4.0}}
 
 
 @pytest.fixture(scope="module")

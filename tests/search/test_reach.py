@@ -25,7 +25,7 @@ def test_level_ground_is_reached_in_a_circle():
     """The same energy leads as far in every direction, and as far as a single request says."""
     terrain = Terrain.from_arrays(np.zeros((80, 80)), cell=(0.5, 0.5))
     start = {"x": 20.0, "y": 20.0}
-    single = plan_route(terrain=terrain, start=start, goal={"x": 32.0, "y": 20.0}, planner="grid")
+    single = plan_route(terrain=terrain, start=start, goal={"x": 32.0, "y": 20.0})
     energy = single.routes[0].energy_j
     reach = reachable_area(terrain=terrain, start=start, energy_j=energy)
     (outline,) = reach.outlines
@@ -43,7 +43,7 @@ def test_the_edge_of_the_area_takes_the_energy(relief):
     inner = outline[(np.abs(outline - 10.0) < 8.0).all(axis=1)]
     for x, y in inner[:: max(1, len(inner) // 6)]:
         goal = {"x": float(x), "y": float(y)}
-        single = plan_route(terrain=relief, start=start, goal=goal, planner="grid")
+        single = plan_route(terrain=relief, start=start, goal=goal)
         assert single.routes[0].energy_j == pytest.approx(150.0, rel=0.02)
 
 

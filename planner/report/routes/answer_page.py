@@ -118,7 +118,7 @@ def _sentence(answer: Answer) -> str:
 def _comparison(answer: Answer) -> str:
     rows = "".join(
         f"<tr><th scope='row'><i class='line {row['name']}'></i>"
-        f"{plain(called(row['name'], answer.planner))}</th>"
+        f"{plain(called(row['name'], answer.planner.to_json()))}</th>"
         + "".join(f"<td>{plain(v)}</td>" for k, v in row.items() if k != "name")
         + "</tr>"
         for row in _rows(answer)

@@ -26,8 +26,8 @@ from planner.search.grid import CostToGo, cost_from, cost_to_go, grid_path
 from planner.search.requests import PoseRequest, RegionRequest
 from planner.search.resolution import MARGIN, OBJECTIVES
 from planner.search.results import Route, drive
+from planner.search.run import Run
 from planner.search.situation import check_hold, check_place
-from planner.search.solve import Run
 from planner.search.waypoints import refine
 
 LOOKED_AT = 6

@@ -19,9 +19,11 @@ from planner.cancellation import CancellationToken
 from planner.progress import silent
 from planner.search.field import CostField, polyline_cost
 from planner.search.requests import PlanRequest, PoseRequest
+from planner.search.resolution import MARGIN
 from planner.search.results import Route, price
+from planner.search.run import Run
 from planner.search.situation import Situation
-from planner.search.solve import Run, grid_route
+from planner.search.solve import on_grid
 from planner.search.trajectory import Motion, move
 from planner.search.waypoints import (
     VARIANTS,
@@ -90,7 +92,8 @@ def driven_leg(
         for (x, y), yaw in zip((path[0], path[-1]), yaws, strict=True)
     ]
     request = PlanRequest(map=situation.ground.terrain.name, start=places[0], goal=places[1])
-    route = grid_route(Run(request, situation, silent, token), "energy")
+    run = Run(request, situation, silent, token)
+    route = on_grid(run, run.field("energy", MARGIN), "energy").route
     return None if route is None else Leg(route)
 
 

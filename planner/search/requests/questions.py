@@ -70,10 +70,15 @@ class PlanRequest(WayRequest):
         le=600,
         description="seconds for a closer lower bound, above 0 up to 600; left out, the quick one",
     )
-    planner: Literal["auto", "tube", "plane", "grid"] = Field(
-        default="auto",
-        description='how to search: "auto" (the grid, then OMPL for the time that is given), '
-        '"tube" (OMPL round the grid\'s route), "plane" (OMPL over the whole map) or "grid"',
+    planner: Literal["least-energy", "bit*", "rrt*", "informed-rrt*"] = Field(
+        default="least-energy",
+        description="which of OMPL's planners: \"least-energy\" (joulepath's own) or one that "
+        'samples, "bit*", "rrt*" or "informed-rrt*"',
+    )
+    space: Literal["plane", "poses"] = Field(
+        default="plane",
+        description='where it plans: "plane" (x, y, with the yaw that costs least) or "poses" '
+        "(x, y, yaw)",
     )
 
     @field_validator("max_duration_s")

@@ -14,6 +14,7 @@ import numpy as np
 
 from planner.arrays import Array
 from planner.search.results.energy_interval import Contribution, EnergyDistribution
+from planner.search.results.search_summary import SearchSummary
 from planner.shown import Picture, Shown
 from planner.terrain.heightmap import Terrain
 
@@ -116,6 +117,12 @@ class Route:
         """m from the start up to the end."""
         return float(self.arrays["z"][-1] - self.arrays["z"][0])
 
+    def value(self, objective: str) -> float:
+        """What an objective wants little of: J for "energy", s for "time", m for "length"."""
+        return {"energy": self.energy_j, "time": self.duration_s, "length": self.length_m}[
+            objective
+        ]
+
     def to_json(self, *, poses: bool = True) -> dict[str, Any]:
         """The route as in ROUTE.json; baselines leave the poses out."""
         document: dict[str, Any] = {
@@ -183,7 +190,7 @@ class Answer(Shown):
     status: str
     terrain: Terrain
     model: Mapping[str, Any]
-    planner: Mapping[str, Any]
+    planner: SearchSummary
     routes: tuple[Route, ...] = ()
     baselines: Mapping[str, Baseline] = field(default_factory=dict)
     absent: Mapping[str, str] = field(default_factory=dict)
@@ -205,7 +212,7 @@ class Answer(Shown):
         }
         if self.absent:
             document["baselines_absent"] = dict(self.absent)
-        document["planner"] = dict(self.planner)
+        document["planner"] = self.planner.to_json()
         document["model"] = dict(self.model)
         document["notes"] = list(self.notes)
         return document

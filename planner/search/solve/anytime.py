@@ -1,11 +1,11 @@
-"""Further routes in the time that is left once the grid has answered.
+"""Further candidates for the least energy, while a time budget lasts.
 
-    improve(run, attempt, candidates, planner, notes, begun)
+    for candidate in further_candidates(run, attempt, begun): ...
 
-OMPL searches in a tube round the grid's path, or on the whole map. For the least energy the grid
-then searches again: with its costs shaken a little, for ways that cost about the same end in other
-valleys once they are refined, and away from what was found. The best of these ways are refined with
-other knots and tolls, and the knots of the best ones are moved while their motions get cheaper.
+The grid searches again with perturbed edge costs, for paths that cost about the same and end in
+other homotopy classes once they are smoothed, and away from what was found. The best of these paths
+are smoothed with other waypoint distances and corner penalties. Then waypoint descent moves the
+waypoints of the best ones while their trajectories get cheaper.
 """
 
 from __future__ import annotations
@@ -14,212 +14,159 @@ import itertools
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
-from typing import Any
 
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from planner.arrays import Array
-from planner.search.field import CostField, polyline_cost
+from planner.search.field import CostField
 from planner.search.results import Route
+from planner.search.run import Run
 from planner.search.solve.alternatives import nearness
-from planner.search.solve.drive_candidates import drive_legs
-from planner.search.solve.grid_planner import Attempt, near_path_of
-from planner.search.solve.run import Run
-from planner.search.solve.sampled_legs import ompl_legs
-from planner.search.trajectory import Stuck
+from planner.search.solve.grid_planner import near_path_of
+from planner.search.solve.pipeline import Attempt, Candidate, Legs, drive_legs, with_costs
 from planner.search.waypoints import polish, refine
 
-Legs = list[tuple[Array, float]]
-"""Polylines (k, 2) from one fixed place to the next, with their costs."""
-
-FOR_OMPL = 0.2
-"""Share of the time left that OMPL has."""
-DETOURS, SHAKEN_EACH = 2, 3
-"""Searches away from what was found, at most, and searches with shaken costs before each."""
+PERTURBATION, GRAIN = 0.03, 3.0
+"""Standard deviation of the logarithm of a perturbed cost, and its grain in cells: paths that cost
+about the same before they are smoothed come out in turn."""
+DETOURS, PERTURBED_BEFORE_EACH = 2, 3
+"""Searches away from what was found, at most, and searches with perturbed costs before each."""
+DETOUR_PENALTY = 0.1
+"""Share by which ground near a known route costs more in a search away from it."""
 SEARCHES = 6
-"""Of both where iterations are given, which make an answer reproducible."""
-SHAKE, GRAIN = 0.03, 3.0
-"""Standard deviation of the logarithm of a shaken cost, and of its grain in cells: ways that cost
-about the same before they are refined come out in turn, and end in other valleys."""
-FOR_REFINEMENT = 0.4
-"""Share of the time given that is kept for other refinements."""
-PROMISING = 4
-"""Ways that are refined otherwise."""
-DEARER = 0.1
-"""By how much ground near a known route gets dearer for the next one."""
-KNOTS, SHARES = (4.0, 8.0, 6.0, 12.0, 3.0, 16.0), (1.0, 0.3, 0.1, 3.0)
-"""Cells between knots, and shares of a corner's toll, that ways are refined with in time left."""
-FOR_POLISH, POLISH = 0.2, (1.0, 0.5, 0.5, 0.25, 0.25, 0.1)
-"""Share of the time given that is kept for moving knots, and by how many cells they are moved."""
-POLISHED = {24.0: 4, 12.0: 2, 16.0: 1}
-"""How many ways get their knots moved, by the cells between these, one after the other."""
+"""Searches of both kinds where iterations are given, which make an answer reproducible."""
+SMOOTHED_AGAIN = 4
+"""Paths that are smoothed otherwise."""
+WAYPOINT_CELLS, PENALTY_SHARES = (4.0, 8.0, 6.0, 12.0, 3.0, 16.0), (1.0, 0.3, 0.1, 3.0)
+"""Cells between waypoints, and shares of the corner penalty, that paths are smoothed with."""
+FOR_SMOOTHING, FOR_DESCENT = 0.6, 0.4
+"""Shares of the time budget that are left when searching ends, and when smoothing ends."""
+DESCENT_CELLS = (1.0, 0.5, 0.5, 0.25, 0.25, 0.1)
+"""Cells by which waypoint descent moves waypoints, round after round."""
+DESCENDED = {24.0: 4, 12.0: 2, 16.0: 1}
+"""How many candidates get their waypoints optimised, by the cells between waypoints."""
 ENOUGH = 0.15
-"""s left from which another search is begun."""
+"""s left from which another step is begun."""
 
 
-def improve(
-    run: Run,
-    attempt: Attempt,
-    candidates: dict[str, Route],
-    planner: dict[str, Any],
-    notes: list[str],
-    begun: float,
-) -> None:
-    """Further candidates in the time that is left.
+def further_candidates(run: Run, attempt: Attempt, begun: float) -> Iterator[Candidate]:
+    """Candidates for as long as the time budget lasts.
 
     Args:
         run: the request.
-        attempt: what the grid came to.
-        candidates: routes by how they were found; gets more.
-        planner, notes: of the answer; get what is to be said of the search.
+        attempt: what the grid came to, with legs.
         begun: time.perf_counter() when the search began.
 
     Raises:
-        Cancelled: the caller wants to stop; what was found up to then is in ``candidates``.
+        Cancelled: the caller wants to stop.
     """
     request = run.request
-    given = bool({"time_budget_s", "iterations"} & request.model_fields_set)
-    if request.planner == "grid" or (request.planner == "auto" and not given):
+    counted = request.iterations is not None
+    given = counted or "time_budget_s" in request.model_fields_set
+    if request.objective != "energy" or not given:
         return
 
     def left() -> float:
         return request.time_budget_s - (time.perf_counter() - begun)
 
-    if request.iterations is None and left() < ENOUGH:
-        notes.append("the time given was up before OMPL could begin")
-        return
-    share = left() if request.planner != "auto" else FOR_OMPL * left()
-    run.step(0.4, "OMPL")
-    ompl = ompl_legs(run, attempt, share)
-    planner |= ompl.said
-    notes += [] if ompl.note is None else [ompl.note]
-    legs, driven = ompl.legs, None
-    if not ompl.nothing:
-        driven = drive_legs(run, attempt.field, legs, request.objective)
-    if isinstance(driven, Route):
-        partly = ompl.said["legs_without_ompl"] > 0
-        candidates["ompl and grid" if partly else "ompl"] = driven
-        if not partly:
-            planner["ompl_energy_j"] = driven.energy_j
-    if request.planner != "auto" or request.objective != "energy":
-        return
-    driven_legs: list[tuple[Legs, Route]] = []
-    ways: list[tuple[Route, list[Array]]] = []
-    if attempt.route is not None:
-        driven_legs.append((attempt.refined or [], attempt.route))
-        ways.append((attempt.route, attempt.paths or []))
-    if isinstance(driven, Route):
-        driven_legs.append((legs, driven))
-        ways.append((driven, [path for path, _ in legs]))
-    others, kept = other_ways(run, attempt, candidates), FOR_REFINEMENT * request.time_budget_s
+    found: list[tuple[Route, Legs, list[Array]]] = []
+    if attempt.route is not None and attempt.legs is not None:
+        found.append((attempt.route, attempt.legs, attempt.paths or []))
+    others = other_paths(run, attempt, [route for route, _, _ in found])
     for number in itertools.count():
-        if request.iterations is not None:
-            up = number == SEARCHES
-        else:
-            up = left() < max(ENOUGH, kept)
-        if up or not candidates:
+        if counted and number == SEARCHES:
+            return
+        if not counted and left() < max(ENOUGH, FOR_SMOOTHING * request.time_budget_s):
             break
-        name, other = next(others)
-        if other.route is not None:
-            candidates[name] = other.route
-            driven_legs.append((other.refined or [], other.route))
-            ways.append((other.route, other.paths or []))
-    if request.iterations is None:
-        ways.sort(key=lambda way: way[0].energy_j)
-        best = [paths for _, paths in ways[:PROMISING]]
-        driven_legs += _refine_otherwise(run, attempt.field, best, candidates, left)
-        move_knots(run, attempt.field, driven_legs, candidates, left)
+        source, other = next(others)
+        if other.route is not None and other.legs is not None:
+            yield Candidate(other.route, source, other.legs, limits_checked=False)
+            found.append((other.route, other.legs, other.paths or []))
+    found.sort(key=lambda one: one[0].energy_j)
+    known = [(route, legs) for route, legs, _ in found]
+    best = [paths for _, _, paths in found[:SMOOTHED_AGAIN] if paths]
+    for candidate in smoothed_otherwise(run, attempt.field, best, left):
+        yield candidate
+        known.append((candidate.route, candidate.legs))
+    yield from with_waypoints_optimised(run, attempt.field, known, left)
 
 
-def other_ways(
-    run: Run, attempt: Attempt, candidates: dict[str, Route]
-) -> Iterator[tuple[str, Attempt]]:
-    """Attempts with shaken costs without end, and now and then one away from what was found."""
+def other_paths(run: Run, attempt: Attempt, known: list[Route]) -> Iterator[tuple[str, Attempt]]:
+    """Attempts with perturbed costs without end, and now and then one away from what was found.
+
+    ``known`` gets every route that comes of them.
+    """
     objective, own = run.request.objective, attempt.field
     random = np.random.default_rng(run.request.seed)
-    away, detours = np.ones(own.heights.shape), 0
+    penalty, detours = np.ones(own.heights.shape), 0
     for number in itertools.count(1):
-        run.step(0.7, "other ways")
+        run.step(0.6, "other homotopy classes")
         grain = gaussian_filter(random.standard_normal(own.heights.shape), GRAIN)
-        shaken = own.factor * np.exp(SHAKE / grain.std() * grain)
-        yield f"shaken {number}", near_path_of(run, own, shaken, objective)
-        if number % SHAKEN_EACH == 0 and detours < DETOURS:
+        perturbed = own.factor * np.exp(PERTURBATION / grain.std() * grain)
+        searches = [(f"perturbed costs {number}", perturbed)]
+        if number % PERTURBED_BEFORE_EACH == 0 and detours < DETOURS and known:
             detours += 1
-            away = away * (1.0 + DEARER * nearness(list(candidates.values())[-1], own))
-            yield f"detour {detours}", near_path_of(run, own, own.factor * away, objective)
+            penalty = penalty * (1.0 + DETOUR_PENALTY * nearness(known[-1], own))
+            searches.append((f"detour {detours}", own.factor * penalty))
+        for source, factor in searches:
+            other = near_path_of(run, own, factor, objective)
+            known += [] if other.route is None else [other.route]
+            yield source, other
 
 
-def _refine_otherwise(
-    run: Run,
-    field: CostField,
-    ways: list[list[Array]],
-    candidates: dict[str, Route],
-    left: Callable[[], float],
-) -> list[tuple[Legs, Route]]:
-    """Refine ways with other knots and tolls than a search has time for, two at once."""
-    toll = run.situation.toll("energy")
+def smoothed_otherwise(
+    run: Run, field: CostField, paths: list[list[Array]], left: Callable[[], float]
+) -> Iterator[Candidate]:
+    """Paths smoothed with other waypoints and penalties than a search has time for, two at once."""
+    penalty = run.situation.toll("energy")
     field = run.field("energy", field.margin)
 
-    def refined(knots: float, share: float, way: list[Array]) -> tuple[Legs, Route | Stuck]:
+    def smoothed(cells: float, share: float, path: list[Array]) -> tuple[Legs, object]:
         legs = [
-            refine(field, path, tolls=[share * toll], knot_cells=knots, check=run.check)[0]
-            for path in way
+            refine(field, leg, tolls=[share * penalty], knot_cells=cells, check=run.check)[0]
+            for leg in path
         ]
         return legs, drive_legs(run, field, legs, "energy")
 
     kinds = sorted(
-        itertools.product(KNOTS, SHARES),
-        key=lambda kind: KNOTS.index(kind[0]) + SHARES.index(kind[1]),
+        itertools.product(WAYPOINT_CELLS, PENALTY_SHARES),
+        key=lambda kind: WAYPOINT_CELLS.index(kind[0]) + PENALTY_SHARES.index(kind[1]),
     )
-    tasks = [partial(refined, *kind, way) for kind in kinds for way in ways if way]
-    found: list[tuple[Legs, Route]] = []
-    kept = FOR_POLISH * run.request.time_budget_s
+    tasks = [partial(smoothed, *kind, path) for kind in kinds for path in paths]
     for first in range(0, len(tasks), 2):
-        if left() < max(ENOUGH, kept):
-            break
-        run.step(0.85, "other refinements")
+        if left() < max(ENOUGH, FOR_DESCENT * run.request.time_budget_s):
+            return
+        run.step(0.75, "other smoothings")
         for legs, route in run.other_core.all(tasks[first : first + 2]):
             if isinstance(route, Route):
-                found.append((legs, route))
-                best = candidates.get("refined otherwise", route)
-                candidates["refined otherwise"] = min(best, route, key=lambda r: r.energy_j)
-    return found
+                yield Candidate(route, "smoothed otherwise", legs, limits_checked=False)
 
 
-def move_knots(
-    run: Run,
-    field: CostField,
-    ways: list[tuple[Legs, Route]],
-    candidates: dict[str, Route],
-    left: Callable[[], float],
-) -> None:
-    """Move the knots of the best ways, and then closer knots, while their motions get cheaper."""
+def with_waypoints_optimised(
+    run: Run, field: CostField, known: list[tuple[Route, Legs]], left: Callable[[], float]
+) -> Iterator[Candidate]:
+    """The best routes with their waypoints moved, then with closer waypoints, while that helps."""
     field = run.field("energy", field.margin)
-
-    def steps() -> Iterator[float]:
-        return itertools.takewhile(lambda _: left() > ENOUGH, POLISH)
-
-    ways = list({round(route.energy_j, 6): (legs, route) for legs, route in ways}.values())
-    for spacing, count in POLISHED.items():
-        ways.sort(key=lambda way: way[1].energy_j)
-        for k, (legs, route) in enumerate(ways[:count]):
+    known = list({round(route.energy_j, 6): (route, legs) for route, legs in known}.values())
+    for cells, count in DESCENDED.items():
+        known.sort(key=lambda one: one[0].energy_j)
+        for k, (route, legs) in enumerate(known[:count]):
             if left() < ENOUGH:
                 return
-            run.step(0.95, "other refinements")
+            run.step(0.85, "waypoint descent")
             better = polish(
                 field,
                 run.around,
                 [path for path, _ in legs],
                 run.yaws,
-                steps=steps(),
-                spacing=spacing,
+                steps=itertools.takewhile(lambda _: left() > ENOUGH, DESCENT_CELLS),
+                spacing=cells,
                 both=run.other_core.all,
                 check=run.check,
             )
-            moved = [(leg, float(polyline_cost(field, leg, field.step))) for leg in better.legs]
+            moved = with_costs(field, better.legs)
             now = drive_legs(run, field, moved, "energy")
             if isinstance(now, Route) and now.energy_j < route.energy_j:
-                ways[k] = moved, now
-                best = candidates.get("polished", now)
-                candidates["polished"] = min(best, now, key=lambda one: one.energy_j)
+                known[k] = now, moved
+                yield Candidate(now, "waypoint descent", moved, limits_checked=False)

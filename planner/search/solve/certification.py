@@ -15,7 +15,7 @@ from typing import Any
 from planner.quantities import STANDARD_GRAVITY
 from planner.search.certificate import certify
 from planner.search.results import Route
-from planner.search.solve.run import Run
+from planner.search.run import Run
 
 
 def certified(run: Run, routes: Sequence[Route]) -> tuple[tuple[Route, ...], dict[str, Any]]:

@@ -1,182 +1,250 @@
-"""The best route for the time that is given, and what contributed to it.
+"""The best route for the time that is given, and the baselines to compare it with.
 
-    found = best_route(run, run.field("energy"))
+    found = best_route(run)
+    found.candidate.route, found.baselines["shortest"]
 
-The grid with refinement answers first, for the request's objective and, on the other core, for the
-shortest and the fastest route: whatever is found counts for all three. Time that is left goes into
-further candidates (anytime). Every motion is priced by the power model, and
-the best one is the answer. Who cancels once there is a route gets the best so far.
+The grid answers first, for the request's objective and, on the other core, for the shortest and the
+fastest route: every route found counts for all three. A time budget goes into further candidates
+(anytime). One power model prices every candidate, and the best one is the answer.
 """
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
 
 from planner.arrays import Array
 from planner.errors import Cancelled
-from planner.quantities import STANDARD_GRAVITY
-from planner.search.field import CostField, polyline_cost
+from planner.search.field import polyline_cost
 from planner.search.resolution import MARGIN
-from planner.search.results import Route
-from planner.search.solve.anytime import improve
-from planner.search.solve.drive_candidates import drive_legs
-from planner.search.solve.grid_planner import Attempt, on_grid
-from planner.search.solve.run import Run
+from planner.search.results import Route, SearchSummary
+from planner.search.run import Run
+from planner.search.solve.anytime import further_candidates
+from planner.search.solve.grid_planner import dissipated, on_grid
+from planner.search.solve.pipeline import (
+    BASELINE,
+    Attempt,
+    Candidate,
+    Legs,
+    cheapest_near,
+    drive_legs,
+    with_costs,
+)
 from planner.search.trajectory import broken_limits
 
 BASELINES = {"shortest": "length", "fastest": "time"}
+"""Baselines by name, and the objective that each is best for."""
 UNHURRIED = 5.0
-"""Seconds given from which baselines are looked for as patiently as answers are. On steep relief
+"""s of time budget from which baselines are looked for as patiently as answers are. On steep relief
 that takes up to two seconds; of less time the answer needs them all."""
 CLOSE = 0.02
-"""Another aim's way that is dearer by less is driven for the request's objective as well."""
+"""Share by which a route for another objective may be worse and its path still be driven for the
+request's own."""
 
 
-@dataclass
+@dataclass(frozen=True)
 class Found:
     """What a search came to.
 
     Attributes:
-        route: the best one, or None with a reason.
+        summary: how it was found.
+        candidate: the best one, or None with a reason.
         baselines: "shortest" and "fastest".
         absent: why there is none of these, by name.
-        planner: how it was found.
         notes: what the user ought to know, in sentences.
     """
 
-    planner: dict[str, Any]
-    route: Route | None = None
+    summary: SearchSummary
+    candidate: Candidate | None = None
     baselines: dict[str, Route] = field(default_factory=dict)
     absent: dict[str, str] = field(default_factory=dict)
     reason: str = ""
-    notes: list[str] = field(default_factory=list)
+    notes: tuple[str, ...] = ()
+
+    @property
+    def route(self) -> Route | None:
+        """The best route."""
+        return None if self.candidate is None else self.candidate.route
+
+    @property
+    def legs(self) -> Legs | None:
+        """What the best route was driven along."""
+        return None if self.candidate is None else self.candidate.legs
+
+    def on_time(self, latest_s: float, timely: Callable[[], tuple[Route | None, str]]) -> Found:
+        """The route of least energy that takes no longer, and the baselines that do not either.
+
+        Args:
+            latest_s: s from start to goal.
+            timely: looks for such a route, where the best one is too slow.
+        """
+        known = [route for route in (self.route, *self.baselines.values()) if route is not None]
+        pool = [route for route in known if route.duration_s <= latest_s]
+        if self.candidate is None or self.candidate.route.duration_s <= latest_s:
+            return replace(self, baselines=_baselines_among(pool) if self.baselines else {})
+        route, late = timely()
+        pool += [] if route is None else [route]
+        if not pool:
+            return Found(self.summary, reason=late)
+        best = replace(self.candidate, route=min(pool, key=lambda one: one.energy_j))
+        return replace(
+            self,
+            candidate=best,
+            baselines=_baselines_among(pool) if self.baselines else {},
+            summary=replace(self.summary, chosen="in time"),
+        )
 
 
-def value_of(route: Route, objective: str) -> float:
-    """What an objective wants little of: J, s or m."""
-    return {"energy": route.energy_j, "time": route.duration_s, "length": route.length_m}[objective]
+def _baselines_among(pool: Sequence[Route]) -> dict[str, Route]:
+    """The shortest and the fastest of some routes, by name."""
+    return {name: min(pool, key=lambda one: one.value(aim)) for name, aim in BASELINES.items()}
 
 
-def shortest_and_fastest(pool: Sequence[Route]) -> dict[str, Route]:
-    """The baselines among some routes, by name."""
-    return {
-        name: min(pool, key=partial(value_of, objective=aim)) for name, aim in BASELINES.items()
-    }
+def summary_of(run: Run) -> SearchSummary:
+    """What the request says of its search."""
+    asked = run.request
+    return SearchSummary(asked.planner, asked.space, asked.objective, asked.seed)
 
 
-def best_route(run: Run, field: CostField) -> Found:
+def best_route(run: Run) -> Found:
     """The best route for a request, and how it was found.
+
+    Raises:
+        Cancelled: the caller cancelled before there was a route. Afterwards the best route so far
+            is returned, with a note.
+    """
+    begun = time.perf_counter()
+    run.step(0.1, "least-cost fields, smoothing, yaw, speed")
+    attempt, candidates = _by_grid(run)
+    energies = [one.route.energy_j for one in candidates]
+    summary = replace(
+        summary_of(run),
+        slope_margin=attempt.field.margin,
+        grid_energy_j=min(energies, default=None),
+    )
+    notes: list[str] = []
+    others: list[Candidate] = []
+    try:
+        if attempt.legs is not None and attempt.paths is not None:
+            for candidate in further_candidates(run, attempt, begun):
+                others.append(candidate)
+    except Cancelled:
+        if not candidates and not others:
+            raise
+        notes.append("stopped early: this is the best route up to then")
+    best = _best(run, [*candidates, *others])
+    if best is not None:
+        # Found in a time budget, a route may be chosen, but is not one to compare with.
+        pool = [best.route, *(one.route for one in candidates)]
+        summary = replace(summary, chosen=best.source)
+        return Found(summary, best, _baselines_among(pool), notes=tuple(notes))
+    if attempt.route is None or attempt.legs is None:
+        return Found(summary, reason=attempt.reason, notes=tuple(notes))
+    assert attempt.infeasible is not None  # as of every route that is not feasible
+    place = f"x {attempt.infeasible.x:.2f}, y {attempt.infeasible.y:.2f}"
+    notes.append(f"no way keeps to all limits: at {place} {attempt.infeasible.what}")
+    absent = dict.fromkeys(BASELINES, "no route was found that keeps to all limits")
+    as_it_is = Candidate(attempt.route, "grid", attempt.legs)
+    return Found(replace(summary, chosen="grid"), as_it_is, absent=absent, notes=tuple(notes))
+
+
+def best_along(
+    run: Run, paths: list[Array], summary: SearchSummary, *, compared: bool = True
+) -> Found:
+    """The best route along paths of another planner, as they are or smoothed.
 
     Args:
         run: the request.
-        field: map and costs for its objective.
+        paths: polylines (k, 2), one for each leg.
+        summary: how they were found.
+        compared: whether baselines are looked for.
     """
-    request = run.request
-    objective = request.objective
-    begun = time.perf_counter()
-    found = Found({"name": request.planner, "objective": objective, "seed": request.seed})
-    run.step(0.1, "least-cost fields, refinement, yaw, speed")
-    attempt, candidates = _by_grid(run, field)
-    from_grid = set(candidates)
-    found.planner["slope_margin"] = attempt.field.margin
-    if attempt.refined is not None:
-        found.planner["grid_cost"] = sum(cost for _, cost in attempt.refined)
-    if candidates:
-        found.planner["grid_energy_j"] = min(route.energy_j for route in candidates.values())
-    try:
-        if attempt.paths is not None and attempt.refined is not None:
-            improve(run, attempt, candidates, found.planner, found.notes, begun)
-    except Cancelled:
-        if not candidates:
-            raise
-        found.notes.append("stopped early: this is the best route up to then")
-
-    def keeps_limits(name: str) -> bool:
-        motion = candidates[name].motion
-        # Many are tried in the time that is given, and one of them may slip through.
-        if motion is None or name in from_grid:
-            return True
-        return not broken_limits(field, run.around, motion, finely=True)
-
-    names = sorted(candidates, key=lambda name: value_of(candidates[name], objective))
-    chosen = next(filter(keeps_limits, names), None)
-    if chosen is not None:
-        found.planner["chosen"] = chosen
-        found.route = candidates[chosen]
-        # Found in time that was given, a route may be chosen, but is none to compare with.
-        pool = [found.route, *(candidates[name] for name in candidates if name in from_grid)]
-        found.baselines = shortest_and_fastest(pool)
-    elif attempt.route is not None:
-        found.planner["chosen"] = "grid"
-        found.route = attempt.route
-        assert attempt.stuck is not None  # as every route that does not keep to the limits
-        place = f"x {attempt.stuck.x:.2f}, y {attempt.stuck.y:.2f}"
-        found.notes.append(f"no way keeps to all limits: at {place} {attempt.stuck.what}")
-        reason = "no route was found that keeps to all limits"
-        found.absent = dict.fromkeys(BASELINES, reason)
-    else:
-        found.reason = attempt.reason
-    return found
+    waiting = baselines(run) if compared else dict
+    objective = run.request.objective
+    field = run.field(objective, MARGIN)
+    attempt = cheapest_near(run, field, paths, objective)
+    candidates = [attempt.candidate("smoothed path")]
+    legs = with_costs(field, paths)
+    as_it_is = drive_legs(run, field, legs, objective)
+    if isinstance(as_it_is, Route):
+        candidates.append(Candidate(as_it_is, "path as it is", legs))
+    best = _best(run, [one for one in candidates if one is not None])
+    if best is None:
+        return Found(summary, reason=attempt.reason)
+    pool = [best.route, *(other.feasible for other in waiting().values() if other.feasible)]
+    return Found(replace(summary, chosen=best.source), best, _baselines_among(pool))
 
 
-def _by_grid(run: Run, field: CostField) -> tuple[Attempt, dict[str, Route]]:
-    """What the grid comes to for the request's objective, and all routes within the limits by name.
+def _best(run: Run, candidates: Sequence[Candidate]) -> Candidate | None:
+    """The best candidate that keeps to all limits; those not checked yet are checked closely."""
+    objective = run.request.objective
+    field = run.field(objective, MARGIN)
+    for one in sorted(candidates, key=lambda one: one.route.value(objective)):
+        motion = one.route.motion
+        if one.limits_checked or motion is None:
+            return one
+        if not broken_limits(field, run.around, motion, finely=True):
+            return one
+    return None
+
+
+def _by_grid(run: Run) -> tuple[Attempt, list[Candidate]]:
+    """What the grid comes to for the request's objective, and all feasible candidates.
 
     A request for time or length gets the routes of the other objectives' requests as well. So its
-    answer is no worse than what any of these compares with.
+    answer is no worse than any route that it is compared with.
     """
     objective = run.request.objective
-    fields = {aim: run.field(aim, MARGIN, field.factor) for aim in ("energy", *BASELINES.values())}
+    others = baselines(run)
+    aims = [objective] if objective == "energy" else [objective, "energy", *BASELINES.values()]
+    own = {aim: on_grid(run, run.field(aim, MARGIN), aim) for aim in dict.fromkeys(aims)}
+    compared = others()
+    found: list[Candidate | None] = []
+    for aim, attempt in own.items():
+        source = "grid" if aim == objective else f"grid, {aim}"
+        found.append(attempt.candidate(source))
+        elsewhere = {name: other for name, other in compared.items() if BASELINES[name] != aim}
+        if aim != "energy":
+            elsewhere["least energy"] = own["energy"]
+        driven: set[bytes] = set()
+        for name, other in elsewhere.items():
+            # Both baselines may be straight.
+            path = b"".join(path.tobytes() for path, _ in other.legs or [])
+            if other.legs is None or path in driven or not _worth_driving(run, attempt, other, aim):
+                continue
+            driven.add(path)
+            route = drive_legs(run, attempt.field, other.legs, aim)
+            if isinstance(route, Route):
+                found.append(Candidate(route, f"{source}, path of the {name}", other.legs))
+    found += [other.candidate(f"grid, {name}") for name, other in compared.items()]
+    return own[objective], [one for one in found if one is not None]
+
+
+def baselines(run: Run) -> Callable[[], dict[str, Attempt]]:
+    """Begin to look for the shortest and the fastest route on the other core; call for them."""
     given = "time_budget_s" in run.request.model_fields_set
     patient = given and run.request.time_budget_s >= UNHURRIED
-    compare = partial(on_grid, compared=True, patient=patient)
+    search = partial(on_grid, effort=BASELINE, patient=patient)
     waiting = {
-        name: run.other_core.submit(partial(compare, run, fields[aim], aim))
+        name: run.other_core.submit(partial(search, run, run.field(aim, MARGIN), aim))
         for name, aim in BASELINES.items()
     }
-    aims = ["energy"] if objective == "energy" else [objective, *(fields.keys() - {objective})]
-    own = {aim: on_grid(run, fields[aim], aim) for aim in aims}
-    others = {name: run.other_core.result(task) for name, task in waiting.items()}
-    routes: dict[str, Route | None] = {}
-    for aim, attempt in own.items():
-        grid = "grid" if aim == objective else f"grid, {aim}"
-        routes[grid] = attempt.route if attempt.kept else None
-        ways = {name: other for name, other in others.items() if BASELINES[name] != aim}
-        if aim != "energy":
-            ways["least energy"] = own["energy"]
-        driven: set[bytes] = set()
-        for name, other in ways.items():
-            if other.refined is None or (way := _way(other.refined)) in driven:
-                continue
-            if _worth_driving(run, attempt, other, aim):
-                driven.add(way)
-                route = drive_legs(run, attempt.field, other.refined, aim)
-                routes[f"{grid}, way of the {name}"] = route if isinstance(route, Route) else None
-    routes |= {f"grid, {name}": other.route for name, other in others.items()}
-    return own[objective], {name: route for name, route in routes.items() if route is not None}
-
-
-def _way(refined: list[tuple[Array, float]]) -> bytes:
-    """What tells one way from another: both baselines may be straight."""
-    return b"".join(path.tobytes() for path, _ in refined)
+    return lambda: {name: run.other_core.result(task) for name, task in waiting.items()}
 
 
 def _worth_driving(run: Run, own: Attempt, other: Attempt, objective: str) -> bool:
-    """Whether another aim's way may be better for an objective once it is driven for it."""
-    route = own.route if own.kept else None
+    """Whether another objective's path may be better for an objective once it is driven for it."""
+    route = own.feasible
     if route is None or other.route is None:
         return route is None
-    assert other.refined is not None  # a route has a way
+    assert other.legs is not None  # a route has legs
     if objective == "energy":
         # No motion along it dissipates less than its metres do, whatever it does at its bends.
         field = own.field
-        metres = sum(polyline_cost(field, path, field.step) for path, _ in other.refined)
-        dissipated = route.energy_j - run.around.mass * STANDARD_GRAVITY * route.rise_m
-        if metres >= dissipated and math.isfinite(metres):
+        metres = sum(polyline_cost(field, path, field.step) for path, _ in other.legs)
+        if metres >= dissipated(run, route) and math.isfinite(metres):
             return False
-    return value_of(other.route, objective) < (1.0 + CLOSE) * value_of(route, objective)
+    return other.route.value(objective) < (1.0 + CLOSE) * route.value(objective)

@@ -8,6 +8,7 @@ The other names look these tables up from compiled code.
 from planner.search.steady.steady_cost import (
     SteadyCosts,
     cost_for_best_yaw,
+    cost_for_yaw,
     costs_for_yaws,
     lean_for_yaw,
     polar,
@@ -17,6 +18,7 @@ from planner.search.steady.steady_cost_tables import steady_costs
 __all__ = [
     "SteadyCosts",
     "cost_for_best_yaw",
+    "cost_for_yaw",
     "costs_for_yaws",
     "lean_for_yaw",
     "polar",

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from planner.amounts import seconds
 from planner.search.results import Route
-from planner.search.solve import Run
+from planner.search.run import Run
 from planner.search.tradeoff.hull import between, ends_of, lower_hull
 from planner.search.tradeoff.weighted_objective import PricedSearch, Ridden
 

@@ -17,10 +17,12 @@ from planner.arrays import Array
 from planner.power.price_of_time import with_price_of_time
 from planner.search.field import CostField
 from planner.search.goals import settled
+from planner.search.ompl import solved
 from planner.search.resolution import MARGIN
 from planner.search.results import Route, drive, price
+from planner.search.run import Run
 from planner.search.situation import Situation
-from planner.search.solve import Run, on_grid
+from planner.search.solve import on_grid
 from planner.search.wanted_yaw import Wanted
 
 
@@ -95,11 +97,16 @@ class PricedSearch:
         return self._found(settled(self.run, objective), objective)
 
     def _found(self, run: Run, objective: str) -> Ridden | None:
-        attempt = on_grid(run, run.field(objective, MARGIN), objective)
-        if attempt.route is None or attempt.refined is None:
+        # OMPL's objective is the one that is searched for.
+        request = run.request.model_copy(update={"objective": objective})
+        attempt, _ = solved(
+            replace(run, request=request),
+            lambda run: on_grid(run, run.field(objective, MARGIN), objective),
+        )
+        if attempt.route is None or attempt.legs is None:
             self.reason = self.reason or attempt.reason
             return None
-        legs = tuple(leg for leg, _ in attempt.refined)
+        legs = tuple(leg for leg, _ in attempt.legs)
         return self._ridden(attempt.route, legs, tuple(run.yaws), attempt.field)
 
     def along(self, known: Ridden, watts: float) -> Ridden | None:

@@ -110,7 +110,7 @@ def place():
 done, found = 0, []
 while done < 1100:
     try:
-        plan_route(terrain=terrain, start=place(), goal=place(), planner="grid")
+        plan_route(terrain=terrain, start=place(), goal=place())
     except InputError:
         continue
     done += 1

@@ -59,7 +59,6 @@ def test_no_motion_at_random_undercuts_the_bound(kind: str, seconds: float) -> N
         model=model,
         start={"x": start[0], "y": start[1]},
         goal={"x": goal[0], "y": goal[1]},
-        planner="grid",
     )
     assert answer.status == "ok", answer.reason
     routes = [answer.routes[0], *(b.route for b in answer.baselines.values())]

@@ -143,7 +143,6 @@ def test_every_route_is_above_the_bound(name: str, payload: float, conditions: d
                 goal=goal,
                 payload={"mass": payload, "x": 0.02, "y": -0.01},
                 conditions=conditions,
-                planner="grid",
             )
             assert answer.status == "ok", answer.reason
             for route in (answer.routes[0], *(b.route for b in answer.baselines.values())):

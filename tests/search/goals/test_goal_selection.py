@@ -46,7 +46,7 @@ def inside(goal: dict, rng: np.random.Generator, count: int) -> np.ndarray:
 
 @pytest.mark.parametrize("goal", [CIRCLE, POLYGON], ids=["circle", "polygon"])
 def test_no_place_inside_is_cheaper(relief, goal):
-    answer = plan_route(terrain=relief, start=START, goal=goal, planner="grid")
+    answer = plan_route(terrain=relief, start=START, goal=goal)
     route = answer.routes[0]
     end = np.array([[route.arrays["x"][-1], route.arrays["y"][-1]]])
     assert region_of(goal).inside(end).all()
@@ -58,7 +58,7 @@ def test_no_place_inside_is_cheaper(relief, goal):
     assert answer.to_json()["goal"] == answer.goal
     for x, y in inside(goal, np.random.default_rng(5), 10):
         place = {"x": float(x), "y": float(y)}
-        single = plan_route(terrain=relief, start=START, goal=place, planner="grid")
+        single = plan_route(terrain=relief, start=START, goal=place)
         assert route.energy_j <= 1.005 * single.routes[0].energy_j
 
 
@@ -95,10 +95,9 @@ def test_the_yaw_is_that_which_was_asked_for(level):
 
 def test_of_several_places_the_cheapest_is_chosen(relief):
     places = [{"x": 17.0, "y": 17.0}, {"x": 12.0, "y": 4.0, "yaw": 0.5}, {"x": 4.0, "y": 16.0}]
-    answer = plan_route(terrain=relief, start=START, goal={"any": places}, planner="grid")
+    answer = plan_route(terrain=relief, start=START, goal={"any": places})
     singles = [
-        plan_route(terrain=relief, start=START, goal=place, planner="grid").routes[0].energy_j
-        for place in places
+        plan_route(terrain=relief, start=START, goal=place).routes[0].energy_j for place in places
     ]
     number = answer.goal["number"]
     assert singles[number] == pytest.approx(min(singles), rel=0.005)
@@ -135,14 +134,14 @@ def test_a_front_may_end_elsewhere_for_another_price(relief):
     front = energy_time_front(terrain=relief, start=START, goal=CIRCLE, points=3)
     ends = [[p.route.arrays["x"][-1], p.route.arrays["y"][-1]] for p in front.points]
     assert region_of(CIRCLE).inside(np.array(ends)).all()
-    single = plan_route(terrain=relief, start=START, goal=CIRCLE, planner="grid").routes[0]
+    single = plan_route(terrain=relief, start=START, goal=CIRCLE).routes[0]
     assert front.points[-1].route.energy_j < 1.003 * single.energy_j
 
 
 def test_a_half_plane_is_a_goal(level):
     # A circle of 1,000 km: all that lies west of about x = 5.
     goal = {"x": 5.0 - 1e6, "y": 10.0, "radius": 1e6}
-    answer = plan_route(terrain=level, start={"x": 12.0, "y": 10.0}, goal=goal, planner="grid")
+    answer = plan_route(terrain=level, start={"x": 12.0, "y": 10.0}, goal=goal)
     assert answer.routes[0].length_m == pytest.approx(7.0, abs=0.01)
 
 

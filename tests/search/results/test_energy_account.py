@@ -73,9 +73,7 @@ def test_energy_agrees_with_an_independent_integrator(name, start, goal):
 def test_energy_over_via_points(via):
     """Sharp turns at via points are driven as the poses say: the same 0.5 %."""
     ground = terrain(hills())
-    answer = plan_route(
-        terrain=ground, start={"x": 3, "y": 3}, goal={"x": 19, "y": 19}, via=via, planner="grid"
-    )
+    answer = plan_route(terrain=ground, start={"x": 3, "y": 3}, goal={"x": 19, "y": 19}, via=via)
     route = answer.to_json()["routes"][0]
     surface = ground.riding_surface(0.5 * (0.214 + 0.247))
     expected = energy(route["poses"], surface, ground.origin, ground.cell, Robot())

@@ -187,7 +187,6 @@ def answer(model):
             model=certain,
             start={"x": 1.0, "y": 2.5},
             goal={"x": 9.0, "y": 2.5},
-            planner="grid",
         )
     return found, asked
 

@@ -78,7 +78,6 @@ def test_where_the_body_cannot_turn_is_named():
         terrain=terrain(np.zeros((60, 120)), cell=0.1, obstacles=obstacles),
         start={"x": 2.0, "y": 2.9, "yaw": 0.0},
         goal={"x": 9.0, "y": 2.9, "yaw": math.pi},
-        planner="grid",
     )
     assert answer.status == "no_route"
     assert "cannot turn" in answer.reason
@@ -98,7 +97,6 @@ def test_with_room_at_the_corner_the_route_goes_through():
         terrain=ground,
         start={"x": SOUTH[0], "y": SOUTH[1]},
         goal={"x": EAST[0], "y": EAST[1]},
-        planner="grid",
     )
     assert answer.status == "ok", answer.reason
 

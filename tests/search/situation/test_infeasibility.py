@@ -132,7 +132,7 @@ def test_a_ledge_is_not_a_ramp():
     )
     assert blocked.status == "no_route"
     assert "ledge" in blocked.reason
-    assert plan_route(terrain=terrain(ramp, cell=0.1), **ends, planner="grid").status == "ok"
+    assert plan_route(terrain=terrain(ramp, cell=0.1), **ends).status == "ok"
 
 
 def test_a_slope_beyond_the_limit_is_named_with_both_angles():
@@ -198,14 +198,13 @@ def test_start_that_is_the_goal_costs_nothing_but_turning():
     """Standing still costs nothing; turning on the spot costs what the model says."""
     ground = drawn(ROOM, cell=0.5)
     here = {"x": 5.0, "y": 2.0}
-    still = plan_route(terrain=ground, start=here, goal=here, planner="grid")
+    still = plan_route(terrain=ground, start=here, goal=here)
     assert still.status == "ok"
     assert still.routes[0].energy_j == pytest.approx(0.0, abs=1e-9)
     turned = plan_route(
         terrain=ground,
         start={**here, "yaw": 0.0},
         goal={**here, "yaw": math.pi / 2},
-        planner="grid",
     )
     # 15.7 W at 1 rad/s for 90°, with ramps of half a second on either side.
     assert 20.0 < turned.routes[0].energy_j < 35.0
@@ -219,7 +218,6 @@ def test_via_points_are_passed_in_order():
         start={"x": 2, "y": 2},
         goal={"x": 12, "y": 2},
         via=[{"x": 4, "y": 9}, {"x": 10, "y": 9, "yaw": 1.0}],
-        planner="grid",
     )
     a = answer.routes[0].arrays
     first = int(np.argmin(np.hypot(a["x"] - 4, a["y"] - 9)))
@@ -238,7 +236,6 @@ def test_alternatives_differ():
         start={"x": 3, "y": 10},
         goal={"x": 17, "y": 10},
         alternatives=2,
-        planner="grid",
     )
     assert len(answer.routes) == 2, answer.notes
     north = [route.arrays["y"][len(route.arrays["y"]) // 2] > 10 for route in answer.routes]
@@ -250,10 +247,8 @@ def test_battery_says_whether_the_energy_fits():
     """With a nearly empty battery the route does not fit, and the shares say so."""
     ends = {"start": {"x": 2, "y": 2}, "goal": {"x": 12, "y": 2}}
     ground = drawn(ROOM, cell=0.5)
-    full = plan_route(terrain=ground, **ends, planner="grid").routes[0]
-    empty = plan_route(
-        terrain=ground, **ends, conditions={"battery_charge": 1e-4}, planner="grid"
-    ).routes[0]
+    full = plan_route(terrain=ground, **ends).routes[0]
+    empty = plan_route(terrain=ground, **ends, conditions={"battery_charge": 1e-4}).routes[0]
     assert full.battery.fits
     assert not empty.battery.fits
     assert full.battery.share == pytest.approx(full.energy_j / 432_000.0)
@@ -284,7 +279,6 @@ def test_headwind_costs_and_calm_does_not():
             model=model,
             **ends,
             conditions={"wind": {"x": wind, "y": 0.0}},
-            planner="grid",
         )
         .routes[0]
         .energy_j
@@ -312,7 +306,6 @@ def test_turning_on_the_spot_needs_room():
         terrain=ground,
         start={**here, "yaw": 0.0},
         goal={**here, "yaw": math.pi},
-        planner="grid",
     )
     assert answer.status == "no_route"
     assert "touches" in answer.reason
@@ -325,7 +318,6 @@ def test_a_goal_close_by_is_reached(distance):
         terrain=terrain(np.zeros((40, 40))),
         start={"x": 5.0, "y": 5.0},
         goal={"x": 5.0 + distance, "y": 5.0},
-        planner="grid",
     )
     assert answer.status == "ok"
     assert answer.routes[0].length_m == pytest.approx(distance)
@@ -341,7 +333,7 @@ def test_real_relief_has_routes_or_reasons_that_hold():
     for _ in range(8):
         ends = [{"x": rng.uniform(40, 260), "y": rng.uniform(40, 280)} for _ in range(2)]
         try:
-            answer = plan_route(terrain=relief, start=ends[0], goal=ends[1], planner="grid")
+            answer = plan_route(terrain=relief, start=ends[0], goal=ends[1])
         except RequestError:  # a start on a slope that cannot be held
             continue
         found += answer.status == "ok"

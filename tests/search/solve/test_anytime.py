@@ -7,13 +7,12 @@ import pytest
 
 from planner.cancellation import CancellationToken
 from planner.progress import silent
-from planner.search.field import polyline_cost
 from planner.search.requests import PlanRequest
+from planner.search.run import Run
 from planner.search.situation import situation_of
-from planner.search.solve.anytime import move_knots, other_ways
-from planner.search.solve.drive_candidates import drive_legs
+from planner.search.solve.anytime import other_paths, with_waypoints_optimised
 from planner.search.solve.grid_planner import near_path_of, on_grid
-from planner.search.solve.run import Run
+from planner.search.solve.pipeline import drive_legs, with_costs
 from planner.search.trajectory import broken_limits
 from planner.terrain.heightmap import Terrain
 from tests.search.maps import hills
@@ -33,30 +32,23 @@ def asked():
 
 def bent(run, attempt):
     """The grid's refined way with every inner knot pushed 0.3 m aside, and its motion."""
-    [(path, _)] = attempt.refined
+    [(path, _)] = attempt.legs
     path = np.vstack([path[0], 0.5 * (path[:-1] + path[1:]), path[-1]])
     path[1:-1] += 0.3 * np.array([-1.0, 1.0]) / np.sqrt(2.0)
     field = run.field("energy", attempt.field.margin)
-    legs = [(path, float(polyline_cost(field, path, field.step)))]
+    legs = with_costs(field, [path])
     return field, legs, drive_legs(run, field, legs, "energy")
 
 
 def test_moving_knots_only_ever_makes_the_motion_cheaper(asked):
     run, attempt = asked
     field, legs, route = bent(run, attempt)
-    energies: list[float] = []
-
-    class Watched(dict):
-        def __setitem__(self, name, found):
-            energies.append(found.energy_j)
-            super().__setitem__(name, found)
-
-    candidates = Watched()
-    move_knots(run, field, [(legs, route)], candidates, lambda: 30.0)
+    found = list(with_waypoints_optimised(run, field, [(route, legs)], lambda: 30.0))
+    energies = [candidate.route.energy_j for candidate in found]
     assert len(energies) > 1
     assert energies == sorted(energies, reverse=True)
     assert energies[-1] < route.energy_j
-    polished = candidates["polished"]
+    polished = found[-1].route
     assert not broken_limits(field, run.around, polished.motion)
     for end, k in (("start", 0), ("goal", -1)):
         at = polished.arrays["x"][k], polished.arrays["y"][k]
@@ -66,9 +58,7 @@ def test_moving_knots_only_ever_makes_the_motion_cheaper(asked):
 def test_no_knot_moves_once_the_time_is_up(asked):
     run, attempt = asked
     field, legs, route = bent(run, attempt)
-    candidates: dict = {}
-    move_knots(run, field, [(legs, route)], candidates, lambda: 0.0)
-    assert candidates == {}
+    assert not list(with_waypoints_optimised(run, field, [(route, legs)], lambda: 0.0))
 
 
 def test_shaken_costs_lead_elsewhere_and_are_not_what_a_route_is_priced_with(asked):
@@ -83,7 +73,7 @@ def test_shaken_costs_lead_elsewhere_and_are_not_what_a_route_is_priced_with(ask
     wild = np.exp(0.5 * random.standard_normal(shape))
     other = near_path_of(run, attempt.field, wild, "energy")
     assert not np.array_equal(other.paths[0], attempt.paths[0])
-    own = drive_legs(run, attempt.field, other.refined, "energy")
+    own = drive_legs(run, attempt.field, other.legs, "energy")
     assert other.route.energy_j == pytest.approx(own.energy_j, rel=1e-3)
 
 
@@ -91,7 +81,7 @@ def test_other_ways_repeat_for_a_seed(asked):
     run, attempt = asked
 
     def first_two():
-        ways = other_ways(run, attempt, {"grid": attempt.route})
+        ways = other_paths(run, attempt, [attempt.route])
         return [next(ways)[1].paths[0] for _ in range(2)]
 
     one, other = first_two(), first_two()

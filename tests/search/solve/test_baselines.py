@@ -15,6 +15,7 @@ from planner.report import write_report
 from planner.search.requests import PlanRequest
 from planner.search.situation import situation_of
 from planner.search.solve import portfolio as best_route
+from planner.search.solve.pipeline import ANSWER, BASELINE
 from planner.search.trajectory import Stuck, broken_limits
 from service.cli import as_tables
 from tests.service.cli.terminal import written
@@ -71,10 +72,11 @@ def test_where_nothing_keeps_to_the_limits_there_is_nothing_to_compare_with(monk
     """The route is answered as it is, with a note; the baselines are absent, with the reason."""
     search = best_route.on_grid
 
-    def never(run, field, objective, *, compared=False, patient=True):
-        found = search(run, field, objective, compared=compared, patient=patient)
+    def never(run, field, objective, effort=ANSWER, *, patient=True):
+        found = search(run, field, objective, effort, patient=patient)
         stuck = Stuck(20.0, 30.0, "the limit of traction is broken")
-        return replace(found, route=None if compared else found.route, stuck=stuck, kept=False)
+        route = None if effort is BASELINE else found.route
+        return replace(found, route=route, infeasible=stuck)
 
     monkeypatch.setattr(best_route, "on_grid", never)
     monkeypatch.setattr(best_route, "drive_legs", lambda *_: None)

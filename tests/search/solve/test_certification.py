@@ -28,7 +28,7 @@ def quick():
 
 def test_the_certified_bound_is_closer_and_below_every_route(quick):
     closer = plan_route(ASKED, certify_s=4.0, alternatives=2)
-    assert closer.planner["bound"] == ["potential"]
+    assert closer.planner.bound == ["potential"]
     assert closer.routes[0].energy_j == pytest.approx(quick.routes[0].energy_j)
     for route in closer.routes:
         assert quick.routes[0].lower_bound_j < route.lower_bound_j <= route.energy_j
@@ -72,9 +72,9 @@ def test_ground_that_rolls_more_easily_than_as_measured(factors):
     classes = tuple(GroundClass(f"ground {k}", rolling=f) for k, f in enumerate(factors))
     map_ = terrain(heights, ground=ground, classes=classes)
     ends = {"start": {"x": 3.0, "y": 3.0}, "goal": {"x": 13.0, "y": 12.0}}
-    quick = plan_route(terrain=map_, planner="grid", **ends).routes[0]
-    closer = plan_route(terrain=map_, planner="grid", certify_s=4.0, **ends)
-    assert closer.planner["bound"] == ["potential"]
+    quick = plan_route(terrain=map_, **ends).routes[0]
+    closer = plan_route(terrain=map_, certify_s=4.0, **ends)
+    assert closer.planner.bound == ["potential"]
     bound = closer.routes[0].lower_bound_j
     assert quick.lower_bound_j <= bound <= closer.routes[0].energy_j
     assert max(factors) == 0.0 or quick.lower_bound_j < bound

@@ -22,7 +22,7 @@ def relief():
 
 
 def route_of(relief, **fields):
-    answer = plan_route(terrain=relief, planner="grid", **fields)
+    answer = plan_route(terrain=relief, **fields)
     assert answer.status == "ok", answer.reason
     document = answer.to_json()
     json.dumps(document["routes"], allow_nan=False)

@@ -10,9 +10,9 @@ from planner import plan_route
 from planner.cancellation import CancellationToken
 from planner.progress import silent
 from planner.search.requests import PlanRequest
+from planner.search.run import Run
 from planner.search.situation import situation_of
-from planner.search.solve import Run
-from planner.search.solve import grid_planner as grid_route
+from planner.search.solve import grid_planner
 from planner.search.trajectory import broken_limits
 from planner.search.waypoints import waypoint_descent as polish
 from planner.terrain.catalogue import open_map
@@ -27,10 +27,10 @@ def test_answers_at_once_are_cheaper_for_it_and_keep_all_limits(monkeypatch, goa
     request = PlanRequest.from_json({"map": "cone", **ends})
     with CancellationToken() as token:
         run = Run(request, situation_of(request, terrain=cone), silent, token)
-        found = grid_route.on_grid(run, run.field("energy"), "energy")
-        monkeypatch.setattr(grid_route, "DETOURS", 0)
+        found = grid_planner.on_grid(run, run.field("energy"), "energy")
+        monkeypatch.setattr(grid_planner, "DETOURS", 0)
         monkeypatch.setattr(polish, "SURPLUS", math.inf)
-        plain = grid_route.on_grid(run, run.field("energy"), "energy")
+        plain = grid_planner.on_grid(run, run.field("energy"), "energy")
     assert found.route.energy_j < 0.995 * plain.route.energy_j
     assert not broken_limits(found.field, run.around, found.route.motion)
 
@@ -39,7 +39,7 @@ def test_ways_beside_one_whose_bends_cost_much_are_tried_but_never_taken_at_a_lo
     relief = Terrain.from_arrays(hills(128, rms_degrees=9.0, seed=11), cell=(0.25, 0.25))
     ends = {"start": {"x": 2.0, "y": 3.0}, "goal": {"x": 29.0, "y": 27.0}}
     detours: list[float] = []
-    tried = grid_route.attempted
+    tried = grid_planner.cheapest_near
 
     def noted(*args, below=math.inf, **options):
         attempt = tried(*args, below=below, **options)
@@ -48,11 +48,11 @@ def test_ways_beside_one_whose_bends_cost_much_are_tried_but_never_taken_at_a_lo
             assert attempt.route is None or attempt.route.energy_j < 1.005 * below
         return attempt
 
-    monkeypatch.setattr(grid_route, "attempted", noted)
+    monkeypatch.setattr(grid_planner, "cheapest_near", noted)
     monkeypatch.setattr(polish, "HINDERED", -1.0)
     found = plan_route(terrain=relief, **ends).routes[0].energy_j
-    assert len(detours) == grid_route.DETOURS
-    monkeypatch.setattr(grid_route, "DETOURS", 0)
+    assert len(detours) == grid_planner.DETOURS
+    monkeypatch.setattr(grid_planner, "DETOURS", 0)
     assert found <= plan_route(terrain=relief, **ends).routes[0].energy_j
 
 
@@ -60,5 +60,5 @@ def test_where_bends_cost_much_a_way_beside_can_be_cheaper(monkeypatch):
     relief = open_map("fractal-512")
     ends = {"start": {"x": 60.0, "y": 60.0}, "goal": {"x": 75.69457456465163, "y": 24.125}}
     found = plan_route(terrain=relief, **ends).routes[0].energy_j
-    monkeypatch.setattr(grid_route, "DETOURS", 0)
+    monkeypatch.setattr(grid_planner, "DETOURS", 0)
     assert found < 0.99 * plan_route(terrain=relief, **ends).routes[0].energy_j

@@ -45,7 +45,6 @@ def test_straight_on_a_plane_without_heading_cost():
         model=model,
         start={"x": 3, "y": 4},
         goal={"x": 19, "y": 12},
-        planner="grid",
     )
     assert answer.routes[0].length_m == pytest.approx(math.hypot(16, 8), rel=1e-4)
 
@@ -53,9 +52,7 @@ def test_straight_on_a_plane_without_heading_cost():
 def test_straight_up_a_tilted_plane():
     """On an even slope below all limits the cost per metre is the same everywhere: straight."""
     ground = plane(5.0)
-    answer = plan_route(
-        terrain=ground, start={"x": 4, "y": 4}, goal={"x": 18, "y": 12}, planner="grid"
-    )
+    answer = plan_route(terrain=ground, start={"x": 4, "y": 4}, goal={"x": 18, "y": 12})
     route = answer.routes[0]
     rise = route.arrays["z"][-1] - route.arrays["z"][0]
     assert route.length_m == pytest.approx(math.hypot(14, 8, rise), rel=5e-3)
@@ -73,7 +70,6 @@ def test_carpet_is_gone_round_as_snell_says():
         terrain=field,
         start=dict(zip("xy", start, strict=True)),
         goal=dict(zip("xy", goal, strict=True)),
-        planner="grid",
     )
     route = answer.routes[0]
     border = (count // 2 - 0.5) * cell
@@ -97,7 +93,6 @@ def test_carpet_is_gone_round_as_snell_says():
             terrain=terrain(np.zeros((80, 80)), classes=(GroundClass("one", rolling=factor),)),
             start={"x": 5.0, "y": 5.0},
             goal={"x": 14.0, "y": 5.0},
-            planner="grid",
         ).routes[0]
         ramps += 0.5 * (flat.energy_j - 9.0 * metre)
     assert route.energy_j - ramps == pytest.approx(best, rel=5e-3)
@@ -119,7 +114,7 @@ def test_lossless_robot_takes_back_what_it_climbed():
     ground = plane(6.0)
     ends = {"x": 4, "y": 4}, {"x": 18, "y": 12}
     there, back = (
-        plan_route(terrain=ground, model=model, start=a, goal=b, planner="grid").routes[0]
+        plan_route(terrain=ground, model=model, start=a, goal=b).routes[0]
         for a, b in (ends, ends[::-1])
     )
     weight = 12.0 * G
@@ -133,8 +128,7 @@ def test_with_losses_a_round_trip_costs():
     ground = terrain(hills())
     ends = {"x": 3, "y": 3}, {"x": 20, "y": 18}
     there, back = (
-        plan_route(terrain=ground, start=a, goal=b, planner="grid").routes[0]
-        for a, b in (ends, ends[::-1])
+        plan_route(terrain=ground, start=a, goal=b).routes[0] for a, b in (ends, ends[::-1])
     )
     assert there.energy_j + back.energy_j > 0.0
 
@@ -148,7 +142,6 @@ def test_payload_costs_energy():
             start={"x": 3, "y": 3},
             goal={"x": 20, "y": 18},
             payload={"mass": mass},
-            planner="grid",
         )
         .routes[0]
         .energy_j
@@ -179,7 +172,6 @@ def test_symmetry(change):
             terrain=ground,
             start=dict(zip(("x", "y", "yaw"), a, strict=True)),
             goal=dict(zip(("x", "y", "yaw"), b, strict=True)),
-            planner="grid",
         )
         energies.append(answer.routes[0].energy_j)
     assert energies[1] == pytest.approx(energies[0], rel=5e-3)

@@ -14,6 +14,7 @@ from planner.search.field import polyline_cost
 from planner.search.requests import SituationRequest
 from planner.search.results import Route, drive
 from planner.search.situation import situation_of
+from planner.search.solve.pipeline import Candidate
 from planner.search.turns import turning
 from planner.terrain.heightmap import Terrain
 from tests.search.grid.test_least_cost import hills
@@ -29,17 +30,16 @@ def relief() -> Terrain:
 
 def test_without_a_time_given_the_grid_answers(relief):
     answer = plan_route(terrain=relief, **ENDS)
-    assert answer.planner["name"] == "auto"
-    assert "ompl_energy_j" not in answer.planner
-    assert answer.routes[0].energy_j <= answer.planner["grid_energy_j"]
+    assert answer.planner.name == "least-energy"
+    assert answer.planner.status == "Exact solution"
+    assert answer.routes[0].energy_j <= answer.planner.grid_energy_j
 
 
 def test_more_time_is_never_worse(relief):
     quick = plan_route(terrain=relief, **ENDS)
     longer = plan_route(terrain=relief, **ENDS, time_budget_s=1.5)
-    assert longer.planner["library"].startswith("OMPL")
     assert longer.routes[0].energy_j <= quick.routes[0].energy_j * (1.0 + 1e-9)
-    assert longer.planner["chosen"]
+    assert longer.planner.chosen
 
 
 def test_who_stops_once_there_is_a_route_gets_it(relief):
@@ -49,7 +49,7 @@ def test_who_stops_once_there_is_a_route_gets_it(relief):
         **ENDS,
         time_budget_s=30.0,
         progress=lambda _share, what: said.append(what),
-        cancelled=lambda: "OMPL" in said,
+        cancelled=lambda: "other homotopy classes" in said,
     )
     assert answer.status == "ok"
     assert any("stopped early" in note for note in answer.notes)
@@ -79,18 +79,21 @@ def test_no_straight_way_dissipates_less_than_its_metres(relief):
 
 def test_a_second_request_is_answered_alike(relief):
     """What is kept of the first request changes nothing."""
-    first, second = (plan_route(terrain=relief, **ENDS, planner="grid") for _ in range(2))
+    first, second = (plan_route(terrain=relief, **ENDS) for _ in range(2))
     assert first.routes[0].energy_j == second.routes[0].energy_j
     assert np.array_equal(first.routes[0].arrays["x"], second.routes[0].arrays["x"])
 
 
 def test_what_breaks_a_limit_is_not_chosen_however_little_it_takes(relief, monkeypatch):
-    def hasty(run, attempt, candidates, planner, notes, begun):
-        route = candidates["grid"]
+    def hasty(run, attempt, begun):
+        route = attempt.route
         motion = replace(route.motion, time=route.motion.time / 5, speed=5 * route.motion.speed)
-        candidates["hasty"] = replace(route, energy_j=0.5 * route.energy_j, motion=motion)
-        candidates["same"] = replace(route, energy_j=0.9 * route.energy_j)
+        for source, found in (
+            ("hasty", replace(route, energy_j=0.5 * route.energy_j, motion=motion)),
+            ("same", replace(route, energy_j=0.9 * route.energy_j)),
+        ):
+            yield Candidate(found, source, attempt.legs, limits_checked=False)
 
-    monkeypatch.setattr("planner.search.solve.portfolio.improve", hasty)
+    monkeypatch.setattr("planner.search.solve.portfolio.further_candidates", hasty)
     answer = plan_route(terrain=relief, **ENDS, time_budget_s=1.0)
-    assert answer.planner["chosen"] == "same"
+    assert answer.planner.chosen == "same"

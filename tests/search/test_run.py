@@ -11,8 +11,8 @@ from planner.cancellation import CancellationToken
 from planner.errors import Cancelled
 from planner.progress import Progress, silent
 from planner.search.requests import PlanRequest
+from planner.search.run import Run
 from planner.search.situation import Situation, situation_of
-from planner.search.solve.run import Run
 from planner.terrain.heightmap import Terrain
 
 A, B = {"x": 2.0, "y": 2.0}, {"x": 6.0, "y": 5.0}

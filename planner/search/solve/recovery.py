@@ -1,0 +1,119 @@
+"""What to do where a path cannot be driven: strategies, each of which searches more cautiously.
+
+    caution = first_caution(run, ANSWERS)
+    caution = next_caution(run, caution, attempt)      # None where nothing is left to try
+
+A speed that breaks a limit on a bend asks for another place or for less steep ground. A body that
+cannot turn in time, or only at much cost, asks for paths with more room.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from planner.arrays import Array
+from planner.search.field import CostField
+from planner.search.resolution import MARGIN
+from planner.search.run import Run
+from planner.search.solve.pipeline import Attempt
+from planner.search.trajectory import Stuck
+
+SLOPE_MARGINS = (MARGIN, 0.95, 0.9, 0.8)
+"""Shares of the slope limit to search with, until the finished trajectory keeps to all limits."""
+FEW_SLOPE_MARGINS = (MARGIN, 0.9)
+"""The same for a baseline: few answers wait for one."""
+CLEARANCE_PENALTIES = (0.0, 0.4, 1.0, 2.0, 5.0, 16.0)
+"""Shares by which ground costs more where the body fits with hardly a yaw, tried in this order."""
+PENALISED_PLACES = 4
+"""Places where a limit was broken that get a penalty, before all steep ground is avoided."""
+PENALTY, PENALISED_CELLS = 2.0, 3.0
+"""Factor on the cost near such a place, and how many cells round it count as near."""
+
+
+@dataclass(frozen=True)
+class Caution:
+    """How cautiously the grid is searched.
+
+    Attributes:
+        factor: on the cost of the ground, (ny, nx) or (1, 1).
+        slope_margins: share of the slope limit to search with, and those to try after it.
+        clearance_penalties: clearance penalty to search with, and those to try after it.
+        places_left: how many more places may get a penalty.
+    """
+
+    factor: Array
+    slope_margins: tuple[float, ...]
+    clearance_penalties: tuple[float, ...]
+    places_left: int
+
+    @property
+    def obstructed(self) -> bool:
+        """Whether a stronger clearance penalty is left to try."""
+        return len(self.clearance_penalties) > 1
+
+    def field(self, run: Run, objective: str) -> CostField:
+        """Map and costs to search with."""
+        factor = self.factor
+        if self.clearance_penalties[0] > 0.0:
+            factor = factor * run.ground.preferring_room(self.clearance_penalties[0])
+        return run.field(objective, self.slope_margins[0], np.ascontiguousarray(factor))
+
+    def unobstructed_field(self, run: Run, objective: str) -> CostField:
+        """Map and costs without a clearance penalty, for a search that knows the yaw."""
+        return run.field(objective, self.slope_margins[0], self.factor)
+
+
+def first_caution(run: Run, field: CostField, patient: bool) -> Caution:
+    """No caution; what may follow is shorter for a baseline that few answers wait for."""
+    penalties = CLEARANCE_PENALTIES if run.ground.blocked.any() else CLEARANCE_PENALTIES[:1]
+    margins, places = (SLOPE_MARGINS, PENALISED_PLACES) if patient else (FEW_SLOPE_MARGINS, 0)
+    return Caution(field.factor, margins, penalties, places)
+
+
+def more_clearance(caution: Caution, attempt: Attempt) -> Caution | None:
+    """A stronger clearance penalty, where the body lacks room or turning costs much."""
+    stuck = attempt.infeasible
+    if not caution.obstructed or not (stuck is None or stuck.for_want_of_room):
+        return None
+    return replace(caution, clearance_penalties=caution.clearance_penalties[1:])
+
+
+def past_the_place(caution: Caution, attempt: Attempt) -> Caution | None:
+    """A penalty near the place where a limit is broken: another path past it may do."""
+    stuck = attempt.infeasible
+    if stuck is None or stuck.for_want_of_room or not caution.places_left:
+        return None
+    factor = caution.factor * _penalty_near(attempt.field, stuck)
+    return replace(caution, factor=factor, places_left=caution.places_left - 1)
+
+
+def gentler_slopes(caution: Caution, attempt: Attempt) -> Caution | None:
+    """Less of the slope limit everywhere, which costs more than another path past one place."""
+    if attempt.infeasible is None or len(caution.slope_margins) == 1:
+        return None
+    return replace(caution, slope_margins=caution.slope_margins[1:])
+
+
+STRATEGIES: tuple[Callable[[Caution, Attempt], Caution | None], ...] = (
+    more_clearance,
+    past_the_place,
+    gentler_slopes,
+)
+"""In the order in which they are tried: the first that applies is taken."""
+
+
+def next_caution(caution: Caution, attempt: Attempt) -> Caution | None:
+    """How to search after an attempt; None where no strategy is left."""
+    found = (strategy(caution, attempt) for strategy in STRATEGIES)
+    return next((changed for changed in found if changed is not None), None)
+
+
+def _penalty_near(field: CostField, place: Stuck) -> Array:
+    """Factor (ny, nx) that makes a few cells round a place cost more."""
+    ny, nx = field.heights.shape
+    x, y = field.x0 + field.dx * np.arange(nx), field.y0 + field.dy * np.arange(ny)
+    cells = np.hypot((x - place.x)[None, :] / field.dx, (y - place.y)[:, None] / field.dy)
+    return np.where(cells < PENALISED_CELLS, PENALTY, 1.0)

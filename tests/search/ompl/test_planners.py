@@ -1,0 +1,98 @@
+"""Requests that name a planner: a route above the bound, or a reason; the same one again."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from planner import plan_route
+from planner.errors import Cancelled, RequestError
+from planner.search.ompl import compare_planners
+from planner.search.ompl.sampling import SAMPLERS
+from tests.search.maps import terrain
+from tests.search.ompl.problems import ENDS, RELIEF
+
+
+@pytest.mark.parametrize("space", ["plane", "poses"])
+@pytest.mark.parametrize("name", SAMPLERS)
+def test_every_sampler_answers_with_a_route_above_the_bound(name, space):
+    answer = plan_route(terrain=RELIEF, **ENDS, planner=name, space=space, iterations=150)
+    assert answer.status == "ok"
+    assert (answer.planner.name, answer.planner.space) == (name, space)
+    assert answer.planner.status == "Exact solution"
+    assert answer.planner.iterations >= 150
+    least = plan_route(terrain=RELIEF, **ENDS).routes[0]
+    assert answer.routes[0].energy_j >= least.lower_bound_j
+    assert set(answer.baselines) == {"shortest", "fastest"}
+
+
+def test_without_a_time_budget_a_sampler_gives_the_same_answer_again():
+    first, second = (
+        json.dumps(plan_route(terrain=RELIEF, **ENDS, planner="bit*", seed=3).to_json())
+        for _ in range(2)
+    )
+    assert first == second
+    other = plan_route(terrain=RELIEF, **ENDS, planner="bit*", seed=4).to_json()
+    assert json.dumps(other) != first
+
+
+def test_via_places_are_passed_by_samplers_too():
+    via = [{"x": 15.0, "y": 5.0}]
+    route = plan_route(terrain=RELIEF, **ENDS, via=via, planner="bit*", iterations=300).routes[0]
+    away = np.hypot(route.arrays["x"] - 15.0, route.arrays["y"] - 5.0)
+    assert away.min() < 1e-3
+
+
+def test_a_sampler_that_finds_nothing_says_so():
+    heights = np.zeros((48, 48))
+    blocked = np.zeros(heights.shape, bool)
+    blocked[:, 22:26] = True
+    answer = plan_route(
+        terrain=terrain(heights, obstacles=blocked),
+        start={"x": 2.0, "y": 6.0},
+        goal={"x": 10.0, "y": 6.0},
+        planner="rrt*",
+        time_budget_s=0.3,
+    )
+    assert answer.status == "no_route"
+    assert "found nothing in 0.3 s" in answer.reason
+    assert answer.planner.status in ("Timeout", "Approximate solution")
+
+
+def test_who_cancels_ends_the_process_that_samples():
+    asked: list[float] = []
+    with pytest.raises(Cancelled):
+        plan_route(
+            terrain=RELIEF,
+            **ENDS,
+            planner="rrt*",
+            time_budget_s=600.0,
+            progress=lambda share, _: asked.append(share),
+            cancelled=lambda: bool(asked) and asked[-1] >= 0.1,
+        )
+
+
+def test_planners_side_by_side():
+    found = compare_planners(terrain=RELIEF, **ENDS, seconds=0.5, runs=2)
+    assert [row["planner"] for row in found.rows] == ["least-energy", *SAMPLERS]
+    least = found.runs[0]
+    assert least.energy_j == plan_route(terrain=RELIEF, **ENDS).routes[0].energy_j
+    assert [row["runs"] for row in found.rows] == [1, 2, 2, 2]
+    bound = least.route.lower_bound_j
+    for run in found.runs:
+        assert run.energy_j is None or run.energy_j >= bound
+        assert (run.cost is None) == (run.energy_j is None) or run.cost > 0.0
+    document = json.loads(json.dumps(found.to_json()))
+    assert document["planners"][0]["extra_share"] == 0.0
+
+
+def test_a_comparison_with_via_places_is_refused():
+    with pytest.raises(RequestError, match="via"):
+        compare_planners(terrain=RELIEF, **ENDS, via=[{"x": 9.0, "y": 9.0}])
+
+
+def test_names_of_before_are_refused_with_those_of_today():
+    with pytest.raises(RequestError, match="least-energy"):
+        plan_route(terrain=RELIEF, **ENDS, planner="tube")
