@@ -9,7 +9,6 @@ import pytest
 
 from planner import plan_route
 from planner.errors import Cancelled, RequestError
-from planner.search.ompl import compare_planners
 from planner.search.ompl.sampling import SAMPLERS
 from tests.search.maps import terrain
 from tests.search.ompl.problems import ENDS, RELIEF
@@ -72,25 +71,6 @@ def test_who_cancels_ends_the_process_that_samples():
             progress=lambda share, _: asked.append(share),
             cancelled=lambda: bool(asked) and asked[-1] >= 0.1,
         )
-
-
-def test_planners_side_by_side():
-    found = compare_planners(terrain=RELIEF, **ENDS, seconds=0.5, runs=2)
-    assert [row["planner"] for row in found.rows] == ["least-energy", *SAMPLERS]
-    least = found.runs[0]
-    assert least.energy_j == plan_route(terrain=RELIEF, **ENDS).routes[0].energy_j
-    assert [row["runs"] for row in found.rows] == [1, 2, 2, 2]
-    bound = least.route.lower_bound_j
-    for run in found.runs:
-        assert run.energy_j is None or run.energy_j >= bound
-        assert (run.cost is None) == (run.energy_j is None) or run.cost > 0.0
-    document = json.loads(json.dumps(found.to_json()))
-    assert document["planners"][0]["extra_share"] == 0.0
-
-
-def test_a_comparison_with_via_places_is_refused():
-    with pytest.raises(RequestError, match="via"):
-        compare_planners(terrain=RELIEF, **ENDS, via=[{"x": 9.0, "y": 9.0}])
 
 
 def test_names_of_before_are_refused_with_those_of_today():

@@ -1,0 +1,93 @@
+"""Smooth, drive, check, keep the cheapest: what each effort promises."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from planner.cancellation import CancellationToken
+from planner.progress import silent
+from planner.search.field import polyline_cost
+from planner.search.requests import PlanRequest
+from planner.search.results import Route
+from planner.search.run import Run
+from planner.search.situation import situation_of
+from planner.search.solve.pipeline import (
+    ANSWER,
+    BASELINE,
+    ONE_OF_MANY,
+    cheapest_near,
+    drive_legs,
+    with_costs,
+)
+from planner.search.trajectory import broken_limits
+from tests.search.maps import drawn, hills, terrain
+
+START, GOAL = (3.0, 3.0), (20.0, 18.0)
+
+
+def asked(relief, start=START, goal=GOAL) -> Run:
+    ends = {
+        "start": dict(zip("xy", start, strict=True)),
+        "goal": dict(zip("xy", goal, strict=True)),
+    }
+    request = PlanRequest.from_json({"map": "here", **ends})
+    return Run(request, situation_of(request, terrain=relief), silent, CancellationToken())
+
+
+@pytest.fixture(scope="module")
+def run() -> Run:
+    return asked(terrain(hills(96, rms_degrees=6.0)))
+
+
+@pytest.fixture(scope="module")
+def path(run):
+    return run.situation.path("energy", run.field("energy"), START, GOAL, run.token)
+
+
+@pytest.mark.parametrize("effort", [ANSWER, ONE_OF_MANY, BASELINE])
+def test_every_effort_keeps_all_limits(run, path, effort):
+    field = run.field("energy")
+    attempt = cheapest_near(run, field, [path], "energy", effort)
+    assert attempt.feasible is attempt.route
+    assert not broken_limits(field, run.around, attempt.route.motion)
+    [(leg, cost)] = attempt.legs
+    assert cost == pytest.approx(polyline_cost(field, leg, field.step))
+    assert cost < polyline_cost(field, path, field.step)
+
+
+def test_more_effort_is_never_worse(run, path):
+    field = run.field("energy")
+    answer, one = (
+        cheapest_near(run, field, [path], "energy", effort).route.energy_j
+        for effort in (ANSWER, ONE_OF_MANY)
+    )
+    assert answer <= one
+
+
+def test_smoothing_beats_driving_the_grids_corners(run, path):
+    field = run.field("energy")
+    raw = drive_legs(run, field, with_costs(field, [path]), "energy")
+    smooth = cheapest_near(run, field, [path], "energy", ONE_OF_MANY).route
+    assert not isinstance(raw, Route) or smooth.energy_j < raw.energy_j
+
+
+def test_nothing_is_answered_that_is_not_below(run, path):
+    field = run.field("energy")
+    least = cheapest_near(run, field, [path], "energy").route.energy_j
+    assert cheapest_near(run, field, [path], "energy", below=0.5 * least).route is None
+    assert cheapest_near(run, field, [path], "energy", below=2.0 * least).route is not None
+
+
+def test_a_path_that_nothing_can_drive_says_where_and_why():
+    rows = ["." * 24] * 8 + ["#" * 24] + ["." * 24] * 7
+    run = asked(drawn("\n".join(rows), cell=0.5), (3.0, 1.5), (3.0, 6.5))
+    through = np.array([(3.0, 1.5), (3.0, 6.5)])
+    attempt = cheapest_near(run, run.field("energy"), [through], "energy")
+    assert attempt.route is None
+    assert attempt.candidate("grid") is None
+    assert attempt.infeasible.for_want_of_room
+    assert "at x 3.00" in attempt.reason
+    assert math.isinf(with_costs(run.field("energy"), [through])[0][1])
