@@ -79,6 +79,10 @@ def _view(result: Any, heading: str = "") -> View:
         from planner.report.routes import reach_view
 
         return reach_view(result)
+    if kind == "PlannerComparison":
+        from planner.report.routes import planner_view
+
+        return planner_view(result)
     if kind in ("Adoption", "Comparison", "Diagnosis", "PowerModel"):
         from planner.report.workbench import workbench_view
 

@@ -94,7 +94,7 @@ def matrix(
     from planner import energy_matrix
     from planner.search.requests import MatrixRequest
 
-    asked = _request_from(request, MatrixRequest)
+    asked = request_from(request, MatrixRequest)
     with interruptible() as cancelled, progress_bar() as progress:
         found = energy_matrix(asked, progress=progress, cancelled=cancelled)
     _tell(found.to_json(), out, json_, "matrix")
@@ -107,7 +107,7 @@ def reach(
     from planner import reachable_area
     from planner.search.requests import ReachRequest
 
-    asked = _request_from(request, ReachRequest)
+    asked = request_from(request, ReachRequest)
     with interruptible() as cancelled, progress_bar() as progress:
         found = reachable_area(asked, progress=progress, cancelled=cancelled)
     _tell(found.to_json(), out, json_, "reach")
@@ -120,7 +120,7 @@ def front(
     from planner import energy_time_front
     from planner.search.requests import FrontRequest
 
-    asked = _request_from(request, FrontRequest)
+    asked = request_from(request, FrontRequest)
     with interruptible() as cancelled, progress_bar() as progress:
         found = energy_time_front(asked, progress=progress, cancelled=cancelled)
     _tell(found.to_json(), out, json_, "front")
@@ -149,10 +149,10 @@ def _read_request(path: Path | None, given: dict[str, Any]) -> Any:
                 "request", "is missing", accepted="REQUEST.json, or --map, --start and --goal"
             )
         return PlanRequest.from_json(given)
-    return _request_from(path, PlanRequest, given)
+    return request_from(path, PlanRequest, given)
 
 
-def _request_from(
+def request_from(
     path: Path, kind: type[Asked], overrides: Mapping[str, Any] | None = None
 ) -> Asked:
     """A request out of a file, or from stdin where the path is ``-``.

@@ -1,6 +1,7 @@
 """The program ``joulepath``: its commands, how it ends, and what it says when it cannot go on.
 
     joulepath plan | matrix | reach | front …     see service.cli.planning
+    joulepath compare-planners …                  see service.cli.planners
     joulepath compare | diagnose | adopt … LOG    see service.cli.workbench
     joulepath maps | vehicles | effects           see service.cli.catalogues
     joulepath serve
@@ -23,7 +24,7 @@ from typing import Annotated
 import typer
 
 from planner.errors import Cancelled, InputError
-from service.cli import catalogues, planning, workbench
+from service.cli import catalogues, planners, planning, workbench
 from service.cli.terminal import Verbose
 
 app = typer.Typer(
@@ -66,7 +67,8 @@ def serve(
     run(host=host, port=port)
 
 
-for verb in (*planning.VERBS, *workbench.VERBS, *catalogues.VERBS, serve):
+VERBS = (*planning.VERBS, *planners.VERBS, *workbench.VERBS, *catalogues.VERBS, serve)
+for verb in VERBS:
     app.command()(verb)
 
 
@@ -117,9 +119,4 @@ def main() -> None:
         import traceback
 
         traceback.print_exc()
-    sys.stdout.flush()
-    sys.stderr.flush()
-    if "ompl" in sys.modules:
-        # OMPL's bindings list objects that they leak on stderr when the interpreter shuts down.
-        os._exit(status)
     sys.exit(status)

@@ -84,6 +84,11 @@ class PlannerComparison(Shown):
     runs: tuple[PlannerRun, ...]
 
     @property
+    def solved(self) -> list[PlannerRun]:
+        """Runs that came to a route."""
+        return [run for run in self.runs if run.route is not None]
+
+    @property
     def rows(self) -> list[dict[str, Any]]:
         """One row for each planner: runs, solved, medians of seconds and energy, and the excess.
 
