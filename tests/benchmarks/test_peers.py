@@ -12,12 +12,13 @@ import pytest
 from planner import plan_route
 from planner.quantities import STANDARD_GRAVITY
 from planner.search.field import segment_cost
+from planner.search.ompl.costs import pose_cost, turning_rates
 from planner.search.resolution import YAWS
 from tests.benchmarks.peers import dijkstra, eikonal
 from tests.benchmarks.peers.best_known import best_known, distinct
 from tests.benchmarks.peers.case import Case, case_of, node_costs
 from tests.benchmarks.peers.limits import broken_limits
-from tests.benchmarks.peers.poses import pose_cost, score_as_they_are, turning_prices
+from tests.benchmarks.peers.poses import score_as_they_are
 from tests.benchmarks.peers.report import bars, least, row_of, time_to
 from tests.search.maps import hills, terrain
 
@@ -40,11 +41,11 @@ def relief() -> Case:
 def test_the_best_yaw_costs_what_the_plane_says(heading: float) -> None:
     """Eliminating yaw is the minimum over it, on a plane exactly."""
     case = on_plane(6.0)
-    prices = turning_prices(case)
+    prices = turning_rates(case.situation.around, "energy")
     a = np.array([5.0, 5.0])
     b = a + 2.0 * np.array([math.cos(heading), math.sin(heading)])
     over_yaw = [
-        pose_cost(case.field, *prices, *a, yaw, *b, yaw)
+        pose_cost(case.field, prices, (*a, yaw), (*b, yaw))
         for yaw in heading + 2.0 * math.pi * np.arange(YAWS) / YAWS
     ]
     assert min(over_yaw) == pytest.approx(segment_cost(case.field, *a, *b, 0.125), rel=5e-3)
@@ -52,10 +53,10 @@ def test_the_best_yaw_costs_what_the_plane_says(heading: float) -> None:
 
 def test_turning_costs_by_the_angle_and_the_same_both_ways() -> None:
     case = on_plane(0.0)
-    prices = turning_prices(case)
+    prices = turning_rates(case.situation.around, "energy")
 
     def turned(angle: float) -> float:
-        return float(pose_cost(case.field, *prices, 5.0, 5.0, 0.0, 5.0, 5.0, angle))
+        return float(pose_cost(case.field, prices, (5.0, 5.0, 0.0), (5.0, 5.0, angle)))
 
     assert turned(1.0) == pytest.approx(turned(-1.0))
     assert turned(2.0) == pytest.approx(2.0 * turned(1.0))
@@ -69,9 +70,9 @@ def test_a_driven_route_costs_the_same_in_three_dimensions(relief: Case) -> None
     """Pose by pose the tables add up to what the power model dissipates, ramps aside."""
     route = plan_route(terrain=relief.situation.ground.terrain, **ASKED).routes[0]
     poses = np.column_stack([route.arrays[name] for name in ("x", "y", "yaw")])
-    prices = turning_prices(relief)
+    prices = turning_rates(relief.situation.around, "energy")
     steps = zip(poses[:-1], poses[1:], strict=True)
-    tables = sum(pose_cost(relief.field, *prices, *a, *b) for a, b in steps)
+    tables = sum(pose_cost(relief.field, prices, tuple(a), tuple(b)) for a, b in steps)
     climb = route.arrays["z"][-1] - route.arrays["z"][0]
     dissipated = route.energy_j - relief.situation.around.mass * STANDARD_GRAVITY * climb
     assert tables == pytest.approx(dissipated, rel=0.06)

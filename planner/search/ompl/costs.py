@@ -23,6 +23,7 @@ import numpy as np
 from numba import njit
 
 from planner.quantities import INDEX
+from planner.search.conditions import Circumstances
 from planner.search.field import CostField, passable, segment_cost, wind_cost
 from planner.search.resolution import ALL_YAWS, DIRECTIONS, MARGIN, YAWS
 from planner.search.run import Run
@@ -84,12 +85,11 @@ def costs_of(run: Run, objective: str, poses: bool) -> MotionCosts:
     """The costs for a request's objective: "energy" in J, "time" in s or "length" in m."""
     field = run.field(objective, MARGIN)
     cheapest = run.situation.lattice(objective, field).cheapest
-    return MotionCosts(field, cheapest, turning_rates(run, objective) if poses else None)
+    return MotionCosts(field, cheapest, turning_rates(run.around, objective) if poses else None)
 
 
-def turning_rates(run: Run, objective: str) -> TurningRates:
+def turning_rates(around: Circumstances, objective: str) -> TurningRates:
     """Costs of turning, on level ground."""
-    around = run.around
     rate = around.model.vehicle.limits.yaw_rate
     if objective == "length":
         return TurningRates(0.0, 0.0)

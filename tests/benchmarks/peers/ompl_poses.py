@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator
-from typing import Any
+from itertools import pairwise
 
 import numpy as np
 from ompl import base as ob
@@ -21,13 +21,13 @@ from ompl import geometric as og
 from ompl import util as ou
 
 from planner.quantities import STANDARD_GRAVITY
-from planner.terrain.interpolation import interpolate
+from planner.search.field import sample_surface
+from planner.search.ompl.costs import MotionCosts, State, turning_rates
+from planner.search.ompl.problem import Frame
+from planner.search.requests import PoseRequest
 from tests.benchmarks.peers.case import Array, Case
-from tests.benchmarks.peers.poses import pose_cost, pose_free, turning_prices
 from tests.benchmarks.peers.report import TIMES
 
-ENDS = 16
-"""Yaw angles to choose from at start and goal."""
 BATCH = 1000
 """BIT*'s samples at a time, with all neighbours in a radius: of 100 to 3,000, and of the nearest
 ones instead, what did best on four of the benchmark's own questions."""
@@ -41,95 +41,37 @@ PLANNERS = {
 }
 
 
-class Motions:
-    """What a motion between two states costs; the last answer is remembered."""
+class Work:
+    """Mechanical work against gravity in place of our energy, and a little for the length.
 
-    def __init__(self, case: Case, aim: str) -> None:
-        field = case.field
-        self.field, self.prices = field, turning_prices(case)
-        self.work = aim == "work"
+    Motions are as feasible as ours are.
+
+    Args:
+        case: the question.
+        costs: of ours, with poses.
+    """
+
+    poses = True
+
+    def __init__(self, case: Case, costs: MotionCosts) -> None:
+        self.field, self.feasible, self._ours = costs.field, costs.feasible, costs.between
         self.weight = case.situation.around.mass * STANDARD_GRAVITY
-        lattice = case.situation.lattice("energy", field)
-        self.cheapest = PATH_LENGTH if self.work else lattice.cheapest
-        self.evaluations = 0
-        # Compiled code is loaded before time counts.
-        pose_cost(field, *self.prices, *case.start, 0.0, *case.start, 0.1)
-        self._last: tuple[Any, float] = (None, 0.0)
 
-    def cost(self, a: Any, b: Any) -> float:
-        """J, infinity where a limit is broken."""
-        ends = (a.getX(), a.getY(), a.getYaw(), b.getX(), b.getY(), b.getYaw())
-        if ends == self._last[0]:
-            return self._last[1]
-        self.evaluations += 1
-        cost = float(pose_cost(self.field, *self.prices, *ends))
-        if self.work and math.isfinite(cost):
-            cost = self._climbed(*ends[:2], *ends[3:5])
-        self._last = ends, cost
-        return cost
-
-    def floor(self, a: Any, b: Any) -> float:
-        """A cost that no motion undercuts."""
-        return self.cheapest * math.hypot(b.getX() - a.getX(), b.getY() - a.getY())
-
-    def _climbed(self, xa: float, ya: float, xb: float, yb: float) -> float:
-        """Work against gravity on every rise on the way, and a little for the length."""
+    def between(self, a: State, b: State) -> float:
+        """Work on every rise along the straight motion; infinity where it is infeasible."""
+        if not math.isfinite(self._ours(a, b)):
+            return math.inf
         field = self.field
-        length = math.hypot(xb - xa, yb - ya)
+        length = math.dist(a[:2], b[:2])
         count = max(1, math.ceil(length / min(field.dx, field.dy)))
-        share = np.arange(count + 1) / count
-        heights = np.array(
-            [
-                interpolate(
-                    field.heights,
-                    field.x0,
-                    field.y0,
-                    field.dx,
-                    field.dy,
-                    xa + w * (xb - xa),
-                    ya + w * (yb - ya),
-                )[0]
-                for w in share
-            ]
-        )
-        rises = np.maximum(np.diff(heights), 0.0).sum()
+        share = np.arange(count + 1)[:, None] / count
+        points = (1.0 - share) * np.array(a[:2]) + share * np.array(b[:2])
+        rises = np.maximum(np.diff(sample_surface(field, points)[0]), 0.0).sum()
         return float(self.weight * rises + PATH_LENGTH * length)
 
-
-class MotionCost(ob.OptimizationObjective):  # type: ignore[misc]
-    """OMPL's objective: the sum of the motions' costs."""
-
-    def __init__(self, information: Any, motions: Motions) -> None:
-        super().__init__(information)
-        self.motions = motions
-
-    def stateCost(self, _state: Any) -> Any:
-        """Being somewhere costs nothing."""
-        return ob.Cost(0.0)
-
-    def motionCost(self, a: Any, b: Any) -> Any:
-        """Cost of the straight motion."""
-        return ob.Cost(self.motions.cost(a, b))
-
-    def motionCostHeuristic(self, a: Any, b: Any) -> Any:
-        """A lower bound of the motion's cost."""
-        return ob.Cost(self.motions.floor(a, b))
-
-    def isSymmetric(self) -> bool:
-        """Uphill is not downhill."""
-        return False
-
-
-class Possible(ob.MotionValidator):  # type: ignore[misc]
-    """A motion is valid where its cost is finite."""
-
-    def __init__(self, information: Any, motions: Motions) -> None:
-        super().__init__(information)
-        self.motions = motions
-
-    def checkMotion(self, a: Any, b: Any, *_last: Any) -> bool:
-        """Whether the straight motion can be driven."""
-        return math.isfinite(self.motions.cost(a, b))
+    def bound(self, a: State, b: State) -> float:
+        """A cost that no motion undercuts."""
+        return PATH_LENGTH * math.dist(a[:2], b[:2])
 
 
 def plan(
@@ -146,40 +88,21 @@ def plan(
     """
     ou.setLogLevel(ou.LOG_NONE)
     ou.RNG.setSeed(seed + 1)
-    field = case.field
-    space = ob.SE2StateSpace()
-    bounds = ob.RealVectorBounds(2)
-    ny, nx = field.heights.shape
-    for axis, (least, cell, count) in enumerate(
-        ((field.x0, field.dx, nx), (field.y0, field.dy, ny))
-    ):
-        bounds.setLow(axis, least - 0.5 * cell)
-        bounds.setHigh(axis, least + (count - 0.5) * cell)
-    space.setBounds(bounds)
-    information = ob.SpaceInformation(space)
-    motions = Motions(case, aim)
-    information.setStateValidityChecker(
-        lambda state: pose_free(field, state.getX(), state.getY(), state.getYaw())
-    )
-    information.setMotionValidator(Possible(information, motions))
-    information.setup()
-    problem = ob.ProblemDefinition(information)
-    goals = ob.GoalStates(information)
-    travel = math.atan2(case.goal[1] - case.start[1], case.goal[0] - case.start[0])
-    for k in range(ENDS):
-        yaw = math.remainder(travel + 2.0 * math.pi * k / ENDS, 2.0 * math.pi)
-        if pose_free(field, *case.start, yaw):
-            problem.addStartState(_state(space, *case.start, yaw))
-        if pose_free(field, *case.goal, yaw):
-            goals.addState(_state(space, *case.goal, yaw))
-    problem.setGoal(goals)
-    problem.setOptimizationObjective(MotionCost(information, motions))
-    search = PLANNERS[planner](information)
-    search.setProblemDefinition(problem)
+    lattice = case.situation.lattice("energy", case.field)
+    rates = turning_rates(case.situation.around, "energy")
+    costs = MotionCosts(case.field, lattice.cheapest, rates)
+    # Compiled code is loaded before time counts.
+    costs.between((*case.start, 0.0), (*case.start, 0.1))
+    frame = Frame(costs if aim == "energy" else Work(case, costs))  # type: ignore[arg-type]
+    ends = (PoseRequest(x=x, y=y) for x, y in (case.start, case.goal))
+    setup = frame.between(*ends)
+    search = PLANNERS[planner](frame.information)
     if planner == "BIT*":
         search.setSamplesPerBatch(BATCH)
         search.setUseKNearest(False)
-    search.setup()
+    setup.setPlanner(search)
+    setup.setup()
+    problem, reader = setup.getProblemDefinition(), frame.reader
     best: Array | None = None
     least = math.inf
     spent = 0.0
@@ -191,22 +114,13 @@ def plan(
         search.solve(ob.PlannerTerminationCondition(_after(begun + at - spent)))
         spent += time.process_time() - begun
         if problem.hasExactSolution():
-            states = problem.getSolutionPath().getStates()
-            cost = sum(motions.cost(a, b) for a, b in zip(states[:-1], states[1:], strict=True))
+            states = [reader.read(state) for state in problem.getSolutionPath().getStates()]
+            cost = sum(reader.costs.between(a, b) for a, b in pairwise(states))
             if cost < least:
-                least = cost
-                best = np.array([(s.getX(), s.getY(), s.getYaw()) for s in states])
-        yield spent, motions.evaluations, best
+                least, best = cost, np.array(states)
+        yield spent, reader.evaluations, best
 
 
 def _after(moment: float) -> Callable[[], bool]:
     """Whether the process has worked until a moment."""
     return lambda: time.process_time() > moment
-
-
-def _state(space: Any, x: float, y: float, yaw: float) -> Any:
-    state = space.allocState()
-    state.setX(float(x))
-    state.setY(float(y))
-    state.setYaw(float(yaw))
-    return state

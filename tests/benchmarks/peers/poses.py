@@ -1,112 +1,21 @@
-"""Our cost in three dimensions: what a straight motion between two poses costs, yaw included.
+"""Energy of driving through poses with the yaw that they have.
 
-    prices = turning_prices(case)
-    pose_cost(case.field, *prices, xa, ya, yaw_a, xb, yb, yaw_b)     # J dissipated; inf: impossible
-    energy = score_as_they_are(case, poses)                          # (k, 3), with their own yaw
-
-Position and yaw change evenly along a motion, yaw by the shorter way. Metres cost what the tables
-of planner.search.steady.steady_cost say for the body's angle to the travel; turning costs what it
-takes on the spot, and on the move as much without the electronics, which metres pay already.
+energy = score_as_they_are(case, poses)                          # (k, 3)
 """
 
 from __future__ import annotations
 
-import math
-from typing import Any
-
 import numpy as np
-from numba import njit
 
-from planner.quantities import INDEX
 from planner.search.field import ground_classes
-from planner.search.resolution import ALL_YAWS, YAWS
 from planner.search.results import price
-from planner.search.steady.steady_cost import cost_for_yaw
 from planner.search.trajectory import CLOSELY
 from planner.search.trajectory.motion import assemble, room_to_move
 from planner.search.trajectory.speed_profile import speed_programme
 from planner.search.trajectory.track import lay_track, slopes_of_steps
 from planner.search.trajectory.turn_on_the_spot import first_contact, pose_spacing
 from planner.search.trajectory.yaw_profile import YawProfile
-from planner.terrain.footprint import body_fits
-from planner.terrain.interpolation import interpolate
 from tests.benchmarks.peers.case import Array, Case
-
-
-def turning_prices(case: Case) -> tuple[float, float]:
-    """J/rad of turning on the spot at full rate, and of turning while the robot drives."""
-    around = case.situation.around
-    rate = around.model.vehicle.limits.yaw_rate
-    rows = np.repeat(around.class_rows[:1], 2, axis=0)
-    rows[1, INDEX["wz"]] = rate
-    still, turning = (float(watts) for watts in around.model.watts(rows))
-    return turning / rate, (turning - still) / rate
-
-
-@njit(cache=True, error_model="numpy")
-def pose_cost(
-    field: Any,
-    on_the_spot: float,
-    on_the_move: float,
-    xa: float,
-    ya: float,
-    yaw_a: float,
-    xb: float,
-    yb: float,
-    yaw_b: float,
-) -> float:
-    """J dissipated between two poses by the midpoint rule; infinity where a limit is broken."""
-    ny, nx = field.heights.shape
-    ex, ey = xb - xa, yb - ya
-    length = math.sqrt(ex * ex + ey * ey)
-    turn = yaw_b - yaw_a
-    turn -= 2.0 * math.pi * math.floor((turn + math.pi) / (2.0 * math.pi))
-    spots = length < 1e-9
-    count = max(1, int(math.ceil(length / field.step)), int(abs(turn) / 0.2))
-    direction = math.atan2(ey, ex)
-    total = 0.0
-    for k in range(count):
-        w = (k + 0.5) / count
-        x, y, yaw = xa + w * ex, ya + w * ey, yaw_a + w * turn
-        i = min(max(int(math.floor((x - field.x0) / field.dx + 0.5)), 0), nx - 1)
-        j = min(max(int(math.floor((y - field.y0) / field.dy + 0.5)), 0), ny - 1)
-        if field.mask[j, i] != ALL_YAWS and not body_fits(field, x, y, yaw):
-            return np.inf
-        if spots:
-            continue
-        _, px, py = interpolate(field.heights, field.x0, field.y0, field.dx, field.dy, x, y)
-        steepness = math.sqrt(px * px + py * py)
-        azimuth = math.atan2(py, px) - direction
-        a = (yaw - direction) / (2.0 * math.pi) * YAWS
-        a -= YAWS * math.floor(a / YAWS)
-        t = int(a) % YAWS
-        share = a - int(a)
-        ground = field.ground[j, i]
-        metre, weights = 0.0, 0.0
-        for at, weight in ((t, 1.0 - share), ((t + 1) % YAWS, share)):
-            cost = cost_for_yaw(field.by_yaw, field.yaw_limit, ground, at, azimuth, steepness, 1.0)
-            # Between an angle at which the slope can be climbed and one at which it cannot, the
-            # better one speaks: planners here have it easier than ours.
-            if weight > 0.0 and cost < np.inf:
-                metre += weight * cost
-                weights += weight
-        if weights == 0.0:
-            return np.inf
-        total += metre / weights
-    rate = on_the_spot if spots else on_the_move
-    return total * length / count + abs(turn) * rate
-
-
-@njit(cache=True, error_model="numpy")
-def pose_free(field: Any, x: float, y: float, yaw: float) -> bool:
-    """Whether the body fits at a pose and its slope can be stood on."""
-    ny, nx = field.heights.shape
-    i = min(max(int(math.floor((x - field.x0) / field.dx + 0.5)), 0), nx - 1)
-    j = min(max(int(math.floor((y - field.y0) / field.dy + 0.5)), 0), ny - 1)
-    if field.mask[j, i] != ALL_YAWS and not body_fits(field, x, y, yaw):
-        return False
-    _, px, py = interpolate(field.heights, field.x0, field.y0, field.dx, field.dy, x, y)
-    return bool(px * px + py * py < field.limit.max() ** 2)
 
 
 def score_as_they_are(case: Case, poses: Array) -> float | None:

@@ -62,10 +62,10 @@ def test_turning_on_the_spot_costs_in_proportion_to_the_angle(run):
 
 def test_the_rates_are_those_of_the_power_model(run):
     rate = run.around.model.vehicle.limits.yaw_rate
-    time = turning_rates(run, "time")
+    time = turning_rates(run.around, "time")
     assert time.on_the_spot == pytest.approx(1.0 / rate)
     assert time.on_the_move == 0.0
-    energy = turning_rates(run, "energy")
+    energy = turning_rates(run.around, "energy")
     still = run.around.model.watts(run.around.class_rows[:1])[0]
     assert energy.on_the_spot - energy.on_the_move == pytest.approx(still / rate)
 
