@@ -5,7 +5,7 @@ later question without the rows.
 """
 
 from planner.telemetry.evidence.design_matrix import Competitors, Examination, examine
-from planner.telemetry.evidence.evidence import Test
+from planner.telemetry.evidence.evidence import Test, solve
 from planner.telemetry.evidence.streaming import examine_all
 
 __all__ = [
@@ -14,4 +14,5 @@ __all__ = [
     "Test",
     "examine",
     "examine_all",
+    "solve",
 ]

@@ -69,7 +69,7 @@ class Evidence:
         self.total = blocks.total()
         self.columns = len(self.total)
         self.residual = self.columns - 1
-        self.absorbed = _solve(self.total[np.ix_(own, own)], self.total[own])
+        self.absorbed = solve(self.total[np.ix_(own, own)], self.total[own])
         self.clear = self.total - self.total[:, own] @ self.absorbed
         runs, self._run_number = np.unique(blocks.runs, return_inverse=True)
         self.run_count = len(runs)
@@ -86,7 +86,7 @@ class Evidence:
         """
         at = list(columns)
         rest = [*self.tangent.tolist(), *given]
-        clear = self.plain[np.ix_(at, at)] - self.plain[np.ix_(at, rest)] @ _solve(
+        clear = self.plain[np.ix_(at, at)] - self.plain[np.ix_(at, rest)] @ solve(
             self.plain[np.ix_(rest, rest)], self.plain[np.ix_(rest, at)]
         )
         return float(np.sqrt(max(float(coefficients @ clear @ coefficients), 0.0) / self.rows))
@@ -99,7 +99,7 @@ class Evidence:
     def coefficients(self, columns: Sequence[int]) -> Array:
         """(k,) best coefficients of some columns, with the tangent."""
         at = list(columns)
-        return _solve(self.clear[np.ix_(at, at)], self.clear[at, self.residual])
+        return solve(self.clear[np.ix_(at, at)], self.clear[at, self.residual])
 
     def gain(self, columns: Sequence[int]) -> tuple[float, Array]:
         """Log-likelihood gained by some columns over the tangent alone, and their coefficients."""
@@ -123,27 +123,34 @@ class Evidence:
     def _fit(self, columns: Sequence[int]) -> Array:
         """(columns,) vector v with residual = Z v after fitting tangent and some columns."""
         at = [*self.tangent.tolist(), *columns]
-        found = _solve(self.total[np.ix_(at, at)], self.total[at, self.residual])
         v = np.zeros(self.columns)
-        v[at] = -found
+        v[at] = -self.fitted(at)
         v[self.residual] = 1.0
         return v
 
+    def fitted(self, columns: Sequence[int]) -> Array:
+        """(k,) coefficients of exactly these columns, the tangent not added."""
+        at = list(columns)
+        return solve(self.total[np.ix_(at, at)], self.total[at, self.residual])
+
     def test(self, columns: Sequence[int], given: Sequence[int] = ()) -> Test:
         """Are the coefficients of some columns zero, once ``given`` ones are fitted?"""
-        at = list(columns)
-        active = [*self.tangent.tolist(), *given]
-        lean = _solve(self.total[np.ix_(active, active)], self.total[np.ix_(active, at)])
-        v = self._fit(given)
-        scores = self.blocks.times(v)
-        block_scores = scores[:, at] - scores[:, active] @ lean
-        block_info = self.blocks.cleared(np.array(at, int), np.array(active, int), lean)
+        at = np.array(columns, int)
+        active, lean, block_scores = self._scores(at, given)
+        block_info = self.blocks.cleared(at, active, lean)
         total, information = block_scores.sum(axis=0), block_info.sum(axis=0)
-        found = _solve(information, total)
+        found = solve(information, total)
         left = block_scores - np.einsum("bkl,l->bk", block_info, found)
-        slow = float(np.max(self.slow[at])) if at else 0.0
+        slow = float(np.max(self.slow[at], initial=0.0))
         z, p_value = self._judge(total, information, left, slow)
         return Test(z, p_value, found, information)
+
+    def _scores(self, at: Integers, given: Sequence[int]) -> tuple[Integers, Array, Array]:
+        """Fitted columns, what they explain of some others, and the scores of these by cluster."""
+        active = np.array([*self.tangent.tolist(), *given], int)
+        lean = solve(self.total[np.ix_(active, active)], self.total[np.ix_(active, at)])
+        scores = self.blocks.times(self._fit(given))
+        return active, lean, scores[:, at] - scores[:, active] @ lean
 
     def _judge(
         self, total: Array, information: Array, left: Array, slow: float
@@ -156,7 +163,7 @@ class Evidence:
             by_run = np.zeros((self.run_count, size))
             np.add.at(by_run, self._run_number, left)
             scatters.append(by_run.T @ by_run * self.run_count / (self.run_count - 1))
-        statistic = min(float(total @ _solve(s, total)) for s in scatters)
+        statistic = min(float(total @ solve(s, total)) for s in scatters)
         free = (self.run_count if slow > MOST_SLOW else count) - size
         p_value = float(stats.f.sf(max(statistic, 0.0) / size, size, max(free, 1)))
         return float(stats.norm.isf(max(p_value, 1e-300) / 2.0)), p_value
@@ -166,11 +173,7 @@ class Evidence:
     ) -> tuple[Array, Array, Array]:
         """``test`` of every column alone, at once: z, coefficient and information, each (k,)."""
         at = np.array(columns, int)
-        active = np.array([*self.tangent.tolist(), *given], int)
-        lean = _solve(self.total[np.ix_(active, active)], self.total[np.ix_(active, at)])
-        v = self._fit(given)
-        scores = self.blocks.times(v)
-        block_scores = scores[:, at] - scores[:, active] @ lean
+        active, lean, block_scores = self._scores(at, given)
         info = self.blocks.cleared_each(at, active, lean)
         total, information = block_scores.sum(axis=0), info.sum(axis=0)
         raw = self.total[at, at]
@@ -194,14 +197,12 @@ class Evidence:
 
     def compare(self, first: Sequence[int], second: Sequence[int]) -> tuple[float, float]:
         """Log-likelihood of the first set over the second's, and Vuong's z of the difference."""
-        difference = self._by_block(first) - self._by_block(second)
-        scatter = float(difference.std() * np.sqrt(self.block_count)) + 1e-12
-        total = float(difference.sum())
+        one, other = (
+            -0.5 * self.blocks.times(v) @ v for v in (self._fit(first), self._fit(second))
+        )
+        scatter = float((one - other).std() * np.sqrt(self.block_count)) + 1e-12
+        total = float((one - other).sum())
         return total, total / scatter
-
-    def _by_block(self, columns: Sequence[int]) -> Array:
-        v = self._fit(columns)
-        return np.asarray(-0.5 * self.blocks.times(v) @ v)
 
     def likeness(self, first: int, second: int, given: Sequence[int] = ()) -> float:
         """|cosine| between two columns once tangent and ``given`` are taken out."""
@@ -209,17 +210,23 @@ class Evidence:
         rest = list(given)
         inner = self.clear[np.ix_(at, at)].copy()
         if rest:
-            inner -= self.clear[np.ix_(at, rest)] @ _solve(
+            inner -= self.clear[np.ix_(at, rest)] @ solve(
                 self.clear[np.ix_(rest, rest)], self.clear[np.ix_(rest, at)]
             )
         size = inner[0, 0] * inner[1, 1]
         return float(abs(inner[0, 1]) / np.sqrt(size)) if size > 0 else 0.0
 
 
-def _solve(matrix: Array, right: Array) -> Array:
-    """Solution of a symmetric system; directions that nothing is known about count as 0."""
+def solve(matrix: Array, right: Array, ridge: float = RIDGE) -> Array:
+    """Solution of a symmetric system (k, k), scaled to a unit diagonal.
+
+    Args:
+        matrix: (k, k), positive semidefinite.
+        right: (k,) or (k, m).
+        ridge: added to the scaled diagonal; directions without information get about 0.
+    """
     scale = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
-    scaled = matrix / np.outer(scale, scale) + RIDGE * np.eye(len(matrix))
+    scaled = matrix / np.outer(scale, scale) + ridge * np.eye(len(matrix))
     shape = (len(scale),) + (1,) * (right.ndim - 1)
     scaled_right = right / scale.reshape(shape)
     try:

@@ -13,36 +13,10 @@ every block takes, and a column's products are formed when they are asked for.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
 
 import numpy as np
 
 from planner.arrays import Array, Integers
-
-
-class Blocks(Protocol):
-    """Blocks of rows Z (n, columns), each with its run.
-
-    Attributes:
-        runs: (blocks,) number of each block's run.
-    """
-
-    runs: Integers
-
-    def total(self) -> Array:
-        """(columns, columns) ZᵀZ of all rows."""
-
-    def part(self, numbers: Integers) -> Array:
-        """(columns, columns) ZᵀZ of some blocks."""
-
-    def times(self, v: Array) -> Array:
-        """(blocks, columns) ZᵀZ·v of every block; ``v`` is (columns,)."""
-
-    def cleared(self, at: Integers, own: Integers, lean: Array) -> Array:
-        """(blocks, k, k) Gram matrices of Z[:, at] - Z[:, own]·lean, ``lean`` being (own, k)."""
-
-    def cleared_each(self, at: Integers, own: Integers, lean: Array) -> Array:
-        """(blocks, k) the diagonals of ``cleared``."""
 
 
 class RowBlocks:
@@ -61,11 +35,11 @@ class RowBlocks:
         self.runs = np.asarray(runs)[self.starts]
 
     def total(self) -> Array:
-        """As Blocks."""
+        """(columns, columns) ZᵀZ of all rows."""
         return np.asarray(self.white.T @ self.white)
 
     def part(self, numbers: Integers) -> Array:
-        """As Blocks."""
+        """(columns, columns) ZᵀZ of some blocks."""
         rows = np.zeros(len(self.white), bool)
         for number in numbers:
             rows[self.starts[number] : self.stops[number]] = True
@@ -73,19 +47,19 @@ class RowBlocks:
         return np.asarray(some.T @ some)
 
     def times(self, v: Array) -> Array:
-        """As Blocks."""
+        """(blocks, columns) ZᵀZ·v of every block; ``v`` is (columns,)."""
         along = self.white @ v
         pieces = zip(self.starts, self.stops, strict=True)
         return np.stack([along[start:stop] @ self.white[start:stop] for start, stop in pieces])
 
     def cleared(self, at: Integers, own: Integers, lean: Array) -> Array:
-        """As Blocks."""
+        """(blocks, k, k) Gram matrices of Z[:, at] - Z[:, own]·lean, ``lean`` being (own, k)."""
         left = self._left(at, own, lean)
         pieces = zip(self.starts, self.stops, strict=True)
         return np.stack([left[start:stop].T @ left[start:stop] for start, stop in pieces])
 
     def cleared_each(self, at: Integers, own: Integers, lean: Array) -> Array:
-        """As Blocks."""
+        """(blocks, k) the diagonals of ``cleared``."""
         return np.asarray(np.add.reduceat(self._left(at, own, lean) ** 2, self.starts, axis=0))
 
     def _left(self, at: Integers, own: Integers, lean: Array) -> Array:
@@ -105,27 +79,30 @@ class GramBlocks:
         self.runs = np.array(runs)
 
     def total(self) -> Array:
-        """As Blocks."""
+        """(columns, columns) ZᵀZ of all rows."""
         return np.asarray(self.grams.sum(axis=0))
 
     def part(self, numbers: Integers) -> Array:
-        """As Blocks."""
+        """(columns, columns) ZᵀZ of some blocks."""
         return np.asarray(self.grams[numbers].sum(axis=0))
 
     def times(self, v: Array) -> Array:
-        """As Blocks."""
+        """(blocks, columns) ZᵀZ·v of every block; ``v`` is (columns,)."""
         return np.asarray(self.grams @ v)
 
     def cleared(self, at: Integers, own: Integers, lean: Array) -> Array:
-        """As Blocks."""
+        """(blocks, k, k) Gram matrices of Z[:, at] - Z[:, own]·lean, ``lean`` being (own, k)."""
         inner = self.grams[:, at[:, None], at]
         mixed = np.einsum("ak,bal->bkl", lean, self.grams[:, own[:, None], at])
         both = np.einsum("ak,bac,cl->bkl", lean, self.grams[:, own[:, None], own], lean)
         return np.asarray(inner - mixed - mixed.transpose(0, 2, 1) + both)
 
     def cleared_each(self, at: Integers, own: Integers, lean: Array) -> Array:
-        """As Blocks."""
+        """(blocks, k) the diagonals of ``cleared``."""
         cross = self.grams[:, own[:, None], at]
         info = self.grams[:, at, at] - 2.0 * np.einsum("ak,bak->bk", lean, cross)
         inner = self.grams[:, own[:, None], own] @ lean
         return np.asarray(info + np.einsum("ak,bak->bk", lean, inner))
+
+
+Blocks = RowBlocks | GramBlocks

@@ -24,7 +24,7 @@ from planner.progress import Progress
 from planner.telemetry.evidence.design_matrix import Competitors, Examination
 from planner.telemetry.evidence.evidence import Evidence
 from planner.telemetry.evidence.gram_matrices import GramBlocks
-from planner.telemetry.logs import Telemetry
+from planner.telemetry.logs import Telemetry, pieces_of
 from planner.telemetry.noise import clipped
 from planner.telemetry.prediction import doubt_of
 from planner.telemetry.sampling import BlockCounter, LogSource
@@ -58,9 +58,10 @@ def examine_all(
         watch: progress; raises when the caller cancelled.
     """
     reduced, kept, atoms = _reduced(sample, chosen, rivals)
-    explained = _explained(sample, chosen)
-    where = {old: new for new, old in enumerate(kept)}
-    columns = [where[c] for c in explained[0]]
+    # Columns and coefficients that the residual is clipped around.
+    explained = [*sample.evidence.tangent.tolist(), *chosen]
+    coefficients = sample.evidence.fitted(explained)
+    columns = [kept.index(column) for column in explained]
     blocks = BlockCounter(source.rows)
 
     def summed(part: Telemetry, numbers: NDArray[np.int64]) -> _Sums:
@@ -68,11 +69,14 @@ def examine_all(
         watts, raw = reduced.raw(part)
         model = reduced.library.held_model
         spread = sample.noise.spread(watts, doubt_of(model, part.rows_for(model.surfaces)))
-        expected = raw[:, columns] @ explained[1]
+        expected = raw[:, columns] @ coefficients
         raw[:, -1] = expected + clipped(raw[:, -1] - expected, spread)
         white = sample.noise.whiten(part, watts, spread, raw)
         raw /= spread[:, None]
-        return _Sums(*_by_block(white, numbers, part.run), raw.T @ raw, len(raw))
+        pieces = pieces_of(numbers)
+        grams = [white[start:stop].T @ white[start:stop] for start, stop in pieces]
+        runs = [int(part.run[start]) for start, _ in pieces]
+        return _Sums(grams, runs, raw.T @ raw, len(raw))
 
     everything = _Sums([], [], np.zeros((len(kept), len(kept))), 0)
     with ThreadPoolExecutor(max_workers=AT_ONCE) as workers:
@@ -174,17 +178,6 @@ def _open(sample: Examination, chosen: Sequence[int], columns: list[int]) -> lis
     return [c for c, strength in zip(columns, z, strict=True) if strength >= REFUTED or c in chosen]
 
 
-def _explained(sample: Examination, chosen: Sequence[int]) -> tuple[list[int], Array]:
-    """Columns and coefficients that the residual is clipped around."""
-    evidence = sample.evidence
-    at = [*evidence.tangent.tolist(), *chosen]
-    gram = evidence.total[np.ix_(at, at)]
-    scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
-    scaled = gram / np.outer(scale, scale) + 1e-9 * np.eye(len(at))
-    found = np.linalg.solve(scaled, evidence.total[at, evidence.residual] / scale) / scale
-    return at, found
-
-
 class _Sums(NamedTuple):
     """Sums over some rows: of each block whitened, of all of them scaled only."""
 
@@ -197,11 +190,3 @@ class _Sums(NamedTuple):
         """These rows, and those that follow them."""
         grams, runs = self.grams + more.grams, self.runs + more.runs
         return _Sums(grams, runs, self.plain + more.plain, self.rows + more.rows)
-
-
-def _by_block(
-    white: Array, numbers: NDArray[np.int64], runs: NDArray[np.int64]
-) -> tuple[list[Array], list[int]]:
-    borders = [0, *(np.flatnonzero(np.diff(numbers)) + 1).tolist(), len(numbers)]
-    parts = [white[start:stop] for start, stop in zip(borders[:-1], borders[1:], strict=True)]
-    return [part.T @ part for part in parts], [int(runs[start]) for start in borders[:-1]]

@@ -16,9 +16,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from planner.arrays import Array
+from planner.arrays import Array, Integers
 from planner.power.model import PowerModel
 from planner.telemetry.estimation import Fit, RefusedFit, bounded_step, fit
 from planner.telemetry.logs import Telemetry
@@ -27,6 +26,9 @@ from planner.telemetry.parameters import Prior
 from planner.telemetry.prediction import Nodes, predict, tangent
 
 FOLDS = 5
+"""Parts of the log, of which each is held out in turn."""
+LEAST_RUNS = 4
+"""Runs from which on whole runs are held out; with fewer, stretches of rows."""
 LEAST_FALL = 0.999
 """Held-out error after over before, below which it counts as fallen."""
 NAMED_FALL = 0.98
@@ -58,14 +60,13 @@ def base_fit(log: Telemetry, start: PowerModel) -> Fit:
     return replace(fit(log, start, free=()), refused=RefusedFit(error, stated))
 
 
-def fold_numbers(log: Telemetry, folds: int = FOLDS) -> tuple[NDArray[np.int64], bool]:
+def fold_numbers(log: Telemetry, folds: int = FOLDS) -> Integers:
     """(n,) fold of every row: by run, or by stretches of rows when there are too few runs."""
-    runs = len(np.unique(log.run))
-    if runs >= 4:
-        rank = np.searchsorted(np.unique(log.run), log.run)
-        return rank % min(folds, runs), True
+    runs, rank = np.unique(log.run, return_inverse=True)
+    if len(runs) >= LEAST_RUNS:
+        return rank % min(folds, len(runs))
     stretch = np.arange(len(log)) * (4 * folds) // max(len(log), 1)
-    return stretch % folds, False
+    return stretch % folds
 
 
 def heldout_rmse(log: Telemetry, fitted: Fit) -> float:
@@ -113,7 +114,7 @@ def heldout_residual(log: Telemetry, fitted: Fit) -> Array:
     known = Prior.of(model, fitted.places)
     prior, low, high = known.precision, known.low, known.high
     value = model.parameters[list(fitted.places)]
-    folds, _ = fold_numbers(log)
+    folds = fold_numbers(log)
     left = np.empty(len(log))
     for fold in np.unique(folds):
         held = folds == fold

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from planner.errors import LogError
 from planner.progress import Progress, silent
-from planner.telemetry.logs import Telemetry
+from planner.telemetry.logs import Telemetry, pieces_of
 from planner.telemetry.sampling.steady_drive import at_steady_speeds
 
 
@@ -206,7 +206,6 @@ def _whole_runs(chunks: Iterator[Telemetry]) -> Iterator[Telemetry]:
 
 
 def _pieces(run: NDArray[np.int64]) -> Iterator[tuple[int, int]]:
-    borders = [0, *(np.flatnonzero(np.diff(run)) + 1).tolist(), len(run)]
-    for start, stop in zip(borders, borders[1:], strict=False):
+    for start, stop in pieces_of(run):
         for at in range(start, stop, LogSource.PIECE_ROWS):
             yield at, min(at + LogSource.PIECE_ROWS, stop)
