@@ -40,6 +40,8 @@ Left out
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -171,16 +173,8 @@ def _calibrated(unscaled: EnergyError, log: Telemetry, fitted: Fit, sums: _Sums)
     count = float(runs if runs > 1 else 1)
     seen = count * float(np.mean(ratios))
     scale = np.sqrt((BELIEF * USUAL**2 + seen) / (BELIEF + count))
-    return EnergyError(
-        unscaled.powers_w,
-        unscaled.spreads_w,
-        unscaled.correlation_time_s,
-        unscaled.run_offset_w,
-        unscaled.run_gain,
-        float(scale),
-        BELIEF + 0.5 * count,
-        runs if runs > 1 else 0,
-    )
+    freedom, runs = BELIEF + 0.5 * count, runs if runs > 1 else 0
+    return replace(unscaled, scale=float(scale), degrees_of_freedom=freedom, runs=runs)
 
 
 def _held_out(log: Telemetry) -> tuple[Integers, Integers]:

@@ -18,14 +18,14 @@ Left out
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
 
 from planner.arrays import Array
 from planner.power.model import PowerModel
-from planner.telemetry.estimation.gauss_newton import CLOSE, Problem, Solution, problem_of
+from planner.telemetry.estimation.gauss_newton import LEAST_STEP_GAIN, Problem, Solution, problem_of
 from planner.telemetry.estimation.parameter_errors import covariance_of, profiled, run_errors
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import Noise, clipped, noise_of
@@ -77,11 +77,7 @@ class RefusedFit:
 
     def to_json(self) -> dict[str, Any]:
         """The entry ``refused_fit`` of a comparison and of a diagnosis."""
-        return {
-            "heldout_rmse_w": self.heldout_rmse_w,
-            "stated_rmse_w": self.stated_rmse_w,
-            "sentence": self.sentence,
-        }
+        return {**asdict(self), "sentence": self.sentence}
 
 
 @dataclass(frozen=True)
@@ -140,7 +136,7 @@ def fit(
     for round_number in range(2 if noise is None else 1):
         scatter = noise or noise_of(log, log.power - found.watts, found.watts, doubt, found.columns)
         # A first fit only has to show the noise.
-        close = CLOSE if round_number or noise is not None else 10.0
+        close = LEAST_STEP_GAIN if round_number or noise is not None else 10.0
         found = problem.solve(found, scatter, scatter.spread(found.watts, doubt), close)
     scatter = noise or noise_of(log, log.power - found.watts, found.watts, doubt, found.columns)
     given = run_errors(found.model, nodes, found.watts, log.present)
@@ -177,20 +173,10 @@ def _finished(
         note = ""
         if not known[k]:
             note = "this log says too little about it; it stays near its starting value"
-        elif value <= problem.low[k] or value >= problem.high[k]:
+        elif value <= problem.prior.low[k] or value >= problem.prior.high[k]:
             note = FittedParameter.AT_THE_END
-        fitted.append(
-            FittedParameter(
-                effect.slug,
-                name,
-                element,
-                value,
-                float(stderr[place]),
-                parameter.unit,
-                bool(known[k]),
-                note,
-            )
-        )
+        numbers = value, float(stderr[place]), parameter.unit, bool(known[k])
+        fitted.append(FittedParameter(effect.slug, name, element, *numbers, note))
     return Fit(
         # What was known of the energy belonged to the values that the fit started from.
         replace(model, stderr=stderr, covariance=None, energy_error=None),

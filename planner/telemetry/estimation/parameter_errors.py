@@ -83,10 +83,10 @@ def covariance_of(problem: Problem, white: Array) -> tuple[Array, NDArray[np.boo
     ``white`` is whitened: the free parameters' columns, the clipped residual, what a finer average
     within rows would change, and what errors that last for a run do.
     """
-    log, prior = problem.log, problem.prior
+    log, prior = problem.log, problem.prior.weights
     count = len(prior)
     own, scores = white[:, :count], white[:, :count] * white[:, count : count + 1]
-    full = own.T @ own + problem.known
+    full = own.T @ own + problem.prior.precision
     inverse = inverse_of(full)
     _, run = np.unique(log.run, return_inverse=True)
     runs = _sums_by(run, scores)
@@ -155,7 +155,7 @@ def profiled(
         says.
     """
     count = len(problem.index)
-    inverse = inverse_of(white[:, :count].T @ white[:, :count] + problem.known)
+    inverse = inverse_of(white[:, :count].T @ white[:, :count] + problem.prior.precision)
     stderr = float(np.sqrt(covariance[number, number]))
     # What the rows scatter by beyond what the whitening says makes every rise count less.
     expected = covariance[number, number] / inverse[number, number]
@@ -174,13 +174,16 @@ def profiled(
                 held.at(found.model, value + step * along), noise, spread, NEAR
             ).model
         else:
-            free = np.clip(value + step * along, held.low, held.high)
+            free = np.clip(value + step * along, held.prior.low, held.prior.high)
             model = with_values(found.model, problem.index, free)
         cost = problem.cost_of(model, predict(model, problem.nodes), noise, spread)
         return float(np.sqrt(max(cost - lowest, 0.0) / expected))
 
     longest = stderr
-    for room in (problem.low[number] - value[number], problem.high[number] - value[number]):
+    for room in (
+        problem.prior.low[number] - value[number],
+        problem.prior.high[number] - value[number],
+    ):
         longest = max(longest, abs(end_of_interval(rise, stderr, room)) / COVERED)
     return longest
 

@@ -25,9 +25,8 @@ from planner.arrays import Array
 from planner.power.catalogue import all_effects
 from planner.power.effect import Effect
 from planner.power.model import PowerModel
-from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
-from planner.telemetry.parameters import free_places
+from planner.telemetry.parameters import free_places, reference_surface, usual_value
 from planner.telemetry.prediction import Nodes, secants
 
 NEGLIGIBLE_WATTS = 1e-7
@@ -42,7 +41,7 @@ class Column:
         effect: slug.
         parameter: name; with the element for wheels and surfaces ("excess 2").
         place: number in the library model's parameters.
-        shape: place and value of a scanned shape parameter, or None; shape_name is its name.
+        shape: place and value of a scanned shape parameter, or None.
         low, high: what the bounds leave for (value - null).
     """
 
@@ -52,7 +51,6 @@ class Column:
     shape: tuple[int, float] | None
     low: float
     high: float
-    shape_name: str = ""
 
 
 @dataclass(frozen=True)
@@ -141,19 +139,12 @@ class CandidateLibrary:
             held: numbers of the candidates that are in the power at their size.
         """
         values = self.model.parameters.copy()
-        given = {
-            (effect.slug, name, element): value
-            for (effect, name, _, element), value in zip(model.slots, model.parameters, strict=True)
-        }
-        for place, (effect, name, _, element) in enumerate(self.model.slots):
-            if effect.slug in self.own:
-                values[place] = given[effect.slug, name, element]
-        return replace(
-            self,
-            model=replace(self.model, parameters=values),
-            amplitudes=amplitudes,
-            held=tuple(held),
-        )
+        given = dict(zip(model.parameter_names, model.parameters, strict=True))
+        for place, key in enumerate(self.model.parameter_names):
+            if key[0] in self.own:
+                values[place] = given[key]
+        around = replace(self.model, parameters=values)
+        return replace(self, model=around, amplitudes=amplitudes, held=tuple(held))
 
 
 def candidate_library(
@@ -217,35 +208,16 @@ def with_effects(model: PowerModel, wanted: Sequence[type[Effect]], log: Telemet
     full = PowerModel(
         full.vehicle, full.effects, np.zeros(0), full.kind, full.surfaces, name=model.name
     )
-    own = {
-        (slot[0].slug, slot[1], slot[3]): value
-        for slot, value in zip(model.slots, model.parameters, strict=True)
-    }
-    vehicle = model.vehicle.parameters
-    values = []
+    values = dict(zip(model.parameter_names, model.parameters, strict=True))
     for effect, name, parameter, element in full.slots:
-        key = (effect.slug, name, element)
-        if key in own:
-            values.append(float(own[key]))
-        elif parameter.null is not None:
-            values.append(parameter.null)
-        else:
-            given = vehicle.get(effect.slug, {}).get(name, parameter.default)
-            values.append(float(given) if isinstance(given, int | float) else parameter.default)
-    return replace(full, parameters=np.array(values, float))
+        null = usual_value(model, effect, name) if parameter.null is None else parameter.null
+        values.setdefault((effect.slug, name, element), null)
+    return replace(full, parameters=np.array([values[key] for key in full.parameter_names], float))
 
 
 def _own_places(model: PowerModel, full: PowerModel, log: Telemetry) -> tuple[int, ...]:
-    free = {
-        (slot[0].slug, slot[1], slot[3])
-        for place, slot in enumerate(model.slots)
-        if place in free_places(model, log)
-    }
-    return tuple(
-        place
-        for place, (effect, name, _, element) in enumerate(full.slots)
-        if (effect.slug, name, element) in free
-    )
+    free = {model.parameter_names[place] for place in free_places(model, log)}
+    return tuple(place for place, key in enumerate(full.parameter_names) if key in free)
 
 
 def _columns(
@@ -258,7 +230,7 @@ def _columns(
             "power was measured at the terminals, behind the battery's own resistance; a mapping "
             'file with power_at = "source" would say otherwise'
         )
-    commonest = _commonest_surface(full, log)
+    reference = reference_surface(full, log)
     shapes = {
         effect.slug: [
             (place, value)
@@ -272,7 +244,7 @@ def _columns(
         slug = effect.slug
         if slug not in wanted or slug in absent or parameter.null is None or not parameter.fitted:
             continue
-        if parameter.per == "surface" and element == commonest:
+        if parameter.per == "surface" and (element == reference or not full.surfaces):
             continue
         if parameter.per == "wheel" and element == full.vehicle.layout.wheel_count - 1:
             continue  # the factors average to 1: the last one follows from the others
@@ -281,27 +253,14 @@ def _columns(
         if parameter.per == "wheel":
             low, high = low - high, high - low  # against the last wheel
         scanned: list[tuple[int, float] | None] = [*shapes[slug]]
-        for shape in scanned or [None]:
-            called = full.slots[shape[0]][1] if shape is not None else ""
-            columns.append(Column(slug, label, place, shape, low, high, called))
+        columns += [Column(slug, label, place, shape, low, high) for shape in scanned or [None]]
     return columns, absent
-
-
-def _commonest_surface(full: PowerModel, log: Telemetry) -> int:
-    """The label that is the reference; -1 when rows without a label are."""
-    if not full.surfaces:
-        return 0
-    numbers = log.rows_for(full.surfaces)[:, INDEX["surface"]]
-    if np.any(numbers < 0):
-        return -1
-    return int(np.argmax(np.bincount(numbers.astype(int))))
 
 
 def _usual(full: PowerModel, column: Column) -> float:
     """Size of an effect before anything is known: the vehicle's value or the declared one."""
     effect, name, parameter, _ = full.slots[column.place]
-    given = full.vehicle.parameters.get(effect.slug, {}).get(name, parameter.default)
-    value = float(given) if isinstance(given, int | float) else parameter.default
+    value = usual_value(full, effect, name)
     null = parameter.null or 0.0
     size = value - null or parameter.default - null or 0.2
     if parameter.per is None and size == 0.2 and parameter.unit != "1":
