@@ -155,10 +155,6 @@ class Examination:
         watts = self.unnoticed.get(slug, 0.0)
         return _unnoticed(watts, self) if watts > WORTH_SAYING * self.mean_watts else None
 
-    def size(self, columns: list[int], coefficients: Array) -> float:
-        """ρ: rms of what some columns add, after refitting the model, over the noise."""
-        return self.evidence.size(columns, coefficients)
-
 
 def examine(
     log: Telemetry, competitors: Competitors, explained: tuple[int, ...] | None = None

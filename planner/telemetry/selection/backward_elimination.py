@@ -19,7 +19,6 @@ from planner.progress import Progress
 from planner.telemetry.holdout import heldout_residual
 from planner.telemetry.noise import huber
 from planner.telemetry.selection.selection_loop import Found
-from planner.telemetry.terms import fit_with
 
 FAIR_SHARE = 0.05
 """Share of the loss on runs left out that a member beside others has to take off, or else"""
@@ -35,16 +34,14 @@ def without_idle(found: Found, watch: Progress) -> Found:
     """
     if any(m.sensor for m in found.selection.members):
         return found
-    members, library = list(found.selection.members), found.local.competitors.library
+    members = list(found.selection.members)
     while len(members) > 1:
         residual = heldout_residual(found.log, found.fitted)
         gains = []
         for k, member in enumerate(members):
             watch(0.9, f"fitting without {member.name}")
             rest = tuple(a for j, a in enumerate(found.additions) if j != k)
-            fitted = fit_with(
-                found.origin, found.log, rest, noise=found.local.noise, within=library.model
-            )
+            fitted = found.refit(rest)
             without = heldout_residual(found.log, fitted)
             gains.append((_gain(found, without, residual), k, rest, fitted))
         least, k, rest, fitted = min(gains, key=lambda entry: entry[0])

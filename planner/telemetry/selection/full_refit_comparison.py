@@ -15,8 +15,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -28,13 +27,13 @@ from planner.telemetry.noise import clipped
 from planner.telemetry.other_terms import seen_after
 from planner.telemetry.sampling import block_numbers
 from planner.telemetry.selection.select_effects import Selection
-from planner.telemetry.selection.subset_search import Member, Rival
+from planner.telemetry.selection.subset_search import Rival
 from planner.telemetry.terms import Addition, fit_with
 
-OTHERS = 3
-"""How many of the best singles, and of the best pairs, stand against several effects."""
-NEIGHBOURS = 4
-"""How many sets in which one member is replaced are fitted."""
+MOST_OTHERS = 3
+"""Best single effects, and as many best pairs, that are fitted beside a larger set."""
+MOST_NEIGHBOURS = 4
+"""Sets in which one member is replaced that are fitted."""
 TIE_GAIN = 2.0
 TIE_Z = 1.64
 SURE_GAIN = 8.0
@@ -43,33 +42,28 @@ FAR_BEHIND = 60.0
 """Score by which such a set may trail in the sums and still be fitted."""
 
 
-def coefficients_of(selection: Selection, name: str) -> Array:
-    """What the selection estimates for one of its effects, in units of its parameters."""
-    return next(s.coefficients for s in selection.standings if s.name == name)
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """How one explanation came out of a contest.
+@dataclass(frozen=True, eq=False)
+class Refit:
+    """A competing model, fitted in full.
 
     Attributes:
-        members: of it.
+        rival: the model.
+        score: log-likelihood less penalty.
+        by_cluster: (clusters,) log-likelihood.
         ties: name of a member → names that explain the log as well in its place.
-        sizes: name of a member → ρ of what it adds to the others, where these were fitted alone.
+        sizes: name of a member → effect size ρ beside the others, where these were fitted alone.
     """
 
-    members: tuple[Member, ...]
-    ties: dict[str, tuple[str, ...]]
-    sizes: dict[str, float]
-
-
-class Entry(NamedTuple):
-    """A rival that was fitted: names of its members, score, and (blocks,) log-likelihood."""
-
     rival: Rival
-    names: frozenset[str]
     score: float
-    by_block: Array
+    by_cluster: Array
+    ties: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    sizes: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Of the members."""
+        return self.rival.names
 
 
 def contest(
@@ -79,8 +73,8 @@ def contest(
     selection: Selection,
     known: Sequence[Rival] = (),
     check: Callable[[], None] = lambda: None,
-) -> tuple[list[Outcome], tuple[Rival, ...]]:
-    """The members that explain the log when everything is fitted, best first, and their equals.
+) -> list[Refit]:
+    """Fit competing models in full and rank them, best first.
 
     Args:
         log: the rows.
@@ -91,61 +85,61 @@ def contest(
         check: called before every fit; raises when the caller was cancelled.
 
     Returns:
-        Outcomes that do not trail far, and their rivals, to be tried again later.
+        Those that do not trail far; later rounds may try them again.
     """
-    field = _field(selection, known)
-    if len(field) == 1:
-        only = field[0]
-        return [Outcome(only.members, {m.name: () for m in only.members}, {})], (only,)
-    blocks = block_numbers(log)
+    competing = _competing(selection, known)
+    if len(competing) == 1:
+        return [Refit(competing[0], competing[0].score, np.zeros(0))]
+    clusters = block_numbers(log)
     entries = []
-    for rival in field:
+    for rival in competing:
         check()
         rows, surprise = row_likelihood(log, base, examination, rival)
-        by_block = np.bincount(blocks, rows).astype(float)
-        score = float(by_block.sum()) - rival.penalty - surprise
-        entries.append(Entry(rival, frozenset(m.name for m in rival.members), score, by_block))
+        by_cluster = np.bincount(clusters, rows).astype(float)
+        entries.append(Refit(rival, float(by_cluster.sum()) - rival.penalty - surprise, by_cluster))
 
-    def rank(entry: Entry) -> float:
-        # A sensor is blamed only when it is clearly ahead of everything that blames none.
+    def rank(entry: Refit) -> float:
+        # A sensor fault is named only when it is clearly ahead of everything without one.
         return entry.score - SURE_GAIN * any(m.sensor for m in entry.rival.members)
 
     entries.sort(key=rank, reverse=True)
     entries = [e for e in entries if entries[0].score - e.score < FAR_BEHIND]
     check()
-    rows, _ = row_likelihood(log, base, examination, Rival((), (), 0.0, 0.0))
-    nothing = np.bincount(blocks, rows).astype(float)
-    outcomes = [
-        Outcome(e.rival.members, ties_of(e, entries), sizes_of(e, entries, nothing, len(log)))
-        for e in entries
-    ]
-    return simpler_first(outcomes, entries), tuple(e.rival for e in entries)
+    rows, _ = row_likelihood(log, base, examination, Rival((), ()))
+    nothing = np.bincount(clusters, rows).astype(float)
+    return simpler_first(
+        [
+            replace(e, ties=ties_of(e, entries), sizes=sizes_of(e, entries, nothing, len(log)))
+            for e in entries
+        ]
+    )
 
 
-def simpler_first(outcomes: list[Outcome], entries: Sequence[Entry]) -> list[Outcome]:
-    """The error of one sensor before several effects, each of which is tied with it.
+def simpler_first(entries: list[Refit]) -> list[Refit]:
+    """Move one sensor's error before several effects, each of which is tied with it.
 
-    That two effects are missing at once and look like one faulty sensor is the odder story.
+    One faulty sensor is likelier than two missing effects that look like it.
     """
-    tied = [set(names) for names in outcomes[0].ties.values()]
+    tied = [set(names) for names in entries[0].ties.values()]
     if len(tied) < 2:
-        return outcomes
-    for number, (outcome, entry) in enumerate(zip(outcomes, entries, strict=True)):
-        alone = len(outcome.members) == 1 and outcome.members[0].sensor
+        return entries
+    for number, entry in enumerate(entries):
+        members = entry.rival.members
+        alone = len(members) == 1 and members[0].sensor
         near = entries[0].score - entry.score < SURE_GAIN
-        if alone and near and all(outcome.members[0].name in names for names in tied):
-            return [outcome, *outcomes[:number], *outcomes[number + 1 :]]
-    return outcomes
+        if alone and near and all(members[0].name in names for names in tied):
+            return [entry, *entries[:number], *entries[number + 1 :]]
+    return entries
 
 
-def ties_of(winner: Entry, entries: Sequence[Entry]) -> dict[str, tuple[str, ...]]:
+def ties_of(winner: Refit, entries: Sequence[Refit]) -> dict[str, tuple[str, ...]]:
     """By member, what explains the log as well in its place."""
     ties: dict[str, list[str]] = {name: [] for name in winner.names}
     for other in entries:
         gone, come = winner.names - other.names, other.names - winner.names
         if len(gone) != 1 or len(come) != 1:
             continue
-        difference = winner.by_block - other.by_block
+        difference = winner.by_cluster - other.by_cluster
         scatter = float(difference.std()) * np.sqrt(len(difference)) + 1e-12
         gain, z = winner.score - other.score, float(difference.sum()) / scatter
         if gain < TIE_GAIN or (z < TIE_Z and gain < SURE_GAIN):
@@ -154,48 +148,47 @@ def ties_of(winner: Entry, entries: Sequence[Entry]) -> dict[str, tuple[str, ...
 
 
 def sizes_of(
-    winner: Entry, entries: Sequence[Entry], nothing: Array, rows: int
+    winner: Refit, entries: Sequence[Refit], nothing: Array, rows: int
 ) -> dict[str, float]:
-    """By member, ρ of what it adds to the others, or to nothing, where these were fitted alone."""
+    """By member, effect size beside the others, or alone, where these were fitted without it."""
     sizes = {}
-    fitted = [(other.names, other.by_block) for other in entries]
-    for names, by_block in [*fitted, (frozenset[str](), nothing)]:
+    fitted = [(other.names, other.by_cluster) for other in entries]
+    for names, by_cluster in [*fitted, (frozenset[str](), nothing)]:
         gone = winner.names - names
         if names < winner.names and len(gone) == 1:
-            gain = max(0.0, float((winner.by_block - by_block).sum()))
+            gain = max(0.0, float((winner.by_cluster - by_cluster).sum()))
             sizes[next(iter(gone))] = math.sqrt(2.0 * gain / rows)
     return sizes
 
 
-def _field(selection: Selection, known: Sequence[Rival]) -> list[Rival]:
+def _competing(selection: Selection, known: Sequence[Rival]) -> list[Rival]:
     """The selection, its subsets, the best singles and pairs, and near rivals of one member."""
-    chosen = frozenset(m.name for m in selection.members)
+    chosen = Rival(selection.members, ()).names
     wanted = {
         frozenset(some)
         for count in range(1, len(chosen) + 1)
         for some in itertools.combinations(sorted(chosen), count)
     }
-    field: dict[frozenset[str], Rival] = {}
+    competing: dict[frozenset[str], Rival] = {}
     counts = {1: 0, 2: 0}
     neighbours = 0
     best = max((r.score for r in selection.rivals), default=0.0)
     for rival in selection.rivals:  # best first
-        names = frozenset(m.name for m in rival.members)
-        if names in field:
+        names, size = rival.names, len(rival.members)
+        if names in competing:
             continue
-        size = len(names)
         near = len(names & chosen) == len(chosen) - 1 and size == len(chosen)
         if names in wanted:
-            field[names] = rival
-        elif near and neighbours < NEIGHBOURS and best - rival.score < FAR_BEHIND:
+            competing[names] = rival
+        elif near and neighbours < MOST_NEIGHBOURS and best - rival.score < FAR_BEHIND:
             neighbours += 1
-            field[names] = rival
-        elif len(chosen) > 1 and size in counts and counts[size] < OTHERS:
+            competing[names] = rival
+        elif len(chosen) > 1 and size in counts and counts[size] < MOST_OTHERS:
             counts[size] += 1
-            field[names] = rival
+            competing[names] = rival
     for rival in known:
-        field.setdefault(frozenset(m.name for m in rival.members), rival)
-    return list(field.values())
+        competing.setdefault(rival.names, rival)
+    return list(competing.values())
 
 
 def confirmed(
@@ -215,8 +208,8 @@ def confirmed(
     scores = []
     for some in (members, rest):
         check()
-        sizes = tuple(coefficients_of(selection, m.name) for m in some)
-        rows, surprise = row_likelihood(log, base, examination, Rival(some, sizes, 0.0, 0.0))
+        sizes = tuple(selection.standing(m.name).coefficients for m in some)
+        rows, surprise = row_likelihood(log, base, examination, Rival(some, sizes))
         scores.append(float(rows.sum()) - surprise)
     return scores[0] - scores[1] > SURE_GAIN
 

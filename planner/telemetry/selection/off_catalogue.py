@@ -39,7 +39,6 @@ class ShapeFound:
         column: in the examination.
         z: of its test beyond the selection.
         size: ρ.
-        coefficient: W per unit of the shape.
         alone: True when it explains the log better than the selection, which it replaces.
         near: slugs of effects that look the same in this log.
     """
@@ -48,7 +47,6 @@ class ShapeFound:
     column: int
     z: float
     size: float
-    coefficient: float
     alone: bool
     near: tuple[str, ...]
 
@@ -67,9 +65,8 @@ def shape_beyond(
     if not columns:
         return None
     mine = chooser.columns(chosen)
-    z, found, information = evidence.test_each(columns, given=mine)
+    z, found, _ = evidence.test_each(columns, given=mine)
     best = int(np.argmax(z))
-    del information
     p = min(1.0, two_sided(float(z[best])) * len(columns))
     size = evidence.size([columns[best]], found[[best]], mine)
     least = max(LEAST_SHAPE_SIZE, LEAST_SHAPE_BESIDE * chooser.largest(chosen))
@@ -86,29 +83,17 @@ def shape_beyond(
             chooser.name_count
         )
         if better or simpler:
-            return ShapeFound(
-                examination.shapes[strongest],
-                columns[strongest],
-                float(alone_z[strongest]),
-                evidence.size([columns[strongest]], alone_found[[strongest]]),
-                float(alone_found[strongest]),
-                True,
-                _look_alikes(examination, columns[strongest]),
-            )
+            number, column = examination.shapes[strongest], columns[strongest]
+            size = evidence.size([column], alone_found[[strongest]])
+            near = _look_alikes(examination, column)
+            return ShapeFound(number, column, float(alone_z[strongest]), size, True, near)
     if not significant:
         return None
     near = _look_alikes(examination, columns[best])
     if not chosen:
         near = tuple(dict.fromkeys((*near, *_as_good(examination, chooser, columns[best]))))
-    return ShapeFound(
-        examination.shapes[best],
-        columns[best],
-        float(z[best]),
-        size,
-        float(found[best]),
-        not chosen,
-        near,
-    )
+    number = examination.shapes[best]
+    return ShapeFound(number, columns[best], float(z[best]), size, not chosen, near)
 
 
 def _as_good(examination: Examination, chooser: Chooser, column: int) -> list[str]:

@@ -13,7 +13,7 @@ off_catalogue; ties are found by fitting rivals in full
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
@@ -51,6 +51,11 @@ class Standing:
     member: Member
     coefficients: Array
 
+    @property
+    def stderr(self) -> float:
+        """Standard error of the first coefficient, by its test."""
+        return abs(float(self.coefficients[0])) / max(self.z, 1e-9)
+
 
 @dataclass(frozen=True)
 class Selection:
@@ -61,8 +66,6 @@ class Selection:
         ties: name → names of rivals that explain as much.
         standings: every effect that could be told, best first.
         shape: what remains, or None.
-        none_p: probability of the strongest candidate's score if nothing were missing.
-        tests: of the members, by name.
         rivals: subsets that were scored, best first, the members' own among them.
     """
 
@@ -70,9 +73,11 @@ class Selection:
     ties: dict[str, tuple[str, ...]]
     standings: tuple[Standing, ...]
     shape: ShapeFound | None
-    none_p: float
-    tests: dict[str, Test] = field(default_factory=dict)
-    rivals: tuple[Rival, ...] = ()
+    rivals: tuple[Rival, ...]
+
+    def standing(self, name: str) -> Standing:
+        """The entry of ``standings`` for an effect or a sensor."""
+        return next(standing for standing in self.standings if standing.name == name)
 
 
 def select(
@@ -91,16 +96,12 @@ def select(
         check: called between the parts; raises when the caller was cancelled.
     """
     chooser = Chooser(examination)
-    evidence = examination.evidence
     best = chooser.search()
     if members is not None:
-        best = chooser.find(members)
+        best = tuple(sorted(chooser.members.index(m) for m in members))
     check()
     chosen, tests = chooser.checked(best, sizes)
     chooser.admit(chosen)
-    singles = sorted({c for m in chooser.members for c in m.columns})
-    z, _, _ = evidence.test_each(singles) if singles else (np.zeros(0), None, None)
-    none_p = float(min(1.0, two_sided(float(z.max())) * len(z))) if len(z) else 1.0
     check()
     shape = shape_beyond(examination, chooser, chosen)
     honest = members is not None and not any(m.sensor for m in members)
@@ -109,49 +110,35 @@ def select(
     if shape is not None and shape.alone:
         chosen, tests = (), {}
     chooser.admit(chosen)  # a sensor may have taken the place of a shape
-    order = sorted(chosen, key=lambda k: -_single_gain(chooser, k))
-    return Selection(
-        tuple(chooser.members[k] for k in order),
-        {},
-        _standings(chooser, chosen, tests, singles, z),
-        shape,
-        none_p,
-        tests,
-        chooser.rivals(chosen),
-    )
-
-
-def _single_gain(chooser: Chooser, k: int) -> float:
-    found = chooser.gains.get((k,))
-    return found[0] if found else 0.0
+    order = sorted(chosen, key=lambda k: -chooser.gains.get((k,), (0.0,))[0])
+    strongest_first = tuple(chooser.members[k] for k in order)
+    standings = _standings(chooser, chosen, tests)
+    return Selection(strongest_first, {}, standings, shape, chooser.rivals(chosen))
 
 
 def _standings(
-    chooser: Chooser,
-    chosen: tuple[int, ...],
-    tests: dict[str, Test],
-    singles: Sequence[int],
-    z: Array,
+    chooser: Chooser, chosen: tuple[int, ...], tests: dict[str, Test]
 ) -> tuple[Standing, ...]:
-    weights = {s: np.exp(v - max(chooser.scored.values())) for s, v in chooser.scored.items()}
+    highest = max(chooser.scored.values())
+    weights = {s: np.exp(v - highest) for s, v in chooser.scored.items()}
     total = sum(weights.values())
     best_way: dict[str, int] = {}
     for k, member in enumerate(chooser.members):
         if (k,) not in chooser.gains:
             continue
         known = best_way.get(member.name)
-        score = chooser.scored[k,]
-        if known is None or score > chooser.scored[known,]:
+        if known is None or chooser.scored[k,] > chooser.scored[known,]:
             best_way[member.name] = k
-    for k in chosen:
-        best_way[chooser.members[k].name] = k
-    place = {column: n for n, column in enumerate(singles)}
+    picked = {chooser.members[k].name: k for k in chosen}
+    best_way |= picked
+    singles = sorted({c for m in chooser.members for c in m.columns})
+    z = dict(zip(singles, chooser.evidence.test_each(singles)[0], strict=True)) if singles else {}
     standings = []
     for name, k in best_way.items():
         member = chooser.members[k]
         gain, found = chooser.gains.get((k,), (0.0, np.zeros(len(member.columns))))
         test = tests.get(name)
-        strongest = max(float(z[place[c]]) for c in member.columns)
+        strongest = max(float(z[c]) for c in member.columns)
         if test is not None:
             found, strongest = test.coefficients, test.z
         probability = sum(
@@ -163,11 +150,10 @@ def _standings(
                 gain,
                 strongest,
                 test.p_value if test else two_sided(strongest),
-                chooser.examination.size(list(member.columns), found),
+                chooser.evidence.size(list(member.columns), found),
                 float(probability / total),
                 member,
                 found,
             )
         )
-    picked = {chooser.members[k].name for k in chosen}
     return tuple(sorted(standings, key=lambda s: (s.name not in picked, -s.probability, -s.gain)))

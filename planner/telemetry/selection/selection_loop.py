@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from planner.telemetry.evidence import Competitors, Examination, examine
 from planner.telemetry.holdout import base_fit, heldout_rmse
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.other_terms import SENSORS, Dictionary, Sensor
-from planner.telemetry.selection.full_refit_comparison import coefficients_of, confirmed, contest
+from planner.telemetry.selection.full_refit_comparison import confirmed, contest
 from planner.telemetry.selection.select_effects import Selection, Standing, select
 from planner.telemetry.selection.subset_search import Member, Rival, members_of
 from planner.telemetry.terms import Addition, CandidateLibrary, candidate_library, fit_with
@@ -55,6 +56,11 @@ class Found:
     origin: PowerModel
     refuted: tuple[Standing, ...] = ()
     searched: Fit | None = None
+
+    def refit(self, additions: Sequence[Addition], *, tried: bool = False) -> Fit:
+        """The origin fitted with additions; ``tried`` as in fit_with."""
+        noise, within = self.local.noise, self.local.competitors.library.model
+        return fit_with(self.origin, self.log, additions, noise=noise, within=within, tried=tried)
 
     def strained(self, start: PowerModel) -> bool:
         """Whether the base fit ran into physical bounds: something strong is missing."""
@@ -107,39 +113,28 @@ def investigate(
         faults = [m.name for m in found.selection.members if m.sensor]
         if not faults:
             break
-        sizes = {kind: _size(found, kind) for kind in faults}
+        standings = {kind: found.selection.standing(kind) for kind in faults}
+        sizes = {kind: float(standing.coefficients[0]) for kind, standing in standings.items()}
         # A true error is gone once it was corrected. One that asks for more, or for its opposite,
         # stands for something else that the model lacks.
         wandering = {
             kind
-            for kind, (value, _) in sizes.items()
+            for kind, value in sizes.items()
             if kind in corrections and abs(value) > STEADY * abs(corrections[kind][0])
         }
         # Around another linearisation an error may look plain that corrects next to nothing.
-        wandering |= {kind for kind in faults if not _confirmed(found, kind, watch)}
+        check = partial(watch, 0.45, "fitting without the error of a sensor")
+        found_in = log, base, found.examination, found.selection
+        wandering |= {kind for kind in faults if not confirmed(*found_in, kind, check)}
         if wandering:
             believed -= wandering
             corrections = {k: v for k, v in corrections.items() if k in believed}
         else:
-            for kind, (value, stderr) in sizes.items():
+            for kind, value in sizes.items():
                 before = corrections.get(kind, (0.0, 0.0))[0]
-                corrections[kind] = (before + value, stderr)
+                corrections[kind] = (before + value, standings[kind].stderr)
         log = corrected(sample, corrections)
     return found
-
-
-def _confirmed(found: Found, kind: str, watch: Progress) -> bool:
-    def check() -> None:
-        watch(0.45, "fitting without the error of a sensor")
-
-    return confirmed(found.log, found.base, found.examination, found.selection, kind, check)
-
-
-def _size(found: Found, kind: str) -> tuple[float, float]:
-    """Size of a sensor's error and its standard error."""
-    standing = next(s for s in found.selection.standings if s.name == kind)
-    value = float(standing.coefficients[0])
-    return value, abs(value) / max(standing.z, 1e-9)
 
 
 def corrected(log: Telemetry, corrections: dict[str, tuple[float, float]]) -> Telemetry:
@@ -159,18 +154,23 @@ def _settled(
     *,
     exact: bool,
 ) -> Found:
-    """Choose, refit, lay out anew, until the choice stays.
-
-    ``exact`` as in Competitors.
-    """
+    """Choose, refit, lay out anew, until the choice stays; ``exact`` as in Competitors."""
     competitors = Competitors(library, Dictionary.of(log), sensors, exact=exact)
     examination = examine(log, competitors)
     known: list[Rival] = []
-
     reached = share
 
     def check() -> None:
-        watch(reached, "fitting what comes near in full")
+        watch(reached, "fitting competing models in full")
+
+    def state() -> Found:
+        settled = examination, selection, fitted, additions
+        return Found(log, base, *settled, {}, examination, base.model)
+
+    def refit() -> tuple[tuple[Addition, ...], Fit]:
+        wanted = additions_of(examination, selection)
+        noise = examination.noise
+        return wanted, fit_with(base.model, log, wanted, noise=noise, within=library.model)
 
     selection = _chosen(log, base, examination, known, check)
     fitted = base
@@ -185,12 +185,11 @@ def _settled(
         chosen = names
         reached = share + 0.04 * number
         watch(reached, "refitting with " + ", ".join(m.name for m in members))
-        additions = additions_of(examination, selection, members)
-        fitted = fit_with(base.model, log, additions, noise=examination.noise, within=library.model)
+        additions, fitted = refit()
         if exact and members:
             error = heldout_rmse(log, fitted)
             if best is None or error < best[0]:
-                best = error, _found(log, base, examination, selection, fitted, additions)
+                best = error, state()
         tied = {name for ties in selection.ties.values() for name in ties}
         competitors = replace(
             competitors,
@@ -208,29 +207,18 @@ def _settled(
         return best[1]
     if not settled:
         # The last choice has not been fitted yet; names and parameters belong together.
-        members = [m for m in selection.members if not m.sensor]
-        additions = additions_of(examination, selection, members)
-        fitted = fit_with(base.model, log, additions, noise=examination.noise, within=library.model)
-    return _found(log, base, examination, selection, fitted, additions)
+        additions, fitted = refit()
+    return state()
 
 
-def additions_of(
-    examination: Examination, selection: Selection, members: Sequence[Member]
-) -> tuple[Addition, ...]:
-    """Members that are no sensors, as additions to a model."""
+def additions_of(examination: Examination, selection: Selection) -> tuple[Addition, ...]:
+    """The selected effects of the catalogue, as additions to a model."""
     library = examination.competitors.library
-    return tuple(Addition.of(library, m.term, coefficients_of(selection, m.name)) for m in members)
-
-
-def _found(
-    log: Telemetry,
-    base: Fit,
-    examination: Examination,
-    selection: Selection,
-    fitted: Fit,
-    additions: tuple[Addition, ...],
-) -> Found:
-    return Found(log, base, examination, selection, fitted, additions, {}, examination, base.model)
+    return tuple(
+        Addition.of(library, m.term, selection.standing(m.name).coefficients)
+        for m in selection.members
+        if not m.sensor
+    )
 
 
 def _chosen(
@@ -251,15 +239,15 @@ def _chosen(
     # What could be told in an earlier round may drown in this one, around other parameters.
     there = members_of(examination)
     able = [rival for rival in known if all(m in there for m in rival.members)]
-    ranked, near = contest(log, base, examination, selection, able, check)
-    known[:] = near
+    ranked = contest(log, base, examination, selection, able, check)
+    known[:] = [outcome.rival for outcome in ranked]
     names = {m.name for m in selection.members}
     first: Selection | None = None
     for outcome in ranked:
-        wanted = {m.name for m in outcome.members}
+        wanted = outcome.names
         stands = selection
         if wanted != names:
-            stands = select(examination, outcome.members, outcome.sizes)
+            stands = select(examination, outcome.rival.members, outcome.sizes)
         ties = {m.name: outcome.ties.get(m.name, ()) for m in stands.members}
         stands = replace(stands, ties=ties)
         if stands.shape is not None or {m.name for m in stands.members} == wanted:
@@ -283,21 +271,18 @@ def _relinearised(
             possible = float(np.clip(value, column.low, column.high))
             if abs(possible) > 0.05 * abs(amplitudes[number]):
                 amplitudes[number] = possible
-    places = {
-        (effect.slug, name, element): place
-        for place, (effect, name, _, element) in enumerate(fitted.model.slots)
-    }
+    values = dict(zip(fitted.model.parameter_names, fitted.model.parameters, strict=True))
     last_wheel = library.model.vehicle.layout.wheel_count - 1
     held = []
     for member in members:
         for number in member.term.columns:
-            column = library.candidates[number]
-            name, _, element = column.parameter.partition(" ")
-            value = fitted.model.parameters[places[member.name, name, int(element or 0)]]
-            if library.model.slots[column.place][2].per == "wheel":
+            place = library.candidates[number].place
+            _, name, parameter, element = library.model.slots[place]
+            value = values[member.name, name, element]
+            if parameter.per == "wheel":
                 # Columns count from the last wheel, a fit from the mean.
-                value -= fitted.model.parameters[places[member.name, name, last_wheel]]
-            null = library.model.parameters[column.place]
+                value -= values[member.name, name, last_wheel]
+            null = library.model.parameters[place]
             if abs(value - null) > 1e-3 * abs(amplitudes[number]):
                 amplitudes[number] = value - null
                 held.append(number)

@@ -24,6 +24,9 @@ from planner.telemetry.evidence import Examination, Test
 from planner.telemetry.terms import Atom
 
 MOST_EFFECTS = 3
+"""Members of a set; logs with more missing effects at once were never told apart."""
+GROWN_SETS = 25
+"""Best pairs that a third member is tried with."""
 SIGNIFICANT = 0.01
 """Probability of naming something when nothing is missing, over all candidates together."""
 OVERSHOOT = 3.0
@@ -43,17 +46,26 @@ LEAST_SENSOR_SIZE = 0.13
 
 @dataclass(frozen=True)
 class Member:
-    """One way of acting that competes: an atom of the catalogue, or an error of a sensor."""
+    """What may be in a set: a term of the catalogue, or the error of a sensor.
+
+    Attributes:
+        name: slug of the effect, or kind of the sensor.
+        columns: of the design matrix.
+        atom: the term; None for a sensor.
+    """
 
     name: str
     columns: tuple[int, ...]
-    sensor: bool
-    atom: Atom | None
-    scanned: bool
+    atom: Atom | None = None
+
+    @property
+    def sensor(self) -> bool:
+        """Whether it is the error of a sensor."""
+        return self.atom is None
 
     @property
     def term(self) -> Atom:
-        """The atom of a member that is no sensor; sensors have none, and callers leave them out."""
+        """The term; callers leave sensors out, which have none."""
         assert self.atom is not None
         return self.atom
 
@@ -71,27 +83,26 @@ class Rival:
 
     members: tuple[Member, ...]
     coefficients: tuple[Array, ...]
-    penalty: float
-    score: float
+    penalty: float = 0.0
+    score: float = 0.0
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Of the members."""
+        return frozenset(member.name for member in self.members)
 
 
 def members_of(examination: Examination) -> list[Member]:
     """All ways of acting that compete."""
     competitors = examination.competitors
     members = [
-        Member(
-            atom.effect,
-            tuple(competitors.candidate(n) for n in atom.columns),
-            False,
-            atom,
-            atom.scanned,
-        )
+        Member(atom.effect, tuple(competitors.candidate(n) for n in atom.columns), atom)
         for atom in examination.atoms
     ]
     for number, sensor in enumerate(competitors.sensors):
         column = competitors.sensor(number)
         if examination.evidence.kept_share(column) > 2e-3:
-            members.append(Member(sensor.kind, (column,), True, None, False))
+            members.append(Member(sensor.kind, (column,)))
     return members
 
 
@@ -110,8 +121,7 @@ class Chooser:
             self.usual[examination.competitors.sensor(number)] = sensor.usual
         names = {m.name for m in self.members}
         self.name_count = max(len(names), 2)
-        # Of parameters that do the same, the one that its effect declares first is taken.
-        self.lateness = _lateness(self.members)
+        self.charges = _charges(self.members)
         self.scored: dict[tuple[int, ...], float] = {(): 0.0}
         self.gains: dict[tuple[int, ...], tuple[float, Array]] = {(): (0.0, np.zeros(0))}
 
@@ -121,10 +131,7 @@ class Chooser:
     def penalty(self, chosen: Sequence[int]) -> float:
         blocks = 0.5 * np.log(max(self.evidence.block_count, 2))
         each = [
-            blocks * len(self.members[k].columns)
-            + np.log(self.name_count)
-            + self.lateness[k]
-            + (0.5 if self.members[k].scanned else 0.0)
+            blocks * len(self.members[k].columns) + np.log(self.name_count) + self.charges[k]
             for k in chosen
         ]
         return float(sum(each))
@@ -153,14 +160,11 @@ class Chooser:
     def search(self) -> tuple[int, ...]:
         """Score subsets up to MOST_EFFECTS; the best one."""
         everyone = range(len(self.members))
-        best_pairs: list[tuple[int, ...]] = []
+        best: list[tuple[int, ...]] = []
         for count in range(1, MOST_EFFECTS + 1):
-            if count <= 2:
-                subsets = list(itertools.combinations(everyone, count))
-            else:
-                subsets = sorted(
-                    {tuple(sorted({*pair, k})) for pair in best_pairs for k in everyone}
-                )
+            subsets = list(itertools.combinations(everyone, min(count, 2)))
+            if count > 2:
+                subsets = sorted({tuple(sorted({*some, k})) for some in best for k in everyone})
             subsets = [
                 chosen
                 for chosen in subsets
@@ -172,7 +176,7 @@ class Chooser:
                 self.gains[chosen] = value, found
                 self.scored[chosen] = value - self.penalty(chosen)
                 level.append((value, chosen))
-            best_pairs = [chosen for _, chosen in sorted(level, reverse=True)[:25]]
+            best = [chosen for _, chosen in sorted(level, reverse=True)[:GROWN_SETS]]
         return max(self.scored, key=lambda chosen: self.scored[chosen])
 
     def admit(self, chosen: tuple[int, ...]) -> None:
@@ -181,24 +185,16 @@ class Chooser:
             self.gains[chosen] = self.evidence.gain(self.columns(chosen))
             self.scored[chosen] = self.gains[chosen][0] - self.penalty(chosen)
 
-    def find(self, members: Sequence[Member]) -> tuple[int, ...]:
-        """The subset of given members."""
-        return tuple(sorted(self.members.index(m) for m in members))
-
     def rivals(self, kept: tuple[int, ...], most: int = 400) -> tuple[Rival, ...]:
         """The best subsets, in the order of their score, and ``kept`` whatever its score."""
         ranked = sorted(self.scored, key=lambda chosen: -self.scored[chosen])
         best = {*[c for c in ranked if c][:most], kept}
         rivals = []
         for chosen in [c for c in ranked if c and c in best]:
-            parts, start = [], 0
-            for k in chosen:
-                stop = start + len(self.members[k].columns)
-                parts.append(self.gains[chosen][1][start:stop])
-                start = stop
             members = tuple(self.members[k] for k in chosen)
-            charged = self.penalty(chosen)
-            rivals.append(Rival(members, tuple(parts), charged, self.scored[chosen]))
+            ends = np.cumsum([len(m.columns) for m in members])[:-1]
+            parts = tuple(np.split(self.gains[chosen][1], ends))
+            rivals.append(Rival(members, parts, self.penalty(chosen), self.scored[chosen]))
         return tuple(rivals)
 
     def checked(
@@ -209,20 +205,15 @@ class Chooser:
         ``fitted`` are sizes out of full fits, which see more of an effect than the sums.
         """
         while chosen:
-            tests, sizes = {}, {}
-            for k in chosen:
-                rest = self.columns([q for q in chosen if q != k])
-                mine = self.members[k].columns
-                tests[self.members[k].name] = test = self.evidence.test(mine, given=rest)
-                size = self.evidence.size(mine, test.coefficients, rest)
-                sizes[k] = max(size, fitted.get(self.members[k].name, 0.0))
+            tests, sizes = self._tested(chosen, fitted)
             worst, worst_k = -1.0, -1
             for k in chosen:
-                p = min(1.0, tests[self.members[k].name].p_value * self.name_count)
+                member = self.members[k]
+                p = min(1.0, tests[member.name].p_value * self.name_count)
                 least, significant = LEAST_SIZE, SIGNIFICANT
-                if self.members[k].sensor:
+                if member.sensor:
                     significant = SENSOR_SIGNIFICANT
-                    known = self.least[self.members[k].columns[0]] == 0.0
+                    known = self.least[member.columns[0]] == 0.0
                     least = LEAST_CORRECTION if known else LEAST_SENSOR_SIZE
                 least = max(least, LEAST_BESIDE * max(sizes.values()))
                 fault = max(p / significant, least / max(sizes[k], 1e-12))
@@ -235,20 +226,30 @@ class Chooser:
 
     def largest(self, chosen: tuple[int, ...]) -> float:
         """ρ of the largest member of a subset, 0 for none."""
-        sizes = [0.0]
+        return max(self._tested(chosen)[1].values(), default=0.0)
+
+    def _tested(
+        self, chosen: tuple[int, ...], fitted: Mapping[str, float] = MappingProxyType({})
+    ) -> tuple[dict[str, Test], dict[int, float]]:
+        """Test by name, and effect size by number, of every member given the others."""
+        tests, sizes = {}, {}
         for k in chosen:
             rest = self.columns([q for q in chosen if q != k])
-            mine = self.members[k].columns
-            test = self.evidence.test(mine, given=rest)
-            sizes.append(self.evidence.size(mine, test.coefficients, rest))
-        return max(sizes)
+            mine, name = self.members[k].columns, self.members[k].name
+            tests[name] = test = self.evidence.test(mine, given=rest)
+            size = self.evidence.size(mine, test.coefficients, rest)
+            sizes[k] = max(size, fitted.get(name, 0.0))
+        return tests, sizes
 
 
-def _lateness(members: Sequence[Member]) -> list[float]:
+def _charges(members: Sequence[Member]) -> list[float]:
+    """Log-likelihood that a form costs: half for a scanned shape, one for a later parameter."""
     first: dict[str, int] = {}
     for member in members:
         first[member.name] = min(first.get(member.name, member.columns[0]), member.columns[0])
-    return [0.0 if m.scanned else float(m.columns[0] > first[m.name]) for m in members]
+    return [
+        0.5 if m.atom and m.atom.scanned else float(m.columns[0] > first[m.name]) for m in members
+    ]
 
 
 def _limits(examination: Examination) -> tuple[Array, Array]:
