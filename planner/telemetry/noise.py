@@ -32,10 +32,18 @@ from scipy.optimize import nnls
 from planner.arrays import Array
 from planner.telemetry.logs import Telemetry
 
-ORDER = 12
+MOST_LAGS = 12
+"""Order of the autoregression, rows: 6 s of half-second rows, longer than a controller rings."""
 CLIP = 3.5
 """Residuals count at most this many spreads: one outlier cannot carry a fit."""
-BINS = 10
+SPREAD_BINS = 10
+"""Bins over |P| of the spread, each of at least 40 rows."""
+LEAST_RUNS = 4
+"""Runs below which their offsets and gains are not estimated."""
+MOST_HELPERS, HELPER_SHARE = 4, 0.01
+"""Columns that noise is estimated beside, and the share of squares that each must explain."""
+COLLINEAR = 0.03
+"""Share of a column's norm that must be left beside the model's own columns and those chosen."""
 _MAD = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
 
 
@@ -147,6 +155,36 @@ def _take_out_runs(columns: Any, shared: Any, by_run: Any, pieces: Any) -> None:
                     columns[start + k, j] -= basis[k, a] * change[a]
 
 
+def strongest_columns(residual: Array, own: Array, others: Array) -> list[int]:
+    """Numbers of the other columns that explain most of a residual, found one after the other.
+
+    Args:
+        residual: (n,).
+        own: (n, p) columns of the model, which come first.
+        others: (n, m).
+
+    Returns:
+        At most MOST_HELPERS; none that explains less than HELPER_SHARE of the squares left.
+    """
+    basis, _ = np.linalg.qr(own)
+    before = np.linalg.norm(others, axis=0)
+    left = residual - basis @ (basis.T @ residual)
+    rest = others - basis @ (basis.T @ others)
+    chosen: list[int] = []
+    for _ in range(MOST_HELPERS):
+        norms = np.linalg.norm(rest, axis=0)
+        usable = norms > COLLINEAR * np.maximum(before, 1e-300)
+        taken = np.where(usable, np.abs(rest.T @ left) / np.maximum(norms, 1e-300), 0.0)
+        best = int(np.argmax(taken))
+        if taken[best] ** 2 < HELPER_SHARE * float(left @ left):
+            break
+        chosen.append(best)
+        direction = rest[:, best] / norms[best]
+        left = left - direction * float(direction @ left)
+        rest = rest - np.outer(direction, direction @ rest)
+    return chosen
+
+
 def noise_of(log: Telemetry, residual: Array, watts: Array, doubt: Array, columns: Array) -> Noise:
     """Noise in the residual of a model, see noise_and_leftover."""
     return noise_and_leftover(log, residual, watts, doubt, columns)[0]
@@ -209,7 +247,7 @@ def _leftover(residual: Array, columns: Array, scale: Array) -> Array:
 
 def _spread(size: Array, left: Array) -> tuple[Array, Array]:
     """Spread over |P|; P crosses zero, so that a share of it alone would not do."""
-    count = int(min(BINS, max(1, len(size) // 40)))
+    count = int(min(SPREAD_BINS, max(1, len(size) // 40)))
     order = np.argsort(size, kind="stable")
     bins = np.array_split(order, count)
     powers = np.array([float(np.median(size[b])) for b in bins])
@@ -225,7 +263,7 @@ def _autoregression(log: Telemetry, z: Array) -> tuple[Array, Array]:
     """Levinson & Durbin's recursion on the pooled autocovariance."""
     parts = log.segments()
     lengths = np.array([stop - start for start, stop in parts])
-    order = int(min(ORDER, max(0, np.max(lengths) // 4)))
+    order = int(min(MOST_LAGS, max(0, np.max(lengths) // 4)))
     covariance = np.zeros(order + 1)
     pairs = np.zeros(order + 1)
     for start, stop in parts:
@@ -255,7 +293,7 @@ def _run_covariance(log: Telemetry, plain: Noise, left: Array, watts: Array, sca
     offset and gain are the same thing.
     """
     pieces = log.run_pieces()
-    if len(pieces) < 4:
+    if len(pieces) < LEAST_RUNS:
         return np.zeros((2, 2))
     one = np.ones_like(left)
     white = plain.whiten(log, watts, 1.0 / scale, np.column_stack([left, one, watts]))

@@ -33,7 +33,14 @@ from planner.power.vehicles import Vehicle
 from planner.progress import Progress, silent
 from planner.telemetry.diagnosis.experiments import Advice
 from planner.telemetry.diagnosis.reconcile import rather
-from planner.telemetry.diagnosis.results import Candidate, Diagnosis, Errors, Estimate, SensorFault
+from planner.telemetry.diagnosis.results import (
+    Candidate,
+    Diagnosis,
+    Errors,
+    Estimate,
+    FittedModels,
+    SensorFault,
+)
 from planner.telemetry.diagnosis.unknown_effect import Proposal, propose
 from planner.telemetry.diagnosis.verdict import (
     never_complete_with_structure,
@@ -94,7 +101,7 @@ def diagnose_source(
     watch(0.1, "fitting the model")
     found = find_missing(source, start, extra, watch)
     diagnosis = _report(source, found)
-    if found.strained(start):
+    if found.at_bounds(start):
         diagnosis = rather(
             diagnosis, _report(source, find_missing(source, start, extra, watch, as_stated=True))
         )
@@ -137,35 +144,33 @@ def _report(source: LogSource, found: Found) -> Diagnosis:
     if (proposal or members) and not sensors and not lower:
         proposal, members, lost = None, [], True
         fitted, left = found.base, before
-    baseline = Errors(found.base.rmse_w, rms(before), examination.noise.floor_w)
-    after = Errors(fitted.rmse_w, rms(left))
     selected = tuple(m.name for m in members)
     verdict = verdict_of(
         faulty=bool(sensors), formula=proposal is not None, named=bool(members), lost=lost
     )
     if proposal is None and members:
         fitted = trimmed(fitted, found.origin, found.log, found.additions)
-    candidates = _candidates(found, selected, fitted, members)
     advice = Advice(examination, selection, found.log)
-    outside = proposal.outside if proposal else None
+    models = FittedModels(
+        base=found.base.model,
+        fitted=fitted,
+        additions=_additions(found, members, proposal),
+        corrected=found.log,
+        refused=found.base.refused,
+    )
     diagnosis = Diagnosis(
-        verdict,
-        selected,
-        "",
-        baseline,
-        after,
-        candidates,
-        advice.not_told(selected),
-        tuple(regimes_of(found.log, found.base.residual, found.base.spread)),
-        outside,
-        sensors,
-        advice.experiments(),
-        found.base.model,
-        fitted,
-        _additions(found, members, proposal),
-        found.log,
-        source.describe(),
-        found.base.refused,
+        **vars(models),
+        verdict=verdict,
+        selected=selected,
+        baseline=Errors(found.base.rmse_w, rms(before), examination.noise.floor_w),
+        after=Errors(models.fitted.rmse_w, rms(left)),
+        candidates=_candidates(found, selected, fitted, members),
+        not_testable=advice.not_told(selected),
+        regimes=tuple(regimes_of(found.log, found.base.residual, found.base.spread)),
+        outside=proposal.outside if proposal else None,
+        sensors=sensors,
+        experiments=advice.experiments(),
+        log=source.describe(),
     )
     return replace(diagnosis, sentence=sentence_of(diagnosis, shape.near if shape and lost else ()))
 
@@ -215,10 +220,9 @@ def _sensor_faults(found: Found) -> tuple[SensorFault, ...]:
     values = dict(found.corrections)
     for member in found.selection.members:
         if member.sensor:
-            standing = next(s for s in found.selection.standings if s.name == member.name)
-            value = float(standing.coefficients[0])
+            standing = found.selection.standing(member.name)
             before = values.get(member.name, (0.0, 0.0))[0]
-            values[member.name] = (before + value, abs(value) / max(standing.z, 1e-9))
+            values[member.name] = (before + float(standing.coefficients[0]), standing.stderr)
     faults = []
     for kind, (value, stderr) in values.items():
         sensor = SENSORS[kind]
@@ -243,20 +247,11 @@ def _candidates(
             parameters = _linear_estimates(where, standing)
         # An effect alone; a selected one with all that were selected.
         columns = _columns_in(found.local, where, [standing.member])
-        entries.append(
-            Candidate(
-                standing.name,
-                standing.probability,
-                linear.rmse(own if chosen else columns),
-                parameters,
-                standing.z,
-                standing.p_value,
-                standing.size,
-                standing.gain,
-                len(standing.member.columns),
-                found.selection.ties.get(standing.name, ()) if chosen else (),
-            )
-        )
+        heldout = linear.rmse(own if chosen else columns)
+        known = standing.name, standing.probability, heldout, parameters
+        test = standing.z, standing.p_value, standing.size, standing.gain
+        aliases = found.selection.ties.get(standing.name, ()) if chosen else ()
+        entries.append(Candidate(*known, *test, len(standing.member.columns), aliases))
     told = {entry.effect for entry in entries}
     rest = sorted(examination.testable.items(), key=lambda item: (item[1] is not None, item[0]))
     for slug, why in rest:
@@ -268,10 +263,10 @@ def _candidates(
 
 def _fitted_estimates(fitted: Fit, slug: str) -> dict[str, Estimate]:
     estimates = {}
+    keys = [key[:2] for key in fitted.model.parameter_names]
     for parameter in fitted.parameters:
         if parameter.effect == slug:
-            spread = fitted.model.slots
-            several = sum(1 for s in spread if s[0].slug == slug and s[1] == parameter.name) > 1
+            several = keys.count((slug, parameter.name)) > 1
             name = f"{parameter.name} {parameter.element}" if several else parameter.name
             estimates[name] = Estimate(parameter.value, parameter.stderr, parameter.unit)
     return estimates
@@ -281,12 +276,9 @@ def _linear_estimates(examination: Examination, standing: Standing) -> dict[str,
     library = examination.competitors.library
     estimates = {}
     clear = examination.evidence.clear
-    for number, column, value in zip(
-        standing.member.term.columns,
-        standing.member.columns,
-        standing.coefficients,
-        strict=True,
-    ):
+    member = standing.member
+    each = zip(member.term.columns, member.columns, standing.coefficients, strict=True)
+    for number, column, value in each:
         candidate = library.candidates[number]
         _, _, parameter, _ = library.model.slots[candidate.place]
         null = parameter.null or 0.0

@@ -24,7 +24,7 @@ from planner.quantities import INDEX
 from planner.telemetry.evidence.evidence import Evidence
 from planner.telemetry.evidence.gram_matrices import RowBlocks
 from planner.telemetry.logs import Telemetry
-from planner.telemetry.noise import Noise, clipped, noise_and_leftover
+from planner.telemetry.noise import Noise, clipped, noise_and_leftover, strongest_columns
 from planner.telemetry.other_terms import SENSORS, Dictionary, Sensor
 from planner.telemetry.prediction import Nodes, doubt_of
 from planner.telemetry.sampling import block_numbers, stretches
@@ -169,7 +169,7 @@ def examine(
     watts, raw = competitors.raw(log)
     residual = raw[:, -1].copy()
     own = raw[:, : competitors.tangent]
-    helpers = list(explained) if explained is not None else _greedy(log, watts, raw, competitors)
+    helpers = _helpers(watts, raw, competitors.tangent) if explained is None else list(explained)
     model = competitors.library.held_model
     doubt = doubt_of(model, log.rows_for(model.surfaces))
     noise, left = noise_and_leftover(
@@ -189,39 +189,15 @@ def examine(
     return _sorted_out(log, plain)
 
 
-def _greedy(
-    log: Telemetry, watts: Array, raw: Array, competitors: Competitors, most: int = 4
-) -> list[int]:
-    """Columns that take the most out of the residual: noise must not be what an effect does."""
-    del log
-    scale = 1.0 / np.maximum(np.abs(watts), 0.3 * float(np.mean(np.abs(watts))) + 1e-9)
-    weighted = raw * scale[:, None]
-    middle = weighted[:, -1]
-    limit = 5.0 * 1.4826 * float(np.median(np.abs(middle - np.median(middle)))) + 1e-12
-    basis, _ = np.linalg.qr(weighted[:, : competitors.tangent])
-    rest = weighted[:, competitors.tangent : -1]
-    target = np.clip(middle, -limit, limit)
-    target = target - basis @ (basis.T @ target)
-    before = np.sqrt((rest**2).sum(axis=0))
-    rest = rest - basis @ (basis.T @ rest)
-    norms = np.sqrt((rest**2).sum(axis=0))
-    usable = norms > 0.03 * np.maximum(before, 1e-300)
-    rest = rest / np.where(usable, norms, 1.0)
-    chosen: list[int] = []
-    for _ in range(most):
-        match = np.where(usable, np.abs(rest.T @ target), 0.0)
-        match[chosen] = 0.0
-        best = int(np.argmax(match))
-        if match[best] ** 2 < 0.01 * float(target @ target):
-            break
-        chosen.append(best)
-        direction = rest[:, best].copy()
-        target = target - direction * float(direction @ target)
-        rest = rest - np.outer(direction, direction @ rest)
-        left = np.sqrt((rest**2).sum(axis=0))
-        usable &= left > 0.03
-        rest = rest / np.where(usable, left, 1.0)
-    return [competitors.tangent + k for k in chosen]
+def _helpers(watts: Array, raw: Array, tangent: int) -> list[int]:
+    """Columns that explain most of the residual, rows weighted: noise must not contain effects."""
+    size = np.abs(watts)
+    weighted = raw / np.maximum(size, 0.3 * float(np.mean(size)) + 1e-9)[:, None]
+    own, others, residual = weighted[:, :tangent], weighted[:, tangent:-1], weighted[:, -1]
+    centred = np.abs(residual - np.median(residual))
+    limit = 5.0 * 1.4826 * float(np.median(centred)) + 1e-12
+    chosen = strongest_columns(np.clip(residual, -limit, limit), own, others)
+    return [tangent + k for k in chosen]
 
 
 def _slow_shares(log: Telemetry, raw: Array) -> Array:

@@ -12,7 +12,7 @@ consecutive rows, evenly spread over all runs, because noise is correlated along
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -82,20 +82,13 @@ class LogSource:
         log = self.sample
         return {
             "source": log.source,
-            "sha256": _hash(log),
+            "sha256": log.sha256 if log.source and Path(log.source).exists() else None,
             "rows": self.rows,
             "runs": len(self.run_rows),
-            "report": [
-                {"kind": f.kind, "column": f.column, "rows": f.rows, "sentence": f.sentence}
-                for f in log.report
-            ],
+            "report": [asdict(finding) for finding in log.report],
             "derived": list(log.derived),
             "assumed": list(log.assumed),
         }
-
-
-def _hash(log: Telemetry) -> str | None:
-    return log.sha256 if log.source and Path(log.source).exists() else None
 
 
 def open_source(

@@ -1,7 +1,7 @@
 """The search for what is missing: fit, lay out, choose, fit rivals, lay out anew, until it stays.
 
     found = investigate(log, model, extra, watch)         # on rows in memory
-    found.strained(model)                                 # whether its fit ran into bounds
+    found.at_bounds(model)                                 # whether its fit ran into bounds
 
 Round by round the chosen effects are fitted with all other parameters, and everything is laid out
 around them, because sums are linear and effects are not. A faulty sensor is corrected in the log,
@@ -62,7 +62,7 @@ class Found:
         noise, within = self.local.noise, self.local.competitors.library.model
         return fit_with(self.origin, self.log, additions, noise=noise, within=within, tried=tried)
 
-    def strained(self, start: PowerModel) -> bool:
+    def at_bounds(self, start: PowerModel) -> bool:
         """Whether the base fit ran into physical bounds: something strong is missing."""
         for place in self.base.places:
             low, high = start.slots[place][2].bounds
@@ -89,7 +89,7 @@ def investigate(
         extra: custom effects that compete with the catalogue.
         watch: progress; raises when the caller cancelled.
         as_stated: lay out around the model as it is given, not around its fit: where a strong
-            effect has bent the fit out of shape, columns around it point nowhere (strained).
+            effect has bent the fit out of shape, columns around it point nowhere (at_bounds).
     """
     corrections: dict[str, tuple[float, float]] = {}
     believed = set(SENSORS)

@@ -118,7 +118,7 @@ def _told(problem, found):
     """(p, p) covariance if rows scattered just as the noise says."""
     columns = problem.at(found.model, found.model.parameters[list(found.places)]).columns
     white = found.noise.whiten(problem.log, found.watts, found.spread, columns)
-    return np.linalg.inv(white.T @ white + problem.known)
+    return np.linalg.inv(white.T @ white + problem.prior.precision)
 
 
 def test_what_is_not_told_apart_is_not_sure_beside_units_of_another_size(base):
