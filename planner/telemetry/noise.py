@@ -1,6 +1,6 @@
 """What the measurement scatters by, and how rows are made independent of each other.
 
-    noise = noise_of(log, residual, watts, doubt, columns)
+    noise, left = noise_of(log, residual, watts, doubt, columns)
     noise.floor_w                        # W rms, the error that no model can go below
     spread = noise.spread(watts, doubt)  # (n,) W of single rows
     white = noise.whiten(log, watts, spread, Z)   # (n, m), unit and uncorrelated noise
@@ -185,12 +185,7 @@ def strongest_columns(residual: Array, own: Array, others: Array) -> list[int]:
     return chosen
 
 
-def noise_of(log: Telemetry, residual: Array, watts: Array, doubt: Array, columns: Array) -> Noise:
-    """Noise in the residual of a model, see noise_and_leftover."""
-    return noise_and_leftover(log, residual, watts, doubt, columns)[0]
-
-
-def noise_and_leftover(
+def noise_of(
     log: Telemetry, residual: Array, watts: Array, doubt: Array, columns: Array
 ) -> tuple[Noise, Array]:
     """Noise in the residual of a model, once ``columns`` have taken what they can explain.

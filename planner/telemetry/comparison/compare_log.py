@@ -245,7 +245,7 @@ def _noise(sample: Telemetry, model: PowerModel, watts: Array) -> tuple[Noise, A
     others = others[:, np.isfinite(others).all(axis=0)]
     residual, doubt = sample.power - watts, doubt_of(model, rows)
     columns = np.column_stack([own, others[:, strongest_columns(residual, own, others)]])
-    noise = noise_of(sample, residual, watts, doubt, columns)
+    noise, _ = noise_of(sample, residual, watts, doubt, columns)
     return noise, noise.spread(watts, doubt)
 
 

@@ -23,9 +23,11 @@ from planner.telemetry.quantities_of_motion import AXES, FURTHER, all_axes
 from planner.telemetry.regimes import WORDS, Regime, block_length
 
 CURVE_BINS = 20
+"""Bins of a curve, about equally full."""
 SECTORS = 24
+"""Bins of the heading, 15° each."""
 ENOUGH_RUNS = 12
-"""Runs from which on they are the clusters of standard errors."""
+"""Runs from which on whole runs are the clusters of standard errors."""
 
 
 @dataclass(frozen=True)
@@ -53,11 +55,8 @@ class RunComparison:
 
     def energy(self) -> dict[str, float | None]:
         """J, ready for JSON."""
-        return {
-            "measured_j": self.measured_j,
-            "predicted_j": self.predicted_j,
-            "error_share": self.error_share,
-        }
+        joules = {"measured_j": self.measured_j, "predicted_j": self.predicted_j}
+        return {**joules, "error_share": self.error_share}
 
 
 @dataclass(frozen=True)
@@ -174,13 +173,8 @@ class Sums:
             return
         residual = chunk.power - watts
         squares = residual * residual
-        columns = (
-            np.ones(len(chunk)),
-            residual,
-            squares,
-            chunk.power * chunk.interval,
-            watts * chunk.interval,
-        )
+        joules = chunk.power * chunk.interval, watts * chunk.interval
+        columns = (np.ones(len(chunk)), residual, squares, *joules)
         for number, column in enumerate(columns):
             self._by_run[:, number] += np.bincount(chunk.run, column, len(self._by_run))
         self._absolute += float(np.abs(residual).sum())

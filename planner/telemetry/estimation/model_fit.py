@@ -32,6 +32,9 @@ from planner.telemetry.noise import Noise, clipped, noise_of
 from planner.telemetry.parameters import free_places
 from planner.telemetry.prediction import Nodes, doubt_of, predict, tangent
 
+FIRST_STEP_GAIN = 10.0
+"""Twice the log-likelihood that a step of the first fit must promise, see LEAST_STEP_GAIN."""
+
 
 @dataclass(frozen=True)
 class FittedParameter:
@@ -133,12 +136,16 @@ def fit(
     problem = problem_of(log, nodes, model, places)
     watts, columns = tangent(model, nodes, places)
     found = Solution(model, watts, columns)
-    for round_number in range(2 if noise is None else 1):
-        scatter = noise or noise_of(log, log.power - found.watts, found.watts, doubt, found.columns)
-        # A first fit only has to show the noise.
-        close = LEAST_STEP_GAIN if round_number or noise is not None else 10.0
-        found = problem.solve(found, scatter, scatter.spread(found.watts, doubt), close)
-    scatter = noise or noise_of(log, log.power - found.watts, found.watts, doubt, found.columns)
+
+    def scatter_around(found: Solution) -> Noise:
+        residual = log.power - found.watts
+        return noise or noise_of(log, residual, found.watts, doubt, found.columns)[0]
+
+    # A first fit only has to show the noise.
+    for least_gain in [LEAST_STEP_GAIN] if noise else [FIRST_STEP_GAIN, LEAST_STEP_GAIN]:
+        scatter = scatter_around(found)
+        found = problem.solve(found, scatter, scatter.spread(found.watts, doubt), least_gain)
+    scatter = scatter_around(found)
     given = run_errors(found.model, nodes, found.watts, log.present)
     finely = Nodes.of(log, found.model, finely=True)
     given = np.column_stack([predict(found.model, finely) - found.watts, given])

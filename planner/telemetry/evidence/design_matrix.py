@@ -24,7 +24,7 @@ from planner.quantities import INDEX
 from planner.telemetry.evidence.evidence import Evidence
 from planner.telemetry.evidence.gram_matrices import RowBlocks
 from planner.telemetry.logs import Telemetry
-from planner.telemetry.noise import Noise, clipped, noise_and_leftover, strongest_columns
+from planner.telemetry.noise import Noise, clipped, noise_of, strongest_columns
 from planner.telemetry.other_terms import SENSORS, Dictionary, Sensor
 from planner.telemetry.prediction import Nodes, doubt_of
 from planner.telemetry.sampling import block_numbers, stretches
@@ -172,9 +172,7 @@ def examine(
     helpers = _helpers(watts, raw, competitors.tangent) if explained is None else list(explained)
     model = competitors.library.held_model
     doubt = doubt_of(model, log.rows_for(model.surfaces))
-    noise, left = noise_and_leftover(
-        log, residual, watts, doubt, np.column_stack([own, raw[:, helpers]])
-    )
+    noise, left = noise_of(log, residual, watts, doubt, np.column_stack([own, raw[:, helpers]]))
     spread = noise.spread(watts, doubt)
     raw[:, -1] = residual - left + clipped(left, spread)
     white = noise.whiten(log, watts, spread, raw)

@@ -107,42 +107,23 @@ def open_source(
         LogError: the log cannot be used.
         Cancelled: raised by ``watch``.
     """
+    if not isinstance(log, Telemetry | str | Path):
+        raise LogError(
+            "log", "is not a log", value=log, accepted="a path, or what Telemetry.read gave"
+        )
+    kept, path = (log, None) if isinstance(log, Telemetry) else (None, Path(log))
     if isinstance(log, Telemetry):
-        picker = _Picker()
-        picker.add(log)
-        sample = log if len(log) <= LogSource.SAMPLE_ROWS else picker.sample(log)
-        return _finished(sample, picker, len(log) <= LogSource.SAMPLE_ROWS, log, None, None)
-    if not isinstance(log, str | Path):
-        raise LogError("log", "no log", value=log, accepted="a path, or what Telemetry.read gave")
+        chunks = iter([log])
+    else:
+        chunks = Telemetry.chunks(log, mapping, rows=LogSource.CHUNK_ROWS)
     picker = _Picker()
-    last = None
-    for chunk in Telemetry.chunks(log, mapping, rows=LogSource.CHUNK_ROWS):
-        picker.add(chunk)
-        last = chunk
+    for last in chunks:
+        picker.add(last)
         watch(0.0, f"reading {picker.rows:,} rows")
-    assert last is not None  # Telemetry.chunks refuses an empty log
-    return _finished(
-        picker.sample(last),
-        picker,
-        picker.stride == 1,
-        None,
-        Path(log),
-        None if mapping is None else Path(mapping),
-    )
-
-
-def _finished(
-    sample: Telemetry,
-    picker: _Picker,
-    complete: bool,
-    log: Telemetry | None,
-    path: Path | None,
-    mapping: Path | None,
-) -> LogSource:
-    run_rows = np.zeros(len(sample.run_names), np.int64)
-    for run, count in picker.run_rows.items():
-        run_rows[run] = count
-    return LogSource(sample, picker.rows, run_rows, complete, log, path, mapping)
+    sample = picker.sample(last)  # Telemetry.chunks refuses an empty log
+    run_rows = np.array([picker.run_rows.get(run, 0) for run in range(len(sample.run_names))])
+    by = None if mapping is None else Path(mapping)
+    return LogSource(sample, picker.rows, run_rows, picker.stride == 1, kept, path, by)
 
 
 class _Picker:
