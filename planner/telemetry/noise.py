@@ -1,8 +1,8 @@
 """What the measurement scatters by, and how rows are made independent of each other.
 
-    noise, left = noise_of(log, residual, watts, doubt, columns)
+    noise, left = noise_of(log, residual, watts, input_error, columns)
     noise.floor_w                        # W rms, the error that no model can go below
-    spread = noise.spread(watts, doubt)  # (n,) W of single rows
+    spread = noise.spread(watts, input_error)  # (n,) W of single rows
     white = noise.whiten(log, watts, spread, Z)   # (n, m), unit and uncorrelated noise
 
 Three layers, each estimated robustly from what is left over after the model and a few columns:
@@ -33,7 +33,7 @@ from planner.arrays import Array
 from planner.telemetry.logs import Telemetry
 
 MOST_LAGS = 12
-"""Order of the autoregression, rows: 6 s of half-second rows, longer than a controller rings."""
+"""Order of the autoregression, in rows."""
 CLIP = 3.5
 """Residuals count at most this many spreads: one outlier cannot carry a fit."""
 SPREAD_BINS = 10
@@ -82,9 +82,9 @@ class Noise:
         """Correlation of neighbouring rows."""
         return float(self.reflections[1, 0]) if len(self.reflections) > 1 else 0.0
 
-    def spread(self, watts: Array, doubt: Array) -> Array:
-        """(n,) W, standard deviation of single rows at a modelled power, with its doubt."""
-        return np.hypot(np.interp(np.abs(watts), self.powers, self.spreads), doubt)
+    def spread(self, watts: Array, input_error: Array) -> Array:
+        """(n,) W, standard deviation of single rows at a modelled power and input uncertainty."""
+        return np.hypot(np.interp(np.abs(watts), self.powers, self.spreads), input_error)
 
     def whiten(self, log: Telemetry, watts: Array, spread: Array, columns: Array) -> Array:
         """Columns in units of independent noise of standard deviation 1.
@@ -186,7 +186,7 @@ def strongest_columns(residual: Array, own: Array, others: Array) -> list[int]:
 
 
 def noise_of(
-    log: Telemetry, residual: Array, watts: Array, doubt: Array, columns: Array
+    log: Telemetry, residual: Array, watts: Array, input_error: Array, columns: Array
 ) -> tuple[Noise, Array]:
     """Noise in the residual of a model, once ``columns`` have taken what they can explain.
 
@@ -194,7 +194,7 @@ def noise_of(
         log: the rows.
         residual: (n,) W, measured less modelled.
         watts: (n,) W, modelled.
-        doubt: (n,) W, what errors of the inputs may do to single rows.
+        input_error: (n,) W, uncertainty of single rows by errors of the inputs.
         columns: (n, m) W per unit of whatever may still be in the residual: the model's tangent
             and a few shapes. Too many would take slow noise for an effect.
 
@@ -204,14 +204,14 @@ def noise_of(
     powers, spreads = np.array([0.0]), np.array([max(_deviation(residual), 1e-6)])
     left = residual
     for _ in range(3):
-        scale = 1.0 / np.hypot(np.interp(np.abs(watts), powers, spreads), doubt)
+        scale = 1.0 / np.hypot(np.interp(np.abs(watts), powers, spreads), input_error)
         left = _leftover(residual, columns, scale)
         # Rows that the model itself is unsure of say little about the measurement.
-        clear = doubt <= 0.5 * float(np.median(spreads))
+        clear = input_error <= 0.5 * float(np.median(spreads))
         if np.count_nonzero(clear) < 0.2 * len(clear):
             clear = np.ones(len(clear), bool)
         powers, spreads = _spread(np.abs(watts)[clear], left[clear])
-    scale = 1.0 / np.hypot(np.interp(np.abs(watts), powers, spreads), doubt)
+    scale = 1.0 / np.hypot(np.interp(np.abs(watts), powers, spreads), input_error)
     z = np.clip(left * scale, -CLIP, CLIP)
     reflections, shrink = _autoregression(log, z)
     floor = float(np.sqrt(np.mean(np.interp(np.abs(watts), powers, spreads) ** 2)))

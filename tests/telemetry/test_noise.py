@@ -89,8 +89,8 @@ def test_short_runs_beside_long_ones_are_whitened_from_their_first_row():
 
 def test_doubtful_inputs_widen_the_spread_of_their_rows_alone():
     noise = first_order(spread=3.0)
-    doubt = np.array([0.0, 4.0])
-    assert noise.spread(np.array([1.0, 1.0]), doubt) == pytest.approx([3.0, 5.0])
+    input_error = np.array([0.0, 4.0])
+    assert noise.spread(np.array([1.0, 1.0]), input_error) == pytest.approx([3.0, 5.0])
 
 
 def test_outliers_are_no_noise():

@@ -243,10 +243,10 @@ def _noise(sample: Telemetry, model: PowerModel, watts: Array) -> tuple[Noise, A
     grounds = [ground == number for number in range(len(sample.surfaces))]
     others = np.column_stack([shapes, *_further(sample.rows), *grounds]).astype(float)
     others = others[:, np.isfinite(others).all(axis=0)]
-    residual, doubt = sample.power - watts, doubt_of(model, rows)
+    residual, input_error = sample.power - watts, doubt_of(model, rows)
     columns = np.column_stack([own, others[:, strongest_columns(residual, own, others)]])
-    noise, _ = noise_of(sample, residual, watts, doubt, columns)
-    return noise, noise.spread(watts, doubt)
+    noise, _ = noise_of(sample, residual, watts, input_error, columns)
+    return noise, noise.spread(watts, input_error)
 
 
 def _further(rows: Array) -> list[Array]:

@@ -20,7 +20,7 @@ import numpy as np
 from planner.arrays import Array, Integers
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.quantities_of_motion import AXES, FURTHER, all_axes
-from planner.telemetry.regimes import WORDS, Regime, block_length
+from planner.telemetry.regimes import WORDS, Regime, cluster_length
 
 CURVE_BINS = 20
 """Bins of a curve, about equally full."""
@@ -160,7 +160,7 @@ class Sums:
         self._of_regime = np.zeros((len(regimes), 3))  # rows, r, r²
         self._curves = [_Curve(one.count) for one in bins]
         means = np.bincount(run, residual) / np.maximum(np.bincount(run), 1)
-        self._block = 0 if runs >= ENOUGH_RUNS else block_length(residual - means[run], run)
+        self._block = 0 if runs >= ENOUGH_RUNS else cluster_length(residual - means[run], run)
         self._last_run, self._rows_of_run = -1, 0
 
     def add(self, chunk: Telemetry, watts: Array) -> None:

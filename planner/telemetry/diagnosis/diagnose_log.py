@@ -32,7 +32,7 @@ from planner.power.model import PowerModel
 from planner.power.vehicles import Vehicle
 from planner.progress import Progress, silent
 from planner.telemetry.diagnosis.experiments import Advice
-from planner.telemetry.diagnosis.reconcile import rather
+from planner.telemetry.diagnosis.reconcile import more_credible
 from planner.telemetry.diagnosis.results import (
     Candidate,
     Diagnosis,
@@ -54,7 +54,7 @@ from planner.telemetry.logs import Telemetry
 from planner.telemetry.other_terms import SENSORS
 from planner.telemetry.regimes import regimes_of
 from planner.telemetry.sampling import LogSource, open_source
-from planner.telemetry.selection import Found, Member, Standing, find_missing
+from planner.telemetry.selection import Found, Member, RankedTerm, find_missing_effects
 from planner.telemetry.starting_model import starting_model
 from planner.telemetry.terms import Addition, trimmed
 
@@ -99,11 +99,12 @@ def diagnose_source(
     """As ``diagnose``, for a log that is open."""
     source = source.steady()
     watch(0.1, "fitting the model")
-    found = find_missing(source, start, extra, watch)
+    found = find_missing_effects(source, start, extra, watch)
     diagnosis = _report(source, found)
     if found.at_bounds(start):
-        diagnosis = rather(
-            diagnosis, _report(source, find_missing(source, start, extra, watch, as_stated=True))
+        diagnosis = more_credible(
+            diagnosis,
+            _report(source, find_missing_effects(source, start, extra, watch, as_stated=True)),
         )
     return never_complete_with_structure(diagnosis)
 
@@ -209,7 +210,7 @@ def _additions(
     return additions
 
 
-def _standings(found: Found) -> list[tuple[Standing, Examination]]:
+def _standings(found: Found) -> list[tuple[RankedTerm, Examination]]:
     """Effects that compete, and the examination that their members are counted in."""
     all_rows = [(standing, found.examination) for standing in found.selection.standings]
     refuted = [(standing, found.local) for standing in found.refuted]
@@ -272,10 +273,10 @@ def _fitted_estimates(fitted: Fit, slug: str) -> dict[str, Estimate]:
     return estimates
 
 
-def _linear_estimates(examination: Examination, standing: Standing) -> dict[str, Estimate]:
+def _linear_estimates(examination: Examination, standing: RankedTerm) -> dict[str, Estimate]:
     library = examination.competitors.library
     estimates = {}
-    clear = examination.evidence.clear
+    clear = examination.evidence.partial
     member = standing.member
     each = zip(member.term.columns, member.columns, standing.coefficients, strict=True)
     for number, column, value in each:

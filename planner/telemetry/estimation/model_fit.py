@@ -131,7 +131,7 @@ def fit(
         tried: numbers of the free parameters whose intervals are tried out at both ends.
     """
     rows = log.rows_for(model.surfaces)
-    nodes, doubt = Nodes.of(log, model), doubt_of(model, rows)
+    nodes, input_error = Nodes.of(log, model), doubt_of(model, rows)
     places = free_places(model, log) if free is None else tuple(free)
     problem = problem_of(log, nodes, model, places)
     watts, columns = tangent(model, nodes, places)
@@ -139,30 +139,30 @@ def fit(
 
     def scatter_around(found: Solution) -> Noise:
         residual = log.power - found.watts
-        return noise or noise_of(log, residual, found.watts, doubt, found.columns)[0]
+        return noise or noise_of(log, residual, found.watts, input_error, found.columns)[0]
 
     # A first fit only has to show the noise.
     for least_gain in [LEAST_STEP_GAIN] if noise else [FIRST_STEP_GAIN, LEAST_STEP_GAIN]:
         scatter = scatter_around(found)
-        found = problem.solve(found, scatter, scatter.spread(found.watts, doubt), least_gain)
+        found = problem.solve(found, scatter, scatter.spread(found.watts, input_error), least_gain)
     scatter = scatter_around(found)
     given = run_errors(found.model, nodes, found.watts, log.present)
     finely = Nodes.of(log, found.model, finely=True)
     given = np.column_stack([predict(found.model, finely) - found.watts, given])
-    return _finished(problem, found, scatter, doubt, given, tried)
+    return _finished(problem, found, scatter, input_error, given, tried)
 
 
 def _finished(
     problem: Problem,
     found: Solution,
     noise: Noise,
-    doubt: Array,
+    input_error: Array,
     given: Array,
     tried: Sequence[int],
 ) -> Fit:
     log, index, model, watts = problem.log, problem.index, found.model, found.watts
     residual = log.power - watts
-    spread = noise.spread(watts, doubt)
+    spread = noise.spread(watts, input_error)
     given[:, 0] = clipped(given[:, 0], spread)
     everything = np.column_stack([found.columns, clipped(residual, spread), given])
     white = noise.whiten(log, watts, spread, everything)

@@ -1,4 +1,4 @@
-"""Errors on runs left out, of many candidates, from sums around one examination.
+"""Held-out errors of many candidates, from the Gram matrices of one examination.
 
 LinearHeldout(log, examination).rmse(columns)
 """
@@ -13,10 +13,10 @@ from planner.telemetry.evidence import Examination, solve
 from planner.telemetry.holdout.heldout import fold_numbers
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.parameters import Prior
-from planner.telemetry.sampling import block_numbers
+from planner.telemetry.sampling import cluster_numbers
 
 RIDGE = 1e-6
-"""Of a scaled Gram matrix, so that columns which do the same share what they explain."""
+"""Ridge of a scaled Gram matrix: collinear columns share what they explain."""
 
 
 class LinearHeldout:
@@ -31,11 +31,12 @@ class LinearHeldout:
         evidence = examination.evidence
         self.examination = examination
         self.folds = fold_numbers(log)
-        blocks = block_numbers(log)
+        blocks = cluster_numbers(log)
         library = examination.competitors.library
         self.prior = Prior.of(library.held_model, library.places).precision
         self.grams = {
-            int(fold): evidence.total - evidence.blocks.part(np.unique(blocks[self.folds == fold]))
+            int(fold): evidence.total
+            - evidence.clusters.part(np.unique(blocks[self.folds == fold]))
             for fold in np.unique(self.folds)
         }
 

@@ -26,7 +26,7 @@ LONGEST_PLAUSIBLE_INTERVAL = 100.0
 LATEST_PLAUSIBLE_TIME = 1e11
 """s; above it, time is not in seconds: seconds since 1970 stay below 1e10 for 300 years."""
 GAP_INTERVALS = 2.5
-"""Usual intervals; a longer one is reported as a gap."""
+"""Usual intervals; a longer one is a gap, and its rows are not consecutive."""
 _ENOUGH_ROWS = 1000
 """Rows before a share is judged while the log is still being read."""
 _DECADES, _BINS_PER_DECADE = (-9, 9), 100

@@ -31,7 +31,7 @@ from planner.arrays import Array, Integers, Mask
 from planner.errors import LogError
 from planner.quantities import INDEX
 from planner.telemetry.logs.assemble import Assembler, Rows
-from planner.telemetry.logs.checks import Checks, Finding
+from planner.telemetry.logs.checks import GAP_INTERVALS, Checks, Finding
 from planner.telemetry.logs.columns import (
     MAY_BE_UNKNOWN,
     REQUIRED,
@@ -50,8 +50,6 @@ __all__ = ["Finding", "Telemetry", "pieces_of"]
 
 MOST_ROWS = 5_000_000
 """Rows that ``read`` takes into memory (240 bytes each); longer logs are read in chunks."""
-GAP_INTERVALS = 2.5
-"""Usual intervals; after a longer one, rows no longer count as consecutive."""
 _RECORDINGS = (".db3", ".mcap")
 Some = TypeVar("Some", bound=Rows)
 

@@ -25,7 +25,7 @@ from planner.telemetry.logs import Telemetry
 from planner.telemetry.quantities_of_motion import STANDSTILL, motion_axes, temperature_of
 
 HARMONICS = (1, 2, 3, 4, 5, 6, 8)
-"""Orders over the heading; four wheels and their rollers repeat up to eight times a turn."""
+"""Orders of the harmonics over the heading."""
 LEAST_RANGE = {
     "speed": 0.05,
     "heading": 0.3,

@@ -120,7 +120,8 @@ def open_source(
     for last in chunks:
         picker.add(last)
         watch(0.0, f"reading {picker.rows:,} rows")
-    sample = picker.sample(last)  # Telemetry.chunks refuses an empty log
+    in_memory = kept is not None and picker.stride == 1
+    sample = last if in_memory else picker.sample(last)  # Telemetry.chunks refuses an empty log
     run_rows = np.array([picker.run_rows.get(run, 0) for run in range(len(sample.run_names))])
     by = None if mapping is None else Path(mapping)
     return LogSource(sample, picker.rows, run_rows, picker.stride == 1, kept, path, by)

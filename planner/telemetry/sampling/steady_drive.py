@@ -1,4 +1,4 @@
-"""Speeds of steady drives, taken at their means.
+"""Steady-state segments: speeds are taken at their means.
 
     log = at_steady_speeds(log)     # the same rows; vx, vy and wz each at its mean where steady
 
@@ -18,8 +18,8 @@ are seen to one by one. In a stretch of consecutive rows a speed is replaced by 
 
 A mean that cannot be told from zero is zero: of a roller that hardly turns even its error would
 say that there is next to no friction, for friction one way and the other would show in the power.
-Stretches that drift are halved until they hold or are shorter than SHORTEST rows; those keep their
-speeds. In the inside of a stretch the acceleration is that of a speed that does not change, also
+Stretches that drift are halved until they hold or have fewer than LEAST_ROWS rows; those keep
+their speeds. In the inside of a stretch the acceleration is that of a speed that does not change, also
 where it was measured: an accelerometer's noise is larger than what odometry leaves open there, and
 would send the rollers of a straight drive to and fro within every row.
 Source
@@ -40,7 +40,7 @@ from numpy.typing import NDArray
 from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
 
-SHORTEST = 4
+LEAST_ROWS = 4
 """Rows; fewer say nothing about drift."""
 DRIFT_Z = 2.5
 """Standard errors by which the means of the halves of a stretch may differ."""
@@ -98,7 +98,7 @@ def stretches(
     begins[1:] = (np.diff(values) != 0.0) | (np.diff(log.run) != 0)
     number = np.cumsum(begins) - 1
     count = np.bincount(number)[number]
-    return number, count, count >= SHORTEST
+    return number, count, count >= LEAST_ROWS
 
 
 @njit(cache=True, nogil=True)
@@ -117,7 +117,7 @@ def _average(speed: Any, ends: Any, most: float, inside: Any) -> None:
             waiting = [(start, stop)]
             while len(waiting) > 0:
                 begin, end = waiting.pop()
-                if end - begin < SHORTEST:
+                if end - begin < LEAST_ROWS:
                     continue
                 if _drifts(speed[begin:end]):
                     middle = begin + (end - begin) // 2

@@ -1,6 +1,6 @@
 """What is named beside others has to lower the error on runs that were left out.
 
-    found = without_idle(found, watch)
+    found = without_unsupported(found, watch)
 
 Evidence within a log counts every row; that a shape fits the runs of one log a little better does
 not make it the effect that the next run needs. So each member is left out in turn, the rest fitted
@@ -20,13 +20,13 @@ from planner.telemetry.holdout import heldout_residual
 from planner.telemetry.noise import huber
 from planner.telemetry.selection.selection_loop import Found
 
-FAIR_SHARE = 0.05
+LEAST_LOSS_SHARE = 0.05
 """Share of the loss on runs left out that a member beside others has to take off, or else"""
-MOST_RUNS = 1.64
-"""z of what it takes off, run by run."""
+LEAST_RUNS_Z = 1.64
+"""z of what it takes off, run by run; 5 % on one side."""
 
 
-def without_idle(found: Found, watch: Progress) -> Found:
+def without_unsupported(found: Found, watch: Progress) -> Found:
     """The same without members that do not lower the error on runs left out.
 
     A member stays that takes a fair share of it, or a smaller one in most runs. Of a single member
@@ -65,5 +65,5 @@ def _gain(found: Found, without: Array, residual: Array) -> float:
         by_run = np.bincount(run, before - after) / np.bincount(run)
         scatter = float(by_run.std(ddof=1)) / math.sqrt(len(by_run)) if len(by_run) > 1 else 0.0
         z = float(by_run.mean()) / scatter if scatter > 0.0 else 0.0
-        best = max(best, share / FAIR_SHARE, z / MOST_RUNS)
+        best = max(best, share / LEAST_LOSS_SHARE, z / LEAST_RUNS_Z)
     return best

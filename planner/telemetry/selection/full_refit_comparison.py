@@ -1,13 +1,13 @@
-"""Explanations fitted in full and compared: is a simple one as good as several effects together?
+"""Model comparison: competing sets of effects, fitted in full and ranked.
 
-    ranked, near = contest(log, base, examination, selection)
-    ranked[0].members, ranked[0].ties
+    ranked = compare_refits(log, base, examination, selection)
+    ranked[0].names, ranked[0].ties
 
-Sums are linear around one model. Far from it a single strong effect can look like two or three
-weaker ones, like the error of a sensor, or like another effect. So before anything is named, the
-selection, its subsets, rivals that come near it and the best single effects and pairs are fitted
-with all parameters free. The likelihood less the penalty of the selection decides; what is not
-clearly behind, block by block (Vuong's test), is a tie.
+Gram matrices are linear around one model. Far from it, one strong effect can look like two or three
+weaker ones, like a sensor fault, or like another effect. So before anything is named, several models
+are fitted with all parameters free: the selection, its subsets, near alternatives, and the best
+single effects and pairs. The penalised likelihood ranks them. An alternative is tied unless it is
+clearly behind, cluster by cluster (Vuong's test).
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from planner.telemetry.evidence import Examination
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import clipped
 from planner.telemetry.other_terms import seen_after
-from planner.telemetry.sampling import block_numbers
+from planner.telemetry.sampling import cluster_numbers
 from planner.telemetry.selection.select_effects import Selection
-from planner.telemetry.selection.subset_search import Rival
+from planner.telemetry.selection.subset_search import CompetingModel
 from planner.telemetry.terms import Addition, fit_with
 
 MOST_OTHERS = 3
@@ -35,11 +35,13 @@ MOST_OTHERS = 3
 MOST_NEIGHBOURS = 4
 """Sets in which one member is replaced that are fitted."""
 TIE_GAIN = 2.0
+"""Log-likelihood; an alternative that trails by less is tied whatever its z."""
 TIE_Z = 1.64
+"""z of the difference over clusters, below which an alternative within SURE_GAIN is tied."""
 SURE_GAIN = 8.0
-"""A rival is tied that trails by less than the first, or, at less than this z, than the last."""
+"""Log-likelihood of a clear lead; a sensor fault needs it over everything without one."""
 FAR_BEHIND = 60.0
-"""Score by which such a set may trail in the sums and still be fitted."""
+"""Score by which a set may trail around one linearisation and still be fitted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,14 +49,14 @@ class Refit:
     """A competing model, fitted in full.
 
     Attributes:
-        rival: the model.
+        alternative: the competing model.
         score: log-likelihood less penalty.
         by_cluster: (clusters,) log-likelihood.
         ties: name of a member → names that explain the log as well in its place.
         sizes: name of a member → effect size ρ beside the others, where these were fitted alone.
     """
 
-    rival: Rival
+    alternative: CompetingModel
     score: float
     by_cluster: Array
     ties: dict[str, tuple[str, ...]] = field(default_factory=dict)
@@ -63,15 +65,15 @@ class Refit:
     @property
     def names(self) -> frozenset[str]:
         """Of the members."""
-        return self.rival.names
+        return self.alternative.names
 
 
-def contest(
+def compare_refits(
     log: Telemetry,
     base: Fit,
     examination: Examination,
     selection: Selection,
-    known: Sequence[Rival] = (),
+    known: Sequence[CompetingModel] = (),
     check: Callable[[], None] = lambda: None,
 ) -> list[Refit]:
     """Fit competing models in full and rank them, best first.
@@ -80,8 +82,8 @@ def contest(
         log: the rows.
         base: the model without additions, fitted.
         examination: of the same rows.
-        selection: what the sums say; its rivals are tried.
-        known: rivals from before, which the sums around another model may not do justice to.
+        selection: the best set around one linearisation, and its alternatives.
+        known: alternatives of earlier rounds, which this linearisation may misjudge.
         check: called before every fit; raises when the caller was cancelled.
 
     Returns:
@@ -90,22 +92,24 @@ def contest(
     competing = _competing(selection, known)
     if len(competing) == 1:
         return [Refit(competing[0], competing[0].score, np.zeros(0))]
-    clusters = block_numbers(log)
+    clusters = cluster_numbers(log)
     entries = []
-    for rival in competing:
+    for alternative in competing:
         check()
-        rows, surprise = row_likelihood(log, base, examination, rival)
+        rows, surprise = row_likelihood(log, base, examination, alternative)
         by_cluster = np.bincount(clusters, rows).astype(float)
-        entries.append(Refit(rival, float(by_cluster.sum()) - rival.penalty - surprise, by_cluster))
+        entries.append(
+            Refit(alternative, float(by_cluster.sum()) - alternative.penalty - surprise, by_cluster)
+        )
 
     def rank(entry: Refit) -> float:
         # A sensor fault is named only when it is clearly ahead of everything without one.
-        return entry.score - SURE_GAIN * any(m.sensor for m in entry.rival.members)
+        return entry.score - SURE_GAIN * any(m.sensor for m in entry.alternative.members)
 
     entries.sort(key=rank, reverse=True)
     entries = [e for e in entries if entries[0].score - e.score < FAR_BEHIND]
     check()
-    rows, _ = row_likelihood(log, base, examination, Rival((), ()))
+    rows, _ = row_likelihood(log, base, examination, CompetingModel((), ()))
     nothing = np.bincount(clusters, rows).astype(float)
     return simpler_first(
         [
@@ -124,7 +128,7 @@ def simpler_first(entries: list[Refit]) -> list[Refit]:
     if len(tied) < 2:
         return entries
     for number, entry in enumerate(entries):
-        members = entry.rival.members
+        members = entry.alternative.members
         alone = len(members) == 1 and members[0].sensor
         near = entries[0].score - entry.score < SURE_GAIN
         if alone and near and all(members[0].name in names for names in tied):
@@ -144,7 +148,7 @@ def ties_of(winner: Refit, entries: Sequence[Refit]) -> dict[str, tuple[str, ...
         gain, z = winner.score - other.score, float(difference.sum()) / scatter
         if gain < TIE_GAIN or (z < TIE_Z and gain < SURE_GAIN):
             ties[next(iter(gone))].append(next(iter(come)))
-    return {name: tuple(rivals) for name, rivals in ties.items()}
+    return {name: tuple(alternatives) for name, alternatives in ties.items()}
 
 
 def sizes_of(
@@ -161,33 +165,33 @@ def sizes_of(
     return sizes
 
 
-def _competing(selection: Selection, known: Sequence[Rival]) -> list[Rival]:
-    """The selection, its subsets, the best singles and pairs, and near rivals of one member."""
-    chosen = Rival(selection.members, ()).names
+def _competing(selection: Selection, known: Sequence[CompetingModel]) -> list[CompetingModel]:
+    """The selection, its subsets, the best singles and pairs, and sets with one member replaced."""
+    chosen = CompetingModel(selection.members, ()).names
     wanted = {
         frozenset(some)
         for count in range(1, len(chosen) + 1)
         for some in itertools.combinations(sorted(chosen), count)
     }
-    competing: dict[frozenset[str], Rival] = {}
+    competing: dict[frozenset[str], CompetingModel] = {}
     counts = {1: 0, 2: 0}
     neighbours = 0
-    best = max((r.score for r in selection.rivals), default=0.0)
-    for rival in selection.rivals:  # best first
-        names, size = rival.names, len(rival.members)
+    best = max((r.score for r in selection.alternatives), default=0.0)
+    for alternative in selection.alternatives:  # best first
+        names, size = alternative.names, len(alternative.members)
         if names in competing:
             continue
         near = len(names & chosen) == len(chosen) - 1 and size == len(chosen)
         if names in wanted:
-            competing[names] = rival
-        elif near and neighbours < MOST_NEIGHBOURS and best - rival.score < FAR_BEHIND:
+            competing[names] = alternative
+        elif near and neighbours < MOST_NEIGHBOURS and best - alternative.score < FAR_BEHIND:
             neighbours += 1
-            competing[names] = rival
+            competing[names] = alternative
         elif len(chosen) > 1 and size in counts and counts[size] < MOST_OTHERS:
             counts[size] += 1
-            competing[names] = rival
-    for rival in known:
-        competing.setdefault(rival.names, rival)
+            competing[names] = alternative
+    for alternative in known:
+        competing.setdefault(alternative.names, alternative)
     return list(competing.values())
 
 
@@ -199,9 +203,9 @@ def confirmed(
     kind: str,
     check: Callable[[], None] = lambda: None,
 ) -> bool:
-    """Whether a selected sensor's error makes the log likelier once all the rest is fitted in full.
+    """Whether a sensor fault makes the log likelier once everything else is fitted in full.
 
-    Arguments as ``contest``; ``kind`` is a member of the selection.
+    Arguments as ``compare_refits``; ``kind`` is a member of the selection.
     """
     members = selection.members
     rest = tuple(m for m in members if m.name != kind)
@@ -209,22 +213,23 @@ def confirmed(
     for some in (members, rest):
         check()
         sizes = tuple(selection.standing(m.name).coefficients for m in some)
-        rows, surprise = row_likelihood(log, base, examination, Rival(some, sizes))
+        rows, surprise = row_likelihood(log, base, examination, CompetingModel(some, sizes))
         scores.append(float(rows.sum()) - surprise)
     return scores[0] - scores[1] > SURE_GAIN
 
 
 def row_likelihood(
-    log: Telemetry, base: Fit, examination: Examination, rival: Rival
+    log: Telemetry, base: Fit, examination: Examination, alternative: CompetingModel
 ) -> tuple[Array, float]:
-    """(n,) log-likelihood of every row under a rival, all parameters fitted, up to a constant.
+    """(n,) log-likelihood of every row under a competing model, up to a constant.
 
-    And how unusual the sizes of its sensors' errors are, as a log-likelihood.
+    All parameters are fitted. The second value is the log-likelihood that its sensors' errors cost,
+    by how unusual their sizes are.
     """
     additions = []
     library = examination.competitors.library
     corrected, factor, delay, surprise = log, 1.0, 0.0, 0.0
-    for member, values in zip(rival.members, rival.coefficients, strict=True):
+    for member, values in zip(alternative.members, alternative.coefficients, strict=True):
         if member.sensor:
             sensor = next(s for s in examination.competitors.sensors if s.kind == member.name)
             size = float(values[0])

@@ -6,7 +6,7 @@
     selection.shape          # what the catalogue does not explain, or None
 
 The search is subset_search, shapes outside the catalogue
-off_catalogue; ties are found by fitting rivals in full
+off_catalogue; ties are found by fitting alternatives in full
 (full_refit_comparison).
 """
 
@@ -22,15 +22,15 @@ from planner.arrays import Array
 from planner.telemetry.evidence import Examination, Test
 from planner.telemetry.selection.off_catalogue import (
     ShapeFound,
-    rather_a_sensor,
+    prefer_sensor_fault,
     shape_beyond,
     two_sided,
 )
-from planner.telemetry.selection.subset_search import Chooser, Member, Rival
+from planner.telemetry.selection.subset_search import CompetingModel, Member, SubsetScorer
 
 
 @dataclass(frozen=True)
-class Standing:
+class RankedTerm:
     """How a single effect stands.
 
     Attributes:
@@ -63,19 +63,19 @@ class Selection:
 
     Attributes:
         members: selected, strongest first.
-        ties: name → names of rivals that explain as much.
+        ties: name → names of alternatives that explain as much.
         standings: every effect that could be told, best first.
         shape: what remains, or None.
-        rivals: subsets that were scored, best first, the members' own among them.
+        alternatives: subsets that were scored, best first, the members' own among them.
     """
 
     members: tuple[Member, ...]
     ties: dict[str, tuple[str, ...]]
-    standings: tuple[Standing, ...]
+    standings: tuple[RankedTerm, ...]
     shape: ShapeFound | None
-    rivals: tuple[Rival, ...]
+    alternatives: tuple[CompetingModel, ...]
 
-    def standing(self, name: str) -> Standing:
+    def standing(self, name: str) -> RankedTerm:
         """The entry of ``standings`` for an effect or a sensor."""
         return next(standing for standing in self.standings if standing.name == name)
 
@@ -95,62 +95,62 @@ def select(
         sizes: of members that were fitted in full.
         check: called between the parts; raises when the caller was cancelled.
     """
-    chooser = Chooser(examination)
-    best = chooser.search()
+    scorer = SubsetScorer(examination)
+    best = scorer.search()
     if members is not None:
-        best = tuple(sorted(chooser.members.index(m) for m in members))
+        best = tuple(sorted(scorer.members.index(m) for m in members))
     check()
-    chosen, tests = chooser.checked(best, sizes)
-    chooser.admit(chosen)
+    chosen, tests = scorer.checked(best, sizes)
+    scorer.admit(chosen)
     check()
-    shape = shape_beyond(examination, chooser, chosen)
+    shape = shape_beyond(examination, scorer, chosen)
     honest = members is not None and not any(m.sensor for m in members)
     if shape is not None and not honest:
-        chosen, tests, shape = rather_a_sensor(examination, chooser, chosen, tests, shape)
+        chosen, tests, shape = prefer_sensor_fault(examination, scorer, chosen, tests, shape)
     if shape is not None and shape.alone:
         chosen, tests = (), {}
-    chooser.admit(chosen)  # a sensor may have taken the place of a shape
-    order = sorted(chosen, key=lambda k: -chooser.gains.get((k,), (0.0,))[0])
-    strongest_first = tuple(chooser.members[k] for k in order)
-    standings = _standings(chooser, chosen, tests)
-    return Selection(strongest_first, {}, standings, shape, chooser.rivals(chosen))
+    scorer.admit(chosen)  # a sensor may have taken the place of a shape
+    order = sorted(chosen, key=lambda k: -scorer.gains.get((k,), (0.0,))[0])
+    strongest_first = tuple(scorer.members[k] for k in order)
+    standings = _standings(scorer, chosen, tests)
+    return Selection(strongest_first, {}, standings, shape, scorer.alternatives(chosen))
 
 
 def _standings(
-    chooser: Chooser, chosen: tuple[int, ...], tests: dict[str, Test]
-) -> tuple[Standing, ...]:
-    highest = max(chooser.scored.values())
-    weights = {s: np.exp(v - highest) for s, v in chooser.scored.items()}
+    scorer: SubsetScorer, chosen: tuple[int, ...], tests: dict[str, Test]
+) -> tuple[RankedTerm, ...]:
+    highest = max(scorer.scored.values())
+    weights = {s: np.exp(v - highest) for s, v in scorer.scored.items()}
     total = sum(weights.values())
     best_way: dict[str, int] = {}
-    for k, member in enumerate(chooser.members):
-        if (k,) not in chooser.gains:
+    for k, member in enumerate(scorer.members):
+        if (k,) not in scorer.gains:
             continue
         known = best_way.get(member.name)
-        if known is None or chooser.scored[k,] > chooser.scored[known,]:
+        if known is None or scorer.scored[k,] > scorer.scored[known,]:
             best_way[member.name] = k
-    picked = {chooser.members[k].name: k for k in chosen}
+    picked = {scorer.members[k].name: k for k in chosen}
     best_way |= picked
-    singles = sorted({c for m in chooser.members for c in m.columns})
-    z = dict(zip(singles, chooser.evidence.test_each(singles)[0], strict=True)) if singles else {}
+    singles = sorted({c for m in scorer.members for c in m.columns})
+    z = dict(zip(singles, scorer.evidence.test_each(singles)[0], strict=True)) if singles else {}
     standings = []
     for name, k in best_way.items():
-        member = chooser.members[k]
-        gain, found = chooser.gains.get((k,), (0.0, np.zeros(len(member.columns))))
+        member = scorer.members[k]
+        gain, found = scorer.gains.get((k,), (0.0, np.zeros(len(member.columns))))
         test = tests.get(name)
         strongest = max(float(z[c]) for c in member.columns)
         if test is not None:
             found, strongest = test.coefficients, test.z
         probability = sum(
-            w for s, w in weights.items() if any(chooser.members[q].name == name for q in s)
+            w for s, w in weights.items() if any(scorer.members[q].name == name for q in s)
         )
         standings.append(
-            Standing(
+            RankedTerm(
                 name,
                 gain,
                 strongest,
                 test.p_value if test else two_sided(strongest),
-                chooser.evidence.size(list(member.columns), found),
+                scorer.evidence.size(list(member.columns), found),
                 float(probability / total),
                 member,
                 found,

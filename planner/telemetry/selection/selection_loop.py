@@ -1,4 +1,4 @@
-"""The search for what is missing: fit, lay out, choose, fit rivals, lay out anew, until it stays.
+"""The selection loop: fit, lay out, choose, compare refits, lay out anew, until the choice stays.
 
     found = investigate(log, model, extra, watch)         # on rows in memory
     found.at_bounds(model)                                 # whether its fit ran into bounds
@@ -20,19 +20,21 @@ from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.progress import Progress
 from planner.telemetry.estimation import Fit
-from planner.telemetry.evidence import Competitors, Examination, examine
+from planner.telemetry.evidence import DesignColumns, Examination, examine
 from planner.telemetry.holdout import base_fit, heldout_rmse
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.other_terms import SENSORS, Dictionary, Sensor
-from planner.telemetry.selection.full_refit_comparison import confirmed, contest
-from planner.telemetry.selection.select_effects import Selection, Standing, select
-from planner.telemetry.selection.subset_search import Member, Rival, members_of
+from planner.telemetry.selection.full_refit_comparison import compare_refits, confirmed
+from planner.telemetry.selection.select_effects import RankedTerm, Selection, select
+from planner.telemetry.selection.subset_search import CompetingModel, Member, members_of
 from planner.telemetry.terms import Addition, CandidateLibrary, candidate_library, fit_with
 
-ROUNDS = 3
-SENSOR_ROUNDS = 8
-STEADY = 0.35
-"""Share of a correction by which the same sensor may be off again."""
+MOST_REFITS = 3
+"""Rounds of refitting and laying out anew."""
+MOST_SENSOR_ROUNDS = 8
+"""Searches of one log, each with other corrections of sensors."""
+REPEATED_FAULT_SHARE = 0.35
+"""Share of a correction by which the same sensor may be off again; more is another effect."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,7 @@ class Found:
     corrections: dict[str, tuple[float, float]]
     local: Examination
     origin: PowerModel
-    refuted: tuple[Standing, ...] = ()
+    refuted: tuple[RankedTerm, ...] = ()
     searched: Fit | None = None
 
     def refit(self, additions: Sequence[Addition], *, tried: bool = False) -> Fit:
@@ -94,7 +96,7 @@ def investigate(
     corrections: dict[str, tuple[float, float]] = {}
     believed = set(SENSORS)
     log = sample
-    for number in range(SENSOR_ROUNDS):
+    for number in range(MOST_SENSOR_ROUNDS):
         watch(0.15 + 0.05 * number, "laying out what every effect would add")
         base = base_fit(log, start)
         origin = replace(base, model=start) if as_stated else base
@@ -120,7 +122,7 @@ def investigate(
         wandering = {
             kind
             for kind, value in sizes.items()
-            if kind in corrections and abs(value) > STEADY * abs(corrections[kind][0])
+            if kind in corrections and abs(value) > REPEATED_FAULT_SHARE * abs(corrections[kind][0])
         }
         # Around another linearisation an error may look plain that corrects next to nothing.
         check = partial(watch, 0.45, "fitting without the error of a sensor")
@@ -154,10 +156,10 @@ def _settled(
     *,
     exact: bool,
 ) -> Found:
-    """Choose, refit, lay out anew, until the choice stays; ``exact`` as in Competitors."""
-    competitors = Competitors(library, Dictionary.of(log), sensors, exact=exact)
+    """Choose, refit, lay out anew, until the choice stays; ``exact`` as in DesignColumns."""
+    competitors = DesignColumns(library, Dictionary.of(log), sensors, exact=exact)
     examination = examine(log, competitors)
-    known: list[Rival] = []
+    known: list[CompetingModel] = []
     reached = share
 
     def check() -> None:
@@ -177,7 +179,7 @@ def _settled(
     additions: tuple[Addition, ...] = ()
     chosen: tuple[tuple[str, tuple[int, ...]], ...] = ()
     best: tuple[float, Found] | None = None
-    for number in range(ROUNDS):
+    for number in range(MOST_REFITS):
         members = [m for m in selection.members if not m.sensor]
         names = tuple((m.name, m.columns) for m in members)
         if names == chosen:
@@ -194,7 +196,7 @@ def _settled(
         competitors = replace(
             competitors,
             library=_relinearised(competitors, selection, members, fitted),
-            told=competitors.told | tied | {m.name for m in members},
+            testable_before=competitors.testable_before | tied | {m.name for m in members},
         )
         explained = [c for m in selection.members for c in m.columns]
         if selection.shape is not None:
@@ -225,29 +227,29 @@ def _chosen(
     log: Telemetry,
     base: Fit,
     examination: Examination,
-    known: list[Rival],
+    known: list[CompetingModel],
     check: Callable[[], None],
 ) -> Selection:
-    """The best subset of the sums, once it has stood against its rivals fitted in full.
+    """The best subset of the sums, once it has stood against its alternatives fitted in full.
 
-    ``known`` are rivals of earlier rounds; those of this one join them. ``check`` is called before
-    every fit; it raises when the caller cancelled.
+    ``known`` are alternatives of earlier rounds; those of this round replace them. ``check`` is
+    called before every fit; it raises when the caller cancelled.
     """
     selection = select(examination)
     if not selection.members:
         return selection
     # What could be told in an earlier round may drown in this one, around other parameters.
     there = members_of(examination)
-    able = [rival for rival in known if all(m in there for m in rival.members)]
-    ranked = contest(log, base, examination, selection, able, check)
-    known[:] = [outcome.rival for outcome in ranked]
+    able = [alternative for alternative in known if all(m in there for m in alternative.members)]
+    ranked = compare_refits(log, base, examination, selection, able, check)
+    known[:] = [outcome.alternative for outcome in ranked]
     names = {m.name for m in selection.members}
     first: Selection | None = None
     for outcome in ranked:
         wanted = outcome.names
         stands = selection
         if wanted != names:
-            stands = select(examination, outcome.rival.members, outcome.sizes)
+            stands = select(examination, outcome.alternative.members, outcome.sizes)
         ties = {m.name: outcome.ties.get(m.name, ()) for m in stands.members}
         stands = replace(stands, ties=ties)
         if stands.shape is not None or {m.name for m in stands.members} == wanted:
@@ -258,7 +260,7 @@ def _chosen(
 
 
 def _relinearised(
-    competitors: Competitors, selection: Selection, members: Sequence[Member], fitted: Fit
+    competitors: DesignColumns, selection: Selection, members: Sequence[Member], fitted: Fit
 ) -> CandidateLibrary:
     """The library around the refitted parameters, each effect at the size that it seems to have."""
     library = competitors.library

@@ -1,13 +1,13 @@
-"""Subsets of what competes, scored: likelihood gained less a penalty, within what physics allows.
+"""Subset search: sets of candidate terms, scored by penalised likelihood within physical bounds.
 
-    chooser = Chooser(examination)
-    chosen = chooser.search()               # numbers of the members of the best subset
-    chosen, tests = chooser.checked(chosen) # without those that do not pass on their own
+    scorer = SubsetScorer(examination)
+    chosen = scorer.search()               # numbers of the members of the best subset
+    chosen, tests = scorer.checked(chosen) # without members that fail their own test
 
-The penalty grows with the number of independent blocks (as in the Bayesian information criterion)
-and of candidates; sensors' errors count by how usual their size is. A member has to pass a test
-given the others, corrected for the number of candidates, and to be of a size that does not drown in
-noise and in what any model leaves.
+The penalty grows with the number of clusters (as in the Bayesian information criterion) and of
+candidates. A sensor's error also costs the more the less usual its size is. A member must pass a
+test given the others, corrected for the number of candidates. It must also be large enough against
+the noise and against the misfit of any model.
 """
 
 from __future__ import annotations
@@ -21,27 +21,27 @@ import numpy as np
 
 from planner.arrays import Array
 from planner.telemetry.evidence import Examination, Test
-from planner.telemetry.terms import Atom
+from planner.telemetry.terms import Term
 
 MOST_EFFECTS = 3
-"""Members of a set; logs with more missing effects at once were never told apart."""
+"""Members of the largest set that is searched."""
 GROWN_SETS = 25
 """Best pairs that a third member is tried with."""
-SIGNIFICANT = 0.01
-"""Probability of naming something when nothing is missing, over all candidates together."""
-OVERSHOOT = 3.0
-"""Times its bound that a coefficient may be in the sums, which are linear; a fit keeps to it."""
-SENSOR_SIGNIFICANT = 1e-4
-"""The same for errors of sensors, which overrule everything else that a log says."""
+SIGNIFICANCE = 0.01
+"""p-value over all candidates together, above which an effect is not named."""
+BOUND_OVERSHOOT = 3.0
+"""Factor by which a linearised coefficient may exceed its bound; a fit keeps to the bound."""
+SENSOR_SIGNIFICANCE = 1e-4
+"""p-value over all candidates for a sensor fault, which overrules everything else in a log."""
 LEAST_SIZE = 0.15
-"""ρ below which an effect is not named: what it adds, over the noise."""
-LEAST_BESIDE = 0.08
-"""Size of a member relative to the largest: the catalogue's form of an effect is never quite that
-of the robot, and what it leaves over must not be taken for a second effect."""
-LEAST_CORRECTION = 0.05
-"""The same for an error of a sensor that was found and corrected already."""
+"""Effect size ρ (rms over the noise) below which an effect is not named."""
+LEAST_RELATIVE_SIZE = 0.08
+"""Size of a member over the largest. The catalogue's form of an effect is never quite the robot's,
+and the misfit must not pass for a second effect."""
+LEAST_REPEATED_SENSOR_SIZE = 0.05
+"""Effect size below which a sensor that was corrected already is not corrected again."""
 LEAST_SENSOR_SIZE = 0.13
-"""The same for the error of a sensor."""
+"""Effect size below which a sensor fault is not named."""
 
 
 @dataclass(frozen=True)
@@ -51,27 +51,27 @@ class Member:
     Attributes:
         name: slug of the effect, or kind of the sensor.
         columns: of the design matrix.
-        atom: the term; None for a sensor.
+        catalogue_term: None for a sensor.
     """
 
     name: str
     columns: tuple[int, ...]
-    atom: Atom | None = None
+    catalogue_term: Term | None = None
 
     @property
     def sensor(self) -> bool:
         """Whether it is the error of a sensor."""
-        return self.atom is None
+        return self.catalogue_term is None
 
     @property
-    def term(self) -> Atom:
+    def term(self) -> Term:
         """The term; callers leave sensors out, which have none."""
-        assert self.atom is not None
-        return self.atom
+        assert self.catalogue_term is not None
+        return self.catalogue_term
 
 
 @dataclass(frozen=True)
-class Rival:
+class CompetingModel:
     """A subset that was scored.
 
     Attributes:
@@ -93,21 +93,21 @@ class Rival:
 
 
 def members_of(examination: Examination) -> list[Member]:
-    """All ways of acting that compete."""
+    """All terms and sensors' errors that compete."""
     competitors = examination.competitors
     members = [
-        Member(atom.effect, tuple(competitors.candidate(n) for n in atom.columns), atom)
-        for atom in examination.atoms
+        Member(term.effect, tuple(competitors.candidate(n) for n in term.columns), term)
+        for term in examination.terms
     ]
     for number, sensor in enumerate(competitors.sensors):
         column = competitors.sensor(number)
-        if examination.evidence.kept_share(column) > 2e-3:
+        if examination.evidence.tolerance(column) > 2e-3:
             members.append(Member(sensor.kind, (column,)))
     return members
 
 
-class Chooser:
-    """Scores subsets of everything that competes in one examination."""
+class SubsetScorer:
+    """Scores subsets of all terms and sensors' errors of one examination."""
 
     def __init__(self, examination: Examination) -> None:
         self.examination = examination
@@ -129,15 +129,15 @@ class Chooser:
         return [c for k in chosen for c in self.members[k].columns]
 
     def penalty(self, chosen: Sequence[int]) -> float:
-        blocks = 0.5 * np.log(max(self.evidence.block_count, 2))
+        column = 0.5 * np.log(max(self.evidence.cluster_count, 2))
         each = [
-            blocks * len(self.members[k].columns) + np.log(self.name_count) + self.charges[k]
+            column * len(self.members[k].columns) + np.log(self.name_count) + self.charges[k]
             for k in chosen
         ]
         return float(sum(each))
 
     def gain(self, chosen: tuple[int, ...]) -> tuple[float, Array] | None:
-        """Log-likelihood and coefficients; None when the physics forbids their sign or size."""
+        """Log-likelihood gain and coefficients; None when physics forbids their sign or size."""
         return next(((value, found) for _, value, found in self._gains([chosen])), None)
 
     def _gains(self, subsets: Sequence[tuple[int, ...]]) -> Iterator[tuple[int, float, Array]]:
@@ -185,17 +185,19 @@ class Chooser:
             self.gains[chosen] = self.evidence.gain(self.columns(chosen))
             self.scored[chosen] = self.gains[chosen][0] - self.penalty(chosen)
 
-    def rivals(self, kept: tuple[int, ...], most: int = 400) -> tuple[Rival, ...]:
+    def alternatives(self, kept: tuple[int, ...], most: int = 400) -> tuple[CompetingModel, ...]:
         """The best subsets, in the order of their score, and ``kept`` whatever its score."""
         ranked = sorted(self.scored, key=lambda chosen: -self.scored[chosen])
         best = {*[c for c in ranked if c][:most], kept}
-        rivals = []
+        alternatives = []
         for chosen in [c for c in ranked if c and c in best]:
             members = tuple(self.members[k] for k in chosen)
             ends = np.cumsum([len(m.columns) for m in members])[:-1]
             parts = tuple(np.split(self.gains[chosen][1], ends))
-            rivals.append(Rival(members, parts, self.penalty(chosen), self.scored[chosen]))
-        return tuple(rivals)
+            alternatives.append(
+                CompetingModel(members, parts, self.penalty(chosen), self.scored[chosen])
+            )
+        return tuple(alternatives)
 
     def checked(
         self, chosen: tuple[int, ...], fitted: Mapping[str, float] = MappingProxyType({})
@@ -210,12 +212,12 @@ class Chooser:
             for k in chosen:
                 member = self.members[k]
                 p = min(1.0, tests[member.name].p_value * self.name_count)
-                least, significant = LEAST_SIZE, SIGNIFICANT
+                least, significant = LEAST_SIZE, SIGNIFICANCE
                 if member.sensor:
-                    significant = SENSOR_SIGNIFICANT
+                    significant = SENSOR_SIGNIFICANCE
                     known = self.least[member.columns[0]] == 0.0
-                    least = LEAST_CORRECTION if known else LEAST_SENSOR_SIZE
-                least = max(least, LEAST_BESIDE * max(sizes.values()))
+                    least = LEAST_REPEATED_SENSOR_SIZE if known else LEAST_SENSOR_SIZE
+                least = max(least, LEAST_RELATIVE_SIZE * max(sizes.values()))
                 fault = max(p / significant, least / max(sizes[k], 1e-12))
                 if fault > worst:
                     worst, worst_k = fault, k
@@ -247,9 +249,9 @@ def _charges(members: Sequence[Member]) -> list[float]:
     first: dict[str, int] = {}
     for member in members:
         first[member.name] = min(first.get(member.name, member.columns[0]), member.columns[0])
-    return [
-        0.5 if m.atom and m.atom.scanned else float(m.columns[0] > first[m.name]) for m in members
-    ]
+    later = [float(m.columns[0] > first[m.name]) for m in members]
+    terms = [m.catalogue_term for m in members]
+    return [0.5 if t and t.scanned else late for t, late in zip(terms, later, strict=True)]
 
 
 def _limits(examination: Examination) -> tuple[Array, Array]:
@@ -260,7 +262,7 @@ def _limits(examination: Examination) -> tuple[Array, Array]:
     for number, column in enumerate(competitors.library.candidates):
         at = competitors.candidate(number)
         # Linearised around the null value, a coefficient may overshoot its bound somewhat.
-        low[at], high[at] = OVERSHOOT * column.low, OVERSHOOT * column.high
+        low[at], high[at] = BOUND_OVERSHOOT * column.low, BOUND_OVERSHOOT * column.high
     for number, sensor in enumerate(competitors.sensors):
         at = competitors.sensor(number)
         low[at], high[at] = -sensor.limit, sensor.limit

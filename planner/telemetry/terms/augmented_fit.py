@@ -25,7 +25,7 @@ from planner.telemetry.estimation import Fit, fit
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import Noise
 from planner.telemetry.parameters import free_places, usual_value
-from planner.telemetry.terms.candidate_terms import Atom, CandidateLibrary, with_effects
+from planner.telemetry.terms.candidate_terms import CandidateLibrary, Term, with_effects
 
 
 @dataclass(frozen=True)
@@ -48,12 +48,12 @@ class Addition:
         return find_effect(self.effect) if isinstance(self.effect, str) else self.effect
 
     @classmethod
-    def of(cls, library: CandidateLibrary, atom: Atom, coefficients: Array) -> Addition:
-        """An atom of a library, with its coefficients (k,) for a start."""
+    def of(cls, library: CandidateLibrary, term: Term, coefficients: Array) -> Addition:
+        """A term of a library, with its coefficients (k,) for a start."""
         slots = library.model.slots
         start: dict[tuple[str, int], float] = {}
         shapes: dict[str, float] = {}
-        columns = [library.candidates[n] for n in atom.columns]
+        columns = [library.candidates[n] for n in term.columns]
         for column, coefficient in zip(columns, coefficients, strict=True):
             effect, name, parameter, element = slots[column.place]
             possible = float(np.clip(coefficient, column.low, column.high))

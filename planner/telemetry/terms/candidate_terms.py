@@ -7,9 +7,9 @@ The columns are secants of one model that has the whole catalogue, each effect a
 but one: what the effect does at the size that it is thought to have (``amplitudes``), over that
 size. A derivative at null would misjudge an effect whose power is not linear in its parameter.
 
-An *atom* is one way for an effect to act: one of its parameters, or several together, or one value
+A *term* is one way for an effect to act: one of its parameters, or several together, or one value
 of a shape that is scanned (stiction's speed). An effect whose columns vanish, because the log lacks
-a quantity or never varies it, has no atom, and ``absent`` says why.
+a quantity or never varies it, has no term, and ``absent`` says why.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Atom:
+class Term:
     """One way for an effect to act: some of its columns together."""
 
     effect: str
@@ -71,7 +71,7 @@ class CandidateLibrary:
         places: (p,) free parameters of the model itself.
         candidates: the columns.
         amplitudes: (m,) sizes, in units of the parameters, that the secants are taken at.
-        atoms: ways for effects to act that this log can show.
+        terms: ways for effects to act that this log can show.
         absent: slug → why the log cannot show the effect at all.
         own: slugs of the model's own effects.
         held: numbers of candidates that are in the power at their amplitude.
@@ -82,7 +82,7 @@ class CandidateLibrary:
     places: tuple[int, ...]
     candidates: tuple[Column, ...]
     amplitudes: Array
-    atoms: tuple[Atom, ...]
+    terms: tuple[Term, ...]
     absent: Mapping[str, str]
     held: tuple[int, ...] = ()
 
@@ -185,7 +185,7 @@ def candidate_library(
         if effect.slug not in shown and effect.slug not in absent:
             absent = {**absent, effect.slug: _why_absent(effect, log)}
     return CandidateLibrary(
-        full, own, places, tuple(columns), amplitudes[kept], _atoms(columns), dict(absent)
+        full, own, places, tuple(columns), amplitudes[kept], _terms(columns), dict(absent)
     )
 
 
@@ -268,9 +268,9 @@ def _usual(full: PowerModel, column: Column) -> float:
     return float(np.clip(size, column.low, column.high)) or size
 
 
-def _atoms(columns: Sequence[Column]) -> tuple[Atom, ...]:
+def _terms(columns: Sequence[Column]) -> tuple[Term, ...]:
     """Every effect by each of its parameters, and by all together; wheels and grounds only so."""
-    atoms: list[Atom] = []
+    terms: list[Term] = []
     by_effect: dict[str, list[int]] = {}
     for number, column in enumerate(columns):
         by_effect.setdefault(column.effect, []).append(number)
@@ -278,13 +278,13 @@ def _atoms(columns: Sequence[Column]) -> tuple[Atom, ...]:
         elements = all(" " in columns[n].parameter for n in numbers)
         scanned = any(columns[n].shape is not None for n in numbers)
         if scanned:
-            atoms += [Atom(slug, (n,), True) for n in numbers]
+            terms += [Term(slug, (n,), True) for n in numbers]
         elif elements:
-            atoms.append(Atom(slug, tuple(numbers)))
+            terms.append(Term(slug, tuple(numbers)))
         else:
             for count in range(1, len(numbers) + 1):
-                atoms += [Atom(slug, some) for some in itertools.combinations(numbers, count)]
-    return tuple(atoms)
+                terms += [Term(slug, some) for some in itertools.combinations(numbers, count)]
+    return tuple(terms)
 
 
 def _why_absent(effect: type[Effect], log: Telemetry) -> str:

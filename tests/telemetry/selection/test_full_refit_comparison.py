@@ -10,20 +10,20 @@ import pytest
 from planner.errors import Cancelled
 from planner.power.rows import rows_from
 from planner.telemetry.estimation import fit
-from planner.telemetry.evidence import Competitors, examine
+from planner.telemetry.evidence import DesignColumns, examine
 from planner.telemetry.other_terms import SENSORS, Dictionary
 from planner.telemetry.selection.full_refit_comparison import (
     Refit,
+    compare_refits,
     confirmed,
-    contest,
     row_likelihood,
     simpler_first,
     sizes_of,
     ties_of,
 )
-from planner.telemetry.selection.select_effects import Standing, select
-from planner.telemetry.selection.subset_search import Chooser, Member, Rival
-from planner.telemetry.terms import Atom, candidate_library
+from planner.telemetry.selection.select_effects import RankedTerm, select
+from planner.telemetry.selection.subset_search import CompetingModel, Member, SubsetScorer
+from planner.telemetry.terms import Term, candidate_library
 from tests.telemetry.rows import STEP, measured, plain_log
 
 NOISE = 0.03
@@ -38,7 +38,7 @@ def examined(base):
     log = measured(plain_log([50] * 12, rows), base, NOISE, seed=4)
     fitted = fit(log, base)
     library = candidate_library(fitted.model, log)
-    return log, fitted, examine(log, Competitors(library, Dictionary.of(log)))
+    return log, fitted, examine(log, DesignColumns(library, Dictionary.of(log)))
 
 
 @pytest.mark.parametrize("rows", [0.5, 0.2])
@@ -48,19 +48,19 @@ def test_noise_that_averages_out_between_two_rows_speaks_for_no_delay(examined, 
     number = list(SENSORS).index("power_delay")
     column = examination.competitors.sensor(number)
     delay = Member("power_delay", (column,))
-    nothing, _ = row_likelihood(log, fitted, examination, Rival((), ()))
-    late = Rival((delay,), (np.array([rows * STEP]),))
+    nothing, _ = row_likelihood(log, fitted, examination, CompetingModel((), ()))
+    late = CompetingModel((delay,), (np.array([rows * STEP]),))
     found, _ = row_likelihood(log, fitted, examination, late)
     assert found.sum() < nothing.sum() + 3.0
 
 
-EFFECT = Atom("effect", (0,))
+EFFECT = Term("effect", (0,))
 
 
 def entry(names: str, by_cluster, ties=None, *, sensor: bool = False) -> Refit:
     gains = np.asarray(by_cluster, float)
     members = tuple(Member(name, (0,), None if sensor else EFFECT) for name in names)
-    return Refit(Rival(members, ()), float(gains.sum()), gains, ties or {})
+    return Refit(CompetingModel(members, ()), float(gains.sum()), gains, ties or {})
 
 
 def test_what_explains_as_much_is_a_tie_and_what_trails_in_every_block_is_none():
@@ -84,7 +84,7 @@ def test_a_contest_is_stopped_between_two_fits(examined):
     selection = select(examination)
     number = list(SENSORS).index("power_scale")
     scale = Member("power_scale", (examination.competitors.sensor(number),))
-    known = (Rival((), ()), Rival((scale,), (np.array([0.01]),)))
+    known = (CompetingModel((), ()), CompetingModel((scale,), (np.array([0.01]),)))
     asked: list[int] = []
 
     def check() -> None:
@@ -93,7 +93,7 @@ def test_a_contest_is_stopped_between_two_fits(examined):
             raise Cancelled("stop")
 
     with pytest.raises(Cancelled):
-        contest(log, fitted, examination, selection, known, check)
+        compare_refits(log, fitted, examination, selection, known, check)
     assert len(asked) == 2
 
 
@@ -104,7 +104,7 @@ def test_a_sensor_is_blamed_where_the_log_without_its_error_is_likelier(examined
     kind = "heading_misalignment"
     number = list(SENSORS).index(kind)
     turned = Member(kind, (examination.competitors.sensor(number),))
-    said = Standing(kind, 500.0, 30.0, 0.0, 1.0, 1.0, turned, np.array([0.05]))
+    said = RankedTerm(kind, 500.0, 30.0, 0.0, 1.0, 1.0, turned, np.array([0.05]))
     blamed = replace(select(examination), members=(turned,), standings=(said,))
     rows = log.rows.copy()
     motion = (rows[:, 0] + 1j * rows[:, 1]) * np.exp(1j * wrong)
@@ -113,13 +113,13 @@ def test_a_sensor_is_blamed_where_the_log_without_its_error_is_likelier(examined
 
 
 def test_what_is_selected_is_among_the_rivals_however_low_it_scores(examined):
-    chooser = Chooser(examined[2])
-    chooser.admit((0,))
-    chooser.admit((1,))
-    low = min([(0,), (1,)], key=lambda chosen: chooser.scored[chosen])
-    rivals = chooser.rivals(low, most=1)
-    assert len(rivals) == 2
-    assert rivals[-1].members == (chooser.members[low[0]],)
+    scorer = SubsetScorer(examined[2])
+    scorer.admit((0,))
+    scorer.admit((1,))
+    low = min([(0,), (1,)], key=lambda chosen: scorer.scored[chosen])
+    alternatives = scorer.alternatives(low, most=1)
+    assert len(alternatives) == 2
+    assert alternatives[-1].members == (scorer.members[low[0]],)
 
 
 @pytest.mark.parametrize(("behind", "first"), [(3.0, "s"), (9.0, "ab")])
