@@ -1,19 +1,19 @@
-"""What the measurement scatters by, and how rows are made independent of each other.
+"""Noise of the measured power: its spread, its correlation, and whitening.
 
     noise, left = noise_of(log, residual, watts, input_error, columns)
     noise.floor_w                        # W rms, the error that no model can go below
     spread = noise.spread(watts, input_error)  # (n,) W of single rows
     white = noise.whiten(log, watts, spread, Z)   # (n, m), unit and uncorrelated noise
 
-Three layers, each estimated robustly from what is left over after the model and a few columns:
+Three layers, each estimated robustly from the residual after the model and a few columns:
 
     spread       standard deviation as a function of |P| (medians of absolute deviations in bins),
-                 and beside it what is doubtful about the model's own inputs in single rows
+                 combined with the uncertainty of the model's inputs in single rows
                  (planner.telemetry.prediction.sensitivity.doubt_of)
     correlation  an autoregression within consecutive rows, pooled over all of them
     runs         an offset and a gain of every run, random with a covariance
 
-The first rows behind a gap are whitened with the lower orders of the same autoregression
+The first rows after a gap are whitened with the lower orders of the same autoregression
 (Levinson & Durbin), so that no row is lost, however short the runs are.
 
 Left out

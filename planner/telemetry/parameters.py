@@ -23,7 +23,7 @@ from planner.telemetry.logs import Telemetry
 PRIOR_SPREADS = 10.0
 """Standard deviation of the prior, in multiples of the declared spread of a parameter."""
 WHEEL_SUM_WEIGHT = 1e3
-"""One over the standard deviation of the sum of the wheels' own factors, which changes nothing."""
+"""One over the standard deviation of the sum of the wheels' factors, which the power ignores."""
 
 
 @dataclass(frozen=True)

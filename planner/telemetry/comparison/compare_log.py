@@ -1,4 +1,4 @@
-"""Measured power against a model's: how far apart, in which regimes, and how much of it is noise.
+"""Compare measured power with a model's: errors, regimes, and the share that is noise.
 
     found = compare("drive.csv", "minibalance")     # base model of the vehicle, fitted to the log
     found = compare("drive.csv", model)             # a model as it is
@@ -7,16 +7,16 @@
     found.to_json()
 
 Residuals are measured minus predicted, as everywhere: positive where the robot needs more than the
-model says. Energies are told the other way round, as one speaks of a prediction: ``error_share``
--0.03 is 3 % predicted too little.
+model says. Energies have the opposite sign, that of a prediction: ``error_share`` -0.03 is 3 %
+predicted too little.
 
-The model is asked about steady drives at their mean speeds
-(planner.telemetry.sampling.steady_drive), as in a diagnosis; regimes and curves lie over the speeds
-as logged.
+The model predicts steady-state segments at their mean speeds
+(planner.telemetry.sampling.steady_drive), as in a diagnosis. Regimes and curves use the speeds as
+logged.
 
 A log of any length passes by in chunks and is added up by run, by regime and by bins of the curves.
-What cannot be added up is settled on the sample (planner.telemetry.sampling.sample): the fit, its
-error on held-out runs, the noise, and which regimes there are.
+The sample (planner.telemetry.sampling.sample) settles what cannot be added up: the fit, its
+held-out error, the noise, and which regimes there are.
 
 Left out
     wheel currents: power alone is compared.

@@ -1,4 +1,4 @@
-"""Name the physical effect that a model lacks, or say honestly that a log cannot tell.
+"""Name the physical effect that a model lacks, or say that it is not identifiable.
 
     diagnosis = diagnose("drive.csv", "minibalance")
     diagnosis.verdict, diagnosis.selected, diagnosis.sentence
@@ -6,12 +6,12 @@
 In this order:
 
     fit        the model, robustly                                                   estimation
-    lay out    what every effect, sensor error and plain shape would add               evidence
-    choose     the best subset; test it; compare it with its rivals                   selection
+    lay out    a column for every effect, sensor fault and plain shape                 evidence
+    choose     the best subset; test it; compare it with competing models             selection
     refit      model and chosen effects together, and lay out anew around them,
-               until the choice stays; with a faulty sensor, after correcting it
-    all rows   of a long log are summed up once around what the sample said
-    outside    what the catalogue leaves over gets a curve and a formula         unknown_effect
+               until the choice stays; with a sensor fault, after correcting it
+    all rows   of a long log are summed up once around the result of the sample
+    outside    a residual that the catalogue does not explain gets a formula     unknown_effect
 
 The search is planner.telemetry.selection.whole_search. Everything nonlinear happens on a sample of
 at most 12,000 rows; memory does not grow with the log.
@@ -211,7 +211,7 @@ def _additions(
 
 
 def _standings(found: Found) -> list[tuple[RankedTerm, Examination]]:
-    """Effects that compete, and the examination that their members are counted in."""
+    """Competing effects, and the examination that their members are counted in."""
     all_rows = [(standing, found.examination) for standing in found.selection.standings]
     refuted = [(standing, found.local) for standing in found.refuted]
     return [entry for entry in [*all_rows, *refuted] if not entry[0].member.sensor]
@@ -237,7 +237,7 @@ def _candidates(
 ) -> tuple[Candidate, ...]:
     entries = []
     examination = found.examination
-    # The sums of a long log do not keep its rows: the sample's errors stand for it.
+    # The statistics of a long log do not keep its rows: the sample's errors stand for it.
     linear = LinearHeldout(found.log, found.local)
     own = _columns_in(found.local, examination, members)
     for standing, where in _standings(found):
@@ -257,7 +257,7 @@ def _candidates(
     rest = sorted(examination.testable.items(), key=lambda item: (item[1] is not None, item[0]))
     for slug, why in rest:
         if slug not in told:
-            # Testable and not told: the log asks for a sign or size that the effect cannot have.
+            # Testable and not ranked: the log asks for a sign or size that the effect cannot have.
             entries.append(Candidate(slug, 0.0, None, {}, 0.0, 1.0, 0.0, 0.0, 0, (), why))
     return tuple(entries)
 

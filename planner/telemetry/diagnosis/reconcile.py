@@ -50,7 +50,7 @@ def _as_good(one: Diagnosis, other: Diagnosis) -> bool:
     """Whether the held-out error of the one is not clearly above that of the other."""
     if one.after.heldout_rmse_w > EQUAL_RATIO * other.after.heldout_rmse_w:
         return False
-    log = one.corrected  # the same rows in both: neither blames a sensor
+    log = one.corrected  # the same rows in both: neither names a sensor fault
     mine, theirs = (heldout_residual(log, each.fitted) ** 2 for each in (one, other))
     _, run = np.unique(log.run, return_inverse=True)
     excess = np.bincount(run, mine - theirs)

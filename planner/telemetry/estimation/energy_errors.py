@@ -4,11 +4,11 @@
     replace(fitted.model, covariance=covariance, energy_error=error)
 
 Two things make a predicted energy differ from the one that is measured on the next drive. The
-parameters are known no better than the log tells; and a measured energy has noise of its own, which
+parameters are known no better than the log determines them; and a measured energy has noise, which
 averages out along a drive only in part (planner.power.saved.energy_error).
 
 Covariance
-    A sandwich over blocks of rows, H⁻¹·(S·Sᵀ + Λ·Σ·Λ)·H⁻¹ with H = J'J + Λ, J the whitened
+    A sandwich over clusters of rows, H⁻¹·(S·Sᵀ + Λ·Σ·Λ)·H⁻¹ with H = J'J + Λ, J the whitened
     derivatives of the free parameters, S the sums of the score over blocks, Λ the fit's own wide
     prior and Σ what the declarations state: a parameter that the log says nothing about is known as
     well as its declaration, not as badly as the fit's prior. Parameters that are never fitted
@@ -115,7 +115,7 @@ class _Sums:
             log, fitted.watts, fitted.spread, np.column_stack([self.columns, residual])
         )
         self.units, self.folds = _held_out(log)
-        # No block lies in two folds, so that a fold can be left out of the sums.
+        # No cluster lies in two folds, so that a fold can be left out of the sums.
         _, number = np.unique(self.folds * (10**9) + cluster_numbers(log), return_inverse=True)
         self.blocks = int(number.max()) + 1
         self.fold_of = np.zeros(self.blocks, np.int64)

@@ -1,4 +1,4 @@
-"""Fit a model's parameters to a log: bounded, robust, with errors and what cannot be told.
+"""Fit a model's parameters to a log: bounded, robust, with errors and identifiability.
 
     model = starting_model("minibalance")       # planner.telemetry.starting_model
     result = fit(log, model)

@@ -4,17 +4,16 @@
     run_errors(model, nodes, watts, log.present)      # by what is measured once a run
     stderr = profiled(problem, found, noise, spread, white, covariance, number)
 
-Standard errors come from what leaving out each block of rows in turn changes (a jackknife), which
-allows for noise that the whitening did not get right. Clusters of one run share the errors of what
-was measured once before it, its load say; these are added run by run. What a parameter would change
-by if rows in which friction changes side were averaged more finely is added as well.
+Standard errors come from a jackknife over clusters of rows, which allows for noise that the
+whitening left correlated. Clusters of one run share the errors of quantities that are measured once
+before it, for example its load; these are added run by run. The change of a parameter under finer
+averages of rows in which friction changes side is added too.
 
-A standard error is the slope's word on how fast the fit gets worse. Where an effect has a shape of
-its own, its size and its shape may trade against each other along a bend, and the fit stays good
-much farther out than the slope says. So an effect's parameters are *tried out*: held at the ends of
-their interval while all others are fitted anew (profile likelihood; Bates and Watts, Nonlinear
-regression analysis, 1988). Where the fit has not become as much worse as it should, the interval
-is made longer until it has.
+A standard error describes the likelihood near its maximum. Where an effect has a shape of its own,
+its size and shape may trade against each other along a curve, and the fit stays good much farther
+out. So an effect's parameters get profile-likelihood intervals (Bates and Watts, Nonlinear
+regression analysis, 1988): each is held at the ends of its interval while all others are fitted
+again, and the interval grows until the fit has become as much worse as it should.
 """
 
 from __future__ import annotations
@@ -73,7 +72,7 @@ def run_errors(model: PowerModel, nodes: Nodes, watts: Array, known: Collection[
 
 
 def covariance_of(problem: Problem, white: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Sandwich covariance, and which parameters the log tells more about than the prior did.
+    """Sandwich covariance, and which parameters the log determines better than the prior.
 
     What the rows tell scatters together within blocks, and may within whole runs: the wider of the
     two counts. Of the blocks each is left out in turn, because a few of them may tell most of a

@@ -1,6 +1,6 @@
-"""Everything that competes for a residual, laid out in columns and summed up by cluster.
+"""The design matrix of a residual, and its sufficient statistics by cluster.
 
-examine sums up a log in memory, examine_all a long one in one pass. An Examination answers every
+examine takes a log in memory, examine_all a long one in one pass. An Examination answers every
 later question without the rows.
 """
 

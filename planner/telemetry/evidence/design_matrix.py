@@ -1,16 +1,16 @@
 """The design matrix: columns of everything that may explain a residual, and their testability.
 
-    columns = DesignColumns(library, dictionary)            # which column is what
+    columns = DesignColumns(library, dictionary)          # which column is what
     examination = examine(log, columns)                   # a sample in memory
-    examination.evidence                                  # sums for all tests
-    examination.testable["air_drag"]                      # None, or why it cannot be told
+    examination.evidence                                  # statistics for all tests
+    examination.testable["air_drag"]                      # None, or why it is not identifiable
 
-The order of the columns: tangent of the model, candidates of the catalogue, errors of sensors,
+The order of the columns: Jacobian of the model, candidates of the catalogue, errors of sensors,
 shapes, residual. Residuals count at most a few spreads (planner.telemetry.noise).
 
-What cannot be told is said before anything is ranked: less than 0.2 % of a column survives
-refitting the model; or what survives is of the size of the sensors' own errors; or an effect would
-have to be larger than a tenth of the mean power to be noticed.
+An effect is not identifiable where less than 0.2 % of a column survives refitting the model; where
+what survives is no larger than the sensors' own errors; or where it would have to exceed a tenth of
+the mean power to be noticed. That is settled before anything is ranked.
 """
 
 from __future__ import annotations
@@ -123,20 +123,20 @@ class DesignColumns:
 
 @dataclass(frozen=True)
 class Examination:
-    """A log summed up around one model.
+    """The design matrix of a log around one model, and its statistics.
 
     Attributes:
         competitors: which column is what.
-        evidence: sums of the whitened columns.
+        evidence: sufficient statistics of the whitened columns.
         noise: what was taken for noise.
         watts: (n,) W of the model for the sample.
         spread: (n,) W, standard deviation of single rows.
         raw: (n, columns) of the sample, the residual clipped.
         residual: (n,) W, measured less modelled, as it is.
-        testable: slug → None, or why this log cannot tell it.
-        unnoticed: slug → W, rms, up to which an effect that can be told would go unnoticed.
-        terms: ways for effects to act, those that can be told.
-        shapes: numbers of the shapes that can be told.
+        testable: slug → None, or why it is not identifiable from this log.
+        unnoticed: slug → W, rms, up to which an identifiable effect would go unnoticed.
+        terms: the identifiable forms of effects.
+        shapes: numbers of the identifiable shapes.
         mean_watts: mean of |P|, W.
     """
 
@@ -154,7 +154,7 @@ class Examination:
     mean_watts: float
 
     def hardly_told(self, slug: str) -> str | None:
-        """What is to be said of an effect that can be told, if much of it would go unnoticed."""
+        """A sentence on an identifiable effect of which much would go unnoticed, else None."""
         watts = self.unnoticed.get(slug, 0.0)
         return _unnoticed(watts, self) if watts > REPORTED_UNNOTICED * self.mean_watts else None
 
@@ -162,7 +162,7 @@ class Examination:
 def examine(
     log: Telemetry, competitors: DesignColumns, explained: tuple[int, ...] | None = None
 ) -> Examination:
-    """Lay out and sum up a log that is in memory.
+    """The design matrix of a log in memory, with its statistics and what is identifiable.
 
     Args:
         log: the rows.
@@ -219,7 +219,7 @@ def _slow_shares(log: Telemetry, raw: Array) -> Array:
 
 
 def _with_testable(log: Telemetry, plain: Examination) -> Examination:
-    """Say for every effect whether this log can tell it, and keep the terms that it can."""
+    """Decide for every effect whether it is identifiable, and keep the terms that are."""
     competitors, evidence = plain.competitors, plain.evidence
     library = competitors.library
     over = over_sensor_errors(log, plain)
@@ -250,7 +250,7 @@ def _with_testable(log: Telemetry, plain: Examination) -> Examination:
     for term in terms:
         at = [competitors.candidate(n) for n in term.columns]
         watts.setdefault(term.effect, []).extend(_unnoticed_watts(plain, n) for n in at)
-    # Ways for one effect to act, of which one is true and the log need not say which.
+    # Forms of one effect, of which one is true; the log need not separate them.
     unnoticed = {slug: float(np.median(values)) for slug, values in watts.items()}
     shapes = tuple(
         k

@@ -3,9 +3,9 @@
     evidence = Evidence(tangent, clusters, plain, rows, slow)   # see gram_matrices
     evidence.gain(columns)                            # log-likelihood gained by some columns
     evidence.test(columns, given=others)              # is their coefficient zero?
-    evidence.compare(first, second)                   # which of two sets explains more, and surely?
+    evidence.compare(first, second)                   # which of two sets explains more? (Vuong)
 
-The model's tangent is always in: what refitting its parameters could absorb counts for nothing.
+The model's Jacobian is always in: what refitting its parameters could absorb counts for nothing.
 All tests use the scatter of the score over clusters, and over runs for columns that hardly change
 within a run; so noise that the whitening left correlated cannot make everything significant. They
 are in Wald form: the scatter is taken at the fit with the tested columns, otherwise a huge effect
@@ -54,7 +54,7 @@ class Test:
 
 
 class Evidence:
-    """Products of whitened columns: tangent, everything that competes, residual last.
+    """Products of whitened columns: Jacobian of the model, competing terms, residual last.
 
     Args:
         tangent: number of the model's own columns, which come first.

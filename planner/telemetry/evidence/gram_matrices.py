@@ -1,7 +1,7 @@
 """Whitened columns of a log, cluster by cluster: what every test of the evidence is summed up from.
 
     clusters = RowClusters(white, numbers, runs)     # rows that are in memory
-    clusters = GramClusters(grams, runs)             # Gram matrices of clusters that have streamed past
+    clusters = GramClusters(grams, runs)             # Gram matrices of a log that streamed past
     clusters.total()                         # (columns, columns), all rows
     clusters.times(v)                        # (clusters, columns), every cluster's ZᵀZ·v
     clusters.partial_grams(at, own, lean)    # (clusters, k, k), what ``own`` leaves of columns

@@ -47,7 +47,7 @@ def examine_all(
     correct: Callable[[Telemetry], Telemetry],
     watch: Progress,
 ) -> Examination:
-    """Sum up the whole log.
+    """Sufficient statistics of the whole log.
 
     Args:
         source: the log.
@@ -179,7 +179,7 @@ def _open(sample: Examination, chosen: Sequence[int], columns: list[int]) -> lis
 
 
 class _Sums(NamedTuple):
-    """Sums over some rows: of each cluster whitened, of all of them scaled only."""
+    """Gram matrices of some rows: of each cluster whitened, of all rows scaled only."""
 
     grams: list[Array]
     runs: list[int]

@@ -1,11 +1,11 @@
-"""Errors of sensors that look like missing physics: what each would do to the residual.
+"""Sensor faults that look like missing physics: what each would add to the residual.
 
     for sensor in SENSORS.values():
         column = sensor.column(log, model, watts)          # (n,) W per unit of the error
     corrected = sensor.correct(log, value)                 # the log as a right sensor would have it
 
-A wrong sensor competes with the catalogue: a slope sensor that is two degrees off makes a robot
-look as if it had found a way to climb for nothing.
+A sensor fault competes with the catalogue: with a slope sensor that is two degrees off, a robot
+seems to climb for nothing.
 
     slope_offset          rad   added to pitch: gravity is turned about the left axis
     roll_offset           rad   added to roll
@@ -14,7 +14,7 @@ look as if it had found a way to climb for nothing.
     power_delay           s     power lags the motion
     power_scale           1     power is too large by this share
 
-An offset of the power is not among them: nothing tells it from the electronics' constant load.
+An offset of the power is not among them: it is aliased with the electronics' constant load.
 """
 
 from __future__ import annotations

@@ -105,7 +105,7 @@ class Regime:
 def regimes_of(
     log: Telemetry, residual: Array, noise: ArrayLike = 1.0, *, most: int = MOST_REGIMES
 ) -> list[Regime]:
-    """Regimes of a log over all axes that its rows tell; see find_regimes.
+    """Regimes of a log over all axes of its rows; see find_regimes.
 
     Args:
         log: n rows.

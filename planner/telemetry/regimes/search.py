@@ -1,4 +1,4 @@
-"""How surely a residual's bias over a set of rows stands out, for thousands of sets at once.
+"""Significance of a residual's bias over thousands of sets of rows at once.
 
     search = Search(axes, residual, weight, run)
     search.excess[pair]           # (sets of a, sets of b): 1 is what chance hardly ever reaches

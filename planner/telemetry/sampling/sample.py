@@ -35,7 +35,7 @@ class LogSource:
         run_rows: (runs,) rows of every run.
         complete: True when the sample is the whole log.
         path, mapping: where the chunks come from; None for a log in memory.
-        calm: whether ``sample`` and chunks are at steady speeds.
+        steady_speeds: whether ``sample`` and chunks are at steady speeds.
     """
 
     sample: Telemetry
@@ -45,7 +45,7 @@ class LogSource:
     log: Telemetry | None
     path: Path | None
     mapping: Path | None
-    calm: bool = False
+    steady_speeds: bool = False
 
     SAMPLE_ROWS: ClassVar[int] = 12_000
     PIECE_ROWS: ClassVar[int] = 200
@@ -55,7 +55,7 @@ class LogSource:
 
     def steady(self) -> LogSource:
         """The same log with the speeds of steady drives at their means (steady_drive)."""
-        return replace(self, sample=at_steady_speeds(self.sample), calm=True)
+        return replace(self, sample=at_steady_speeds(self.sample), steady_speeds=True)
 
     def chunks(self) -> Iterator[Telemetry]:
         """The whole log in chunks of about CHUNK_ROWS rows, and of whole runs as far as they go.
@@ -67,7 +67,7 @@ class LogSource:
             yield self.sample
         else:
             whole = _whole_runs(self._read())
-            yield from map(at_steady_speeds, whole) if self.calm else whole
+            yield from map(at_steady_speeds, whole) if self.steady_speeds else whole
 
     def _read(self) -> Iterator[Telemetry]:
         if self.log is not None:

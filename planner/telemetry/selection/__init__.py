@@ -1,7 +1,7 @@
 """The search for effects that a model lacks.
 
-find_missing_effects chooses terms, compares competing models fitted in full, and lays everything out
-anew until the choice stays. It gives a Found with a Selection of Members.
+find_missing_effects chooses terms, compares competing models fitted in full, and repeats that until
+the choice stays. It gives a Found with a Selection of Members.
 """
 
 from planner.telemetry.selection.off_catalogue import ShapeFound

@@ -1,10 +1,10 @@
-"""What is named beside others has to lower the error on runs that were left out.
+"""Backward elimination: a member beside others must lower the held-out error.
 
     found = without_unsupported(found, watch)
 
-Evidence within a log counts every row; that a shape fits the runs of one log a little better does
-not make it the effect that the next run needs. So each member is left out in turn, the rest fitted
-again, and both held against runs that neither fit has seen.
+Evidence within a log counts every row. A shape that fits the runs of one log a little better need
+not be an effect that the next run has. So each member is left out in turn, the rest is fitted
+again, and both fits are compared on held-out runs.
 """
 
 from __future__ import annotations
@@ -21,13 +21,14 @@ from planner.telemetry.noise import huber
 from planner.telemetry.selection.selection_loop import Found
 
 LEAST_LOSS_SHARE = 0.05
-"""Share of the loss on runs left out that a member beside others has to take off, or else"""
+"""Share of the held-out loss that a member beside others must take off, unless LEAST_RUNS_Z
+holds."""
 LEAST_RUNS_Z = 1.64
-"""z of what it takes off, run by run; 5 % on one side."""
+"""z over runs of the loss that a member takes off, 5 % on one side."""
 
 
 def without_unsupported(found: Found, watch: Progress) -> Found:
-    """The same without members that do not lower the error on runs left out.
+    """Drop members that do not lower the held-out error.
 
     A member stays that takes a fair share of it, or a smaller one in most runs. Of a single member
     the report asks the same. ``watch`` hears of every fit, and raises when the caller cancelled.

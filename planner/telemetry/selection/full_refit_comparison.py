@@ -4,7 +4,7 @@
     ranked[0].names, ranked[0].ties
 
 Gram matrices are linear around one model. Far from it, one strong effect can look like two or three
-weaker ones, like a sensor fault, or like another effect. So before anything is named, several models
+weaker ones, like a sensor fault, or like another effect. Before anything is named, several models
 are fitted with all parameters free: the selection, its subsets, near alternatives, and the best
 single effects and pairs. The penalised likelihood ranks them. An alternative is tied unless it is
 clearly behind, cluster by cluster (Vuong's test).

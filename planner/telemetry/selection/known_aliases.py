@@ -27,7 +27,7 @@ REAL_PATTERN_P = 0.01
 
 
 def with_known_aliases(ties: Ties, fitted: Fit, log: Telemetry) -> dict[str, tuple[str, ...]]:
-    """The ties of a selection, with com_offset beside wheel_imbalance where that is due.
+    """The ties of a selection, and com_offset for wheel_imbalance where the two are aliased.
 
     Args:
         ties: slug of a selected effect → those that explain the log as well.

@@ -2,10 +2,10 @@
 
     found = shape_beyond(examination, scorer, chosen)      # a ShapeFound, or None
 
-A shape of the dictionary that is significant beyond the chosen effects, or alone explains more than
-they do, says so. Three doubts come first: an error of a sensor that does the same is the likelier
-explanation, effects that this log cannot tell may look the same, and an effect of the catalogue may
-do as well, though not clearly enough for a name.
+The evidence is a shape of the dictionary that is significant beyond the chosen effects, or alone
+explains more than they do. Three explanations come first: a sensor fault that does the same,
+effects that are not identifiable and collinear with the shape, and an effect of the catalogue that
+does as well, though not clearly enough to be named.
 """
 
 from __future__ import annotations
@@ -138,7 +138,7 @@ def prefer_sensor_fault(
 
 
 def _collinear_effects(examination: Examination, column: int) -> tuple[str, ...]:
-    """Effects that this log cannot tell and that run along with a shape."""
+    """Effects that are not identifiable from this log and collinear with a shape."""
     evidence, competitors = examination.evidence, examination.competitors
     near = []
     for number, candidate in enumerate(competitors.library.candidates):

@@ -1,13 +1,12 @@
-"""Which effects, and how sure: the best subset of what competes, and what lies beyond it.
+"""Select effects: the best subset of competing terms, a ranking, and a shape beyond them.
 
     selection = select(examination)
     selection.members        # strongest first; () when nothing is missing
-    selection.standings      # how every effect stands
+    selection.standings      # ranking of all effects
     selection.shape          # what the catalogue does not explain, or None
 
-The search is subset_search, shapes outside the catalogue
-off_catalogue; ties are found by fitting alternatives in full
-(full_refit_comparison).
+The search is subset_search; off_catalogue looks for shapes outside the catalogue, and
+full_refit_comparison finds ties.
 """
 
 from __future__ import annotations
@@ -64,7 +63,7 @@ class Selection:
     Attributes:
         members: selected, strongest first.
         ties: name → names of alternatives that explain as much.
-        standings: every effect that could be told, best first.
+        standings: every identifiable effect, best first.
         shape: what remains, or None.
         alternatives: subsets that were scored, best first, the members' own among them.
     """
@@ -76,7 +75,7 @@ class Selection:
     alternatives: tuple[CompetingModel, ...]
 
     def standing(self, name: str) -> RankedTerm:
-        """The entry of ``standings`` for an effect or a sensor."""
+        """The entry in the ranking of an effect or a sensor."""
         return next(standing for standing in self.standings if standing.name == name)
 
 
@@ -86,7 +85,7 @@ def select(
     sizes: Mapping[str, float] = MappingProxyType({}),
     check: Callable[[], None] = lambda: None,
 ) -> Selection:
-    """Choose among everything that competes.
+    """Choose among all competing terms.
 
     Args:
         examination: the log, summed up.

@@ -3,9 +3,9 @@
     found = investigate(log, model, extra, watch)         # on rows in memory
     found.at_bounds(model)                                 # whether its fit ran into bounds
 
-Round by round the chosen effects are fitted with all other parameters, and everything is laid out
-around them, because sums are linear and effects are not. A faulty sensor is corrected in the log,
-and the search starts again.
+Round by round the chosen effects are fitted with all other parameters, and the design matrix is
+computed anew around them, because it is linear and effects are not. A sensor fault is corrected in
+the log, and the search starts again.
 """
 
 from __future__ import annotations
@@ -230,7 +230,7 @@ def _chosen(
     known: list[CompetingModel],
     check: Callable[[], None],
 ) -> Selection:
-    """The best subset of the sums, once it has stood against its alternatives fitted in full.
+    """The best subset, after a comparison with competing models fitted in full.
 
     ``known`` are alternatives of earlier rounds; those of this round replace them. ``check`` is
     called before every fit; it raises when the caller cancelled.
@@ -238,7 +238,7 @@ def _chosen(
     selection = select(examination)
     if not selection.members:
         return selection
-    # What could be told in an earlier round may drown in this one, around other parameters.
+    # An effect that was identifiable around other parameters need not be so here.
     there = members_of(examination)
     able = [alternative for alternative in known if all(m in there for m in alternative.members)]
     ranked = compare_refits(log, base, examination, selection, able, check)

@@ -1,4 +1,4 @@
-"""The whole search: rows in memory, all rows of a long log, what is idle, everything set free.
+"""The whole search: the sample, all rows, held-out support, and a fit with everything free.
 
 found = find_missing_effects(source, start, extra, watch)
 found.selection, found.additions, found.fitted, found.searched
@@ -49,7 +49,7 @@ def find_missing_effects(
 
 
 def _with_all_rows(source: LogSource, found: Found, watch: Progress) -> Found:
-    """Sum up the whole log around what the sample said, and choose again."""
+    """Choose again with the statistics of the whole log, around the result of the sample."""
     correct = partial(corrected, corrections=found.corrections)
     members = [c for m in found.selection.members for c in m.columns]
     alternatives = {name for tied in found.selection.ties.values() for name in tied}

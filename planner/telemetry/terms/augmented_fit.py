@@ -1,13 +1,12 @@
-"""A model with effects added to it, fitted: what adopting them gives.
+"""Fit a model with effects added to it.
 
     fitted = fit_with(model, log, [Addition("air_drag", {"drag_area": 0.2})])
 
-An addition says which parameters of the effect are to be fitted and where the fit starts; its other
-parameters keep their null value, the shapes that were scanned the value that was found. A search is
-quick and clear that way. What comes of it is another matter: an effect that acts does so with all
-its parameters and with a shape that no grid holds, and standard errors that leave those out are far
-too small. ``Addition.completed`` sets
-free all of them that the log can show.
+An addition names the parameters of the effect that are fitted, and where the fit starts. Its other
+parameters keep their null value, scanned shapes the value that was found. That keeps a search
+quick. The result needs more: an effect acts with all its parameters and with a shape between grid
+values, and standard errors that leave those out are far too small. ``Addition.completed`` frees all
+of them that the log can show.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What every effect that a model does not have would add: one column of watts for each parameter.
+"""Candidate terms: one column of watts for each parameter of every effect that a model lacks.
 
     library = candidate_library(model, log)
     watts, tangent, columns = library.columns(nodes)     # (n,), (n, p) and (n, m) W per unit
@@ -7,9 +7,9 @@ The columns are secants of one model that has the whole catalogue, each effect a
 but one: what the effect does at the size that it is thought to have (``amplitudes``), over that
 size. A derivative at null would misjudge an effect whose power is not linear in its parameter.
 
-A *term* is one way for an effect to act: one of its parameters, or several together, or one value
-of a shape that is scanned (stiction's speed). An effect whose columns vanish, because the log lacks
-a quantity or never varies it, has no term, and ``absent`` says why.
+A *term* is one form of an effect: one of its parameters, several together, or one value of a
+scanned shape (stiction's speed). An effect whose columns vanish, because the log lacks a quantity
+or never varies it, has no term, and ``absent`` says why.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Term:
-    """One way for an effect to act: some of its columns together."""
+    """One form of an effect: some of its columns together."""
 
     effect: str
     columns: tuple[int, ...]
@@ -71,7 +71,7 @@ class CandidateLibrary:
         places: (p,) free parameters of the model itself.
         candidates: the columns.
         amplitudes: (m,) sizes, in units of the parameters, that the secants are taken at.
-        terms: ways for effects to act that this log can show.
+        terms: forms of effects that this log can show.
         absent: slug → why the log cannot show the effect at all.
         own: slugs of the model's own effects.
         held: numbers of candidates that are in the power at their amplitude.
