@@ -43,8 +43,9 @@ LEAST_RUNS = 4
 MOST_HELPERS, HELPER_SHARE = 4, 0.01
 """Columns that noise is estimated beside, and the share of squares that each must explain."""
 COLLINEAR = 0.03
-"""Share of a column's norm that must be left beside the model's own columns and those chosen."""
-_MAD = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
+"""Share of a column's norm that the model's own columns, and each chosen one, must leave."""
+_MAD = 1.4826
+"""Standard deviation of a normal distribution over its median absolute deviation."""
 
 
 def clipped(residual: Array, spread: Array) -> Array:
@@ -171,9 +172,11 @@ def strongest_columns(residual: Array, own: Array, others: Array) -> list[int]:
     left = residual - basis @ (basis.T @ residual)
     rest = others - basis @ (basis.T @ others)
     chosen: list[int] = []
+    usable = np.ones(others.shape[1], bool)
     for _ in range(MOST_HELPERS):
         norms = np.linalg.norm(rest, axis=0)
-        usable = norms > COLLINEAR * np.maximum(before, 1e-300)
+        usable &= norms > COLLINEAR * np.maximum(before, 1e-300)
+        before = norms
         taken = np.where(usable, np.abs(rest.T @ left) / np.maximum(norms, 1e-300), 0.0)
         best = int(np.argmax(taken))
         if taken[best] ** 2 < HELPER_SHARE * float(left @ left):

@@ -8,6 +8,7 @@ Row numbers count the samples of the file: row 1 is the first line below the hea
 
 from __future__ import annotations
 
+import codecs
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -98,12 +99,18 @@ class LogFile:
             self.ragged.append(int(row.number or 0) - 1)
             return "skip"
 
+        decoder = codecs.getincrementaldecoder("utf-8")()
+
+        def checked(part: Any) -> Any:
+            # The parser itself would pass over bytes that are not UTF-8.
+            decoder.decode(part, final=not len(part))
+            return part
+
         types = {name: pa.float64() for name in numeric} | {name: pa.string() for name in text}
         file: Any = pa.OSFile(str(self.path))
         file = pa.CompressedInputStream(file, "gzip") if self.gzipped else file
         reader = pa_csv.open_csv(
-            # The parser itself would pass over bytes that are not UTF-8.
-            pa.transcoding_input_stream(file, "utf-8-sig", "utf-8"),
+            pa.TransformInputStream(file, checked),
             read_options=pa_csv.ReadOptions(
                 use_threads=False,
                 block_size=_CSV_BYTES,

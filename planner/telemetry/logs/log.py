@@ -178,7 +178,7 @@ class Telemetry(Rows):
         checks.refuse(finished=True)
         # The last row of a log would be a chunk of its own otherwise.
         waiting += [] if last is None else [last]
-        yield chunk(_joined(waiting, waiting[-1]))
+        yield chunk(waiting[0] if len(waiting) == 1 else _joined(waiting, waiting[-1]))
 
     @staticmethod
     def joined(parts: Sequence[Telemetry], last: Telemetry) -> Telemetry:

@@ -143,12 +143,18 @@ def _smaller_power(log: Telemetry, share: float) -> Telemetry:
     return replace(log, power=log.power / (1.0 + share))
 
 
-# Smallest, usual and largest size of an error, and the step that its column is taken at first.
+# Of each kind of error: the smallest that is named, the usual one, the largest that is believed,
+# and the size that its column is taken at first.
 _TILT = 0.004, 0.02, 0.12, 0.01
+"""rad."""
 _SPEED = 0.01, 0.04, 0.25, 0.02
+"""Share of the speed."""
 _TURN = 0.01, 0.05, 0.3, 0.02
+"""rad."""
 _DELAY = 0.06, 0.3, 3.0, 0.05
+"""s."""
 _POWER = 0.01, 0.05, 0.4, 0.02
+"""Share of the power."""
 _MISALIGNED = "the velocity is turned by {value} rad in the body frame"
 SENSORS: dict[str, Sensor] = {
     kind: Sensor(kind, unit, *sizes, sentence, correct)
