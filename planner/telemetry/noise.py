@@ -1,19 +1,19 @@
-"""What the measurement scatters by, and how rows are made independent of each other.
+"""Noise of the measured power: its spread, its correlation, and whitening.
 
-    noise = noise_of(log, residual, watts, doubt, columns)
+    noise, left = noise_of(log, residual, watts, input_error, columns)
     noise.floor_w                        # W rms, the error that no model can go below
-    spread = noise.spread(watts, doubt)  # (n,) W of single rows
+    spread = noise.spread(watts, input_error)  # (n,) W of single rows
     white = noise.whiten(log, watts, spread, Z)   # (n, m), unit and uncorrelated noise
 
-Three layers, each estimated robustly from what is left over after the model and a few columns:
+Three layers, each estimated robustly from the residual after the model and a few columns:
 
     spread       standard deviation as a function of |P| (medians of absolute deviations in bins),
-                 and beside it what is doubtful about the model's own inputs in single rows
+                 combined with the uncertainty of the model's inputs in single rows
                  (planner.telemetry.prediction.sensitivity.doubt_of)
     correlation  an autoregression within consecutive rows, pooled over all of them
     runs         an offset and a gain of every run, random with a covariance
 
-The first rows behind a gap are whitened with the lower orders of the same autoregression
+The first rows after a gap are whitened with the lower orders of the same autoregression
 (Levinson & Durbin), so that no row is lost, however short the runs are.
 
 Left out
@@ -32,11 +32,20 @@ from scipy.optimize import nnls
 from planner.arrays import Array
 from planner.telemetry.logs import Telemetry
 
-ORDER = 12
+MOST_LAGS = 12
+"""Order of the autoregression, in rows."""
 CLIP = 3.5
 """Residuals count at most this many spreads: one outlier cannot carry a fit."""
-BINS = 10
-_MAD = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
+SPREAD_BINS = 10
+"""Bins over |P| of the spread, each of at least 40 rows."""
+LEAST_RUNS = 4
+"""Runs below which their offsets and gains are not estimated."""
+MOST_HELPERS, HELPER_SHARE = 4, 0.01
+"""Columns that noise is estimated beside, and the share of squares that each must explain."""
+COLLINEAR = 0.03
+"""Share of a column's norm that the model's own columns, and each chosen one, must leave."""
+_MAD = 1.4826
+"""Standard deviation of a normal distribution over its median absolute deviation."""
 
 
 def clipped(residual: Array, spread: Array) -> Array:
@@ -74,9 +83,9 @@ class Noise:
         """Correlation of neighbouring rows."""
         return float(self.reflections[1, 0]) if len(self.reflections) > 1 else 0.0
 
-    def spread(self, watts: Array, doubt: Array) -> Array:
-        """(n,) W, standard deviation of single rows at a modelled power, with its doubt."""
-        return np.hypot(np.interp(np.abs(watts), self.powers, self.spreads), doubt)
+    def spread(self, watts: Array, input_error: Array) -> Array:
+        """(n,) W, standard deviation of single rows at a modelled power and input uncertainty."""
+        return np.hypot(np.interp(np.abs(watts), self.powers, self.spreads), input_error)
 
     def whiten(self, log: Telemetry, watts: Array, spread: Array, columns: Array) -> Array:
         """Columns in units of independent noise of standard deviation 1.
@@ -147,13 +156,40 @@ def _take_out_runs(columns: Any, shared: Any, by_run: Any, pieces: Any) -> None:
                     columns[start + k, j] -= basis[k, a] * change[a]
 
 
-def noise_of(log: Telemetry, residual: Array, watts: Array, doubt: Array, columns: Array) -> Noise:
-    """Noise in the residual of a model, see noise_and_leftover."""
-    return noise_and_leftover(log, residual, watts, doubt, columns)[0]
+def strongest_columns(residual: Array, own: Array, others: Array) -> list[int]:
+    """Numbers of the other columns that explain most of a residual, found one after the other.
+
+    Args:
+        residual: (n,).
+        own: (n, p) columns of the model, which come first.
+        others: (n, m).
+
+    Returns:
+        At most MOST_HELPERS; none that explains less than HELPER_SHARE of the squares left.
+    """
+    basis, _ = np.linalg.qr(own)
+    before = np.linalg.norm(others, axis=0)
+    left = residual - basis @ (basis.T @ residual)
+    rest = others - basis @ (basis.T @ others)
+    chosen: list[int] = []
+    usable = np.ones(others.shape[1], bool)
+    for _ in range(MOST_HELPERS):
+        norms = np.linalg.norm(rest, axis=0)
+        usable &= norms > COLLINEAR * np.maximum(before, 1e-300)
+        before = norms
+        taken = np.where(usable, np.abs(rest.T @ left) / np.maximum(norms, 1e-300), 0.0)
+        best = int(np.argmax(taken))
+        if taken[best] ** 2 < HELPER_SHARE * float(left @ left):
+            break
+        chosen.append(best)
+        direction = rest[:, best] / norms[best]
+        left = left - direction * float(direction @ left)
+        rest = rest - np.outer(direction, direction @ rest)
+    return chosen
 
 
-def noise_and_leftover(
-    log: Telemetry, residual: Array, watts: Array, doubt: Array, columns: Array
+def noise_of(
+    log: Telemetry, residual: Array, watts: Array, input_error: Array, columns: Array
 ) -> tuple[Noise, Array]:
     """Noise in the residual of a model, once ``columns`` have taken what they can explain.
 
@@ -161,7 +197,7 @@ def noise_and_leftover(
         log: the rows.
         residual: (n,) W, measured less modelled.
         watts: (n,) W, modelled.
-        doubt: (n,) W, what errors of the inputs may do to single rows.
+        input_error: (n,) W, uncertainty of single rows by errors of the inputs.
         columns: (n, m) W per unit of whatever may still be in the residual: the model's tangent
             and a few shapes. Too many would take slow noise for an effect.
 
@@ -171,14 +207,14 @@ def noise_and_leftover(
     powers, spreads = np.array([0.0]), np.array([max(_deviation(residual), 1e-6)])
     left = residual
     for _ in range(3):
-        scale = 1.0 / np.hypot(np.interp(np.abs(watts), powers, spreads), doubt)
+        scale = 1.0 / np.hypot(np.interp(np.abs(watts), powers, spreads), input_error)
         left = _leftover(residual, columns, scale)
         # Rows that the model itself is unsure of say little about the measurement.
-        clear = doubt <= 0.5 * float(np.median(spreads))
+        clear = input_error <= 0.5 * float(np.median(spreads))
         if np.count_nonzero(clear) < 0.2 * len(clear):
             clear = np.ones(len(clear), bool)
         powers, spreads = _spread(np.abs(watts)[clear], left[clear])
-    scale = 1.0 / np.hypot(np.interp(np.abs(watts), powers, spreads), doubt)
+    scale = 1.0 / np.hypot(np.interp(np.abs(watts), powers, spreads), input_error)
     z = np.clip(left * scale, -CLIP, CLIP)
     reflections, shrink = _autoregression(log, z)
     floor = float(np.sqrt(np.mean(np.interp(np.abs(watts), powers, spreads) ** 2)))
@@ -209,7 +245,7 @@ def _leftover(residual: Array, columns: Array, scale: Array) -> Array:
 
 def _spread(size: Array, left: Array) -> tuple[Array, Array]:
     """Spread over |P|; P crosses zero, so that a share of it alone would not do."""
-    count = int(min(BINS, max(1, len(size) // 40)))
+    count = int(min(SPREAD_BINS, max(1, len(size) // 40)))
     order = np.argsort(size, kind="stable")
     bins = np.array_split(order, count)
     powers = np.array([float(np.median(size[b])) for b in bins])
@@ -225,7 +261,7 @@ def _autoregression(log: Telemetry, z: Array) -> tuple[Array, Array]:
     """Levinson & Durbin's recursion on the pooled autocovariance."""
     parts = log.segments()
     lengths = np.array([stop - start for start, stop in parts])
-    order = int(min(ORDER, max(0, np.max(lengths) // 4)))
+    order = int(min(MOST_LAGS, max(0, np.max(lengths) // 4)))
     covariance = np.zeros(order + 1)
     pairs = np.zeros(order + 1)
     for start, stop in parts:
@@ -255,7 +291,7 @@ def _run_covariance(log: Telemetry, plain: Noise, left: Array, watts: Array, sca
     offset and gain are the same thing.
     """
     pieces = log.run_pieces()
-    if len(pieces) < 4:
+    if len(pieces) < LEAST_RUNS:
         return np.zeros((2, 2))
     one = np.ones_like(left)
     white = plain.whiten(log, watts, 1.0 / scale, np.column_stack([left, one, watts]))

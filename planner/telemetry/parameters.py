@@ -1,4 +1,4 @@
-"""Parameters of a model before any log: which are free, how large they are, what is known of them.
+"""Parameters of a model before any log: which are free, their usual size, their prior.
 
 places = free_places(model, log)          # numbers of those that a fit may change
 prior = Prior.of(model, places)
@@ -15,19 +15,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.arrays import Array
+from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
 
 PRIOR_SPREADS = 10.0
 """Standard deviation of the prior, in multiples of the declared spread of a parameter."""
-GAUGE = 1e3
-"""One over the standard deviation that the sum of the wheels' own factors is held with."""
+WHEEL_SUM_WEIGHT = 1e3
+"""One over the standard deviation of the sum of the wheels' factors, which the power ignores."""
 
 
 @dataclass(frozen=True)
 class Prior:
-    """What is known of some parameters without any log.
+    """Prior of some parameters, without any log.
 
     Attributes:
         weights: (p,) one over the standard deviation of each: ten times its declared spread.
@@ -69,12 +70,7 @@ def free_places(model: PowerModel, log: Telemetry) -> tuple[int, ...]:
     coefficients are those of that ground, otherwise both could change against each other. The
     scanned shape of an effect is free where the effect acts.
     """
-    labelled = (
-        log.rows_for(model.surfaces)[:, INDEX["surface"]] if model.surfaces else np.array([-1.0])
-    )
-    reference = -1
-    if np.all(labelled >= 0):
-        reference = int(np.argmax(np.bincount(labelled.astype(int))))
+    reference = reference_surface(model, log)
     acting = {
         effect.slug
         for (effect, _, parameter, _), value in zip(model.slots, model.parameters, strict=True)
@@ -89,6 +85,20 @@ def free_places(model: PowerModel, log: Telemetry) -> tuple[int, ...]:
     return tuple(places)
 
 
+def reference_surface(model: PowerModel, log: Telemetry) -> int:
+    """Number of the commonest ground; -1 where the model knows none or a row has no label."""
+    numbers = log.rows_for(model.surfaces)[:, INDEX["surface"]]
+    if not model.surfaces or np.any(numbers < 0):
+        return -1
+    return int(np.argmax(np.bincount(numbers.astype(int))))
+
+
+def usual_value(model: PowerModel, effect: type[Effect], name: str) -> float:
+    """Value of an effect's parameter that the vehicle gives, else the declared default."""
+    value = model.vehicle.parameters.get(effect.slug, {}).get(name)
+    return float(value) if isinstance(value, int | float) else effect.parameters[name].default
+
+
 def sizes(model: PowerModel) -> Array:
     """(P,) size of every parameter that a step is taken relative to.
 
@@ -98,7 +108,7 @@ def sizes(model: PowerModel) -> Array:
     for place, (_, _, parameter, _) in enumerate(model.slots):
         value = abs(float(model.parameters[place]))
         usual = abs(parameter.default - (parameter.null or 0.0))
-        # A value that a fit left next to nothing must not become the measure of itself.
+        # A value that a fit left near zero must not become its own measure.
         size = max(value, usual or min(1e-2, parameter.bounds[1]))
         result[place] = size if parameter.per is None else 1.0
     return result
@@ -108,7 +118,7 @@ def _bounds(model: PowerModel, index: NDArray[np.int64]) -> tuple[Array, Array]:
     bounds = np.array([model.slots[place][2].bounds for place in index], float).reshape(-1, 2)
     for k, place in enumerate(index):
         if grid := model.slots[place][2].grid:
-            # A shape is looked for where its grid says that physics has it, not beyond.
+            # A shape stays within its grid, which covers what physics has.
             given = model.parameters[place]
             bounds[k] = min(grid[0], given), max(grid[-1], given)
     return bounds[:, 0], bounds[:, 1]
@@ -131,5 +141,5 @@ def _gauge(model: PowerModel, index: NDArray[np.int64]) -> Array:
     gauge = np.zeros((len(index), len(index)))
     for group in groups.values():
         if len(group) == model.vehicle.layout.wheel_count:
-            gauge[np.ix_(group, group)] = GAUGE**2
+            gauge[np.ix_(group, group)] = WHEEL_SUM_WEIGHT**2
     return gauge

@@ -1,4 +1,4 @@
-"""What a row of a log means to a person: speed, heading, slope along the travel, braking, load.
+"""Quantities of motion of a log's rows: speed, heading, slope along the travel, braking, load.
 
     axes = motion_axes(log.rows)       # {"speed": (n,), "heading": (n,), ...}, SI and rad
     axes = all_axes(log.rows)          # also wind, place of the load, ground …
@@ -106,7 +106,7 @@ def motion_axes(rows: Array, *, temperature: str | None = None) -> dict[str, Arr
 
 
 def temperature_of(rows: Array) -> str:
-    """The quantity that tells the temperature in these rows, (n, ROW_LENGTH)."""
+    """The quantity that gives the temperature in these rows, (n, ROW_LENGTH)."""
     known = np.isfinite(rows[:, INDEX["motor_temp"]]).any()
     return "motor_temp" if known else "ambient_temp"
 

@@ -65,7 +65,7 @@ def drawn(lengths, seed: int):
 def test_estimated_noise_is_the_one_that_was_drawn():
     log, watts, error = drawn([150] * 20, 3)
     slope = np.linspace(-1.0, 1.0, len(log))[:, None]
-    found = noise_of(log, error + 5.0 * slope[:, 0], watts, np.zeros(len(log)), slope)
+    found, _ = noise_of(log, error + 5.0 * slope[:, 0], watts, np.zeros(len(log)), slope)
     assert found.correlation == pytest.approx(PHI, abs=0.05)
     for power in (15.0, 35.0, 55.0):
         spread = found.spread(np.array([power]), np.zeros(1))
@@ -79,7 +79,7 @@ def test_estimated_noise_is_the_one_that_was_drawn():
 
 def test_short_runs_beside_long_ones_are_whitened_from_their_first_row():
     log, watts, error = drawn([200] * 8 + [3] * 150 + [1] * 150, 4)
-    found = noise_of(log, error, watts, np.zeros(len(log)), np.ones((len(log), 1)))
+    found, _ = noise_of(log, error, watts, np.zeros(len(log)), np.ones((len(log), 1)))
     white = found.whiten(log, watts, found.spread(watts, np.zeros(len(log))), error[:, None])[:, 0]
     threes, singles = white[1600:2050].reshape(150, 3), white[2050:]
     assert threes.std(axis=0) == pytest.approx(np.ones(3), abs=0.2)
@@ -89,15 +89,15 @@ def test_short_runs_beside_long_ones_are_whitened_from_their_first_row():
 
 def test_doubtful_inputs_widen_the_spread_of_their_rows_alone():
     noise = first_order(spread=3.0)
-    doubt = np.array([0.0, 4.0])
-    assert noise.spread(np.array([1.0, 1.0]), doubt) == pytest.approx([3.0, 5.0])
+    input_error = np.array([0.0, 4.0])
+    assert noise.spread(np.array([1.0, 1.0]), input_error) == pytest.approx([3.0, 5.0])
 
 
 def test_outliers_are_no_noise():
     log, watts, error = drawn([150] * 20, 6)
-    clean = noise_of(log, error, watts, np.zeros(len(log)), np.ones((len(log), 1)))
+    clean, _ = noise_of(log, error, watts, np.zeros(len(log)), np.ones((len(log), 1)))
     hit = np.random.default_rng(7).random(len(log)) < 0.05
-    dirty = noise_of(log, error + 30.0 * hit, watts, np.zeros(len(log)), np.ones((len(log), 1)))
+    dirty, _ = noise_of(log, error + 30.0 * hit, watts, np.zeros(len(log)), np.ones((len(log), 1)))
     assert dirty.floor_w == pytest.approx(clean.floor_w, rel=0.15)
 
 
@@ -108,7 +108,7 @@ def test_variance_of_run_offsets_is_recovered():
     watts = random.uniform(10.0, 60.0, len(log))
     offsets = 0.5 * random.standard_normal(len(lengths))
     error = random.standard_normal(len(log)) + offsets[log.run]
-    found = noise_of(log, error, watts, np.zeros(len(log)), np.zeros((len(log), 0)))
+    found, _ = noise_of(log, error, watts, np.zeros(len(log)), np.zeros((len(log), 0)))
     # What the whole of the noise says about a mean over a run: this is what an offset does to it.
     spread = found.spread(watts, np.zeros(len(log)))
     run = log.take(log.run == 0)
@@ -121,6 +121,6 @@ def test_variance_of_run_offsets_is_recovered():
 def test_runs_without_offsets_get_none():
     log, watts, _ = drawn([80] * 30, 12)
     error = np.random.default_rng(13).standard_normal(len(log))
-    found = noise_of(log, error, watts, np.zeros(len(log)), np.zeros((len(log), 0)))
+    found, _ = noise_of(log, error, watts, np.zeros(len(log)), np.zeros((len(log), 0)))
     assert np.sqrt(found.by_run[0, 0]) < 0.1
     assert 40.0 * np.sqrt(found.by_run[1, 1]) < 0.15

@@ -1,17 +1,16 @@
-"""Take effects into a model: a new version, with the data and the errors that speak for it.
+"""Adopt effects into a model: a new version, with its data and its errors before and after.
 
     adoption = adopt("air_drag", "drive.csv", "minibalance")
     adoption.model.save("minibalance-2.json")
     adoption.before.heldout_rmse_w, adoption.after.heldout_rmse_w, adoption.warnings
 
-What a log does not support can be adopted as well; the warnings then say why one should not.
-Versions are those of versions.
+Effects that a log does not support can be adopted too; the warnings then say why not to.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -32,12 +31,12 @@ from planner.telemetry.holdout import heldout_rmse
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.sampling import open_source
 from planner.telemetry.starting_model import starting_model
-from planner.telemetry.terms import Addition, fit_with
+from planner.telemetry.terms import fit_with
 
 DIAGNOSED = "diagnosed"
-"""Stands for everything that a diagnosis of the log selects and proposes."""
-LEAST_GAIN = 0.99
-"""Held-out error that does not fall below this share of what it was has not fallen."""
+"""Name for everything that a diagnosis of the log selects and proposes."""
+CLEAR_FALL = 0.99
+"""Held-out error after over before; above it, adoption warns that the error does not fall."""
 
 Wanted = str | type[Effect]
 
@@ -73,16 +72,7 @@ class Adoption(Shown):
             "noise_floor_w": self.before.noise_floor_w,
             "warnings": list(self.warnings),
             "parameters": [
-                {
-                    "effect": p.effect,
-                    "name": p.name,
-                    "element": p.element,
-                    "value": p.value,
-                    "stderr": p.stderr if np.isfinite(p.stderr) else None,
-                    "unit": p.unit,
-                    "identifiable": p.identifiable,
-                    "note": p.note,
-                }
+                {**asdict(p), "stderr": p.stderr if np.isfinite(p.stderr) else None}
                 for p in self.parameters
             ],
             "history": history(self.model),
@@ -122,7 +112,7 @@ def adopt(
     source = open_source(log, mapping, watch)
     diagnosis = diagnose_source(source, start, extra=custom, watch=watch)
     names = _names(wanted, diagnosis)
-    additions = [_addition(name, diagnosis) for name in names]
+    additions = [diagnosis.additions[name] for name in names]
     watch(1.0, "fitting the new version")
     if set(names) == set(diagnosis.proposed):
         fitted, after = diagnosis.fitted, diagnosis.after
@@ -133,15 +123,8 @@ def adopt(
         after = Errors(fitted.rmse_w, heldout_rmse(diagnosis.corrected, fitted))
     warnings = _warnings(names, diagnosis, after, fitted)
     new = new_version(start, fitted, names, diagnosis, after, warnings)
-    return Adoption(
-        new,
-        tuple(names),
-        diagnosis.baseline,
-        after,
-        fitted.parameters,
-        tuple(warnings),
-        diagnosis,
-    )
+    errors = diagnosis.baseline, after
+    return Adoption(new, tuple(names), *errors, fitted.parameters, tuple(warnings), diagnosis)
 
 
 def _check_names(wanted: Sequence[Wanted], start: PowerModel) -> None:
@@ -183,10 +166,6 @@ def _names(wanted: Sequence[Wanted], diagnosis: Diagnosis) -> list[str]:
     return list(dict.fromkeys(names))
 
 
-def _addition(name: str, diagnosis: Diagnosis) -> Addition:
-    return diagnosis.additions[name]
-
-
 def _warnings(names: Sequence[str], diagnosis: Diagnosis, after: Errors, fitted: Fit) -> list[str]:
     warnings = []
     candidates = {c.effect: c for c in diagnosis.candidates}
@@ -207,7 +186,7 @@ def _warnings(names: Sequence[str], diagnosis: Diagnosis, after: Errors, fitted:
                 f"noise, z = {candidate.z:.1f})"
             )
     before = diagnosis.baseline
-    if after.heldout_rmse_w > LEAST_GAIN * before.heldout_rmse_w:
+    if after.heldout_rmse_w > CLEAR_FALL * before.heldout_rmse_w:
         warnings.append(
             f"the held-out error does not fall: {before.heldout_rmse_w:.3g} W before, "
             f"{after.heldout_rmse_w:.3g} W after"

@@ -1,4 +1,4 @@
-"""Versions of a model: every one is kept whole, so that any of them can be brought back.
+"""Versions of a model, each stored whole so that it can be restored.
 
 for entry in history(model): ...       # oldest first
 older = revert(model, 1)               # a version too
@@ -18,7 +18,7 @@ from planner.telemetry.diagnosis import Diagnosis, Errors
 from planner.telemetry.estimation import Fit, energy_error
 
 SNAPSHOT = ("custom", "surfaces", "stderr", "covariance", "energy_error")
-"""What a version keeps beside its effects."""
+"""Keys of a model's document that a version stores beside its effects."""
 
 
 def revert(model: PowerModel, version: int) -> PowerModel:
@@ -37,18 +37,9 @@ def revert(model: PowerModel, version: int) -> PowerModel:
         )
     old = entries[version]
     snapshot = old["snapshot"]
-    restored = PowerModel.from_document(
-        {
-            **model.document(),
-            "effects": old["effects"],
-            "custom": snapshot["custom"],
-            "surfaces": snapshot["surfaces"],
-            "stderr": snapshot["stderr"],
-            # Versions of older files say nothing of them.
-            "covariance": snapshot.get("covariance"),
-            "energy_error": snapshot.get("energy_error"),
-        }
-    )
+    # Older files have no covariance and no energy error.
+    kept = {key: snapshot.get(key) for key in SNAPSHOT}
+    restored = PowerModel.from_document({**model.document(), "effects": old["effects"], **kept})
     entry = {
         **_entry(restored, model.version + 1, _label(model), "revert"),
         "reverted_to": version,
@@ -57,12 +48,7 @@ def revert(model: PowerModel, version: int) -> PowerModel:
         "after": old["after"],
         "noise_floor_w": old["noise_floor_w"],
     }
-    return replace(
-        restored,
-        version=model.version + 1,
-        parent=_label(model),
-        history=(*model.history, entry),
-    )
+    return _next_version(restored, model, (*model.history, entry))
 
 
 def history(model: PowerModel) -> list[dict[str, Any]]:
@@ -73,6 +59,13 @@ def history(model: PowerModel) -> list[dict[str, Any]]:
 def rmse_of(errors: Errors) -> dict[str, Any]:
     """Both errors of a version, ready for JSON."""
     return {"rmse_w": errors.rmse_w, "heldout_rmse_w": errors.heldout_rmse_w}
+
+
+def _next_version(
+    model: PowerModel, before: PowerModel, entries: tuple[Mapping[str, Any], ...]
+) -> PowerModel:
+    version, parent = before.version + 1, _label(before)
+    return replace(model, version=version, parent=parent, history=entries)
 
 
 def _label(model: PowerModel) -> str:
@@ -111,13 +104,9 @@ def new_version(
         after: errors of ``fitted``.
         warnings: why one should hesitate.
     """
-    log: Mapping[str, Any] = diagnosis.log
-    data = {
-        "source": Path(str(log["source"])).name,
-        "sha256": log["sha256"],
-        "rows": log["rows"],
-        "runs": log["runs"],
-    }
+    log = diagnosis.log
+    data = {key: log[key] for key in ("source", "sha256", "rows", "runs")}
+    data["source"] = Path(str(log["source"])).name
     floor = diagnosis.baseline.noise_floor_w
     covariance, error = energy_error(diagnosis.corrected, fitted)
     model = replace(fitted.model, covariance=covariance, energy_error=error)
@@ -141,10 +130,4 @@ def new_version(
         "noise_floor_w": floor,
         "warnings": list(warnings),
     }
-    return replace(
-        model,
-        name=start.name,
-        version=start.version + 1,
-        parent=_label(start),
-        history=(*past, entry),
-    )
+    return _next_version(replace(model, name=start.name), start, (*past, entry))

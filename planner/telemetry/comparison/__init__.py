@@ -1,4 +1,4 @@
-"""Measured power against a model's.
+"""Compare measured power with a model's.
 
 compare gives a Comparison with errors by run, by regime and along curves; Sums adds them up while a
 log passes by.

@@ -1,4 +1,4 @@
-"""Measured power against a model's: how far apart, in which regimes, and how much of it is noise.
+"""Compare measured power with a model's: errors, regimes, and the share that is noise.
 
     found = compare("drive.csv", "minibalance")     # base model of the vehicle, fitted to the log
     found = compare("drive.csv", model)             # a model as it is
@@ -7,16 +7,16 @@
     found.to_json()
 
 Residuals are measured minus predicted, as everywhere: positive where the robot needs more than the
-model says. Energies are told the other way round, as one speaks of a prediction: ``error_share``
--0.03 is 3 % predicted too little.
+model says. Energies have the opposite sign, that of a prediction: ``error_share`` -0.03 is 3 %
+predicted too little.
 
-The model is asked about steady drives at their mean speeds
-(planner.telemetry.sampling.steady_drive), as in a diagnosis; regimes and curves lie over the speeds
-as logged.
+The model predicts steady-state segments at their mean speeds
+(planner.telemetry.sampling.steady_drive), as in a diagnosis. Regimes and curves use the speeds as
+logged.
 
 A log of any length passes by in chunks and is added up by run, by regime and by bins of the curves.
-What cannot be added up is settled on the sample (planner.telemetry.sampling.sample): the fit, its
-error on held-out runs, the noise, and which regimes there are.
+The sample (planner.telemetry.sampling.sample) settles what cannot be added up: the fit, its
+held-out error, the noise, and which regimes there are.
 
 Left out
     wheel currents: power alone is compared.
@@ -25,12 +25,11 @@ Left out
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from planner.arrays import Array
 from planner.cancellation import CancellationToken
@@ -40,67 +39,70 @@ from planner.power.vehicles import Vehicle
 from planner.progress import Progress
 from planner.quantities import INDEX
 from planner.shown import Shown
-from planner.telemetry.comparison.sums import CurveBins, RunComparison, Sums, curve_bins
+from planner.telemetry.comparison.sums import RunComparison, Sums, curve_bins
 from planner.telemetry.estimation import FittedParameter, RefusedFit
 from planner.telemetry.holdout import base_fit, heldout_rmse
-from planner.telemetry.logs import Telemetry
-from planner.telemetry.noise import Noise, noise_of
+from planner.telemetry.logs import Finding, Telemetry
+from planner.telemetry.noise import Noise, noise_of, strongest_columns
 from planner.telemetry.other_terms import Dictionary
 from planner.telemetry.parameters import free_places
 from planner.telemetry.prediction import Nodes, doubt_of, predict, tangent
-from planner.telemetry.quantities_of_motion import (
-    FURTHER,
-    all_axes,
-    temperature_of,
-)
+from planner.telemetry.quantities_of_motion import FURTHER, all_axes, temperature_of
 from planner.telemetry.regimes import Regime, find_regimes
 from planner.telemetry.sampling import LogSource, at_steady_speeds, open_source
 from planner.telemetry.starting_model import starting_model
 
 CLOUD = 2000
 """Points of ``measured`` and ``predicted``: as many as a picture can show."""
-HELPERS = 4
-_WORTH = 0.01  # share of what is left that a helper must take
 
 
-@dataclass(frozen=True, eq=False)
-class Comparison(Shown):
-    """How well a model tells the power of a log.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ComparedModel:
+    """The model of a comparison, settled on a sample of the log.
 
     Attributes:
         model: the model compared; with ``fitted`` the vehicle's base model, fitted to this log.
         fitted: whether it was.
         parameters: of that fit.
-        log: source, size and findings, as in JSON.
-        whole: all rows together.
-        mae_w, r2: of all rows; R² is None when the measured power never changes.
-        heldout_rmse_w: W on runs that the fit has not seen; as ``rmse_w`` without a fit.
-        noise_floor_w: W rms that no model can go below, about.
-        runs: every run.
-        regimes: where the model is off, the largest share of the squared error first.
-        curves: axis or "surface" → {"x", "bias_w", "stderr_w", "rows"}, lists of equal length; x in
-            SI or labels, a standard error None where it cannot be told.
-        measured, predicted: (k,) W of rows spread over the log, k <= CLOUD.
-        not_computed: rows for which the model gives no finite power; they count nowhere.
         refused: None; where the model as stated beats its fit on held-out runs, both errors.
+        noise_floor_w: W rms, about the error of a perfect model.
+        measured, predicted: (k,) W of rows spread over the log, k <= CLOUD.
     """
 
     model: PowerModel
     fitted: bool
     parameters: tuple[FittedParameter, ...]
+    refused: RefusedFit | None = None
+    noise_floor_w: float
+    measured: Array
+    predicted: Array
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Comparison(ComparedModel, Shown):
+    """How well a model predicts the power of a log.
+
+    Attributes:
+        log: source, size and findings, as in JSON.
+        whole: all rows together.
+        mae_w, r2: of all rows; R² is None when the measured power never changes.
+        heldout_rmse_w: W on runs that the fit has not seen; as ``rmse_w`` without a fit.
+        runs: every run.
+        regimes: where the model is off, the largest share of the squared error first.
+        curves: axis or "surface" → {"x", "bias_w", "stderr_w", "rows"}, lists of equal length; x in
+            SI or labels, a standard error None where there are too few rows.
+        not_computed: rows for which the model gives no finite power; they count nowhere.
+    """
+
     log: dict[str, Any]
     whole: RunComparison
     mae_w: float
     r2: float | None
     heldout_rmse_w: float
-    noise_floor_w: float
     runs: tuple[RunComparison, ...]
     regimes: tuple[Regime, ...]
     curves: dict[str, dict[str, list[Any]]]
-    measured: Array
-    predicted: Array
     not_computed: int
-    refused: RefusedFit | None = None
 
     @property
     def rmse_w(self) -> float:
@@ -126,16 +128,7 @@ class Comparison(Shown):
             "heldout_rmse_w": self.heldout_rmse_w,
             "noise_floor_w": self.noise_floor_w,
             "energy": self.whole.energy(),
-            "runs": [
-                {
-                    "run": one.run,
-                    "rows": one.rows,
-                    **one.energy(),
-                    "rmse_w": one.rmse_w,
-                    "bias_w": one.bias_w,
-                }
-                for one in self.runs
-            ],
+            "runs": [{**asdict(one), **one.energy()} for one in self.runs],
             "regimes": [regime.to_json() for regime in self.regimes],
         }
 
@@ -166,65 +159,45 @@ def compare(
     watch(0.0, "reading the log")
     start = starting_model(model)
     source = open_source(log, mapping, watch)
-    settled = _settle(source.sample, start, not isinstance(model, PowerModel), watch)
-    sums = _add_up(source, settled, watch)
+    settled, sums, share = _settle(source, start, not isinstance(model, PowerModel), watch)
+    done = 0
+    for chunk in source.chunks():
+        watch(0.65 + 0.35 * done / source.rows, f"comparing {source.rows:,} rows")
+        sums.add(chunk, predict(settled.model, at_steady_speeds(chunk)))
+        done += len(chunk)
     whole = sums.whole()
-    share = settled.heldout / settled.rmse if settled.rmse > 0.0 else 1.0
     watch(1.0, "compared")
     return Comparison(
-        settled.model,
-        settled.fitted,
-        settled.parameters,
-        _described(source, sums.not_computed),
-        whole,
-        sums.mae_w,
-        sums.r2,
-        # The sample tells by how much runs that were not seen are worse.
-        whole.rmse_w * share,
-        settled.noise.floor_w,
-        sums.by_run(source.sample.run_names),
-        tuple(sorted(sums.regimes(), key=lambda regime: -regime.share_of_squared_error)),
-        sums.curves(),
-        settled.measured,
-        settled.predicted,
-        sums.not_computed,
-        settled.refused,
+        **vars(settled),
+        log=_described(source, sums.not_computed),
+        whole=whole,
+        mae_w=sums.mae_w,
+        r2=sums.r2,
+        heldout_rmse_w=whole.rmse_w * share,
+        runs=sums.by_run(source.sample.run_names),
+        regimes=tuple(sorted(sums.regimes(), key=lambda regime: -regime.share_of_squared_error)),
+        curves=sums.curves(),
+        not_computed=sums.not_computed,
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Settled:
-    """What the sample tells."""
-
-    model: PowerModel
-    fitted: bool
-    parameters: tuple[FittedParameter, ...]
-    refused: RefusedFit | None
-    rmse: float
-    heldout: float
-    noise: Noise
-    regimes: tuple[Regime, ...]
-    bins: tuple[CurveBins, ...]
-    temperature: str
-    measured: Array
-    predicted: Array
-    residual: Array
-    run: NDArray[np.int64]
-
-
-def _settle(sample: Telemetry, model: PowerModel, fitted: bool, watch: Progress) -> _Settled:
+def _settle(
+    source: LogSource, model: PowerModel, fitted: bool, watch: Progress
+) -> tuple[ComparedModel, Sums, float]:
+    """The model, empty sums for all rows, and the sample's held-out error over its error."""
+    sample = source.sample
     parameters: tuple[FittedParameter, ...] = ()
     refused: RefusedFit | None = None
     heldout = None
-    calm = at_steady_speeds(sample)
+    steady = at_steady_speeds(sample)
     if fitted:
         watch(0.3, "fitting the base model")
-        result = base_fit(calm, model)
+        result = base_fit(steady, model)
         model, parameters, refused = result.model, result.parameters, result.refused
         watch(0.45, "predicting held-out runs")
-        heldout = heldout_rmse(calm, result)
-    watch(0.5, "telling noise from misfit")
-    watts = predict(model, calm)
+        heldout = heldout_rmse(steady, result)
+    watch(0.5, "separating noise from misfit")
+    watts = predict(model, steady)
     finite = np.isfinite(watts)
     if not finite.any():
         raise ModelError(
@@ -233,31 +206,27 @@ def _settle(sample: Telemetry, model: PowerModel, fitted: bool, watch: Progress)
             accepted="a model whose parameters are all numbers",
         )
     if not finite.all():
-        sample, calm, watts = sample.take(finite), calm.take(finite), watts[finite]
+        sample, steady, watts = sample.take(finite), steady.take(finite), watts[finite]
     residual = sample.power - watts
     rmse = float(np.sqrt(np.mean(residual**2)))
-    noise, spread = _noise(calm, model, watts)
+    noise, spread = _noise(steady, model, watts)
     watch(0.6, "looking for regimes")
     temperature = temperature_of(sample.rows)
     axes = all_axes(sample.rows, temperature=temperature)
     regimes = find_regimes(axes, residual, sample.run, spread, surfaces=sample.surfaces)
-    thin = np.unique(np.linspace(0, len(sample) - 1, CLOUD).astype(int))
-    return _Settled(
-        model,
-        fitted and refused is None,
-        parameters,
-        refused,
-        rmse,
-        rmse if heldout is None else heldout,
-        noise,
-        tuple(regimes),
-        tuple(curve_bins(axes, sample.surfaces)),
-        temperature,
-        sample.power[thin],
-        watts[thin],
-        residual,
-        sample.run,
+    bins = tuple(curve_bins(axes, sample.surfaces))
+    sums = Sums(len(source.run_rows), regimes, bins, temperature, sample.run, residual)
+    cloud = np.unique(np.linspace(0, len(sample) - 1, CLOUD).astype(int))
+    settled = ComparedModel(
+        model=model,
+        fitted=fitted and refused is None,
+        parameters=parameters,
+        refused=refused,
+        noise_floor_w=noise.floor_w,
+        measured=sample.power[cloud],
+        predicted=watts[cloud],
     )
+    return settled, sums, heldout / rmse if heldout is not None and rmse > 0.0 else 1.0
 
 
 def _noise(sample: Telemetry, model: PowerModel, watts: Array) -> tuple[Noise, Array]:
@@ -274,10 +243,10 @@ def _noise(sample: Telemetry, model: PowerModel, watts: Array) -> tuple[Noise, A
     grounds = [ground == number for number in range(len(sample.surfaces))]
     others = np.column_stack([shapes, *_further(sample.rows), *grounds]).astype(float)
     others = others[:, np.isfinite(others).all(axis=0)]
-    residual, doubt = sample.power - watts, doubt_of(model, rows)
-    columns = np.column_stack([own, others[:, _helpers(residual, own, others)]])
-    noise = noise_of(sample, residual, watts, doubt, columns)
-    return noise, noise.spread(watts, doubt)
+    residual, input_error = sample.power - watts, doubt_of(model, rows)
+    columns = np.column_stack([own, others[:, strongest_columns(residual, own, others)]])
+    noise, _ = noise_of(sample, residual, watts, input_error, columns)
+    return noise, noise.spread(watts, input_error)
 
 
 def _further(rows: Array) -> list[Array]:
@@ -291,54 +260,10 @@ def _further(rows: Array) -> list[Array]:
     return columns
 
 
-def _helpers(residual: Array, own: Array, others: Array) -> list[int]:
-    """Up to HELPERS of the other columns that take most of what the model's own leave over."""
-    basis, _ = np.linalg.qr(own)
-    before = np.linalg.norm(others, axis=0)
-    left = residual - basis @ (basis.T @ residual)
-    rest = others - basis @ (basis.T @ others)
-    chosen: list[int] = []
-    for _ in range(HELPERS):
-        norms = np.linalg.norm(rest, axis=0)
-        # What hardly differs from the model's own columns says nothing of its own.
-        usable = norms > 0.03 * np.maximum(before, 1e-300)
-        taken = np.where(usable, np.abs(rest.T @ left) / np.maximum(norms, 1e-300), 0.0)
-        best = int(np.argmax(taken))
-        if taken[best] ** 2 < _WORTH * float(left @ left):
-            break
-        chosen.append(best)
-        direction = rest[:, best] / norms[best]
-        left = left - direction * float(direction @ left)
-        rest = rest - np.outer(direction, direction @ rest)
-    return chosen
-
-
-def _add_up(source: LogSource, settled: _Settled, watch: Progress) -> Sums:
-    sums = Sums(
-        len(source.run_rows),
-        settled.regimes,
-        settled.bins,
-        settled.temperature,
-        settled.run,
-        settled.residual,
-    )
-    done = 0
-    for chunk in source.chunks():
-        watch(0.65 + 0.35 * done / source.rows, f"comparing {source.rows:,} rows")
-        sums.add(chunk, predict(settled.model, at_steady_speeds(chunk)))
-        done += len(chunk)
-    return sums
-
-
 def _described(source: LogSource, not_computed: int) -> dict[str, Any]:
     document = source.describe()
     if not_computed:
-        sentence = (
-            f"the model gives no finite power for {not_computed:,} of {source.rows:,} rows; "
-            "they are left out"
-        )
-        document["report"] = [
-            *document["report"],
-            {"kind": "not computed", "column": "", "rows": not_computed, "sentence": sentence},
-        ]
+        rows = f"{not_computed:,} of {source.rows:,} rows"
+        text = f"the model gives no finite power for {rows}; they are left out"
+        document["report"].append(asdict(Finding("not computed", "", not_computed, text)))
     return document

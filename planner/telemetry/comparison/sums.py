@@ -20,12 +20,14 @@ import numpy as np
 from planner.arrays import Array, Integers
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.quantities_of_motion import AXES, FURTHER, all_axes
-from planner.telemetry.regimes import WORDS, Regime, block_length
+from planner.telemetry.regimes import WORDS, Regime, cluster_length
 
 CURVE_BINS = 20
+"""Bins of a curve, about equally full."""
 SECTORS = 24
+"""Bins of the heading, 15° each."""
 ENOUGH_RUNS = 12
-"""Runs from which on they are the clusters of standard errors."""
+"""Runs from which on whole runs are the clusters of standard errors."""
 
 
 @dataclass(frozen=True)
@@ -53,11 +55,8 @@ class RunComparison:
 
     def energy(self) -> dict[str, float | None]:
         """J, ready for JSON."""
-        return {
-            "measured_j": self.measured_j,
-            "predicted_j": self.predicted_j,
-            "error_share": self.error_share,
-        }
+        joules = {"measured_j": self.measured_j, "predicted_j": self.predicted_j}
+        return {**joules, "error_share": self.error_share}
 
 
 @dataclass(frozen=True)
@@ -161,7 +160,7 @@ class Sums:
         self._of_regime = np.zeros((len(regimes), 3))  # rows, r, r²
         self._curves = [_Curve(one.count) for one in bins]
         means = np.bincount(run, residual) / np.maximum(np.bincount(run), 1)
-        self._block = 0 if runs >= ENOUGH_RUNS else block_length(residual - means[run], run)
+        self._block = 0 if runs >= ENOUGH_RUNS else cluster_length(residual - means[run], run)
         self._last_run, self._rows_of_run = -1, 0
 
     def add(self, chunk: Telemetry, watts: Array) -> None:
@@ -174,13 +173,8 @@ class Sums:
             return
         residual = chunk.power - watts
         squares = residual * residual
-        columns = (
-            np.ones(len(chunk)),
-            residual,
-            squares,
-            chunk.power * chunk.interval,
-            watts * chunk.interval,
-        )
+        joules = chunk.power * chunk.interval, watts * chunk.interval
+        columns = (np.ones(len(chunk)), residual, squares, *joules)
         for number, column in enumerate(columns):
             self._by_run[:, number] += np.bincount(chunk.run, column, len(self._by_run))
         self._absolute += float(np.abs(residual).sum())

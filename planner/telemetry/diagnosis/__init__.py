@@ -1,4 +1,4 @@
-"""Which physical effect a model lacks, or why a log cannot tell.
+"""Name the physical effect that a model lacks, or say why a log does not show it.
 
 diagnose gives a Diagnosis: verdict, candidates with evidence, regimes, and experiments that would
 tell more.

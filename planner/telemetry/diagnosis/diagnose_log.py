@@ -1,4 +1,4 @@
-"""Name the physical effect that a model lacks, or say honestly that a log cannot tell.
+"""Name the physical effect that a model lacks, or say that it is not identifiable.
 
     diagnosis = diagnose("drive.csv", "minibalance")
     diagnosis.verdict, diagnosis.selected, diagnosis.sentence
@@ -6,12 +6,12 @@
 In this order:
 
     fit        the model, robustly                                                   estimation
-    lay out    what every effect, sensor error and plain shape would add               evidence
-    choose     the best subset; test it; compare it with its rivals                   selection
+    lay out    a column for every effect, sensor fault and plain shape                 evidence
+    choose     the best subset; test it; compare it with competing models             selection
     refit      model and chosen effects together, and lay out anew around them,
-               until the choice stays; with a faulty sensor, after correcting it
-    all rows   of a long log are summed up once around what the sample said
-    outside    what the catalogue leaves over gets a curve and a formula         unknown_effect
+               until the choice stays; with a sensor fault, after correcting it
+    all rows   of a long log are summed up once around the result of the sample
+    outside    a residual that the catalogue does not explain gets a formula     unknown_effect
 
 The search is planner.telemetry.selection.whole_search. Everything nonlinear happens on a sample of
 at most 12,000 rows; memory does not grow with the log.
@@ -32,8 +32,15 @@ from planner.power.model import PowerModel
 from planner.power.vehicles import Vehicle
 from planner.progress import Progress, silent
 from planner.telemetry.diagnosis.experiments import Advice
-from planner.telemetry.diagnosis.reconcile import rather
-from planner.telemetry.diagnosis.results import Candidate, Diagnosis, Errors, Estimate, SensorFault
+from planner.telemetry.diagnosis.reconcile import more_credible
+from planner.telemetry.diagnosis.results import (
+    Candidate,
+    Diagnosis,
+    Errors,
+    Estimate,
+    FittedModels,
+    SensorFault,
+)
 from planner.telemetry.diagnosis.unknown_effect import Proposal, propose
 from planner.telemetry.diagnosis.verdict import (
     never_complete_with_structure,
@@ -47,7 +54,7 @@ from planner.telemetry.logs import Telemetry
 from planner.telemetry.other_terms import SENSORS
 from planner.telemetry.regimes import regimes_of
 from planner.telemetry.sampling import LogSource, open_source
-from planner.telemetry.selection import Found, Member, Standing, find_missing
+from planner.telemetry.selection import Found, Member, RankedTerm, find_missing_effects
 from planner.telemetry.starting_model import starting_model
 from planner.telemetry.terms import Addition, trimmed
 
@@ -92,11 +99,12 @@ def diagnose_source(
     """As ``diagnose``, for a log that is open."""
     source = source.steady()
     watch(0.1, "fitting the model")
-    found = find_missing(source, start, extra, watch)
+    found = find_missing_effects(source, start, extra, watch)
     diagnosis = _report(source, found)
-    if found.strained(start):
-        diagnosis = rather(
-            diagnosis, _report(source, find_missing(source, start, extra, watch, as_stated=True))
+    if found.at_bounds(start):
+        diagnosis = more_credible(
+            diagnosis,
+            _report(source, find_missing_effects(source, start, extra, watch, as_stated=True)),
         )
     return never_complete_with_structure(diagnosis)
 
@@ -137,35 +145,33 @@ def _report(source: LogSource, found: Found) -> Diagnosis:
     if (proposal or members) and not sensors and not lower:
         proposal, members, lost = None, [], True
         fitted, left = found.base, before
-    baseline = Errors(found.base.rmse_w, rms(before), examination.noise.floor_w)
-    after = Errors(fitted.rmse_w, rms(left))
     selected = tuple(m.name for m in members)
     verdict = verdict_of(
         faulty=bool(sensors), formula=proposal is not None, named=bool(members), lost=lost
     )
     if proposal is None and members:
         fitted = trimmed(fitted, found.origin, found.log, found.additions)
-    candidates = _candidates(found, selected, fitted, members)
     advice = Advice(examination, selection, found.log)
-    outside = proposal.outside if proposal else None
+    models = FittedModels(
+        base=found.base.model,
+        fitted=fitted,
+        additions=_additions(found, members, proposal),
+        corrected=found.log,
+        refused=found.base.refused,
+    )
     diagnosis = Diagnosis(
-        verdict,
-        selected,
-        "",
-        baseline,
-        after,
-        candidates,
-        advice.not_told(selected),
-        tuple(regimes_of(found.log, found.base.residual, found.base.spread)),
-        outside,
-        sensors,
-        advice.experiments(),
-        found.base.model,
-        fitted,
-        _additions(found, members, proposal),
-        found.log,
-        source.describe(),
-        found.base.refused,
+        **vars(models),
+        verdict=verdict,
+        selected=selected,
+        baseline=Errors(found.base.rmse_w, rms(before), examination.noise.floor_w),
+        after=Errors(models.fitted.rmse_w, rms(left)),
+        candidates=_candidates(found, selected, fitted, members),
+        not_testable=advice.not_told(selected),
+        regimes=tuple(regimes_of(found.log, found.base.residual, found.base.spread)),
+        outside=proposal.outside if proposal else None,
+        sensors=sensors,
+        experiments=advice.experiments(),
+        log=source.describe(),
     )
     return replace(diagnosis, sentence=sentence_of(diagnosis, shape.near if shape and lost else ()))
 
@@ -204,8 +210,8 @@ def _additions(
     return additions
 
 
-def _standings(found: Found) -> list[tuple[Standing, Examination]]:
-    """Effects that compete, and the examination that their members are counted in."""
+def _standings(found: Found) -> list[tuple[RankedTerm, Examination]]:
+    """Competing effects, and the examination that their members are counted in."""
     all_rows = [(standing, found.examination) for standing in found.selection.standings]
     refuted = [(standing, found.local) for standing in found.refuted]
     return [entry for entry in [*all_rows, *refuted] if not entry[0].member.sensor]
@@ -215,10 +221,9 @@ def _sensor_faults(found: Found) -> tuple[SensorFault, ...]:
     values = dict(found.corrections)
     for member in found.selection.members:
         if member.sensor:
-            standing = next(s for s in found.selection.standings if s.name == member.name)
-            value = float(standing.coefficients[0])
+            standing = found.selection.standing(member.name)
             before = values.get(member.name, (0.0, 0.0))[0]
-            values[member.name] = (before + value, abs(value) / max(standing.z, 1e-9))
+            values[member.name] = (before + float(standing.coefficients[0]), standing.stderr)
     faults = []
     for kind, (value, stderr) in values.items():
         sensor = SENSORS[kind]
@@ -232,7 +237,7 @@ def _candidates(
 ) -> tuple[Candidate, ...]:
     entries = []
     examination = found.examination
-    # The sums of a long log do not keep its rows: the sample's errors stand for it.
+    # The statistics of a long log do not keep its rows: the sample's errors stand for it.
     linear = LinearHeldout(found.log, found.local)
     own = _columns_in(found.local, examination, members)
     for standing, where in _standings(found):
@@ -243,50 +248,38 @@ def _candidates(
             parameters = _linear_estimates(where, standing)
         # An effect alone; a selected one with all that were selected.
         columns = _columns_in(found.local, where, [standing.member])
-        entries.append(
-            Candidate(
-                standing.name,
-                standing.probability,
-                linear.rmse(own if chosen else columns),
-                parameters,
-                standing.z,
-                standing.p_value,
-                standing.size,
-                standing.gain,
-                len(standing.member.columns),
-                found.selection.ties.get(standing.name, ()) if chosen else (),
-            )
-        )
+        heldout = linear.rmse(own if chosen else columns)
+        known = standing.name, standing.probability, heldout, parameters
+        test = standing.z, standing.p_value, standing.size, standing.gain
+        aliases = found.selection.ties.get(standing.name, ()) if chosen else ()
+        entries.append(Candidate(*known, *test, len(standing.member.columns), aliases))
     told = {entry.effect for entry in entries}
     rest = sorted(examination.testable.items(), key=lambda item: (item[1] is not None, item[0]))
     for slug, why in rest:
         if slug not in told:
-            # Testable and not told: the log asks for a sign or size that the effect cannot have.
+            # Testable and not ranked: the log asks for a sign or size that the effect cannot have.
             entries.append(Candidate(slug, 0.0, None, {}, 0.0, 1.0, 0.0, 0.0, 0, (), why))
     return tuple(entries)
 
 
 def _fitted_estimates(fitted: Fit, slug: str) -> dict[str, Estimate]:
     estimates = {}
+    keys = [key[:2] for key in fitted.model.parameter_names]
     for parameter in fitted.parameters:
         if parameter.effect == slug:
-            spread = fitted.model.slots
-            several = sum(1 for s in spread if s[0].slug == slug and s[1] == parameter.name) > 1
+            several = keys.count((slug, parameter.name)) > 1
             name = f"{parameter.name} {parameter.element}" if several else parameter.name
             estimates[name] = Estimate(parameter.value, parameter.stderr, parameter.unit)
     return estimates
 
 
-def _linear_estimates(examination: Examination, standing: Standing) -> dict[str, Estimate]:
+def _linear_estimates(examination: Examination, standing: RankedTerm) -> dict[str, Estimate]:
     library = examination.competitors.library
     estimates = {}
-    clear = examination.evidence.clear
-    for number, column, value in zip(
-        standing.member.term.columns,
-        standing.member.columns,
-        standing.coefficients,
-        strict=True,
-    ):
+    clear = examination.evidence.partial
+    member = standing.member
+    each = zip(member.term.columns, member.columns, standing.coefficients, strict=True)
+    for number, column, value in each:
         candidate = library.candidates[number]
         _, _, parameter, _ = library.model.slots[candidate.place]
         null = parameter.null or 0.0

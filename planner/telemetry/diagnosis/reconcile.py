@@ -1,14 +1,12 @@
-"""Which of two searches of one log is believed: one around the fit, one around the model as given.
+"""Choose between two searches of one log: around the fit, or around the model as given.
 
-    rather(first, second)       # the diagnosis to return
+    more_credible(first, second)       # the diagnosis to return
 
-Where a strong effect is missing, the fit of the bare model runs into the bounds of what is
-physical, and what is laid out around it may point nowhere. A second search, around the model as it
-is given, then finds other names at times. It is believed when its error on runs that were not
-fitted is clearly lower. Where neither is clearly better, the tamer one is: the one that needs no
-formula from outside the catalogue, and of two such the one that leaves fewer parameters at the ends
-of their physical ranges. A parameter at its end makes up for something that is not in the model,
-and does so only inside the log.
+Where a strong effect is missing, the fit of the base model ends at physical bounds. The columns
+around such a fit may be misleading. A second search, around the model as given, then sometimes
+names other effects. It wins when its held-out error is clearly lower. Among equally good
+explanations the simpler one wins: no formula outside the catalogue, then fewer parameters at
+bounds. A parameter at its bound makes up for a missing effect, and only within this log.
 """
 
 from __future__ import annotations
@@ -18,14 +16,14 @@ import numpy as np
 from planner.telemetry.diagnosis.results import Diagnosis
 from planner.telemetry.holdout import heldout_residual
 
-BETTER, FAR_BETTER = 0.98, 0.5
-"""Held-out error of the second search over the first, from which the second is believed; the same
-where the first found nothing missing, and must have taken something large for noise."""
-ALIKE_Z, ALIKE = 2.0, 1.05
+BELIEVED_RATIO, OVERRULING_RATIO = 0.98, 0.5
+"""Held-out error of the second search over that of the first, below which the second wins. The
+latter holds where the first found nothing, and must have taken a large effect for noise."""
+EQUAL_Z, EQUAL_RATIO = 2.0, 1.05
 """Standard errors over runs, and ratio, within which held-out errors count as equal."""
 
 
-def rather(first: Diagnosis, second: Diagnosis) -> Diagnosis:
+def more_credible(first: Diagnosis, second: Diagnosis) -> Diagnosis:
     """The one to believe.
 
     Args:
@@ -33,16 +31,16 @@ def rather(first: Diagnosis, second: Diagnosis) -> Diagnosis:
         second: of the search around the model as given.
     """
     named = first.verdict != "complete"
-    enough = BETTER if named else FAR_BETTER
+    enough = BELIEVED_RATIO if named else OVERRULING_RATIO
     if second.after.heldout_rmse_w < enough * first.after.heldout_rmse_w:
         return second
     both = first.proposed and second.proposed and not (first.sensors or second.sensors)
-    if both and _wildness(second) < _wildness(first) and _as_good(second, first):
+    if both and _complexity(second) < _complexity(first) and _as_good(second, first):
         return second
     return first
 
 
-def _wildness(diagnosis: Diagnosis) -> tuple[bool, int]:
+def _complexity(diagnosis: Diagnosis) -> tuple[bool, int]:
     """Whether a formula is needed, and how many parameters stand at the ends of their ranges."""
     ends = sum(1 for p in diagnosis.fitted.parameters if p.at_the_end)
     return diagnosis.outside is not None, ends
@@ -50,10 +48,10 @@ def _wildness(diagnosis: Diagnosis) -> tuple[bool, int]:
 
 def _as_good(one: Diagnosis, other: Diagnosis) -> bool:
     """Whether the held-out error of the one is not clearly above that of the other."""
-    if one.after.heldout_rmse_w > ALIKE * other.after.heldout_rmse_w:
+    if one.after.heldout_rmse_w > EQUAL_RATIO * other.after.heldout_rmse_w:
         return False
-    log = one.corrected  # the same rows in both: neither blames a sensor
+    log = one.corrected  # the same rows in both: neither names a sensor fault
     mine, theirs = (heldout_residual(log, each.fitted) ** 2 for each in (one, other))
     _, run = np.unique(log.run, return_inverse=True)
     excess = np.bincount(run, mine - theirs)
-    return bool(excess.sum() < ALIKE_Z * np.sqrt(np.sum(excess**2)) + 1e-12)
+    return bool(excess.sum() < EQUAL_Z * np.sqrt(np.sum(excess**2)) + 1e-12)

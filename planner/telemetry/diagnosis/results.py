@@ -1,14 +1,14 @@
-"""What a diagnosis says: the verdict, the evidence, what to do next.
+"""Results of a diagnosis: the verdict, its evidence, and what to do next.
 
-Made by diagnose_log.diagnose; ``to_json`` gives the document of the
-command line and of the service.
+planner.telemetry.diagnosis.diagnose makes them. ``to_json`` gives the document of the command line
+and of the service.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 from planner.power.effect import Effect
@@ -31,7 +31,7 @@ class Errors:
     Attributes:
         rmse_w: on the rows that the model was fitted to.
         heldout_rmse_w: on runs that it was not fitted to.
-        noise_floor_w: what no model can go below; None where it was not asked.
+        noise_floor_w: error of a perfect model; None where it was not estimated.
     """
 
     rmse_w: float
@@ -40,10 +40,7 @@ class Errors:
 
     def to_json(self) -> dict[str, Any]:
         """The keys of design's ``baseline`` and ``after``."""
-        document: dict[str, Any] = {"rmse_w": self.rmse_w, "heldout_rmse_w": self.heldout_rmse_w}
-        if self.noise_floor_w is not None:
-            document["noise_floor_w"] = self.noise_floor_w
-        return document
+        return {name: value for name, value in asdict(self).items() if value is not None}
 
 
 @dataclass(frozen=True)
@@ -56,25 +53,25 @@ class Estimate:
 
     def to_json(self) -> dict[str, Any]:
         """Value, standard error and unit."""
-        return {"value": self.value, "stderr": _number(self.stderr), "unit": self.unit}
+        return {**asdict(self), "stderr": _number(self.stderr)}
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """How one effect of the catalogue stands.
+    """One effect of the catalogue in the ranking.
 
     Attributes:
         effect: slug.
         probability: that it is missing, given that one to three of the candidates may be.
-        heldout_rmse_w: of the model with it, on runs not fitted; None when it cannot be told.
+        heldout_rmse_w: of the model with it, on held-out runs; None when it is not identifiable.
         parameters: name → estimate.
         z: normal deviate of its test.
         p_value: of its test alone, before any correction for the number of candidates.
-        rho: what it adds, rms, over the noise.
+        rho: effect size, rms of what it adds over the noise.
         gain: log-likelihood gained over the model.
         degrees_of_freedom: number of its parameters.
         indistinguishable_from: slugs that explain the log as well.
-        why_not: why this log cannot tell it; None when it can.
+        why_not: why it is not identifiable from this log; None when it is.
     """
 
     effect: str
@@ -154,18 +151,12 @@ class SensorFault:
 
     def to_json(self) -> dict[str, Any]:
         """One entry of ``sensor``."""
-        return {
-            "kind": self.kind,
-            "value": self.value,
-            "stderr": _number(self.stderr),
-            "unit": self.unit,
-            "sentence": self.sentence,
-        }
+        return {**asdict(self), "stderr": _number(self.stderr)}
 
 
 @dataclass(frozen=True)
 class NotTestable:
-    """An effect that this log cannot tell."""
+    """An effect that is not identifiable from this log."""
 
     effect: str
     why: str
@@ -173,12 +164,12 @@ class NotTestable:
 
     def to_json(self) -> dict[str, Any]:
         """One entry of ``not_testable``."""
-        return {"effect": self.effect, "why": self.why, "what_would_help": self.what_would_help}
+        return asdict(self)
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """A run that would tell effects apart that this log cannot.
+    """A run that would separate effects that are confounded in this log.
 
     Attributes:
         separates: slugs.
@@ -192,15 +183,30 @@ class Experiment:
 
     def to_json(self) -> dict[str, Any]:
         """One entry of ``experiments``."""
-        return {
-            "separates": list(self.separates),
-            "run": self.run,
-            "settings": dict(self.settings),
-        }
+        return {**asdict(self), "separates": list(self.separates)}
 
 
-@dataclass(frozen=True)
-class Diagnosis(Shown):
+@dataclass(frozen=True, kw_only=True)
+class FittedModels:
+    """The models that a diagnosis fitted.
+
+    Attributes:
+        base: the model fitted without what was selected.
+        fitted: the model with everything that the diagnosis proposes, fitted.
+        additions: name → how to add it, for all that could be adopted.
+        corrected: the rows that the models were fitted to, without the errors of sensors.
+        refused: None; where the model as stated beats its fit on held-out runs, both errors.
+    """
+
+    base: PowerModel
+    fitted: Fit
+    additions: Mapping[str, Addition]
+    corrected: Telemetry
+    refused: RefusedFit | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Diagnosis(FittedModels, Shown):
     """The answer to: which effect is missing?
 
     Attributes:
@@ -209,22 +215,17 @@ class Diagnosis(Shown):
         sentence: the verdict in words.
         baseline, after: errors of the model as it is (fitted) and with what was selected.
         candidates: every effect that competed, best first.
-        not_testable: effects that the log cannot tell, and what would help.
-        regimes: where the model is wrong.
-        outside: what lies outside the catalogue, or None.
+        not_testable: effects that are not identifiable from the log, and what would help.
+        regimes: where the residual has structure.
+        outside: a formula outside the catalogue, or None.
         sensors: faulty sensors.
         experiments: runs that would separate ties.
-        base: the model fitted without what was selected.
-        fitted: the model with everything that ``selected`` and ``outside`` propose, fitted.
-        additions: name → how to add it, for all that could be adopted.
-        corrected: the rows that all this was settled on, without the errors of sensors.
         log: source, hash, rows, runs, findings.
-        refused: None; where the model as stated beats its fit on held-out runs, both errors.
     """
 
     verdict: Verdict
     selected: tuple[str, ...]
-    sentence: str
+    sentence: str = ""
     baseline: Errors
     after: Errors
     candidates: tuple[Candidate, ...]
@@ -233,12 +234,7 @@ class Diagnosis(Shown):
     outside: Outside | None
     sensors: tuple[SensorFault, ...]
     experiments: tuple[Experiment, ...]
-    base: PowerModel
-    fitted: Fit
-    additions: Mapping[str, Addition]
-    corrected: Telemetry
     log: Mapping[str, Any]
-    refused: RefusedFit | None = None
 
     @property
     def model(self) -> PowerModel:

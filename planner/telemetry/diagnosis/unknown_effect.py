@@ -1,4 +1,4 @@
-"""A formula for what the catalogue does not have: which shape, over which quantity, how strong.
+"""Propose a formula for an effect that the catalogue does not have.
 
     found = propose(examination, axis, shape, log, model, additions, given)
     found.outside, found.addition
@@ -32,10 +32,12 @@ from planner.telemetry.quantities_of_motion import STANDSTILL, motion_axes
 from planner.telemetry.selection import ShapeFound
 from planner.telemetry.terms import Addition, fit_with
 
-TRIED = 5
-"""Shapes whose places are moved, out of all that the sums rank."""
-CURVE_POINTS = 41
-_HUGE = 1e6
+TUNED_SHAPES = 5
+"""Best shapes whose place and width are optimised."""
+CURVE_EDGES = 41
+"""Borders between the bins of a reported curve."""
+MOST_STRENGTH = 1e6
+"""W per unit of a shape: no bound in practice."""
 
 
 @dataclass(frozen=True)
@@ -51,14 +53,31 @@ _STILL = {
     "standstill": {"unit": "m/s", "bounds": (1e-3, 1), "default": STANDSTILL, "fitted": False}
 }
 _LENGTH = "sqrt(vx * vx + vy * vy + standstill * standstill)"
-_GRAVITY = {
-    "gravity": {
-        "unit": "m/s^2",
-        "bounds": (1, 30),
-        "default": STANDARD_GRAVITY,
-        "fitted": False,
-    }
+_GRAVITY: dict[str, Any] = {"unit": "m/s^2", "bounds": (1, 30), "default": STANDARD_GRAVITY}
+_SLOPE = {**_STILL, "gravity": {**_GRAVITY, "fitted": False}}
+
+
+_BODIES = {
+    "power": "{x} ** {n}",
+    "size": "abs({x})",
+    "bump": "bump({x}, centre, width)",
+    "cos": "(even * cos({n} * heading) + odd * sin({n} * heading))",
+    "sin": "(even * cos({n} * heading) + odd * sin({n} * heading))",
+    "above": "hinge({x} - threshold)",
+    "outside": "hinge(abs({x}) - threshold)",
+    "below": "hinge(threshold - {x})",
+    "decay": "exp(-{x} / time_constant)",
 }
+_ORDERS = {"size": 1, "above": 1, "outside": 1, "below": 1}
+"""Powers of the axis' unit in a shape of each kind, where not 0; a power has its own."""
+_MOVABLE = {
+    "bump": {"at": "centre", "width": "width"},
+    "above": {"at": "threshold"},
+    "below": {"at": "threshold"},
+    "outside": {"at": "threshold"},
+    "decay": {"at": "time_constant"},
+}
+"""What of a shape can be moved, by its kind, and its name in a formula."""
 
 
 def _axis_text(axis: str, temperature: str) -> _Text:
@@ -66,14 +85,10 @@ def _axis_text(axis: str, temperature: str) -> _Text:
         "speed": _Text("speed", "m/s", {}),
         "heading": _Text("heading", "1", {}),
         "slope_along": _Text(
-            f"(-(gravity_x * vx + gravity_y * vy) / (gravity * {_LENGTH}))",
-            "1",
-            {**_STILL, **_GRAVITY},
+            f"(-(gravity_x * vx + gravity_y * vy) / (gravity * {_LENGTH}))", "1", _SLOPE
         ),
         "slope_across": _Text(
-            f"(-(gravity_y * vx - gravity_x * vy) / (gravity * {_LENGTH}))",
-            "1",
-            {**_STILL, **_GRAVITY},
+            f"(-(gravity_y * vx - gravity_x * vy) / (gravity * {_LENGTH}))", "1", _SLOPE
         ),
         "yaw_rate": _Text("wz", "rad/s", {}),
         "acceleration": _Text(f"((ax * vx + ay * vy) / {_LENGTH})", "m/s^2", _STILL),
@@ -96,6 +111,8 @@ def _place_bounds(kind: str, span: tuple[float, float]) -> list[tuple[float, flo
     """Where what can be moved of a shape may lie: its place, and its width if it has one."""
     low, high = span
     length = max(high - low, 1e-9)
+    if kind not in _MOVABLE:
+        return []
     if kind == "bump":  # narrower than this, a single speed that was driven looks like one
         return [(low - length, high + length), (0.04 * length, 2.0 * length)]
     if kind == "decay":
@@ -115,44 +132,18 @@ def formula_of(
         coefficients: W per unit of the shape; two for a harmonic (cosine, sine).
     """
     text = _axis_text(shape.axis, temperature)
-    x = text.expression
-    order = 1
     shaping: dict[str, dict[str, Any]] = {}
     start: dict[tuple[str, int], float] = {}
-    strengths = ["strength"]
-
-    def shaped(name: str, value: float, bounds: tuple[float, float], unit: str) -> None:
-        shaping[name] = {"unit": unit, "bounds": bounds, "default": value}
+    strengths = ["even", "odd"] if shape.kind in ("cos", "sin") else ["strength"]
+    n = int(shape.at)
+    order = n if shape.kind == "power" else _ORDERS.get(shape.kind, 0)
+    body = _BODIES[shape.kind].format(x=text.expression, n=n).removesuffix(" ** 1")
+    for (attribute, name), bounds in zip(
+        _MOVABLE.get(shape.kind, {}).items(), _place_bounds(shape.kind, span), strict=True
+    ):
+        value = getattr(shape, attribute)
+        shaping[name] = {"unit": text.unit, "bounds": bounds, "default": value}
         start[name, 0] = float(np.clip(value, *bounds))
-
-    if shape.kind == "power":
-        order = int(shape.at)
-        body = x if order == 1 else f"{x} ** {order}"
-    elif shape.kind == "size":
-        body = f"abs({x})"
-    elif shape.kind == "bump":
-        order = 0
-        body = f"bump({x}, centre, width)"
-        centre, spread = _place_bounds(shape.kind, span)
-        shaped("centre", shape.at, centre, text.unit)
-        shaped("width", shape.width, spread, text.unit)
-    elif shape.kind in ("cos", "sin"):
-        order = 0
-        strengths = ["even", "odd"]
-        n = int(shape.at)
-        body = f"(even * cos({n} * heading) + odd * sin({n} * heading))"
-    elif shape.kind in ("above", "outside", "below"):
-        inner = {
-            "above": f"{x} - threshold",
-            "outside": f"abs({x}) - threshold",
-            "below": f"threshold - {x}",
-        }[shape.kind]
-        body = f"hinge({inner})"
-        shaped("threshold", shape.at, _place_bounds(shape.kind, span)[0], text.unit)
-    else:
-        order = 0
-        body = f"exp(-{x} / time_constant)"
-        shaped("time_constant", shape.at, _place_bounds(shape.kind, span)[0], text.unit)
     fixed = dict(text.fixed)
     factor = "" if shape.times_speed == 0 else " * speed"
     factor += f" ** {shape.times_speed}" if shape.times_speed > 1 else ""
@@ -161,7 +152,8 @@ def formula_of(
         fixed |= _STILL
     unit = _power_unit(text.unit, order, shape.times_speed)
     parameters: dict[str, dict[str, Any]] = {
-        name: {"unit": unit, "bounds": (-_HUGE, _HUGE), "null": 0.0} for name in strengths
+        name: {"unit": unit, "bounds": (-MOST_STRENGTH, MOST_STRENGTH), "null": 0.0}
+        for name in strengths
     }
     for name, value in zip(strengths, coefficients, strict=True):
         start[name, 0] = float(value)
@@ -214,20 +206,14 @@ def propose(
     """
     dictionary = examination.competitors.dictionary
     tuner = _Tuner(examination, log, given)
-    tuned = [tuner.tuned(tried) for tried in _ranked(examination, axis, given)[:TRIED]]
+    tuned = [tuner.tuned(tried) for tried in _ranked(examination, axis, given)[:TUNED_SHAPES]]
     _, best, coefficients = max(tuned, key=lambda entry: entry[0])
     effect, start = formula_of(best, dictionary.ranges[axis], dictionary.temperature, coefficients)
     addition = Addition(effect, start)
     fitted = fit_with(model, log, [*additions, addition], noise=examination.noise)
-    outside = Outside(
-        best.quantities,
-        _curve(fitted.model, effect, log, axis, dictionary.temperature),
-        effect.slug,
-        str((effect.definition or {})["formula"]),
-        effect,
-        shape.z,
-        shape.size,
-    )
+    curve = _curve(fitted.model, effect, log, axis, dictionary.temperature)
+    formula = str((effect.definition or {})["formula"])
+    outside = Outside(best.quantities, curve, effect.slug, formula, effect, shape.z, shape.size)
     return Proposal(outside, addition, fitted)
 
 
@@ -289,7 +275,7 @@ class _Tuner:
 
     def tuned(self, shape: Shape) -> tuple[float, Shape, tuple[float, ...]]:
         """Gain less a charge for every number, the shape at its best place, its coefficients."""
-        names = _PLACED.get(shape.kind, ())
+        names = _MOVABLE.get(shape.kind, {})
         if names:
             low, high = self.dictionary.ranges[shape.axis]
             span = max(high - low, 1e-9)
@@ -300,10 +286,8 @@ class _Tuner:
             ]
 
             def moved(place: Array) -> Shape:
-                at = float(place[0])
-                return replace(
-                    shape, at=at, width=float(place[1]) if len(place) > 1 else shape.width
-                )
+                numbers: dict[str, Any] = dict(zip(names, map(float, place), strict=True))
+                return replace(shape, **numbers)
 
             def loss(place: Array) -> float:
                 possible = all(a <= x <= b for x, (a, b) in zip(place, bounds, strict=True))
@@ -324,16 +308,6 @@ class _Tuner:
         return gain - charge, shape, tuple(coefficients.tolist())
 
 
-_PLACED = {
-    "bump": ("at", "width"),
-    "above": ("at",),
-    "below": ("at",),
-    "outside": ("at",),
-    "decay": ("at",),
-}
-"""What of a shape can be moved, by its kind."""
-
-
 def _curve(
     model: PowerModel, effect: type[Effect], log: Telemetry, axis: str, temperature: str
 ) -> tuple[tuple[float, float], ...]:
@@ -343,10 +317,10 @@ def _curve(
     watts = model.watts_by_effect(rows)[effect.slug]
     known = np.flatnonzero(np.isfinite(values))
     low, high = np.percentile(values[known], [0.5, 99.5])
-    edges = np.linspace(low, high, CURVE_POINTS)
+    edges = np.linspace(low, high, CURVE_EDGES)
     bins = np.digitize(values[known], edges)
     points = []
-    for k in range(1, CURVE_POINTS):
+    for k in range(1, CURVE_EDGES):
         inside = known[bins == k]
         if len(inside):
             points.append((float(np.median(values[inside])), float(np.median(watts[inside]))))

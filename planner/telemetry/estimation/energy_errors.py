@@ -1,14 +1,14 @@
-"""What a log says about the energies that its fitted model predicts, tried on runs left out.
+"""Uncertainty of the energies that a fitted model predicts, calibrated on held-out runs.
 
     covariance, error = energy_error(log, fitted)
     replace(fitted.model, covariance=covariance, energy_error=error)
 
 Two things make a predicted energy differ from the one that is measured on the next drive. The
-parameters are known no better than the log tells; and a measured energy has noise of its own, which
+parameters are known no better than the log determines them; and a measured energy has noise, which
 averages out along a drive only in part (planner.power.saved.energy_error).
 
 Covariance
-    A sandwich over blocks of rows, H⁻¹·(S·Sᵀ + Λ·Σ·Λ)·H⁻¹ with H = J'J + Λ, J the whitened
+    A sandwich over clusters of rows, H⁻¹·(S·Sᵀ + Λ·Σ·Λ)·H⁻¹ with H = J'J + Λ, J the whitened
     derivatives of the free parameters, S the sums of the score over blocks, Λ the fit's own wide
     prior and Σ what the declarations state: a parameter that the log says nothing about is known as
     well as its declaration, not as badly as the fit's prior. Parameters that are never fitted
@@ -22,7 +22,8 @@ Calibration
     a covariance of its own and predicts the energies of its runs with a standard deviation s. The
     errors e of all held-out energies give the scale
 
-        scale² = (k·USUAL² + n·mean(e²/s²))/(k + n)    k = BELIEF, n the number of held-out runs
+        scale² = (k·s₀² + n·mean(e²/s²))/(k + n)    k = PRIOR_RUNS, s₀ = PRIOR_SCALE,
+                                                    n held-out runs
 
     and the interval is Student's with k + n/2 degrees of freedom: half of them, because errors of
     runs that share a fit are neither independent nor normal, and a few runs make up most of their
@@ -40,6 +41,8 @@ Left out
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -52,16 +55,16 @@ from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import Noise, clipped
 from planner.telemetry.parameters import Prior
 from planner.telemetry.prediction import Nodes, tangent
-from planner.telemetry.sampling import block_numbers
+from planner.telemetry.sampling import cluster_numbers
 
-BELIEF = 4.0
-"""Held-out runs that what is usual counts for."""
-USUAL = 1.5
-"""Scale that is usual, chosen on virtual robots: runs differ by more than their rows tell."""
+PRIOR_RUNS = 4.0
+"""Held-out runs that the usual scale counts for."""
+PRIOR_SCALE = 1.5
+"""Usual scale, from virtual robots: runs differ by more than their rows show."""
 FOLDS = 5
-"""Parts of the log, of which each is left out in turn."""
-PIECES = 20
-"""Stretches of rows that stand for runs where the log has only one."""
+"""Parts of the log, of which each is held out in turn."""
+SUBSTITUTE_RUNS = 20
+"""Stretches of rows that stand in for runs where the log has only one."""
 
 
 def energy_error(log: Telemetry, fitted: Fit) -> tuple[ParameterCovariance, EnergyError]:
@@ -85,7 +88,7 @@ def energy_error(log: Telemetry, fitted: Fit) -> tuple[ParameterCovariance, Ener
         float(share[0]),
         float(share[1]),
         1.0,
-        BELIEF,
+        PRIOR_RUNS,
         0,
     )
     return covariance, _calibrated(unscaled, log, fitted, sums)
@@ -112,8 +115,8 @@ class _Sums:
             log, fitted.watts, fitted.spread, np.column_stack([self.columns, residual])
         )
         self.units, self.folds = _held_out(log)
-        # No block lies in two folds, so that a fold can be left out of the sums.
-        _, number = np.unique(self.folds * (10**9) + block_numbers(log), return_inverse=True)
+        # No cluster lies in two folds, so that a fold can be left out of the sums.
+        _, number = np.unique(self.folds * (10**9) + cluster_numbers(log), return_inverse=True)
         self.blocks = int(number.max()) + 1
         self.fold_of = np.zeros(self.blocks, np.int64)
         self.fold_of[number] = self.folds
@@ -170,24 +173,16 @@ def _calibrated(unscaled: EnergyError, log: Telemetry, fitted: Fit, sums: _Sums)
     runs = len(np.unique(log.run))
     count = float(runs if runs > 1 else 1)
     seen = count * float(np.mean(ratios))
-    scale = np.sqrt((BELIEF * USUAL**2 + seen) / (BELIEF + count))
-    return EnergyError(
-        unscaled.powers_w,
-        unscaled.spreads_w,
-        unscaled.correlation_time_s,
-        unscaled.run_offset_w,
-        unscaled.run_gain,
-        float(scale),
-        BELIEF + 0.5 * count,
-        runs if runs > 1 else 0,
-    )
+    scale = np.sqrt((PRIOR_RUNS * PRIOR_SCALE**2 + seen) / (PRIOR_RUNS + count))
+    freedom, runs = PRIOR_RUNS + 0.5 * count, runs if runs > 1 else 0
+    return replace(unscaled, scale=float(scale), degrees_of_freedom=freedom, runs=runs)
 
 
 def _held_out(log: Telemetry) -> tuple[Integers, Integers]:
     """(n,) number of the drive that every row belongs to, and of the fold that leaves it out."""
     names, unit = np.unique(log.run, return_inverse=True)
     if len(names) == 1:
-        unit = np.arange(len(log)) * PIECES // max(len(log), 1)
+        unit = np.arange(len(log)) * SUBSTITUTE_RUNS // max(len(log), 1)
         _, unit = np.unique(unit, return_inverse=True)
     return unit, unit % min(FOLDS, int(unit.max()) + 1)
 

@@ -1,4 +1,4 @@
-"""Parameters that fit a log best, by bounded Gauss-Newton steps.
+"""Bounded Gauss-Newton steps to the parameters that fit a log best.
 
     problem = problem_of(log, nodes, model, places)
     best = problem.solve(model, noise, spread, close)      # best.model, best.watts, best.cost
@@ -27,9 +27,12 @@ from planner.telemetry.noise import Noise, clipped, huber
 from planner.telemetry.parameters import Prior
 from planner.telemetry.prediction import Nodes, tangent
 
-STEPS = 25
-CLOSE = 0.01
-"""Gain of log-likelihood, doubled, that a further step must promise."""
+MOST_STEPS = 25
+"""Gauss-Newton steps; kinks of friction may keep steps from ever becoming small."""
+LEAST_STEP_GAIN = 0.01
+"""Twice the log-likelihood that a further step must promise: 0.1 standard errors, squared."""
+SMALLEST_STRIDE = 1e-2
+"""Share of a step below which it is not halved again."""
 
 
 @dataclass(frozen=True)
@@ -49,36 +52,26 @@ class Solution:
 
 @dataclass(frozen=True)
 class Problem:
-    """Rows, free parameters, and what is known of them without the rows.
+    """A fit to be solved: rows, free parameters and their prior.
 
     Attributes:
         log, nodes: the rows.
         index: (p,) numbers of the free parameters.
         start: (p,) middle of the prior.
-        prior: (p,) one over its standard deviation.
-        gauge: (p, p) weights that hold the sum of the wheels' own factors.
-        low, high: (p,) lowest and highest possible values; the same where one is held.
+        prior: its weights and bounds; low equals high where a parameter is held.
     """
 
     log: Telemetry
     nodes: Nodes
     index: NDArray[np.int64]
     start: Array
-    prior: Array
-    gauge: Array
-    low: Array
-    high: Array
-
-    @property
-    def known(self) -> Array:
-        """(p, p) inverse covariance of what is known without the rows."""
-        return self.gauge + np.diag(self.prior**2)
+    prior: Prior
 
     def holding(self, number: int, value: float) -> Problem:
         """The problem with the free parameter of this number held at a value."""
-        low, high = self.low.copy(), self.high.copy()
+        low, high = self.prior.low.copy(), self.prior.high.copy()
         low[number] = high[number] = value
-        return replace(self, low=low, high=high)
+        return replace(self, prior=replace(self.prior, low=low, high=high))
 
     def cost_of(self, model: PowerModel, watts: Array, noise: Noise, spread: Array) -> float:
         """Loss of whitened residuals and of the prior, as minus twice a log-likelihood.
@@ -91,10 +84,12 @@ class Problem:
 
     def at(self, model: PowerModel, value: Array) -> Solution:
         """The model with other values (p,) of the free parameters, within their bounds."""
-        current = with_values(model, self.index, np.clip(value, self.low, self.high))
+        current = with_values(model, self.index, np.clip(value, self.prior.low, self.prior.high))
         return Solution(current, *tangent(current, self.nodes, self.index.tolist()))
 
-    def solve(self, begin: Solution, noise: Noise, spread: Array, close: float = CLOSE) -> Solution:
+    def solve(
+        self, begin: Solution, noise: Noise, spread: Array, close: float = LEAST_STEP_GAIN
+    ) -> Solution:
         """Steps until a further one would gain next to nothing.
 
         Args:
@@ -108,8 +103,9 @@ class Problem:
         found = begin
         value = begin.model.parameters[self.index]
         best, stride, settled = np.inf, 1.0, value
-        step, known = np.zeros(len(self.index)), self.known
-        for _ in range(STEPS):
+        step, prior = np.zeros(len(self.index)), self.prior
+        known = prior.precision
+        for _ in range(MOST_STEPS):
             residual = log.power - found.watts
             # Far from the solution most rows are "outliers"; the limit then follows the residual.
             far = max(1.0, float(np.median(np.abs(residual) / spread)) / 0.6745)
@@ -118,18 +114,18 @@ class Problem:
             # Squares of clipped residuals would not show that large ones have become smaller.
             cost = self._cost(white[:, -1], value)
             white = white[:, :-1]
-            if cost > best + close and stride > 1e-2:
+            if cost > best + close and stride > SMALLEST_STRIDE:
                 # The step went too far: kinks of friction and gears make the power non-linear.
                 stride *= 0.5
                 value = value - stride * step
             else:
                 best, stride, settled = cost, 1.0, value
                 gram, score = white[:, :-1].T @ white[:, :-1], white[:, :-1].T @ white[:, -1]
-                held = self.prior**2 * (value - self.start) + self.gauge @ value
-                low, high = self.low - value, self.high - value
+                held = prior.weights**2 * (value - self.start) + prior.gauge @ value
+                low, high = prior.low - value, prior.high - value
                 step = bounded_step(gram + known, score - held, low, high)
                 # Rounding may end beyond a bound.
-                value = np.clip(value + step, self.low, self.high)
+                value = np.clip(value + step, prior.low, prior.high)
             found = self.at(found.model, value)
             if stride == 1.0 and float(step @ gram @ step) < close:
                 break
@@ -139,24 +135,14 @@ class Problem:
         return found
 
     def _cost(self, white: Array, value: Array) -> float:
-        away = self.prior * (value - self.start)
-        return float(huber(white).sum() + away @ away + value @ self.gauge @ value)
+        away = self.prior.weights * (value - self.start)
+        return float(huber(white).sum() + away @ away + value @ self.prior.gauge @ value)
 
 
 def problem_of(log: Telemetry, nodes: Nodes, model: PowerModel, places: Sequence[int]) -> Problem:
     """What a fit of some parameters of a model has to solve; the model is the prior's middle."""
-    prior = Prior.of(model, places)
-    start = model.parameters[np.array(places, int)]
-    return Problem(
-        log,
-        nodes,
-        np.array(places, int),
-        start,
-        prior.weights,
-        prior.gauge,
-        prior.low,
-        prior.high,
-    )
+    index = np.array(places, int)
+    return Problem(log, nodes, index, model.parameters[index], Prior.of(model, places))
 
 
 def with_values(model: PowerModel, index: NDArray[np.int64], value: Array) -> PowerModel:

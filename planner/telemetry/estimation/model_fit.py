@@ -1,4 +1,4 @@
-"""Fit a model's parameters to a log: bounded, robust, with errors and what cannot be told.
+"""Fit a model's parameters to a log: bounded, robust, with errors and identifiability.
 
     model = starting_model("minibalance")       # planner.telemetry.starting_model
     result = fit(log, model)
@@ -18,19 +18,22 @@ Left out
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
 
 from planner.arrays import Array
 from planner.power.model import PowerModel
-from planner.telemetry.estimation.gauss_newton import CLOSE, Problem, Solution, problem_of
+from planner.telemetry.estimation.gauss_newton import LEAST_STEP_GAIN, Problem, Solution, problem_of
 from planner.telemetry.estimation.parameter_errors import covariance_of, profiled, run_errors
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import Noise, clipped, noise_of
 from planner.telemetry.parameters import free_places
 from planner.telemetry.prediction import Nodes, doubt_of, predict, tangent
+
+FIRST_STEP_GAIN = 10.0
+"""Twice the log-likelihood that a step of the first fit must promise, see LEAST_STEP_GAIN."""
 
 
 @dataclass(frozen=True)
@@ -77,11 +80,7 @@ class RefusedFit:
 
     def to_json(self) -> dict[str, Any]:
         """The entry ``refused_fit`` of a comparison and of a diagnosis."""
-        return {
-            "heldout_rmse_w": self.heldout_rmse_w,
-            "stated_rmse_w": self.stated_rmse_w,
-            "sentence": self.sentence,
-        }
+        return {**asdict(self), "sentence": self.sentence}
 
 
 @dataclass(frozen=True)
@@ -132,34 +131,38 @@ def fit(
         tried: numbers of the free parameters whose intervals are tried out at both ends.
     """
     rows = log.rows_for(model.surfaces)
-    nodes, doubt = Nodes.of(log, model), doubt_of(model, rows)
+    nodes, input_error = Nodes.of(log, model), doubt_of(model, rows)
     places = free_places(model, log) if free is None else tuple(free)
     problem = problem_of(log, nodes, model, places)
     watts, columns = tangent(model, nodes, places)
     found = Solution(model, watts, columns)
-    for round_number in range(2 if noise is None else 1):
-        scatter = noise or noise_of(log, log.power - found.watts, found.watts, doubt, found.columns)
-        # A first fit only has to show the noise.
-        close = CLOSE if round_number or noise is not None else 10.0
-        found = problem.solve(found, scatter, scatter.spread(found.watts, doubt), close)
-    scatter = noise or noise_of(log, log.power - found.watts, found.watts, doubt, found.columns)
+
+    def scatter_around(found: Solution) -> Noise:
+        residual = log.power - found.watts
+        return noise or noise_of(log, residual, found.watts, input_error, found.columns)[0]
+
+    # A first fit only has to show the noise.
+    for least_gain in [LEAST_STEP_GAIN] if noise else [FIRST_STEP_GAIN, LEAST_STEP_GAIN]:
+        scatter = scatter_around(found)
+        found = problem.solve(found, scatter, scatter.spread(found.watts, input_error), least_gain)
+    scatter = scatter_around(found)
     given = run_errors(found.model, nodes, found.watts, log.present)
     finely = Nodes.of(log, found.model, finely=True)
     given = np.column_stack([predict(found.model, finely) - found.watts, given])
-    return _finished(problem, found, scatter, doubt, given, tried)
+    return _finished(problem, found, scatter, input_error, given, tried)
 
 
 def _finished(
     problem: Problem,
     found: Solution,
     noise: Noise,
-    doubt: Array,
+    input_error: Array,
     given: Array,
     tried: Sequence[int],
 ) -> Fit:
     log, index, model, watts = problem.log, problem.index, found.model, found.watts
     residual = log.power - watts
-    spread = noise.spread(watts, doubt)
+    spread = noise.spread(watts, input_error)
     given[:, 0] = clipped(given[:, 0], spread)
     everything = np.column_stack([found.columns, clipped(residual, spread), given])
     white = noise.whiten(log, watts, spread, everything)
@@ -177,20 +180,10 @@ def _finished(
         note = ""
         if not known[k]:
             note = "this log says too little about it; it stays near its starting value"
-        elif value <= problem.low[k] or value >= problem.high[k]:
+        elif value <= problem.prior.low[k] or value >= problem.prior.high[k]:
             note = FittedParameter.AT_THE_END
-        fitted.append(
-            FittedParameter(
-                effect.slug,
-                name,
-                element,
-                value,
-                float(stderr[place]),
-                parameter.unit,
-                bool(known[k]),
-                note,
-            )
-        )
+        numbers = value, float(stderr[place]), parameter.unit, bool(known[k])
+        fitted.append(FittedParameter(effect.slug, name, element, *numbers, note))
     return Fit(
         # What was known of the energy belonged to the values that the fit started from.
         replace(model, stderr=stderr, covariance=None, energy_error=None),

@@ -1,20 +1,19 @@
-"""How well a fit knows its parameters: standard errors, and intervals that were tried out.
+"""Standard errors of fitted parameters, and intervals by profile likelihood.
 
     covariance, known = covariance_of(problem, white)
     run_errors(model, nodes, watts, log.present)      # by what is measured once a run
     stderr = profiled(problem, found, noise, spread, white, covariance, number)
 
-Standard errors come from what leaving out each block of rows in turn changes (a jackknife), which
-allows for noise that the whitening did not get right. Blocks of one run share the errors of what
-was measured once before it, its load say; these are added run by run. What a parameter would change
-by if rows in which friction changes side were averaged more finely is added as well.
+Standard errors come from a jackknife over clusters of rows, which allows for noise that the
+whitening left correlated. Clusters of one run share the errors of quantities that are measured once
+before it, for example its load; these are added run by run. The change of a parameter under finer
+averages of rows in which friction changes side is added too.
 
-A standard error is the slope's word on how fast the fit gets worse. Where an effect has a shape of
-its own, its size and its shape may trade against each other along a bend, and the fit stays good
-much farther out than the slope says. So an effect's parameters are *tried out*: held at the ends of
-their interval while all others are fitted anew (profile likelihood; Bates and Watts, Nonlinear
-regression analysis, 1988). Where the fit has not become as much worse as it should, the interval
-is made longer until it has.
+A standard error describes the likelihood near its maximum. Where an effect has a shape of its own,
+its size and shape may trade against each other along a curve, and the fit stays good much farther
+out. So an effect's parameters get profile-likelihood intervals (Bates and Watts, Nonlinear
+regression analysis, 1988): each is held at the ends of its interval while all others are fitted
+again, and the interval grows until the fit has become as much worse as it should.
 """
 
 from __future__ import annotations
@@ -30,22 +29,22 @@ from planner.quantities import INDEX
 from planner.telemetry.estimation.gauss_newton import Problem, Solution, with_values
 from planner.telemetry.noise import Noise
 from planner.telemetry.prediction import Nodes, predict
-from planner.telemetry.sampling import block_numbers
+from planner.telemetry.sampling import cluster_numbers
 
-COVERED = 1.96
+INTERVAL_Z = 1.96
 """Standard errors to the end of a 95 % interval."""
-AS_EXPECTED = 0.9
-"""Share of the expected rise, at an interval's end, that is near enough."""
-LONGER = 2.0
-"""Times that an interval may become longer at once."""
-LEAST_SHARE = 0.5
-"""Of the way between two steps, one too short and one too long, for the next one."""
-TRIALS = 6
+NEAR_ENOUGH = 0.9
+"""Share of the expected rise of the cost that ends the search for an interval's end."""
+MOST_GROWTH = 2.0
+"""Factor by which one trial may lengthen an interval."""
+LEAST_STEP_SHARE = 0.5
+"""Least share of the distance between a too short and a too long step that the next one takes."""
+MOST_TRIALS = 6
+"""Fits to find one end of an interval."""
 RUN_ERRORS = {"payload": 0.02, "com_x": 0.002, "com_y": 0.002, "ambient_temp": 0.5}
 """kg, m, m and °C: usual errors of what is weighed or measured once before a run."""
-NEAR = 0.1
-"""As gauss_newton.CLOSE, where the cost is asked for and not the
-parameters."""
+LEAST_COST_GAIN = 0.1
+"""As gauss_newton.LEAST_STEP_GAIN, for fits of which only the cost counts."""
 
 
 def run_errors(model: PowerModel, nodes: Nodes, watts: Array, known: Collection[str]) -> Array:
@@ -73,7 +72,7 @@ def run_errors(model: PowerModel, nodes: Nodes, watts: Array, known: Collection[
 
 
 def covariance_of(problem: Problem, white: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Sandwich covariance, and which parameters the log tells more about than the prior did.
+    """Sandwich covariance, and which parameters the log determines better than the prior.
 
     What the rows tell scatters together within blocks, and may within whole runs: the wider of the
     two counts. Of the blocks each is left out in turn, because a few of them may tell most of a
@@ -83,10 +82,10 @@ def covariance_of(problem: Problem, white: Array) -> tuple[Array, NDArray[np.boo
     ``white`` is whitened: the free parameters' columns, the clipped residual, what a finer average
     within rows would change, and what errors that last for a run do.
     """
-    log, prior = problem.log, problem.prior
+    log, prior = problem.log, problem.prior.weights
     count = len(prior)
     own, scores = white[:, :count], white[:, :count] * white[:, count : count + 1]
-    full = own.T @ own + problem.known
+    full = own.T @ own + problem.prior.precision
     inverse = inverse_of(full)
     _, run = np.unique(log.run, return_inverse=True)
     runs = _sums_by(run, scores)
@@ -96,7 +95,7 @@ def covariance_of(problem: Problem, white: Array) -> tuple[Array, NDArray[np.boo
     for column in white[:, count + 2 :].T:
         by_run = _sums_by(run, own * column[:, None])
         lasting += by_run.T @ by_run
-    left_out = without_each(full, own, scores, block_numbers(log))
+    left_out = without_each(full, own, scores, cluster_numbers(log))
     covariance = left_out.T @ left_out * ((len(left_out) - 1) / len(left_out))
     covariance += inverse @ lasting @ inverse
     if len(runs) > 1:
@@ -155,7 +154,7 @@ def profiled(
         says.
     """
     count = len(problem.index)
-    inverse = inverse_of(white[:, :count].T @ white[:, :count] + problem.known)
+    inverse = inverse_of(white[:, :count].T @ white[:, :count] + problem.prior.precision)
     stderr = float(np.sqrt(covariance[number, number]))
     # What the rows scatter by beyond what the whitening says makes every rise count less.
     expected = covariance[number, number] / inverse[number, number]
@@ -171,17 +170,20 @@ def profiled(
         held = problem.holding(number, value[number] + step)
         if others:
             model = held.solve(
-                held.at(found.model, value + step * along), noise, spread, NEAR
+                held.at(found.model, value + step * along), noise, spread, LEAST_COST_GAIN
             ).model
         else:
-            free = np.clip(value + step * along, held.low, held.high)
+            free = np.clip(value + step * along, held.prior.low, held.prior.high)
             model = with_values(found.model, problem.index, free)
         cost = problem.cost_of(model, predict(model, problem.nodes), noise, spread)
         return float(np.sqrt(max(cost - lowest, 0.0) / expected))
 
     longest = stderr
-    for room in (problem.low[number] - value[number], problem.high[number] - value[number]):
-        longest = max(longest, abs(end_of_interval(rise, stderr, room)) / COVERED)
+    for room in (
+        problem.prior.low[number] - value[number],
+        problem.prior.high[number] - value[number],
+    ):
+        longest = max(longest, abs(end_of_interval(rise, stderr, room)) / INTERVAL_Z)
     return longest
 
 
@@ -190,27 +192,27 @@ def end_of_interval(rise: Callable[[float, bool], float], stderr: float, room: f
 
     ``room`` is the step to the bound.
     """
-    step = float(np.copysign(min(COVERED * stderr, abs(room)), room))
-    if abs(step) < COVERED * stderr:
+    step = float(np.copysign(min(INTERVAL_Z * stderr, abs(room)), room))
+    if abs(step) < INTERVAL_Z * stderr:
         return step
-    if AS_EXPECTED < rise(step, False) / COVERED < 1.0 / AS_EXPECTED:
+    if NEAR_ENOUGH < rise(step, False) / INTERVAL_Z < 1.0 / NEAR_ENOUGH:
         return step
     near = far = (0.0, 0.0)  # step and rise; ``far`` once the end lies before it
-    for _ in range(TRIALS):
+    for _ in range(MOST_TRIALS):
         risen = rise(step, True)
-        if risen < AS_EXPECTED * COVERED:
+        if risen < NEAR_ENOUGH * INTERVAL_Z:
             near = step, risen
-        elif not near[0] or risen < COVERED / AS_EXPECTED:
+        elif not near[0] or risen < INTERVAL_Z / NEAR_ENOUGH:
             return step
         else:
             far = step, risen
         if far[0]:
-            share = (COVERED - near[1]) / (far[1] - near[1])
-            step = near[0] + (far[0] - near[0]) * max(share, LEAST_SHARE)
+            share = (INTERVAL_Z - near[1]) / (far[1] - near[1])
+            step = near[0] + (far[0] - near[0]) * max(share, LEAST_STEP_SHARE)
         elif step == room:
             return room
         else:
-            factor = min(LONGER, max(COVERED / max(risen, 1e-9), 1.1))
+            factor = min(MOST_GROWTH, max(INTERVAL_Z / max(risen, 1e-9), 1.1))
             step = float(np.copysign(min(abs(step) * factor, abs(room)), room))
     return step
 

@@ -1,16 +1,16 @@
-"""Everything that competes for the residual of a model, laid out in columns and summed up.
+"""The design matrix: columns of everything that may explain a residual, and their testability.
 
-    columns = Competitors(library, dictionary)            # which column is what
+    columns = DesignColumns(library, dictionary)          # which column is what
     examination = examine(log, columns)                   # a sample in memory
-    examination.evidence                                  # sums for all tests
-    examination.testable["air_drag"]                      # None, or why it cannot be told
+    examination.evidence                                  # statistics for all tests
+    examination.testable["air_drag"]                      # None, or why it is not identifiable
 
-The order of the columns: tangent of the model, candidates of the catalogue, errors of sensors,
+The order of the columns: Jacobian of the model, candidates of the catalogue, errors of sensors,
 shapes, residual. Residuals count at most a few spreads (planner.telemetry.noise).
 
-What cannot be told is said before anything is ranked: less than 0.2 % of a column survives
-refitting the model; or what survives is of the size of the sensors' own errors; or an effect would
-have to be larger than a tenth of the mean power to be noticed.
+An effect is not identifiable where less than 0.2 % of a column survives refitting the model; where
+what survives is no larger than the sensors' own errors; or where it would have to exceed a tenth of
+the mean power to be noticed. That is settled before anything is ranked.
 """
 
 from __future__ import annotations
@@ -22,25 +22,28 @@ import numpy as np
 from planner.arrays import Array
 from planner.quantities import INDEX
 from planner.telemetry.evidence.evidence import Evidence
-from planner.telemetry.evidence.gram_matrices import RowBlocks
+from planner.telemetry.evidence.gram_matrices import RowClusters
 from planner.telemetry.logs import Telemetry
-from planner.telemetry.noise import Noise, clipped, noise_and_leftover
+from planner.telemetry.noise import Noise, clipped, noise_of, strongest_columns
 from planner.telemetry.other_terms import SENSORS, Dictionary, Sensor
 from planner.telemetry.prediction import Nodes, doubt_of
-from planner.telemetry.sampling import block_numbers, stretches
-from planner.telemetry.terms import Atom, CandidateLibrary
+from planner.telemetry.sampling import cluster_numbers, stretches
+from planner.telemetry.terms import CandidateLibrary, Term
 
-LEAST_SHARE = 2e-3
-LEAST_OVER_SENSORS = 4.0
-TOLD_BEFORE = 0.25
-"""Share of both borders that will do for an effect that an earlier round could tell."""
+LEAST_TOLERANCE = 2e-3
+"""Share of a column's squares that must survive refitting the model, or it is not identifiable."""
+LEAST_OVER_SENSOR_ERROR = 4.0
+"""Squares that survive over those that sensors' usual errors make: a signal of twice the error."""
+KNOWN_EFFECT_SHARE = 0.25
+"""Share of both thresholds that suffices for an effect that an earlier round found testable."""
 LARGEST_UNNOTICED = 0.10
 """Share of the mean power; an effect that could be larger without being noticed is not testable."""
-WORTH_SAYING = 0.01
-"""The same from which it is told of an effect that competes and was not found."""
-NOTICED = 3.84
+REPORTED_UNNOTICED = 0.01
+"""Share of the mean power; an effect that could be larger unnoticed is reported as such."""
+DETECTION_Z = 3.84
 """Standard errors from which an effect counts as noticed."""
 PROBE_ROWS = 3000
+"""Rows on which disturbed inputs are compared with the logged ones."""
 
 SENSOR_ERRORS: dict[str, tuple[float, float]] = {
     "vx": (0.002, 0.005),
@@ -63,7 +66,7 @@ SPEED_OF = {"vx": "vx", "vy": "vy", "wz": "wz", "ax": "vx", "ay": "vy"}
 
 
 @dataclass(frozen=True)
-class Competitors:
+class DesignColumns:
     """Which column is what.
 
     Attributes:
@@ -79,7 +82,7 @@ class Competitors:
     dictionary: Dictionary
     sensors: tuple[Sensor, ...] = tuple(SENSORS.values())
     exact: bool = False
-    told: frozenset[str] = frozenset()
+    testable_before: frozenset[str] = frozenset()
 
     @property
     def tangent(self) -> int:
@@ -120,24 +123,24 @@ class Competitors:
 
 @dataclass(frozen=True)
 class Examination:
-    """A log summed up around one model.
+    """The design matrix of a log around one model, and its statistics.
 
     Attributes:
         competitors: which column is what.
-        evidence: sums of the whitened columns.
+        evidence: sufficient statistics of the whitened columns.
         noise: what was taken for noise.
         watts: (n,) W of the model for the sample.
         spread: (n,) W, standard deviation of single rows.
         raw: (n, columns) of the sample, the residual clipped.
         residual: (n,) W, measured less modelled, as it is.
-        testable: slug → None, or why this log cannot tell it.
-        unnoticed: slug → W, rms, up to which an effect that can be told would go unnoticed.
-        atoms: ways for effects to act, those that can be told.
-        shapes: numbers of the shapes that can be told.
+        testable: slug → None, or why it is not identifiable from this log.
+        unnoticed: slug → W, rms, up to which an identifiable effect would go unnoticed.
+        terms: the identifiable forms of effects.
+        shapes: numbers of the identifiable shapes.
         mean_watts: mean of |P|, W.
     """
 
-    competitors: Competitors
+    competitors: DesignColumns
     evidence: Evidence
     noise: Noise
     watts: Array
@@ -146,24 +149,20 @@ class Examination:
     residual: Array
     testable: dict[str, str | None]
     unnoticed: dict[str, float]
-    atoms: tuple[Atom, ...]
+    terms: tuple[Term, ...]
     shapes: tuple[int, ...]
     mean_watts: float
 
     def hardly_told(self, slug: str) -> str | None:
-        """What is to be said of an effect that can be told, if much of it would go unnoticed."""
+        """A sentence on an identifiable effect of which much would go unnoticed, else None."""
         watts = self.unnoticed.get(slug, 0.0)
-        return _unnoticed(watts, self) if watts > WORTH_SAYING * self.mean_watts else None
-
-    def size(self, columns: list[int], coefficients: Array) -> float:
-        """ρ: rms of what some columns add, after refitting the model, over the noise."""
-        return self.evidence.size(columns, coefficients)
+        return _unnoticed(watts, self) if watts > REPORTED_UNNOTICED * self.mean_watts else None
 
 
 def examine(
-    log: Telemetry, competitors: Competitors, explained: tuple[int, ...] | None = None
+    log: Telemetry, competitors: DesignColumns, explained: tuple[int, ...] | None = None
 ) -> Examination:
-    """Lay out and sum up a log that is in memory.
+    """The design matrix of a log in memory, with its statistics and what is identifiable.
 
     Args:
         log: the rows.
@@ -173,59 +172,35 @@ def examine(
     watts, raw = competitors.raw(log)
     residual = raw[:, -1].copy()
     own = raw[:, : competitors.tangent]
-    helpers = list(explained) if explained is not None else _greedy(log, watts, raw, competitors)
+    helpers = _helpers(watts, raw, competitors.tangent) if explained is None else list(explained)
     model = competitors.library.held_model
-    doubt = doubt_of(model, log.rows_for(model.surfaces))
-    noise, left = noise_and_leftover(
-        log, residual, watts, doubt, np.column_stack([own, raw[:, helpers]])
+    input_error = doubt_of(model, log.rows_for(model.surfaces))
+    noise, left = noise_of(
+        log, residual, watts, input_error, np.column_stack([own, raw[:, helpers]])
     )
-    spread = noise.spread(watts, doubt)
+    spread = noise.spread(watts, input_error)
     raw[:, -1] = residual - left + clipped(left, spread)
     white = noise.whiten(log, watts, spread, raw)
     scaled = raw / spread[:, None]
-    blocks = RowBlocks(white, block_numbers(log), log.run)
+    clusters = RowClusters(white, cluster_numbers(log), log.run)
     slow = _slow_shares(log, raw)
-    evidence = Evidence(competitors.tangent, blocks, scaled.T @ scaled, len(log), slow)
+    evidence = Evidence(competitors.tangent, clusters, scaled.T @ scaled, len(log), slow)
     mean = float(np.mean(np.abs(watts)))
     plain = Examination(
         competitors, evidence, noise, watts, spread, raw, residual, {}, {}, (), (), mean
     )
-    return _sorted_out(log, plain)
+    return _with_testable(log, plain)
 
 
-def _greedy(
-    log: Telemetry, watts: Array, raw: Array, competitors: Competitors, most: int = 4
-) -> list[int]:
-    """Columns that take the most out of the residual: noise must not be what an effect does."""
-    del log
-    scale = 1.0 / np.maximum(np.abs(watts), 0.3 * float(np.mean(np.abs(watts))) + 1e-9)
-    weighted = raw * scale[:, None]
-    middle = weighted[:, -1]
-    limit = 5.0 * 1.4826 * float(np.median(np.abs(middle - np.median(middle)))) + 1e-12
-    basis, _ = np.linalg.qr(weighted[:, : competitors.tangent])
-    rest = weighted[:, competitors.tangent : -1]
-    target = np.clip(middle, -limit, limit)
-    target = target - basis @ (basis.T @ target)
-    before = np.sqrt((rest**2).sum(axis=0))
-    rest = rest - basis @ (basis.T @ rest)
-    norms = np.sqrt((rest**2).sum(axis=0))
-    usable = norms > 0.03 * np.maximum(before, 1e-300)
-    rest = rest / np.where(usable, norms, 1.0)
-    chosen: list[int] = []
-    for _ in range(most):
-        match = np.where(usable, np.abs(rest.T @ target), 0.0)
-        match[chosen] = 0.0
-        best = int(np.argmax(match))
-        if match[best] ** 2 < 0.01 * float(target @ target):
-            break
-        chosen.append(best)
-        direction = rest[:, best].copy()
-        target = target - direction * float(direction @ target)
-        rest = rest - np.outer(direction, direction @ rest)
-        left = np.sqrt((rest**2).sum(axis=0))
-        usable &= left > 0.03
-        rest = rest / np.where(usable, left, 1.0)
-    return [competitors.tangent + k for k in chosen]
+def _helpers(watts: Array, raw: Array, tangent: int) -> list[int]:
+    """Columns that explain most of the residual, rows weighted: noise must not contain effects."""
+    size = np.abs(watts)
+    weighted = raw / np.maximum(size, 0.3 * float(np.mean(size)) + 1e-9)[:, None]
+    own, others, residual = weighted[:, :tangent], weighted[:, tangent:-1], weighted[:, -1]
+    centred = np.abs(residual - np.median(residual))
+    limit = 5.0 * 1.4826 * float(np.median(centred)) + 1e-12
+    chosen = strongest_columns(np.clip(residual, -limit, limit), own, others)
+    return [tangent + k for k in chosen]
 
 
 def _slow_shares(log: Telemetry, raw: Array) -> Array:
@@ -243,56 +218,56 @@ def _slow_shares(log: Telemetry, raw: Array) -> Array:
     return np.asarray(between / np.maximum(total, 1e-300))
 
 
-def _sorted_out(log: Telemetry, plain: Examination) -> Examination:
-    """Say for every effect whether this log can tell it, and keep the atoms that it can."""
+def _with_testable(log: Telemetry, plain: Examination) -> Examination:
+    """Decide for every effect whether it is identifiable, and keep the terms that are."""
     competitors, evidence = plain.competitors, plain.evidence
     library = competitors.library
-    over = over_sensors(log, plain)
+    over = over_sensor_errors(log, plain)
     if competitors.exact:
         over = np.full_like(over, np.inf)
     testable: dict[str, str | None] = dict(library.absent)
     good: list[bool] = []
     reasons: dict[str, list[str]] = {}
     for number, column in enumerate(library.candidates):
-        why = _why_not(plain, number, over)
+        why = _why_not_identifiable(plain, number, over)
         good.append(why is None)
         if why is not None:
             reasons.setdefault(column.effect, []).append(why)
-    atoms = []
-    for atom in library.atoms:
-        whole = len(atom.columns) > 1 and " " in library.candidates[atom.columns[0]].parameter
+    terms = []
+    for term in library.terms:
+        whole = len(term.columns) > 1 and " " in library.candidates[term.columns[0]].parameter
         if whole:
-            usable = tuple(n for n in atom.columns if good[n])
+            usable = tuple(n for n in term.columns if good[n])
             if usable:
-                atoms.append(replace(atom, columns=usable))
-        elif all(good[n] for n in atom.columns) and _separate(plain, atom):
-            atoms.append(atom)
-    told = {atom.effect for atom in atoms}
+                terms.append(replace(term, columns=usable))
+        elif all(good[n] for n in term.columns) and _separate(plain, term):
+            terms.append(term)
+    told = {term.effect for term in terms}
     for column in library.candidates:
         slug = column.effect
         testable[slug] = None if slug in told else reasons[slug][0]
     watts: dict[str, list[float]] = {}
-    for atom in atoms:
-        at = [competitors.candidate(n) for n in atom.columns]
-        watts.setdefault(atom.effect, []).extend(_unnoticed_watts(plain, n) for n in at)
-    # Ways for one effect to act, of which one is true and the log need not say which.
+    for term in terms:
+        at = [competitors.candidate(n) for n in term.columns]
+        watts.setdefault(term.effect, []).extend(_unnoticed_watts(plain, n) for n in at)
+    # Forms of one effect, of which one is true; the log need not separate them.
     unnoticed = {slug: float(np.median(values)) for slug, values in watts.items()}
     shapes = tuple(
         k
         for k in range(len(competitors.dictionary.shapes))
-        if over[competitors.first_shape + k] >= LEAST_OVER_SENSORS
-        and evidence.kept_share(competitors.first_shape + k) > 0.01
+        if over[competitors.first_shape + k] >= LEAST_OVER_SENSOR_ERROR
+        and evidence.tolerance(competitors.first_shape + k) > 0.01
     )
-    return replace(plain, testable=testable, unnoticed=unnoticed, atoms=tuple(atoms), shapes=shapes)
+    return replace(plain, testable=testable, unnoticed=unnoticed, terms=tuple(terms), shapes=shapes)
 
 
-def _why_not(plain: Examination, number: int, over: Array) -> str | None:
+def _why_not_identifiable(plain: Examination, number: int, over: Array) -> str | None:
     evidence, candidate = plain.evidence, plain.competitors.library.candidates[number]
     column = plain.competitors.candidate(number)
-    told = candidate.effect in plain.competitors.told
-    if evidence.kept_share(column) < LEAST_SHARE * (TOLD_BEFORE if told else 1.0):
+    told = candidate.effect in plain.competitors.testable_before
+    if evidence.tolerance(column) < LEAST_TOLERANCE * (KNOWN_EFFECT_SHARE if told else 1.0):
         return "refitting the model's own parameters does the same to the power in this log"
-    if over[column] < LEAST_OVER_SENSORS * (TOLD_BEFORE if told else 1.0):
+    if over[column] < LEAST_OVER_SENSOR_ERROR * (KNOWN_EFFECT_SHARE if told else 1.0):
         return (
             "what refitting the model's parameters leaves of it is no larger than the errors of "
             "the sensors"
@@ -307,7 +282,7 @@ def _why_not(plain: Examination, number: int, over: Array) -> str | None:
 
 def _least(plain: Examination, column: int) -> float:
     """Least coefficient of a column that would be noticed."""
-    return NOTICED / float(np.sqrt(max(float(plain.evidence.clear[column, column]), 1e-300)))
+    return DETECTION_Z / float(np.sqrt(max(float(plain.evidence.partial[column, column]), 1e-300)))
 
 
 def _unnoticed_watts(plain: Examination, column: int) -> float:
@@ -319,18 +294,18 @@ def _unnoticed(watts: float, plain: Examination) -> str:
     return f"it would go unnoticed up to {watts:.2g} W, {share:.2g} % of the mean power"
 
 
-def _separate(plain: Examination, atom: Atom) -> bool:
+def _separate(plain: Examination, term: Term) -> bool:
     """Parameters of one effect that do the same are not taken together."""
-    if len(atom.columns) < 2:
+    if len(term.columns) < 2:
         return True
-    at = [plain.competitors.candidate(n) for n in atom.columns]
-    clear = plain.evidence.clear[np.ix_(at, at)]
+    at = [plain.competitors.candidate(n) for n in term.columns]
+    clear = plain.evidence.partial[np.ix_(at, at)]
     scale = np.sqrt(np.diag(clear))
     values = np.linalg.eigvalsh(clear / np.outer(scale, scale))
     return bool(values[0] > 0.02)
 
 
-def over_sensors(log: Telemetry, plain: Examination) -> Array:
+def over_sensor_errors(log: Telemetry, plain: Examination) -> Array:
     """For every column: what the tangent leaves of it, over what errors of the inputs make of it.
 
     Both as sums of squares on some rows, with inputs disturbed by SENSOR_ERRORS.

@@ -1,12 +1,12 @@
-"""Sums over a log from which every later question is answered, block by block.
+"""Sufficient statistics of a log: likelihood gains and cluster-robust tests of columns.
 
-    evidence = Evidence(tangent, blocks, plain, rows, slow)   # see gram_matrices
+    evidence = Evidence(tangent, clusters, plain, rows, slow)   # see gram_matrices
     evidence.gain(columns)                            # log-likelihood gained by some columns
     evidence.test(columns, given=others)              # is their coefficient zero?
-    evidence.compare(first, second)                   # which of two sets explains more, and surely?
+    evidence.compare(first, second)                   # which of two sets explains more? (Vuong)
 
-The model's tangent is always in: what refitting its parameters could absorb counts for nothing.
-All tests use the scatter of the score over blocks, and over runs for columns that hardly change
+The model's Jacobian is always in: what refitting its parameters could absorb counts for nothing.
+All tests use the scatter of the score over clusters, and over runs for columns that hardly change
 within a run; so noise that the whitening left correlated cannot make everything significant. They
 are in Wald form: the scatter is taken at the fit with the tested columns, otherwise a huge effect
 would hide itself.
@@ -26,13 +26,14 @@ import numpy as np
 from scipy import stats
 
 from planner.arrays import Array, Integers
-from planner.telemetry.evidence.gram_matrices import Blocks
+from planner.telemetry.evidence.gram_matrices import Clusters
 
 RIDGE = 1e-9
+"""Added to scaled diagonals, so that collinear columns can be solved for."""
 SLOW_SHARE = 0.2
-"""A column of which more than this lies between runs is also judged by the scatter over runs."""
-MOST_SLOW = 0.4
-"""Above this the runs alone count as degrees of freedom."""
+"""Share of a column's variance between runs from which the scatter over runs counts too."""
+RUNS_ONLY_SHARE = 0.4
+"""Share of variance between runs from which runs alone count as degrees of freedom."""
 
 
 @dataclass(frozen=True)
@@ -53,31 +54,33 @@ class Test:
 
 
 class Evidence:
-    """Products of whitened columns: tangent, everything that competes, residual last.
+    """Products of whitened columns: Jacobian of the model, competing terms, residual last.
 
     Args:
         tangent: number of the model's own columns, which come first.
-        blocks: the whitened columns.
+        clusters: the whitened columns.
         plain: (columns, columns) products over the spread of each row, not whitened.
         rows: how many.
         slow: (columns,) share of every column's variance that lies between runs.
     """
 
-    def __init__(self, tangent: int, blocks: Blocks, plain: Array, rows: int, slow: Array) -> None:
+    def __init__(
+        self, tangent: int, clusters: Clusters, plain: Array, rows: int, slow: Array
+    ) -> None:
         self.tangent = own = np.arange(tangent)
-        self.blocks, self.plain, self.rows, self.slow = blocks, plain, rows, slow
-        self.total = blocks.total()
+        self.clusters, self.plain, self.rows, self.slow = clusters, plain, rows, slow
+        self.total = clusters.total()
         self.columns = len(self.total)
         self.residual = self.columns - 1
-        self.absorbed = _solve(self.total[np.ix_(own, own)], self.total[own])
-        self.clear = self.total - self.total[:, own] @ self.absorbed
-        runs, self._run_number = np.unique(blocks.runs, return_inverse=True)
+        self.absorbed = solve(self.total[np.ix_(own, own)], self.total[own])
+        self.partial = self.total - self.total[:, own] @ self.absorbed
+        runs, self._run_number = np.unique(clusters.runs, return_inverse=True)
         self.run_count = len(runs)
 
     @property
-    def block_count(self) -> int:
-        """Number of blocks."""
-        return len(self.blocks.runs)
+    def cluster_count(self) -> int:
+        """Number of clusters."""
+        return len(self.clusters.runs)
 
     def size(self, columns: Sequence[int], coefficients: Array, given: Sequence[int] = ()) -> float:
         """ρ: rms of what some columns add once everything else is refitted, over the noise.
@@ -86,32 +89,32 @@ class Evidence:
         """
         at = list(columns)
         rest = [*self.tangent.tolist(), *given]
-        clear = self.plain[np.ix_(at, at)] - self.plain[np.ix_(at, rest)] @ _solve(
+        clear = self.plain[np.ix_(at, at)] - self.plain[np.ix_(at, rest)] @ solve(
             self.plain[np.ix_(rest, rest)], self.plain[np.ix_(rest, at)]
         )
         return float(np.sqrt(max(float(coefficients @ clear @ coefficients), 0.0) / self.rows))
 
-    def kept_share(self, column: int) -> float:
+    def tolerance(self, column: int) -> float:
         """Share of a column's variance that refitting the model cannot absorb."""
         raw = self.total[column, column]
-        return float(self.clear[column, column] / raw) if raw > 0 else 0.0
+        return float(self.partial[column, column] / raw) if raw > 0 else 0.0
 
     def coefficients(self, columns: Sequence[int]) -> Array:
         """(k,) best coefficients of some columns, with the tangent."""
         at = list(columns)
-        return _solve(self.clear[np.ix_(at, at)], self.clear[at, self.residual])
+        return solve(self.partial[np.ix_(at, at)], self.partial[at, self.residual])
 
     def gain(self, columns: Sequence[int]) -> tuple[float, Array]:
         """Log-likelihood gained by some columns over the tangent alone, and their coefficients."""
         if not len(columns):
             return 0.0, np.zeros(0)
         found = self.coefficients(columns)
-        return float(0.5 * found @ self.clear[list(columns), self.residual]), found
+        return float(0.5 * found @ self.partial[list(columns), self.residual]), found
 
     def gains(self, columns: Integers) -> tuple[Array, Array]:
         """``gain`` of many sets of as many columns (s, k) at once: (s,) and (s, k)."""
-        inner = self.clear[columns[:, :, None], columns[:, None, :]]
-        right = self.clear[columns, self.residual]
+        inner = self.partial[columns[:, :, None], columns[:, None, :]]
+        right = self.partial[columns, self.residual]
         scale = np.sqrt(np.maximum(np.diagonal(inner, axis1=1, axis2=2), 1e-300))
         scaled = inner / (scale[:, :, None] * scale[:, None, :]) + RIDGE * np.eye(inner.shape[1])
         try:
@@ -123,32 +126,39 @@ class Evidence:
     def _fit(self, columns: Sequence[int]) -> Array:
         """(columns,) vector v with residual = Z v after fitting tangent and some columns."""
         at = [*self.tangent.tolist(), *columns]
-        found = _solve(self.total[np.ix_(at, at)], self.total[at, self.residual])
         v = np.zeros(self.columns)
-        v[at] = -found
+        v[at] = -self.fitted(at)
         v[self.residual] = 1.0
         return v
 
+    def fitted(self, columns: Sequence[int]) -> Array:
+        """(k,) coefficients of exactly these columns, the tangent not added."""
+        at = list(columns)
+        return solve(self.total[np.ix_(at, at)], self.total[at, self.residual])
+
     def test(self, columns: Sequence[int], given: Sequence[int] = ()) -> Test:
         """Are the coefficients of some columns zero, once ``given`` ones are fitted?"""
-        at = list(columns)
-        active = [*self.tangent.tolist(), *given]
-        lean = _solve(self.total[np.ix_(active, active)], self.total[np.ix_(active, at)])
-        v = self._fit(given)
-        scores = self.blocks.times(v)
-        block_scores = scores[:, at] - scores[:, active] @ lean
-        block_info = self.blocks.cleared(np.array(at, int), np.array(active, int), lean)
-        total, information = block_scores.sum(axis=0), block_info.sum(axis=0)
-        found = _solve(information, total)
-        left = block_scores - np.einsum("bkl,l->bk", block_info, found)
-        slow = float(np.max(self.slow[at])) if at else 0.0
+        at = np.array(columns, int)
+        active, lean, cluster_scores = self._scores(at, given)
+        cluster_information = self.clusters.partial_grams(at, active, lean)
+        total, information = cluster_scores.sum(axis=0), cluster_information.sum(axis=0)
+        found = solve(information, total)
+        left = cluster_scores - np.einsum("bkl,l->bk", cluster_information, found)
+        slow = float(np.max(self.slow[at], initial=0.0))
         z, p_value = self._judge(total, information, left, slow)
         return Test(z, p_value, found, information)
+
+    def _scores(self, at: Integers, given: Sequence[int]) -> tuple[Integers, Array, Array]:
+        """Fitted columns, what they explain of some others, and the scores of these by cluster."""
+        active = np.array([*self.tangent.tolist(), *given], int)
+        lean = solve(self.total[np.ix_(active, active)], self.total[np.ix_(active, at)])
+        scores = self.clusters.times(self._fit(given))
+        return active, lean, scores[:, at] - scores[:, active] @ lean
 
     def _judge(
         self, total: Array, information: Array, left: Array, slow: float
     ) -> tuple[float, float]:
-        count, size = self.block_count, len(total)
+        count, size = self.cluster_count, len(total)
         scatters = [information]
         if count > size + 2:
             scatters.append(left.T @ left * count / (count - 1))
@@ -156,8 +166,8 @@ class Evidence:
             by_run = np.zeros((self.run_count, size))
             np.add.at(by_run, self._run_number, left)
             scatters.append(by_run.T @ by_run * self.run_count / (self.run_count - 1))
-        statistic = min(float(total @ _solve(s, total)) for s in scatters)
-        free = (self.run_count if slow > MOST_SLOW else count) - size
+        statistic = min(float(total @ solve(s, total)) for s in scatters)
+        free = (self.run_count if slow > RUNS_ONLY_SHARE else count) - size
         p_value = float(stats.f.sf(max(statistic, 0.0) / size, size, max(free, 1)))
         return float(stats.norm.isf(max(p_value, 1e-300) / 2.0)), p_value
 
@@ -166,19 +176,15 @@ class Evidence:
     ) -> tuple[Array, Array, Array]:
         """``test`` of every column alone, at once: z, coefficient and information, each (k,)."""
         at = np.array(columns, int)
-        active = np.array([*self.tangent.tolist(), *given], int)
-        lean = _solve(self.total[np.ix_(active, active)], self.total[np.ix_(active, at)])
-        v = self._fit(given)
-        scores = self.blocks.times(v)
-        block_scores = scores[:, at] - scores[:, active] @ lean
-        info = self.blocks.cleared_each(at, active, lean)
-        total, information = block_scores.sum(axis=0), info.sum(axis=0)
+        active, lean, cluster_scores = self._scores(at, given)
+        info = self.clusters.partial_diagonals(at, active, lean)
+        total, information = cluster_scores.sum(axis=0), info.sum(axis=0)
         raw = self.total[at, at]
         dead = information < 2e-3 * raw
         safe = np.where(dead | (information <= 0), 1.0, information)
         found = np.where(dead, 0.0, total / safe)
-        left = block_scores - info * found
-        count = self.block_count
+        left = cluster_scores - info * found
+        count = self.cluster_count
         variance = np.maximum(safe, (left**2).sum(axis=0) * count / max(count - 1, 1))
         slow = self.slow[at]
         if self.run_count > 3:
@@ -187,39 +193,43 @@ class Evidence:
             between = (by_run**2).sum(axis=0) * self.run_count / (self.run_count - 1)
             variance = np.where(slow > SLOW_SHARE, np.maximum(variance, between), variance)
         t = np.abs(total) / np.sqrt(variance)
-        free = np.where(slow > MOST_SLOW, max(self.run_count - 1, 1), max(count - 1, 1))
+        free = np.where(slow > RUNS_ONLY_SHARE, max(self.run_count - 1, 1), max(count - 1, 1))
         tail = np.maximum(2.0 * stats.t.sf(t, free), 1e-300)
         z = np.where(dead, 0.0, stats.norm.isf(tail / 2.0))
         return z, found, np.where(dead, 0.0, information)
 
     def compare(self, first: Sequence[int], second: Sequence[int]) -> tuple[float, float]:
         """Log-likelihood of the first set over the second's, and Vuong's z of the difference."""
-        difference = self._by_block(first) - self._by_block(second)
-        scatter = float(difference.std() * np.sqrt(self.block_count)) + 1e-12
-        total = float(difference.sum())
+        one, other = (
+            -0.5 * self.clusters.times(v) @ v for v in (self._fit(first), self._fit(second))
+        )
+        scatter = float((one - other).std() * np.sqrt(self.cluster_count)) + 1e-12
+        total = float((one - other).sum())
         return total, total / scatter
 
-    def _by_block(self, columns: Sequence[int]) -> Array:
-        v = self._fit(columns)
-        return np.asarray(-0.5 * self.blocks.times(v) @ v)
-
-    def likeness(self, first: int, second: int, given: Sequence[int] = ()) -> float:
+    def collinearity(self, first: int, second: int, given: Sequence[int] = ()) -> float:
         """|cosine| between two columns once tangent and ``given`` are taken out."""
         at = [first, second]
         rest = list(given)
-        inner = self.clear[np.ix_(at, at)].copy()
+        inner = self.partial[np.ix_(at, at)].copy()
         if rest:
-            inner -= self.clear[np.ix_(at, rest)] @ _solve(
-                self.clear[np.ix_(rest, rest)], self.clear[np.ix_(rest, at)]
+            inner -= self.partial[np.ix_(at, rest)] @ solve(
+                self.partial[np.ix_(rest, rest)], self.partial[np.ix_(rest, at)]
             )
         size = inner[0, 0] * inner[1, 1]
         return float(abs(inner[0, 1]) / np.sqrt(size)) if size > 0 else 0.0
 
 
-def _solve(matrix: Array, right: Array) -> Array:
-    """Solution of a symmetric system; directions that nothing is known about count as 0."""
+def solve(matrix: Array, right: Array, ridge: float = RIDGE) -> Array:
+    """Solution of a symmetric system (k, k), scaled to a unit diagonal.
+
+    Args:
+        matrix: (k, k), positive semidefinite.
+        right: (k,) or (k, m).
+        ridge: added to the scaled diagonal; directions without information get about 0.
+    """
     scale = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
-    scaled = matrix / np.outer(scale, scale) + RIDGE * np.eye(len(matrix))
+    scaled = matrix / np.outer(scale, scale) + ridge * np.eye(len(matrix))
     shape = (len(scale),) + (1,) * (right.ndim - 1)
     scaled_right = right / scale.reshape(shape)
     try:

@@ -1,56 +1,30 @@
-"""Whitened columns of a log, block by block: what every test of the evidence is summed up from.
+"""Whitened columns of a log, cluster by cluster: what every test of the evidence is summed up from.
 
-    blocks = RowBlocks(white, numbers, runs)     # rows that are in memory
-    blocks = GramBlocks(grams, runs)             # Gram matrices of blocks that have streamed past
-    blocks.total()                               # (columns, columns), all rows
-    blocks.times(v)                              # (blocks, columns), every block's ZᵀZ·v
-    blocks.cleared(at, own, lean)                # (blocks, k, k), what ``own`` leaves of columns
+    clusters = RowClusters(white, numbers, runs)     # rows that are in memory
+    clusters = GramClusters(grams, runs)             # Gram matrices of a log that streamed past
+    clusters.total()                         # (columns, columns), all rows
+    clusters.times(v)                        # (clusters, columns), every cluster's ZᵀZ·v
+    clusters.partial_grams(at, own, lean)    # (clusters, k, k), what ``own`` leaves of columns
 
 Both answer the same. Rows that are in memory take a fiftieth of the room that a Gram matrix of
-every block takes, and a column's products are formed when they are asked for.
+every cluster takes, and a column's products are formed when they are asked for.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
 
 import numpy as np
 
 from planner.arrays import Array, Integers
 
 
-class Blocks(Protocol):
-    """Blocks of rows Z (n, columns), each with its run.
-
-    Attributes:
-        runs: (blocks,) number of each block's run.
-    """
-
-    runs: Integers
-
-    def total(self) -> Array:
-        """(columns, columns) ZᵀZ of all rows."""
-
-    def part(self, numbers: Integers) -> Array:
-        """(columns, columns) ZᵀZ of some blocks."""
-
-    def times(self, v: Array) -> Array:
-        """(blocks, columns) ZᵀZ·v of every block; ``v`` is (columns,)."""
-
-    def cleared(self, at: Integers, own: Integers, lean: Array) -> Array:
-        """(blocks, k, k) Gram matrices of Z[:, at] - Z[:, own]·lean, ``lean`` being (own, k)."""
-
-    def cleared_each(self, at: Integers, own: Integers, lean: Array) -> Array:
-        """(blocks, k) the diagonals of ``cleared``."""
-
-
-class RowBlocks:
-    """Blocks of whitened rows in memory.
+class RowClusters:
+    """Clusters of whitened rows in memory.
 
     Args:
         white: (n, columns).
-        numbers: (n,) number of the block, not decreasing.
+        numbers: (n,) number of the cluster, not decreasing.
         runs: (n,) number of the run.
     """
 
@@ -61,11 +35,11 @@ class RowBlocks:
         self.runs = np.asarray(runs)[self.starts]
 
     def total(self) -> Array:
-        """As Blocks."""
+        """(columns, columns) ZᵀZ of all rows."""
         return np.asarray(self.white.T @ self.white)
 
     def part(self, numbers: Integers) -> Array:
-        """As Blocks."""
+        """(columns, columns) ZᵀZ of some clusters."""
         rows = np.zeros(len(self.white), bool)
         for number in numbers:
             rows[self.starts[number] : self.stops[number]] = True
@@ -73,31 +47,31 @@ class RowBlocks:
         return np.asarray(some.T @ some)
 
     def times(self, v: Array) -> Array:
-        """As Blocks."""
+        """(clusters, columns) ZᵀZ·v of every cluster; ``v`` is (columns,)."""
         along = self.white @ v
         pieces = zip(self.starts, self.stops, strict=True)
         return np.stack([along[start:stop] @ self.white[start:stop] for start, stop in pieces])
 
-    def cleared(self, at: Integers, own: Integers, lean: Array) -> Array:
-        """As Blocks."""
+    def partial_grams(self, at: Integers, own: Integers, lean: Array) -> Array:
+        """(clusters, k, k) Gram matrices of Z[:, at] - Z[:, own]·lean, ``lean`` being (own, k)."""
         left = self._left(at, own, lean)
         pieces = zip(self.starts, self.stops, strict=True)
         return np.stack([left[start:stop].T @ left[start:stop] for start, stop in pieces])
 
-    def cleared_each(self, at: Integers, own: Integers, lean: Array) -> Array:
-        """As Blocks."""
+    def partial_diagonals(self, at: Integers, own: Integers, lean: Array) -> Array:
+        """(clusters, k) the diagonals of ``partial_grams``."""
         return np.asarray(np.add.reduceat(self._left(at, own, lean) ** 2, self.starts, axis=0))
 
     def _left(self, at: Integers, own: Integers, lean: Array) -> Array:
         return np.asarray(self.white[:, at] - self.white[:, own] @ lean)
 
 
-class GramBlocks:
-    """Gram matrices of blocks whose rows are gone.
+class GramClusters:
+    """Gram matrices of clusters whose rows are gone.
 
     Args:
-        grams: (columns, columns) of each block.
-        runs: number of each block's run.
+        grams: (columns, columns) of each cluster.
+        runs: number of each cluster's run.
     """
 
     def __init__(self, grams: Sequence[Array], runs: Sequence[int]) -> None:
@@ -105,27 +79,30 @@ class GramBlocks:
         self.runs = np.array(runs)
 
     def total(self) -> Array:
-        """As Blocks."""
+        """(columns, columns) ZᵀZ of all rows."""
         return np.asarray(self.grams.sum(axis=0))
 
     def part(self, numbers: Integers) -> Array:
-        """As Blocks."""
+        """(columns, columns) ZᵀZ of some clusters."""
         return np.asarray(self.grams[numbers].sum(axis=0))
 
     def times(self, v: Array) -> Array:
-        """As Blocks."""
+        """(clusters, columns) ZᵀZ·v of every cluster; ``v`` is (columns,)."""
         return np.asarray(self.grams @ v)
 
-    def cleared(self, at: Integers, own: Integers, lean: Array) -> Array:
-        """As Blocks."""
+    def partial_grams(self, at: Integers, own: Integers, lean: Array) -> Array:
+        """(clusters, k, k) Gram matrices of Z[:, at] - Z[:, own]·lean, ``lean`` being (own, k)."""
         inner = self.grams[:, at[:, None], at]
         mixed = np.einsum("ak,bal->bkl", lean, self.grams[:, own[:, None], at])
         both = np.einsum("ak,bac,cl->bkl", lean, self.grams[:, own[:, None], own], lean)
         return np.asarray(inner - mixed - mixed.transpose(0, 2, 1) + both)
 
-    def cleared_each(self, at: Integers, own: Integers, lean: Array) -> Array:
-        """As Blocks."""
+    def partial_diagonals(self, at: Integers, own: Integers, lean: Array) -> Array:
+        """(clusters, k) the diagonals of ``partial_grams``."""
         cross = self.grams[:, own[:, None], at]
         info = self.grams[:, at, at] - 2.0 * np.einsum("ak,bak->bk", lean, cross)
         inner = self.grams[:, own[:, None], own] @ lean
         return np.asarray(info + np.einsum("ak,bak->bk", lean, inner))
+
+
+Clusters = RowClusters | GramClusters

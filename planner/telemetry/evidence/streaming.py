@@ -1,4 +1,4 @@
-"""The same sums over every row of a long log, in one pass.
+"""Sufficient statistics of a long log, in one pass over all rows.
 
     examination = examine_all(source, examination_of_the_sample, chosen, correct, progress)
 
@@ -21,21 +21,21 @@ from numpy.typing import NDArray
 
 from planner.arrays import Array
 from planner.progress import Progress
-from planner.telemetry.evidence.design_matrix import Competitors, Examination
+from planner.telemetry.evidence.design_matrix import DesignColumns, Examination
 from planner.telemetry.evidence.evidence import Evidence
-from planner.telemetry.evidence.gram_matrices import GramBlocks
-from planner.telemetry.logs import Telemetry
+from planner.telemetry.evidence.gram_matrices import GramClusters
+from planner.telemetry.logs import Telemetry, pieces_of
 from planner.telemetry.noise import clipped
 from planner.telemetry.prediction import doubt_of
-from planner.telemetry.sampling import BlockCounter, LogSource
-from planner.telemetry.terms import Atom
+from planner.telemetry.sampling import ClusterCounter, LogSource
+from planner.telemetry.terms import Term
 
-SHAPES_KEPT = 30
-REFUTED = 1.5
-"""An effect with a smaller z in the sample, beside what was chosen there, is not summed up again:
-one that is large enough to be named (planner.telemetry.selection.subset_search) has at least 4 in
-SAMPLE_ROWS."""
-AT_ONCE = 2
+MOST_SHAPES = 30
+"""Strongest shapes that are summed up over a long log; Gram matrices grow with their square."""
+LEAST_Z = 1.5
+"""z in the sample, beside the chosen effects, below which an effect is not summed up again. Any one
+large enough to be named (selection.subset_search) has at least 4 in SAMPLE_ROWS rows."""
+CHUNKS_AT_ONCE = 2
 """Chunks in work at a time; each takes some 100 MB."""
 
 
@@ -43,43 +43,47 @@ def examine_all(
     source: LogSource,
     sample: Examination,
     chosen: Sequence[int],
-    rivals: Collection[str],
+    alternatives: Collection[str],
     correct: Callable[[Telemetry], Telemetry],
     watch: Progress,
 ) -> Examination:
-    """Sum up the whole log.
+    """Sufficient statistics of the whole log.
 
     Args:
         source: the log.
         sample: the examination of its sample.
         chosen: columns of the sample's examination that were selected.
-        rivals: effects that stay in the race whatever the sample says of them.
+        alternatives: effects that stay in the race whatever the sample says of them.
         correct: takes the errors of sensors out of a chunk.
         watch: progress; raises when the caller cancelled.
     """
-    reduced, kept, atoms = _reduced(sample, chosen, rivals)
-    explained = _explained(sample, chosen)
-    where = {old: new for new, old in enumerate(kept)}
-    columns = [where[c] for c in explained[0]]
-    blocks = BlockCounter(source.rows)
+    reduced, kept, terms = _reduced(sample, chosen, alternatives)
+    # Columns and coefficients that the residual is clipped around.
+    explained = [*sample.evidence.tangent.tolist(), *chosen]
+    coefficients = sample.evidence.fitted(explained)
+    columns = [kept.index(column) for column in explained]
+    clusters = ClusterCounter(source.rows)
 
     def summed(part: Telemetry, numbers: NDArray[np.int64]) -> _Sums:
         part = correct(part)
         watts, raw = reduced.raw(part)
         model = reduced.library.held_model
         spread = sample.noise.spread(watts, doubt_of(model, part.rows_for(model.surfaces)))
-        expected = raw[:, columns] @ explained[1]
+        expected = raw[:, columns] @ coefficients
         raw[:, -1] = expected + clipped(raw[:, -1] - expected, spread)
         white = sample.noise.whiten(part, watts, spread, raw)
         raw /= spread[:, None]
-        return _Sums(*_by_block(white, numbers, part.run), raw.T @ raw, len(raw))
+        pieces = pieces_of(numbers)
+        grams = [white[start:stop].T @ white[start:stop] for start, stop in pieces]
+        runs = [int(part.run[start]) for start, _ in pieces]
+        return _Sums(grams, runs, raw.T @ raw, len(raw))
 
     everything = _Sums([], [], np.zeros((len(kept), len(kept))), 0)
-    with ThreadPoolExecutor(max_workers=AT_ONCE) as workers:
+    with ThreadPoolExecutor(max_workers=CHUNKS_AT_ONCE) as workers:
         waiting: deque[Future[_Sums]] = deque()
         for chunk in source.chunks():
-            waiting.append(workers.submit(summed, chunk, blocks.of(chunk)))
-            if len(waiting) > AT_ONCE:  # the next one is read while these are in work
+            waiting.append(workers.submit(summed, chunk, clusters.of(chunk)))
+            if len(waiting) > CHUNKS_AT_ONCE:  # the next one is read while these are in work
                 everything = everything.and_then(waiting.popleft().result())
                 done = everything.rows
                 watch(0.5 + 0.4 * done / source.rows, f"{done:,} of {source.rows:,} rows")
@@ -87,36 +91,36 @@ def examine_all(
             everything = everything.and_then(waiting.popleft().result())
     grams, runs, plain, rows = everything
     slow = sample.evidence.slow[kept]
-    evidence = Evidence(reduced.tangent, GramBlocks(grams, runs), plain, rows, slow)
+    evidence = Evidence(reduced.tangent, GramClusters(grams, runs), plain, rows, slow)
     shapes = tuple(range(len(reduced.dictionary.shapes)))
     return replace(
         sample,
         competitors=reduced,
         evidence=evidence,
-        atoms=atoms,
+        terms=terms,
         shapes=shapes,
         raw=np.empty((0, len(kept))),
     )
 
 
 def _reduced(
-    sample: Examination, chosen: Sequence[int], rivals: Collection[str]
-) -> tuple[Competitors, list[int], tuple[Atom, ...]]:
-    """Competitors without what cannot matter; old columns in the new order; atoms renumbered."""
+    sample: Examination, chosen: Sequence[int], alternatives: Collection[str]
+) -> tuple[DesignColumns, list[int], tuple[Term, ...]]:
+    """The columns that matter, their old numbers in the new order, and the terms renumbered."""
     old = sample.competitors
-    wanted_atoms = _worth_summing(sample, chosen, rivals)
-    used = sorted({n for atom in wanted_atoms for n in atom.columns})
+    wanted_terms = _worth_summing(sample, chosen, alternatives)
+    used = sorted({n for term in wanted_terms for n in term.columns})
     number = {n: k for k, n in enumerate(used)}
-    atoms = tuple(
-        replace(atom, columns=tuple(number[n] for n in atom.columns)) for atom in wanted_atoms
+    terms = tuple(
+        replace(term, columns=tuple(number[n] for n in term.columns)) for term in wanted_terms
     )
     sensors = _open(sample, chosen, [old.sensor(k) for k in range(len(old.sensors))])
     shapes = list(sample.shapes)
-    if len(shapes) > SHAPES_KEPT:
+    if len(shapes) > MOST_SHAPES:
         columns = [old.first_shape + k for k in shapes]
         z, _, _ = sample.evidence.test_each(columns, given=chosen)
         alone, _, _ = sample.evidence.test_each(columns)
-        order = np.argsort(-np.maximum(z, alone))[:SHAPES_KEPT]
+        order = np.argsort(-np.maximum(z, alone))[:MOST_SHAPES]
         wanted = {shapes[k] for k in order}
         # A cosine keeps its sine: formulas over the heading need both.
         for k in list(wanted):
@@ -129,7 +133,7 @@ def _reduced(
         old.library,
         candidates=tuple(old.library.candidates[n] for n in used),
         amplitudes=old.library.amplitudes[used],
-        atoms=atoms,
+        terms=terms,
         held=tuple(number[n] for n in old.library.held),
     )
     dictionary = old.dictionary.only(old.dictionary.shapes[k] for k in shapes)
@@ -141,29 +145,29 @@ def _reduced(
         old.residual,
     ]
     faults = tuple(old.sensors[column - old.sensor(0)] for column in sensors)
-    return Competitors(library, dictionary, faults), kept, atoms
+    return DesignColumns(library, dictionary, faults), kept, terms
 
 
 def _worth_summing(
-    sample: Examination, chosen: Sequence[int], rivals: Collection[str]
-) -> list[Atom]:
+    sample: Examination, chosen: Sequence[int], alternatives: Collection[str]
+) -> list[Term]:
     """Effects that the sample has not refuted; where a shape is scanned, its best value only."""
-    best: dict[str, tuple[float, Atom]] = {}
+    best: dict[str, tuple[float, Term]] = {}
     kept = []
-    all_columns = sorted({sample.competitors.candidate(n) for a in sample.atoms for n in a.columns})
+    all_columns = sorted({sample.competitors.candidate(n) for a in sample.terms for n in a.columns})
     in_race = set(_open(sample, chosen, all_columns))
-    for atom in sample.atoms:
-        columns = [sample.competitors.candidate(n) for n in atom.columns]
+    for term in sample.terms:
+        columns = [sample.competitors.candidate(n) for n in term.columns]
         picked = columns[0] in chosen
-        if atom.effect not in rivals and in_race.isdisjoint(columns):
+        if term.effect not in alternatives and in_race.isdisjoint(columns):
             continue
-        if not atom.scanned:
-            kept.append(atom)
+        if not term.scanned:
+            kept.append(term)
             continue
         gain = np.inf if picked else sample.evidence.gain(columns)[0]
-        if atom.effect not in best or gain > best[atom.effect][0]:
-            best[atom.effect] = (gain, atom)
-    return kept + [atom for _, atom in best.values()]
+        if term.effect not in best or gain > best[term.effect][0]:
+            best[term.effect] = (gain, term)
+    return kept + [term for _, term in best.values()]
 
 
 def _open(sample: Examination, chosen: Sequence[int], columns: list[int]) -> list[int]:
@@ -171,22 +175,11 @@ def _open(sample: Examination, chosen: Sequence[int], columns: list[int]) -> lis
     if not columns:
         return []
     z, _, _ = sample.evidence.test_each(columns, given=chosen)
-    return [c for c, strength in zip(columns, z, strict=True) if strength >= REFUTED or c in chosen]
-
-
-def _explained(sample: Examination, chosen: Sequence[int]) -> tuple[list[int], Array]:
-    """Columns and coefficients that the residual is clipped around."""
-    evidence = sample.evidence
-    at = [*evidence.tangent.tolist(), *chosen]
-    gram = evidence.total[np.ix_(at, at)]
-    scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
-    scaled = gram / np.outer(scale, scale) + 1e-9 * np.eye(len(at))
-    found = np.linalg.solve(scaled, evidence.total[at, evidence.residual] / scale) / scale
-    return at, found
+    return [c for c, strength in zip(columns, z, strict=True) if strength >= LEAST_Z or c in chosen]
 
 
 class _Sums(NamedTuple):
-    """Sums over some rows: of each block whitened, of all of them scaled only."""
+    """Gram matrices of some rows: of each cluster whitened, of all rows scaled only."""
 
     grams: list[Array]
     runs: list[int]
@@ -197,11 +190,3 @@ class _Sums(NamedTuple):
         """These rows, and those that follow them."""
         grams, runs = self.grams + more.grams, self.runs + more.runs
         return _Sums(grams, runs, self.plain + more.plain, self.rows + more.rows)
-
-
-def _by_block(
-    white: Array, numbers: NDArray[np.int64], runs: NDArray[np.int64]
-) -> tuple[list[Array], list[int]]:
-    borders = [0, *(np.flatnonzero(np.diff(numbers)) + 1).tolist(), len(numbers)]
-    parts = [white[start:stop] for start, stop in zip(borders[:-1], borders[1:], strict=True)]
-    return [part.T @ part for part in parts], [int(runs[start]) for start in borders[:-1]]

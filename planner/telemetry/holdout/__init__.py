@@ -1,7 +1,7 @@
-"""Error on runs that a fit has not seen.
+"""Cross-validation: errors on held-out runs.
 
-heldout_residual leaves out fold by fold, falls compares two answers, base_fit refuses a fit that
-held-out runs refute. LinearHeldout does it for many candidates from sums.
+heldout_residual holds out fold by fold, falls compares two answers, base_fit refuses a fit that
+held-out runs refute. LinearHeldout does the same for many candidates from Gram matrices.
 """
 
 from planner.telemetry.holdout.heldout import base_fit, falls, heldout_residual, heldout_rmse, rms

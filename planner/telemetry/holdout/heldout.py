@@ -1,4 +1,4 @@
-"""Error on runs that a fit has not seen.
+"""Cross-validated error of a fit, on held-out runs.
 
     base = base_fit(log, model)                          # a fit that held-out runs do not refute
     heldout_rmse(log, fitted)                            # of a fitted model
@@ -6,7 +6,7 @@
 
 A fold is a fifth of the runs. Its parameters are those of one Gauss-Newton step from the fit to all
 runs towards the fit without the fold, with the same bounds and the same prior: a parameter that
-only the fold tells about stays where it is. That is as good as refitting when folds change them
+only the fold determines stays where it is. That is as good as refitting when folds change them
 little; tests/telemetry/test_identification_fit.py compares it with
 fits to what each fold leaves.
 """
@@ -16,9 +16,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from planner.arrays import Array
+from planner.arrays import Array, Integers
 from planner.power.model import PowerModel
 from planner.telemetry.estimation import Fit, RefusedFit, bounded_step, fit
 from planner.telemetry.logs import Telemetry
@@ -27,15 +26,19 @@ from planner.telemetry.parameters import Prior
 from planner.telemetry.prediction import Nodes, predict, tangent
 
 FOLDS = 5
-LEAST_FALL = 0.999
-"""Held-out error after over before, below which it counts as fallen."""
-NAMED_FALL = 0.98
-"""The same for what is claimed against the simpler answer: a formula against the model without it,
-the stated vehicle against its fit. Less is the scatter between choices of the runs left out."""
-CLEAR_FALL, GREAT_FALL = 0.99, 0.9
-"""The same of the deviance: with an error that hardly rises, and whatever the error does."""
-LARGEST_RISE = 1.25
-"""What counts as hardly."""
+"""Parts of the log, of which each is held out in turn."""
+LEAST_RUNS = 4
+"""Runs from which on whole runs are held out; with fewer, stretches of rows."""
+FALLEN_RATIO = 0.999
+"""Held-out error after over before, below which it has fallen."""
+CLAIMED_RATIO = 0.98
+"""Held-out error over that of a simpler answer, from which a formula, or the stated vehicle against
+its fit, is claimed. Smaller gains are scatter between choices of the held-out runs."""
+DEVIANCE_RATIO, GREAT_DEVIANCE_RATIO = 0.99, 0.9
+"""Held-out deviance after over before, below which it has fallen: where the error rises little, and
+in any case."""
+MOST_RISE_RATIO = 1.25
+"""Held-out error after over before, up to which it has risen little."""
 
 
 def base_fit(log: Telemetry, start: PowerModel) -> Fit:
@@ -53,19 +56,18 @@ def base_fit(log: Telemetry, start: PowerModel) -> Fit:
     """
     fitted = fit(log, start)
     error, stated = heldout_rmse(log, fitted), rms(log.power - predict(start, log))
-    if NAMED_FALL * error <= stated:
+    if CLAIMED_RATIO * error <= stated:
         return fitted
     return replace(fit(log, start, free=()), refused=RefusedFit(error, stated))
 
 
-def fold_numbers(log: Telemetry, folds: int = FOLDS) -> tuple[NDArray[np.int64], bool]:
+def fold_numbers(log: Telemetry, folds: int = FOLDS) -> Integers:
     """(n,) fold of every row: by run, or by stretches of rows when there are too few runs."""
-    runs = len(np.unique(log.run))
-    if runs >= 4:
-        rank = np.searchsorted(np.unique(log.run), log.run)
-        return rank % min(folds, runs), True
+    runs, rank = np.unique(log.run, return_inverse=True)
+    if len(runs) >= LEAST_RUNS:
+        return rank % min(folds, len(runs))
     stretch = np.arange(len(log)) * (4 * folds) // max(len(log), 1)
-    return stretch % folds, False
+    return stretch % folds
 
 
 def heldout_rmse(log: Telemetry, fitted: Fit) -> float:
@@ -93,12 +95,14 @@ def falls(before: Array, after: Array, spread: Array, *, beside: Array | None = 
     of squares, and with the true stiction they scatter more, not less. So the deviance is asked
     too, to which every row adds as much as it is sure.
     """
-    if beside is not None and not rms(after) <= NAMED_FALL * rms(beside):
+    if beside is not None and not rms(after) <= CLAIMED_RATIO * rms(beside):
         return False
-    if rms(after) < LEAST_FALL * rms(before):
+    if rms(after) < FALLEN_RATIO * rms(before):
         return True
     share = deviance(after, spread) / max(deviance(before, spread), 1e-300)
-    return share < GREAT_FALL or (share < CLEAR_FALL and rms(after) < LARGEST_RISE * rms(before))
+    return share < GREAT_DEVIANCE_RATIO or (
+        share < DEVIANCE_RATIO and rms(after) < MOST_RISE_RATIO * rms(before)
+    )
 
 
 def heldout_residual(log: Telemetry, fitted: Fit) -> Array:
@@ -113,7 +117,7 @@ def heldout_residual(log: Telemetry, fitted: Fit) -> Array:
     known = Prior.of(model, fitted.places)
     prior, low, high = known.precision, known.low, known.high
     value = model.parameters[list(fitted.places)]
-    folds, _ = fold_numbers(log)
+    folds = fold_numbers(log)
     left = np.empty(len(log))
     for fold in np.unique(folds):
         held = folds == fold

@@ -1,4 +1,4 @@
-"""Errors on runs left out, of many candidates, from sums around one examination.
+"""Held-out errors of many candidates, from the Gram matrices of one examination.
 
 LinearHeldout(log, examination).rmse(columns)
 """
@@ -9,15 +9,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from planner.arrays import Array
-from planner.telemetry.evidence import Examination
+from planner.telemetry.evidence import Examination, solve
 from planner.telemetry.holdout.heldout import fold_numbers
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.parameters import Prior
-from planner.telemetry.sampling import block_numbers
+from planner.telemetry.sampling import cluster_numbers
 
 RIDGE = 1e-6
-"""Of a scaled Gram matrix, so that columns which do the same share what they explain."""
+"""Ridge of a scaled Gram matrix: collinear columns share what they explain."""
 
 
 class LinearHeldout:
@@ -31,12 +30,13 @@ class LinearHeldout:
     def __init__(self, log: Telemetry, examination: Examination) -> None:
         evidence = examination.evidence
         self.examination = examination
-        self.folds, _ = fold_numbers(log)
-        blocks = block_numbers(log)
+        self.folds = fold_numbers(log)
+        blocks = cluster_numbers(log)
         library = examination.competitors.library
         self.prior = Prior.of(library.held_model, library.places).precision
         self.grams = {
-            int(fold): evidence.total - evidence.blocks.part(np.unique(blocks[self.folds == fold]))
+            int(fold): evidence.total
+            - evidence.clusters.part(np.unique(blocks[self.folds == fold]))
             for fold in np.unique(self.folds)
         }
 
@@ -49,14 +49,9 @@ class LinearHeldout:
         prior[np.ix_(own, own)] = self.prior
         squares = 0.0
         for fold, gram in self.grams.items():
-            found = _solution(gram[np.ix_(at, at)] + prior, gram[at, evidence.residual])
+            score = gram[at, evidence.residual]
+            found = solve(gram[np.ix_(at, at)] + prior, score, RIDGE)
             held = self.folds == fold
             left = examination.residual[held] - examination.raw[held][:, at] @ found
             squares += float(left @ left)
         return float(np.sqrt(squares / len(self.folds)))
-
-
-def _solution(gram: Array, score: Array) -> Array:
-    scale = np.sqrt(np.maximum(np.diag(gram), 1e-300))
-    inner = gram / np.outer(scale, scale) + RIDGE * np.eye(len(scale))
-    return np.asarray(np.linalg.solve(inner, score / scale) / scale)

@@ -4,8 +4,10 @@ Telemetry.read and Telemetry.chunks read CSV, Parquet and rosbag2 files, check t
 is missing. A log knows its runs and its stretches without gaps.
 """
 
-from planner.telemetry.logs.log import Telemetry
+from planner.telemetry.logs.log import Finding, Telemetry, pieces_of
 
 __all__ = [
+    "Finding",
     "Telemetry",
+    "pieces_of",
 ]

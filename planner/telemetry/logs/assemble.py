@@ -1,4 +1,4 @@
-"""From the blocks of a log to rows of the power model: what is derived, within runs only.
+"""Turn blocks of a log into rows of the power model; derivatives stay within runs.
 
     d(f)/dt    second-order difference on uneven intervals; one-sided at a run's ends and at gaps
     ax, ay     d(vx)/dt - wz·vy,  d(vy)/dt + wz·vx
@@ -8,14 +8,13 @@
     time_since_start   since one interval before the run's first row: a row's time is its end
 
 A derivative needs the rows on both sides. One row is therefore held back until its successor is
-known, and one emitted row is kept as its predecessor, which makes the result independent of where
-the blocks end.
+known, and one emitted row stays as its predecessor. The result does not depend on where blocks end.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping as AnyMapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,18 +24,20 @@ from planner.errors import LogError
 from planner.power.rows import gravity_columns
 from planner.quantities import DEFAULT_ROW, INDEX, QUANTITIES, ROW_LENGTH, STANDARD_GRAVITY
 from planner.telemetry.logs.checks import Checks
-from planner.telemetry.logs.columns import MAY_BE_UNKNOWN, POSSIBLE, wheel_number
+from planner.telemetry.logs.columns import MAY_BE_UNKNOWN, POSSIBLE, TEXT, wheel_number
 from planner.telemetry.logs.files import Block
 from planner.telemetry.logs.mapping import Column, Mapping
 
-GAP = 3.0
-"""An interval this many times its neighbour is a gap."""
+LOPSIDED = 3.0
+"""Ratio of neighbouring intervals above which a derivative uses the shorter one alone."""
+LEAST_GRAVITY_SQUARED = 1e-6
+"""m²/s⁴ along the body's z, where logged gravity leaves none for it."""
 _NEEDED = ("time", "vx", "vy", "wz", "power", "roll", "pitch", "payload")
 
 
-@dataclass(frozen=True)
-class Piece:
-    """Finished rows, see log.Telemetry."""
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Finished rows of a log, see log.Telemetry for the units."""
 
     rows: Array
     power: Array
@@ -45,9 +46,13 @@ class Piece:
     interval: Array
     wheel_currents: Array | None
 
+    def arrays(self) -> dict[str, Array | None]:
+        """The arrays that have an entry for every row, by name."""
+        return {one.name: getattr(self, one.name) for one in fields(Rows)}
+
 
 class Assembler:
-    """Turns blocks into pieces of rows.
+    """Turns blocks into finished rows.
 
     Args:
         mapping: columns, as ``resolved`` below names them, and constants.
@@ -59,19 +64,18 @@ class Assembler:
         self.mapping = mapping
         self.columns = dict(resolved)
         self.checks = checks
-        self.runs: dict[str, int] = {}
-        self.surfaces: dict[str, int] = {}
+        self.labels: dict[str, dict[str, int]] = {"run": {}, "surface": {}}
         self._tail: dict[str, Array] = {}
         self._context = False
         self._last: tuple[int, float] = (-1, -np.inf)
         self._start = 0.0
-        self._way = 0.0
+        self._odometer = 0.0
         self._run_length = 0
         self._current = -1.0
         currents = (wheel_number(name) for name in resolved)
         self.wheels = max((n for n in currents if n is not None), default=0)
 
-    def feed(self, block: Block) -> Piece | None:
+    def feed(self, block: Block) -> Rows | None:
         """Take a block; the rows that are finished by it."""
         self.checks.seen += len(block.rows)
         values = self._in_si(block)
@@ -82,7 +86,7 @@ class Assembler:
         self._order(values)
         return self._emit(values, finish=False)
 
-    def finish(self) -> Piece | None:
+    def finish(self) -> Rows | None:
         """The rows held back."""
         if not self._tail:
             return None
@@ -95,9 +99,9 @@ class Assembler:
         values: dict[str, Array] = {}
         for name, column in self.columns.items():
             heading = column.heading
-            if name in ("run", "surface"):
+            if name in TEXT:
                 codes, labels = block.labels[heading]
-                known = self.runs if name == "run" else self.surfaces
+                known = self.labels[name]
                 table = [known.setdefault(x, len(known)) if x else -1 for x in labels]
                 values[name] = np.array([*table, -1], float)[codes]
             else:
@@ -106,7 +110,7 @@ class Assembler:
                 values[name] = cells if (factor, offset) == (1.0, 0.0) else cells * factor + offset
         for name, constant in self.mapping.constants.items():
             if isinstance(constant, str):
-                known = self.runs if name == "run" else self.surfaces
+                known = self.labels[name]
                 constant = known.setdefault(constant, len(known))
             values[name] = np.full(count, float(constant))
         if "power" not in values:
@@ -117,15 +121,15 @@ class Assembler:
         keep = values["run"] >= 0
         self.checks.leave_out("missing", "run", rows[~keep])
         for name in list(values):
-            if name in ("run", "surface"):
+            if name in TEXT:
                 continue
             column = values[name]
-            needed = name in _NEEDED
-            if needed:
+            if name in _NEEDED:
                 bad = ~np.isfinite(column)
                 self.checks.leave_out("missing", name, rows[bad & keep])
                 keep &= ~bad
-            low, high = _possible(name)
+            key = "battery_current" if wheel_number(name) else name
+            low, high = POSSIBLE.get(key, (-np.inf, np.inf))
             with np.errstate(invalid="ignore"):
                 impossible = (column < low) | (column > high)
             if not impossible.any():
@@ -146,7 +150,7 @@ class Assembler:
         before_run = np.concatenate([[self._last[0]], run[:-1]])
         step = time - np.concatenate([[self._last[1]], time[:-1]])
         same = run == before_run
-        names = list(self.runs)
+        names = list(self.labels["run"])
         backwards = np.flatnonzero(same & (step < 0.0))
         if len(backwards):
             k = int(backwards[0])
@@ -158,15 +162,14 @@ class Assembler:
             )
         repeated = same & (step == 0.0)
         self.checks.leave_out("doubled", "time", rows[repeated].astype(np.int64))
-        starts = np.flatnonzero(~same)
         known = self._last[0]
-        for start in starts:
+        for start in np.flatnonzero(~same):
             if run[start] <= known:
                 raise LogError(
                     f"{self.checks.where}: run",
                     f"the rows of run {names[int(run[start])]!r} are not consecutive: it comes "
                     f"again in row {int(rows[start])}",
-                    accepted="all rows of a run one behind the other",
+                    accepted="consecutive rows in every run",
                 )
             known = int(run[start])
         forward = same & (step > 0.0)
@@ -188,22 +191,20 @@ class Assembler:
         self.checks.short_runs += int(np.count_nonzero(counts[:-1] == 1))
         self._current, self._run_length = float(codes[-1]), int(counts[-1])
 
-    def _emit(self, new: dict[str, Array], *, finish: bool) -> Piece | None:
-        if not self._tail:
-            values = new
-        else:
+    def _emit(self, new: dict[str, Array], *, finish: bool) -> Rows | None:
+        values = new
+        if self._tail:
             values = {name: np.concatenate([self._tail[name], new[name]]) for name in new}
         total = len(values["time"])
         first, end = int(self._context), total if finish else total - 1
         if end <= first:
             self._tail = values if total else {}
             return None
-        piece = self._rows(values, first, end)
-        self._tail = {name: column[end - 1 :] for name, column in values.items()}
         self._context = True
-        return piece
+        self._tail = {name: column[end - 1 :] for name, column in values.items()}
+        return self._rows(values, first, end)
 
-    def _rows(self, values: dict[str, Array], first: int, end: int) -> Piece:
+    def _rows(self, values: dict[str, Array], first: int, end: int) -> Rows:
         step = _Steps(values["time"], values["run"])
         vx, vy, wz = values["vx"], values["vy"], values["wz"]
         zero = np.zeros(len(vx))
@@ -221,7 +222,9 @@ class Assembler:
         gravity = computed | {k: v for k, v in values.items() if k.startswith("gravity")}
         if "gravity_normal" not in gravity:
             flat = gravity["gravity_x"] ** 2 + gravity.get("gravity_y", zero) ** 2
-            computed["gravity_normal"] = np.sqrt(np.maximum(STANDARD_GRAVITY**2 - flat, 1e-6))
+            computed["gravity_normal"] = np.sqrt(
+                np.maximum(STANDARD_GRAVITY**2 - flat, LEAST_GRAVITY_SQUARED)
+            )
             gravity["gravity_normal"] = computed["gravity_normal"]
         angle = np.arctan2(
             np.hypot(gravity["gravity_x"], gravity.get("gravity_y", zero)),
@@ -230,27 +233,27 @@ class Assembler:
         computed["slope_rate"] = np.abs(step.derivative(angle))
         computed = {name: column[first:end] for name, column in computed.items()}
         inside = {name: column[first:end] for name, column in values.items()}
-        way = np.cumsum(np.concatenate([[self._way], (speed * interval)[first:end]]))[1:]
-        self._way = float(way[-1])
-        computed["odometer"] = way
+        driven = np.concatenate([[self._odometer], (speed * interval)[first:end]])
+        computed["odometer"] = np.cumsum(driven)[1:]
+        self._odometer = float(computed["odometer"][-1])
         computed["time_since_start"] = self._since_start(inside["time"], step, interval, first, end)
         rows = np.empty((end - first, ROW_LENGTH))
         rows[:] = DEFAULT_ROW
         for quantity in QUANTITIES:
             self._fill(rows[:, INDEX[quantity.name]], quantity.name, inside, computed)
-        measured = {k: v for k, v in inside.items() if k not in ("run", "surface", "row")}
+        measured = {k: v for k, v in inside.items() if k not in (*TEXT, "row")}
         self.checks.add_rows(measured, step.follows[first:end] & (np.arange(first, end) > first))
         for axis, name in (("ax", "gravity_x"), ("ay", "gravity_y")):
             if axis in inside:
                 surplus = inside[axis] - computed[axis]
                 self.checks.add_acceleration(surplus, rows[:, INDEX[name]])
-        return Piece(
+        return Rows(
             rows,
-            inside["power"].copy(),
-            inside["run"].astype(np.int64),
-            inside["time"].copy(),
-            interval[first:end].copy(),
-            self._currents(inside),
+            power=inside["power"].copy(),
+            run=inside["run"].astype(np.int64),
+            time=inside["time"].copy(),
+            interval=interval[first:end].copy(),
+            wheel_currents=self._currents(inside),
         )
 
     def _fill(
@@ -269,12 +272,11 @@ class Assembler:
         if name in MAY_BE_UNKNOWN or name == "surface":
             return
         unknown = ~np.isfinite(column)
-        if unknown.any():
-            if name in computed:
-                target[unknown] = computed[name][unknown]
-            else:
-                target[unknown] = DEFAULT_ROW[INDEX[name]]
-                self.checks.fill(name, int(np.count_nonzero(unknown)))
+        if name in computed:
+            target[unknown] = computed[name][unknown]
+        elif unknown.any():
+            target[unknown] = DEFAULT_ROW[INDEX[name]]
+            self.checks.fill(name, int(np.count_nonzero(unknown)))
 
     def _since_start(
         self, time: Array, step: _Steps, interval: Array, first: int, end: int
@@ -306,12 +308,10 @@ class _Steps:
         self.back, self.ahead = np.ones(count), np.ones(count)
         self.back[1:] = np.where(self.follows[1:], np.diff(time), 1.0)
         self.ahead[:-1] = self.back[1:]
-        leads = np.zeros(count, bool)
-        leads[:-1] = self.follows[1:]
-        self.leads = leads
+        self.leads = leads = np.append(self.follows[1:], False)
         both = self.follows & leads
-        self.use_back = self.follows & ~(both & (self.back > GAP * self.ahead))
-        self.use_ahead = leads & ~(both & (self.ahead > GAP * self.back))
+        self.use_back = self.follows & ~(both & (self.back > LOPSIDED * self.ahead))
+        self.use_ahead = leads & ~(both & (self.ahead > LOPSIDED * self.back))
 
     def derivative(self, f: Array) -> Array:
         """Time derivative; 0 where a run has one row."""
@@ -331,9 +331,3 @@ class _Steps:
             np.where(self.leads, self.ahead, np.where(self.follows, self.back, 0.0)),
         )
         return result
-
-
-def _possible(name: str) -> tuple[float, float]:
-    if wheel_number(name):
-        return POSSIBLE["battery_current"]
-    return POSSIBLE.get(name, (-np.inf, np.inf))

@@ -1,12 +1,13 @@
 """What is odd about a log: findings for its report, and the reasons to refuse it.
 
-Everything is gathered while the rows pass by once (counts, extremes, a histogram of intervals), so
-that a log of any length is checked in constant memory. A finding never changes a row; rows that
-the reader left out are counted here, by column and reason.
+The checks run while the rows pass by once (counts, extremes, a histogram of intervals). Memory
+does not grow with the log. A finding never changes a row. Rows that the reader left out are
+counted by column and reason.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -16,10 +17,20 @@ from planner.arrays import Array, Integers
 from planner.errors import LogError
 from planner.telemetry.logs.columns import OFTEN_MISTAKEN, POSSIBLE, unit_of
 
-MOST_IMPOSSIBLE = 0.01  # share of rows; above it, the unit is wrong and not the sensor
+MOST_IMPOSSIBLE = 0.01
+"""Share of rows with impossible values; above it, the unit is wrong and not the sensor."""
 MOST_RAGGED = 0.05
-_ENOUGH = 1000  # rows before a share is judged while the log is still being read
-_DECADES, _BINS = (-9, 9), 100
+"""Share of rows with a wrong number of cells; above it, the file is not a table."""
+LONGEST_PLAUSIBLE_INTERVAL = 100.0
+"""s between samples; at this or more, time is not in seconds."""
+LATEST_PLAUSIBLE_TIME = 1e11
+"""s; above it, time is not in seconds: seconds since 1970 stay below 1e10 for 300 years."""
+GAP_INTERVALS = 2.5
+"""Usual intervals; a longer one is a gap, and its rows are not consecutive."""
+_ENOUGH_ROWS = 1000
+"""Rows before a share is judged while the log is still being read."""
+_DECADES, _BINS_PER_DECADE = (-9, 9), 100
+"""Range (powers of ten, s) and resolution of the histogram of intervals."""
 _CLIPS = ("vx", "vy", "wz", "ax", "ay", "power", "battery_current")
 _VARY = ("vx", "vy", "wz", "power", "ax", "ay", "roll", "pitch", "battery_voltage")
 _REASONS = {
@@ -27,6 +38,8 @@ _REASONS = {
     "impossible": "a value that cannot be",
     "doubled": "the time of the row before",
 }
+_UNBELIEVABLE = "unbelievable"
+"""Key of cells that are taken as not known; their rows stay."""
 
 
 @dataclass(frozen=True)
@@ -71,9 +84,9 @@ class _Channel:
 
 
 @dataclass
-class _Left:
+class _Count:
+    first: int
     rows: int = 0
-    first: int = 0
 
 
 @dataclass
@@ -85,12 +98,11 @@ class Checks:
     seen: int = 0
     notes: list[Finding] = field(default_factory=list)
     ragged: list[int] = field(default_factory=list)
-    left_out: dict[tuple[str, str], _Left] = field(default_factory=dict)
-    disbelieved: dict[str, _Left] = field(default_factory=dict)
+    odd: dict[tuple[str, str], _Count] = field(default_factory=dict)
     filled: dict[str, int] = field(default_factory=dict)
     channels: dict[str, _Channel] = field(default_factory=dict)
     intervals: Integers = field(
-        default_factory=lambda: np.zeros((_DECADES[1] - _DECADES[0]) * _BINS, np.int64)
+        default_factory=lambda: np.zeros((_DECADES[1] - _DECADES[0]) * _BINS_PER_DECADE, np.int64)
     )
     longest: tuple[float, int] = (0.0, 0)
     short_runs: int = 0
@@ -98,30 +110,26 @@ class Checks:
     negative: int = 0
     latest: float = 0.0
     products: Array = field(default_factory=lambda: np.zeros(2))
-    leak: Array = field(default_factory=lambda: np.zeros(3))
+    leak: Array = field(default_factory=lambda: np.zeros(2))
 
     def leave_out(self, kind: str, column: str, rows: Integers) -> None:
         """Count rows that do not enter the result."""
         if len(rows):
-            left = self.left_out.setdefault((kind, column), _Left(0, int(rows[0])))
-            left.rows += len(rows)
+            self.odd.setdefault((kind, column), _Count(int(rows[0]))).rows += len(rows)
 
     def disbelieve(self, column: str, rows: Integers) -> None:
-        """Count cells of an optional column that cannot be and are taken as not known."""
-        left = self.disbelieved.setdefault(column, _Left(0, int(rows[0])))
-        left.rows += len(rows)
+        """Count impossible cells of an optional column, which are taken as not known."""
+        self.leave_out(_UNBELIEVABLE, column, rows)
 
     def fill(self, column: str, count: int) -> None:
         """Count cells that were replaced by the quantity's default."""
-        if count:
-            self.filled[column] = self.filled.get(column, 0) + count
+        self.filled[column] = self.filled.get(column, 0) + count
 
     def add_intervals(self, intervals: Array, rows: Integers) -> None:
         """Intervals in s between samples of one run, and the later sample's row."""
         if not len(intervals):
             return
-        bins = np.floor((np.log10(intervals) - _DECADES[0]) * _BINS)
-        np.add.at(self.intervals, np.clip(bins, 0, len(self.intervals) - 1).astype(np.int64), 1)
+        np.add.at(self.intervals, _bin_of(intervals).clip(0, len(self.intervals) - 1), 1)
         at = int(np.argmax(intervals))
         if intervals[at] > self.longest[0]:
             self.longest = (float(intervals[at]), int(rows[at]))
@@ -145,10 +153,9 @@ class Checks:
             self.products += [power[good].sum(), product[good].sum()]
 
     def add_acceleration(self, surplus: Array, gravity: Array) -> None:
-        """Acceleration as logged minus as derived, beside gravity on the same axis, m/s²."""
+        """Logged minus derived acceleration, and gravity on the same axis, m/s²."""
         good = np.isfinite(surplus)
-        s, g = surplus[good], gravity[good]
-        self.leak += [float(s @ g), float(g @ g), float(s @ s)]
+        self.leak += [float(surplus[good] @ gravity[good]), float(gravity[good] @ gravity[good])]
 
     @property
     def interval(self) -> float:
@@ -157,7 +164,7 @@ class Checks:
         if not total:
             return 0.0
         at = int(np.searchsorted(np.cumsum(self.intervals), 0.5 * total))
-        return float(10.0 ** (_DECADES[0] + (at + 0.5) / _BINS))
+        return float(10.0 ** (_DECADES[0] + (at + 0.5) / _BINS_PER_DECADE))
 
     def refuse(self, *, finished: bool) -> None:
         """Raise LogError for a log whose rows cannot be used.
@@ -165,14 +172,12 @@ class Checks:
         Args:
             finished: the whole log was read; before that, only what is certain is judged.
         """
-        if not finished and self.seen < _ENOUGH:
+        if not finished and self.seen < _ENOUGH_ROWS:
             return
-        for (kind, column), left in self.left_out.items():
-            if kind == "impossible" and left.rows > MOST_IMPOSSIBLE * self.seen:
-                self._refuse_unit(column, left)
-        for column, left in self.disbelieved.items():
-            if left.rows > MOST_IMPOSSIBLE * self.seen:
-                self._refuse_unit(column, left)
+        for judged in ("impossible", _UNBELIEVABLE):
+            for (kind, column), odd in self.odd.items():
+                if kind == judged and odd.rows > MOST_IMPOSSIBLE * self.seen:
+                    self._refuse_unit(column, odd)
         if len(self.ragged) > MOST_RAGGED * (self.seen + len(self.ragged)):
             raise LogError(
                 self.where,
@@ -182,15 +187,22 @@ class Checks:
             )
         if finished and not self.kept:
             reasons = "; ".join(
-                f"{left.rows} have {_REASONS[kind]} in {column!r}"
-                for (kind, column), left in self.left_out.items()
+                f"{odd.rows} have {_REASONS[kind]} in {column!r}"
+                for (kind, column), odd in self.odd.items()
+                if kind in _REASONS
             )
             raise LogError(
                 self.where,
                 f"none of its {self.seen} rows can be used" + (f": {reasons}" if reasons else ""),
                 accepted="rows with run, time, vx, vy, wz and power",
             )
-        self._refuse_time()
+        if self.latest > LATEST_PLAUSIBLE_TIME or self.interval >= LONGEST_PLAUSIBLE_INTERVAL:
+            raise LogError(
+                f"{self.where}: time",
+                f"the unit is not s: samples are {self.interval:.3g} apart and the time reaches "
+                f"{self.latest:.4g} (perhaps ms, µs or ns)",
+                accepted='s, or a mapping file that names the unit, e.g. unit = "ms"',
+            )
         if self.kept >= 20 and self.negative > 0.95 * self.kept:
             raise LogError(
                 f"{self.where}: power",
@@ -198,184 +210,130 @@ class Checks:
                 accepted="power drawn is positive; a mapping file turns it with sign = -1",
             )
 
-    def _refuse_unit(self, column: str, left: _Left) -> None:
+    def _refuse_unit(self, column: str, odd: _Count) -> None:
         low, high = POSSIBLE.get(column, (-1e4, 1e4))
         unit = unit_of(column)
         guess = f" (perhaps {OFTEN_MISTAKEN[column]})" if column in OFTEN_MISTAKEN else ""
         raise LogError(
             f"{self.where}: {column}",
-            f"{left.rows} of {self.seen} rows are out of the possible range, the first is row "
-            f"{left.first}; the unit is not {unit}{guess}",
+            f"{odd.rows} of {self.seen} rows are out of the possible range, the first is row "
+            f"{odd.first}; the unit is not {unit}{guess}",
             accepted=f"{low:.4g} to {high:.4g} {unit}, or a mapping file that names the unit",
         )
 
-    def _refuse_time(self) -> None:
-        if self.latest > 1e11 or self.interval >= 100.0:
-            raise LogError(
-                f"{self.where}: time",
-                f"the unit is not s: samples are {self.interval:.3g} apart and the time reaches "
-                f"{self.latest:.4g} (perhaps ms, µs or ns)",
-                accepted='s, or a mapping file that names the unit, e.g. unit = "ms"',
-            )
-
     def findings(self) -> list[Finding]:
         """All that was found so far."""
-        found = [*self.notes]
-        found += [
-            Finding(
-                kind,
-                column,
-                left.rows,
-                f"{column}: {left.rows} row{'s' if left.rows > 1 else ''} with {_REASONS[kind]} "
-                f"left out, the first is row {left.first}",
-            )
-            for (kind, column), left in self.left_out.items()
-        ]
-        if self.ragged:
-            found.append(
-                Finding(
-                    "ragged",
-                    "",
-                    len(self.ragged),
-                    f"{len(self.ragged)} rows with more or fewer cells than headings left out, "
-                    f"the first is row {self.ragged[0]}",
-                )
-            )
-        found += [
-            Finding(
-                "filled", name, count, f"{name}: {count} cells without a value take the default"
-            )
-            for name, count in self.filled.items()
-        ]
-        found += [
-            Finding(
-                "impossible",
-                name,
-                left.rows,
-                f"{name}: {left.rows} values that cannot be are taken as not known, the first is "
-                f"in row {left.first}",
-            )
-            for name, left in self.disbelieved.items()
-        ]
-        return found + self._of_time() + self._of_channels() + self._of_power()
+        parts = (self._of_rows(), self._of_time(), self._of_channels(), self._of_power())
+        return [*self.notes, *(finding for part in parts for finding in part)]
 
-    def _of_time(self) -> list[Finding]:
-        found = []
+    def _of_rows(self) -> Iterator[Finding]:
+        for (kind, name), odd in self.odd.items():
+            if kind in _REASONS:
+                rows = f"{odd.rows} row{'s' if odd.rows > 1 else ''} with {_REASONS[kind]}"
+                text = f"{name}: {rows} left out, the first is row {odd.first}"
+                yield Finding(kind, name, odd.rows, text)
+        if self.ragged:
+            text = (
+                f"{len(self.ragged)} rows with more or fewer cells than headings left out, "
+                f"the first is row {self.ragged[0]}"
+            )
+            yield Finding("ragged", "", len(self.ragged), text)
+        for name, count in self.filled.items():
+            text = f"{name}: {count} cells without a value take the default"
+            yield Finding("filled", name, count, text)
+        for (kind, name), odd in self.odd.items():
+            if kind == _UNBELIEVABLE:
+                text = (
+                    f"{name}: {odd.rows} values that cannot be are taken as not known, the first "
+                    f"is in row {odd.first}"
+                )
+                yield Finding("impossible", name, odd.rows, text)
+
+    def _of_time(self) -> Iterator[Finding]:
         usual = self.interval
         if usual:
-            edge = int(np.floor((np.log10(2.5 * usual) - _DECADES[0]) * _BINS))
-            gaps = int(self.intervals[edge + 1 :].sum())
+            gaps = int(self.intervals[_bin_of(GAP_INTERVALS * usual) + 1 :].sum())
             if gaps:
-                found.append(
-                    Finding(
-                        "gap",
-                        "time",
-                        gaps,
-                        f"time: {gaps} gaps above 2.5 intervals of {usual:.3g} s, the longest "
-                        f"{self.longest[0]:.4g} s before row {self.longest[1]}; no derivative is "
-                        "taken across a gap",
-                    )
+                text = (
+                    f"time: {gaps} gaps above {GAP_INTERVALS} intervals of {usual:.3g} s, the "
+                    f"longest {self.longest[0]:.4g} s before row {self.longest[1]}; no derivative "
+                    "is taken across a gap"
                 )
+                yield Finding("gap", "time", gaps, text)
             if usual >= 5.0 or usual < 1e-4:
-                found.append(
-                    Finding(
-                        "unit",
-                        "time",
-                        self.kept,
-                        f"time: samples are {usual:.3g} s apart; if the unit is not s, name it in "
-                        "a mapping file",
-                    )
+                text = (
+                    f"time: samples are {usual:.3g} s apart; if the unit is not s, name it in "
+                    "a mapping file"
                 )
+                yield Finding("unit", "time", self.kept, text)
         if self.short_runs:
-            found.append(
-                Finding(
-                    "one-row run",
-                    "run",
-                    self.short_runs,
-                    f"run: {self.short_runs} runs have one row; their derived accelerations are 0",
-                )
-            )
+            text = f"run: {self.short_runs} runs have one row; their derived accelerations are 0"
+            yield Finding("one-row run", "run", self.short_runs, text)
         if self.repeated > 0.02 * self.kept:
-            found.append(
-                Finding(
-                    "repeated",
-                    "",
-                    self.repeated,
-                    f"{self.repeated} of {self.kept} rows repeat velocity and power of the row "
-                    "before: doubled samples, or a channel that is slower than the log",
-                )
+            text = (
+                f"{self.repeated} of {self.kept} rows repeat velocity and power of the row "
+                "before: doubled samples, or a channel that is slower than the log"
             )
-        return found
+            yield Finding("repeated", "", self.repeated, text)
 
-    def _of_channels(self) -> list[Finding]:
-        found = []
+    def _of_channels(self) -> Iterator[Finding]:
         for name, channel in self.channels.items():
             unknown = self.kept - channel.known
             if unknown:
-                found.append(
-                    Finding("unknown", name, unknown, f"{name}: not known in {unknown} rows")
-                )
+                yield Finding("unknown", name, unknown, f"{name}: not known in {unknown} rows")
             if channel.least == channel.most and self.kept > 1:
                 if name in _VARY or name.endswith("_temp"):
-                    found.append(
-                        Finding(
-                            "constant",
-                            name,
-                            channel.known,
-                            f"{name}: constant at {channel.least:.6g}; what depends on it cannot "
-                            "be told",
-                        )
-                    )
+                    level = f"{name}: constant at {channel.least:.6g}"
+                    text = f"{level}; what depends on it cannot be told"
+                    yield Finding("constant", name, channel.known, text)
                 continue
             if name not in _CLIPS and not name.startswith("wheel_current"):
                 continue
-            for value, count in (
-                (channel.least, channel.at_least),
-                (channel.most, channel.at_most),
-            ):
-                if value != 0.0 and count >= max(20, 0.005 * self.kept):
-                    found.append(
-                        Finding(
-                            "clipped",
-                            name,
-                            count,
-                            f"{name}: {count} rows at exactly {value:.6g}, the outermost value: "
-                            "clipped, or a set-point",
-                        )
+            ends = (channel.least, channel.at_least), (channel.most, channel.at_most)
+            for value, count in ends:
+                if value != 0.0 and self._often(count):
+                    text = (
+                        f"{name}: {count} rows at exactly {value:.6g}, the outermost value: "
+                        "clipped, or a set-point"
                     )
-        return found
+                    yield Finding("clipped", name, count, text)
 
-    def _of_power(self) -> list[Finding]:
-        found = []
+    def _often(self, count: int) -> bool:
+        return count >= max(20, 0.005 * self.kept)
+
+    def _of_power(self) -> Iterator[Finding]:
         power = self.channels.get("power", _Channel())
         largest = max(abs(power.least), abs(power.most)) if power.known else 0.0
         if power.known and largest < 0.5:
             text = f"power: never above {largest:.3g} W; kW perhaps"
-            found.append(Finding("unit", "power", self.kept, text))
+            yield Finding("unit", "power", self.kept, text)
         if power.known and power.most > 5e4:
             text = f"power: reaches {power.most:.3g} W; mW perhaps"
-            found.append(Finding("unit", "power", power.at_most, text))
-        if power.least == 0.0 and power.at_least >= max(20, 0.005 * self.kept):
+            yield Finding("unit", "power", power.at_most, text)
+        if power.least == 0.0 and self._often(power.at_least):
             text = (
                 f"power: {power.at_least} rows at exactly 0 and none below: what is fed back when "
                 "braking may be cut off"
             )
-            found.append(Finding("clipped", "power", power.at_least, text))
+            yield Finding("clipped", "power", power.at_least, text)
         if self.negative > 0.5 * self.kept:
             text = f"power: negative in {self.negative} of {self.kept} rows; sign = -1 perhaps"
-            found.append(Finding("sign", "power", self.negative, text))
+            yield Finding("sign", "power", self.negative, text)
         measured, product = self.products
         if product and abs(measured / product - 1.0) > 0.1:
-            text = (
-                f"power: its mean is {measured / product:.3g} times battery_voltage · "
-                "battery_current"
-            )
-            found.append(Finding("disagrees", "power", self.kept, text))
-        along, gravity, _ = self.leak
+            ratio = f"{measured / product:.3g}"
+            text = f"power: its mean is {ratio} times battery_voltage · battery_current"
+            yield Finding("disagrees", "power", self.kept, text)
+        along, gravity = self.leak
         if gravity > 0.01 * self.kept and abs(along / gravity) > 0.5:
             text = (
                 f"ax, ay: follow gravity along the slope with a factor of {along / gravity:.2f} "
                 "beside the change of velocity: gravity seems to be in them"
             )
-            found.append(Finding("gravity", "ax", self.kept, text))
-        return found
+            yield Finding("gravity", "ax", self.kept, text)
+
+
+def _bin_of(interval: Array | float) -> Integers:
+    """Place of intervals in s in the histogram."""
+    place: Integers = np.floor((np.log10(interval) - _DECADES[0]) * _BINS_PER_DECADE).astype(int)
+    return place

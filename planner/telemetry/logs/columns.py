@@ -1,7 +1,7 @@
-"""Which columns a telemetry log may have: names, units, and values that cannot be.
+"""Names, units and possible values of the columns of a telemetry log.
 
-The vocabulary is that of planner.quantities; besides, a log has the columns of ``LOG_ONLY``. A
-value outside ``POSSIBLE`` is no measurement of a ground robot but a fault or another unit.
+The names are those of planner.quantities and of ``LOG_ONLY``. A value outside ``POSSIBLE`` is not a
+measurement of a ground robot but a fault or another unit.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ UNITS: dict[str, str] = {
 TEXT = ("run", "surface")
 REQUIRED = ("run", "time", "vx", "vy", "wz", "power")
 MAY_BE_UNKNOWN = ("com_x", "com_y", "motor_temp", "ambient_temp", "battery_voltage", "sensor_rate")
-"""Quantities for which a row may say that they were not measured (NaN)."""
+"""Quantities that a row may leave unknown (NaN)."""
 
 _ANGLE = (-0.5 * math.pi, 0.5 * math.pi)
 POSSIBLE: dict[str, tuple[float, float]] = {
@@ -100,6 +100,12 @@ def closest(name: str, known: Iterable[str]) -> str | None:
         return folded[_fold(name)]
     found = difflib.get_close_matches(_fold(name), list(folded), n=1, cutoff=0.7)
     return folded[found[0]] if found else None
+
+
+def suggestion(name: object, known: Iterable[str]) -> str:
+    """The end of a sentence that asks for the closest known name; "" when none is close."""
+    near = closest(name, known) if isinstance(name, str) else None
+    return f"; did you mean {near!r}?" if near else ""
 
 
 def _fold(name: str) -> str:

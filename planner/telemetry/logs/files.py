@@ -1,7 +1,7 @@
 """Read a telemetry log block by block: CSV (gzip, any common separator) and Parquet.
 
-A block holds the columns that are wanted as float64 arrays (NaN where a cell is empty) and the text
-columns (``run``, ``surface``) as codes into their labels. Nothing of the physics is known here.
+A block holds the wanted columns as float64 arrays (NaN where a cell is empty). Text columns
+(``run``, ``surface``) are codes into their labels. This module knows nothing of the physics.
 
 Row numbers count the samples of the file: row 1 is the first line below the heading.
 """
@@ -9,9 +9,6 @@ Row numbers count the samples of the file: row 1 is the first line below the hea
 from __future__ import annotations
 
 import codecs
-import csv
-import gzip
-import io
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -29,11 +26,12 @@ from planner.errors import LogError
 
 ACCEPTED = "a CSV (UTF-8, one line of headings, one row a sample; may be gzipped) or a Parquet file"
 MISSING_CELLS = ("", "NaN", "nan", "-nan", "NA", "N/A", "#N/A", "null", "NULL", "None", "n/a")
-_NUMBER = re.compile(
-    r"[+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?|[+-]?(inf|infinity|nan)", re.IGNORECASE
-)
-_MOST_AT_ONCE = 500_000  # rows of Parquet read at a time
-_BLOCK = 1 << 23  # bytes of CSV parsed at a time; a line must fit into it
+_BAD_CELL = re.compile(r"column #(\d+): Row #(\d+): .*invalid value '(.*)'")
+"""Where the parser says that a cell is not a number."""
+_PARQUET_ROWS = 500_000
+"""Rows of Parquet read at a time."""
+_CSV_BYTES = 1 << 23
+"""Bytes of CSV parsed at a time; a line must fit into it."""
 
 
 @dataclass
@@ -78,12 +76,12 @@ class LogFile:
         """The wanted columns in blocks of at most ``rows`` rows.
 
         Raises:
-            LogError: a cell is no number, or the file breaks off.
+            LogError: a cell is not a number, or the file breaks off.
         """
         if self.kind == "csv":
             batches = self._csv(numeric, text)
         else:
-            batches = self._parquet(numeric, text, min(rows, _MOST_AT_ONCE))
+            batches = self._parquet(numeric, text, min(rows, _PARQUET_ROWS))
         first = 1
         try:
             for batch in batches:
@@ -94,20 +92,28 @@ class LogFile:
         except (pa.ArrowException, OSError, EOFError, ValueError) as error:
             if isinstance(error, LogError):
                 raise
-            raise self._broken(error, first, numeric) from error
+            raise self._broken(error, first) from error
 
     def _csv(self, numeric: Sequence[str], text: Sequence[str]) -> Iterator[Any]:
         def skip(row: Any) -> str:
             self.ragged.append(int(row.number or 0) - 1)
             return "skip"
 
+        decoder = codecs.getincrementaldecoder("utf-8")()
+
+        def checked(part: Any) -> Any:
+            # The parser itself would pass over bytes that are not UTF-8.
+            decoder.decode(part, final=not len(part))
+            return part
+
         types = {name: pa.float64() for name in numeric} | {name: pa.string() for name in text}
-        file = _Utf8(self.path, self.gzipped)
+        file: Any = pa.OSFile(str(self.path))
+        file = pa.CompressedInputStream(file, "gzip") if self.gzipped else file
         reader = pa_csv.open_csv(
-            pa.PythonFile(file, mode="r"),
+            pa.TransformInputStream(file, checked),
             read_options=pa_csv.ReadOptions(
                 use_threads=False,
-                block_size=_BLOCK,
+                block_size=_CSV_BYTES,
                 skip_rows=1 + self.comments,
                 column_names=self.columns,
             ),
@@ -122,10 +128,8 @@ class LogFile:
                 decimal_point=self.decimal,
             ),
         )
-        try:
+        with file:
             yield from reader
-        finally:
-            file.close()
 
     def _parquet(self, numeric: Sequence[str], text: Sequence[str], rows: int) -> Iterator[Any]:
         written = dict(zip(self.columns, self.headings_as_written, strict=True))
@@ -133,89 +137,38 @@ class LogFile:
         # Buffers read ahead would be kept until the end of the file.
         with pq.ParquetFile(self.path, pre_buffer=False) as file:
             for batch in file.iter_batches(batch_size=rows, columns=wanted):
-                yield pa.RecordBatch.from_arrays(
-                    [batch.column(batch.schema.get_field_index(name)) for name in wanted],
-                    names=[*numeric, *text],
-                )
+                # In the order that is wanted, which need not be that of the file.
+                yield batch.select(wanted).rename_columns([*numeric, *text])
 
     def _block(self, batch: Any, numeric: Sequence[str], text: Sequence[str], first: int) -> Block:
         numbers = {
-            name: _floats(batch.column(batch.schema.get_field_index(name)), self.path, name)
-            for name in numeric
+            name: _floats(batch.column(place), self.path, name)
+            for place, name in enumerate(numeric)
         }
-        labels = {name: _codes(batch.column(batch.schema.get_field_index(name))) for name in text}
+        labels = {name: _codes(batch.column(len(numbers) + k)) for k, name in enumerate(text)}
         rows = np.arange(first, first + batch.num_rows, dtype=np.int64)
         if self.ragged:  # Skipped rows still count as rows of the file.
             skipped = np.array(self.ragged) - np.arange(len(self.ragged))
             rows += np.searchsorted(skipped, rows, side="right")
         return Block(numbers, labels, rows)
 
-    def _broken(self, error: Exception, row: int, numeric: Sequence[str]) -> LogError:
+    def _broken(self, error: Exception, row: int) -> LogError:
         message = " ".join(str(error).split())
         where = str(self.path)
         if "utf8" in message.lower() or "utf-8" in message.lower():
             return LogError(where, "is not UTF-8 text throughout", accepted=ACCEPTED)
-        if "conversion error" in message.lower() and self.kind == "csv":
-            found = self._bad_cell(numeric)
-            if found:
-                column, at, cell = found
-                return LogError(
-                    where,
-                    f"column {column!r} has a cell that is no number in row {at}",
-                    value=cell,
-                    accepted="numbers with a decimal point; empty, NaN or NA where nothing was "
-                    "measured",
-                )
+        if cell := _BAD_CELL.search(message):
+            # The parser counts the lines above the first row as well.
+            name, at = self.columns[int(cell[1])], int(cell[2]) - 1 - self.comments
+            return LogError(
+                where,
+                f"column {name!r} has a cell that is not a number in row {at}",
+                value=cell[3].strip(),
+                accepted="numbers with a decimal point; empty, NaN or NA where not measured",
+            )
         if "straddling" in message or "block" in message.lower():
             return LogError(where, f"a line after row {row} is too long", accepted=ACCEPTED)
         return LogError(where, f"breaks off or is damaged after row {row - 1}", accepted=ACCEPTED)
-
-    def _bad_cell(self, numeric: Sequence[str]) -> tuple[str, int, str] | None:
-        wanted = [(self.columns.index(name), name) for name in numeric]
-        opener: Any = gzip.open if self.gzipped else open
-        with opener(self.path, "rt", encoding="utf-8-sig", errors="replace", newline="") as lines:
-            reader = csv.reader(lines, delimiter=self.separator)
-            for _ in range(self.comments + 1):
-                next(reader, None)
-            at = 0
-            for cells in reader:
-                if not cells:
-                    continue
-                at += 1
-                if len(cells) != len(self.columns):
-                    continue
-                for place, name in wanted:
-                    cell = cells[place].strip()
-                    if cell in MISSING_CELLS:
-                        continue
-                    if not _NUMBER.fullmatch(cell.replace(self.decimal, ".")):
-                        return name, at, cell
-        return None
-
-
-def _opened(path: Path, gzipped: bool) -> Any:
-    return gzip.open(path, "rb") if gzipped else path.open("rb")
-
-
-class _Utf8(io.RawIOBase):
-    """Bytes of a file, unzipped; raises where they are no UTF-8, which the parser would skip."""
-
-    def __init__(self, path: Path, gzipped: bool) -> None:
-        super().__init__()
-        self._file = _opened(path, gzipped)
-        self._decoder = codecs.getincrementaldecoder("utf-8")()
-
-    def readable(self) -> bool:
-        return True
-
-    def read(self, size: int = -1) -> bytes:
-        part: bytes = self._file.read(size)
-        self._decoder.decode(part, final=not part)
-        return part
-
-    def close(self) -> None:
-        self._file.close()
-        super().close()
 
 
 def _floats(column: Any, path: Path, name: str) -> Array:
@@ -231,12 +184,8 @@ def _floats(column: Any, path: Path, name: str) -> Array:
             str(path), f"column {name!r} holds {kind}, not numbers", accepted="a numeric column"
         )
     # safe=False: an integer beyond 2**53 (time in ns since 1970) may lose its last digits.
-    return np.array(
-        pc.fill_null(pc.cast(column, pa.float64(), safe=False), np.nan).to_numpy(
-            zero_copy_only=False
-        ),
-        dtype=np.float64,
-    )
+    cells = pc.fill_null(pc.cast(column, pa.float64(), safe=False), np.nan)
+    return np.array(cells.to_numpy(zero_copy_only=False), dtype=np.float64)
 
 
 def _codes(column: Any) -> tuple[Integers, list[str]]:

@@ -1,7 +1,7 @@
-"""Which format a telemetry log has, and whether it is a table at all.
+"""Find the format of a telemetry log, and refuse what is not a table.
 
 ``open_log`` looks at the first bytes and the headings: separator, decimal sign, byte-order mark,
-gzip, comment lines. Reading is done by files.
+gzip, comment lines. planner.telemetry.logs.files reads the rows.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 import gzip
 import re
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -20,15 +21,20 @@ from planner.errors import LogError
 from planner.telemetry.logs.files import ACCEPTED, LogFile
 
 MOST_COLUMNS = 2_000
-MOST_COMMENTS = 1_000  # lines that begin with # above the headings
-LONGEST_HEADER = 1_000_000  # bytes
+"""Columns of a log; more are a sign of another kind of file."""
+MOST_COMMENTS = 1_000
+"""Lines that begin with # above the headings."""
+LONGEST_HEADER = 1_000_000
+"""Bytes of the line of headings; a longer one is a sign of another kind of file."""
+_SAMPLE_BYTES = 20_000
+"""Bytes below the headings that show the decimal sign."""
 
 
 def open_log(path: Path) -> LogFile:
     """Look at a file's first bytes and headings.
 
     Raises:
-        LogError: it cannot be opened, or is no table.
+        LogError: it cannot be opened, or is not a table.
     """
     where = str(path)
     try:
@@ -78,9 +84,8 @@ def _open_parquet(path: Path) -> LogFile:
         ) from error
     if count == 0:
         raise LogError(where, "has headings and no rows", accepted=ACCEPTED)
-    _check_width(where, len(schema.names))
     names = [name.strip() for name in schema.names]
-    _check_doubles(where, names)
+    _check_headings(where, names)
     return LogFile(path, "parquet", names, headings_as_written=list(schema.names))
 
 
@@ -92,7 +97,7 @@ def _open_csv(path: Path, *, gzipped: bool) -> LogFile:
             header, comments = file.readline(LONGEST_HEADER), 0
             while header.lstrip(b"\xef\xbb\xbf").startswith(b"#") and comments < MOST_COMMENTS:
                 header, comments = file.readline(LONGEST_HEADER), comments + 1
-            sample = file.read(20_000)
+            sample = file.read(_SAMPLE_BYTES)
     except (OSError, EOFError) as error:
         raise LogError(where, "is a gzip file that is damaged", accepted=ACCEPTED) from error
     if len(header) >= LONGEST_HEADER:
@@ -123,7 +128,7 @@ def _open_csv(path: Path, *, gzipped: bool) -> LogFile:
     if line.count(separator) == 0:
         raise LogError(
             where,
-            "its first line has no separator, so it is no table",
+            "its first line has no separator, so it is not a table",
             value=line[:60],
             accepted="headings separated by comma, semicolon, tab or bar",
         )
@@ -135,7 +140,6 @@ def _open_csv(path: Path, *, gzipped: bool) -> LogFile:
         decimal = ","
         notes.append("decimal commas")
     names = [cell.strip() for cell in next(csv.reader([line], delimiter=separator))]
-    _check_width(where, len(names))
     if all(_is_number(name) for name in names):
         raise LogError(
             where,
@@ -143,27 +147,22 @@ def _open_csv(path: Path, *, gzipped: bool) -> LogFile:
             value=line[:60],
             accepted="the names of the columns in the first line",
         )
-    _check_doubles(where, names)
+    _check_headings(where, names)
     if not sample.strip():
         raise LogError(where, "has headings and no rows", accepted=ACCEPTED)
     return LogFile(path, "csv", names, notes, [], separator, decimal, gzipped, names, comments)
 
 
-def _check_width(where: str, count: int) -> None:
-    if count > MOST_COLUMNS:
+def _check_headings(where: str, names: Sequence[str]) -> None:
+    if len(names) > MOST_COLUMNS:
         raise LogError(
-            where, "has too many columns", value=count, accepted=f"at most {MOST_COLUMNS}"
+            where, "has too many columns", value=len(names), accepted=f"at most {MOST_COLUMNS}"
         )
-
-
-def _check_doubles(where: str, names: Sequence[str]) -> None:
-    seen: set[str] = set()
-    for name in names:
-        if name and name in seen:
+    for name, count in Counter(names).items():
+        if name and count > 1:
             raise LogError(
                 where, "two columns have the same heading", value=name, accepted="distinct headings"
             )
-        seen.add(name)
 
 
 def _is_number(text: str) -> bool:

@@ -1,13 +1,12 @@
-"""A measured log as rows of the power model: read, checked, with all that was derived or assumed.
+"""A measured log as rows of the power model, with findings and what was derived or assumed.
 
     log = Telemetry.read("drive.csv")
-    model.watts(log.rows) - log.power          # (n,) W, what the model leaves over
+    log.power - model.watts(log.rows)          # (n,) W, the residual
     for finding in log.report: print(finding.sentence)
 
-One row of the log is one sample: averages over an interval of which ``time`` is the end. SI and
-the names of planner.quantities; a mapping file adapts other logs (mapping).
-Formats: CSV, also gzipped, and Parquet (log_files); rosbag2 recordings (log_rosbag). How rows come
-about is in log_assemble, what is checked in log_checks.
+One row is one sample: averages over an interval that ends at ``time``. Units are SI, names those of
+planner.quantities. A mapping file adapts other logs (mapping). Formats: CSV, also gzipped, and
+Parquet (files), rosbag2 recordings (rosbag). Rows are made by assemble and checked by checks.
 
 Sign
     power drawn from the supply is positive; pitch > 0 is nose down (REP-103).
@@ -18,20 +17,21 @@ Left out
 from __future__ import annotations
 
 import hashlib
+import itertools
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import ClassVar
+from typing import ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from planner.arrays import Array, Integers
+from planner.arrays import Array, Integers, Mask
 from planner.errors import LogError
 from planner.quantities import INDEX
-from planner.telemetry.logs.assemble import Assembler, Piece
-from planner.telemetry.logs.checks import Checks, Finding
+from planner.telemetry.logs.assemble import Assembler, Rows
+from planner.telemetry.logs.checks import GAP_INTERVALS, Checks, Finding
 from planner.telemetry.logs.columns import (
     MAY_BE_UNKNOWN,
     REQUIRED,
@@ -45,26 +45,27 @@ from planner.telemetry.logs.files import Block, LogFile
 from planner.telemetry.logs.formats import open_log
 from planner.telemetry.logs.mapping import Column, Mapping, read_mapping
 
-__all__ = ["Finding", "Telemetry"]
+__all__ = ["Finding", "Telemetry", "pieces_of"]
 
 
 MOST_ROWS = 5_000_000
 """Rows that ``read`` takes into memory (240 bytes each); longer logs are read in chunks."""
 _RECORDINGS = (".db3", ".mcap")
+Some = TypeVar("Some", bound=Rows)
 
 
 @dataclass(frozen=True, eq=False)
-class Telemetry:
+class Telemetry(Rows):
     """A log, or a chunk of one.
 
     Attributes:
         rows: (n, ROW_LENGTH) inputs of the power model; ``surface`` counts in ``surfaces``.
         power: (n,) W measured.
         run: (n,) number of the run, an index into ``run_names``.
-        run_names: labels of the runs; of a chunk, those up to its end.
         time: (n,) s as logged, the end of a row's interval.
         interval: (n,) s that a row stands for.
         wheel_currents: (n, k) A, NaN where not known; None when the log has none.
+        run_names: labels of the runs; of a chunk, those up to its end.
         surfaces: labels of the ground in the order of their first row.
         present: quantities that the log measured or its mapping gave as constants.
         derived: what was computed from other columns, in sentences.
@@ -74,13 +75,7 @@ class Telemetry:
         power_at: "terminals" or "source", from the mapping file.
     """
 
-    rows: Array
-    power: Array
-    run: Integers
     run_names: tuple[str, ...]
-    time: Array
-    interval: Array
-    wheel_currents: Array | None
     surfaces: tuple[str, ...]
     present: frozenset[str]
     derived: tuple[str, ...]
@@ -107,11 +102,9 @@ class Telemetry:
             LogError: the log or the mapping file cannot be used; one sentence says why.
         """
         parts: list[Telemetry] = []
-        count = 0
         for part in cls.chunks(path, mapping, rows=500_000):
             parts.append(part)
-            count += len(part)
-            if count > MOST_ROWS:
+            if sum(map(len, parts)) > MOST_ROWS:
                 raise LogError(
                     str(path),
                     f"has more than {MOST_ROWS} rows",
@@ -161,80 +154,53 @@ class Telemetry:
         assembler = Assembler(mapping, resolved, checks)
         derived, assumed = _sentences(given)
 
-        def chunk(piece: Piece) -> Telemetry:
+        def chunk(part: Rows) -> Telemetry:
             return cls(
-                piece.rows,
-                piece.power,
-                piece.run,
-                tuple(assembler.runs),
-                piece.time,
-                piece.interval,
-                piece.wheel_currents,
-                tuple(assembler.surfaces),
-                frozenset(given),
-                derived,
-                assumed,
-                tuple(checks.findings()),
-                where,
-                mapping.power_at,
+                **part.arrays(),  # type: ignore[arg-type]
+                run_names=tuple(assembler.labels["run"]),
+                surfaces=tuple(assembler.labels["surface"]),
+                present=frozenset(given),
+                derived=derived,
+                assumed=assumed,
+                report=tuple(checks.findings()),
+                source=where,
+                power_at=mapping.power_at,
             )
 
-        waiting: Piece | None = None
+        waiting: list[Rows] = []
         for block in source:
-            piece = assembler.feed(block)
+            part = assembler.feed(block)
             checks.refuse(finished=False)
-            if piece is not None:
-                if waiting is not None:
-                    yield chunk(waiting)
-                waiting = piece
+            if part is not None:
+                yield from map(chunk, waiting)
+                waiting = [part]
         last = assembler.finish()
         checks.refuse(finished=True)
-        if waiting is not None and last is not None:
-            waiting, last = _joined(waiting, last), None
-        yield chunk(waiting or last)  # type: ignore[arg-type]  # refuse() saw at least one row
+        # The last row of a log would be a chunk of its own otherwise.
+        waiting += [] if last is None else [last]
+        yield chunk(waiting[0] if len(waiting) == 1 else _joined(waiting, waiting[-1]))
 
     @staticmethod
     def joined(parts: Sequence[Telemetry], last: Telemetry) -> Telemetry:
         """Parts of a log as one; ``last`` is its last chunk, whose labels are complete."""
-        currents = [p.wheel_currents for p in parts if p.wheel_currents is not None]
-        return replace(
-            last,
-            rows=np.concatenate([p.rows for p in parts]),
-            power=np.concatenate([p.power for p in parts]),
-            run=np.concatenate([p.run for p in parts]),
-            time=np.concatenate([p.time for p in parts]),
-            interval=np.concatenate([p.interval for p in parts]),
-            wheel_currents=np.concatenate(currents) if currents else None,
-        )
+        return _joined(parts, last)
 
     def segments(self) -> list[tuple[int, int]]:
         """Stretches of consecutive rows: the same run, no gap in time."""
-        if len(self) == 0:
-            return []
         step = np.diff(self.time)
         same = np.diff(self.run) == 0
         usual = float(np.median(step[same])) if same.any() else 0.0
-        breaks = ~same | (step > 2.5 * usual)
-        borders = [0, *(np.flatnonzero(breaks) + 1).tolist(), len(self)]
-        return list(zip(borders[:-1], borders[1:], strict=True))
+        return _between(~same | (step > GAP_INTERVALS * usual), len(self))
 
     def run_pieces(self) -> list[tuple[int, int]]:
         """Stretches of rows of one run."""
-        borders = [0, *(np.flatnonzero(np.diff(self.run)) + 1).tolist(), len(self)]
-        return list(zip(borders[:-1], borders[1:], strict=True))
+        return pieces_of(self.run)
 
     def take(self, chosen: ArrayLike | slice) -> Telemetry:
         """The rows of an index array, mask or slice; labels and report stay those of the log."""
         at = chosen if isinstance(chosen, slice) else np.asarray(chosen)
-        return replace(
-            self,
-            rows=self.rows[at],
-            power=self.power[at],
-            run=self.run[at],
-            time=self.time[at],
-            interval=self.interval[at],
-            wheel_currents=None if self.wheel_currents is None else self.wheel_currents[at],
-        )
+        chosen_rows = {k: None if v is None else v[at] for k, v in self.arrays().items()}
+        return replace(self, **chosen_rows)  # type: ignore[arg-type]
 
     def rows_for(self, surfaces: Sequence[str]) -> Array:
         """(n, ROW_LENGTH) rows whose ``surface`` counts in a model's list; -1 is none of them."""
@@ -263,19 +229,24 @@ class Telemetry:
         return digest.hexdigest()
 
 
-def _joined(first: Piece, second: Piece) -> Piece:
-    """Two pieces as one; the last row of a log would be a chunk of its own otherwise."""
-    currents = None
-    if first.wheel_currents is not None and second.wheel_currents is not None:
-        currents = np.concatenate([first.wheel_currents, second.wheel_currents])
-    return Piece(
-        np.concatenate([first.rows, second.rows]),
-        np.concatenate([first.power, second.power]),
-        np.concatenate([first.run, second.run]),
-        np.concatenate([first.time, second.time]),
-        np.concatenate([first.interval, second.interval]),
-        currents,
-    )
+def _joined(parts: Sequence[Rows], last: Some) -> Some:
+    together = {}
+    for name in last.arrays():
+        known = [part.arrays()[name] for part in parts]
+        arrays = [one for one in known if one is not None]
+        together[name] = np.concatenate(arrays) if arrays else None
+    return replace(last, **together)  # type: ignore[arg-type]
+
+
+def pieces_of(values: Integers) -> list[tuple[int, int]]:
+    """Start and stop of every stretch of equal neighbours in values (n,)."""
+    return _between(np.diff(values) != 0, len(values))
+
+
+def _between(breaks: Mask, rows: int) -> list[tuple[int, int]]:
+    """Stretches of rows between breaks; (rows - 1,) says whether one follows a row."""
+    borders = [0, *(np.flatnonzero(breaks) + 1).tolist(), *([rows] if rows else [])]
+    return list(itertools.pairwise(borders))
 
 
 def _require(given: set[str], headings: Sequence[str], where: str) -> None:
@@ -285,11 +256,8 @@ def _require(given: set[str], headings: Sequence[str], where: str) -> None:
     if not missing:
         return
     unused = [heading for heading in headings if not is_quantity(heading)]
-    hints = []
-    for name in missing:
-        near = closest(name, unused)
-        if near:
-            hints.append(f"{near!r} for {name}")
+    near = {name: closest(name, unused) for name in missing}
+    hints = [f"{heading!r} for {name}" for name, heading in near.items() if heading]
     hint = f"; did you mean {', '.join(hints)}?" if hints else ""
     names = ", ".join(repr(name) for name in missing)
     raise LogError(
@@ -301,12 +269,8 @@ def _require(given: set[str], headings: Sequence[str], where: str) -> None:
 
 
 def _format_notes(file: LogFile, resolved: dict[str, Column]) -> list[Finding]:
-    notes = [
-        Finding("format", "", 0, f"read as {file.kind} with {note}")
-        if file.kind == "csv"
-        else Finding("format", "", 0, note)
-        for note in file.notes
-    ]
+    begin = "read as csv with " if file.kind == "csv" else ""
+    notes = [Finding("format", "", 0, f"{begin}{note}") for note in file.notes]
     used = {column.heading for column in resolved.values()}
     for heading in file.columns:
         if heading in used:

@@ -1,4 +1,4 @@
-"""Mapping file: how the columns of somebody else's log become quantities.
+"""Mapping file: it turns the columns of another log into quantities.
 
 TOML, for example::
 
@@ -28,7 +28,7 @@ from typing import Any
 
 from planner.errors import LogError
 from planner.reading import finite_number, parse_toml
-from planner.telemetry.logs.columns import TEXT, UNITS, closest, is_quantity, unit_of
+from planner.telemetry.logs.columns import TEXT, UNITS, is_quantity, suggestion, unit_of
 
 ACCEPTED = "a mapping file as docs/logs.md describes it"
 _ROSBAG_KEYS = ("odometry", "imu", "battery", "interval")
@@ -69,8 +69,7 @@ class Mapping:
         """
         taken = {column.heading for column in self.columns.values()}
         for heading in sorted(taken - set(headings)):
-            near = closest(heading, headings)
-            hint = f"; did you mean {near!r}?" if near else ""
+            hint = suggestion(heading, headings)
             raise LogError(
                 self.path,
                 f"names the column {heading!r}, which {log} does not have{hint}",
@@ -107,32 +106,26 @@ def read_mapping(path: str | Path) -> Mapping:
     for heading, entry in _table(document, "columns", where).items():
         quantity, column = _column(f"{where}: columns.{heading}", heading.strip(), entry)
         if quantity in columns:
+            problem, accepted = "a second column for the same quantity", "one column a quantity"
             raise LogError(
-                f"{where}: columns.{heading}",
-                "a second column for the same quantity",
-                value=quantity,
-                accepted="one column a quantity",
+                f"{where}: columns.{heading}", problem, value=quantity, accepted=accepted
             )
         columns[quantity] = column
     constants: dict[str, float | str] = {}
     for quantity, entry in _table(document, "constants", where).items():
         constants[quantity] = _constant(f"{where}: constants.{quantity}", quantity, entry)
         if quantity in columns:
-            raise LogError(
-                f"{where}: constants.{quantity}",
-                "is given by a column as well",
-                accepted="a column or a constant",
-            )
+            problem, accepted = "is given by a column as well", "a column or a constant"
+            raise LogError(f"{where}: constants.{quantity}", problem, accepted=accepted)
     rosbag = _table(document, "rosbag", where)
     _only(rosbag, _ROSBAG_KEYS, f"{where}: rosbag")
     for key, value in rosbag.items():
-        good = _positive(value) if key == "interval" else isinstance(value, str)
+        good, accepted = isinstance(value, str), "a topic's name"
+        if key == "interval":
+            good, accepted = (finite_number(value) or 0.0) > 0.0, "seconds above 0"
         if not good:
             raise LogError(
-                f"{where}: rosbag.{key}",
-                "cannot be used",
-                value=value,
-                accepted="seconds above 0" if key == "interval" else "a topic's name",
+                f"{where}: rosbag.{key}", "cannot be used", value=value, accepted=accepted
             )
     return Mapping(columns, constants, power_at, rosbag, where)
 
@@ -147,7 +140,7 @@ def _column(where: str, heading: str, entry: Any) -> tuple[str, Column]:
     _known(where, quantity)
     sign = entry.get("sign", 1)
     if isinstance(sign, bool) or sign not in (1, -1):
-        raise LogError(f"{where}.sign", "no sign", value=sign, accepted="1 or -1")
+        raise LogError(f"{where}.sign", "is not a sign", value=sign, accepted="1 or -1")
     if quantity in TEXT and ("unit" in entry or sign != 1):
         raise LogError(where, "a label has no unit and no sign", accepted=f'"{quantity}" alone')
     factor, offset = _conversion(where, quantity, entry.get("unit"))
@@ -158,7 +151,7 @@ def _constant(where: str, quantity: str, entry: Any) -> float | str:
     _known(where, quantity)
     if quantity in TEXT:
         if not isinstance(entry, str) or not entry:
-            raise LogError(where, "no label", value=entry, accepted="text")
+            raise LogError(where, "is not a label", value=entry, accepted="text")
         return entry
     unit = None
     if isinstance(entry, dict):
@@ -167,7 +160,7 @@ def _constant(where: str, quantity: str, entry: Any) -> float | str:
     accepted = "a finite number in SI, or with a unit"
     number = finite_number(entry)
     if number is None:
-        raise LogError(where, "no number", value=entry, accepted=accepted)
+        raise LogError(where, "is not a number", value=entry, accepted=accepted)
     factor, offset = _conversion(where, quantity, unit)
     constant = factor * number + offset
     if not math.isfinite(constant):
@@ -177,11 +170,8 @@ def _constant(where: str, quantity: str, entry: Any) -> float | str:
 
 def _known(where: str, quantity: Any) -> None:
     if not isinstance(quantity, str) or not is_quantity(quantity):
-        near = closest(quantity, UNITS) if isinstance(quantity, str) else None
-        hint = f"; did you mean {near!r}?" if near else ""
-        raise LogError(
-            where, f"no such quantity{hint}", value=quantity, accepted=", ".join(sorted(UNITS))
-        )
+        problem = f"no such quantity{suggestion(quantity, UNITS)}"
+        raise LogError(where, problem, value=quantity, accepted=", ".join(sorted(UNITS)))
 
 
 def _conversion(where: str, quantity: Any, unit: Any) -> tuple[float, float]:
@@ -191,7 +181,7 @@ def _conversion(where: str, quantity: Any, unit: Any) -> tuple[float, float]:
     own = unit_of(quantity)
     accepted = f"a unit that converts to {own}"
     if not isinstance(unit, str) or len(unit) > 40:
-        raise LogError(f"{where}.unit", "no unit", value=unit, accepted=accepted)
+        raise LogError(f"{where}.unit", "is not a unit", value=unit, accepted=accepted)
     if unit == own:
         return 1.0, 0.0
     try:
@@ -206,7 +196,7 @@ def _conversion(where: str, quantity: Any, unit: Any) -> tuple[float, float]:
             f"{where}.unit", f"cannot be converted ({reason})", value=unit, accepted=accepted
         ) from error
     if not (math.isfinite(zero) and math.isfinite(one)) or one == zero:
-        raise LogError(f"{where}.unit", "no unit", value=unit, accepted=accepted)
+        raise LogError(f"{where}.unit", "is not a unit", value=unit, accepted=accepted)
     return one - zero, zero
 
 
@@ -231,18 +221,12 @@ def _unit_registry() -> Any:
 def _table(document: dict[str, Any], key: str, where: str) -> dict[str, Any]:
     table = document.get(key, {})
     if not isinstance(table, dict):
-        raise LogError(f"{where}: {key}", "is no table", value=table, accepted=f"[{key}]")
+        raise LogError(f"{where}: {key}", "is not a table", value=table, accepted=f"[{key}]")
     return table
 
 
 def _only(table: dict[str, Any], known: tuple[str, ...], where: str) -> None:
     for key in table:
         if key not in known:
-            near = closest(key, known)
-            hint = f"; did you mean {near!r}?" if near else ""
-            raise LogError(f"{where}: {key}", f"no such key{hint}", accepted=", ".join(known))
-
-
-def _positive(value: Any) -> bool:
-    number = finite_number(value)
-    return number is not None and number > 0.0
+            problem = f"no such key{suggestion(key, known)}"
+            raise LogError(f"{where}: {key}", problem, accepted=", ".join(known))

@@ -31,9 +31,12 @@ from planner.quantities import STANDARD_GRAVITY
 from planner.telemetry.logs.files import Block
 from planner.telemetry.logs.mapping import Mapping
 
-INTERVAL = 0.1  # s
-_LONGEST_BRIDGE = 1.0  # s
+RESAMPLING_INTERVAL = 0.1
+"""s that messages are averaged over."""
+_LONGEST_BRIDGE = 1.0
+"""s without a message over which values are interpolated."""
 _MOST_INTERVALS = 5_000_000
+"""Rows of a recording that are held in memory, see MOST_ROWS of log."""
 _KINDS = {
     "odometry": "nav_msgs/msg/Odometry",
     "imu": "sensor_msgs/msg/Imu",
@@ -73,7 +76,7 @@ def read_recording(path: Path, mapping: Mapping) -> tuple[list[str], Block, list
     except Exception as error:  # The reader passes on what SQLite, LZ4 and its parser raise.
         reason = " ".join(str(error).split())[:120] or type(error).__name__
         raise LogError(where, f"cannot be read: {reason}", accepted=ACCEPTED) from error
-    step = float(mapping.rosbag.get("interval", INTERVAL))
+    step = float(mapping.rosbag.get("interval", RESAMPLING_INTERVAL))
     columns = _resampled(samples, step, where)
     count = len(columns["time"])
     notes = [f"{part} from topic {topic}" for part, topic in topics.items()]

@@ -1,4 +1,4 @@
-"""Terms that compete with the catalogue: errors of sensors, and plain shapes over the axes of
+"""Alternatives to the catalogue's terms: errors of sensors, and plain shapes over the axes of
 motion.
 
 SENSORS lists the errors, each corrects a log. Dictionary.of gives the shapes that a log can show.

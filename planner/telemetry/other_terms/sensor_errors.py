@@ -1,11 +1,11 @@
-"""Errors of sensors that look like missing physics: what each would do to the residual.
+"""Sensor faults that look like missing physics: what each would add to the residual.
 
     for sensor in SENSORS.values():
         column = sensor.column(log, model, watts)          # (n,) W per unit of the error
     corrected = sensor.correct(log, value)                 # the log as a right sensor would have it
 
-A wrong sensor competes with the catalogue: a slope sensor that is two degrees off makes a robot
-look as if it had found a way to climb for nothing.
+A sensor fault competes with the catalogue: with a slope sensor that is two degrees off, a robot
+seems to climb for nothing.
 
     slope_offset          rad   added to pitch: gravity is turned about the left axis
     roll_offset           rad   added to roll
@@ -14,7 +14,7 @@ look as if it had found a way to climb for nothing.
     power_delay           s     power lags the motion
     power_scale           1     power is too large by this share
 
-An offset of the power is not among them: nothing tells it from the electronics' constant load.
+An offset of the power is not among them: it is aliased with the electronics' constant load.
 """
 
 from __future__ import annotations
@@ -105,21 +105,21 @@ def _rolled(log: Telemetry, offset: float) -> Telemetry:
     return _changed(log, gravity_y=y * cos + z * sin, gravity_normal=z * cos - y * sin)
 
 
-def _derived(log: Telemetry) -> bool:
-    return "ax" not in log.present
+def _from_velocity(log: Telemetry) -> list[tuple[str, str]]:
+    """Pairs of columns that an error of the velocity is in."""
+    # Where acceleration was measured its sensor may be aligned or not; the velocity's may not.
+    return [("vx", "vy"), *([("ax", "ay")] if "ax" not in log.present else [])]
 
 
 def _slower(log: Telemetry, share: float) -> Telemetry:
-    names = ["vx", "vy", *(["ax", "ay"] if _derived(log) else [])]
+    names = [name for pair in _from_velocity(log) for name in pair]
     return _changed(log, **{name: _column(log, name) / (1.0 + share) for name in names})
 
 
 def _turned(log: Telemetry, angle: float) -> Telemetry:
-    # Where acceleration was measured its sensor may be aligned or not; the velocity's may not.
     cos, sin = np.cos(angle), np.sin(angle)
-    pairs = [("vx", "vy"), *([("ax", "ay")] if _derived(log) else [])]
     changed = {}
-    for first, second in pairs:
+    for first, second in _from_velocity(log):
         x, y = _column(log, first), _column(log, second)
         changed[first], changed[second] = x * cos + y * sin, y * cos - x * sin
     return _changed(log, **changed)
@@ -143,62 +143,28 @@ def _smaller_power(log: Telemetry, share: float) -> Telemetry:
     return replace(log, power=log.power / (1.0 + share))
 
 
+# Of each kind of error: the smallest that is named, the usual one, the largest that is believed,
+# and the size that its column is taken at first.
+_TILT = 0.004, 0.02, 0.12, 0.01
+"""rad."""
+_SPEED = 0.01, 0.04, 0.25, 0.02
+"""Share of the speed."""
+_TURN = 0.01, 0.05, 0.3, 0.02
+"""rad."""
+_DELAY = 0.06, 0.3, 3.0, 0.05
+"""s."""
+_POWER = 0.01, 0.05, 0.4, 0.02
+"""Share of the power."""
+_MISALIGNED = "the velocity is turned by {value} rad in the body frame"
 SENSORS: dict[str, Sensor] = {
-    sensor.kind: sensor
-    for sensor in (
-        Sensor(
-            "slope_offset",
-            "rad",
-            0.004,
-            0.02,
-            0.12,
-            0.01,
-            "the pitch sensor is off by {value} rad",
-            _pitched,
-        ),
-        Sensor(
-            "roll_offset",
-            "rad",
-            0.004,
-            0.02,
-            0.12,
-            0.01,
-            "the roll sensor is off by {value} rad",
-            _rolled,
-        ),
-        Sensor(
-            "speed_scale",
-            "1",
-            0.01,
-            0.04,
-            0.25,
-            0.02,
-            "speeds are too large by a share of {value}",
-            _slower,
-        ),
-        Sensor(
-            "heading_misalignment",
-            "rad",
-            0.01,
-            0.05,
-            0.3,
-            0.02,
-            "the velocity is turned by {value} rad in the body frame",
-            _turned,
-        ),
-        Sensor(
-            "power_delay", "s", 0.06, 0.3, 3.0, 0.05, "power lags the motion by {value} s", _earlier
-        ),
-        Sensor(
-            "power_scale",
-            "1",
-            0.01,
-            0.05,
-            0.4,
-            0.02,
-            "power is too large by a share of {value}",
-            _smaller_power,
-        ),
+    kind: Sensor(kind, unit, *sizes, sentence, correct)
+    for kind, unit, sizes, sentence, correct in (
+        ("slope_offset", "rad", _TILT, "the pitch sensor is off by {value} rad", _pitched),
+        ("roll_offset", "rad", _TILT, "the roll sensor is off by {value} rad", _rolled),
+        ("speed_scale", "1", _SPEED, "speeds are too large by a share of {value}", _slower),
+        ("heading_misalignment", "rad", _TURN, _MISALIGNED, _turned),
+        ("power_delay", "s", _DELAY, "power lags the motion by {value} s", _earlier),
+        ("power_scale", "1", _POWER, "power is too large by a share of {value}", _smaller_power),
     )
 }
 """By kind."""

@@ -1,21 +1,22 @@
-"""Plain shapes over the axes of motion, for what the catalogue does not have.
+"""Plain shapes over the axes of motion, for effects outside the catalogue.
 
     dictionary = Dictionary.of(log)     # thresholds and centres from the log's own range
     columns = dictionary.columns(rows)  # (n, number of shapes)
 
 A shape is one column: a power or a bump of the speed, a harmonic of the heading, a hinge of the
-slope, a decay since the start, each alone and times the speed. Shapes are there to show *that*
-something is missing, over which quantity, and with which curve; the formula that is proposed then
-has its thresholds and widths fitted (planner.telemetry.diagnosis.unknown_effect).
+slope, a decay since the start, each alone and times the speed. Shapes show *that* something is
+missing, over which quantity, and with which curve. The proposed formula then has its thresholds and
+widths fitted (planner.telemetry.diagnosis.unknown_effect).
 
-A quantity that was driven at three speeds, say, and nothing in between says nothing about a curve:
-any bump on one of them would fit, and be wrong at the next speed. Such an axis has no shapes.
+A log that was driven at three speeds and nothing in between does not determine a curve: any bump on
+one of them would fit, and be wrong at the next speed. Such an axis has no shapes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from planner.telemetry.logs import Telemetry
 from planner.telemetry.quantities_of_motion import STANDSTILL, motion_axes, temperature_of
 
 HARMONICS = (1, 2, 3, 4, 5, 6, 8)
+"""Orders of the harmonics over the heading."""
 LEAST_RANGE = {
     "speed": 0.05,
     "heading": 0.3,
@@ -35,13 +37,13 @@ LEAST_RANGE = {
     "temperature": 2.0,
     "time_since_start": 5.0,
 }
-"""An axis that varies less than this (1st to 99th percentile) tells nothing."""
+"""SI; an axis that varies less (1st to 99th percentile) gets no shapes."""
 
 
 LEAST_LEVELS = 4
-"""An axis on which values stand at fewer places than this, far apart, tells no curve."""
-FAR_APART, NARROW = 0.2, 0.25
-"""Gap between such places, and the most that each may be wide, as shares of the axis' range."""
+"""Separate levels of an axis; with fewer, a log says nothing about a curve in between."""
+LEVEL_GAP, LEVEL_WIDTH = 0.2, 0.25
+"""Least gap between levels and largest width of one, as shares of the axis' range."""
 
 
 @dataclass(frozen=True)
@@ -134,13 +136,13 @@ def levels(values: Array) -> float:
     """At how many places values (n,) stand; infinite where they are spread out."""
     low, high = np.percentile(values, [1, 99])
     inside = np.sort(values[(values >= low) & (values <= high)])
-    borders = np.flatnonzero(np.diff(inside) > FAR_APART * (high - low)) + 1
+    borders = np.flatnonzero(np.diff(inside) > LEVEL_GAP * (high - low)) + 1
     widths = [float(np.ptp(place)) for place in np.split(inside, borders)]
-    return len(widths) if max(widths) <= NARROW * (high - low) else np.inf
+    return len(widths) if max(widths) <= LEVEL_WIDTH * (high - low) else np.inf
 
 
 def _times(shapes: list[Shape], powers: tuple[int, ...] = (0, 1)) -> list[Shape]:
-    return [Shape(s.axis, s.kind, s.at, s.width, p) for s in shapes for p in powers]
+    return [replace(s, times_speed=p) for s in shapes for p in powers]
 
 
 def _speed(low: float, high: float) -> list[Shape]:
@@ -169,14 +171,6 @@ def _slope(axis: str, low: float, high: float) -> list[Shape]:
             shapes.append(Shape(axis, "below", -part * most))
     shapes += [Shape(axis, "above", 0.0)]
     return _times(shapes)
-
-
-def _along(low: float, high: float) -> list[Shape]:
-    return _slope("slope_along", low, high)
-
-
-def _across(low: float, high: float) -> list[Shape]:
-    return _slope("slope_across", low, high)
 
 
 def _yaw(low: float, high: float) -> list[Shape]:
@@ -211,11 +205,11 @@ def _time(low: float, high: float) -> list[Shape]:
     return _times(shapes)
 
 
-_OF_AXIS = {
+_OF_AXIS: dict[str, Callable[[float, float], list[Shape]]] = {
     "speed": _speed,
     "heading": _heading,
-    "slope_along": _along,
-    "slope_across": _across,
+    "slope_along": partial(_slope, "slope_along"),
+    "slope_across": partial(_slope, "slope_across"),
     "yaw_rate": _yaw,
     "acceleration": _acceleration,
     "load": _load,
@@ -224,24 +218,19 @@ _OF_AXIS = {
 }
 
 
+_FUNCTIONS: dict[str, Callable[[Array, Shape], Array]] = {
+    "power": lambda x, shape: x ** int(shape.at),
+    "size": lambda x, shape: np.abs(x),
+    "bump": lambda x, shape: np.exp(-(((x - shape.at) / shape.width) ** 2)),
+    "cos": lambda x, shape: np.cos(shape.at * x),
+    "sin": lambda x, shape: np.sin(shape.at * x),
+    "outside": lambda x, shape: np.maximum(np.abs(x) - shape.at, 0.0),
+    "above": lambda x, shape: np.maximum(x - shape.at, 0.0),
+    "below": lambda x, shape: np.maximum(shape.at - x, 0.0),
+    "decay": lambda x, shape: np.exp(-x / shape.at),
+}
+
+
 def values_of(shape: Shape, x: Array) -> Array:
     """A shape's function of its axis alone, (n,)."""
-    if shape.kind == "power":
-        return np.asarray(x ** int(shape.at))
-    if shape.kind == "size":
-        return np.abs(x)
-    if shape.kind == "bump":
-        return np.asarray(np.exp(-(((x - shape.at) / shape.width) ** 2)))
-    if shape.kind == "cos":
-        return np.cos(shape.at * x)
-    if shape.kind == "sin":
-        return np.sin(shape.at * x)
-    if shape.kind == "outside":
-        return np.maximum(np.abs(x) - shape.at, 0.0)
-    if shape.kind == "above":
-        return np.maximum(x - shape.at, 0.0)
-    if shape.kind == "below":
-        return np.maximum(shape.at - x, 0.0)
-    if shape.kind == "decay":
-        return np.asarray(np.exp(-x / shape.at))
-    raise ValueError(shape.kind)
+    return np.asarray(_FUNCTIONS[shape.kind](x, shape))

@@ -1,4 +1,4 @@
-"""A row of a log is a mean over an interval, and power is not linear in what was averaged.
+"""Moments within the rows of a log: power is not linear in the averages that a row holds.
 
     nodes = Nodes.of(log, model)
     predict(model, nodes)                        # (n,) W, to be compared with log.power
@@ -24,11 +24,11 @@ from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
 
 MOMENTS, MANY_MOMENTS = 3, 7
-"""Moments that a divided row is taken at, and those that show what so few of them leave out."""
-LARGE_CHANGE = 0.5
-"""Change of a wheel's or roller's speed within a row, over it, that calls for three moments."""
-SMALL_SPEED = 1e-3
-"""m/s; a change of less than this is none."""
+"""Moments of a divided row, and the number that shows how far so few of them are off."""
+DIVIDING_CHANGE = 0.5
+"""Relative change of a wheel's or roller's speed within a row from which the row is divided."""
+LEAST_SPEED_CHANGE = 1e-3
+"""m/s; a smaller change never divides a row."""
 
 
 class Nodes(NamedTuple):
@@ -72,7 +72,7 @@ def interval_nodes(
     table = model.wheels
     axes = np.concatenate([table[:, 2:5], table[:, 5:8]])  # rim and roller speed of every wheel
     speed, moved = np.abs(axes @ motion), np.abs(axes @ change)
-    divided = np.any((moved > LARGE_CHANGE * speed) & (moved > SMALL_SPEED), axis=0)
+    divided = np.any((moved > DIVIDING_CHANGE * speed) & (moved > LEAST_SPEED_CHANGE), axis=0)
     places, shares = np.polynomial.legendre.leggauss(moments)
     count = np.where(divided, moments, 1)
     first = np.concatenate([[0], np.cumsum(count)])

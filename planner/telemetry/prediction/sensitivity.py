@@ -1,4 +1,4 @@
-"""How a model's power changes with its parameters: compiled loops over the rows of a log.
+"""Power of a model and its Jacobian: compiled loops over the rows of a log.
 
     watts = predict(model, log)                        # or the Nodes of a log
     watts, columns = tangent(model, nodes, places)     # derivative by parameters[places]
@@ -31,10 +31,12 @@ from planner.telemetry.logs import Telemetry
 from planner.telemetry.parameters import sizes
 from planner.telemetry.prediction.nodes import Nodes
 
-STEP = 1e-6
-"""Step of a derivative relative to the parameter's size."""
-_PIECE = 4096  # rows that one task takes at most
-_SMALL = 500  # rows that one thread sees to
+RELATIVE_STEP = 1e-6
+"""Step of a derivative over the parameter's size: rounding and curvature stay below 1e-5."""
+_TASK_ROWS = 4096
+"""Rows that one task takes at most."""
+_ONE_THREAD_ROWS = 500
+"""Rows up to which one thread is faster than several."""
 _F1 = types.Array(types.float64, 1, "C")
 _F2 = types.Array(types.float64, 2, "C")
 _I1 = types.Array(types.int64, 1, "C")
@@ -108,8 +110,8 @@ def differences(model: PowerModel, nodes: Nodes, variants: Array) -> tuple[Array
     columns = np.empty((count, len(variants)))
 
     # As many for each core, so that none waits for another's last one.
-    rounds = -(-count // (_PIECE * _cores()))
-    length = -(-count // (rounds * _cores())) if count > _SMALL else max(count, 1)
+    rounds = -(-count // (_TASK_ROWS * _cores()))
+    length = -(-count // (rounds * _cores())) if count > _ONE_THREAD_ROWS else max(count, 1)
 
     def piece(start: int) -> None:
         stop = min(start + length, count)
@@ -140,16 +142,16 @@ def predict(model: PowerModel, log: Telemetry | Nodes) -> Array:
     return differences(model, nodes, np.empty((0, len(model.parameters))))[0]
 
 
-SLOW = 0.03
-"""m/s; a wheel whose rim is slower may stand, whatever its measured speed says."""
+UNSURE_RIM_SPEED = 0.03
+"""m/s; a wheel whose rim is slower may stand: three times the usual error of odometry."""
 
 
 def doubt_of(model: PowerModel, rows: Array) -> Array:
-    """How far the power may be off in single rows because a wheel's speed is not known to be zero.
+    """Uncertainty of the power in single rows where a wheel may stand or turn.
 
     A robot that stands on a slope may be held by friction or by its motors, a wheel that hardly
     turns may be braked by friction or pushed, and a speed of a few millimetres a second decides
-    between them. Rows in which no wheel is slow have no such doubt.
+    between them. Rows in which no wheel is slow have no such uncertainty.
 
     Args:
         model: the model.
@@ -160,10 +162,10 @@ def doubt_of(model: PowerModel, rows: Array) -> Array:
     """
     motion = rows[:, [INDEX["vx"], INDEX["vy"], INDEX["wz"]]].T
     rim = model.wheels[:, 2:5] @ motion
-    slow = np.flatnonzero(np.any(np.abs(rim) < SLOW, axis=0))
-    doubt = np.zeros(len(rows))
+    slow = np.flatnonzero(np.any(np.abs(rim) < UNSURE_RIM_SPEED, axis=0))
+    input_error = np.zeros(len(rows))
     if not len(slow):
-        return doubt
+        return input_error
     errors = [
         (name, sign * size)
         for name, size in zip(("vx", "vy", "wz"), Telemetry.SPEED_ERROR, strict=True)
@@ -175,8 +177,8 @@ def doubt_of(model: PowerModel, rows: Array) -> Array:
     count = len(slow) * (len(errors) + 1)
     single = Nodes(moved.reshape(-1, rows.shape[1]), np.arange(count + 1), np.ones(count))
     watts = predict(model, single).reshape(len(slow), -1)
-    doubt[slow] = np.abs(watts[:, 1:] - watts[:, :1]).max(axis=1)
-    return doubt
+    input_error[slow] = np.abs(watts[:, 1:] - watts[:, :1]).max(axis=1)
+    return input_error
 
 
 def small_steps(model: PowerModel, places: Sequence[int]) -> tuple[Array, Array]:
@@ -187,7 +189,7 @@ def small_steps(model: PowerModel, places: Sequence[int]) -> tuple[Array, Array]
     variants = np.tile(model.parameters, (len(places), 1))
     size = sizes(model)
     for column, place in enumerate(places):
-        step = STEP * size[place]
+        step = RELATIVE_STEP * size[place]
         if model.parameters[place] + step > model.slots[place][2].bounds[1]:
             step = -step
         variants[column, place] += step

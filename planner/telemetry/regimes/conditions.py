@@ -18,12 +18,13 @@ import numpy as np
 
 from planner.arrays import Array, Integers, Mask
 from planner.telemetry.quantities_of_motion import AXES, FURTHER, STANDSTILL
-from planner.telemetry.regimes.thresholds import LEAST_SHARE, best_bounds, thresholds
+from planner.telemetry.regimes.thresholds import LEAST_ROW_SHARE, best_bounds, thresholds
 from planner.telemetry.regimes.words import FOUR_TIMES, ONCE, TWICE, WORDS, heading_words, said
 
-BINS = 12
-"""Bins of an axis, about equally full; an axis with signs has at most as many on each side / 2."""
-SECTOR = 15.0  # degrees, a bin of the heading; borders at odd multiples of 7.5°
+MOST_BINS = 12
+"""Bins of an axis, about equally full; a signed axis has half as many on each side."""
+SECTOR_DEGREES = 15.0
+"""Width of a bin of the heading; borders lie at odd multiples of 7.5°."""
 
 
 @dataclass(frozen=True)
@@ -121,18 +122,18 @@ def conditions_on(name: str, values: Array, *, labels: Sequence[str] = ()) -> Ax
     if name == "surface":
         return _surfaces(values, labels)
     known = values[np.isfinite(values)]
-    if len(known) < 2 * BINS:
+    if len(known) < 2 * MOST_BINS:
         return None
     if name == "heading":
         return _sectors(values)
     say, unit = WORDS[name], _unit(name)
     axis = {**AXES, **FURTHER}[name]
     if axis.signed:
-        bounds = thresholds(np.abs(known) / unit, BINS // 2, say.least)
+        bounds = thresholds(np.abs(known) / unit, MOST_BINS // 2, say.least)
         sets = [*_signed_sets(name, bounds)]
         edges = np.unique(np.concatenate([-bounds, bounds])) * unit
     else:
-        bounds = thresholds(known / unit, BINS, say.least)
+        bounds = thresholds(known / unit, MOST_BINS, say.least)
         if name == "speed":
             bounds = _with_standstill(known, bounds)
         sets = [*_plain_sets(name, bounds)]
@@ -213,7 +214,7 @@ def _unit(name: str) -> float:
 
 def _with_standstill(values: Array, bounds: Array) -> Array:
     """Bounds on the speed with STANDSTILL as the first one, where some rows stand."""
-    if not len(bounds) or np.mean(values < STANDSTILL) < LEAST_SHARE:
+    if not len(bounds) or np.mean(values < STANDSTILL) < LEAST_ROW_SHARE:
         return bounds
     return np.append(STANDSTILL, bounds[bounds > 2.0 * STANDSTILL])
 
@@ -241,13 +242,13 @@ def _signed_sets(name: str, bounds: Array) -> Iterator[tuple[Condition, bool]]:
 
 
 def _sectors(values: Array) -> AxisBins | None:
-    bins = round(360.0 / SECTOR)
-    place = np.floor((np.degrees(values) + SECTOR / 2.0) / SECTOR)
+    bins = round(360.0 / SECTOR_DEGREES)
+    place = np.floor((np.degrees(values) + SECTOR_DEGREES / 2.0) / SECTOR_DEGREES)
     code = np.where(np.isfinite(values), np.mod(place, bins), bins).astype(np.int64)
     if len(np.unique(code[code < bins])) < 2:
         return None
     sets = [*_heading_sets()]
-    middles = np.radians(np.arange(bins) * SECTOR)
+    middles = np.radians(np.arange(bins) * SECTOR_DEGREES)
     member = np.array([np.append(c.holds(middles), False) for c in sets], dtype=float)
     return AxisBins("heading", code, bins + 1, tuple(sets), member, np.ones(len(sets), bool))
 
@@ -259,7 +260,7 @@ def _heading_sets() -> Iterator[Condition]:
         (120, {}, (22.5,)),
         (90, FOUR_TIMES, (22.5,)),
     ):
-        for centre in range(0, period, round(SECTOR)):
+        for centre in range(0, period, round(SECTOR_DEGREES)):
             for half in halves:
                 named = names.get(centre)
                 if named is None:

@@ -1,6 +1,6 @@
-"""Compiled loops of the search for regimes: sums with flipped signs, and the largest z by chance.
+"""Compiled loops of the search for regimes: resampled sums, and the largest z by chance.
 
-They do what a few lines of numpy would, without the large arrays in between; small products of
+They replace a few lines of numpy without its large temporary arrays; small products of
 matrices on many threads, which numpy's library would start, are slower than one loop.
 """
 

@@ -1,4 +1,4 @@
-"""Where a model is wrong: the regimes of motion in which the residual has structure, in words.
+"""Subgroup discovery: regimes of motion in which the residual has structure, in words.
 
     regimes = regimes_of(log, residual, noise.spread)
     print(regimes[0].sentence)  # "sideways faster than 0.4 m/s: +3.1 W, 41 % of the squared error"
@@ -31,17 +31,21 @@ from planner.telemetry.regimes.search import Search, box_sums, cells
 from planner.telemetry.regimes.units import LEAST_CLUSTERS, units_of
 
 MOST_REGIMES = 6
+"""Regimes that are reported; more would hide the largest."""
 LEAST_EXPLAINED = 0.02
 """Share of the squared error that a regime's bias must explain to be worth a line."""
-ONE_CONDITION, TWO_CONDITIONS = 0.9, 0.8
-"""How much of the explained error counts: "everywhere" in full, a condition must pay for itself."""
-MOST_OVERLAP = 0.5  # of two regimes' rows, as a share of the smaller one
+ONE_CONDITION_FACTOR, TWO_CONDITIONS_FACTOR = 0.9, 0.8
+"""Share of the explained error that counts: 1 for "everywhere", less for every condition."""
+MOST_OVERLAP = 0.5
+"""Rows that two regimes share, over those of the smaller one, before biases are compared."""
 OTHER_BIAS, SAME_AXES_BIAS = 1.5, 2.0
-"""Times another's bias, to be told beside it where both overlap; the latter on the same axes."""
-HIDING = 0.2
-"""The search begins anew when what it took off left less than this share of the squared error."""
-_SMALLEST_STEP = 0.5  # of LEAST_EXPLAINED, by which the search goes on
-_STEPS = 6  # tries for every regime reported
+"""Ratio of biases from which an overlapping regime is reported too; the latter on the same axes."""
+HIDDEN_SHARE = 0.2
+"""Share of the squared error left, below which the search starts again on the remainder."""
+_LEAST_STEP_SHARE = 0.5
+"""Share of LEAST_EXPLAINED that a further bias must explain for the search to go on."""
+_TRIES_PER_REGIME = 6
+"""Candidates that are tried for every regime reported."""
 _ORDER = ("surface", "load", "slope_along", "slope_across", "heading", "speed")
 
 
@@ -101,7 +105,7 @@ class Regime:
 def regimes_of(
     log: Telemetry, residual: Array, noise: ArrayLike = 1.0, *, most: int = MOST_REGIMES
 ) -> list[Regime]:
-    """Regimes of a log over all axes that its rows tell; see find_regimes.
+    """Regimes of a log over all axes of its rows; see find_regimes.
 
     Args:
         log: n rows.
@@ -158,11 +162,11 @@ def find_regimes(
     left = residual.copy()
     squares = np.inf
     # What a large bias hid from the tests stands out once that is taken off: search again.
-    while len(found) < most and float(left @ left) < HIDING * squares:
+    while len(found) < most and float(left @ left) < HIDDEN_SHARE * squares:
         squares = float(left @ left)
         search = Search(known, left, weight, units, seed=seed)
         candidates = _Candidates(search, left, total)
-        for _ in range(_STEPS * most):
+        for _ in range(_TRIES_PER_REGIME * most):
             conditions = candidates.best(left, total)
             if conditions is None or len(found) == most:
                 break
@@ -239,7 +243,7 @@ class _Candidates:
 
     def best(self, left: Array, total: float) -> tuple[Condition, ...] | None:
         """Conditions of the best set for the residual that is left, (n,); None: all are small."""
-        gain = LEAST_EXPLAINED * total * _SMALLEST_STEP
+        gain = LEAST_EXPLAINED * total * _LEAST_STEP_SHARE
         self._last = (-2, 0)
         if self._everywhere:
             whole = float(left.sum()) ** 2 / len(left)
@@ -282,11 +286,11 @@ class _Candidates:
     def _plain(self, pair: tuple[int, int]) -> Array:
         a, b = pair
         if b < 0:
-            return ONE_CONDITION * np.array([c.plain for c in self.axes[a].sets])
+            return ONE_CONDITION_FACTOR * np.array([c.plain for c in self.axes[a].sets])
         first, second = (
             np.array([c.plain for c in self.axes[k].sets])[self.axes[k].paired] for k in (a, b)
         )
-        both: Array = ONE_CONDITION * TWO_CONDITIONS * first[:, None] * second
+        both: Array = ONE_CONDITION_FACTOR * TWO_CONDITIONS_FACTOR * first[:, None] * second
         return both
 
     def _box(self, values: Array, pair: tuple[int, int]) -> Array:

@@ -1,4 +1,4 @@
-"""How surely a residual's bias over a set of rows stands out, for thousands of sets at once.
+"""Significance of a residual's bias over thousands of sets of rows at once.
 
     search = Search(axes, residual, weight, run)
     search.excess[pair]           # (sets of a, sets of b): 1 is what chance hardly ever reaches
@@ -42,14 +42,19 @@ from planner.telemetry.regimes.units import Units
 
 Floats = NDArray[np.floating[Any]]
 
-ROUNDS = 200  # of chance
+SHUFFLES = 200
+"""Resamplings that the distribution of the largest z by chance comes from."""
 CHANCE = 0.03
 """Share of logs without structure in which some set passes."""
-LEAST_RUNS = 4  # that can agree or not
-AGREEMENT = 2.5
+LEAST_RUNS = 4
+"""Runs from which on they can agree or not."""
+AGREEMENT_Z = 2.5
 """z that a contrast within runs needs with whole runs as clusters, without regard to the search."""
 _WITH_FURTHER = {"speed", "heading", "slope_along", "load"}
-_CLIP = 6.0  # robust standard deviations: one outlier is not structure
+_CLIP = 6.0
+"""Robust standard deviations that a residual counts at most: one outlier is not structure."""
+_TWO_AXES = 2
+"""Kinds of limits on one axis; those of sets on two axes follow."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,29 +103,24 @@ class Search:
         self._run_weight = np.bincount(units.run, weight, units.runs)
         parts = self._parts(residual)
         chance = np.random.default_rng(seed)
-        signs = chance.integers(0, 2, (ROUNDS, units.clusters)) * 2.0 - 1.0
-        shuffled = chance.permuted(np.tile(parts.means, (ROUNDS, 1)), axis=1)
+        signs = chance.integers(0, 2, (SHUFFLES, units.clusters)) * 2.0 - 1.0
+        shuffled = chance.permuted(np.tile(parts.means, (SHUFFLES, 1)), axis=1)
         # Single precision is enough to count how often chance passes, and twice as fast.
         signs, shuffled = signs.astype(np.float32), shuffled.astype(np.float32)
-        largest = np.zeros((4, ROUNDS), np.float32)
+        largest = np.zeros((2 * _TWO_AXES, SHUFFLES), np.float32)
         scores = []
         for pair in self.pairs:
             sums, shares, sets = self._tables(pair, parts)
-            kinds = _kinds(sets, pair)
+            kinds = _kinds(sets, 1 if pair[1] < 0 else 2)
             flipped, mixed = _mixed(signs, sums), _mixed(shuffled, shares)
-            largest_z(
-                box_sums(axes, flipped, pair).reshape(ROUNDS, -1),
-                box_sums(axes, mixed, pair).reshape(ROUNDS, -1),
-                sets.squares.ravel(),
-                sets.clusters.ravel(),
-                sets.spread.ravel(),
-                sets.inner.ravel(),
-                sets.outer.ravel(),
-                units.runs,
-                float(np.sqrt(parts.means @ parts.means)),
-                kinds.ravel(),
-                largest,
-            )
+            tables = [
+                box_sums(axes, sums_by_chance, pair).reshape(SHUFFLES, -1)
+                for sums_by_chance in (flipped, mixed)
+            ]
+            tables += [table.ravel() for table in vars(sets).values()]
+            size = float(np.sqrt(parts.means @ parts.means))
+            arguments: Any = (*tables, units.runs, size, kinds.ravel(), largest)
+            largest_z(*arguments)
             mean = np.tensordot(parts.means.astype(np.float32), shares, axes=(0, 0))
             inner, outer = box_sums(axes, sums.sum(axis=0), pair), box_sums(axes, mean, pair)
             scores.append((self._z(inner, outer, sets, parts.means), kinds))
@@ -136,13 +136,13 @@ class Search:
             residual: (n,) W over the same log.
             axes: how many the set is on.
         """
-        z, between = self._z_of(met, residual)
-        return z / float(self.limits[_kind(axes, between)])
+        z, kind = self._z_of(met, residual)
+        return z / float(self.limits[kind + _TWO_AXES * (axes > 1)])
 
     def chance_of(self, met: Mask, residual: Floats, axes: int) -> float:
         """Probability that a search like this one finds as much in noise; as excess_of."""
-        z, between = self._z_of(met, residual)
-        scale, middle = _gumbel(self._largest[_kind(axes, between)])
+        z, kind = self._z_of(met, residual)
+        scale, middle = _gumbel(self._largest[kind + _TWO_AXES * (axes > 1)])
         kinds = len(self.limits)
         return float(min(1.0, -kinds * np.expm1(-np.exp(-(abs(z) - middle) / scale))))
 
@@ -219,17 +219,20 @@ class Search:
         z: Floats = _over(inner * np.sqrt(sets.inner) + outer * np.sqrt(sets.outer), both)
         return z
 
-    def _z_of(self, met: Mask, residual: Floats, units: Units | None = None) -> tuple[float, bool]:
+    def _z_of(self, met: Mask, residual: Floats, units: Units | None = None) -> tuple[float, int]:
         units, parts = units or self.units, self._parts(residual)
         if met.all():
-            return self._z_of_all(residual), False
+            return self._z_of_all(residual), 0
         inside = np.where(met, self._weight, 0.0)
-        sums = _added(units.cluster, np.where(met, parts.within, 0.0), units.clusters)
-        counts = _added(units.cluster, inside, units.clusters)
+        within = np.where(met, parts.within, 0.0)
+        sums, counts = (
+            np.bincount(units.cluster, values, units.clusters).astype(float)
+            for values in (within, inside)
+        )
         share = np.bincount(units.run, inside, units.runs) / self._run_weight
         sets = self._sets(sums, counts, share, parts.means, units.of)
         mean = np.asarray(parts.means @ (share - share.mean()))
-        return float(self._z(sums.sum(), mean, sets, parts.means)), bool(_between(sets))
+        return float(self._z(sums.sum(), mean, sets, parts.means)), int(_kinds(sets, 1))
 
     def runs_agree(self, met: Mask, residual: Floats) -> bool:
         """Whether a contrast holds from run to run; True where there are too few runs to say.
@@ -243,7 +246,7 @@ class Search:
             return True
         by_run = Units(units.run, units.run, np.arange(units.runs), units.runs)
         z, _ = self._z_of(met, residual, by_run)
-        return abs(z) > AGREEMENT
+        return abs(z) > AGREEMENT_Z
 
     def _z_of_all(self, residual: Floats) -> float:
         """z of the mean over the whole log, which has no rest to be compared with."""
@@ -305,18 +308,9 @@ def clipped(residual: Floats) -> Floats:
     return np.clip(residual, middle - _CLIP * spread, middle + _CLIP * spread)
 
 
-def _between(sets: _Sets) -> NDArray[np.bool_]:
-    """Sets whose contrast is known mostly from the means of runs."""
-    return np.asarray(sets.outer > sets.inner)
-
-
-def _kind(axes: int, between: bool) -> int:
-    return 2 * int(axes > 1) + int(between)
-
-
-def _kinds(sets: _Sets, pair: tuple[int, int]) -> Integers:
-    """Which limit holds for each set."""
-    return 2 * int(pair[1] >= 0) + _between(sets).astype(np.int64)
+def _kinds(sets: _Sets, axes: int) -> Integers:
+    """Which limit holds for each set: known mostly within runs (0) or between them (1)."""
+    return np.asarray(_TWO_AXES * (axes > 1) + (sets.outer > sets.inner).astype(np.int64))
 
 
 def _gumbel(largest: Floats) -> tuple[float, float]:
@@ -331,12 +325,6 @@ def _limit(largest: Floats) -> float:
     return max(middle - scale * float(np.log(-np.log1p(-CHANCE / 4.0))), 1e-6)
 
 
-def _added(place: Integers, values: Floats, count: int) -> Floats:
-    sums: Floats = np.bincount(place, values, count).astype(float)
-    return sums
-
-
 def _over(top: Floats, bottom: Floats) -> Floats:
     """Quotient that is 0 where the bottom is."""
-    quotient: Floats = np.where(bottom > 0.0, top / np.where(bottom > 0.0, bottom, 1.0), 0.0)
-    return quotient
+    return np.where(bottom > 0.0, top / np.where(bottom > 0.0, bottom, 1.0), 0.0)

@@ -12,14 +12,18 @@ from planner.arrays import Array
 
 Bound = float | None
 
-LEAST_SHARE = 0.01
-"""Of the rows on either side of a threshold."""
-FINE = 40  # steps of refined bounds over the range of an axis
-_CROWDED = 4.0
+LEAST_ROW_SHARE = 0.01
+"""Share of the rows that must lie on either side of a threshold."""
+REFINING_STEPS = 40
+"""Steps of refined bounds over the range of an axis."""
+_MOST_CROWDED = 4.0
 """Times as many rows as usual around a threshold: it would cut a cluster of equal values in two."""
-_ODD = 0.15  # of a bin, that a rounder figure may lie away from the quantile
-_ODD_GAIN = 0.015  # of the explained error, that a rounder figure may cost
-_WANDER = 0.1  # of the rows, by which a bound may move
+_ODDNESS_BINS = 0.15
+"""Share of a bin that a rounder figure may lie away from the quantile."""
+_ODDNESS_GAIN = 0.015
+"""Share of the explained error that a rounder figure may cost."""
+_MOST_SHIFT = 0.1
+"""Share of the rows by which refinement may move a bound."""
 
 
 def thresholds(values: Array, bins: int, least: float) -> Array:
@@ -40,7 +44,7 @@ def thresholds(values: Array, bins: int, least: float) -> Array:
     below = np.searchsorted(ordered, grid) / len(ordered)
     chosen = set()
     for k in range(1, bins):
-        cost = np.abs(below - k / bins) * bins + 0.3 * crowd + _ODD * odd
+        cost = np.abs(below - k / bins) * bins + 0.3 * crowd + _ODDNESS_BINS * odd
         chosen.add(float(grid[np.argmin(cost)]))
     return np.array(sorted(chosen))
 
@@ -63,13 +67,13 @@ def best_bounds(
     def moved(bound: Bound, other: Bound, edge: int) -> Bound:
         if bound is None:
             return None
-        grid, odd, _ = _grid(np.sort(np.abs(ordered)), FINE, least)
+        grid, odd, _ = _grid(np.sort(np.abs(ordered)), REFINING_STEPS, least)
         grid, odd = np.copysign(np.append(grid, abs(bound)), bound), np.append(odd, 2.0)
         at, here = np.searchsorted(ordered, grid), int(np.searchsorted(ordered, bound))
         end = edge if other is None else int(np.searchsorted(ordered, other))
         rows = np.maximum(np.abs(end - at), 1)
-        gain = (sums[at] - sums[end]) ** 2 / rows * (1.0 - _ODD_GAIN * odd)
-        allowed = np.abs(at - here) <= _WANDER * len(ordered)
+        gain = (sums[at] - sums[end]) ** 2 / rows * (1.0 - _ODDNESS_GAIN * odd)
+        allowed = np.abs(at - here) <= _MOST_SHIFT * len(ordered)
         allowed &= np.sign(at - end) == np.sign(here - end)
         return float(grid[np.argmax(np.where(allowed, gain, -1.0))])
 
@@ -79,7 +83,7 @@ def best_bounds(
 
 def _grid(ordered: Array, steps: int, least: float) -> tuple[Array, Array, Array]:
     """Round figures within sorted values, how odd each is (0 to 2), and how crowded its place."""
-    low, high = np.quantile(ordered, [LEAST_SHARE, 1.0 - LEAST_SHARE])
+    low, high = np.quantile(ordered, [LEAST_ROW_SHARE, 1.0 - LEAST_ROW_SHARE])
     spread = float(high - low)
     if spread < least:
         return np.zeros(0), np.zeros(0), np.zeros(0)
@@ -91,8 +95,8 @@ def _grid(ordered: Array, steps: int, least: float) -> tuple[Array, Array, Array
     crowd = near / max(1.0, len(ordered) * (2.0 * step / 3.0) / spread)
     odd = np.where(number % 10 == 0, 0.0, np.where((number % 2 == 0) | (number % 5 == 0), 1.0, 2.0))
     below = np.searchsorted(ordered, grid) / len(ordered)
-    kept = (grid >= min(least, low)) & (crowd <= _CROWDED)
-    kept &= (below >= LEAST_SHARE) & (below <= 1.0 - LEAST_SHARE)
+    kept = (grid >= min(least, low)) & (crowd <= _MOST_CROWDED)
+    kept &= (below >= LEAST_ROW_SHARE) & (below <= 1.0 - LEAST_ROW_SHARE)
     return grid[kept], odd[kept], crowd[kept]
 
 

@@ -1,7 +1,7 @@
 """Independent pieces of a log: rows next to each other err alike, and a run may be off as a whole.
 
 units = units_of(run, residual)
-block_length(residual, run)          # rows
+cluster_length(residual, run)          # rows
 """
 
 from __future__ import annotations
@@ -13,10 +13,13 @@ import numpy as np
 from planner.arrays import Array, Integers
 
 MOST_CLUSTERS = 160
+"""Clusters of a log; the search for regimes takes time in proportion."""
 LEAST_CLUSTERS = 8
-LEAST_BLOCK = 10  # rows
-CORRELATION_TIMES = 5.0
-"""Length of a block, at least."""
+"""Clusters below which a log says nothing about chance."""
+LEAST_CLUSTER_ROWS = 10
+"""Rows of a cluster, at least."""
+CLUSTER_CORRELATION_TIMES = 5.0
+"""Length of a cluster in correlation times, at least: its ends then hardly correlate."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +56,7 @@ def units_of(run: Integers, residual: Array) -> Units:
     runs = len(starts)
     number = np.repeat(np.arange(runs), lengths)
     means = np.bincount(number, residual) / lengths
-    block = max(block_length(residual - means[number], number), -(-len(run) // MOST_CLUSTERS))
+    block = max(cluster_length(residual - means[number], number), -(-len(run) // MOST_CLUSTERS))
     if runs >= LEAST_CLUSTERS and (runs > MOST_CLUSTERS // 2 or np.median(lengths) < 2 * block):
         groups = min(runs, MOST_CLUSTERS)
         group = number * groups // runs
@@ -66,14 +69,16 @@ def units_of(run: Integers, residual: Array) -> Units:
     return Units(cluster, number, np.repeat(np.arange(runs), pieces), runs)
 
 
-def block_length(residual: Array, number: Integers) -> int:
+def cluster_length(residual: Array, number: Integers) -> int:
     """Rows that a block needs to be independent of the next one.
 
     Args:
         residual: (n,) W, less the mean of its run.
         number: (n,) number of the run.
     """
-    return max(LEAST_BLOCK, round(CORRELATION_TIMES * correlation_time(residual, number)))
+    return max(
+        LEAST_CLUSTER_ROWS, round(CLUSTER_CORRELATION_TIMES * correlation_time(residual, number))
+    )
 
 
 def correlation_time(residual: Array, number: Integers) -> float:

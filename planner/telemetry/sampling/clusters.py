@@ -1,7 +1,7 @@
-"""Blocks of consecutive rows: the units that are taken to be independent of each other.
+"""Clusters of consecutive rows, which are taken to be independent of each other.
 
-number = block_numbers(log)          # (n,) block of every row
-counter = BlockCounter(rows)         # of a log that passes by in chunks
+number = cluster_numbers(log)          # (n,) cluster of every row
+counter = ClusterCounter(rows)         # of a log that passes by in chunks
 for chunk in chunks: number = counter.of(chunk)
 """
 
@@ -12,18 +12,20 @@ from numpy.typing import NDArray
 
 from planner.telemetry.logs import Telemetry
 
-BLOCK_ROWS = 30
-MOST_BLOCKS = 200
+LEAST_CLUSTER_ROWS = 30
+"""Rows of a cluster, at least."""
+MOST_CLUSTERS = 200
+"""Clusters of a log; more do not sharpen a standard error that scatters by 5 % already."""
 
 
-def block_numbers(log: Telemetry, most: int = MOST_BLOCKS) -> NDArray[np.int64]:
-    """(n,) number of every row's block, counting from 0.
+def cluster_numbers(log: Telemetry, most: int = MOST_CLUSTERS) -> NDArray[np.int64]:
+    """(n,) number of every row's cluster, counting from 0.
 
-    A block has at least BLOCK_ROWS rows of one run, more in a long log. Runs that are shorter than
-    that are put together, so that there are never more than ``most`` blocks.
+    A cluster has at least LEAST_CLUSTER_ROWS rows of one run, more in a long log. Shorter runs are
+    put together. There are never more than ``most`` clusters.
     """
     pieces = log.run_pieces()
-    rows = max(BLOCK_ROWS, -(-len(log) // most))
+    rows = max(LEAST_CLUSTER_ROWS, -(-len(log) // most))
     number = np.empty(len(log), np.int64)
     current, filled, last_stop = 0, 0, 0
     for start, stop in pieces:
@@ -42,19 +44,19 @@ def block_numbers(log: Telemetry, most: int = MOST_BLOCKS) -> NDArray[np.int64]:
     return number
 
 
-class BlockCounter:
-    """Numbers blocks along a log in chunks; a block never spans two runs or two chunks.
+class ClusterCounter:
+    """Numbers clusters along a log in chunks; a cluster never spans two runs or two chunks.
 
     Args:
         rows: of the whole log.
     """
 
     def __init__(self, rows: int) -> None:
-        self.rows = max(-(-rows // MOST_BLOCKS), 1)
+        self.rows = max(-(-rows // MOST_CLUSTERS), 1)
         self.next = 0
 
     def of(self, chunk: Telemetry) -> NDArray[np.int64]:
-        """(n,) number of every row's block, going on from the chunk before."""
+        """(n,) number of every row's cluster, going on from the chunk before."""
         number = np.empty(len(chunk), np.int64)
         for start, stop in chunk.run_pieces():
             count = max((stop - start) // self.rows, 1)

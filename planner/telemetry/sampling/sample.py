@@ -12,7 +12,7 @@ consecutive rows, evenly spread over all runs, because noise is correlated along
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from planner.errors import LogError
 from planner.progress import Progress, silent
-from planner.telemetry.logs import Telemetry
+from planner.telemetry.logs import Telemetry, pieces_of
 from planner.telemetry.sampling.steady_drive import at_steady_speeds
 
 
@@ -35,7 +35,7 @@ class LogSource:
         run_rows: (runs,) rows of every run.
         complete: True when the sample is the whole log.
         path, mapping: where the chunks come from; None for a log in memory.
-        calm: whether ``sample`` and chunks are at steady speeds.
+        steady_speeds: whether ``sample`` and chunks are at steady speeds.
     """
 
     sample: Telemetry
@@ -45,7 +45,7 @@ class LogSource:
     log: Telemetry | None
     path: Path | None
     mapping: Path | None
-    calm: bool = False
+    steady_speeds: bool = False
 
     SAMPLE_ROWS: ClassVar[int] = 12_000
     PIECE_ROWS: ClassVar[int] = 200
@@ -55,7 +55,7 @@ class LogSource:
 
     def steady(self) -> LogSource:
         """The same log with the speeds of steady drives at their means (steady_drive)."""
-        return replace(self, sample=at_steady_speeds(self.sample), calm=True)
+        return replace(self, sample=at_steady_speeds(self.sample), steady_speeds=True)
 
     def chunks(self) -> Iterator[Telemetry]:
         """The whole log in chunks of about CHUNK_ROWS rows, and of whole runs as far as they go.
@@ -67,7 +67,7 @@ class LogSource:
             yield self.sample
         else:
             whole = _whole_runs(self._read())
-            yield from map(at_steady_speeds, whole) if self.calm else whole
+            yield from map(at_steady_speeds, whole) if self.steady_speeds else whole
 
     def _read(self) -> Iterator[Telemetry]:
         if self.log is not None:
@@ -82,20 +82,13 @@ class LogSource:
         log = self.sample
         return {
             "source": log.source,
-            "sha256": _hash(log),
+            "sha256": log.sha256 if log.source and Path(log.source).exists() else None,
             "rows": self.rows,
             "runs": len(self.run_rows),
-            "report": [
-                {"kind": f.kind, "column": f.column, "rows": f.rows, "sentence": f.sentence}
-                for f in log.report
-            ],
+            "report": [asdict(finding) for finding in log.report],
             "derived": list(log.derived),
             "assumed": list(log.assumed),
         }
-
-
-def _hash(log: Telemetry) -> str | None:
-    return log.sha256 if log.source and Path(log.source).exists() else None
 
 
 def open_source(
@@ -114,42 +107,24 @@ def open_source(
         LogError: the log cannot be used.
         Cancelled: raised by ``watch``.
     """
+    if not isinstance(log, Telemetry | str | Path):
+        raise LogError(
+            "log", "is not a log", value=log, accepted="a path, or what Telemetry.read gave"
+        )
+    kept, path = (log, None) if isinstance(log, Telemetry) else (None, Path(log))
     if isinstance(log, Telemetry):
-        picker = _Picker()
-        picker.add(log)
-        sample = log if len(log) <= LogSource.SAMPLE_ROWS else picker.sample(log)
-        return _finished(sample, picker, len(log) <= LogSource.SAMPLE_ROWS, log, None, None)
-    if not isinstance(log, str | Path):
-        raise LogError("log", "no log", value=log, accepted="a path, or what Telemetry.read gave")
+        chunks = iter([log])
+    else:
+        chunks = Telemetry.chunks(log, mapping, rows=LogSource.CHUNK_ROWS)
     picker = _Picker()
-    last = None
-    for chunk in Telemetry.chunks(log, mapping, rows=LogSource.CHUNK_ROWS):
-        picker.add(chunk)
-        last = chunk
+    for last in chunks:
+        picker.add(last)
         watch(0.0, f"reading {picker.rows:,} rows")
-    assert last is not None  # Telemetry.chunks refuses an empty log
-    return _finished(
-        picker.sample(last),
-        picker,
-        picker.stride == 1,
-        None,
-        Path(log),
-        None if mapping is None else Path(mapping),
-    )
-
-
-def _finished(
-    sample: Telemetry,
-    picker: _Picker,
-    complete: bool,
-    log: Telemetry | None,
-    path: Path | None,
-    mapping: Path | None,
-) -> LogSource:
-    run_rows = np.zeros(len(sample.run_names), np.int64)
-    for run, count in picker.run_rows.items():
-        run_rows[run] = count
-    return LogSource(sample, picker.rows, run_rows, complete, log, path, mapping)
+    in_memory = kept is not None and picker.stride == 1
+    sample = last if in_memory else picker.sample(last)  # Telemetry.chunks refuses an empty log
+    run_rows = np.array([picker.run_rows.get(run, 0) for run in range(len(sample.run_names))])
+    by = None if mapping is None else Path(mapping)
+    return LogSource(sample, picker.rows, run_rows, picker.stride == 1, kept, path, by)
 
 
 class _Picker:
@@ -206,7 +181,6 @@ def _whole_runs(chunks: Iterator[Telemetry]) -> Iterator[Telemetry]:
 
 
 def _pieces(run: NDArray[np.int64]) -> Iterator[tuple[int, int]]:
-    borders = [0, *(np.flatnonzero(np.diff(run)) + 1).tolist(), len(run)]
-    for start, stop in zip(borders, borders[1:], strict=False):
+    for start, stop in pieces_of(run):
         for at in range(start, stop, LogSource.PIECE_ROWS):
             yield at, min(at + LogSource.PIECE_ROWS, stop)

@@ -1,13 +1,13 @@
-"""Speeds of steady drives, taken at their means.
+"""Steady-state segments: speeds are taken at their means.
 
     log = at_steady_speeds(log)     # the same rows; vx, vy and wz each at its mean where steady
 
-What the speed does by millimetres a second while a robot keeps its speed is the error of odometry,
-or the answer of the speed controller to a bump: the robot slows down a little *because* it needs
-more power. A fit that takes these wiggles for causes finds friction that falls with speed, as
-stiction does, where there is none; and of a wheel or roller that nearly stands they decide the side
-on which friction acts. Rollers do so in all forward travel, also where it speeds up: vx, vy and wz
-are seen to one by one. In a stretch of consecutive rows a speed is replaced by its mean where
+While a robot keeps its speed, changes by millimetres a second are errors of odometry, or the speed
+controller's answer to a bump: the robot slows down a little *because* it needs more power. A fit
+that takes these changes for causes finds friction that falls with speed where there is none. For a
+wheel or roller that nearly stands they decide the side on which friction acts. Rollers nearly stand
+in all forward travel, also while it speeds up, so vx, vy and wz are treated one by one. In a
+stretch of consecutive rows a speed is replaced by its mean where
 
     range   it ranges over no more than what odometry usually errs by (Telemetry.SPEED_ERROR), or
             stays within as much of zero
@@ -16,12 +16,12 @@ are seen to one by one. In a stretch of consecutive rows a speed is replaced by 
     scatter it is scatter: rows differ from the next one as much as from the mean, or nearly so.
             Of a motion that swings or that a simulator logs without noise they do not
 
-A mean that cannot be told from zero is zero: of a roller that hardly turns even its error would
-say that there is next to no friction, for friction one way and the other would show in the power.
-Stretches that drift are halved until they hold or are shorter than SHORTEST rows; those keep their
-speeds. In the inside of a stretch the acceleration is that of a speed that does not change, also
-where it was measured: an accelerometer's noise is larger than what odometry leaves open there, and
-would send the rollers of a straight drive to and fro within every row.
+A mean that does not differ significantly from zero is zero: even its error would give a roller that
+hardly turns friction one way and the other, and so next to none. Stretches that drift are halved
+until they hold or have fewer than LEAST_ROWS rows; those keep their speeds. Inside a stretch the
+acceleration is that of a constant speed, also where it was measured: an accelerometer's noise is
+larger than the change that odometry leaves possible, and would send the rollers of a straight drive
+to and fro within every row.
 Source
     own; the estimate of a scatter that drift does not enlarge: von Neumann, "Distribution of the
     ratio of the mean square successive difference to the variance", Annals of Mathematical
@@ -40,12 +40,12 @@ from numpy.typing import NDArray
 from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
 
-SHORTEST = 4
-"""Rows; fewer say nothing about drift."""
+LEAST_ROWS = 4
+"""Rows of a segment, at least; fewer say nothing about drift."""
 DRIFT_Z = 2.5
 """Standard errors by which the means of the halves of a stretch may differ."""
 SMOOTH_Z = 1.64
-"""Standard errors by which the ratio of that scatter to the stretch's variance may fall short."""
+"""Standard errors by which the scatter may fall short of the stretch's variance (von Neumann)."""
 REST_Z = 4.0
 """Standard errors from zero that a mean must have to be a motion."""
 _SPEEDS = [INDEX[name] for name in ("vx", "vy", "wz")]
@@ -98,7 +98,7 @@ def stretches(
     begins[1:] = (np.diff(values) != 0.0) | (np.diff(log.run) != 0)
     number = np.cumsum(begins) - 1
     count = np.bincount(number)[number]
-    return number, count, count >= SHORTEST
+    return number, count, count >= LEAST_ROWS
 
 
 @njit(cache=True, nogil=True)
@@ -117,7 +117,7 @@ def _average(speed: Any, ends: Any, most: float, inside: Any) -> None:
             waiting = [(start, stop)]
             while len(waiting) > 0:
                 begin, end = waiting.pop()
-                if end - begin < SHORTEST:
+                if end - begin < LEAST_ROWS:
                     continue
                 if _drifts(speed[begin:end]):
                     middle = begin + (end - begin) // 2
@@ -155,7 +155,7 @@ def _drifts(part: Any) -> bool:
 
 @njit(cache=True, nogil=True)
 def _steady(part: Any) -> float:
-    """Mean of a stretch (n,), or zero where its scatter does not tell it from zero."""
+    """Mean of a stretch (n,), or zero where it does not differ from zero by REST_Z."""
     mean = np.mean(part)
     return 0.0 if abs(mean) < REST_Z * _scatter(part) / np.sqrt(part.shape[0]) else float(mean)
 

@@ -1,20 +1,20 @@
-"""The search for what a model lacks.
+"""The search for effects that a model lacks.
 
-find_missing chooses terms, fits rivals in full, and lays everything out anew until the choice
-stays. Its answer is a Found with a Selection of Members.
+find_missing_effects chooses terms, compares competing models fitted in full, and repeats that until
+the choice stays. It gives a Found with a Selection of Members.
 """
 
 from planner.telemetry.selection.off_catalogue import ShapeFound
-from planner.telemetry.selection.select_effects import Selection, Standing
+from planner.telemetry.selection.select_effects import RankedTerm, Selection
 from planner.telemetry.selection.selection_loop import Found
 from planner.telemetry.selection.subset_search import Member
-from planner.telemetry.selection.whole_search import find_missing
+from planner.telemetry.selection.whole_search import find_missing_effects
 
 __all__ = [
     "Found",
     "Member",
+    "RankedTerm",
     "Selection",
     "ShapeFound",
-    "Standing",
-    "find_missing",
+    "find_missing_effects",
 ]

@@ -1,10 +1,10 @@
-"""What is named beside others has to lower the error on runs that were left out.
+"""Backward elimination: a member beside others must lower the held-out error.
 
-    found = without_idle(found, watch)
+    found = without_unsupported(found, watch)
 
-Evidence within a log counts every row; that a shape fits the runs of one log a little better does
-not make it the effect that the next run needs. So each member is left out in turn, the rest fitted
-again, and both held against runs that neither fit has seen.
+Evidence within a log counts every row. A shape that fits the runs of one log a little better need
+not be an effect that the next run has. So each member is left out in turn, the rest is fitted
+again, and both fits are compared on held-out runs.
 """
 
 from __future__ import annotations
@@ -19,32 +19,30 @@ from planner.progress import Progress
 from planner.telemetry.holdout import heldout_residual
 from planner.telemetry.noise import huber
 from planner.telemetry.selection.selection_loop import Found
-from planner.telemetry.terms import fit_with
 
-FAIR_SHARE = 0.05
-"""Share of the loss on runs left out that a member beside others has to take off, or else"""
-MOST_RUNS = 1.64
-"""z of what it takes off, run by run."""
+LEAST_LOSS_SHARE = 0.05
+"""Share of the held-out loss that a member beside others must take off, unless LEAST_RUNS_Z
+holds."""
+LEAST_RUNS_Z = 1.64
+"""z over runs of the loss that a member takes off, 5 % on one side."""
 
 
-def without_idle(found: Found, watch: Progress) -> Found:
-    """The same without members that do not lower the error on runs left out.
+def without_unsupported(found: Found, watch: Progress) -> Found:
+    """Drop members that do not lower the held-out error.
 
     A member stays that takes a fair share of it, or a smaller one in most runs. Of a single member
     the report asks the same. ``watch`` hears of every fit, and raises when the caller cancelled.
     """
     if any(m.sensor for m in found.selection.members):
         return found
-    members, library = list(found.selection.members), found.local.competitors.library
+    members = list(found.selection.members)
     while len(members) > 1:
         residual = heldout_residual(found.log, found.fitted)
         gains = []
         for k, member in enumerate(members):
             watch(0.9, f"fitting without {member.name}")
             rest = tuple(a for j, a in enumerate(found.additions) if j != k)
-            fitted = fit_with(
-                found.origin, found.log, rest, noise=found.local.noise, within=library.model
-            )
+            fitted = found.refit(rest)
             without = heldout_residual(found.log, fitted)
             gains.append((_gain(found, without, residual), k, rest, fitted))
         least, k, rest, fitted = min(gains, key=lambda entry: entry[0])
@@ -68,5 +66,5 @@ def _gain(found: Found, without: Array, residual: Array) -> float:
         by_run = np.bincount(run, before - after) / np.bincount(run)
         scatter = float(by_run.std(ddof=1)) / math.sqrt(len(by_run)) if len(by_run) > 1 else 0.0
         z = float(by_run.mean()) / scatter if scatter > 0.0 else 0.0
-        best = max(best, share / FAIR_SHARE, z / MOST_RUNS)
+        best = max(best, share / LEAST_LOSS_SHARE, z / LEAST_RUNS_Z)
     return best

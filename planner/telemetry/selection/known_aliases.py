@@ -1,6 +1,6 @@
-"""A tie that the columns of the catalogue do not show: uneven wheels, or a mass off the centre.
+"""A known pair of aliased effects: uneven wheels, and a mass off the centre.
 
-    ties = with_lookalikes(ties, fitted, log)
+    ties = with_known_aliases(ties, fitted, log)
 
 A centre of mass at (x_c, y_c) loads the wheels in proportion to 1 + a·x_i·x_c + b·y_i·y_c, and each
 wheel's drag follows its load. That is what wheel_imbalance calls excess, if the excess is a linear
@@ -22,12 +22,12 @@ from planner.telemetry.logs import Telemetry
 Ties = Mapping[str, tuple[str, ...]]
 
 UNEVEN, OFFSET = "wheel_imbalance", "com_offset"
-LIKELY = 0.01
-"""Probability of a pattern that no offset has, by chance alone, below which it counts as real."""
+REAL_PATTERN_P = 0.01
+"""p-value below which a pattern that no offset has counts as real."""
 
 
-def with_lookalikes(ties: Ties, fitted: Fit, log: Telemetry) -> dict[str, tuple[str, ...]]:
-    """The ties of a selection, with com_offset beside wheel_imbalance where that is due.
+def with_known_aliases(ties: Ties, fitted: Fit, log: Telemetry) -> dict[str, tuple[str, ...]]:
+    """The ties of a selection, and com_offset for wheel_imbalance where the two are aliased.
 
     Args:
         ties: slug of a selected effect → those that explain the log as well.
@@ -36,12 +36,12 @@ def with_lookalikes(ties: Ties, fitted: Fit, log: Telemetry) -> dict[str, tuple[
     """
     known = dict(ties)
     measured = {"com_x", "com_y"} <= log.present
-    if UNEVEN in known and OFFSET not in known and not measured and _like_an_offset(fitted):
+    if UNEVEN in known and OFFSET not in known and not measured and _fits_an_offset(fitted):
         known[UNEVEN] = tuple(dict.fromkeys((*known[UNEVEN], OFFSET)))
     return known
 
 
-def _like_an_offset(fitted: Fit) -> bool:
+def _fits_an_offset(fitted: Fit) -> bool:
     model = fitted.model
     wheels = len(model.wheels)
     excess, spread = np.zeros(wheels), np.zeros((wheels, wheels))
@@ -62,4 +62,4 @@ def _like_an_offset(fitted: Fit) -> bool:
         return True
     found, variance = rest.T @ excess, rest.T @ spread @ rest
     z = found @ np.linalg.pinv(variance, hermitian=True) @ found
-    return bool(chi2.sf(z, rest.shape[1]) > LIKELY)
+    return bool(chi2.sf(z, rest.shape[1]) > REAL_PATTERN_P)

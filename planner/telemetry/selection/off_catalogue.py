@@ -1,11 +1,11 @@
-"""Shapes beyond a selection: does something lie outside the catalogue?
+"""Shapes beyond a selection: evidence for an effect outside the catalogue.
 
-    found = shape_beyond(examination, chooser, chosen)      # a ShapeFound, or None
+    found = shape_beyond(examination, scorer, chosen)      # a ShapeFound, or None
 
-A shape of the dictionary that is significant beyond the chosen effects, or alone explains more than
-they do, says so. Three doubts come first: an error of a sensor that does the same is the likelier
-explanation, effects that this log cannot tell may look the same, and an effect of the catalogue may
-do as well, though not clearly enough for a name.
+The evidence is a shape of the dictionary that is significant beyond the chosen effects, or alone
+explains more than they do. Three explanations come first: a sensor fault that does the same,
+effects that are not identifiable and collinear with the shape, and an effect of the catalogue that
+does as well, though not clearly enough to be named.
 """
 
 from __future__ import annotations
@@ -16,18 +16,22 @@ import numpy as np
 from scipy.stats import norm
 
 from planner.telemetry.evidence import Examination, Test
-from planner.telemetry.selection.subset_search import Chooser
+from planner.telemetry.selection.subset_search import SubsetScorer
 
-LEAST_SHAPE_BESIDE = 0.2
-"""The same for a shape, which finds more easily what an effect of another form leaves over."""
-SURE_GAIN = 8.0
-SHAPE_SIGNIFICANT = 0.002
+LEAST_RELATIVE_SHAPE_SIZE = 0.2
+"""Size of a shape over the largest member's; a shape fits the misfit of a member's form easily."""
+LEAST_SHAPE_GAIN = 8.0
+"""Log-likelihood that a shape must gain."""
+SHAPE_SIGNIFICANCE = 0.002
+"""p-value over all shapes together."""
 LEAST_SHAPE_SIZE = 0.12
-AS_GOOD = 0.8
+"""Effect size ρ below which a shape is not reported."""
+SENSOR_GAIN_SHARE = 0.8
 """Share of a shape's gain from which an error of a sensor explains the same."""
-TIE_Z = 1.64
-CLEARLY_MORE = 3.0
-"""Log-likelihood by which a shape must do better than what the catalogue has."""
+ALONE_Z = 1.64
+"""z, by clusters, from which a shape alone explains more than the selection."""
+LEAST_GAIN_AHEAD = 3.0
+"""Log-likelihood by which a shape must beat the catalogue."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +43,6 @@ class ShapeFound:
         column: in the examination.
         z: of its test beyond the selection.
         size: ρ.
-        coefficient: W per unit of the shape.
         alone: True when it explains the log better than the selection, which it replaces.
         near: slugs of effects that look the same in this log.
     """
@@ -48,7 +51,6 @@ class ShapeFound:
     column: int
     z: float
     size: float
-    coefficient: float
     alone: bool
     near: tuple[str, ...]
 
@@ -59,103 +61,90 @@ def two_sided(z: float) -> float:
 
 
 def shape_beyond(
-    examination: Examination, chooser: Chooser, chosen: tuple[int, ...]
+    examination: Examination, scorer: SubsetScorer, chosen: tuple[int, ...]
 ) -> ShapeFound | None:
     """The strongest shape of the dictionary beyond the selection, if it means something."""
     evidence, competitors = examination.evidence, examination.competitors
     columns = [competitors.first_shape + k for k in examination.shapes]
     if not columns:
         return None
-    mine = chooser.columns(chosen)
-    z, found, information = evidence.test_each(columns, given=mine)
+    mine = scorer.columns(chosen)
+    z, found, _ = evidence.test_each(columns, given=mine)
     best = int(np.argmax(z))
-    del information
     p = min(1.0, two_sided(float(z[best])) * len(columns))
     size = evidence.size([columns[best]], found[[best]], mine)
-    least = max(LEAST_SHAPE_SIZE, LEAST_SHAPE_BESIDE * chooser.largest(chosen))
-    significant = p < SHAPE_SIGNIFICANT and 0.5 * z[best] ** 2 > SURE_GAIN and size > least
+    least = max(LEAST_SHAPE_SIZE, LEAST_RELATIVE_SHAPE_SIZE * scorer.largest(chosen))
+    significant = p < SHAPE_SIGNIFICANCE and 0.5 * z[best] ** 2 > LEAST_SHAPE_GAIN and size > least
     if chosen:
         # Would one shape alone do what the selection does? The strongest one alone is asked.
         alone_z, alone_found, alone_info = evidence.test_each(columns)
         gains = 0.5 * alone_found**2 * alone_info
         strongest = int(np.argmax(gains))
         gain, vuong = evidence.compare([columns[strongest]], mine)
-        member_like = max((evidence.likeness(c, columns[strongest]) for c in mine), default=0.0)
-        better = gain > CLEARLY_MORE and vuong > TIE_Z and member_like < 0.9
-        simpler = len(chosen) >= 2 and gain > -0.5 * np.log(max(evidence.block_count, 2)) - np.log(
-            chooser.name_count
-        )
+        member_like = max((evidence.collinearity(c, columns[strongest]) for c in mine), default=0.0)
+        better = gain > LEAST_GAIN_AHEAD and vuong > ALONE_Z and member_like < 0.9
+        simpler = len(chosen) >= 2 and gain > -0.5 * np.log(
+            max(evidence.cluster_count, 2)
+        ) - np.log(scorer.name_count)
         if better or simpler:
-            return ShapeFound(
-                examination.shapes[strongest],
-                columns[strongest],
-                float(alone_z[strongest]),
-                evidence.size([columns[strongest]], alone_found[[strongest]]),
-                float(alone_found[strongest]),
-                True,
-                _look_alikes(examination, columns[strongest]),
-            )
+            number, column = examination.shapes[strongest], columns[strongest]
+            size = evidence.size([column], alone_found[[strongest]])
+            near = _collinear_effects(examination, column)
+            return ShapeFound(number, column, float(alone_z[strongest]), size, True, near)
     if not significant:
         return None
-    near = _look_alikes(examination, columns[best])
+    near = _collinear_effects(examination, columns[best])
     if not chosen:
-        near = tuple(dict.fromkeys((*near, *_as_good(examination, chooser, columns[best]))))
-    return ShapeFound(
-        examination.shapes[best],
-        columns[best],
-        float(z[best]),
-        size,
-        float(found[best]),
-        not chosen,
-        near,
-    )
+        near = tuple(dict.fromkeys((*near, *_as_good(examination, scorer, columns[best]))))
+    number = examination.shapes[best]
+    return ShapeFound(number, columns[best], float(z[best]), size, not chosen, near)
 
 
-def _as_good(examination: Examination, chooser: Chooser, column: int) -> list[str]:
+def _as_good(examination: Examination, scorer: SubsetScorer, column: int) -> list[str]:
     """Effects of the catalogue that alone do what a shape does, though too weakly for a name."""
     shape = examination.evidence.gain([column])[0]
-    found = [(m.name, chooser.gain((k,))) for k, m in enumerate(chooser.members) if not m.sensor]
-    return [name for name, gain in found if gain is not None and gain[0] > shape - CLEARLY_MORE]
+    found = [(m.name, scorer.gain((k,))) for k, m in enumerate(scorer.members) if not m.sensor]
+    return [name for name, gain in found if gain is not None and gain[0] > shape - LEAST_GAIN_AHEAD]
 
 
-def rather_a_sensor(
+def prefer_sensor_fault(
     examination: Examination,
-    chooser: Chooser,
+    scorer: SubsetScorer,
     chosen: tuple[int, ...],
     tests: dict[str, Test],
     shape: ShapeFound,
 ) -> tuple[tuple[int, ...], dict[str, Test], ShapeFound | None]:
     """An error of a sensor that does what a shape does is the likelier explanation."""
     kept = () if shape.alone else chosen
-    start = chooser.gains[kept][0] if kept in chooser.gains else 0.0
-    mine = chooser.columns(kept)
+    start = scorer.gains[kept][0] if kept in scorer.gains else 0.0
+    mine = scorer.columns(kept)
     by_shape = examination.evidence.gain([*mine, shape.column])[0] - start
     best: tuple[float, tuple[int, ...]] | None = None
-    for k, member in enumerate(chooser.members):
+    for k, member in enumerate(scorer.members):
         both = tuple(sorted({*kept, k}))
         if member.sensor and k not in kept:
-            found = chooser.gain(both)
-            if found is not None and found[0] - start > AS_GOOD * by_shape:
-                chooser.gains.setdefault(both, found)
-                chooser.scored.setdefault(both, found[0] - chooser.penalty(both))
+            found = scorer.gain(both)
+            if found is not None and found[0] - start > SENSOR_GAIN_SHARE * by_shape:
+                scorer.gains.setdefault(both, found)
+                scorer.scored.setdefault(both, found[0] - scorer.penalty(both))
                 if best is None or found[0] > best[0]:
                     best = (found[0], both)
     if best is None:
         return chosen, tests, shape
-    passed, new_tests = chooser.checked(best[1])
-    if not any(chooser.members[k].sensor for k in passed):
+    passed, new_tests = scorer.checked(best[1])
+    if not any(scorer.members[k].sensor for k in passed):
         return chosen, tests, shape
     return passed, new_tests, None
 
 
-def _look_alikes(examination: Examination, column: int) -> tuple[str, ...]:
-    """Effects that this log cannot tell and that run along with a shape."""
+def _collinear_effects(examination: Examination, column: int) -> tuple[str, ...]:
+    """Effects that are not identifiable from this log and collinear with a shape."""
     evidence, competitors = examination.evidence, examination.competitors
     near = []
     for number, candidate in enumerate(competitors.library.candidates):
         at = competitors.candidate(number)
         untold = examination.testable.get(candidate.effect) is not None
-        seen = evidence.clear[at, at] > 1e-9 * evidence.total[at, at]
-        if untold and seen and evidence.likeness(at, column) > 0.9:
+        seen = evidence.partial[at, at] > 1e-9 * evidence.total[at, at]
+        if untold and seen and evidence.collinearity(at, column) > 0.9:
             near.append(candidate.effect)
     return tuple(dict.fromkeys(near))

@@ -1,19 +1,18 @@
-"""Which effects, and how sure: the best subset of what competes, and what lies beyond it.
+"""Select effects: the best subset of competing terms, a ranking, and a shape beyond them.
 
     selection = select(examination)
     selection.members        # strongest first; () when nothing is missing
-    selection.standings      # how every effect stands
+    selection.standings      # ranking of all effects
     selection.shape          # what the catalogue does not explain, or None
 
-The search is subset_search, shapes outside the catalogue
-off_catalogue; ties are found by fitting rivals in full
-(full_refit_comparison).
+The search is subset_search; off_catalogue looks for shapes outside the catalogue, and
+full_refit_comparison finds ties.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
@@ -22,15 +21,15 @@ from planner.arrays import Array
 from planner.telemetry.evidence import Examination, Test
 from planner.telemetry.selection.off_catalogue import (
     ShapeFound,
-    rather_a_sensor,
+    prefer_sensor_fault,
     shape_beyond,
     two_sided,
 )
-from planner.telemetry.selection.subset_search import Chooser, Member, Rival
+from planner.telemetry.selection.subset_search import CompetingModel, Member, SubsetScorer
 
 
 @dataclass(frozen=True)
-class Standing:
+class RankedTerm:
     """How a single effect stands.
 
     Attributes:
@@ -51,6 +50,11 @@ class Standing:
     member: Member
     coefficients: Array
 
+    @property
+    def stderr(self) -> float:
+        """Standard error of the first coefficient, by its test."""
+        return abs(float(self.coefficients[0])) / max(self.z, 1e-9)
+
 
 @dataclass(frozen=True)
 class Selection:
@@ -58,21 +62,21 @@ class Selection:
 
     Attributes:
         members: selected, strongest first.
-        ties: name → names of rivals that explain as much.
-        standings: every effect that could be told, best first.
+        ties: name → names of alternatives that explain as much.
+        standings: every identifiable effect, best first.
         shape: what remains, or None.
-        none_p: probability of the strongest candidate's score if nothing were missing.
-        tests: of the members, by name.
-        rivals: subsets that were scored, best first, the members' own among them.
+        alternatives: subsets that were scored, best first, the members' own among them.
     """
 
     members: tuple[Member, ...]
     ties: dict[str, tuple[str, ...]]
-    standings: tuple[Standing, ...]
+    standings: tuple[RankedTerm, ...]
     shape: ShapeFound | None
-    none_p: float
-    tests: dict[str, Test] = field(default_factory=dict)
-    rivals: tuple[Rival, ...] = ()
+    alternatives: tuple[CompetingModel, ...]
+
+    def standing(self, name: str) -> RankedTerm:
+        """The entry in the ranking of an effect or a sensor."""
+        return next(standing for standing in self.standings if standing.name == name)
 
 
 def select(
@@ -81,7 +85,7 @@ def select(
     sizes: Mapping[str, float] = MappingProxyType({}),
     check: Callable[[], None] = lambda: None,
 ) -> Selection:
-    """Choose among everything that competes.
+    """Choose among all competing terms.
 
     Args:
         examination: the log, summed up.
@@ -90,84 +94,65 @@ def select(
         sizes: of members that were fitted in full.
         check: called between the parts; raises when the caller was cancelled.
     """
-    chooser = Chooser(examination)
-    evidence = examination.evidence
-    best = chooser.search()
+    scorer = SubsetScorer(examination)
+    best = scorer.search()
     if members is not None:
-        best = chooser.find(members)
+        best = tuple(sorted(scorer.members.index(m) for m in members))
     check()
-    chosen, tests = chooser.checked(best, sizes)
-    chooser.admit(chosen)
-    singles = sorted({c for m in chooser.members for c in m.columns})
-    z, _, _ = evidence.test_each(singles) if singles else (np.zeros(0), None, None)
-    none_p = float(min(1.0, two_sided(float(z.max())) * len(z))) if len(z) else 1.0
+    chosen, tests = scorer.checked(best, sizes)
+    scorer.admit(chosen)
     check()
-    shape = shape_beyond(examination, chooser, chosen)
+    shape = shape_beyond(examination, scorer, chosen)
     honest = members is not None and not any(m.sensor for m in members)
     if shape is not None and not honest:
-        chosen, tests, shape = rather_a_sensor(examination, chooser, chosen, tests, shape)
+        chosen, tests, shape = prefer_sensor_fault(examination, scorer, chosen, tests, shape)
     if shape is not None and shape.alone:
         chosen, tests = (), {}
-    chooser.admit(chosen)  # a sensor may have taken the place of a shape
-    order = sorted(chosen, key=lambda k: -_single_gain(chooser, k))
-    return Selection(
-        tuple(chooser.members[k] for k in order),
-        {},
-        _standings(chooser, chosen, tests, singles, z),
-        shape,
-        none_p,
-        tests,
-        chooser.rivals(chosen),
-    )
-
-
-def _single_gain(chooser: Chooser, k: int) -> float:
-    found = chooser.gains.get((k,))
-    return found[0] if found else 0.0
+    scorer.admit(chosen)  # a sensor may have taken the place of a shape
+    order = sorted(chosen, key=lambda k: -scorer.gains.get((k,), (0.0,))[0])
+    strongest_first = tuple(scorer.members[k] for k in order)
+    standings = _standings(scorer, chosen, tests)
+    return Selection(strongest_first, {}, standings, shape, scorer.alternatives(chosen))
 
 
 def _standings(
-    chooser: Chooser,
-    chosen: tuple[int, ...],
-    tests: dict[str, Test],
-    singles: Sequence[int],
-    z: Array,
-) -> tuple[Standing, ...]:
-    weights = {s: np.exp(v - max(chooser.scored.values())) for s, v in chooser.scored.items()}
+    scorer: SubsetScorer, chosen: tuple[int, ...], tests: dict[str, Test]
+) -> tuple[RankedTerm, ...]:
+    highest = max(scorer.scored.values())
+    weights = {s: np.exp(v - highest) for s, v in scorer.scored.items()}
     total = sum(weights.values())
     best_way: dict[str, int] = {}
-    for k, member in enumerate(chooser.members):
-        if (k,) not in chooser.gains:
+    for k, member in enumerate(scorer.members):
+        if (k,) not in scorer.gains:
             continue
         known = best_way.get(member.name)
-        score = chooser.scored[k,]
-        if known is None or score > chooser.scored[known,]:
+        if known is None or scorer.scored[k,] > scorer.scored[known,]:
             best_way[member.name] = k
-    for k in chosen:
-        best_way[chooser.members[k].name] = k
-    place = {column: n for n, column in enumerate(singles)}
+    picked = {scorer.members[k].name: k for k in chosen}
+    best_way |= picked
+    singles = sorted({c for m in scorer.members for c in m.columns})
+    z = dict(zip(singles, scorer.evidence.test_each(singles)[0], strict=True)) if singles else {}
     standings = []
     for name, k in best_way.items():
-        member = chooser.members[k]
-        gain, found = chooser.gains.get((k,), (0.0, np.zeros(len(member.columns))))
+        member = scorer.members[k]
+        gain, found = scorer.gains.get((k,), (0.0, np.zeros(len(member.columns))))
         test = tests.get(name)
-        strongest = max(float(z[place[c]]) for c in member.columns)
+        strongest = max(float(z[c]) for c in member.columns)
         if test is not None:
             found, strongest = test.coefficients, test.z
         probability = sum(
-            w for s, w in weights.items() if any(chooser.members[q].name == name for q in s)
+            w for s, w in weights.items() if any(scorer.members[q].name == name for q in s)
         )
         standings.append(
-            Standing(
+            RankedTerm(
                 name,
                 gain,
                 strongest,
                 test.p_value if test else two_sided(strongest),
-                chooser.examination.size(list(member.columns), found),
+                scorer.evidence.size(list(member.columns), found),
                 float(probability / total),
                 member,
                 found,
             )
         )
-    picked = {chooser.members[k].name for k in chosen}
     return tuple(sorted(standings, key=lambda s: (s.name not in picked, -s.probability, -s.gain)))

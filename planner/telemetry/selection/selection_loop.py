@@ -1,17 +1,18 @@
-"""The search for what is missing: fit, lay out, choose, fit rivals, lay out anew, until it stays.
+"""The selection loop: fit, lay out, choose, compare refits, lay out anew, until the choice stays.
 
     found = investigate(log, model, extra, watch)         # on rows in memory
-    found.strained(model)                                 # whether its fit ran into bounds
+    found.at_bounds(model)                                 # whether its fit ran into bounds
 
-Round by round the chosen effects are fitted with all other parameters, and everything is laid out
-around them, because sums are linear and effects are not. A faulty sensor is corrected in the log,
-and the search starts again.
+Round by round the chosen effects are fitted with all other parameters, and the design matrix is
+computed anew around them, because it is linear and effects are not. A sensor fault is corrected in
+the log, and the search starts again.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -19,19 +20,21 @@ from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.progress import Progress
 from planner.telemetry.estimation import Fit
-from planner.telemetry.evidence import Competitors, Examination, examine
+from planner.telemetry.evidence import DesignColumns, Examination, examine
 from planner.telemetry.holdout import base_fit, heldout_rmse
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.other_terms import SENSORS, Dictionary, Sensor
-from planner.telemetry.selection.full_refit_comparison import coefficients_of, confirmed, contest
-from planner.telemetry.selection.select_effects import Selection, Standing, select
-from planner.telemetry.selection.subset_search import Member, Rival, members_of
+from planner.telemetry.selection.full_refit_comparison import compare_refits, confirmed
+from planner.telemetry.selection.select_effects import RankedTerm, Selection, select
+from planner.telemetry.selection.subset_search import CompetingModel, Member, members_of
 from planner.telemetry.terms import Addition, CandidateLibrary, candidate_library, fit_with
 
-ROUNDS = 3
-SENSOR_ROUNDS = 8
-STEADY = 0.35
-"""Share of a correction by which the same sensor may be off again."""
+MOST_REFITS = 3
+"""Rounds of refitting and laying out anew."""
+MOST_SENSOR_ROUNDS = 8
+"""Searches of one log, each with other corrections of sensors."""
+REPEATED_FAULT_SHARE = 0.35
+"""Share of a correction by which the same sensor may be off again; more is another effect."""
 
 
 @dataclass(frozen=True)
@@ -53,10 +56,15 @@ class Found:
     corrections: dict[str, tuple[float, float]]
     local: Examination
     origin: PowerModel
-    refuted: tuple[Standing, ...] = ()
+    refuted: tuple[RankedTerm, ...] = ()
     searched: Fit | None = None
 
-    def strained(self, start: PowerModel) -> bool:
+    def refit(self, additions: Sequence[Addition], *, tried: bool = False) -> Fit:
+        """The origin fitted with additions; ``tried`` as in fit_with."""
+        noise, within = self.local.noise, self.local.competitors.library.model
+        return fit_with(self.origin, self.log, additions, noise=noise, within=within, tried=tried)
+
+    def at_bounds(self, start: PowerModel) -> bool:
         """Whether the base fit ran into physical bounds: something strong is missing."""
         for place in self.base.places:
             low, high = start.slots[place][2].bounds
@@ -83,12 +91,12 @@ def investigate(
         extra: custom effects that compete with the catalogue.
         watch: progress; raises when the caller cancelled.
         as_stated: lay out around the model as it is given, not around its fit: where a strong
-            effect has bent the fit out of shape, columns around it point nowhere (strained).
+            effect has bent the fit out of shape, columns around it point nowhere (at_bounds).
     """
     corrections: dict[str, tuple[float, float]] = {}
     believed = set(SENSORS)
     log = sample
-    for number in range(SENSOR_ROUNDS):
+    for number in range(MOST_SENSOR_ROUNDS):
         watch(0.15 + 0.05 * number, "laying out what every effect would add")
         base = base_fit(log, start)
         origin = replace(base, model=start) if as_stated else base
@@ -107,39 +115,28 @@ def investigate(
         faults = [m.name for m in found.selection.members if m.sensor]
         if not faults:
             break
-        sizes = {kind: _size(found, kind) for kind in faults}
+        standings = {kind: found.selection.standing(kind) for kind in faults}
+        sizes = {kind: float(standing.coefficients[0]) for kind, standing in standings.items()}
         # A true error is gone once it was corrected. One that asks for more, or for its opposite,
         # stands for something else that the model lacks.
         wandering = {
             kind
-            for kind, (value, _) in sizes.items()
-            if kind in corrections and abs(value) > STEADY * abs(corrections[kind][0])
+            for kind, value in sizes.items()
+            if kind in corrections and abs(value) > REPEATED_FAULT_SHARE * abs(corrections[kind][0])
         }
         # Around another linearisation an error may look plain that corrects next to nothing.
-        wandering |= {kind for kind in faults if not _confirmed(found, kind, watch)}
+        check = partial(watch, 0.45, "fitting without the error of a sensor")
+        found_in = log, base, found.examination, found.selection
+        wandering |= {kind for kind in faults if not confirmed(*found_in, kind, check)}
         if wandering:
             believed -= wandering
             corrections = {k: v for k, v in corrections.items() if k in believed}
         else:
-            for kind, (value, stderr) in sizes.items():
+            for kind, value in sizes.items():
                 before = corrections.get(kind, (0.0, 0.0))[0]
-                corrections[kind] = (before + value, stderr)
+                corrections[kind] = (before + value, standings[kind].stderr)
         log = corrected(sample, corrections)
     return found
-
-
-def _confirmed(found: Found, kind: str, watch: Progress) -> bool:
-    def check() -> None:
-        watch(0.45, "fitting without the error of a sensor")
-
-    return confirmed(found.log, found.base, found.examination, found.selection, kind, check)
-
-
-def _size(found: Found, kind: str) -> tuple[float, float]:
-    """Size of a sensor's error and its standard error."""
-    standing = next(s for s in found.selection.standings if s.name == kind)
-    value = float(standing.coefficients[0])
-    return value, abs(value) / max(standing.z, 1e-9)
 
 
 def corrected(log: Telemetry, corrections: dict[str, tuple[float, float]]) -> Telemetry:
@@ -159,25 +156,30 @@ def _settled(
     *,
     exact: bool,
 ) -> Found:
-    """Choose, refit, lay out anew, until the choice stays.
-
-    ``exact`` as in Competitors.
-    """
-    competitors = Competitors(library, Dictionary.of(log), sensors, exact=exact)
+    """Choose, refit, lay out anew, until the choice stays; ``exact`` as in DesignColumns."""
+    competitors = DesignColumns(library, Dictionary.of(log), sensors, exact=exact)
     examination = examine(log, competitors)
-    known: list[Rival] = []
-
+    known: list[CompetingModel] = []
     reached = share
 
     def check() -> None:
-        watch(reached, "fitting what comes near in full")
+        watch(reached, "fitting competing models in full")
+
+    def state() -> Found:
+        settled = examination, selection, fitted, additions
+        return Found(log, base, *settled, {}, examination, base.model)
+
+    def refit() -> tuple[tuple[Addition, ...], Fit]:
+        wanted = additions_of(examination, selection)
+        noise = examination.noise
+        return wanted, fit_with(base.model, log, wanted, noise=noise, within=library.model)
 
     selection = _chosen(log, base, examination, known, check)
     fitted = base
     additions: tuple[Addition, ...] = ()
     chosen: tuple[tuple[str, tuple[int, ...]], ...] = ()
     best: tuple[float, Found] | None = None
-    for number in range(ROUNDS):
+    for number in range(MOST_REFITS):
         members = [m for m in selection.members if not m.sensor]
         names = tuple((m.name, m.columns) for m in members)
         if names == chosen:
@@ -185,17 +187,16 @@ def _settled(
         chosen = names
         reached = share + 0.04 * number
         watch(reached, "refitting with " + ", ".join(m.name for m in members))
-        additions = additions_of(examination, selection, members)
-        fitted = fit_with(base.model, log, additions, noise=examination.noise, within=library.model)
+        additions, fitted = refit()
         if exact and members:
             error = heldout_rmse(log, fitted)
             if best is None or error < best[0]:
-                best = error, _found(log, base, examination, selection, fitted, additions)
+                best = error, state()
         tied = {name for ties in selection.ties.values() for name in ties}
         competitors = replace(
             competitors,
             library=_relinearised(competitors, selection, members, fitted),
-            told=competitors.told | tied | {m.name for m in members},
+            testable_before=competitors.testable_before | tied | {m.name for m in members},
         )
         explained = [c for m in selection.members for c in m.columns]
         if selection.shape is not None:
@@ -208,58 +209,47 @@ def _settled(
         return best[1]
     if not settled:
         # The last choice has not been fitted yet; names and parameters belong together.
-        members = [m for m in selection.members if not m.sensor]
-        additions = additions_of(examination, selection, members)
-        fitted = fit_with(base.model, log, additions, noise=examination.noise, within=library.model)
-    return _found(log, base, examination, selection, fitted, additions)
+        additions, fitted = refit()
+    return state()
 
 
-def additions_of(
-    examination: Examination, selection: Selection, members: Sequence[Member]
-) -> tuple[Addition, ...]:
-    """Members that are no sensors, as additions to a model."""
+def additions_of(examination: Examination, selection: Selection) -> tuple[Addition, ...]:
+    """The selected effects of the catalogue, as additions to a model."""
     library = examination.competitors.library
-    return tuple(Addition.of(library, m.term, coefficients_of(selection, m.name)) for m in members)
-
-
-def _found(
-    log: Telemetry,
-    base: Fit,
-    examination: Examination,
-    selection: Selection,
-    fitted: Fit,
-    additions: tuple[Addition, ...],
-) -> Found:
-    return Found(log, base, examination, selection, fitted, additions, {}, examination, base.model)
+    return tuple(
+        Addition.of(library, m.term, selection.standing(m.name).coefficients)
+        for m in selection.members
+        if not m.sensor
+    )
 
 
 def _chosen(
     log: Telemetry,
     base: Fit,
     examination: Examination,
-    known: list[Rival],
+    known: list[CompetingModel],
     check: Callable[[], None],
 ) -> Selection:
-    """The best subset of the sums, once it has stood against its rivals fitted in full.
+    """The best subset, after a comparison with competing models fitted in full.
 
-    ``known`` are rivals of earlier rounds; those of this one join them. ``check`` is called before
-    every fit; it raises when the caller cancelled.
+    ``known`` are alternatives of earlier rounds; those of this round replace them. ``check`` is
+    called before every fit; it raises when the caller cancelled.
     """
     selection = select(examination)
     if not selection.members:
         return selection
-    # What could be told in an earlier round may drown in this one, around other parameters.
+    # An effect that was identifiable around other parameters need not be so here.
     there = members_of(examination)
-    able = [rival for rival in known if all(m in there for m in rival.members)]
-    ranked, near = contest(log, base, examination, selection, able, check)
-    known[:] = near
+    able = [alternative for alternative in known if all(m in there for m in alternative.members)]
+    ranked = compare_refits(log, base, examination, selection, able, check)
+    known[:] = [outcome.alternative for outcome in ranked]
     names = {m.name for m in selection.members}
     first: Selection | None = None
     for outcome in ranked:
-        wanted = {m.name for m in outcome.members}
+        wanted = outcome.names
         stands = selection
         if wanted != names:
-            stands = select(examination, outcome.members, outcome.sizes)
+            stands = select(examination, outcome.alternative.members, outcome.sizes)
         ties = {m.name: outcome.ties.get(m.name, ()) for m in stands.members}
         stands = replace(stands, ties=ties)
         if stands.shape is not None or {m.name for m in stands.members} == wanted:
@@ -270,7 +260,7 @@ def _chosen(
 
 
 def _relinearised(
-    competitors: Competitors, selection: Selection, members: Sequence[Member], fitted: Fit
+    competitors: DesignColumns, selection: Selection, members: Sequence[Member], fitted: Fit
 ) -> CandidateLibrary:
     """The library around the refitted parameters, each effect at the size that it seems to have."""
     library = competitors.library
@@ -283,21 +273,18 @@ def _relinearised(
             possible = float(np.clip(value, column.low, column.high))
             if abs(possible) > 0.05 * abs(amplitudes[number]):
                 amplitudes[number] = possible
-    places = {
-        (effect.slug, name, element): place
-        for place, (effect, name, _, element) in enumerate(fitted.model.slots)
-    }
+    values = dict(zip(fitted.model.parameter_names, fitted.model.parameters, strict=True))
     last_wheel = library.model.vehicle.layout.wheel_count - 1
     held = []
     for member in members:
         for number in member.term.columns:
-            column = library.candidates[number]
-            name, _, element = column.parameter.partition(" ")
-            value = fitted.model.parameters[places[member.name, name, int(element or 0)]]
-            if library.model.slots[column.place][2].per == "wheel":
+            place = library.candidates[number].place
+            _, name, parameter, element = library.model.slots[place]
+            value = values[member.name, name, element]
+            if parameter.per == "wheel":
                 # Columns count from the last wheel, a fit from the mean.
-                value -= fitted.model.parameters[places[member.name, name, last_wheel]]
-            null = library.model.parameters[column.place]
+                value -= values[member.name, name, last_wheel]
+            null = library.model.parameters[place]
             if abs(value - null) > 1e-3 * abs(amplitudes[number]):
                 amplitudes[number] = value - null
                 held.append(number)

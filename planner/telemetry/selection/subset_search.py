@@ -1,13 +1,13 @@
-"""Subsets of what competes, scored: likelihood gained less a penalty, within what physics allows.
+"""Subset search: sets of candidate terms, scored by penalised likelihood within physical bounds.
 
-    chooser = Chooser(examination)
-    chosen = chooser.search()               # numbers of the members of the best subset
-    chosen, tests = chooser.checked(chosen) # without those that do not pass on their own
+    scorer = SubsetScorer(examination)
+    chosen = scorer.search()               # numbers of the members of the best subset
+    chosen, tests = scorer.checked(chosen) # without members that fail their own test
 
-The penalty grows with the number of independent blocks (as in the Bayesian information criterion)
-and of candidates; sensors' errors count by how usual their size is. A member has to pass a test
-given the others, corrected for the number of candidates, and to be of a size that does not drown in
-noise and in what any model leaves.
+The penalty grows with the number of clusters (as in the Bayesian information criterion) and of
+candidates. A sensor's error also costs the more the less usual its size is. A member must pass a
+test given the others, corrected for the number of candidates. It must also be large enough against
+the noise and against the misfit of any model.
 """
 
 from __future__ import annotations
@@ -21,45 +21,57 @@ import numpy as np
 
 from planner.arrays import Array
 from planner.telemetry.evidence import Examination, Test
-from planner.telemetry.terms import Atom
+from planner.telemetry.terms import Term
 
 MOST_EFFECTS = 3
-SIGNIFICANT = 0.01
-"""Probability of naming something when nothing is missing, over all candidates together."""
-OVERSHOOT = 3.0
-"""Times its bound that a coefficient may be in the sums, which are linear; a fit keeps to it."""
-SENSOR_SIGNIFICANT = 1e-4
-"""The same for errors of sensors, which overrule everything else that a log says."""
+"""Members of the largest set that is searched."""
+GROWN_SETS = 25
+"""Best pairs that a third member is tried with."""
+SIGNIFICANCE = 0.01
+"""p-value over all candidates together, above which an effect is not named."""
+BOUND_OVERSHOOT = 3.0
+"""Factor by which a linearised coefficient may exceed its bound; a fit keeps to the bound."""
+SENSOR_SIGNIFICANCE = 1e-4
+"""p-value over all candidates for a sensor fault, which overrules everything else in a log."""
 LEAST_SIZE = 0.15
-"""ρ below which an effect is not named: what it adds, over the noise."""
-LEAST_BESIDE = 0.08
-"""Size of a member relative to the largest: the catalogue's form of an effect is never quite that
-of the robot, and what it leaves over must not be taken for a second effect."""
-LEAST_CORRECTION = 0.05
-"""The same for an error of a sensor that was found and corrected already."""
+"""Effect size ρ (rms over the noise) below which an effect is not named."""
+LEAST_RELATIVE_SIZE = 0.08
+"""Size of a member over the largest. The catalogue's form of an effect is never quite the robot's,
+and the misfit must not pass for a second effect."""
+LEAST_REPEATED_SENSOR_SIZE = 0.05
+"""Effect size below which a sensor that was corrected already is not corrected again."""
 LEAST_SENSOR_SIZE = 0.13
-"""The same for the error of a sensor."""
+"""Effect size below which a sensor fault is not named."""
 
 
 @dataclass(frozen=True)
 class Member:
-    """One way of acting that competes: an atom of the catalogue, or an error of a sensor."""
+    """What may be in a set: a term of the catalogue, or the error of a sensor.
+
+    Attributes:
+        name: slug of the effect, or kind of the sensor.
+        columns: of the design matrix.
+        catalogue_term: None for a sensor.
+    """
 
     name: str
     columns: tuple[int, ...]
-    sensor: bool
-    atom: Atom | None
-    scanned: bool
+    catalogue_term: Term | None = None
 
     @property
-    def term(self) -> Atom:
-        """The atom of a member that is no sensor; sensors have none, and callers leave them out."""
-        assert self.atom is not None
-        return self.atom
+    def sensor(self) -> bool:
+        """Whether it is the error of a sensor."""
+        return self.catalogue_term is None
+
+    @property
+    def term(self) -> Term:
+        """The term; callers leave sensors out, which have none."""
+        assert self.catalogue_term is not None
+        return self.catalogue_term
 
 
 @dataclass(frozen=True)
-class Rival:
+class CompetingModel:
     """A subset that was scored.
 
     Attributes:
@@ -71,32 +83,31 @@ class Rival:
 
     members: tuple[Member, ...]
     coefficients: tuple[Array, ...]
-    penalty: float
-    score: float
+    penalty: float = 0.0
+    score: float = 0.0
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Of the members."""
+        return frozenset(member.name for member in self.members)
 
 
 def members_of(examination: Examination) -> list[Member]:
-    """All ways of acting that compete."""
+    """All terms and sensors' errors that compete."""
     competitors = examination.competitors
     members = [
-        Member(
-            atom.effect,
-            tuple(competitors.candidate(n) for n in atom.columns),
-            False,
-            atom,
-            atom.scanned,
-        )
-        for atom in examination.atoms
+        Member(term.effect, tuple(competitors.candidate(n) for n in term.columns), term)
+        for term in examination.terms
     ]
     for number, sensor in enumerate(competitors.sensors):
         column = competitors.sensor(number)
-        if examination.evidence.kept_share(column) > 2e-3:
-            members.append(Member(sensor.kind, (column,), True, None, False))
+        if examination.evidence.tolerance(column) > 2e-3:
+            members.append(Member(sensor.kind, (column,)))
     return members
 
 
-class Chooser:
-    """Scores subsets of everything that competes in one examination."""
+class SubsetScorer:
+    """Scores subsets of all terms and sensors' errors of one examination."""
 
     def __init__(self, examination: Examination) -> None:
         self.examination = examination
@@ -110,8 +121,7 @@ class Chooser:
             self.usual[examination.competitors.sensor(number)] = sensor.usual
         names = {m.name for m in self.members}
         self.name_count = max(len(names), 2)
-        # Of parameters that do the same, the one that its effect declares first is taken.
-        self.lateness = _lateness(self.members)
+        self.charges = _charges(self.members)
         self.scored: dict[tuple[int, ...], float] = {(): 0.0}
         self.gains: dict[tuple[int, ...], tuple[float, Array]] = {(): (0.0, np.zeros(0))}
 
@@ -119,18 +129,15 @@ class Chooser:
         return [c for k in chosen for c in self.members[k].columns]
 
     def penalty(self, chosen: Sequence[int]) -> float:
-        blocks = 0.5 * np.log(max(self.evidence.block_count, 2))
+        column = 0.5 * np.log(max(self.evidence.cluster_count, 2))
         each = [
-            blocks * len(self.members[k].columns)
-            + np.log(self.name_count)
-            + self.lateness[k]
-            + (0.5 if self.members[k].scanned else 0.0)
+            column * len(self.members[k].columns) + np.log(self.name_count) + self.charges[k]
             for k in chosen
         ]
         return float(sum(each))
 
     def gain(self, chosen: tuple[int, ...]) -> tuple[float, Array] | None:
-        """Log-likelihood and coefficients; None when the physics forbids their sign or size."""
+        """Log-likelihood gain and coefficients; None when physics forbids their sign or size."""
         return next(((value, found) for _, value, found in self._gains([chosen])), None)
 
     def _gains(self, subsets: Sequence[tuple[int, ...]]) -> Iterator[tuple[int, float, Array]]:
@@ -153,14 +160,11 @@ class Chooser:
     def search(self) -> tuple[int, ...]:
         """Score subsets up to MOST_EFFECTS; the best one."""
         everyone = range(len(self.members))
-        best_pairs: list[tuple[int, ...]] = []
+        best: list[tuple[int, ...]] = []
         for count in range(1, MOST_EFFECTS + 1):
-            if count <= 2:
-                subsets = list(itertools.combinations(everyone, count))
-            else:
-                subsets = sorted(
-                    {tuple(sorted({*pair, k})) for pair in best_pairs for k in everyone}
-                )
+            subsets = list(itertools.combinations(everyone, min(count, 2)))
+            if count > 2:
+                subsets = sorted({tuple(sorted({*some, k})) for some in best for k in everyone})
             subsets = [
                 chosen
                 for chosen in subsets
@@ -172,7 +176,7 @@ class Chooser:
                 self.gains[chosen] = value, found
                 self.scored[chosen] = value - self.penalty(chosen)
                 level.append((value, chosen))
-            best_pairs = [chosen for _, chosen in sorted(level, reverse=True)[:25]]
+            best = [chosen for _, chosen in sorted(level, reverse=True)[:GROWN_SETS]]
         return max(self.scored, key=lambda chosen: self.scored[chosen])
 
     def admit(self, chosen: tuple[int, ...]) -> None:
@@ -181,25 +185,19 @@ class Chooser:
             self.gains[chosen] = self.evidence.gain(self.columns(chosen))
             self.scored[chosen] = self.gains[chosen][0] - self.penalty(chosen)
 
-    def find(self, members: Sequence[Member]) -> tuple[int, ...]:
-        """The subset of given members."""
-        return tuple(sorted(self.members.index(m) for m in members))
-
-    def rivals(self, kept: tuple[int, ...], most: int = 400) -> tuple[Rival, ...]:
+    def alternatives(self, kept: tuple[int, ...], most: int = 400) -> tuple[CompetingModel, ...]:
         """The best subsets, in the order of their score, and ``kept`` whatever its score."""
         ranked = sorted(self.scored, key=lambda chosen: -self.scored[chosen])
         best = {*[c for c in ranked if c][:most], kept}
-        rivals = []
+        alternatives = []
         for chosen in [c for c in ranked if c and c in best]:
-            parts, start = [], 0
-            for k in chosen:
-                stop = start + len(self.members[k].columns)
-                parts.append(self.gains[chosen][1][start:stop])
-                start = stop
             members = tuple(self.members[k] for k in chosen)
-            charged = self.penalty(chosen)
-            rivals.append(Rival(members, tuple(parts), charged, self.scored[chosen]))
-        return tuple(rivals)
+            ends = np.cumsum([len(m.columns) for m in members])[:-1]
+            parts = tuple(np.split(self.gains[chosen][1], ends))
+            alternatives.append(
+                CompetingModel(members, parts, self.penalty(chosen), self.scored[chosen])
+            )
+        return tuple(alternatives)
 
     def checked(
         self, chosen: tuple[int, ...], fitted: Mapping[str, float] = MappingProxyType({})
@@ -209,22 +207,17 @@ class Chooser:
         ``fitted`` are sizes out of full fits, which see more of an effect than the sums.
         """
         while chosen:
-            tests, sizes = {}, {}
-            for k in chosen:
-                rest = self.columns([q for q in chosen if q != k])
-                mine = self.members[k].columns
-                tests[self.members[k].name] = test = self.evidence.test(mine, given=rest)
-                size = self.evidence.size(mine, test.coefficients, rest)
-                sizes[k] = max(size, fitted.get(self.members[k].name, 0.0))
+            tests, sizes = self._tested(chosen, fitted)
             worst, worst_k = -1.0, -1
             for k in chosen:
-                p = min(1.0, tests[self.members[k].name].p_value * self.name_count)
-                least, significant = LEAST_SIZE, SIGNIFICANT
-                if self.members[k].sensor:
-                    significant = SENSOR_SIGNIFICANT
-                    known = self.least[self.members[k].columns[0]] == 0.0
-                    least = LEAST_CORRECTION if known else LEAST_SENSOR_SIZE
-                least = max(least, LEAST_BESIDE * max(sizes.values()))
+                member = self.members[k]
+                p = min(1.0, tests[member.name].p_value * self.name_count)
+                least, significant = LEAST_SIZE, SIGNIFICANCE
+                if member.sensor:
+                    significant = SENSOR_SIGNIFICANCE
+                    known = self.least[member.columns[0]] == 0.0
+                    least = LEAST_REPEATED_SENSOR_SIZE if known else LEAST_SENSOR_SIZE
+                least = max(least, LEAST_RELATIVE_SIZE * max(sizes.values()))
                 fault = max(p / significant, least / max(sizes[k], 1e-12))
                 if fault > worst:
                     worst, worst_k = fault, k
@@ -235,20 +228,30 @@ class Chooser:
 
     def largest(self, chosen: tuple[int, ...]) -> float:
         """ρ of the largest member of a subset, 0 for none."""
-        sizes = [0.0]
+        return max(self._tested(chosen)[1].values(), default=0.0)
+
+    def _tested(
+        self, chosen: tuple[int, ...], fitted: Mapping[str, float] = MappingProxyType({})
+    ) -> tuple[dict[str, Test], dict[int, float]]:
+        """Test by name, and effect size by number, of every member given the others."""
+        tests, sizes = {}, {}
         for k in chosen:
             rest = self.columns([q for q in chosen if q != k])
-            mine = self.members[k].columns
-            test = self.evidence.test(mine, given=rest)
-            sizes.append(self.evidence.size(mine, test.coefficients, rest))
-        return max(sizes)
+            mine, name = self.members[k].columns, self.members[k].name
+            tests[name] = test = self.evidence.test(mine, given=rest)
+            size = self.evidence.size(mine, test.coefficients, rest)
+            sizes[k] = max(size, fitted.get(name, 0.0))
+        return tests, sizes
 
 
-def _lateness(members: Sequence[Member]) -> list[float]:
+def _charges(members: Sequence[Member]) -> list[float]:
+    """Log-likelihood that a form costs: half for a scanned shape, one for a later parameter."""
     first: dict[str, int] = {}
     for member in members:
         first[member.name] = min(first.get(member.name, member.columns[0]), member.columns[0])
-    return [0.0 if m.scanned else float(m.columns[0] > first[m.name]) for m in members]
+    later = [float(m.columns[0] > first[m.name]) for m in members]
+    terms = [m.catalogue_term for m in members]
+    return [0.5 if t and t.scanned else late for t, late in zip(terms, later, strict=True)]
 
 
 def _limits(examination: Examination) -> tuple[Array, Array]:
@@ -259,7 +262,7 @@ def _limits(examination: Examination) -> tuple[Array, Array]:
     for number, column in enumerate(competitors.library.candidates):
         at = competitors.candidate(number)
         # Linearised around the null value, a coefficient may overshoot its bound somewhat.
-        low[at], high[at] = OVERSHOOT * column.low, OVERSHOOT * column.high
+        low[at], high[at] = BOUND_OVERSHOOT * column.low, BOUND_OVERSHOOT * column.high
     for number, sensor in enumerate(competitors.sensors):
         at = competitors.sensor(number)
         low[at], high[at] = -sensor.limit, sensor.limit

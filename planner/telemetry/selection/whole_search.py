@@ -1,6 +1,6 @@
-"""The whole search: rows in memory, all rows of a long log, what is idle, everything set free.
+"""The whole search: the sample, all rows, held-out support, and a fit with everything free.
 
-found = find_missing(source, start, extra, watch)
+found = find_missing_effects(source, start, extra, watch)
 found.selection, found.additions, found.fitted, found.searched
 """
 
@@ -8,21 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.progress import Progress
 from planner.telemetry.evidence import examine_all
-from planner.telemetry.logs import Telemetry
 from planner.telemetry.sampling import LogSource
-from planner.telemetry.selection.backward_elimination import without_idle
-from planner.telemetry.selection.known_aliases import with_lookalikes
+from planner.telemetry.selection.backward_elimination import without_unsupported
+from planner.telemetry.selection.known_aliases import with_known_aliases
 from planner.telemetry.selection.select_effects import select
 from planner.telemetry.selection.selection_loop import Found, additions_of, corrected, investigate
-from planner.telemetry.terms import fit_with
 
 
-def find_missing(
+def find_missing_effects(
     source: LogSource,
     start: PowerModel,
     extra: Sequence[type[Effect]],
@@ -43,45 +42,27 @@ def find_missing(
     if not source.complete:
         found = _with_all_rows(source, found, watch)
     watch(0.9, "weighing what was found")
-    found = without_idle(found, watch)
-    ties = with_lookalikes(found.selection.ties, found.fitted, found.log)
+    found = without_unsupported(found, watch)
+    ties = with_known_aliases(found.selection.ties, found.fitted, found.log)
     selection = replace(found.selection, ties=ties)
     return _with_everything_free(replace(found, selection=selection, searched=found.fitted))
 
 
 def _with_all_rows(source: LogSource, found: Found, watch: Progress) -> Found:
-    """Sum up the whole log around what the sample said, and choose again."""
-    corrections = found.corrections
-
-    def correct(chunk: Telemetry) -> Telemetry:
-        return corrected(chunk, corrections)
-
+    """Choose again with the statistics of the whole log, around the result of the sample."""
+    correct = partial(corrected, corrections=found.corrections)
     members = [c for m in found.selection.members for c in m.columns]
-    rivals = {name for tied in found.selection.ties.values() for name in tied}
-    examination = examine_all(source, found.examination, members, rivals, correct, watch)
+    alternatives = {name for tied in found.selection.ties.values() for name in tied}
+    examination = examine_all(source, found.examination, members, alternatives, correct, watch)
     selection = select(examination)
     told = {standing.name for standing in selection.standings}
     refuted = tuple(s for s in found.selection.standings if s.name not in told)
-    # Ties of the sample stay: rivals were fitted there in full.
+    # Ties of the sample stay: alternatives were fitted there in full.
     ties = {m.name: found.selection.ties.get(m.name, ()) for m in selection.members}
     selection = replace(selection, ties=ties)
-    chosen = [m for m in selection.members if not m.sensor]
-    additions = additions_of(examination, selection, chosen)
-    fitted = fit_with(
-        found.origin,
-        found.log,
-        additions,
-        noise=found.examination.noise,
-        within=examination.competitors.library.model,
-    )
-    return replace(
-        found,
-        examination=examination,
-        selection=selection,
-        fitted=fitted,
-        additions=additions,
-        refuted=refuted,
-    )
+    additions = additions_of(examination, selection)
+    found = replace(found, examination=examination, selection=selection, refuted=refuted)
+    return replace(found, additions=additions, fitted=found.refit(additions))
 
 
 def _with_everything_free(found: Found) -> Found:
@@ -90,12 +71,4 @@ def _with_everything_free(found: Found) -> Found:
         return found
     library = found.local.competitors.library
     additions = tuple(a.completed(library) for a in found.additions)
-    fitted = fit_with(
-        found.origin,
-        found.log,
-        additions,
-        noise=found.local.noise,
-        within=library.model,
-        tried=True,
-    )
-    return replace(found, additions=additions, fitted=fitted)
+    return replace(found, additions=additions, fitted=found.refit(additions, tried=True))

@@ -1,18 +1,17 @@
-"""A model with effects added to it, fitted: what adopting them gives.
+"""Fit a model with effects added to it.
 
     fitted = fit_with(model, log, [Addition("air_drag", {"drag_area": 0.2})])
 
-An addition says which parameters of the effect are to be fitted and where the fit starts; its other
-parameters keep their null value, the shapes that were scanned the value that was found. A search is
-quick and clear that way. What comes of it is another matter: an effect that acts does so with all
-its parameters and with a shape that no grid holds, and standard errors that leave those out are far
-too small. ``Addition.completed`` sets
-free all of them that the log can show.
+An addition names the parameters of the effect that are fitted, and where the fit starts. Its other
+parameters keep their null value, scanned shapes the value that was found. That keeps a search
+quick. The result needs more: an effect acts with all its parameters and with a shape between grid
+values, and standard errors that leave those out are far too small. ``Addition.completed`` frees all
+of them that the log can show.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -24,8 +23,8 @@ from planner.power.model import PowerModel
 from planner.telemetry.estimation import Fit, fit
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import Noise
-from planner.telemetry.parameters import free_places
-from planner.telemetry.terms.candidate_terms import Atom, CandidateLibrary, with_effects
+from planner.telemetry.parameters import free_places, usual_value
+from planner.telemetry.terms.candidate_terms import CandidateLibrary, Term, with_effects
 
 
 @dataclass(frozen=True)
@@ -48,37 +47,31 @@ class Addition:
         return find_effect(self.effect) if isinstance(self.effect, str) else self.effect
 
     @classmethod
-    def of(cls, library: CandidateLibrary, atom: Atom, coefficients: Array) -> Addition:
-        """An atom of a library, with its coefficients (k,) for a start."""
-        effects = {e.slug: e for e in library.model.effects}
-        effect = effects.get(atom.effect) or find_effect(atom.effect)
+    def of(cls, library: CandidateLibrary, term: Term, coefficients: Array) -> Addition:
+        """A term of a library, with its coefficients (k,) for a start."""
+        slots = library.model.slots
         start: dict[tuple[str, int], float] = {}
         shapes: dict[str, float] = {}
-        columns = [library.candidates[n] for n in atom.columns]
+        columns = [library.candidates[n] for n in term.columns]
         for column, coefficient in zip(columns, coefficients, strict=True):
-            name, _, element = column.parameter.partition(" ")
-            null = effect.parameters[name].null or 0.0
+            effect, name, parameter, element = slots[column.place]
             possible = float(np.clip(coefficient, column.low, column.high))
-            start[name, int(element or 0)] = possible + null
+            start[name, element] = possible + (parameter.null or 0.0)
             if column.shape is not None:
-                shapes[column.shape_name] = column.shape[1]
-        return cls(effect if effect.definition is not None else effect.slug, start, shapes)
+                shapes[slots[column.shape[0]][1]] = column.shape[1]
+        return cls(effect, start, shapes)
 
     @classmethod
     def usual(cls, effect: type[Effect], model: PowerModel) -> Addition:
         """An effect at the values that the vehicle or the catalogue give, its parameters free."""
-        given = model.vehicle.parameters.get(effect.slug, {})
-        start: dict[tuple[str, int], float] = {}
-        for name, parameter in effect.parameters.items():
-            if parameter.fitted and parameter.null is not None:
-                start[name, 0] = _usual_value(effect, name, given)
-                if parameter.per == "wheel":
-                    for wheel in range(1, model.vehicle.layout.wheel_count):
-                        start[name, wheel] = start[name, 0]
-                if parameter.per == "surface":
-                    for surface in range(1, max(1, len(model.surfaces))):
-                        start[name, surface] = start[name, 0]
-        return cls(effect if effect.definition is not None else effect.slug, start)
+        counts = {"wheel": model.vehicle.layout.wheel_count, "surface": max(1, len(model.surfaces))}
+        start = {
+            (name, element): usual_value(model, effect, name)
+            for name, parameter in effect.parameters.items()
+            if parameter.fitted and parameter.null is not None
+            for element in range(counts.get(parameter.per or "", 1))
+        }
+        return cls(effect, start)
 
     def completed(self, library: CandidateLibrary) -> Addition:
         """The same effect with everything free that acts in this log, shapes included.
@@ -88,17 +81,11 @@ class Addition:
         """
         effect = self.declaration
         start = {(name, 0): value for name, value in self.shapes.items()}
-        given = library.model.vehicle.parameters.get(effect.slug, {})
         for column in library.candidates:
             if column.effect == effect.slug:
-                name, _, element = column.parameter.partition(" ")
-                start[name, int(element or 0)] = _usual_value(effect, name, given)
+                _, name, _, element = library.model.slots[column.place]
+                start[name, element] = usual_value(library.model, effect, name)
         return Addition(self.effect, {**start, **self.start})
-
-
-def _usual_value(effect: type[Effect], name: str, given: Mapping[str, object]) -> float:
-    value = given.get(name)
-    return float(value) if isinstance(value, int | float) else effect.parameters[name].default
 
 
 def extended(
@@ -117,21 +104,17 @@ def extended(
             to be compiled for every choice of effects.
     """
     full = within or with_effects(model, [a.declaration for a in additions], log)
-    own = {
-        (effect.slug, name, element): (value, place in free_places(model, log))
-        for place, ((effect, name, _, element), value) in enumerate(
-            zip(model.slots, model.parameters, strict=True)
-        )
-    }
+    own = dict(zip(model.parameter_names, model.parameters, strict=True))
+    own_free = {model.parameter_names[place] for place in free_places(model, log)}
     values = full.parameters.copy()
     added = {a.declaration.slug: a for a in additions}
     free = []
     for place, (effect, name, parameter, element) in enumerate(full.slots):
         addition = added.get(effect.slug)
-        if (effect.slug, name, element) in own:
-            values[place], fitted = own[effect.slug, name, element]
-            if fitted:
-                free.append(place)
+        key = effect.slug, name, element
+        if key in own:
+            values[place] = own[key]
+            free += [place] if key in own_free else []
         elif addition is not None and parameter.per == "wheel" and (name, 0) in addition.start:
             values[place] = _against_mean(addition, name, full)[element]
             free.append(place)
@@ -178,14 +161,10 @@ def trimmed(fitted: Fit, model: PowerModel, log: Telemetry, additions: Sequence[
     """A fit made ``within`` a larger model, as one of the model with its additions alone."""
     lean, _ = extended(model, log, additions)
     found = fitted.model
-    place_of = {(s[0].slug, s[1], s[3]): place for place, s in enumerate(found.slots)}
-    from_places = [place_of[s[0].slug, s[1], s[3]] for s in lean.slots]
+    place_of = {key: place for place, key in enumerate(found.parameter_names)}
+    from_places = [place_of[key] for key in lean.parameter_names]
     back = {place: k for k, place in enumerate(from_places)}
     assert found.stderr is not None  # every fit has standard errors
-    return replace(
-        fitted,
-        model=replace(
-            lean, parameters=found.parameters[from_places], stderr=found.stderr[from_places]
-        ),
-        places=tuple(back[place] for place in fitted.places),
-    )
+    values, stderr = found.parameters[from_places], found.stderr[from_places]
+    places = tuple(back[place] for place in fitted.places)
+    return replace(fitted, model=replace(lean, parameters=values, stderr=stderr), places=places)

@@ -1,4 +1,4 @@
-"""What every effect that a model does not have would add: one column of watts for each parameter.
+"""Candidate terms: one column of watts for each parameter of every effect that a model lacks.
 
     library = candidate_library(model, log)
     watts, tangent, columns = library.columns(nodes)     # (n,), (n, p) and (n, m) W per unit
@@ -7,9 +7,9 @@ The columns are secants of one model that has the whole catalogue, each effect a
 but one: what the effect does at the size that it is thought to have (``amplitudes``), over that
 size. A derivative at null would misjudge an effect whose power is not linear in its parameter.
 
-An *atom* is one way for an effect to act: one of its parameters, or several together, or one value
-of a shape that is scanned (stiction's speed). An effect whose columns vanish, because the log lacks
-a quantity or never varies it, has no atom, and ``absent`` says why.
+A *term* is one form of an effect: one of its parameters, several together, or one value of a
+scanned shape (stiction's speed). An effect whose columns vanish, because the log lacks a quantity
+or never varies it, has no term, and ``absent`` says why.
 """
 
 from __future__ import annotations
@@ -25,9 +25,8 @@ from planner.arrays import Array
 from planner.power.catalogue import all_effects
 from planner.power.effect import Effect
 from planner.power.model import PowerModel
-from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
-from planner.telemetry.parameters import free_places
+from planner.telemetry.parameters import free_places, reference_surface, usual_value
 from planner.telemetry.prediction import Nodes, secants
 
 NEGLIGIBLE_WATTS = 1e-7
@@ -42,7 +41,7 @@ class Column:
         effect: slug.
         parameter: name; with the element for wheels and surfaces ("excess 2").
         place: number in the library model's parameters.
-        shape: place and value of a scanned shape parameter, or None; shape_name is its name.
+        shape: place and value of a scanned shape parameter, or None.
         low, high: what the bounds leave for (value - null).
     """
 
@@ -52,12 +51,11 @@ class Column:
     shape: tuple[int, float] | None
     low: float
     high: float
-    shape_name: str = ""
 
 
 @dataclass(frozen=True)
-class Atom:
-    """One way for an effect to act: some of its columns together."""
+class Term:
+    """One form of an effect: some of its columns together."""
 
     effect: str
     columns: tuple[int, ...]
@@ -73,7 +71,7 @@ class CandidateLibrary:
         places: (p,) free parameters of the model itself.
         candidates: the columns.
         amplitudes: (m,) sizes, in units of the parameters, that the secants are taken at.
-        atoms: ways for effects to act that this log can show.
+        terms: forms of effects that this log can show.
         absent: slug → why the log cannot show the effect at all.
         own: slugs of the model's own effects.
         held: numbers of candidates that are in the power at their amplitude.
@@ -84,7 +82,7 @@ class CandidateLibrary:
     places: tuple[int, ...]
     candidates: tuple[Column, ...]
     amplitudes: Array
-    atoms: tuple[Atom, ...]
+    terms: tuple[Term, ...]
     absent: Mapping[str, str]
     held: tuple[int, ...] = ()
 
@@ -141,19 +139,12 @@ class CandidateLibrary:
             held: numbers of the candidates that are in the power at their size.
         """
         values = self.model.parameters.copy()
-        given = {
-            (effect.slug, name, element): value
-            for (effect, name, _, element), value in zip(model.slots, model.parameters, strict=True)
-        }
-        for place, (effect, name, _, element) in enumerate(self.model.slots):
-            if effect.slug in self.own:
-                values[place] = given[effect.slug, name, element]
-        return replace(
-            self,
-            model=replace(self.model, parameters=values),
-            amplitudes=amplitudes,
-            held=tuple(held),
-        )
+        given = dict(zip(model.parameter_names, model.parameters, strict=True))
+        for place, key in enumerate(self.model.parameter_names):
+            if key[0] in self.own:
+                values[place] = given[key]
+        around = replace(self.model, parameters=values)
+        return replace(self, model=around, amplitudes=amplitudes, held=tuple(held))
 
 
 def candidate_library(
@@ -194,7 +185,7 @@ def candidate_library(
         if effect.slug not in shown and effect.slug not in absent:
             absent = {**absent, effect.slug: _why_absent(effect, log)}
     return CandidateLibrary(
-        full, own, places, tuple(columns), amplitudes[kept], _atoms(columns), dict(absent)
+        full, own, places, tuple(columns), amplitudes[kept], _terms(columns), dict(absent)
     )
 
 
@@ -217,35 +208,16 @@ def with_effects(model: PowerModel, wanted: Sequence[type[Effect]], log: Telemet
     full = PowerModel(
         full.vehicle, full.effects, np.zeros(0), full.kind, full.surfaces, name=model.name
     )
-    own = {
-        (slot[0].slug, slot[1], slot[3]): value
-        for slot, value in zip(model.slots, model.parameters, strict=True)
-    }
-    vehicle = model.vehicle.parameters
-    values = []
+    values = dict(zip(model.parameter_names, model.parameters, strict=True))
     for effect, name, parameter, element in full.slots:
-        key = (effect.slug, name, element)
-        if key in own:
-            values.append(float(own[key]))
-        elif parameter.null is not None:
-            values.append(parameter.null)
-        else:
-            given = vehicle.get(effect.slug, {}).get(name, parameter.default)
-            values.append(float(given) if isinstance(given, int | float) else parameter.default)
-    return replace(full, parameters=np.array(values, float))
+        null = usual_value(model, effect, name) if parameter.null is None else parameter.null
+        values.setdefault((effect.slug, name, element), null)
+    return replace(full, parameters=np.array([values[key] for key in full.parameter_names], float))
 
 
 def _own_places(model: PowerModel, full: PowerModel, log: Telemetry) -> tuple[int, ...]:
-    free = {
-        (slot[0].slug, slot[1], slot[3])
-        for place, slot in enumerate(model.slots)
-        if place in free_places(model, log)
-    }
-    return tuple(
-        place
-        for place, (effect, name, _, element) in enumerate(full.slots)
-        if (effect.slug, name, element) in free
-    )
+    free = {model.parameter_names[place] for place in free_places(model, log)}
+    return tuple(place for place, key in enumerate(full.parameter_names) if key in free)
 
 
 def _columns(
@@ -258,7 +230,7 @@ def _columns(
             "power was measured at the terminals, behind the battery's own resistance; a mapping "
             'file with power_at = "source" would say otherwise'
         )
-    commonest = _commonest_surface(full, log)
+    reference = reference_surface(full, log)
     shapes = {
         effect.slug: [
             (place, value)
@@ -272,7 +244,7 @@ def _columns(
         slug = effect.slug
         if slug not in wanted or slug in absent or parameter.null is None or not parameter.fitted:
             continue
-        if parameter.per == "surface" and element == commonest:
+        if parameter.per == "surface" and (element == reference or not full.surfaces):
             continue
         if parameter.per == "wheel" and element == full.vehicle.layout.wheel_count - 1:
             continue  # the factors average to 1: the last one follows from the others
@@ -281,27 +253,14 @@ def _columns(
         if parameter.per == "wheel":
             low, high = low - high, high - low  # against the last wheel
         scanned: list[tuple[int, float] | None] = [*shapes[slug]]
-        for shape in scanned or [None]:
-            called = full.slots[shape[0]][1] if shape is not None else ""
-            columns.append(Column(slug, label, place, shape, low, high, called))
+        columns += [Column(slug, label, place, shape, low, high) for shape in scanned or [None]]
     return columns, absent
-
-
-def _commonest_surface(full: PowerModel, log: Telemetry) -> int:
-    """The label that is the reference; -1 when rows without a label are."""
-    if not full.surfaces:
-        return 0
-    numbers = log.rows_for(full.surfaces)[:, INDEX["surface"]]
-    if np.any(numbers < 0):
-        return -1
-    return int(np.argmax(np.bincount(numbers.astype(int))))
 
 
 def _usual(full: PowerModel, column: Column) -> float:
     """Size of an effect before anything is known: the vehicle's value or the declared one."""
     effect, name, parameter, _ = full.slots[column.place]
-    given = full.vehicle.parameters.get(effect.slug, {}).get(name, parameter.default)
-    value = float(given) if isinstance(given, int | float) else parameter.default
+    value = usual_value(full, effect, name)
     null = parameter.null or 0.0
     size = value - null or parameter.default - null or 0.2
     if parameter.per is None and size == 0.2 and parameter.unit != "1":
@@ -309,9 +268,9 @@ def _usual(full: PowerModel, column: Column) -> float:
     return float(np.clip(size, column.low, column.high)) or size
 
 
-def _atoms(columns: Sequence[Column]) -> tuple[Atom, ...]:
+def _terms(columns: Sequence[Column]) -> tuple[Term, ...]:
     """Every effect by each of its parameters, and by all together; wheels and grounds only so."""
-    atoms: list[Atom] = []
+    terms: list[Term] = []
     by_effect: dict[str, list[int]] = {}
     for number, column in enumerate(columns):
         by_effect.setdefault(column.effect, []).append(number)
@@ -319,13 +278,13 @@ def _atoms(columns: Sequence[Column]) -> tuple[Atom, ...]:
         elements = all(" " in columns[n].parameter for n in numbers)
         scanned = any(columns[n].shape is not None for n in numbers)
         if scanned:
-            atoms += [Atom(slug, (n,), True) for n in numbers]
+            terms += [Term(slug, (n,), True) for n in numbers]
         elif elements:
-            atoms.append(Atom(slug, tuple(numbers)))
+            terms.append(Term(slug, tuple(numbers)))
         else:
             for count in range(1, len(numbers) + 1):
-                atoms += [Atom(slug, some) for some in itertools.combinations(numbers, count)]
-    return tuple(atoms)
+                terms += [Term(slug, some) for some in itertools.combinations(numbers, count)]
+    return tuple(terms)
 
 
 def _why_absent(effect: type[Effect], log: Telemetry) -> str:

@@ -10,7 +10,7 @@ import pytest
 from planner.quantities import INDEX
 from planner.telemetry.diagnosis.experiments import feasible_runs
 from planner.telemetry.estimation import fit
-from planner.telemetry.evidence import Competitors, examine
+from planner.telemetry.evidence import DesignColumns, examine
 from planner.telemetry.other_terms import Dictionary
 from planner.telemetry.terms import candidate_library
 from tests.telemetry.rows import measured
@@ -21,7 +21,7 @@ NOISE = 0.02
 def test_recommended_runs_are_feasible(motion, base):
     log = measured(motion, base, NOISE, seed=2)
     fitted = fit(log, base)
-    competitors = Competitors(candidate_library(fitted.model, log), Dictionary.of(log))
+    competitors = DesignColumns(candidate_library(fitted.model, log), Dictionary.of(log))
     limits = base.vehicle.limits
     runs = feasible_runs(examine(log, competitors), log)
     assert len({run.sentence for run in runs}) == len(runs)
@@ -45,7 +45,7 @@ def test_of_runs_alike_those_with_both_loads_and_motors_as_they_are_ask_least(mo
     heaviest = round(0.5 * base.vehicle.mass, 1)
     rows[: len(rows) // 2, INDEX["payload"]] = heaviest
     log = measured(replace(motion, rows=rows), base, NOISE, seed=2)
-    competitors = Competitors(candidate_library(fit(log, base).model, log), Dictionary.of(log))
+    competitors = DesignColumns(candidate_library(fit(log, base).model, log), Dictionary.of(log))
     alike = {}
     for run in feasible_runs(examine(log, competitors), log):
         alike.setdefault(run.sentence.partition(",")[0], []).append(run)

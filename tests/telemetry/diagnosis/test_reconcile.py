@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planner.telemetry.diagnosis import reconcile as two_searches
-from planner.telemetry.diagnosis.reconcile import rather
+from planner.telemetry.diagnosis.reconcile import more_credible
 from tests.telemetry.rows import plain_log
 
 LOG = plain_log([10] * 40)
@@ -39,12 +39,12 @@ def known_residuals(monkeypatch):
 
 def test_a_clearly_lower_error_is_believed_however_wild():
     first, second = found(1.0), found(0.9, ends=4, outside=object())
-    assert rather(first, second) is second
+    assert more_credible(first, second) is second
 
 
 def test_of_two_alike_the_first_stays():
     first, second = found(1.0), found(0.99)
-    assert rather(first, second) is first
+    assert more_credible(first, second) is first
 
 
 @pytest.mark.parametrize("wild", [{"ends": 2}, {"outside": object()}])
@@ -52,20 +52,20 @@ def test_the_tamer_of_two_that_chance_orders_is_believed(wild):
     by_run = 0.97 + 0.3 * np.random.default_rng(2).standard_normal(40)
     first, second = found(1.0, **wild), found(1.0, by_run=by_run)
     assert 0.98 < second.after.heldout_rmse_w < 1.05
-    assert rather(first, second) is second
+    assert more_credible(first, second) is second
 
 
 def test_tameness_is_no_excuse_for_an_error_that_is_higher_in_every_run():
-    assert rather(first := found(1.0, ends=3), found(1.03)) is first
+    assert more_credible(first := found(1.0, ends=3), found(1.03)) is first
 
 
 def test_nothing_missing_gives_way_to_much_less_error_only():
     first = found(1.0, verdict="complete")
-    assert rather(first, found(0.6)) is first
-    assert rather(first, second := found(0.4)) is second
+    assert more_credible(first, found(0.6)) is first
+    assert more_credible(first, second := found(0.4)) is second
 
 
 def test_tameness_does_not_decide_where_a_sensor_is_blamed():
     # The two would be errors of different logs.
     first = found(1.0, ends=3, sensors=(object(),))
-    assert rather(first, found(1.0)) is first
+    assert more_credible(first, found(1.0)) is first

@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from planner.power.catalogue import find_effect
-from planner.telemetry.estimation.energy_errors import BELIEF, energy_error
+from planner.telemetry.estimation.energy_errors import PRIOR_RUNS, energy_error
 from planner.telemetry.estimation.model_fit import fit
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.prediction import Nodes, predict, tangent
@@ -101,7 +101,7 @@ def test_white_noise_is_found_as_it_is(motion, known):
     assert noise == pytest.approx(NOISE * watts * 0.5 * np.sqrt(len(run)), rel=0.35)
     assert 0.6 < error.scale < 1.6
     assert error.runs == len(motion.run_names)
-    assert error.degrees_of_freedom == BELIEF + 0.5 * error.runs
+    assert error.degrees_of_freedom == PRIOR_RUNS + 0.5 * error.runs
 
 
 def predict_power(log):
@@ -129,7 +129,7 @@ def test_one_run_says_little_about_the_next(motion, base):
     log = log.take(log.run == 0)
     _, error = energy_error(log, fit(log, base))
     assert error.runs == 0
-    assert error.degrees_of_freedom < BELIEF + 1.0
+    assert error.degrees_of_freedom < PRIOR_RUNS + 1.0
     assert error.scale > 0.0
 
 

@@ -13,7 +13,7 @@ from planner.quantities import INDEX
 from planner.telemetry.estimation.gauss_newton import problem_of
 from planner.telemetry.estimation.model_fit import fit
 from planner.telemetry.estimation.parameter_errors import (
-    COVERED,
+    INTERVAL_Z,
     RUN_ERRORS,
     end_of_interval,
     run_errors,
@@ -36,7 +36,7 @@ def test_where_the_fit_worsens_in_a_straight_line_the_interval_stays():
 
     for room in (-5.0, 5.0):
         end = end_of_interval(rise, STDERR, room)
-        assert end == pytest.approx(np.copysign(COVERED * STDERR, room))
+        assert end == pytest.approx(np.copysign(INTERVAL_Z * STDERR, room))
     assert not any(asked), "fits of the others were not needed"
 
 
@@ -44,12 +44,12 @@ def test_where_the_fit_worsens_in_a_straight_line_the_interval_stays():
 @pytest.mark.parametrize("power", [0.5, 0.7, 1.5])
 def test_along_a_bend_it_ends_where_the_fit_is_as_much_worse(room, power):
     def rise(step, others):
-        risen = (abs(step) / (COVERED * STDERR)) ** power * COVERED * 0.6
+        risen = (abs(step) / (INTERVAL_Z * STDERR)) ** power * INTERVAL_Z * 0.6
         return risen if others else 3.0 * risen
 
     end = end_of_interval(rise, STDERR, room)
     assert np.sign(end) == np.sign(room)
-    assert rise(end, True) == pytest.approx(COVERED, rel=0.1)
+    assert rise(end, True) == pytest.approx(INTERVAL_Z, rel=0.1)
 
 
 def test_it_ends_at_the_bound_at_last():
@@ -64,7 +64,7 @@ def test_it_is_not_made_shorter():
     def rise(step, others):
         return 5.0 * abs(step) / STDERR
 
-    assert end_of_interval(rise, STDERR, 9.0) == pytest.approx(COVERED * STDERR)
+    assert end_of_interval(rise, STDERR, 9.0) == pytest.approx(INTERVAL_Z * STDERR)
 
 
 @pytest.fixture(scope="module")
@@ -99,7 +99,7 @@ def test_an_end_of_an_interval_fits_worse_by_as_much_as_it_should(bent, base):
     rises = []
     for side in (-1.0, 1.0):
         for stderr in (plain.model.stderr[place], tried.model.stderr[place]):
-            held = problem.holding(number, value + side * COVERED * stderr)
+            held = problem.holding(number, value + side * INTERVAL_Z * stderr)
             end = held.solve(
                 held.at(tried.model, tried.model.parameters[list(tried.places)]),
                 tried.noise,
@@ -108,7 +108,9 @@ def test_an_end_of_an_interval_fits_worse_by_as_much_as_it_should(bent, base):
             watts = predict(end.model, nodes)
             rises.append(problem.cost_of(end.model, watts, tried.noise, tried.spread) - lowest)
     # Rows scatter by more than the whitening says, which the slope's word allows for.
-    expected = COVERED**2 * plain.covariance[number, number] / _told(problem, plain)[number, number]
+    expected = (
+        INTERVAL_Z**2 * plain.covariance[number, number] / _told(problem, plain)[number, number]
+    )
     near_low, far_low, near_high, far_high = np.array(rises) / expected
     assert min(near_low, near_high) < 0.6, "the slope's word was too sure of itself"
     assert min(far_low, far_high) > 0.7
@@ -118,7 +120,7 @@ def _told(problem, found):
     """(p, p) covariance if rows scattered just as the noise says."""
     columns = problem.at(found.model, found.model.parameters[list(found.places)]).columns
     white = found.noise.whiten(problem.log, found.watts, found.spread, columns)
-    return np.linalg.inv(white.T @ white + problem.known)
+    return np.linalg.inv(white.T @ white + problem.prior.precision)
 
 
 def test_what_is_not_told_apart_is_not_sure_beside_units_of_another_size(base):

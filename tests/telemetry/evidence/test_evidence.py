@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planner.telemetry.evidence.evidence import Evidence
-from planner.telemetry.evidence.gram_matrices import GramBlocks, RowBlocks
+from planner.telemetry.evidence.gram_matrices import GramClusters, RowClusters
 
 ROWS, TANGENT, OTHERS = 1200, 3, 5
 
@@ -26,10 +26,10 @@ def evidence_of(matrix, blocks: int = 40, spread=None, gone: bool = False) -> Ev
     """All rows summed up; the rows in memory, or gone."""
     number = np.arange(len(matrix)) * blocks // len(matrix)
     scaled = matrix if spread is None else matrix / spread[:, None]
-    kept = RowBlocks(matrix, number, number // 4)
+    kept = RowClusters(matrix, number, number // 4)
     if gone:
         parts = [matrix[number == block] for block in range(blocks)]
-        kept = GramBlocks([part.T @ part for part in parts], kept.runs.tolist())
+        kept = GramClusters([part.T @ part for part in parts], kept.runs.tolist())
     slow = np.zeros(matrix.shape[1])
     return Evidence(TANGENT, kept, scaled.T @ scaled, len(matrix), slow)
 
@@ -110,12 +110,12 @@ def test_what_the_model_absorbs():
     matrix[:, 3] = matrix[:, :3] @ [1.0, 2.0, 3.0]
     matrix[:, 4] = matrix[:, 0] + 1e-2 * matrix[:, 4]
     evidence = evidence_of(matrix)
-    assert evidence.kept_share(3) < 1e-8
+    assert evidence.tolerance(3) < 1e-8
     own = matrix[:, :3]
     for column in (4, 5):
         clear = matrix[:, column] - own @ np.linalg.lstsq(own, matrix[:, column], rcond=None)[0]
         share = float(clear @ clear / (matrix[:, column] @ matrix[:, column]))
-        assert evidence.kept_share(column) == pytest.approx(share, rel=1e-4)
+        assert evidence.tolerance(column) == pytest.approx(share, rel=1e-4)
     # What is absorbed gains nothing and is never significant.
     assert evidence.gain([3])[0] == pytest.approx(0.0, abs=1e-3)
     assert evidence.test_each([3])[0] == pytest.approx([0.0])
@@ -129,8 +129,8 @@ def test_likeness_is_a_cosine():
         matrix[:, k] - rest @ np.linalg.lstsq(rest, matrix[:, k], rcond=None)[0] for k in (4, 5)
     )
     cosine = abs(float(first @ second)) / np.sqrt(float(first @ first) * float(second @ second))
-    assert evidence.likeness(4, 5, given=[7]) == pytest.approx(cosine, rel=1e-6)
-    assert evidence.likeness(4, 4) == pytest.approx(1.0)
+    assert evidence.collinearity(4, 5, given=[7]) == pytest.approx(cosine, rel=1e-6)
+    assert evidence.collinearity(4, 4) == pytest.approx(1.0)
 
 
 def test_comparison_is_antisymmetric_and_a_difference_of_likelihoods():
@@ -154,7 +154,7 @@ def test_rows_that_are_gone_answer_as_rows_in_memory():
     matrix = drawn(8, (0.2,))
     here, gone = evidence_of(matrix), evidence_of(matrix, gone=True)
     assert gone.rows == here.rows == len(matrix)
-    assert gone.block_count == here.block_count == 40
+    assert gone.cluster_count == here.cluster_count == 40
     assert gone.run_count == here.run_count == 10
     assert gone.total == pytest.approx(here.total, rel=1e-12, abs=1e-9)
     for columns, given in (([3], []), ([4, 6], [3]), ([5, 3], [4, 7])):
@@ -169,7 +169,7 @@ def test_rows_that_are_gone_answer_as_rows_in_memory():
     some = np.array([0, 3, 4, 39])
     part = matrix[np.isin(np.arange(len(matrix)) * 40 // len(matrix), some)]
     for evidence in (here, gone):
-        assert evidence.blocks.part(some) == pytest.approx(part.T @ part, rel=1e-12, abs=1e-9)
+        assert evidence.clusters.part(some) == pytest.approx(part.T @ part, rel=1e-12, abs=1e-9)
 
 
 @pytest.mark.parametrize("columns", [[3], [4, 6]])

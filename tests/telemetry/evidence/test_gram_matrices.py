@@ -1,11 +1,11 @@
-"""Blocks of rows, in memory or streamed past, against products of the rows themselves."""
+"""Clusters of rows, in memory or streamed past, against products of the rows themselves."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from planner.telemetry.evidence.gram_matrices import Blocks, GramBlocks, RowBlocks
+from planner.telemetry.evidence.gram_matrices import Clusters, GramClusters, RowClusters
 
 random = np.random.default_rng(8)
 ROWS = random.standard_normal((60, 6))
@@ -17,27 +17,29 @@ LEAN = random.standard_normal((3, 2))
 
 
 @pytest.fixture(params=["rows", "grams"])
-def blocks(request: pytest.FixtureRequest) -> Blocks:
+def clusters(request: pytest.FixtureRequest) -> Clusters:
     if request.param == "rows":
-        return RowBlocks(ROWS, NUMBERS, RUNS)
-    return GramBlocks([part.T @ part for part in PARTS], [0, 0, 1, 1])
+        return RowClusters(ROWS, NUMBERS, RUNS)
+    return GramClusters([part.T @ part for part in PARTS], [0, 0, 1, 1])
 
 
-def test_sums_over_blocks(blocks: Blocks) -> None:
-    np.testing.assert_array_equal(blocks.runs, [0, 0, 1, 1])
-    np.testing.assert_allclose(blocks.total(), ROWS.T @ ROWS)
+def test_sums_over_blocks(clusters: Clusters) -> None:
+    np.testing.assert_array_equal(clusters.runs, [0, 0, 1, 1])
+    np.testing.assert_allclose(clusters.total(), ROWS.T @ ROWS)
     some = np.vstack([PARTS[1], PARTS[3]])
-    np.testing.assert_allclose(blocks.part(np.array([3, 1])), some.T @ some)
+    np.testing.assert_allclose(clusters.part(np.array([3, 1])), some.T @ some)
 
 
-def test_products_with_a_vector(blocks: Blocks) -> None:
+def test_products_with_a_vector(clusters: Clusters) -> None:
     v = np.arange(6.0)
-    np.testing.assert_allclose(blocks.times(v), [part.T @ (part @ v) for part in PARTS])
+    np.testing.assert_allclose(clusters.times(v), [part.T @ (part @ v) for part in PARTS])
 
 
-def test_what_is_left_of_columns(blocks: Blocks) -> None:
+def test_what_is_left_of_columns(clusters: Clusters) -> None:
     left = [part[:, AT] - part[:, OWN] @ LEAN for part in PARTS]
-    np.testing.assert_allclose(blocks.cleared(AT, OWN, LEAN), [part.T @ part for part in left])
     np.testing.assert_allclose(
-        blocks.cleared_each(AT, OWN, LEAN), [(part**2).sum(axis=0) for part in left]
+        clusters.partial_grams(AT, OWN, LEAN), [part.T @ part for part in left]
+    )
+    np.testing.assert_allclose(
+        clusters.partial_diagonals(AT, OWN, LEAN), [(part**2).sum(axis=0) for part in left]
     )

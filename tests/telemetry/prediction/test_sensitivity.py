@@ -9,7 +9,13 @@ import pytest
 
 from planner.power.rows import rows_from
 from planner.telemetry.prediction.nodes import interval_nodes
-from planner.telemetry.prediction.sensitivity import SLOW, differences, doubt_of, predict, tangent
+from planner.telemetry.prediction.sensitivity import (
+    UNSURE_RIM_SPEED,
+    differences,
+    doubt_of,
+    predict,
+    tangent,
+)
 from tests.power.states import model_with, random_columns
 from tests.telemetry.rows import base_model
 
@@ -78,9 +84,11 @@ def test_prediction_of_a_log_conserves_its_order(motion, base):
 def test_only_rows_with_a_slow_wheel_are_doubtful():
     base = base_model()
     rows = rows_from(
-        vx=[0.0, 0.3, 0.3, SLOW / 2.0], vy=[0.0, 0.0, 0.3, 0.0], gravity_x=[1.0, 1.0, 0.0, 1.0]
+        vx=[0.0, 0.3, 0.3, UNSURE_RIM_SPEED / 2.0],
+        vy=[0.0, 0.0, 0.3, 0.0],
+        gravity_x=[1.0, 1.0, 0.0, 1.0],
     )
-    doubt = doubt_of(base, rows)
+    input_error = doubt_of(base, rows)
     # Straight on the diagonal two of four wheels stand.
-    assert np.all(doubt[[0, 2, 3]] > 0.0)
-    assert doubt[1] == 0.0
+    assert np.all(input_error[[0, 2, 3]] > 0.0)
+    assert input_error[1] == 0.0

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from planner.telemetry.regimes.units import (
-    CORRELATION_TIMES,
-    LEAST_BLOCK,
+    CLUSTER_CORRELATION_TIMES,
+    LEAST_CLUSTER_ROWS,
     MOST_CLUSTERS,
-    block_length,
+    cluster_length,
     correlation_time,
     units_of,
 )
@@ -41,8 +41,8 @@ def test_rows_of_different_runs_are_not_taken_for_neighbours() -> None:
 def test_blocks_are_several_correlation_times_long_and_not_too_short() -> None:
     number = np.zeros(40_000, int)
     white, slow = (autoregressive(40_000, rho, seed=4) for rho in (0.0, 0.8))
-    assert block_length(white, number) == LEAST_BLOCK
-    assert block_length(slow, number) == pytest.approx(CORRELATION_TIMES * 9.0, rel=0.15)
+    assert cluster_length(white, number) == LEAST_CLUSTER_ROWS
+    assert cluster_length(slow, number) == pytest.approx(CLUSTER_CORRELATION_TIMES * 9.0, rel=0.15)
     assert correlation_time(np.zeros(50), np.zeros(50, int)) == 1.0
 
 

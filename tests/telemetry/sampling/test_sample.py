@@ -89,5 +89,5 @@ def test_reading_is_cancelled_between_chunks(motion):
 
 
 def test_what_is_no_log_is_refused():
-    with pytest.raises(LogError, match="no log"):
+    with pytest.raises(LogError, match="is not a log"):
         open_source(17)  # type: ignore[arg-type]

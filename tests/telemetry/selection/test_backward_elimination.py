@@ -8,7 +8,7 @@ import pytest
 
 from planner.power.model import PowerModel
 from planner.telemetry.holdout import heldout_rmse
-from planner.telemetry.selection.backward_elimination import without_idle
+from planner.telemetry.selection.backward_elimination import without_unsupported
 from planner.telemetry.selection.selection_loop import investigate
 from planner.telemetry.terms import Addition, fit_with
 from tests.power.states import changed
@@ -48,11 +48,11 @@ def test_an_effect_that_is_not_there_goes_and_the_true_one_stays(scrubbing, idle
         additions=additions,
         fitted=fitted,
     )
-    left = without_idle(both, heard_by_nobody)
+    left = without_unsupported(both, heard_by_nobody)
     assert [m.name for m in left.selection.members] == ["yaw_scrub"]
     assert left.additions == scrubbing.additions
     assert heldout_rmse(left.log, left.fitted) <= 1.002 * heldout_rmse(both.log, both.fitted)
 
 
 def test_a_single_member_is_left_to_the_report(scrubbing):
-    assert without_idle(scrubbing, heard_by_nobody) is scrubbing
+    assert without_unsupported(scrubbing, heard_by_nobody) is scrubbing

@@ -10,21 +10,20 @@ import pytest
 from planner.errors import Cancelled
 from planner.power.rows import rows_from
 from planner.telemetry.estimation import fit
-from planner.telemetry.evidence import Competitors, examine
+from planner.telemetry.evidence import DesignColumns, examine
 from planner.telemetry.other_terms import SENSORS, Dictionary
 from planner.telemetry.selection.full_refit_comparison import (
-    Entry,
-    Outcome,
+    Refit,
+    compare_refits,
     confirmed,
-    contest,
     row_likelihood,
     simpler_first,
     sizes_of,
     ties_of,
 )
-from planner.telemetry.selection.select_effects import Standing, select
-from planner.telemetry.selection.subset_search import Chooser, Member, Rival
-from planner.telemetry.terms import candidate_library
+from planner.telemetry.selection.select_effects import RankedTerm, select
+from planner.telemetry.selection.subset_search import CompetingModel, Member, SubsetScorer
+from planner.telemetry.terms import Term, candidate_library
 from tests.telemetry.rows import STEP, measured, plain_log
 
 NOISE = 0.03
@@ -39,7 +38,7 @@ def examined(base):
     log = measured(plain_log([50] * 12, rows), base, NOISE, seed=4)
     fitted = fit(log, base)
     library = candidate_library(fitted.model, log)
-    return log, fitted, examine(log, Competitors(library, Dictionary.of(log)))
+    return log, fitted, examine(log, DesignColumns(library, Dictionary.of(log)))
 
 
 @pytest.mark.parametrize("rows", [0.5, 0.2])
@@ -48,16 +47,20 @@ def test_noise_that_averages_out_between_two_rows_speaks_for_no_delay(examined, 
     log, fitted, examination = examined
     number = list(SENSORS).index("power_delay")
     column = examination.competitors.sensor(number)
-    delay = Member("power_delay", (column,), sensor=True, atom=None, scanned=False)
-    nothing, _ = row_likelihood(log, fitted, examination, Rival((), (), 0.0, 0.0))
-    late = Rival((delay,), (np.array([rows * STEP]),), 0.0, 0.0)
+    delay = Member("power_delay", (column,))
+    nothing, _ = row_likelihood(log, fitted, examination, CompetingModel((), ()))
+    late = CompetingModel((delay,), (np.array([rows * STEP]),))
     found, _ = row_likelihood(log, fitted, examination, late)
     assert found.sum() < nothing.sum() + 3.0
 
 
-def entry(names: str, by_block) -> Entry:
-    gains = np.asarray(by_block, float)
-    return Entry(Rival((), (), 0.0, 0.0), frozenset(names), float(gains.sum()), gains)
+EFFECT = Term("effect", (0,))
+
+
+def entry(names: str, by_cluster, ties=None, *, sensor: bool = False) -> Refit:
+    gains = np.asarray(by_cluster, float)
+    members = tuple(Member(name, (0,), None if sensor else EFFECT) for name in names)
+    return Refit(CompetingModel(members, ()), float(gains.sum()), gains, ties or {})
 
 
 def test_what_explains_as_much_is_a_tie_and_what_trails_in_every_block_is_none():
@@ -80,8 +83,8 @@ def test_a_contest_is_stopped_between_two_fits(examined):
     log, fitted, examination = examined
     selection = select(examination)
     number = list(SENSORS).index("power_scale")
-    scale = Member("power_scale", (examination.competitors.sensor(number),), True, None, False)
-    known = (Rival((), (), 0.0, 0.0), Rival((scale,), (np.array([0.01]),), 0.0, 0.0))
+    scale = Member("power_scale", (examination.competitors.sensor(number),))
+    known = (CompetingModel((), ()), CompetingModel((scale,), (np.array([0.01]),)))
     asked: list[int] = []
 
     def check() -> None:
@@ -90,7 +93,7 @@ def test_a_contest_is_stopped_between_two_fits(examined):
             raise Cancelled("stop")
 
     with pytest.raises(Cancelled):
-        contest(log, fitted, examination, selection, known, check)
+        compare_refits(log, fitted, examination, selection, known, check)
     assert len(asked) == 2
 
 
@@ -100,8 +103,8 @@ def test_a_sensor_is_blamed_where_the_log_without_its_error_is_likelier(examined
     log, fitted, examination = examined
     kind = "heading_misalignment"
     number = list(SENSORS).index(kind)
-    turned = Member(kind, (examination.competitors.sensor(number),), True, None, False)
-    said = Standing(kind, 500.0, 30.0, 0.0, 1.0, 1.0, turned, np.array([0.05]))
+    turned = Member(kind, (examination.competitors.sensor(number),))
+    said = RankedTerm(kind, 500.0, 30.0, 0.0, 1.0, 1.0, turned, np.array([0.05]))
     blamed = replace(select(examination), members=(turned,), standings=(said,))
     rows = log.rows.copy()
     motion = (rows[:, 0] + 1j * rows[:, 1]) * np.exp(1j * wrong)
@@ -110,26 +113,20 @@ def test_a_sensor_is_blamed_where_the_log_without_its_error_is_likelier(examined
 
 
 def test_what_is_selected_is_among_the_rivals_however_low_it_scores(examined):
-    chooser = Chooser(examined[2])
-    chooser.admit((0,))
-    chooser.admit((1,))
-    low = min([(0,), (1,)], key=lambda chosen: chooser.scored[chosen])
-    rivals = chooser.rivals(low, most=1)
-    assert len(rivals) == 2
-    assert rivals[-1].members == (chooser.members[low[0]],)
-
-
-def told(names: str, ties: dict[str, tuple[str, ...]], *, sensor: bool = False) -> Outcome:
-    members = tuple(Member(name, (0,), sensor, None, False) for name in names)
-    return Outcome(members, ties, {})
+    scorer = SubsetScorer(examined[2])
+    scorer.admit((0,))
+    scorer.admit((1,))
+    low = min([(0,), (1,)], key=lambda chosen: scorer.scored[chosen])
+    alternatives = scorer.alternatives(low, most=1)
+    assert len(alternatives) == 2
+    assert alternatives[-1].members == (scorer.members[low[0]],)
 
 
 @pytest.mark.parametrize(("behind", "first"), [(3.0, "s"), (9.0, "ab")])
 def test_one_sensor_comes_before_two_effects_that_are_tied_with_it(behind, first):
     """Unless it is clearly behind, or only one of the effects is tied with it."""
-    entries = [entry("ab", [0.0]), entry("s", [-behind])]
-    sensor = told("s", {"s": ()}, sensor=True)
-    both = told("ab", {"a": ("s",), "b": ("c", "s")})
-    assert [m.name for m in simpler_first([both, sensor], entries)[0].members] == list(first)
-    one = told("ab", {"a": ("s",), "b": ("c",)})
-    assert simpler_first([one, sensor], entries)[0] is one
+    sensor = entry("s", [-behind], {"s": ()}, sensor=True)
+    both = entry("ab", [0.0], {"a": ("s",), "b": ("c", "s")})
+    assert simpler_first([both, sensor])[0].names == set(first)
+    one = entry("ab", [0.0], {"a": ("s",), "b": ("c",)})
+    assert simpler_first([one, sensor])[0] is one

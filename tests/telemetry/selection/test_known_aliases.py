@@ -11,7 +11,7 @@ from planner import Telemetry, diagnose
 from planner.power.model import PowerModel
 from planner.power.vehicles import load_vehicle
 from planner.telemetry.estimation import fit
-from planner.telemetry.selection.known_aliases import OFFSET, UNEVEN, with_lookalikes
+from planner.telemetry.selection.known_aliases import OFFSET, UNEVEN, with_known_aliases
 from planner.telemetry.virtual import Noise, Sensors, VirtualRobot
 
 NO_MASS = Sensors(absent=("com_x", "com_y"))
@@ -47,11 +47,11 @@ def test_patterns_that_an_offset_can_have(
         if effect.slug == UNEVEN:
             values[place] = excess[wheel]
     there = replace(fitted, model=replace(fitted.model, parameters=values))
-    ties = with_lookalikes({UNEVEN: ()}, there, log)
+    ties = with_known_aliases({UNEVEN: ()}, there, log)
     assert (OFFSET in ties[UNEVEN]) == alike
     weighed = replace(log, present=log.present | {"com_x", "com_y"})
-    assert with_lookalikes({UNEVEN: ()}, there, weighed) == {UNEVEN: ()}
-    assert with_lookalikes({"air_drag": ()}, there, log) == {"air_drag": ()}
+    assert with_known_aliases({UNEVEN: ()}, there, weighed) == {UNEVEN: ()}
+    assert with_known_aliases({"air_drag": ()}, there, log) == {"air_drag": ()}
 
 
 def test_an_offset_is_not_named_as_uneven_wheels_alone(tmp_path: Path) -> None:

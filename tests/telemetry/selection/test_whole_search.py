@@ -8,7 +8,7 @@ import pytest
 from planner.power.model import PowerModel
 from planner.telemetry.diagnosis import diagnose
 from planner.telemetry.estimation import fit
-from planner.telemetry.evidence import Competitors, examine, examine_all
+from planner.telemetry.evidence import DesignColumns, examine, examine_all
 from planner.telemetry.other_terms import Dictionary
 from planner.telemetry.sampling import LogSource, open_source
 from planner.telemetry.selection.select_effects import select
@@ -31,7 +31,7 @@ def turning(motion, base):
 def whole(turning):
     """The log examined in memory."""
     log, fitted = turning
-    competitors = Competitors(candidate_library(fitted.model, log), Dictionary.of(log))
+    competitors = DesignColumns(candidate_library(fitted.model, log), Dictionary.of(log))
     examination = examine(log, competitors)
     return examination, select(examination)
 
@@ -58,7 +58,7 @@ def of_scrub(examination, selection):
     standing = next(s for s in selection.standings if s.name == "yaw_scrub")
     column = standing.member.columns[0]
     return float(standing.coefficients[0]), 1.0 / np.sqrt(
-        examination.evidence.clear[column, column]
+        examination.evidence.partial[column, column]
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from planner.power.model import PowerModel
-from planner.telemetry.evidence import Competitors
+from planner.telemetry.evidence import DesignColumns
 from planner.telemetry.other_terms import Dictionary
 from planner.telemetry.terms.candidate_terms import candidate_library
 from tests.power.states import changed
@@ -15,7 +15,7 @@ from tests.telemetry.rows import measured
 def test_what_every_effect_adds_is_what_its_model_adds(motion, base):
     log = motion.take(slice(0, 300))
     library = candidate_library(base, log, only=("yaw_scrub", "air_drag"))
-    watts, columns = Competitors(library, Dictionary.of(log), ()).raw(log)
+    watts, columns = DesignColumns(library, Dictionary.of(log), ()).raw(log)
     own = len(library.places)
     for number, column in enumerate(library.candidates):
         extended = PowerModel.from_vehicle(base.vehicle, effects=(column.effect,))
