@@ -53,7 +53,9 @@ def test_every_route_is_documented() -> None:
             assert f"`{method.upper()} {path}`" in DOCS["http.md"]
 
 
-@pytest.mark.parametrize("target", ["demo", "test", "check", "bench", "serve", "setup", "lock"])
+@pytest.mark.parametrize(
+    "target", ["demo", "test", "check", "docs", "bench", "serve", "setup", "lock", "clean"]
+)
 def test_make_target_is_documented(target: str) -> None:
     assert f"`make {target}`" in DOCS["development.md"]
     assert re.search(rf"^{target}:", (ROOT / "Makefile").read_text(), re.MULTILINE)

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-LOCKS = ("lock.txt", "dev.txt", "bench.txt", "build.txt")
+LOCKS = ("lock.txt", "dev.txt", "bench.txt", "build.txt", "docs.txt")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 
 
