@@ -101,7 +101,7 @@ def _effects(rows: Sequence[Row]) -> str:
                 sum(not row["visible"] for row in mine) or "",
             )
         )
-    head = ["effect", "logs", "ρ", "exact", "tied", "not named", "wrong", "with an alias", "ρ < 0.3"]
+    head = ["effect", "logs", "ρ", "exact", "tied", "not named", "wrong", "aliased", "ρ < 0.3"]
     return _table(head, lines)
 
 
