@@ -6,12 +6,13 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 COMPARED := $(VENV)/.compared
+WRITING := $(VENV)/.writing
 
 # The first interpreter that runs and is new enough (a pyenv shim may exist and not run).
 PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3; do \
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { echo $$p; break; }; done)
 
-.PHONY: help setup demo test check bench serve lock clean
+.PHONY: help setup demo test check docs bench serve lock clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -39,7 +40,15 @@ check: $(READY) ## Style, types, layers, documentation
 	$(BIN)/lint-imports --no-cache
 	$(BIN)/interrogate --quiet planner service maps
 	$(BIN)/hadolint Dockerfile
+	$(BIN)/codespell
 	$(BIN)/python -m pytest -q tests/test_documented.py tests/test_rooms.py
+
+docs: $(READY) $(WRITING) ## Build the documents and the API reference as a site in site/
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+
+$(WRITING): requirements/docs.txt | $(READY)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/docs.txt
+	@touch $(WRITING)
 
 bench: $(READY) $(COMPARED) ## Measure speed, route quality, naming of hidden effects
 	$(BIN)/python -m tests.benchmarks
@@ -59,8 +68,9 @@ lock: $(READY) ## Resolve the newest versions again and lock them with hashes
 	$(COMPILE) pyproject.toml -o requirements/lock.txt
 	$(COMPILE) pyproject.toml --extra dev -c requirements/lock.txt -o requirements/dev.txt
 	$(COMPILE) pyproject.toml --extra bench -c requirements/dev.txt -o requirements/bench.txt
+	$(COMPILE) pyproject.toml --extra docs -c requirements/dev.txt -o requirements/docs.txt
 	echo "hatchling>=1.27" | $(COMPILE) - -c requirements/dev.txt -o requirements/build.txt
 
 clean: ## Remove what the targets make, the virtual environment included
-	rm -rf $(VENV) build dist demo .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis *.egg-info
+	rm -rf $(VENV) build dist demo site .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis *.egg-info
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

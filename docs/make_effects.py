@@ -16,14 +16,14 @@ PAGE = Path(__file__).with_name("effects.md")
 
 HEAD = """# Effects of the power model
 
-Written by `python -m docs.make_effects` from the files in `planner/power/effects/`. How an effect
-is declared: `planner/power/effect.py`; why so:
-[decisions/0002](decisions/0002-effects-as-hooks.md); what the source paper says about them:
-[physics.md](physics.md).
+`python -m docs.make_effects` writes this page from the files in `planner/power/effects/`.
+[Adding an effect](adding-an-effect.md) explains how an effect is declared, and
+[decision 2](decisions/0002-effects-as-hooks.md) gives the reasons. [Physics](physics.md) compares
+the effects with the source paper.
 
-The eight effects of the **base model** are always there. All others are **candidates**: at their
-null values they change nothing. A parameter marked "given" is not fitted, one marked "scanned" is
-tried on the values listed. Stages are in the order of the physics.
+The eight effects of the **base model** are always active. All others are **candidates**: at their
+null values they change nothing. A parameter marked "given" is not fitted. One marked "scanned" is
+tried at the listed values. Stages are in the order of the physics.
 """
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from typer.models import OptionInfo
 
+import planner
 from service.cli import app as commands
 from service.http import create_app
 from service.settings import Settings
@@ -53,13 +54,24 @@ def test_every_route_is_documented() -> None:
             assert f"`{method.upper()} {path}`" in DOCS["http.md"]
 
 
-@pytest.mark.parametrize("target", ["demo", "test", "check", "bench", "serve", "setup", "lock"])
+@pytest.mark.parametrize(
+    "target", ["demo", "test", "check", "docs", "bench", "serve", "setup", "lock", "clean"]
+)
 def test_make_target_is_documented(target: str) -> None:
     assert f"`make {target}`" in DOCS["development.md"]
     assert re.search(rf"^{target}:", (ROOT / "Makefile").read_text(), re.MULTILINE)
 
 
-@pytest.mark.parametrize("name", [*DOCS, "../README.md", "../CHANGELOG.md"])
+@pytest.mark.parametrize("name", planner.__all__)
+def test_public_name_is_in_the_api_reference(name: str) -> None:
+    reference = (ROOT / "docs" / "api" / "planner.md").read_text()
+    assert re.search(rf"^::: planner\.[a-z.]+\.{name}$", reference, re.MULTILINE)
+
+
+TOP = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md")
+
+
+@pytest.mark.parametrize("name", [*DOCS, *(f"../{top}" for top in TOP)])
 def test_links_between_documents_hold(name: str) -> None:
     document = (ROOT / "docs" / name).resolve()
     links = re.findall(r"\]\(([^)#]+)", document.read_text())
