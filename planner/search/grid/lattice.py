@@ -68,7 +68,7 @@ class Lattice(NamedTuple):
     moves: NDArray[np.int64]
     """(COUNT, 2) columns and rows."""
     beside: NDArray[np.int64]
-    """(COUNT, 4) columns and rows of the two nodes that a move passes between; zeros if none."""
+    """(COUNT, 2, 2) columns and rows of the two nodes that a move passes between; or zeros."""
     row: NDArray[np.int32]
     """Of the numbering."""
     close: NDArray[np.float32]
@@ -82,20 +82,6 @@ class Lattice(NamedTuple):
     def nbytes(self) -> int:
         """Memory that is kept, beside that of the numbering."""
         return self.table.nbytes + self.close.nbytes
-
-
-def _beside(moves: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Columns and rows of the two nodes beside the middle of each long move."""
-    result = np.zeros((len(moves), 4), np.int64)
-    for k, (i, j) in enumerate(moves):
-        if max(abs(i), abs(j)) == 2:
-            result[k] = (
-                math.floor(i / 2),
-                math.floor(j / 2),
-                math.ceil(i / 2),
-                math.ceil(j / 2),
-            )
-    return result
 
 
 def number_nodes(field: CostField) -> Numbering:
@@ -131,9 +117,10 @@ def build_lattice(field: CostField, numbering: Numbering | None = None) -> Latti
         numbering: of a field for the same map and model, if there is one.
     """
     numbering = number_nodes(field) if numbering is None else numbering
-    beside = _beside(MOVES)
+    beside = np.stack([np.floor(MOVES / 2), np.ceil(MOVES / 2)], axis=1).astype(np.int64)
+    beside[np.abs(MOVES).max(axis=1) < 2] = 0
     shares = np.hypot(MOVES[:, 0] * field.dx, MOVES[:, 1] * field.dy)
-    shares *= np.where(beside.any(axis=1), 0.25, 0.5)
+    shares *= np.where(beside.any(axis=(1, 2)), 0.25, 0.5)
     table = np.full((field.best.shape[0], SIDE * SIDE, COUNT), np.inf, np.float32)
     rows = np.linspace(0, SIDE, 3).astype(int)
     directions = np.arctan2(MOVES[:, 1] * field.dy, MOVES[:, 0] * field.dx)
