@@ -145,7 +145,7 @@ def _seeds(
     Returns:
         their numbers, costs and estimates, each (n,).
     """
-    ny, nx = field.heights.shape
+    nx = field.heights.shape[1]
     costs, j0, i0 = _corner_costs(field, goal_x, goal_y, onward)
     reached = np.flatnonzero(costs.ravel() < np.inf)
     nodes = (j0 + reached // 2) * nx + i0 + reached % 2
