@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from typing import Generic, TypeVar
 
 T = TypeVar("T")
@@ -52,3 +53,8 @@ class OtherCore:
 
 CORE = OtherCore()
 """The process's own, for loops that are cut in two."""
+
+
+def in_halves(count: int, fill: Callable[[int, int], None]) -> None:
+    """Call ``fill(first, last)`` for both halves of ``range(count)``, one on each core."""
+    CORE.all([partial(fill, 0, count // 2), partial(fill, count // 2, count)])

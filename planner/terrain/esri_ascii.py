@@ -21,21 +21,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.errors import MapError
-from planner.terrain.grid_checks import check_cells, check_heights, check_not_degrees
+from planner.terrain.geotiff import checked_crs
+from planner.terrain.grid_checks import check_cells, check_heights, check_not_degrees, refused
 from planner.terrain.heightmap import Terrain
 
-_KEYS = {
-    "ncols",
-    "nrows",
-    "xllcorner",
-    "xllcenter",
-    "yllcorner",
-    "yllcenter",
-    "cellsize",
-    "dx",
-    "dy",
-    "nodata_value",
-}
+_ORIGIN_KEYS = {"xllcorner", "xllcenter", "yllcorner", "yllcenter"}
+_KEYS = {"ncols", "nrows", "cellsize", "dx", "dy", "nodata_value", *_ORIGIN_KEYS}
 _DEFAULT_NODATA = -9999.0
 _HEADER = "ncols, nrows, xllcorner or xllcenter, yllcorner or yllcenter, cellsize, NODATA_value"
 # Longer than any printed float with its blank; a file beyond it is not the grid its header names.
@@ -59,8 +50,11 @@ def read_esri_ascii(file: Path, *, max_cells: int) -> Terrain:
     cell = _cell(file, header)
     corner_x = _origin(file, header, "x", cell[0])
     corner_y = _origin(file, header, "y", cell[1])
-    crs = _read_prj(file, (corner_x, corner_y), cell, (nx, ny))
-    if crs is None:
+    prj, crs = file.with_suffix(".prj"), None
+    if prj.is_file():
+        centre = corner_x + 0.5 * nx * cell[0], corner_y + 0.5 * ny * cell[1]
+        crs = checked_crs(file, prj.read_text(encoding="utf-8", errors="replace"), centre)
+    else:
         check_not_degrees(file, cell, (corner_x, corner_y), nx, ny)
     heights = _read_heights(file, start, nx, ny)
     nodata = header.get("nodata_value", _DEFAULT_NODATA)
@@ -80,46 +74,32 @@ def _read_header(file: Path) -> tuple[dict[str, float], int]:
     header: dict[str, float] = {}
     start = 0
     with file.open("rb") as stream:
-        while True:
-            line = stream.readline(256)
-            words = line.split()
-            key = words[0].decode("ascii", "replace").lower() if words else ""
-            if words and key not in _KEYS:
-                break
-            if not line:
+        while line := stream.readline(256):
+            key, *numbers = line.decode("ascii", "replace").lower().split() or [""]
+            if key and key not in _KEYS:
                 break
             start = stream.tell()
-            if not words:
+            if not key:
                 continue
             try:
-                (number,) = words[1:]
+                (number,) = numbers
                 header[key] = float(number)
             except ValueError as problem:
-                raise MapError(
-                    "map",
-                    f"{file.name} has a header line '{key}' without one number",
+                raise refused(
+                    file,
+                    f"has a header line '{key}' without one number",
+                    f"an ESRI ASCII header: {_HEADER}, each with one number",
                     value=line.decode("ascii", "replace").strip(),
-                    accepted=f"an ESRI ASCII header: {_HEADER}, each with one number",
                 ) from problem
     if not header:
-        raise MapError(
-            "map",
-            f"{file.name} does not begin with an ESRI ASCII header",
-            value=str(file),
-            accepted=f"the lines {_HEADER}",
-        )
+        raise refused(file, "does not begin with an ESRI ASCII header", f"the lines {_HEADER}")
     return header, start
 
 
 def _count(file: Path, header: dict[str, float], key: str) -> int:
     number = _required(file, header, key)
     if number != number // 1 or number < 1:
-        raise MapError(
-            "map",
-            f"{file.name} has a bad {key}",
-            value=number,
-            accepted="a whole number, 1 or more",
-        )
+        raise refused(file, f"has a bad {key}", "a whole number, 1 or more", value=number)
     return int(number)
 
 
@@ -128,16 +108,9 @@ def _required(file: Path, header: dict[str, float], *keys: str) -> float:
         if key in header:
             number = header[key]
             if not np.isfinite(number):
-                raise MapError(
-                    "map", f"{file.name} has a bad {key}", value=number, accepted="a finite number"
-                )
+                raise refused(file, f"has a bad {key}", "a finite number", value=number)
             return number
-    raise MapError(
-        "map",
-        f"{file.name} has no {' or '.join(keys)} in its header",
-        value=str(file),
-        accepted=f"the lines {_HEADER}",
-    )
+    raise refused(file, f"has no {' or '.join(keys)} in its header", f"the lines {_HEADER}")
 
 
 def _cell(file: Path, header: dict[str, float]) -> tuple[float, float]:
@@ -147,9 +120,7 @@ def _cell(file: Path, header: dict[str, float]) -> tuple[float, float]:
         size = _required(file, header, "cellsize")
         cell = size, size
     if min(cell) <= 0:
-        raise MapError(
-            "map", f"{file.name} has a bad cellsize", value=cell, accepted="metres, above 0"
-        )
+        raise refused(file, "has a bad cellsize", "metres, above 0", value=cell)
     return cell
 
 
@@ -162,10 +133,10 @@ def _origin(file: Path, header: dict[str, float], axis: str, size: float) -> flo
 def _read_heights(file: Path, start: int, nx: int, ny: int) -> NDArray[np.float64]:
     size = file.stat().st_size - start
     if size > _MOST_BYTES_A_CELL * nx * ny + 4096:
-        raise _wrong_count(file, "many more", nx, ny)
+        raise _wrong_count(file, "many more heights than its header says", nx, ny)
     # Each number takes a digit and a blank; this refuses a lying header before any allocation.
     if size < 2 * nx * ny - 1:
-        raise _wrong_count(file, "fewer", nx, ny)
+        raise _wrong_count(file, "fewer heights than its header says", nx, ny)
     with file.open("rb") as stream:
         stream.seek(start)
         text = stream.read()
@@ -175,14 +146,14 @@ def _read_heights(file: Path, start: int, nx: int, ny: int) -> NDArray[np.float6
         try:
             values = np.fromstring(text, dtype=np.float64, sep=" ")
         except (DeprecationWarning, ValueError) as problem:
-            raise MapError(
-                "map",
-                f"{file.name} holds text that is not a number{_first_bad_word(text)}",
-                value=str(file),
-                accepted="heights as numbers with a point, parted by blanks",
+            raise refused(
+                file,
+                f"holds text that is not a number{_first_bad_word(text)}",
+                "heights as numbers with a point, parted by blanks",
             ) from problem
     if values.size != nx * ny:
-        raise _wrong_count(file, f"{values.size:,}", nx, ny)
+        counts = f"{values.size:,} heights, its header says {nx * ny:,}"
+        raise _wrong_count(file, counts, nx, ny)
     return values.reshape(ny, nx)
 
 
@@ -195,24 +166,6 @@ def _first_bad_word(text: bytes) -> str:
     return ""
 
 
-def _wrong_count(file: Path, found: str, nx: int, ny: int) -> MapError:
-    return MapError(
-        "map",
-        f"{file.name} holds {found} heights than its header says"
-        if not found[0].isdigit()
-        else f"{file.name} holds {found} heights, its header says {nx * ny:,}",
-        value=str(file),
-        accepted=f"nrows * ncols = {ny} * {nx} heights; the file may have been cut off",
-    )
-
-
-def _read_prj(
-    file: Path, origin: tuple[float, float], cell: tuple[float, float], size: tuple[int, int]
-) -> str | None:
-    prj = file.with_suffix(".prj")
-    if not prj.is_file():
-        return None
-    from planner.terrain.geotiff import checked_crs
-
-    centre = origin[0] + 0.5 * size[0] * cell[0], origin[1] + 0.5 * size[1] * cell[1]
-    return checked_crs(file, prj.read_text(encoding="utf-8", errors="replace"), centre)
+def _wrong_count(file: Path, holds: str, nx: int, ny: int) -> MapError:
+    count = f"nrows * ncols = {ny} * {nx} heights; the file may have been cut off"
+    return refused(file, f"holds {holds}", count)

@@ -23,20 +23,9 @@ APART, TURNED = 0.1, math.radians(2.0)
 @njit(cache=True, error_model="numpy")
 def body_fits(field: Any, x: float, y: float, yaw: float) -> bool:
     """Whether the body with its clearance is free of what is solid."""
-    return bool(
-        rectangle_free(
-            field.blocked,
-            field.x0,
-            field.y0,
-            field.dx,
-            field.dy,
-            x,
-            y,
-            yaw,
-            field.half_length,
-            field.half_width,
-        )
-    )
+    x0, y0, dx, dy = field.x0, field.y0, field.dx, field.dy
+    sides = field.half_length, field.half_width
+    return bool(rectangle_free(field.blocked, x0, y0, dx, dy, x, y, yaw, sides[0], sides[1]))
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

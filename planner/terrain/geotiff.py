@@ -19,12 +19,12 @@ from typing import Any
 
 import numpy as np
 
-from planner.errors import MapError
 from planner.terrain.grid_checks import (
     check_cells,
     check_heights,
     check_not_degrees,
     degrees_refused,
+    refused,
     utm_code,
 )
 from planner.terrain.heightmap import Terrain
@@ -63,11 +63,10 @@ def read_geotiff(file: Path, *, max_cells: int) -> Terrain:
             with rasterio.open(file, driver="GTiff", sharing=False) as dataset:
                 return _read(file, dataset, max_cells)
     except RasterioError as problem:
-        raise MapError(
-            "map",
-            f"{file.name} cannot be read as a GeoTIFF, it is damaged or cut off",
-            value=str(file),
-            accepted="a complete GeoTIFF that gdalinfo reads",
+        raise refused(
+            file,
+            "cannot be read as a GeoTIFF, it is damaged or cut off",
+            "a complete GeoTIFF that gdalinfo reads",
         ) from problem
 
 
@@ -111,38 +110,32 @@ def _check_bands(file: Path, dataset: Any) -> None:
 
     has_alpha = dataset.count == 2 and dataset.colorinterp[1] == ColorInterp.alpha
     if dataset.count != 1 and not has_alpha:
-        raise MapError(
-            "map",
-            f"{file.name} has {dataset.count} bands; one must be the height",
-            value=str(file),
-            accepted=f"one band of heights, for example after: gdal_translate -b 1 {file.name} "
+        raise refused(
+            file,
+            f"has {dataset.count} bands; one must be the height",
+            f"one band of heights, for example after: gdal_translate -b 1 {file.name} "
             f"{file.stem}_height.tif",
         )
     if dataset.dtypes[0].startswith("complex"):
-        raise MapError(
-            "map",
-            f"{file.name} holds complex numbers",
-            value=str(file),
-            accepted="heights as integers or floating-point numbers",
+        raise refused(
+            file, "holds complex numbers", "heights as integers or floating-point numbers"
         )
 
 
 def _check_transform(file: Path, dataset: Any) -> None:
     transform = dataset.transform
     if transform.is_identity or dataset.gcps[0]:
-        raise MapError(
-            "map",
-            f"{file.name} does not say where its corners lie, so its cell size is unknown",
-            value=str(file),
-            accepted="a georeferenced GeoTIFF, for example after: gdal_translate -a_ullr WEST "
+        raise refused(
+            file,
+            "does not say where its corners lie, so its cell size is unknown",
+            "a georeferenced GeoTIFF, for example after: gdal_translate -a_ullr WEST "
             f"NORTH EAST SOUTH {file.name} {file.stem}_placed.tif (metres)",
         )
     if transform.b != 0 or transform.d != 0 or transform.a <= 0 or transform.e == 0:
-        raise MapError(
-            "map",
-            f"{file.name} has a rotated or mirrored grid",
-            value=str(file),
-            accepted="rows from west to east, for example after: "
+        raise refused(
+            file,
+            "has a rotated or mirrored grid",
+            "rows from west to east, for example after: "
             f"gdalwarp -r cubic {file.name} {file.stem}_north_up.tif",
         )
 
@@ -169,11 +162,11 @@ def checked_crs(file: Path, given: Any, centre: tuple[float, float]) -> str:
     try:
         crs = given if isinstance(given, CRS) else CRS.from_user_input(given)
     except CRSError as problem:
-        raise MapError(
-            "map",
-            f"{file.name} has a coordinate system that is not understood",
+        raise refused(
+            file,
+            "has a coordinate system that is not understood",
+            "a projected coordinate system in metres",
             value=str(given),
-            accepted="a projected coordinate system in metres",
         ) from problem
     if crs.is_geographic:
         name = crs.to_string() if crs.to_epsg() else "its coordinate system"
@@ -182,12 +175,12 @@ def checked_crs(file: Path, given: Any, centre: tuple[float, float]) -> str:
     if abs(float(factor) - 1.0) > 1e-9:
         longitude, latitude = transform(crs, CRS.from_epsg(4326), [centre[0]], [centre[1]])
         code = utm_code(longitude[0], latitude[0])
-        raise MapError(
-            "map",
-            f"{file.name} has x and y in {unit}, not in metres",
-            value=crs.to_string()[:60],
-            accepted="metres, for example after: "
+        raise refused(
+            file,
+            f"has x and y in {unit}, not in metres",
+            "metres, for example after: "
             f"gdalwarp -t_srs EPSG:{code} -r cubic {file.name} {file.stem}_utm.tif",
+            value=crs.to_string()[:60],
         )
     horizontal = CRS.from_wkt(_part_of_wkt(crs.to_wkt(), "PROJCS[") or crs.to_wkt())
     epsg = horizontal.to_epsg()
@@ -204,11 +197,8 @@ def _vertical_unit(file: Path, dataset: Any) -> tuple[float, str]:
         return 1.0, "metre"
     if plain in _FOOT_NAMES:
         return _FOOT_NAMES[plain], unit
-    raise MapError(
-        "map",
-        f"{file.name} has heights in an unknown unit",
-        value=unit,
-        accepted="metre, foot or US survey foot",
+    raise refused(
+        file, "has heights in an unknown unit", "metre, foot or US survey foot", value=unit
     )
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,20 @@ LOWEST_GROUND, HIGHEST_GROUND = -12_000.0, 10_000.0
 USUAL_NODATA = (-9999.0, -32768.0, -32767.0)
 
 
+def refused(which: Path | str, problem: str, accepted: str, value: Any = None) -> MapError:
+    """The error for a map that cannot be used.
+
+    Args:
+        which: its file, or the name of arrays.
+        problem: what is wrong, to follow that name.
+        accepted: what would be accepted instead.
+        value: as given; of a file its path by default.
+    """
+    if isinstance(which, Path):
+        which, value = which.name, str(which) if value is None else value
+    return MapError("map", f"{which} {problem}", value=value, accepted=accepted)
+
+
 def check_cells(file: Path, nx: int, ny: int, max_cells: int) -> None:
     """Refuse a header that claims more cells than allowed, or none.
 
@@ -27,18 +42,14 @@ def check_cells(file: Path, nx: int, ny: int, max_cells: int) -> None:
         MapError: nx * ny is above max_cells, or a side is below 1.
     """
     if nx < 1 or ny < 1:
-        raise MapError(
-            "map",
-            f"{file.name} says that it has {nx} columns and {ny} rows",
-            value=str(file),
-            accepted="at least 4 columns and 4 rows",
+        raise refused(
+            file, f"says that it has {nx} columns and {ny} rows", "at least 4 columns and 4 rows"
         )
     if nx * ny > max_cells:
-        raise MapError(
-            "map",
-            f"{file.name} says that it has {nx} by {ny} = {nx * ny:,} cells",
-            value=str(file),
-            accepted=f"at most {max_cells:,} cells; cut it (gdal_translate -srcwin) "
+        raise refused(
+            file,
+            f"says that it has {nx} by {ny} = {nx * ny:,} cells",
+            f"at most {max_cells:,} cells; cut it (gdal_translate -srcwin) "
             "or make the cells larger (gdalwarp -tr)",
         )
 
@@ -62,12 +73,10 @@ def degrees_refused(
     """
     code = utm_code(longitude, latitude)
     given = "-s_srs EPSG:4326 " if undeclared else ""
-    return MapError(
-        "map",
-        f"{file.name} {why}; a degree of longitude is not a degree of latitude, "
-        "so slopes would be wrong",
-        value=str(file),
-        accepted="metres, for example after: "
+    return refused(
+        file,
+        f"{why}; a degree of longitude is not a degree of latitude, so slopes would be wrong",
+        "metres, for example after: "
         f"gdalwarp {given}-t_srs EPSG:{code} -r cubic {file.name} {file.stem}_utm.tif",
     )
 
@@ -109,10 +118,9 @@ def check_heights(file: Path, heights: NDArray[np.float64], *, nodata_declared: 
     elif not nodata_declared and lowest in USUAL_NODATA:
         suspect = lowest
     if suspect is not None:
-        raise MapError(
-            "map",
-            f"{file.name} holds heights of {suspect:g} m, a nodata value that it does not declare",
-            value=str(file),
-            accepted=f"heights from {LOWEST_GROUND:g} to {HIGHEST_GROUND:g} m and the nodata value "
+        raise refused(
+            file,
+            f"holds heights of {suspect:g} m, a nodata value that it does not declare",
+            f"heights from {LOWEST_GROUND:g} to {HIGHEST_GROUND:g} m and the nodata value "
             f"declared, for a GeoTIFF: gdal_edit.py -a_nodata {suspect:.9g} {file.name}",
         )

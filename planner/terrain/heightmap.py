@@ -26,7 +26,7 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from planner.errors import MapError
+from planner.terrain.grid_checks import refused
 from planner.terrain.interpolation import interpolate_many
 from planner.terrain.surface import PLAIN_GROUND, GroundClass, footprint_heights
 
@@ -99,15 +99,15 @@ class Terrain:
         """
         z = np.array(heights, dtype=np.float64, order="C")
         _check_grid(name, z, cell, origin)
-        shape = (z.shape[0], z.shape[1])
+        shape = z.shape
         is_known = np.isfinite(z)
         if known is not None:
             is_known &= _layer(name, "known", known, shape).astype(np.bool_)
         if not is_known.any():
-            raise MapError(
-                "map",
-                f"{name} holds no known height",
-                accepted="a grid with at least one height that is neither nodata nor NaN",
+            raise refused(
+                name,
+                "holds no known height",
+                "a grid with at least one height that is neither nodata nor NaN",
             )
         stands = np.zeros(shape, dtype=np.bool_)
         if obstacles is not None:
@@ -117,7 +117,13 @@ class Terrain:
             kinds += _layer(name, "ground", ground, shape).astype(np.uint8)
         _check_ground(name, kinds, ground_classes)
         if not is_known.all():
-            _fill_holes(z, is_known, cell)
+            # Only so that the interpolation beside a hole meets a number; nobody rides over it.
+            from scipy.ndimage import distance_transform_edt
+
+            rows, columns = distance_transform_edt(
+                ~is_known, sampling=(cell[1], cell[0]), return_distances=False, return_indices=True
+            )
+            z = z[rows, columns]
         return cls(
             name=name,
             heights=z,
@@ -154,17 +160,10 @@ class Terrain:
         return bool(xmin <= x <= xmax and ymin <= y <= ymax)
 
     def cell_index(self, x: float, y: float) -> tuple[int, int]:
-        """Row j and column i of the cell that holds a point of the map.
-
-        Raises:
-            ValueError: the point is not on the map.
-        """
-        if not self.contains(x, y):
-            raise ValueError(f"({x}, {y}) is not on map {self.name}")
-        ny, nx = self.heights.shape
+        """Row j and column i of the cell that holds a point; beyond the map as if it went on."""
         i = math.floor((x - self.origin[0]) / self.cell[0] + 0.5)
         j = math.floor((y - self.origin[1]) / self.cell[1] + 0.5)
-        return min(max(j, 0), ny - 1), min(max(i, 0), nx - 1)
+        return j, i
 
     @overload
     def height(self, x: float, y: float) -> float: ...
@@ -217,30 +216,20 @@ class Terrain:
             return "obstacle"
         if not self.known[j, i]:
             return "hole"
-        for row, column, distance in (
-            (j - 1, i, self.cell[1]),
-            (j + 1, i, self.cell[1]),
-            (j, i - 1, self.cell[0]),
-            (j, i + 1, self.cell[0]),
-        ):
-            if 0 <= row < ny and 0 <= column < nx and self.known[row, column]:
-                step = abs(self.heights[row, column] - self.heights[j, i])
-                if step > step_height and step > distance:
-                    return "ledge"
-        return None
+        return "ledge" if self._ledges(step_height)[j, i] else None
 
     def _ledges(self, step_height: float) -> NDArray[np.bool_]:
-        z, known = self.heights, self.known
-        ledge = np.zeros(z.shape, dtype=np.bool_)
-        # Steps to and from a hole are steps of the filling, not of the ground.
-        step = np.abs(np.diff(z, axis=1))
-        found = (step > max(step_height, self.cell[0])) & known[:, 1:] & known[:, :-1]
-        ledge[:, 1:] |= found
-        ledge[:, :-1] |= found
-        step = np.abs(np.diff(z, axis=0))
-        found = (step > max(step_height, self.cell[1])) & known[1:] & known[:-1]
-        ledge[1:] |= found
-        ledge[:-1] |= found
+        ledge = np.zeros(self.heights.shape, dtype=np.bool_)
+        # Along x, then along y of the transposed arrays, which are views.
+        for z, known, found, cell in (
+            (self.heights, self.known, ledge, self.cell[0]),
+            (self.heights.T, self.known.T, ledge.T, self.cell[1]),
+        ):
+            step = np.abs(np.diff(z, axis=1))
+            # Steps to and from a hole are steps of the filling, not of the ground.
+            side = (step > max(step_height, cell)) & known[:, 1:] & known[:, :-1]
+            found[:, 1:] |= side
+            found[:, :-1] |= side
         return ledge
 
     def _sample(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
@@ -256,40 +245,40 @@ def _check_grid(
     name: str, z: NDArray[np.float64], cell: tuple[float, float], origin: tuple[float, float]
 ) -> None:
     if z.ndim != 2 or min(z.shape) < SMALLEST_SIDE:
-        raise MapError(
-            "map",
-            f"{name} has heights of shape {z.shape}",
-            accepted=f"two dimensions, at least {SMALLEST_SIDE} by {SMALLEST_SIDE} cells",
+        raise refused(
+            name,
+            f"has heights of shape {z.shape}",
+            f"two dimensions, at least {SMALLEST_SIDE} by {SMALLEST_SIDE} cells",
         )
     if len(cell) != 2 or not all(math.isfinite(d) and d > 0 for d in cell):
-        raise MapError(
-            "map",
-            f"{name} has a cell size that is not a length",
+        raise refused(
+            name,
+            "has a cell size that is not a length",
+            "dx, dy in metres, both above 0",
             value=cell,
-            accepted="dx, dy in metres, both above 0",
         )
     if len(origin) != 2 or not all(math.isfinite(c) for c in origin):
-        raise MapError(
-            "map",
-            f"{name} has an origin that is not a point",
+        raise refused(
+            name,
+            "has an origin that is not a point",
+            "x, y of the south-west cell's centre in metres, both finite",
             value=origin,
-            accepted="x, y of the south-west cell's centre in metres, both finite",
         )
 
 
-def _layer(name: str, what: str, values: ArrayLike, shape: tuple[int, int]) -> NDArray[Any]:
+def _layer(name: str, what: str, values: ArrayLike, shape: tuple[int, ...]) -> NDArray[Any]:
     layer = np.asarray(values)
     if layer.shape != shape:
-        raise MapError(
-            "map",
-            f"{name} has a layer '{what}' of shape {layer.shape}",
-            accepted=f"the shape of its heights, {shape}",
+        raise refused(
+            name,
+            f"has a layer '{what}' of shape {layer.shape}",
+            f"the shape of its heights, {shape}",
         )
     if layer.dtype.kind not in "biu" or layer.min() < 0 or layer.max() > 255:
-        raise MapError(
-            "map",
-            f"{name} has a layer '{what}' that is not made of whole numbers from 0 to 255",
-            accepted="true or false, for ground the index of a ground class",
+        raise refused(
+            name,
+            f"has a layer '{what}' that is not made of whole numbers from 0 to 255",
+            "true or false, for ground the index of a ground class",
         )
     return layer
 
@@ -299,30 +288,17 @@ def _check_ground(
 ) -> None:
     highest = int(ground.max())
     if highest >= len(ground_classes):
-        raise MapError(
-            "map",
-            f"{name} names ground class {highest}",
-            accepted=f"indices below {len(ground_classes)}, the number of ground classes given",
+        raise refused(
+            name,
+            f"names ground class {highest}",
+            f"indices below {len(ground_classes)}, the number of ground classes given",
         )
     for kind in ground_classes:
         rolling_ok = math.isfinite(kind.rolling) and kind.rolling >= 0
         if not (rolling_ok and math.isfinite(kind.traction) and kind.traction > 0):
-            raise MapError(
-                "map",
-                f"{name} has a ground class with an impossible factor",
+            raise refused(
+                name,
+                "has a ground class with an impossible factor",
+                "rolling 0 or more, traction above 0, both finite",
                 value=kind,
-                accepted="rolling 0 or more, traction above 0, both finite",
             )
-
-
-def _fill_holes(
-    z: NDArray[np.float64], known: NDArray[np.bool_], cell: tuple[float, float]
-) -> None:
-    # Only so that the interpolation beside a hole meets a number; a hole is never ridden over.
-    from scipy.ndimage import distance_transform_edt
-
-    rows, columns = distance_transform_edt(
-        ~known, sampling=(cell[1], cell[0]), return_distances=False, return_indices=True
-    )
-    hole = ~known
-    z[hole] = z[rows[hole], columns[hole]]

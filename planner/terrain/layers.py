@@ -26,8 +26,8 @@ from typing import Any
 
 import numpy as np
 
-from planner.errors import MapError
 from planner.reading import finite_number, parse_toml
+from planner.terrain.grid_checks import refused
 from planner.terrain.heightmap import Terrain
 from planner.terrain.surface import PLAIN_GROUND, GroundClass
 
@@ -60,7 +60,7 @@ def add_layers(terrain: Terrain, file: Path) -> Terrain:
         else:
             kinds[here] = order.index(meaning)
     if not known.any():
-        raise _refused(sidecar, "makes every cell a hole", "at least one cell of known height")
+        raise refused(sidecar, "makes every cell a hole", "at least one cell of known height")
     return dataclasses.replace(
         terrain,
         obstacles=obstacles,
@@ -79,7 +79,7 @@ def read_toml(file: Path) -> dict[str, Any]:
     try:
         return parse_toml(file.read_bytes())
     except ValueError as problem:
-        raise _refused(file, f"is not TOML: {problem}", "a TOML file in UTF-8") from problem
+        raise refused(file, f"is not TOML: {problem}", "a TOML file in UTF-8") from problem
 
 
 def _parse(
@@ -87,19 +87,19 @@ def _parse(
 ) -> tuple[list[str], dict[str, str], dict[str, Any]]:
     unknown = set(content) - {"rows", "legend", "ground"}
     if unknown:
-        raise _refused(
+        raise refused(
             sidecar, f"has the unknown entry '{min(unknown)}'", "'rows', 'legend' and 'ground'"
         )
     rows, legend, ground = (content.get(key) for key in ("rows", "legend", "ground"))
     ground = {} if ground is None else ground
     ny, nx = shape
     if not isinstance(rows, list) or not all(isinstance(row, str) for row in rows):
-        raise _refused(sidecar, "has no list of 'rows'", f"{ny} strings, the north row first")
+        raise refused(sidecar, "has no list of 'rows'", f"{ny} strings, the north row first")
     if len(rows) != ny:
-        raise _refused(sidecar, f"draws {len(rows)} rows", f"{ny} rows, as the heights have")
+        raise refused(sidecar, f"draws {len(rows)} rows", f"{ny} rows, as the heights have")
     for number, row in enumerate(rows):
         if len(row) != nx:
-            raise _refused(
+            raise refused(
                 sidecar,
                 f"draws {len(row)} characters in row {number}",
                 f"{nx} characters, one for each column of the heights",
@@ -107,18 +107,16 @@ def _parse(
     if not isinstance(legend, dict) or not all(
         len(key) == 1 and isinstance(meaning, str) for key, meaning in legend.items()
     ):
-        raise _refused(
-            sidecar, "has no [legend] of single characters", '"#" = "obstacle" and so on'
-        )
+        raise refused(sidecar, "has no [legend] of single characters", '"#" = "obstacle" and so on')
     unexplained = set().union(*rows) - set(legend)
     if unexplained:
-        raise _refused(
+        raise refused(
             sidecar,
             f"draws the character '{min(unexplained)}'",
             "characters of its legend: " + " ".join(sorted(legend)),
         )
     if not isinstance(ground, dict) or set(ground) - set(legend.values()):
-        raise _refused(
+        raise refused(
             sidecar, "has a [ground] class that its legend does not use", "classes of the legend"
         )
     return rows, legend, ground
@@ -127,15 +125,11 @@ def _parse(
 def _ground_class(sidecar: Path, name: str, factors: Any) -> GroundClass:
     accepted = f"[ground.{name}] with rolling (0 or more) and traction (above 0)"
     if not isinstance(factors, dict) or set(factors) - {"rolling", "traction"}:
-        raise _refused(sidecar, f"has a ground class '{name}' with unknown entries", accepted)
+        raise refused(sidecar, f"has a ground class '{name}' with unknown entries", accepted)
     rolling = finite_number(factors.get("rolling", 1.0))
     traction = finite_number(factors.get("traction", 1.0))
     if rolling is None or traction is None:
-        raise _refused(sidecar, f"has a ground class '{name}' without finite numbers", accepted)
+        raise refused(sidecar, f"has a ground class '{name}' without finite numbers", accepted)
     if rolling < 0.0 or traction <= 0.0:
-        raise _refused(sidecar, f"has a ground class '{name}' with an impossible factor", accepted)
+        raise refused(sidecar, f"has a ground class '{name}' with an impossible factor", accepted)
     return GroundClass(name, rolling=rolling, traction=traction)
-
-
-def _refused(file: Path, problem: str, accepted: str) -> MapError:
-    return MapError("map", f"{file.name} {problem}", value=str(file), accepted=accepted)

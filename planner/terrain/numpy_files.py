@@ -34,8 +34,8 @@ import numpy as np
 from numpy.lib import format as npy_format
 from numpy.typing import NDArray
 
-from planner.errors import MapError
-from planner.terrain.grid_checks import check_cells, check_heights, check_not_degrees
+from planner.terrain.geotiff import checked_crs
+from planner.terrain.grid_checks import check_cells, check_heights, check_not_degrees, refused
 from planner.terrain.heightmap import Terrain
 from planner.terrain.layers import read_toml
 from planner.terrain.surface import PLAIN_GROUND, GroundClass
@@ -57,18 +57,18 @@ def read_npy(file: Path, *, max_cells: int) -> Terrain:
     sidecar = file.with_suffix(".toml")
     example = f"{sidecar.name} beside it with: cell = [0.5, 0.5]  (dx, dy in metres)"
     if not sidecar.is_file():
-        raise _refused(file, "does not say how large its cells are", example)
+        raise refused(file, "does not say how large its cells are", example)
     content = read_toml(sidecar)
     unknown = set(content) - {"cell", "origin", "first_row"}
     if unknown:
-        raise _refused(
+        raise refused(
             sidecar, f"has the unknown entry '{min(unknown)}'", "cell, origin and first_row"
         )
     if "cell" not in content:
-        raise _refused(sidecar, "has no 'cell'", "cell = [0.5, 0.5]  (dx, dy in metres)")
+        raise refused(sidecar, "has no 'cell'", "cell = [0.5, 0.5]  (dx, dy in metres)")
     first_row = content.get("first_row", "south")
     if first_row not in ("south", "north"):
-        raise _refused(sidecar, "has a first_row that is no side", '"south" or "north"')
+        raise refused(sidecar, "has a first_row that is no side", '"south" or "north"')
     return _terrain(
         file,
         heights[::-1] if first_row == "north" else heights,
@@ -87,18 +87,18 @@ def read_npz(file: Path, *, max_cells: int) -> Terrain:
         with zipfile.ZipFile(file) as archive:
             arrays = _read_members(file, archive, max_cells)
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as problem:
-        raise _refused(
+        raise refused(
             file, "is damaged, cut off or locked", "an archive written by numpy.savez"
         ) from problem
     if "heights" in arrays:
         north_first, heights = False, arrays["heights"]
         if "cell" not in arrays:
-            raise _refused(file, "has no array 'cell'", "cell = dx, dy in metres")
+            raise refused(file, "has no array 'cell'", "cell = dx, dy in metres")
         cell = _pair(file, "cell", arrays["cell"])
     else:
         north_first, heights = True, arrays["elevation"]
         if "dx" not in arrays or "dy" not in arrays:
-            raise _refused(file, "has no 'dx' and 'dy'", "dx and dy in metres beside 'elevation'")
+            raise refused(file, "has no 'dx' and 'dy'", "dx and dy in metres beside 'elevation'")
         cell = _pair(file, "dx, dy", (arrays["dx"], arrays["dy"]))
     order = slice(None, None, -1) if north_first else slice(None)
     layers = {name: arrays[name][order] for name in _LAYERS if name in arrays}
@@ -127,8 +127,6 @@ def _terrain(
     if crs is None:
         check_not_degrees(file, cell, origin, nx, ny)
     else:
-        from planner.terrain.geotiff import checked_crs
-
         centre = origin[0] + 0.5 * nx * cell[0], origin[1] + 0.5 * ny * cell[1]
         crs = checked_crs(file, crs, centre)
     metres = heights.astype(np.float64)
@@ -149,7 +147,7 @@ def _terrain(
 def _read_members(file: Path, archive: zipfile.ZipFile, max_cells: int) -> dict[str, NDArray[Any]]:
     infos = {info.filename.removesuffix(".npy"): info for info in archive.infolist()}
     if "heights" not in infos and "elevation" not in infos:
-        raise _refused(
+        raise refused(
             file,
             "holds no array 'heights' or 'elevation'",
             "heights (m, south row first) with cell = dx, dy, "
@@ -160,9 +158,7 @@ def _read_members(file: Path, archive: zipfile.ZipFile, max_cells: int) -> dict[
     for name in wanted:
         info = infos[name]
         if name in _SMALL and info.file_size > _MOST_SMALL_BYTES:
-            raise _refused(
-                file, f"has an array '{name}' of {info.file_size:,} bytes", "a short one"
-            )
+            raise refused(file, f"has an array '{name}' of {info.file_size:,} bytes", "a short one")
         with archive.open(info) as stream:
             arrays[name] = _read_array(file, stream, name, info.file_size, max_cells)
     return arrays
@@ -181,20 +177,20 @@ def _read_array(
         shape, fortran_order, dtype = read_header(stream)
         body = size - stream.tell()
     except (ValueError, KeyError, EOFError, SyntaxError, TypeError) as problem:
-        raise _refused(
+        raise refused(
             file, f"has a damaged header of its array '{name}'", "an array written by numpy.save"
         ) from problem
     _check_header(file, name, shape, dtype, max_cells)
     count = math.prod(shape)
     if count * dtype.itemsize != body:
-        raise _refused(
+        raise refused(
             file,
             f"says that '{name}' takes {count * dtype.itemsize:,} bytes but holds {body:,}",
             "an array as long as its header says; the file may have been cut off",
         )
     data = stream.read(body)
     if len(data) != body:
-        raise _refused(file, f"ends within its array '{name}'", "a complete file")
+        raise refused(file, f"ends within its array '{name}'", "a complete file")
     array = np.frombuffer(data, dtype=dtype, count=count)
     return array.reshape(shape, order="F" if fortran_order else "C")
 
@@ -203,18 +199,18 @@ def _check_header(
     file: Path, name: str, shape: tuple[int, ...], dtype: np.dtype[Any], max_cells: int
 ) -> None:
     if dtype.hasobject:
-        raise _refused(
+        raise refused(
             file,
             f"holds Python objects in '{name}', which could run code when loaded",
             "numbers or text",
         )
     if name not in _SMALL:
         if len(shape) != 2:
-            raise _refused(file, f"has an array '{name}' of shape {shape}", "two dimensions")
+            raise refused(file, f"has an array '{name}' of shape {shape}", "two dimensions")
         check_cells(file, shape[1], shape[0], max_cells)
     is_text = name in ("ground_classes", "crs")
     if dtype.kind not in ("U" if is_text else "fiub"):
-        raise _refused(
+        raise refused(
             file,
             f"has an array '{name}' of type {dtype}",
             "text" if is_text else "integers, booleans or floating-point numbers",
@@ -229,9 +225,9 @@ def _pair(file: Path, name: str, value: Any) -> tuple[float, float]:
     if numbers.size == 1 and name == "cell":
         numbers = np.repeat(numbers, 2)
     if numbers.size != 2 or not np.isfinite(numbers).all():
-        raise _refused(file, f"has a bad '{name}'", "two finite numbers in metres")
+        raise refused(file, f"has a bad '{name}'", "two finite numbers in metres")
     if name != "origin" and numbers.min() <= 0:
-        raise _refused(file, f"has a bad '{name}'", "two lengths above 0 in metres")
+        raise refused(file, f"has a bad '{name}'", "two lengths above 0 in metres")
     return float(numbers[0]), float(numbers[1])
 
 
@@ -241,7 +237,7 @@ def _ground_classes(file: Path, arrays: dict[str, NDArray[Any]]) -> tuple[Ground
     names = [str(name) for name in arrays["ground_classes"].ravel()]
     factors = arrays.get("ground_factors", np.ones((len(names), 2)))
     if factors.shape != (len(names), 2):
-        raise _refused(
+        raise refused(
             file,
             f"has 'ground_factors' of shape {factors.shape}",
             f"({len(names)}, 2): rolling and traction of each ground class",
@@ -250,7 +246,3 @@ def _ground_classes(file: Path, arrays: dict[str, NDArray[Any]]) -> tuple[Ground
         GroundClass(name, rolling=float(rolling), traction=float(traction))
         for name, (rolling, traction) in zip(names, factors, strict=True)
     )
-
-
-def _refused(file: Path, problem: str, accepted: str) -> MapError:
-    return MapError("map", f"{file.name} {problem}", value=str(file), accepted=accepted)

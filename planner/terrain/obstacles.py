@@ -30,22 +30,23 @@ CONTACT = 1e-6
 MOST_YAW_BINS = 64
 
 
-@numba.njit(
-    "boolean(float64, float64, float64, float64, float64, float64, float64, float64)",
-    cache=True,
-    inline="always",
-)
+@numba.njit(cache=True, inline="always")
 def _covers(
-    east: float,
-    north: float,
-    half_dx: float,
-    half_dy: float,
-    cosine: float,
-    sine: float,
-    half_length: float,
-    half_width: float,
+    centre: tuple[float, float],
+    half_cell: tuple[float, float],
+    heading: tuple[float, float],
+    half_body: tuple[float, float],
 ) -> bool:
-    """Whether a rectangle covers part of a cell whose centre is (east, north) from its own."""
+    """Whether a rectangle covers part of a cell.
+
+    Args:
+        centre: of the cell, m east and north of the rectangle's.
+        half_cell: half its sides, m.
+        heading: cosine and sine of the rectangle's yaw.
+        half_body: half its length and width, m.
+    """
+    (east, north), (half_dx, half_dy) = centre, half_cell
+    (cosine, sine), (half_length, half_width) = heading, half_body
     c, s = abs(cosine), abs(sine)
     if abs(east) >= half_dx + half_length * c + half_width * s - CONTACT:
         return False
@@ -90,14 +91,10 @@ def rectangle_free(
     cosine, sine = math.cos(yaw), math.sin(yaw)
     reach_x = half_length * abs(cosine) + half_width * abs(sine)
     reach_y = half_length * abs(sine) + half_width * abs(cosine)
-    u = (x - x0) / dx
-    v = (y - y0) / dy
-    slack_x = CONTACT / dx
-    slack_y = CONTACT / dy
-    west = u - reach_x / dx
-    east = u + reach_x / dx
-    south = v - reach_y / dy
-    north = v + reach_y / dy
+    u, v = (x - x0) / dx, (y - y0) / dy
+    slack_x, slack_y = CONTACT / dx, CONTACT / dy
+    west, east = u - reach_x / dx, u + reach_x / dx
+    south, north = v - reach_y / dy, v + reach_y / dy
     ny, nx = blocked.shape
     # Written so that NaN fails it.
     inside = (
@@ -112,22 +109,18 @@ def rectangle_free(
     last_i = min(nx - 1, int(math.floor(east + 0.5)))
     first_j = max(0, int(math.floor(south + 0.5)))
     last_j = min(ny - 1, int(math.floor(north + 0.5)))
+    half_cell, half_body = (0.5 * dx, 0.5 * dy), (half_length, half_width)
     for j in range(first_j, last_j + 1):
         for i in range(first_i, last_i + 1):
-            if blocked[j, i] and _covers(
-                (i - u) * dx,
-                (j - v) * dy,
-                0.5 * dx,
-                0.5 * dy,
-                cosine,
-                sine,
-                half_length,
-                half_width,
-            ):
+            centre = (i - u) * dx, (j - v) * dy
+            if blocked[j, i] and _covers(centre, half_cell, (cosine, sine), half_body):
                 return False
     return True
 
 
+@numba.njit(
+    "uint64[:, ::1](boolean[:, ::1], float64, float64, float64, float64, int64)", cache=True
+)
 def yaw_mask(
     blocked: NDArray[np.bool_],
     dx: float,
@@ -139,7 +132,7 @@ def yaw_mask(
     """Free yaws of the rectangle at every cell's centre.
 
     Args:
-        blocked: (ny, nx) bool.
+        blocked: (ny, nx) bool, C order.
         dx, dy: cell size, m.
         half_length, half_width: half the rectangle's sides, m, clearance included.
         n_bins: number of yaw bins over half a turn, 1 to 64.
@@ -152,28 +145,12 @@ def yaw_mask(
         ValueError: n_bins is out of range.
     """
     if not 1 <= n_bins <= MOST_YAW_BINS:
-        raise ValueError(f"n_bins must lie in 1 .. {MOST_YAW_BINS}, not {n_bins}")
-    mask: NDArray[np.uint64] = _yaw_mask(
-        np.ascontiguousarray(blocked, dtype=np.bool_), dx, dy, half_length, half_width, n_bins
-    )
-    return mask
-
-
-@numba.njit(
-    "uint64[:, ::1](boolean[:, ::1], float64, float64, float64, float64, int64)", cache=True
-)
-def _yaw_mask(
-    blocked: NDArray[np.bool_],
-    dx: float,
-    dy: float,
-    half_length: float,
-    half_width: float,
-    n_bins: int,
-) -> NDArray[np.uint64]:
+        raise ValueError("n_bins must lie in 1 .. 64")
     ny, nx = blocked.shape
     radius = math.hypot(half_length, half_width)
     reach_i = int(math.ceil(radius / dx + 0.5))
     reach_j = int(math.ceil(radius / dy + 0.5))
+    half_cell = 0.5 * dx, 0.5 * dy
     table = np.zeros((2 * reach_j + 1, 2 * reach_i + 1), dtype=np.uint64)
     within_x = np.zeros(nx, dtype=np.uint64)
     within_y = np.zeros(ny, dtype=np.uint64)
@@ -183,16 +160,8 @@ def _yaw_mask(
         bit = np.uint64(1) << np.uint64(k)
         for dj in range(-reach_j, reach_j + 1):
             for di in range(-reach_i, reach_i + 1):
-                if _covers(
-                    di * dx,
-                    dj * dy,
-                    0.5 * dx,
-                    0.5 * dy,
-                    cosine,
-                    sine,
-                    half_length,
-                    half_width,
-                ):
+                centre = di * dx, dj * dy
+                if _covers(centre, half_cell, (cosine, sine), (half_length, half_width)):
                     table[dj + reach_j, di + reach_i] |= bit
         reach_x = half_length * abs(cosine) + half_width * abs(sine) - CONTACT
         reach_y = half_length * abs(sine) + half_width * abs(cosine) - CONTACT

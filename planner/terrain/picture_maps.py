@@ -35,9 +35,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.errors import MapError, short
+from planner.errors import short
 from planner.reading import finite_number
-from planner.terrain.grid_checks import check_cells
+from planner.terrain.grid_checks import check_cells, refused
 from planner.terrain.heightmap import Terrain
 
 _COMMON = {"image", "resolution", "origin"}
@@ -61,7 +61,7 @@ def read_picture(file: Path, *, max_cells: int) -> Terrain:
         description = file.with_suffix(ending)
         if description.is_file():
             return read_picture_yaml(description, max_cells=max_cells)
-    raise _refused(file, "is a picture without a scale in metres", _EXAMPLE.format(file.name))
+    raise refused(file, "is a picture without a scale in metres", _EXAMPLE.format(file.name))
 
 
 def read_picture_yaml(file: Path, *, max_cells: int) -> Terrain:
@@ -73,7 +73,7 @@ def read_picture_yaml(file: Path, *, max_cells: int) -> Terrain:
     entries = _read_yaml(file)
     resolution = _number(file, entries, "resolution")
     if resolution <= 0:
-        raise _refused(file, "has a bad 'resolution'", "metres a pixel, above 0")
+        raise refused(file, "has a bad 'resolution'", "metres a pixel, above 0")
     west, south = _origin(file, entries)
     gray, white = _read_gray(file, _image_path(file, entries), max_cells)
     gray = gray[::-1]
@@ -100,20 +100,20 @@ def _read_yaml(file: Path) -> dict[str, Any]:
     try:
         entries = yaml.safe_load(file.read_text(encoding="utf-8"))
     except (yaml.YAMLError, ValueError, RecursionError) as problem:
-        raise _refused(file, "is not YAML", "lines of 'key: value'") from problem
+        raise refused(file, "is not YAML", "lines of 'key: value'") from problem
     accepted = _EXAMPLE.format("NAME.png")
     if not isinstance(entries, dict):
-        raise _refused(file, "holds no entries", accepted)
+        raise refused(file, "holds no entries", accepted)
     keys = {key if isinstance(key, str) else short(key) for key in entries}
     unknown = keys - _COMMON - _OCCUPANCY - _HEIGHTS
     if unknown:
-        raise _refused(file, f"has the unknown entry '{min(unknown)}'", accepted)
+        raise refused(file, f"has the unknown entry '{min(unknown)}'", accepted)
     for key in ("image", "resolution", "origin"):
         if key not in entries:
-            raise _refused(file, f"has no '{key}'", accepted)
+            raise refused(file, f"has no '{key}'", accepted)
     both = sorted(_HEIGHTS & set(entries)), sorted(_OCCUPANCY & set(entries))
     if both[0] and both[1]:
-        raise _refused(
+        raise refused(
             file,
             f"has '{both[0][0]}' and '{both[1][0]}'",
             "either a picture of heights or a floor plan",
@@ -125,17 +125,17 @@ def _number(file: Path, entries: dict[str, Any], key: str, default: float | None
     value = entries.get(key, default)
     number = finite_number(value)
     if number is None:
-        raise _refused(file, f"has a bad '{key}', {short(value)}", "a finite number")
+        raise refused(file, f"has a bad '{key}', {short(value)}", "a finite number")
     return number
 
 
 def _origin(file: Path, entries: dict[str, Any]) -> tuple[float, float]:
     origin = entries["origin"]
     if not isinstance(origin, list) or len(origin) not in (2, 3):
-        raise _refused(file, "has a bad 'origin'", "[x, y, 0] of the lower left corner in metres")
+        raise refused(file, "has a bad 'origin'", "[x, y, 0] of the lower left corner in metres")
     numbers = [_number(file, {"origin": value}, "origin") for value in origin]
     if len(numbers) == 3 and numbers[2] != 0:
-        raise _refused(file, "has a rotated 'origin'", "a yaw of 0; rotate the picture instead")
+        raise refused(file, "has a rotated 'origin'", "a yaw of 0; rotate the picture instead")
     return numbers[0], numbers[1]
 
 
@@ -144,12 +144,12 @@ def _image_path(file: Path, entries: dict[str, Any]) -> Path:
     name = PurePosixPath(image) if isinstance(image, str) else PurePosixPath()
     # A map from someone else must not be able to point at other files of this machine.
     if not name.parts or name.is_absolute() or ".." in name.parts:
-        raise _refused(file, "has a bad 'image'", "the name of a picture in the folder of the YAML")
+        raise refused(file, "has a bad 'image'", "the name of a picture in the folder of the YAML")
     path = file.parent / name
     if not path.is_file():
-        raise _refused(file, f"names the picture {name}, which is absent", "a picture beside it")
+        raise refused(file, f"names the picture {name}, which is absent", "a picture beside it")
     if not path.resolve().is_relative_to(file.parent.resolve()):
-        raise _refused(file, "has an 'image' that leads elsewhere", "a picture beside it")
+        raise refused(file, "has an 'image' that leads elsewhere", "a picture beside it")
     return path
 
 
@@ -169,9 +169,9 @@ def _read_gray(file: Path, path: Path, max_cells: int) -> tuple[NDArray[np.float
                 mode = picture.mode
                 values = np.asarray(picture, dtype=np.float64)
     except Image.DecompressionBombError as problem:
-        raise _refused(path, "is too large a picture", f"at most {max_cells:,} pixels") from problem
+        raise refused(path, "is too large a picture", f"at most {max_cells:,} pixels") from problem
     except (OSError, SyntaxError, ValueError) as problem:
-        raise _refused(
+        raise refused(
             path, "is not a readable picture, or is cut off", "a PNG or PGM picture"
         ) from problem
     if values.ndim == 3:
@@ -184,7 +184,7 @@ def _heights(
     file: Path, entries: dict[str, Any], gray: NDArray[np.float64], white: float
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     if ("height_max" in entries) == ("height_scale" in entries):
-        raise _refused(
+        raise refused(
             file,
             "does not say once how high white is",
             "'height_max' (m, white) or 'height_scale' (m a gray step)",
@@ -195,7 +195,7 @@ def _heights(
     else:
         scale = _number(file, entries, "height_scale")
     if not 0.0 < scale * white < math.inf:
-        raise _refused(file, "has white no higher than black", "a finite scale above 0")
+        raise refused(file, "has white no higher than black", "a finite scale above 0")
     known = np.ones(gray.shape, dtype=np.bool_)
     if "unknown" in entries:
         known = gray != _number(file, entries, "unknown")
@@ -206,21 +206,17 @@ def _occupancy(
     file: Path, entries: dict[str, Any], gray: NDArray[np.float64], white: float
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     if entries.get("mode", "trinary") != "trinary":
-        raise _refused(file, f"has the mode {short(entries['mode'])}", "trinary")
+        raise refused(file, f"has the mode {short(entries['mode'])}", "trinary")
     occupied = _number(file, entries, "occupied_thresh", 0.65)
     free = _number(file, entries, "free_thresh", 0.196)
     if not 0 <= free < occupied <= 1:
-        raise _refused(
+        raise refused(
             file, "has thresholds out of order", "0 <= free_thresh < occupied_thresh <= 1"
         )
     negate = entries.get("negate", 0)
     if negate not in (0, 1, False, True):
-        raise _refused(file, "has a bad 'negate'", "0 or 1")
+        raise refused(file, "has a bad 'negate'", "0 or 1")
     probability = gray / white if negate else (white - gray) / white
     obstacles = probability > occupied
     # What is unknown is neither: an obstacle is known to stand on the floor.
     return obstacles | (probability < free), obstacles
-
-
-def _refused(file: Path, problem: str, accepted: str) -> MapError:
-    return MapError("map", f"{file.name} {problem}", value=str(file), accepted=accepted)

@@ -16,8 +16,8 @@ Moves from there are priced closely (``close_cost``), once, when a search first 
 from __future__ import annotations
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from planner.search.field import CostField, masked_cost, segment_cost, wind_cost
 from planner.search.resolution import ALL_YAWS, COUNT, MOVES
+from planner.search.second_core import in_halves
 from planner.search.steady import cost_for_best_yaw
 
 SIDE = 255
@@ -68,7 +69,7 @@ class Lattice(NamedTuple):
     moves: NDArray[np.int64]
     """(COUNT, 2) columns and rows."""
     beside: NDArray[np.int64]
-    """(COUNT, 4) columns and rows of the two nodes that a move passes between; zeros if none."""
+    """(COUNT, 2, 2) columns and rows of the two nodes that a move passes between; or zeros."""
     row: NDArray[np.int32]
     """Of the numbering."""
     close: NDArray[np.float32]
@@ -84,31 +85,11 @@ class Lattice(NamedTuple):
         return self.table.nbytes + self.close.nbytes
 
 
-def _beside(moves: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Columns and rows of the two nodes beside the middle of each long move."""
-    result = np.zeros((len(moves), 4), np.int64)
-    for k, (i, j) in enumerate(moves):
-        if max(abs(i), abs(j)) == 2:
-            result[k] = (
-                math.floor(i / 2),
-                math.floor(j / 2),
-                math.ceil(i / 2),
-                math.ceil(j / 2),
-            )
-    return result
-
-
 def number_nodes(field: CostField) -> Numbering:
     """Number the slopes of a map's nodes; the objective of the field does not matter."""
     ny, nx = field.heights.shape
     slopes = np.empty((ny, nx), np.uint16)
-    halves = np.linspace(0, ny, 3).astype(int)
-    with ThreadPoolExecutor(max_workers=2) as pool:
-        for task in [
-            pool.submit(_number_slopes, field, _reach(field), slopes, a, b)
-            for a, b in zip(halves[:-1], halves[1:], strict=True)
-        ]:
-            task.result()
+    in_halves(ny, partial(_number_slopes, field, _reach(field), slopes))
     closely = slopes == CLOSELY
     count = int(np.count_nonzero(closely))
     if count == 0 or count * COUNT * 4 + closely.size * 4 > MOST_CLOSE_BYTES:
@@ -131,18 +112,13 @@ def build_lattice(field: CostField, numbering: Numbering | None = None) -> Latti
         numbering: of a field for the same map and model, if there is one.
     """
     numbering = number_nodes(field) if numbering is None else numbering
-    beside = _beside(MOVES)
+    beside = np.stack([np.floor(MOVES / 2), np.ceil(MOVES / 2)], axis=1).astype(np.int64)
+    beside[np.abs(MOVES).max(axis=1) < 2] = 0
     shares = np.hypot(MOVES[:, 0] * field.dx, MOVES[:, 1] * field.dy)
-    shares *= np.where(beside.any(axis=1), 0.25, 0.5)
+    shares *= np.where(beside.any(axis=(1, 2)), 0.25, 0.5)
     table = np.full((field.best.shape[0], SIDE * SIDE, COUNT), np.inf, np.float32)
-    rows = np.linspace(0, SIDE, 3).astype(int)
     directions = np.arctan2(MOVES[:, 1] * field.dy, MOVES[:, 0] * field.dx)
-    with ThreadPoolExecutor(max_workers=2) as pool:
-        for task in [
-            pool.submit(_fill_table, field, _reach(field), directions, shares, table, a, b)
-            for a, b in zip(rows[:-1], rows[1:], strict=True)
-        ]:
-            task.result()
+    in_halves(SIDE, partial(_fill_table, field, _reach(field), directions, shares, table))
     finite = np.isfinite(field.best)
     cheapest = float(field.best[finite].min(initial=math.inf)) + min(0.0, float(field.extra.min()))
     return Lattice(
@@ -162,7 +138,6 @@ def _number_slopes(field: Any, reach: float, slopes: Any, first: int, last: int)
     ny, nx = field.heights.shape
     half = (SIDE - 1) // 2
     for j in range(first, last):
-        south, north = max(j - 1, 0), min(j + 1, ny - 1)
         for i in range(nx):
             slopes[j, i] = CLOSELY
             if field.steep[j, i]:
@@ -173,9 +148,7 @@ def _number_slopes(field: Any, reach: float, slopes: Any, first: int, last: int)
                     crowded |= field.mask[b, a] != ALL_YAWS
             if crowded:
                 continue
-            west, east = max(i - 1, 0), min(i + 1, nx - 1)
-            px = (field.heights[j, east] - field.heights[j, west]) / ((east - west) * field.dx)
-            py = (field.heights[north, i] - field.heights[south, i]) / ((north - south) * field.dy)
+            px, py = node_slope(field, j, i)
             u = int(math.floor(px / reach * half + 0.5))
             v = int(math.floor(py / reach * half + 0.5))
             if abs(u) <= half and abs(v) <= half:

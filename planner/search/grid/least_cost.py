@@ -32,6 +32,8 @@ from planner.search.grid.lattice import CLOSELY, Lattice, close_cost
 
 BUCKETS = 4096
 """Buckets in the ring; what lies further ahead waits in the last one."""
+FIRST_POOL = 4096
+"""Entries that there is room for at first."""
 _ARRIVED = 254
 """In place of a move's number: from here straight to the goal."""
 _NONE = 255
@@ -91,10 +93,9 @@ def cost_to_go(
         field._replace(factor=lattice.factor),
         lattice._replace(factor=field.factor),
         *goal,
-        start is not None,
-        *(start if start is not None else goal),
+        *(goal if start is None else start),
         width,
-        0.999 * least if start is not None else 0.0,
+        0.0 if start is None else 0.999 * least,
         onward,
         token.flag,
     )
@@ -103,12 +104,108 @@ def cost_to_go(
 
 
 @njit(cache=True, error_model="numpy")
-def _surrounding(field: Any, x: float, y: float) -> tuple[int, int, int, int]:
+def _corner_costs(field: Any, x: float, y: float, leaving: bool) -> tuple[Any, int, int]:
+    """Costs (2, 2) of straight lines between a point and the nodes around it.
+
+    Args:
+        field: map and costs.
+        x, y: the point, m.
+        leaving: from the point to the nodes instead of from the nodes to it.
+
+    Returns:
+        the costs, infinite beyond the border; row and column of the first of these nodes.
+    """
     ny, nx = field.heights.shape
-    u, v = (x - field.x0) / field.dx, (y - field.y0) / field.dy
-    i0 = min(max(int(math.floor(u)), 0), nx - 1)
-    j0 = min(max(int(math.floor(v)), 0), ny - 1)
-    return j0, min(j0 + 1, ny - 1), i0, min(i0 + 1, nx - 1)
+    i0 = min(max(int(math.floor((x - field.x0) / field.dx)), 0), nx - 1)
+    j0 = min(max(int(math.floor((y - field.y0) / field.dy)), 0), ny - 1)
+    costs = np.full((2, 2), np.inf)
+    for j in range(j0, min(j0 + 2, ny)):
+        for i in range(i0, min(i0 + 2, nx)):
+            px, py = field.x0 + i * field.dx, field.y0 + j * field.dy
+            if leaving:
+                costs[j - j0, i - i0] = segment_cost(field, x, y, px, py, field.step)
+            else:
+                costs[j - j0, i - i0] = segment_cost(field, px, py, x, y, field.step)
+    return costs, j0, i0
+
+
+@njit(cache=True, error_model="numpy")
+def _seeds(
+    field: Any,
+    factor: Any,
+    goal_x: float,
+    goal_y: float,
+    start_x: float,
+    start_y: float,
+    metre: float,
+    onward: bool,
+) -> tuple[Any, Any, Any]:
+    """The nodes around the goal that reach it by a straight line.
+
+    Returns:
+        their numbers, costs and estimates, each (n,).
+    """
+    nx = field.heights.shape[1]
+    costs, j0, i0 = _corner_costs(field, goal_x, goal_y, onward)
+    reached = np.flatnonzero(costs.ravel() < np.inf)
+    nodes = (j0 + reached // 2) * nx + i0 + reached % 2
+    found, estimates = np.empty(nodes.size), np.empty(nodes.size)
+    for n in range(nodes.size):
+        j, i = nodes[n] // nx, nodes[n] % nx
+        found[n] = costs[j - j0, i - i0]
+        if factor.shape[0] > 1:
+            found[n] *= factor[j, i]
+        x, y = field.x0 + i * field.dx - start_x, field.y0 + j * field.dy - start_y
+        estimates[n] = found[n] + metre * math.hypot(x, y)
+    return nodes, found, estimates
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _estimate(cost: float, metre: float, x: float, y: float) -> float:
+    """Cost with that of the straight line (x, y) to the start, ``metre`` for each m."""
+    return cost if metre == 0.0 else cost + metre * math.sqrt(x**2 + y**2)
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _bucket(estimate: float, width: float, current: int) -> int:
+    """Slot in the ring for an estimate; nothing waits in a bucket that has passed."""
+    return max(min(int(estimate / width), current + BUCKETS - 1), current) % BUCKETS
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _put(head: Any, after: Any, slot: int, place: int) -> int:
+    """Make a free place the first of a bucket; the next free place, or -1."""
+    free: int = after[place]
+    after[place] = head[slot]
+    head[slot] = place
+    return free
+
+
+@njit(cache=True, error_model="numpy")
+def _doubled(entries: Any) -> Any:
+    """These entries and as many unset ones behind them."""
+    longer = np.empty(2 * entries.shape[0], entries.dtype)
+    longer[: entries.shape[0]] = entries
+    return longer
+
+
+@njit(cache=True, error_model="numpy")
+def _chain(after: Any, first: int) -> None:
+    """Make a list of the free places from ``first`` on."""
+    for k in range(first, after.shape[0]):
+        after[k] = k + 1
+    after[-1] = -1
+
+
+@njit(cache=True, error_model="numpy")
+def _farthest(values: Any, corners: Any, j0: int, i0: int) -> float:
+    """Largest of the values at those of the nodes (2, 2) whose corner cost is finite."""
+    farthest = 0.0
+    for b in range(2):
+        for a in range(2):
+            if corners[b, a] < np.inf:
+                farthest = max(farthest, values[j0 + b, i0 + a])
+    return farthest
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -117,7 +214,6 @@ def _solve(
     lattice: Any,
     goal_x: float,
     goal_y: float,
-    wanted: bool,
     start_x: float,
     start_y: float,
     width: float,
@@ -125,170 +221,109 @@ def _solve(
     onward: bool,
     stop: Any,
 ) -> Any:
+    """Values and moves of a ``CostToGo``.
+
+    Args:
+        field, lattice: map, costs and moves; the factor on the cost is the lattice's.
+        goal_x, goal_y, start_x, start_y: m.
+        width: cost that a bucket spans.
+        metre: cost of a metre to the start, in the estimates by which nodes wait; 0 fills the map.
+        onward: costs from the goal instead.
+        stop: (1,) True once the caller has cancelled.
+    """
     ny, nx = field.heights.shape
     values = np.full((ny, nx), np.float32(np.inf))
     moves = np.full((ny, nx), np.uint8(_NONE))
     # Entries that wait: a linked list for each bucket, in one pool that is as long as the front.
     head = np.full(BUCKETS, -1, np.int32)
-    capacity = 4096
-    node_of = np.empty(capacity, np.int32)
-    key_of = np.empty(capacity, np.float32)
-    after = np.empty(capacity, np.int32)
-    for k in range(capacity):
-        after[k] = k + 1
-    after[capacity - 1] = -1
-    free = 0
-    waiting = 0
-    current = 0
-    count = lattice.moves.shape[0]
-    j0, j1, i0, i1 = _surrounding(field, goal_x, goal_y)
-    first = np.inf
-    for seeding in (True, False):
-        # The first bucket is that of the cheapest seed: costs of far seeds may be large.
-        for j in range(j0, j1 + 1):
-            for i in range(i0, i1 + 1):
-                px, py = field.x0 + i * field.dx, field.y0 + j * field.dy
-                if onward:
-                    cost = segment_cost(field, goal_x, goal_y, px, py, field.step)
-                else:
-                    cost = segment_cost(field, px, py, goal_x, goal_y, field.step)
-                if not cost < np.inf:
-                    continue
-                if lattice.factor.shape[0] > 1:
-                    cost *= lattice.factor[j, i]
-                whole = cost + metre * math.hypot(px - start_x, py - start_y)
-                if seeding:
-                    first = min(first, whole)
-                    continue
-                values[j, i] = cost
-                moves[j, i] = _ARRIVED
-                place = free
-                free = after[place]
-                node_of[place], key_of[place] = j * nx + i, values[j, i]
-                ahead = max(min(int(whole / width), current + BUCKETS - 1), current) % BUCKETS
-                after[place] = head[ahead]
-                head[ahead] = place
-                waiting += 1
-        if seeding and first < np.inf:
-            current = int(np.float32(first) / width)
-    sj0, sj1, si0, si1 = _surrounding(field, start_x, start_y)
-    useful = np.zeros((2, 2), np.bool_)
-    for j in range(sj0, sj1 + 1):
-        for i in range(si0, si1 + 1):
-            px, py = field.x0 + i * field.dx, field.y0 + j * field.dy
-            if onward:
-                cost = segment_cost(field, px, py, start_x, start_y, field.step)
-            else:
-                cost = segment_cost(field, start_x, start_y, px, py, field.step)
-            useful[j - sj0, i - si0] = cost < np.inf
-    # Where it can be left by none of them, the goal may still be near enough for a straight line.
+    node_of, key_of = np.empty(FIRST_POOL, np.int32), np.empty(FIRST_POOL, np.float32)
+    after = np.empty(FIRST_POOL, np.int32)
+    _chain(after, 0)
+    free, waiting = 0, 0
     # Arrays by names of their own: taking them out of the tuples costs more than a look-up.
     slopes, table, offsets, beside = lattice.slopes, lattice.table, lattice.moves, lattice.beside
     row, close, factor, ground = lattice.row, lattice.close, lattice.factor, field.ground
-    dearer, remembered = factor.shape[0] > 1, row.shape[0] > 1
-    field_x0, field_y0, dx, dy = field.x0, field.y0, field.dx, field.dy
+    side, back = (1, 0) if onward else (-1, -1)
+    penalised, remembered = factor.shape[0] > 1, row.shape[0] > 1
+    # Nodes that a move passes between: two for those of two cells.
+    passed = 2 * np.maximum(np.abs(offsets[:, 0]), np.abs(offsets[:, 1])) - 2
+    x0, y0, dx, dy = field.x0, field.y0, field.dx, field.dy
+    nodes, costs, estimates = _seeds(field, factor, goal_x, goal_y, start_x, start_y, metre, onward)
+    # The first bucket is that of the cheapest seed: costs of far seeds may be large.
+    current = int(np.float32(estimates.min()) / width) if nodes.size > 0 else 0
+    for k in range(nodes.size):
+        j, i = nodes[k] // nx, nodes[k] % nx
+        values[j, i], moves[j, i] = costs[k], _ARRIVED
+        node_of[free], key_of[free] = nodes[k], values[j, i]
+        free = _put(head, after, _bucket(estimates[k], width, current), free)
+        waiting += 1
+    # Where it can be left by none of them, the goal may still be near enough for a straight line.
+    corners, sj0, si0 = _corner_costs(field, start_x, start_y, not onward)
     while waiting > 0:
         slot = current % BUCKETS
         place = head[slot]
         if place < 0:
             current += 1
-            if stop[0]:
+            # Nodes that the start cannot be left by need not be reached.
+            if stop[0] or (
+                metre > 0.0
+                and current % 16 == 0
+                and _farthest(values, corners, sj0, si0) + metre * (dx + dy) < current * width
+            ):
                 break
-            if wanted and current % 16 == 0:
-                # Nodes that the start cannot be left by need not be reached.
-                farthest = 0.0
-                for j in range(sj0, sj1 + 1):
-                    for i in range(si0, si1 + 1):
-                        if useful[j - sj0, i - si0]:
-                            farthest = max(farthest, values[j, i])
-                if farthest + metre * (dx + dy) < current * width:
-                    break
             continue
         head[slot] = after[place]
-        node, key = node_of[place], key_of[place]
         after[place] = free
         free = place
         waiting -= 1
+        node, key = node_of[place], key_of[place]
         j, i = node // nx, node % nx
         value = values[j, i]
         if key > value:
-            continue  # a better way was found since
-        whole = value
-        if wanted:
-            px, py = field_x0 + i * dx, field_y0 + j * dy
-            whole += metre * math.sqrt((px - start_x) ** 2 + (py - start_y) ** 2)
-        if int(whole / width) > current:
+            continue  # a better path was found since
+        estimate = _estimate(value, metre, x0 + i * dx - start_x, y0 + j * dy - start_y)
+        if int(estimate / width) > current:
             # It waited in the last bucket for its own to come into the ring.
-            ahead = min(int(whole / width), current + BUCKETS - 1) % BUCKETS
-            place = free
-            free = after[place]
-            node_of[place], key_of[place] = node, key
-            after[place] = head[ahead]
-            head[ahead] = place
+            ahead = _bucket(estimate, width, current)
+            free = _put(head, after, ahead, place)
             waiting += 1
             if ahead == slot:
                 current += 1
             continue
-        for m in range(count):
+        for m in range(offsets.shape[0]):
             di, dj = offsets[m, 0], offsets[m, 1]
-            # The move leads from (b, a) to (d, c): backwards into this node, or onward out of it.
-            if onward:
-                a, b, c, d = i, j, i + di, j + dj
-                x, y = c, d
-            else:
-                a, b, c, d = i - di, j - dj, i, j
-                x, y = a, b
+            x, y = i + side * di, j + side * dj
             if x < 0 or y < 0 or x >= nx or y >= ny or values[y, x] <= value:
                 continue
-            here = slopes[b, a]
-            if here == CLOSELY:
-                if remembered:
-                    cost = close[row[b, a], m]
-                    if math.isnan(cost):
-                        cost = close_cost(field, b, a, di, dj)
-                        close[row[b, a], m] = cost
-                else:
-                    cost = close_cost(field, b, a, di, dj)
-            else:
-                there = slopes[d, c]
+            # The move leads from (b, a) by (dj, di): backwards into this node, or onward out of it.
+            a, b = i + back * di, j + back * dj
+            here, there = slopes[b, a], slopes[b + dj, a + di]
+            if here != CLOSELY:
                 g = ground[b, a]
                 cost = table[g, here, m] + table[g, here if there == CLOSELY else there, m]
-                if beside[m, 0] != beside[m, 2] or beside[m, 1] != beside[m, 3]:
-                    there = slopes[b + beside[m, 1], a + beside[m, 0]]
+                for k in range(passed[m]):
+                    there = slopes[b + beside[m, k, 1], a + beside[m, k, 0]]
                     cost += table[g, here if there == CLOSELY else there, m]
-                    there = slopes[b + beside[m, 3], a + beside[m, 2]]
-                    cost += table[g, here if there == CLOSELY else there, m]
-            if dearer:
+            elif remembered:
+                cost = close[row[b, a], m]
+                if math.isnan(cost):
+                    cost = close_cost(field, b, a, di, dj)
+                    close[row[b, a], m] = cost
+            else:
+                cost = close_cost(field, b, a, di, dj)
+            if penalised:
                 cost *= factor[b, a]
             cost += value
             rounded = np.float32(cost)
             if rounded < values[y, x]:
-                values[y, x] = rounded
-                moves[y, x] = m
+                values[y, x], moves[y, x] = rounded, m
                 if free < 0:
-                    more = 2 * capacity
-                    old_node, old_key, old_after = node_of, key_of, after
-                    node_of = np.empty(more, np.int32)
-                    key_of = np.empty(more, np.float32)
-                    after = np.empty(more, np.int32)
-                    node_of[:capacity] = old_node
-                    key_of[:capacity] = old_key
-                    after[:capacity] = old_after
-                    for k in range(capacity, more):
-                        after[k] = k + 1
-                    after[more - 1] = -1
-                    free = capacity
-                    capacity = more
-                place = free
-                free = after[place]
-                node_of[place], key_of[place] = y * nx + x, rounded
-                whole = cost
-                if wanted:
-                    px, py = field_x0 + x * dx, field_y0 + y * dy
-                    whole += metre * math.sqrt((px - start_x) ** 2 + (py - start_y) ** 2)
-                ahead = max(min(int(whole / width), current + BUCKETS - 1), current) % BUCKETS
-                after[place] = head[ahead]
-                head[ahead] = place
+                    free = after.shape[0]
+                    node_of, key_of, after = _doubled(node_of), _doubled(key_of), _doubled(after)
+                    _chain(after, free)
+                node_of[free], key_of[free] = y * nx + x, rounded
+                estimate = _estimate(cost, metre, x0 + x * dx - start_x, y0 + y * dy - start_y)
+                free = _put(head, after, _bucket(estimate, width, current), free)
                 waiting += 1
             elif rounded == values[y, x] and m < moves[y, x] < _ARRIVED:
                 moves[y, x] = m  # of equally good ones the first, in whatever order they came
@@ -311,19 +346,13 @@ def _follow(lattice: Any, values: Any, moves: Any, j: int, i: int, side: int) ->
 
 @njit(cache=True, error_model="numpy")
 def _enter(field: Any, values: Any, x: float, y: float, onward: bool) -> tuple[float, int, int]:
-    """Least cost from a point by one of the nodes round it, and that node."""
-    j0, j1, i0, i1 = _surrounding(field, x, y)
+    """Least cost from a point by one of the nodes around it, and that node."""
+    costs, j0, i0 = _corner_costs(field, x, y, not onward)
     best, at_j, at_i = np.inf, -1, -1
-    for j in range(j0, j1 + 1):
-        for i in range(i0, i1 + 1):
-            px, py = field.x0 + i * field.dx, field.y0 + j * field.dy
-            if onward:
-                cost = segment_cost(field, px, py, x, y, field.step)
-            else:
-                cost = segment_cost(field, x, y, px, py, field.step)
-            cost += values[j, i]
-            if cost < best:
-                best, at_j, at_i = cost, j, i
+    for k in range(4):
+        b, a = k // 2, k % 2
+        if costs[b, a] < np.inf and costs[b, a] + values[j0 + b, i0 + a] < best:
+            best, at_j, at_i = costs[b, a] + values[j0 + b, i0 + a], j0 + b, i0 + a
     return best, at_j, at_i
 
 

@@ -165,10 +165,8 @@ def _blocking(
 
 
 def _what_blocks(ground: DrivingGround, x: float, y: float) -> str:
-    terrain = ground.terrain
-    i = math.floor((x - terrain.origin[0]) / terrain.cell[0] + 0.5)
-    j = math.floor((y - terrain.origin[1]) / terrain.cell[1] + 0.5)
-    return terrain.why_blocked(ground.step_height, j, i) or "ledge"
+    j, i = ground.terrain.cell_index(x, y)
+    return ground.terrain.why_blocked(ground.step_height, j, i) or "ledge"
 
 
 def _limit_degrees(field: CostField, x: float, y: float) -> float:

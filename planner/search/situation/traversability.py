@@ -7,8 +7,8 @@ field = ground.field(costs)                # what the compiled search reads
 from __future__ import annotations
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from planner.power.kinematics import X, Y
 from planner.power.vehicles import Vehicle
 from planner.search.field import CostField
 from planner.search.resolution import DIRECTIONS, MARGIN, SPARE, YAW_BINS
+from planner.search.second_core import in_halves
 from planner.search.steady import SteadyCosts
 from planner.terrain.heightmap import Terrain
 from planner.terrain.interpolation import interpolate, interpolate_many
@@ -160,10 +161,7 @@ def driving_ground(terrain: Terrain, vehicle: Vehicle) -> DrivingGround:
 def _steepest(heights: NDArray[np.float64], dx: float, dy: float) -> NDArray[np.float32]:
     """Largest tan(slope) at nine points of every cell."""
     result = np.empty(heights.shape, np.float32)
-    half = len(heights) // 2
-    with ThreadPoolExecutor(max_workers=2) as pool:
-        for part in ((0, half), (half, len(heights))):
-            pool.submit(_fill_steepest, heights, dx, dy, result, *part)
+    in_halves(len(heights), partial(_fill_steepest, heights, dx, dy, result))
     return result
 
 
