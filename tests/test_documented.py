@@ -16,7 +16,11 @@ from service.settings import Settings
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = {path.name: path.read_text() for path in sorted((ROOT / "docs").glob("*.md"))}
-COMMANDS = {c.callback.__name__: c.callback for c in commands.registered_commands if c.callback}
+COMMANDS = {
+    c.callback.__name__.replace("_", "-"): c.callback
+    for c in commands.registered_commands
+    if c.callback
+}
 
 
 @pytest.mark.parametrize("command", COMMANDS)
