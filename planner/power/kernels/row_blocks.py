@@ -1,6 +1,6 @@
 """The stages for a block of rows at once: the same lines, each under a loop over the rows.
 
-    in_blocks(lines, wheel_count)   # lines of a function body about one ``row``
+    in_blocks(body, wheel_count)    # statements of a function body about one ``row``
 
 A log asks for the power of very many rows. Written row by row, every effect that is at its null
 values costs a look for every wheel of every row, and nothing runs in the processor's vector units.
@@ -31,26 +31,24 @@ BLOCK_ARGUMENTS = ("columns", "count", "parameters", "body", "wheels", "found")
 _KEPT = 3  # values that a wheel keeps in per_wheel for the lines further down
 
 
-def in_blocks(lines: Sequence[str], wheel_count: int) -> list[str]:
+def in_blocks(body: Sequence[ast.stmt], wheel_count: int) -> list[str]:
     """Lines of the body of a function of BLOCK_ARGUMENTS.
 
     Args:
-        lines: body of a function of ``row``, ``parameters``, ``body``, ``wheels`` and
+        body: body of a function of ``row``, ``parameters``, ``body``, ``wheels`` and
             ``per_wheel``, see the head of this module.
         wheel_count: number of wheels.
 
     Raises:
         ValueError: a line that cannot be rewritten.
     """
-    [function] = ast.parse("def evaluate():\n" + "".join(f" {line}\n" for line in lines)).body
-    assert isinstance(function, ast.FunctionDef)
-    *body, last = function.body
+    *lines, last = body
     if not isinstance(last, ast.Return) or last.value is None:
         raise ValueError(f"{ast.unparse(last)}: the last line must return the watts")
     results = last.value.elts if isinstance(last.value, ast.Tuple) else [last.value]
     for number, result in enumerate(results):
-        body += ast.parse(f"found[{number * BLOCK} + k] = {ast.unparse(result)}").body
-    blocks = _Blocks(body, wheel_count)
+        lines += ast.parse(f"found[{number * BLOCK} + k] = {ast.unparse(result)}").body
+    blocks = _Blocks(lines, wheel_count)
     for result in results:
         if not blocks.of_row.intersection(_read(result)):
             raise ValueError(f"{ast.unparse(result)}: depends on no row")
