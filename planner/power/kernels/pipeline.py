@@ -20,7 +20,6 @@ from __future__ import annotations
 
 import ast
 import inspect
-from functools import cache
 
 from planner.power.effect import Effect
 from planner.power.kernels import stages
@@ -34,9 +33,8 @@ FORMULA_FUNCTIONS = (
 """Functions of planner.power.kernel_math that the formulas of custom effects call besides."""
 
 
-@cache
 def stages_function() -> ast.FunctionDef:
-    """The tree of ``stages.power``, with the line numbers of its file."""
+    """A new tree of ``stages.power``, with the line numbers of its file."""
     [function] = (
         node
         for node in ast.parse(inspect.getsource(stages)).body

@@ -24,6 +24,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator, Sequence
+from functools import cache
 
 BLOCK = 64
 """Rows in a block: many enough for the vector units, few enough for the caches."""
@@ -87,6 +88,7 @@ class _Blocks:
     """The rewriting: which names depend on the row, which of them outlive their loop, the text."""
 
     def __init__(self, body: Sequence[ast.stmt], wheel_count: int) -> None:
+        self._read = cache(_read)  # every line is asked for several times
         self.of_row = self._of_row(body)
         self._refuse(body)
         self.inputs = {
@@ -108,17 +110,13 @@ class _Blocks:
             found = [piece] if isinstance(piece, str) else self._loop(self.groups[piece])
             self.lines += ["    " * depth + line for line in found]
 
-    @staticmethod
-    def _of_row(body: Sequence[ast.stmt]) -> set[str]:
+    def _of_row(self, body: Sequence[ast.stmt]) -> set[str]:
         """Names whose values differ from row to row."""
         found = {"row", "per_wheel"}
+        lines = [(self._read(node), _written(node)) for line in body for node in _simple(line)]
         while True:
             more = {
-                name
-                for line in body
-                for node in _simple(line)
-                if found.intersection(_read(node))
-                for name in _written(node)
+                name for read, written in lines if not found.isdisjoint(read) for name in written
             }
             if more <= found:
                 return found
@@ -184,14 +182,14 @@ class _Blocks:
             return bool(self.of_row.intersection(_read(node.test)))
         if not isinstance(node, ast.Assign | ast.AugAssign):
             return False
-        return bool(self.of_row.intersection([*_written(node), *_read(node)]))
+        return bool(self.of_row.intersection([*_written(node), *self._read(node)]))
 
     def _needed(self, group: Sequence[ast.stmt]) -> list[str]:
         """Names of the row that a loop takes from before it."""
         known: set[str] = {"row", "per_wheel"}
         needed: dict[str, None] = {}
         for node in group:
-            for name in _read(node):
+            for name in self._read(node):
                 if name in self.of_row and name not in known:
                     needed[name] = None
             for part in _simple(node):

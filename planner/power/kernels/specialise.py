@@ -15,7 +15,7 @@ from __future__ import annotations
 import ast
 import copy
 import inspect
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property
@@ -64,22 +64,24 @@ class KernelSpec:
             self.effects, wheel_count=self.wheel_count, surface_count=self.surface_count
         )
 
-    def place(self, effect: type[Effect], name: str) -> int:
-        """Place of a parameter's first element in ``parameters``."""
-        return [(slot[0], slot[1]) for slot in self.slots].index((effect, name))
+    @cached_property
+    def places(self) -> dict[tuple[str, str], int]:
+        """Effect's slug and parameter's name to the place of its first element."""
+        slots = enumerate(self.slots)
+        return {(e.slug, name): place for place, (e, name, _, element) in slots if element == 0}
 
 
 def specialise(function: ast.FunctionDef, spec: KernelSpec) -> list[ast.stmt]:
     """Statements of the body of a compiled function that returns W, and the limits if asked for.
 
     Args:
-        function: the stages; ``stages.power`` or a shorter one.
+        function: the stages, ``stages.power`` or a shorter function; rewritten in place.
         spec: what the kernel is made for.
 
     Raises:
         ValueError: a marker is wrong or in the wrong place; two effects replace the same value.
     """
-    *lines, last = copy.deepcopy(function.body)
+    *lines, last = function.body
     if not isinstance(last, ast.Return) or not isinstance(last.value, ast.Name):
         raise _refusal(last, "the last line must return the power by its name")
     if _is_docstring(lines[0]):
@@ -91,9 +93,6 @@ def specialise(function: ast.FunctionDef, spec: KernelSpec) -> list[ast.stmt]:
         body = [*before, *_return([last.value.id, *limits])]
     else:
         body = before + _for_each_side(after, last.value.id, limits, spec)
-    for part in (part for line in body for part in ast.walk(line)):
-        if isinstance(part, ast.Name) and part.id in _MARKERS:
-            raise _refusal(part, "a marker cannot stand here (see stages.Hooks)")
     return _needed(body, keep_arrays=spec.output == "account")
 
 
@@ -200,8 +199,7 @@ class _Markers(ast.NodeTransformer):
             return _expression(" or ".join(acts) or "False")
         if marker == "parameter":
             slug, name = (ast.literal_eval(argument) for argument in node.args)
-            [effect] = (effect for effect in self.spec.effects if effect.slug == slug)
-            return _expression(f"parameters[{self.spec.place(effect, name)}]")
+            return _expression(f"parameters[{self.spec.places[slug, name]}]")
         return self.generic_visit(node)
 
     def visit_Attribute(self, node: ast.Attribute) -> Any:
@@ -255,12 +253,14 @@ class _Markers(ast.NodeTransformer):
         for effect in self.spec.effects:
             if not effect.base:
                 texts.append(f"acts_{effect.slug} = False")
-        for place, (effect, _, parameter, _) in enumerate(self.spec.slots):
-            if not effect.base and parameter.null is not None:
-                texts.append(f"acts_{effect.slug} |= parameters[{place}] != {parameter.null!r}")
+                texts += (
+                    f"acts_{effect.slug} |= parameters[{place}] != {parameter.null!r}"
+                    for place, (owner, _, parameter, _) in enumerate(self.spec.slots)
+                    if owner is effect and parameter.null is not None
+                )
         for effect, name, parameter, element in self.spec.slots:
             if parameter.per == "wheel" and element == 0:
-                mean, start = f"mean_{effect.slug}_{name}", self.spec.place(effect, name)
+                mean, start = f"mean_{effect.slug}_{name}", self.spec.places[effect.slug, name]
                 texts.append(f"{mean} = zero\nfor wheel in range({self.spec.wheel_count}):")
                 texts.append(f"    {mean} += parameters[{start} + wheel] / wheel_count")
         return _lines("\n".join(texts))
@@ -276,7 +276,7 @@ class _Markers(ast.NodeTransformer):
         return _expression(f"{effect.slug}__{hook}({', '.join(found)})")
 
     def _parameter(self, effect: type[Effect], name: str) -> str:
-        start, parameter = self.spec.place(effect, name), effect.parameters[name]
+        start, parameter = self.spec.places[effect.slug, name], effect.parameters[name]
         if parameter.per == "wheel":
             return f"(parameters[{start} + wheel] - mean_{effect.slug}_{name})"
         if parameter.per == "surface":
@@ -313,25 +313,30 @@ class _Calls(ast.NodeTransformer):
 class _Columns(ast.NodeTransformer):
     """Numbers instead of the names of columns and constants; conditions on numbers decided."""
 
-    def _number(self, node: ast.expr) -> Any:
-        self.generic_visit(node)
-        names = vars(stages)
-        try:
-            if isinstance(node, ast.Name):
-                value = names.get(node.id)
-            elif isinstance(node, ast.Attribute):
-                columns = names.get(ast.unparse(node.value))
-                is_enum = isinstance(columns, type) and issubclass(columns, IntEnum)
-                value = getattr(columns, node.attr).value if is_enum else None
-            else:
-                assert isinstance(node, ast.Subscript)
-                columns = names.get(ast.unparse(node.value))
-                value = columns[ast.literal_eval(node.slice)] if isinstance(columns, dict) else None
-        except (AttributeError, KeyError) as error:
-            raise _refusal(node, "no such column") from error
+    def visit_Name(self, node: ast.Name) -> Any:
+        """``REST_SPEED``."""
+        if node.id in _MARKERS:
+            raise _refusal(node, "a marker cannot stand here (see stages.Hooks)")
+        value = vars(stages).get(node.id)
         return ast.Constant(value) if isinstance(value, int | float) else node
 
-    visit_Name = visit_Attribute = visit_Subscript = _number
+    def visit_Attribute(self, node: ast.Attribute) -> Any:
+        """``Body.MASS``."""
+        columns = vars(stages).get(node.value.id) if isinstance(node.value, ast.Name) else None
+        if not isinstance(columns, type) or not issubclass(columns, IntEnum):
+            return self.generic_visit(node)
+        if node.attr not in columns.__members__:
+            raise _refusal(node, f"no such column; there are {', '.join(columns.__members__)}")
+        return ast.Constant(columns[node.attr].value)
+
+    def visit_Subscript(self, node: ast.Subscript) -> Any:
+        """``INDEX["vx"]``."""
+        if not isinstance(node.value, ast.Name) or node.value.id != "INDEX":
+            return self.generic_visit(node)
+        name = ast.literal_eval(node.slice)
+        if name not in INDEX:
+            raise _refusal(node, f"no such quantity; there are {', '.join(INDEX)}")
+        return ast.Constant(INDEX[name])
 
     def visit_Compare(self, node: ast.Compare) -> Any:
         """``"A" == "B"``."""
@@ -379,7 +384,7 @@ def _for_each_side(
     # variables of their own: an array would take longer to compile than the rest.
     left = dict(LIMITS) if limits else {}
     if balanced:
-        names = (*ACCOUNT[1:], *BASE_EFFECTS)
+        names = (*ACCOUNT[1:], *(f"watts_{slug}" for slug in BASE_EFFECTS))
         left = {name: f"account[{column}]" for column, name in enumerate(names, start=1)}
     first, after = [], []
     for name, here in left.items():
@@ -403,8 +408,8 @@ def _for_each_side(
         loop.body += _lines("\n".join(after))
     body.append(loop)
     if balanced:
-        body += _lines("\n".join(f"{here} = kept_{name}" for name, here in left.items()))
-        body += _lines("account[0] = mean_watts")
+        results = (f"{here} = kept_{name}" for name, here in left.items())
+        body += _lines("\n".join(["account[0] = mean_watts", *results]))
     return [*body, *_return(["mean_watts", *(f"kept_{n}" for n in LIMITS if limits)])]
 
 
@@ -424,40 +429,61 @@ for side in range(sides):
 
 
 def _needed(body: list[ast.stmt], *, keep_arrays: bool) -> list[ast.stmt]:
-    """The lines that some result depends on.
+    """The lines that some result depends on; a name stands for all values that it ever takes.
 
     Args:
-        body: statements; names stand for all values that they ever take.
+        body: statements.
         keep_arrays: whether what is written to arrays is a result, besides what is returned.
     """
+    lines = [*_reads_and_writes(body, set())]
+    lines.reverse()  # most of what a line reads stands above it
     needed: set[str] = set()
-    while True:
-        kept = _writing(body, needed, keep_arrays)
-        read = {name for line in kept for name in _places(line, ast.Load)}
-        if read <= needed:
-            return kept
-        needed |= read
+    kept: set[ast.stmt] = set()
+    grows = True
+    while grows:
+        before = len(kept)
+        for line, reads, writes in lines:
+            is_result = isinstance(line, ast.Return) or (
+                keep_arrays and any("[" in n for n in writes)
+            )
+            if is_result or not needed.isdisjoint(writes):
+                kept.add(line)
+                needed |= reads
+        grows = len(kept) > before
+    return _only(body, kept)
 
 
-def _writing(body: list[ast.stmt], needed: set[str], keep_arrays: bool) -> list[ast.stmt]:
-    found: list[ast.stmt] = []
+def _reads_and_writes(
+    body: list[ast.stmt], around: set[str]
+) -> Iterator[tuple[ast.stmt, set[str], set[str]]]:
+    """Every simple line, what it and the lines around it read, what it writes."""
     for line in body:
         if isinstance(line, ast.If | ast.For):
-            inner = copy.copy(line)
-            inner.body = _writing(line.body, needed, keep_arrays)
-            found += [inner] if inner.body else []
-            continue
-        written = _places(line, ast.Store)
-        arrays = keep_arrays and any("[" in name for name in written)
-        if isinstance(line, ast.Return) or arrays or needed.intersection(written):
-            found.append(line)
-    return found
+            head = line.test if isinstance(line, ast.If) else line.iter
+            yield from _reads_and_writes(line.body, around | _places(head, ast.Load))
+        else:
+            yield line, around | _places(line, ast.Load), _places(line, ast.Store)
 
 
 def _places(node: ast.AST, context: type[ast.expr_context]) -> set[str]:
-    """Names and places in arrays that are read or written."""
-    return {
-        ast.unparse(part)
-        for part in ast.walk(node)
-        if isinstance(part, ast.Name | ast.Subscript) and isinstance(part.ctx, context)
-    }
+    """Names and places in ``per_wheel`` and ``account`` that are read or written."""
+    found = set()
+    for part in ast.walk(node):
+        if not isinstance(part, ast.Name | ast.Subscript) or not isinstance(part.ctx, context):
+            continue
+        if isinstance(part, ast.Name):
+            found.add(part.id)
+        elif isinstance(part.value, ast.Name) and part.value.id in ("per_wheel", "account"):
+            found.add(ast.unparse(part))
+    return found
+
+
+def _only(body: list[ast.stmt], kept: set[ast.stmt]) -> list[ast.stmt]:
+    found: list[ast.stmt] = []
+    for line in body:
+        if isinstance(line, ast.If | ast.For):
+            line.body = _only(line.body, kept)
+            found += [line] if line.body else []
+        elif line in kept:
+            found.append(line)
+    return found
