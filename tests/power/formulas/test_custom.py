@@ -23,6 +23,7 @@ from planner.power.formulas.custom_parameters import NAMES
 from planner.power.formulas.dimensions import UNITS
 from planner.power.formulas.formula import check_formula
 from planner.power.kernels.pipeline import kernel_source
+from planner.power.kernels.specialise import KernelSpec
 from planner.power.model import PowerModel
 from planner.power.rows import rows_from
 from planner.power.vehicles import load_vehicle
@@ -264,7 +265,7 @@ def test_another_process_loads_the_model_without_compiling(
 def test_another_formula_is_another_kernel() -> None:
     def source(effect: type[Effect]) -> str:
         model = PowerModel.from_vehicle(load_vehicle("minibalance"), effects=[effect])
-        return kernel_source(model.effects, wheel_count=4, surface_count=1, number="float64")
+        return kernel_source(KernelSpec(model.effects, 4, 1, "float64"))
 
     one, two = source(define("k*bump(heading,1,0.3)")), source(define("k*bump(heading,1,0.4)"))
     assert one != two
