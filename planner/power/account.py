@@ -12,52 +12,23 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import Literal
 
-
-class Body(IntEnum):
-    """Columns of ``body``."""
-
-    MASS = 0  # kg, without payload
-    CENTRE_HEIGHT = 1  # m, centre of mass above ground
-    WHEEL_RADIUS = 2  # m
-    GEAR_RATIO = 3  # 1, motor speed over wheel speed
-    TRACTION = 4  # 1, largest axle force over load
-
-
-class PerWheel(IntEnum):
-    """Columns of ``per_wheel``."""
-
-    LOAD = 0  # N
-    ROLLING_FACTOR = 1  # 1, on rolling and roller drag
-    ROLLER_FORCE = 2  # N, along the roller's free direction
-    WHEEL_SPEED = 3  # rad/s
-    ROLLER_SPEED = 4  # m/s
-    AXIS_FORCE = 5  # N, along the roller's axle
-    WHEEL_TORQUE = 6  # N·m, at the hub
-    MOTOR_TORQUE = 7  # N·m, inside the motor
-    CURRENT = 8  # A
-    VOLTAGE = 9  # V
-    MOTOR_WATTS = 10  # W, at the motor's terminals
-
-
-class Account(IntEnum):
-    """Columns of ``account`` before those of the base effects."""
-
-    # W, parts of the balance
-    SUPPLY = 0
-    BUS = 1
-    TERMINAL = 2
-    SHAFT = 3
-    COPPER = 4
-    DRIVER = 5
-    ELECTRONICS = 6
-    # what limits are set for
-    LEAST_LOAD = 7  # N
-    CURRENT = 8  # A
-    VOLTAGE = 9  # V
-    MOTOR_TORQUE = 10  # N·m
-    TRACTION_LEFT = 11  # 1, share of the traction limit
-
-
+# mypy and the kernels' pass read these names as the numbers of columns.
+Body = IntEnum("Body", "MASS CENTRE_HEIGHT WHEEL_RADIUS GEAR_RATIO TRACTION", start=0)
+"""kg without payload, m above ground, m, motor speed over wheel speed, axle force over load."""
+PerWheel = IntEnum(
+    "PerWheel",
+    "LOAD ROLLING_FACTOR ROLLER_FORCE WHEEL_SPEED ROLLER_SPEED AXIS_FORCE WHEEL_TORQUE MOTOR_TORQUE"
+    " CURRENT VOLTAGE MOTOR_WATTS",
+    start=0,
+)
+"""N, 1 on rolling and roller drag, N, rad/s, m/s, N, N·m, N·m, A, V, W at the motor's terminals."""
+Account = IntEnum(
+    "Account",
+    "SUPPLY BUS TERMINAL SHAFT COPPER DRIVER ELECTRONICS"
+    " LEAST_LOAD CURRENT VOLTAGE MOTOR_TORQUE TRACTION_LEFT",
+    start=0,
+)
+"""W, the parts of the balance; then N, A, V, N·m, share of the traction limit that is left."""
 PER_WHEEL = tuple(column.name.lower() for column in PerWheel)
 ACCOUNT = tuple(column.name.lower() for column in Account)
 BASE_EFFECTS = (

@@ -64,7 +64,7 @@ def kernel_source(spec: KernelSpec) -> str:
         "from numba import njit, types",
         "import numpy as np",
         "from planner.power.kernel_math import absolute, larger, sign, smaller, still",
-        *([f"from {stages.printed.__package__} import printed"] if spec.printed else []),
+        *([f"from {__package__} import printed"] if spec.printed else []),
         *(line for effect in spec.effects if effect not in custom for line in _imports(effect)),
         *([f"from planner.power.kernel_math import {', '.join(FORMULA_FUNCTIONS)}"] * bool(custom)),
         *(text for effect in custom for text in effect.kernel_text.values()),

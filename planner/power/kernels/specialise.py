@@ -2,7 +2,7 @@
 
     specialise(function, spec)      # statements of a function body that numba compiles
 
-``function`` is the tree of ``stages.power``. A marker of ``stages.Hooks`` becomes the calls of the
+``function`` is the tree of ``stages.power``. A marker becomes the calls of the
 active effects' formulas, named ``<slug>__<hook>``. An effect at its null values is skipped, which
 saves time. Names of columns become their numbers. What no result depends on is dropped: the power
 alone books no balance and looks at no limits. The order of operations is that of the stages.
@@ -15,10 +15,9 @@ from __future__ import annotations
 import ast
 import copy
 import inspect
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
-from enum import IntEnum
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 from planner.power.account import ACCOUNT, BASE_EFFECTS, LIMITS, Output
@@ -28,6 +27,7 @@ from planner.quantities import INDEX
 
 _WORST_IS_LEAST = ("least_load", "traction_left")
 _MARKERS = ("hooks", "effect", "locals")
+_KEPT_IN = ("per_wheel", "account")
 _SURFACE = f"row[{INDEX['surface']}]"
 
 
@@ -84,15 +84,10 @@ def specialise(function: ast.FunctionDef, spec: KernelSpec) -> list[ast.stmt]:
     *lines, last = function.body
     if not isinstance(last, ast.Return) or not isinstance(last.value, ast.Name):
         raise _refusal(last, "the last line must return the power by its name")
-    if _is_docstring(lines[0]):
-        del lines[0]
     place = next((k for k, line in enumerate(lines) if _marker(line) == "side"), len(lines))
     before, after = (_expanded(part, spec) for part in (lines[:place], lines[place + 1 :]))
     limits = list(LIMITS.values()) if spec.output == "limits" else []
-    if place == len(lines):
-        body = [*before, *_return([last.value.id, *limits])]
-    else:
-        body = before + _for_each_side(after, last.value.id, limits, spec)
+    body = before + _for_each_side(after, last.value.id, limits, spec)
     return _needed(body, keep_arrays=spec.output == "account")
 
 
@@ -101,44 +96,34 @@ def _refusal(node: ast.AST, problem: str) -> ValueError:
     return ValueError(f"{where}: {ast.unparse(node)}: {problem}")
 
 
-def _lines(text: str) -> list[ast.stmt]:
-    return ast.parse(text).body
+def _lines(texts: Iterable[str]) -> list[ast.stmt]:
+    return ast.parse("\n".join(texts)).body
 
 
 def _expression(text: str) -> ast.expr:
     return ast.parse(text, mode="eval").body
 
 
-def _return(names: Iterable[str]) -> list[ast.stmt]:
-    return _lines(f"return {', '.join(names)}")
-
-
-def _is_docstring(line: ast.stmt) -> bool:
-    return isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant)
-
-
 def _marker(node: ast.AST) -> str | None:
-    """Which marker a statement or expression is: the name behind ``hooks.``, "" for a loop."""
+    """Name of a statement's or expression's marker, behind the dot; "" for a loop's."""
     if isinstance(node, ast.Assign | ast.Expr):
         return _marker(node.value)
     if isinstance(node, ast.Call):
-        if isinstance(node.func, ast.Name) and node.func.id == "hooks":
-            return ""
-        return _marker(node.func)
-    if isinstance(node, ast.Attribute) and ast.unparse(node.value) == "hooks":
-        return node.attr
+        return "" if ast.unparse(node.func) == "hooks" else _marker(node.func)
+    if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+        return node.attr if node.value.id in ("hooks", "effect") else None
     return None
 
 
-def _expanded(lines: Sequence[ast.stmt], spec: KernelSpec) -> list[ast.stmt]:
-    body: Any = ast.Module(list(lines), [])
-    steps: list[ast.NodeTransformer] = [_Markers(spec), _Columns()]
-    if not spec.having("circulation"):
-        steps.append(_NoCirculation())
-    for step in steps:
-        body = step.visit(body)
+def _visited(step: ast.NodeTransformer, lines: Iterable[ast.stmt]) -> list[ast.stmt]:
+    body: Any = step.generic_visit(ast.Module(list(lines), []))
     found: list[ast.stmt] = body.body
     return found
+
+
+def _expanded(lines: Iterable[ast.stmt], spec: KernelSpec) -> list[ast.stmt]:
+    found = _visited(_Columns(), _visited(_Markers(spec), lines))
+    return found if spec.having("circulation") else _visited(_NoCirculation(), found)
 
 
 class _Markers(ast.NodeTransformer):
@@ -147,6 +132,7 @@ class _Markers(ast.NodeTransformer):
     def __init__(self, spec: KernelSpec) -> None:
         self.spec = spec
         self.balanced = spec.output == "account"
+        self.acting: tuple[type[Effect], str] | None = None  # effect and hook of the open loop
 
     def visit_For(self, node: ast.For) -> Any:
         """``for effect in hooks("slip"):``."""
@@ -159,10 +145,9 @@ class _Markers(ast.NodeTransformer):
             raise ValueError(f"{hook}: {' and '.join(e.slug for e in having)} both replace it")
         found = []
         for effect in having:
-            takes = self.balanced and effect.slug in BASE_EFFECTS
-            calls = _Calls(self._call(effect, hook), effect.slug if takes else None)
-            body = calls.visit(ast.Module(copy.deepcopy(node.body), []))
-            found += self._where_it_acts(effect, self.generic_visit(body).body)
+            self.acting = effect, hook
+            found += self._where_it_acts(effect, _visited(self, copy.deepcopy(node.body)))
+        self.acting = None
         return found
 
     def visit_Assign(self, node: ast.Assign) -> Any:
@@ -174,26 +159,32 @@ class _Markers(ast.NodeTransformer):
         return [node, *self._switches()] if marker == "zero" else node
 
     def visit_Expr(self, node: ast.Expr) -> Any:
-        """``hooks.book(gravity=x)`` and ``hooks.balance(account)``."""
+        """``hooks.book(gravity=x)``, ``hooks.balance(account)``, ``effect.takes(x)``."""
         marker, call = _marker(node), node.value
+        texts: Iterable[str]
         if marker == "book" and isinstance(call, ast.Call):
-            texts = [f"watts_{word.arg} = {ast.unparse(word.value)}" for word in call.keywords]
+            texts = (f"watts_{word.arg} = {ast.unparse(word.value)}" for word in call.keywords)
         elif marker == "balance":
             columns = enumerate(BASE_EFFECTS, start=len(ACCOUNT))
-            texts = [f"account[{column}] = watts_{slug}" for column, slug in columns]
+            texts = (f"account[{column}] = watts_{slug}" for column, slug in columns)
+        elif marker == "takes" and self.acting and isinstance(call, ast.Call):
+            slug = self.acting[0].slug
+            texts = [f"watts_{slug} += {ast.unparse(call.args[0])}"] * (slug in BASE_EFFECTS)
         else:
             return self.generic_visit(node)
-        return _lines("\n".join(texts)) if self.balanced else []
+        return _lines(texts) if self.balanced else []
 
     def visit_If(self, node: ast.If) -> Any:
         """``if hooks.printed:``."""
-        if _marker(node.test) is None:
+        if _marker(node.test) != "printed":
             return self.generic_visit(node)
-        return self.generic_visit(ast.Module(node.body, [])).body if self.spec.printed else []
+        return _visited(self, node.body) if self.spec.printed else []
 
     def visit_Call(self, node: ast.Call) -> Any:
-        """``hooks.act("circulation")`` and ``hooks.parameter("roller_drag", "roller")``."""
+        """``effect(locals())``, ``hooks.act("slip")``, ``hooks.parameter("gear_loss", "x")``."""
         marker = _marker(node)
+        if self.acting and ast.unparse(node) == "effect(locals())":
+            return self._call(*self.acting)
         if marker == "act":
             acts = [f"acts_{effect.slug}" for effect in self._hook(node)[1]]
             return _expression(" or ".join(acts) or "False")
@@ -203,11 +194,11 @@ class _Markers(ast.NodeTransformer):
         return self.generic_visit(node)
 
     def visit_Attribute(self, node: ast.Attribute) -> Any:
-        """``hooks.zero`` and ``hooks.printed``."""
+        """``hooks.zero`` and ``hooks.reading_b``."""
+        zero = 0j if self.spec.number == "complex128" else 0.0
+        values = {"zero": zero, "reading_b": self.spec.printed == "B"}
         marker = _marker(node)
-        if marker == "zero":
-            return ast.Constant(0j if self.spec.number == "complex128" else 0.0)
-        return ast.Constant(self.spec.printed) if marker == "printed" else self.generic_visit(node)
+        return ast.Constant(values[marker]) if marker in values else self.generic_visit(node)
 
     def _hook(self, call: ast.expr) -> tuple[str, list[type[Effect]]]:
         """Name of the hook that a marker gives first, and the effects that act there."""
@@ -228,20 +219,14 @@ class _Markers(ast.NodeTransformer):
         names = ast.unparse(node.targets[0]).strip("()").split(", ")
         if names != [word.arg for word in node.value.keywords]:
             raise _refusal(node, "combine starts the names that it is assigned to")
-        starts = [ast.unparse(word.value) for word in node.value.keywords]
+        starts = (f"{word.arg} = {ast.unparse(word.value)}" for word in node.value.keywords)
+        body = _lines(start for start in starts if start not in [f"{n} = {n}" for n in names])
+        parts = [f"part_of_{name}" for name in names]
         sign = {"add": "+=", "multiply": "*="}[HOOKS[hook].combine]
-        pairs = zip(names, starts, strict=True)
-        body = _lines("\n".join(f"{name} = {start}" for name, start in pairs if name != start))
+        adding = [f"{name} {sign} {part}" for name, part in zip(names, parts, strict=True)]
         for effect in having:
             call = ast.unparse(self._call(effect, hook))
-            if len(names) == 1:
-                text = f"{names[0]} {sign} {call}"
-            else:
-                parts = [f"part_of_{name}" for name in names]
-                text = f"{', '.join(parts)} = {call}\n" + "\n".join(
-                    f"{name} {sign} {part}" for name, part in zip(names, parts, strict=True)
-                )
-            body += self._where_it_acts(effect, _lines(text))
+            body += self._where_it_acts(effect, _lines([f"{', '.join(parts)} = {call}", *adding]))
         return body
 
     def _switches(self) -> list[ast.stmt]:
@@ -263,7 +248,7 @@ class _Markers(ast.NodeTransformer):
                 mean, start = f"mean_{effect.slug}_{name}", self.spec.places[effect.slug, name]
                 texts.append(f"{mean} = zero\nfor wheel in range({self.spec.wheel_count}):")
                 texts.append(f"    {mean} += parameters[{start} + wheel] / wheel_count")
-        return _lines("\n".join(texts))
+        return _lines(texts)
 
     def _call(self, effect: type[Effect], hook: str) -> ast.expr:
         """The call of an effect's formula; its arguments are found by their names."""
@@ -288,63 +273,43 @@ class _Markers(ast.NodeTransformer):
         return f"parameters[{start}]"
 
 
-class _Calls(ast.NodeTransformer):
-    """One effect in the place of ``effect``."""
-
-    def __init__(self, call: ast.expr, books: str | None) -> None:
-        self.call = call
-        self.books = books
-
-    def visit_Call(self, node: ast.Call) -> Any:
-        """``effect(locals())``."""
-        if ast.unparse(node) == "effect(locals())":
-            return copy.deepcopy(self.call)
-        return self.generic_visit(node)
-
-    def visit_Expr(self, node: ast.Expr) -> Any:
-        """``effect.takes(watts)``."""
-        call = node.value
-        if isinstance(call, ast.Call) and ast.unparse(call.func) == "effect.takes":
-            watts = ast.unparse(call.args[0])
-            return _lines(f"watts_{self.books} += {watts}") if self.books else []
-        return self.generic_visit(node)
-
-
 class _Columns(ast.NodeTransformer):
     """Numbers instead of the names of columns and constants; conditions on numbers decided."""
 
     def visit_Name(self, node: ast.Name) -> Any:
         """``REST_SPEED``."""
         if node.id in _MARKERS:
-            raise _refusal(node, "a marker cannot stand here (see stages.Hooks)")
+            raise _refusal(node, "a marker cannot stand here (see stages)")
         value = vars(stages).get(node.id)
         return ast.Constant(value) if isinstance(value, int | float) else node
 
     def visit_Attribute(self, node: ast.Attribute) -> Any:
-        """``Body.MASS``."""
-        columns = vars(stages).get(node.value.id) if isinstance(node.value, ast.Name) else None
-        if not isinstance(columns, type) or not issubclass(columns, IntEnum):
-            return self.generic_visit(node)
-        if node.attr not in columns.__members__:
-            raise _refusal(node, f"no such column; there are {', '.join(columns.__members__)}")
-        return ast.Constant(columns[node.attr].value)
+        """``Body.MASS`` and ``table.RIM_VX``."""
+        owner = vars(stages).get(ast.unparse(node.value))
+        if owner is not None and not hasattr(owner, node.attr):
+            raise _refusal(node, "no such column")
+        value = getattr(owner, node.attr, None)
+        return ast.Constant(int(value)) if isinstance(value, int) else self.generic_visit(node)
 
     def visit_Subscript(self, node: ast.Subscript) -> Any:
-        """``INDEX["vx"]``."""
-        if not isinstance(node.value, ast.Name) or node.value.id != "INDEX":
-            return self.generic_visit(node)
+        """``INDEX["vx"]`` and ``w[column]``."""
+        array = ast.unparse(node.value)
+        self.generic_visit(node)
+        if array == "w":
+            return _expression(f"wheels[wheel, {ast.unparse(node.slice)}]")
+        if array != "INDEX":
+            return node
         name = ast.literal_eval(node.slice)
         if name not in INDEX:
             raise _refusal(node, f"no such quantity; there are {', '.join(INDEX)}")
         return ast.Constant(INDEX[name])
 
-    def visit_Compare(self, node: ast.Compare) -> Any:
-        """``"A" == "B"``."""
+    def visit_Assign(self, node: ast.Assign) -> Any:
+        """``w = wheels[wheel]``, which is left out, and ``a = b = c``, which are several lines."""
+        if ast.unparse(node.targets[0]) == "w":
+            return []
         self.generic_visit(node)
-        left, right = node.left, node.comparators[0]
-        if isinstance(left, ast.Constant) and isinstance(right, ast.Constant):
-            return ast.Constant(left.value == right.value)
-        return node
+        return [ast.Assign([target], node.value, lineno=0) for target in node.targets]
 
 
 class _NoCirculation(ast.NodeTransformer):
@@ -376,41 +341,36 @@ def _for_each_side(
         spec: what the kernel is made for.
     """
     balanced = spec.output == "account"
-    begin = _lines("\n".join(f"watts_{slug} = zero" for slug in BASE_EFFECTS if balanced))
+    begin = _lines(f"watts_{slug} = zero" for slug in BASE_EFFECTS if balanced)
     if not spec.having("centre_spread"):
-        begin = _lines("centre_x = zero\ncentre_y = zero") + begin
-        return [*begin, *stages_of_side, *_return([watts, *limits])]
+        begin += _lines(["centre_x = zero", "centre_y = zero"])
+        return [*begin, *stages_of_side, *_lines([f"return {', '.join([watts, *limits])}"])]
     # What is kept of every side beside the watts, and where the stages leave it. Sums stand in
     # variables of their own: an array would take longer to compile than the rest.
     left = dict(LIMITS) if limits else {}
     if balanced:
         names = (*ACCOUNT[1:], *(f"watts_{slug}" for slug in BASE_EFFECTS))
         left = {name: f"account[{column}]" for column, name in enumerate(names, start=1)}
-    first, after = [], []
+    body = _expanded(_lines([_SPREAD]), spec) + _lines(f"kept_{name} = zero" for name in left)
+    [loop] = _lines([_EACH_SIDE])
+    assert isinstance(loop, ast.For)
+    ends = [f"mean_watts += share_of_side * {watts}"]
+    if balanced:
+        ends.append(f"if sides == 1:\n    return {watts}")
+    if left:
+        first = (f"\n    kept_{name} = {left[name]} + zero" for name in LIMITS)
+        ends.append(f"if side == 0:{''.join(first)}")
     for name, here in left.items():
-        kept = f"kept_{name}"
         if name in LIMITS:
             worse = "smaller" if name in _WORST_IS_LEAST else "larger"
-            first.append(f"{kept} = {here} + zero")
-            after.append(f"{kept} = {worse}({kept}, {here})")
+            ends.append(f"kept_{name} = {worse}(kept_{name}, {here})")
         else:
-            first.append(f"{kept} = zero")
-            after.append(f"{kept} = {kept} + {here} * share_of_side")
-    body = _expanded(_lines(_SPREAD), spec)
-    body += _lines("\n".join(f"kept_{name} = zero" for name in left))
-    [loop] = _lines(_EACH_SIDE)
-    assert isinstance(loop, ast.For)
-    loop.body += begin + stages_of_side + _lines(f"mean_watts += share_of_side * {watts}")
-    if balanced:
-        loop.body += _lines(f"if sides == 1:\n    return {watts}")
-    if first:
-        loop.body += _lines("if side == 0:\n    " + "\n    ".join(first))
-        loop.body += _lines("\n".join(after))
-    body.append(loop)
-    if balanced:
-        results = (f"{here} = kept_{name}" for name, here in left.items())
-        body += _lines("\n".join(["account[0] = mean_watts", *results]))
-    return [*body, *_return(["mean_watts", *(f"kept_{n}" for n in LIMITS if limits)])]
+            ends.append(f"kept_{name} = kept_{name} + {here} * share_of_side")
+    loop.body += [*begin, *stages_of_side, *_lines(ends)]
+    kept = [f"kept_{name}" for name in LIMITS if limits]
+    results = [f"{here} = kept_{name}" for name, here in left.items() if balanced]
+    results = ["account[0] = mean_watts", *results] if balanced else []
+    return [*body, loop, *_lines([*results, f"return {', '.join(['mean_watts', *kept])}"])]
 
 
 _SPREAD = """
@@ -435,55 +395,39 @@ def _needed(body: list[ast.stmt], *, keep_arrays: bool) -> list[ast.stmt]:
         body: statements.
         keep_arrays: whether what is written to arrays is a result, besides what is returned.
     """
-    lines = [*_reads_and_writes(body, set())]
-    lines.reverse()  # most of what a line reads stands above it
+    places = cache(_places)
     needed: set[str] = set()
-    kept: set[ast.stmt] = set()
-    grows = True
-    while grows:
-        before = len(kept)
-        for line, reads, writes in lines:
-            is_result = isinstance(line, ast.Return) or (
-                keep_arrays and any("[" in n for n in writes)
-            )
+
+    def kept(lines: list[ast.stmt]) -> list[ast.stmt]:
+        found = []
+        for line in reversed(lines):  # most of what a line reads stands above it
+            if isinstance(line, ast.If | ast.For):
+                inner = copy.copy(line)
+                inner.body = kept(line.body)
+                if inner.body:
+                    needed.update(places(line.test if isinstance(line, ast.If) else line.iter)[0])
+                    found.append(inner)
+                continue
+            reads, writes = places(line)
+            is_result = isinstance(line, ast.Return) or (keep_arrays and "[" in "".join(writes))
             if is_result or not needed.isdisjoint(writes):
-                kept.add(line)
-                needed |= reads
-        grows = len(kept) > before
-    return _only(body, kept)
+                needed.update(reads)
+                found.append(line)
+        return found[::-1]
 
-
-def _reads_and_writes(
-    body: list[ast.stmt], around: set[str]
-) -> Iterator[tuple[ast.stmt, set[str], set[str]]]:
-    """Every simple line, what it and the lines around it read, what it writes."""
-    for line in body:
-        if isinstance(line, ast.If | ast.For):
-            head = line.test if isinstance(line, ast.If) else line.iter
-            yield from _reads_and_writes(line.body, around | _places(head, ast.Load))
-        else:
-            yield line, around | _places(line, ast.Load), _places(line, ast.Store)
-
-
-def _places(node: ast.AST, context: type[ast.expr_context]) -> set[str]:
-    """Names and places in ``per_wheel`` and ``account`` that are read or written."""
-    found = set()
-    for part in ast.walk(node):
-        if not isinstance(part, ast.Name | ast.Subscript) or not isinstance(part.ctx, context):
-            continue
-        if isinstance(part, ast.Name):
-            found.add(part.id)
-        elif isinstance(part.value, ast.Name) and part.value.id in ("per_wheel", "account"):
-            found.add(ast.unparse(part))
+    size = -1
+    while len(needed) > size:
+        size = len(needed)
+        found = kept(body)
     return found
 
 
-def _only(body: list[ast.stmt], kept: set[ast.stmt]) -> list[ast.stmt]:
-    found: list[ast.stmt] = []
-    for line in body:
-        if isinstance(line, ast.If | ast.For):
-            line.body = _only(line.body, kept)
-            found += [line] if line.body else []
-        elif line in kept:
-            found.append(line)
+def _places(node: ast.AST) -> tuple[set[str], set[str]]:
+    """Names and places in ``per_wheel`` and ``account`` that are read, and written."""
+    found: tuple[set[str], set[str]] = set(), set()
+    for part in ast.walk(node):
+        if isinstance(part, ast.Name):
+            found[isinstance(part.ctx, ast.Store)].add(part.id)
+        elif isinstance(part, ast.Subscript) and ast.unparse(part.value) in _KEPT_IN:
+            found[isinstance(part.ctx, ast.Store)].add(ast.unparse(part))
     return found

@@ -4,8 +4,23 @@
     → axle force of each wheel → hub torque → gear → motor → bridge → bus → source
 
 ``power`` is never called by planning. pipeline.py makes a compiled function of its text for each
-set of effects. ``hooks`` marks the places where effects act. As plain Python it runs with any
-``Hooks``, which serves as a reference (tests/power/kernels/plain_hooks.py).
+set of effects (specialise.py). ``hooks`` marks the places where effects act, by these forms:
+
+    for effect in hooks("slip"): ...                    once for each effect that acts there
+        x = effect(locals())                            what its formula gives for the values so far
+        effect.takes(x)                                 W in the balance of a base effect
+    x = hooks.combine("bus", locals(), x=start)         parts of all effects there, as HOOKS says
+    n = 2 if hooks.act("circulation") else 1            whether any effect acts there
+    zero = hooks.zero                                   0 of the parameters' kind of number
+    centre_x, centre_y = hooks.side(zero)               all that follows is done for each side
+    x = hooks.parameter("wheel_rolling", "rolling")     value of a base effect's parameter
+    hooks.book(gravity=x)                               W that take the place of base effects' own
+    hooks.balance(account)                              writes what base effects take
+    if hooks.printed: ...                               only for the paper's motors
+    hooks.reading_b                                     whether that is their reading B
+
+``w = wheels[wheel]`` shortens the names of a wheel's columns. With an object that does all this
+the function runs as plain Python: the reference (tests/power/kernels/plain_hooks.py).
 
 Signs: power is positive when it leaves the battery. Wheel fighting (``circulation``) acts with both
 signs of its mode and counts their mean, since nobody knows which pair of wheels leads. A centre of
@@ -15,77 +30,21 @@ worst side for the limits; per_wheel then shows one of them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
+from planner.power import kinematics as table
 from planner.power.account import Account, Body, PerWheel
 from planner.power.kernel_math import REST_SPEED, SLIDING_SPEED, absolute, sign, smaller, still
 from planner.power.kernels import printed
-from planner.power.kinematics import (
-    AXIS_FX,
-    AXIS_FY,
-    AXIS_LEVER,
-    AXIS_MZ,
-    DRAG_FX,
-    DRAG_FY,
-    DRAG_LEVER,
-    DRAG_MZ,
-    LOAD_SHARE,
-    LOAD_X,
-    LOAD_Y,
-    NULL,
-    RIM_VX,
-    RIM_VY,
-    RIM_WZ,
-    ROLLER_VX,
-    ROLLER_VY,
-    ROLLER_WZ,
-)
 from planner.quantities import INDEX, STANDARD_GRAVITY
 
 IDLE_TORQUE = 0.01
 """N·m at the wheel's axle below which a motor at rest holds nothing and its bridge may sleep."""
 
 
-class ActiveEffect(Protocol):
-    """One effect that acts at a hook."""
-
-    def __call__(self, seen: Mapping[str, Any]) -> Any:
-        """What the effect's formula gives; its arguments are taken from ``seen`` by name."""
-
-    def takes(self, watts: Any) -> None:
-        """Book watts in the balance of a base effect; other effects have none."""
-
-
-class Hooks(Protocol):
-    """The markers of ``power``. Each is a statement of its own, in one of the forms below.
-
-    for effect in hooks("slip"): ...                      once for each effect that acts there
-    x = hooks.combine("bus", locals(), x=start)           x starts, then HOOKS says how effects add
-    n = 2 if hooks.act("circulation") else 1              whether any effect acts there
-    zero = hooks.zero                                     0 of the parameters' kind of number
-    centre_x, centre_y = hooks.side(zero)                 all that follows is done for each side
-    x = hooks.parameter("wheel_rolling", "rolling")       value of a base effect's parameter
-    hooks.book(gravity=x)                                 replace what base effects take, W
-    hooks.balance(account)                                write what base effects take
-    if hooks.printed: ...                                 only for the paper's motors, "A" or "B"
-    """
-
-    zero: Any
-    printed: str | None
-
-    def __call__(self, hook: str) -> Iterator[ActiveEffect]: ...
-    def combine(self, hook: str, seen: Mapping[str, Any], **start: Any) -> Any: ...
-    def act(self, hook: str) -> bool: ...
-    def side(self, zero: Any) -> tuple[Any, Any]: ...
-    def parameter(self, slug: str, name: str) -> Any: ...
-    def book(self, **watts: Any) -> None: ...
-    def balance(self, account: Any) -> None: ...
-
-
-def power(row: Any, body: Any, wheels: Any, account: Any, per_wheel: Any, hooks: Hooks) -> Any:
+def power(row: Any, body: Any, wheels: Any, account: Any, per_wheel: Any, hooks: Any) -> Any:
     """W at the supply; writes ``account`` and ``per_wheel``.
 
     Args:
@@ -125,9 +84,7 @@ def power(row: Any, body: Any, wheels: Any, account: Any, per_wheel: Any, hooks:
     centre_x, centre_y = hooks.combine(
         "centre_of_mass", locals(), centre_x=centre_x, centre_y=centre_y
     )
-    force_x = zero
-    force_y = zero
-    moment = zero
+    force_x = force_y = moment = zero
     for effect in hooks("body_force"):
         fx, fy, mz = effect(locals())
         force_x += fx
@@ -139,18 +96,11 @@ def power(row: Any, body: Any, wheels: Any, account: Any, per_wheel: Any, hooks:
     press_x = centre_x + body[Body.CENTRE_HEIGHT] * (gravity_x - ax) / gravity_normal
     press_y = centre_y + body[Body.CENTRE_HEIGHT] * (gravity_y - ay) / gravity_normal
     for wheel in range(wheel_count):
-        rim_speed = (
-            wheels[wheel, RIM_VX] * vx + wheels[wheel, RIM_VY] * vy + wheels[wheel, RIM_WZ] * wz
-        )
-        roller_speed = (
-            wheels[wheel, ROLLER_VX] * vx
-            + wheels[wheel, ROLLER_VY] * vy
-            + wheels[wheel, ROLLER_WZ] * wz
-        )
+        w = wheels[wheel]
+        rim_speed = w[table.RIM_VX] * vx + w[table.RIM_VY] * vy + w[table.RIM_WZ] * wz
+        roller_speed = w[table.ROLLER_VX] * vx + w[table.ROLLER_VY] * vy + w[table.ROLLER_WZ] * wz
         load = weight * (
-            wheels[wheel, LOAD_SHARE]
-            + wheels[wheel, LOAD_X] * press_x
-            + wheels[wheel, LOAD_Y] * press_y
+            w[table.LOAD_SHARE] + w[table.LOAD_X] * press_x + w[table.LOAD_Y] * press_y
         )
         factor = zero + row[INDEX["rolling_factor"]]
         factor = hooks.combine("contact_factor", locals(), factor=factor)
@@ -164,36 +114,21 @@ def power(row: Any, body: Any, wheels: Any, account: Any, per_wheel: Any, hooks:
         per_wheel[wheel, PerWheel.ROLLING_FACTOR] = factor
         per_wheel[wheel, PerWheel.ROLLER_FORCE] = roller_force
         # Roller drag pushes against the motion; what it takes, the axles must supply as well.
-        force_x += roller_force * wheels[wheel, DRAG_FX]
-        force_y += roller_force * wheels[wheel, DRAG_FY]
-        moment += roller_force * wheels[wheel, DRAG_MZ]
+        force_x += roller_force * w[table.DRAG_FX]
+        force_y += roller_force * w[table.DRAG_FY]
+        moment += roller_force * w[table.DRAG_MZ]
 
     # Axle, gear, motor and bridge of each wheel.
-    terminal_watts = zero
-    driver_watts = zero
-    shaft_watts = zero
-    copper_watts = zero
-    loads = zero
-    load_times_speed = zero
-    rim_speeds = 0.0
-    least_load = np.inf
-    most_current = 0.0
-    most_voltage = 0.0
-    most_torque = 0.0
+    terminal_watts = driver_watts = shaft_watts = copper_watts = zero
+    loads = load_times_speed = zero
+    rim_speeds = most_current = most_voltage = most_torque = mode_size = 0.0
+    least_load = slack_high = slack = np.inf
     slack_low = -np.inf
-    slack_high = np.inf
-    slack = np.inf
-    mode_size = 0.0
     traction = body[Body.TRACTION] * row[INDEX["traction_factor"]]
     for wheel in range(wheel_count):
-        rim_speed = (
-            wheels[wheel, RIM_VX] * vx + wheels[wheel, RIM_VY] * vy + wheels[wheel, RIM_WZ] * wz
-        )
-        roller_speed = (
-            wheels[wheel, ROLLER_VX] * vx
-            + wheels[wheel, ROLLER_VY] * vy
-            + wheels[wheel, ROLLER_WZ] * wz
-        )
+        w = wheels[wheel]
+        rim_speed = w[table.RIM_VX] * vx + w[table.RIM_VY] * vy + w[table.RIM_WZ] * wz
+        roller_speed = w[table.ROLLER_VX] * vx + w[table.ROLLER_VY] * vy + w[table.ROLLER_WZ] * wz
         load = per_wheel[wheel, PerWheel.LOAD]
         factor = per_wheel[wheel, PerWheel.ROLLING_FACTOR]
         roller_force = per_wheel[wheel, PerWheel.ROLLER_FORCE]
@@ -207,15 +142,13 @@ def power(row: Any, body: Any, wheels: Any, account: Any, per_wheel: Any, hooks:
             drag += part
             effect.takes(part * rolling_sign * rim_speed)
         needed_force = (
-            wheels[wheel, AXIS_FX] * force_x
-            + wheels[wheel, AXIS_FY] * force_y
-            + wheels[wheel, AXIS_MZ] * moment
+            w[table.AXIS_FX] * force_x + w[table.AXIS_FY] * force_y + w[table.AXIS_MZ] * moment
         )
 
         # Traction: a null mode may shift force from one wheel to another until one slides.
         least_load = min(least_load, load.real)
         grip = traction * load.real
-        mode = wheels[wheel, NULL]
+        mode = w[table.NULL]
         if mode != 0.0:
             mode_size = max(mode_size, abs(mode))
             low = (-grip - needed_force.real) / mode
@@ -229,12 +162,12 @@ def power(row: Any, body: Any, wheels: Any, account: Any, per_wheel: Any, hooks:
         slip = zero
         for effect in hooks("slip"):
             # The rim runs ahead by more than the contact.
-            slip += effect(locals()) / wheels[wheel, AXIS_LEVER]
+            slip += effect(locals()) / w[table.AXIS_LEVER]
         wheel_speed = rim_speed / wheel_radius * (1.0 + slip)
         wheel_acceleration = (
-            wheels[wheel, RIM_VX] * vx_change
-            + wheels[wheel, RIM_VY] * vy_change
-            + wheels[wheel, RIM_WZ] * yaw_acceleration
+            w[table.RIM_VX] * vx_change
+            + w[table.RIM_VY] * vy_change
+            + w[table.RIM_WZ] * yaw_acceleration
         ) / wheel_radius
         motor_speed = gear_ratio * wheel_speed
         motor_acceleration = gear_ratio * wheel_acceleration
@@ -243,10 +176,10 @@ def power(row: Any, body: Any, wheels: Any, account: Any, per_wheel: Any, hooks:
         share = 1.0 / sides_of_mode
         for side_of_mode in range(sides_of_mode):
             leading = 1.0 - 2.0 * side_of_mode
-            axis_force = needed_force + leading * circulation * wheels[wheel, NULL]
+            axis_force = needed_force + leading * circulation * w[table.NULL]
             wheel_torque = wheel_radius * (
-                axis_force * wheels[wheel, AXIS_LEVER]
-                - roller_force * wheels[wheel, DRAG_LEVER]
+                axis_force * w[table.AXIS_LEVER]
+                - roller_force * w[table.DRAG_LEVER]
                 + drag * rolling_sign
             )
             for effect in hooks("axle_torque"):
@@ -306,7 +239,7 @@ def power(row: Any, body: Any, wheels: Any, account: Any, per_wheel: Any, hooks:
         # The source paper's motors take the place of the watts; loads and limits stay.
         rolling = hooks.parameter("wheel_rolling", "rolling")
         roller = hooks.parameter("roller_drag", "roller")
-        cosine, sine = printed.printed_direction(vx, vy, hooks.printed == "B")
+        cosine, sine = printed.printed_direction(vx, vy, hooks.reading_b)
         climbing, rubbing = printed.printed_forces(
             mass, gravity_x, gravity_y, gravity_normal, vx, vy, sine, rolling
         )

@@ -64,6 +64,7 @@ class PlainHooks:
         self.model = model
         self.row = row
         self.printed = model.kind.partition("/")[2] or None
+        self.reading_b = model.kind == "printed/B"
         self.centre = side
         self.watts: dict[str, Any] = dict.fromkeys(BASE_EFFECTS, 0.0)
 
@@ -124,7 +125,7 @@ def plain_power(model: PowerModel, row: Array) -> tuple[float, Array, Array]:
     mean, kept = 0.0, np.zeros(ACCOUNT_LENGTH)
     for number, side in enumerate(sides):
         account = np.empty(ACCOUNT_LENGTH)
-        hooks: stages.Hooks = PlainHooks(model, row, side)
+        hooks = PlainHooks(model, row, side)
         watts = stages.power(row, model.body, model.wheels, account, per_wheel, hooks)
         mean += watts / len(sides)
         for column in range(ACCOUNT_LENGTH):
