@@ -71,17 +71,6 @@ class WheelLayout:
         speeds: NDArray[np.float64] = self.table[:, RIM : RIM + 3] @ np.array([vx, vy, wz])
         return speeds / self.radius
 
-    def roller_speeds(self, vx: float, vy: float, wz: float) -> NDArray[np.float64]:
-        """Surface speeds of the contact rollers, m/s, shape (n,)."""
-        speeds: NDArray[np.float64] = self.table[:, ROLLER : ROLLER + 3] @ np.array([vx, vy, wz])
-        return speeds
-
-    def body_velocity(self, wheel_speeds: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Least-squares (vx, vy, wz) of measured wheel speeds in rad/s, shape (3,)."""
-        rim = self.table[:, RIM : RIM + 3]
-        velocity, *_ = np.linalg.lstsq(rim, self.radius * wheel_speeds, rcond=None)
-        return np.asarray(velocity)
-
 
 def mecanum(
     *, half_wheelbase: float, half_track: float, radius: float, roller_angle: float = math.pi / 4

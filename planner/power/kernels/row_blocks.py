@@ -25,6 +25,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator, Sequence
 from functools import cache
+from itertools import groupby
 
 BLOCK = 64
 """Rows in a block: many enough for the vector units, few enough for the caches."""
@@ -62,26 +63,22 @@ def _simple(tree: ast.AST) -> Iterator[ast.Assign | ast.AugAssign]:
             yield node
 
 
-def _read(node: ast.AST) -> list[str]:
-    """Names that an expression or assignment reads."""
-    names = [
-        part.id
-        for part in ast.walk(node)
-        if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Load)
-    ]
-    if isinstance(node, ast.AugAssign) and isinstance(node.target, ast.Name):
-        names.append(node.target.id)
-    return names
-
-
-def _written(node: ast.Assign | ast.AugAssign) -> list[str]:
-    targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+def _names(node: ast.AST, context: type[ast.expr_context]) -> list[str]:
     return [
         part.id
-        for target in targets
-        for part in ast.walk(target)
-        if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)
+        for part in ast.walk(node)
+        if isinstance(part, ast.Name) and isinstance(part.ctx, context)
     ]
+
+
+def _read(node: ast.AST) -> list[str]:
+    """Names that an expression or assignment reads."""
+    changed = _names(node.target, ast.Store) if isinstance(node, ast.AugAssign) else []
+    return _names(node, ast.Load) + changed
+
+
+def _written(node: ast.AST) -> list[str]:
+    return _names(node, ast.Store)
 
 
 class _Blocks:
@@ -97,17 +94,17 @@ class _Blocks:
             if isinstance(node, ast.Assign) and self._is_input(node)
             for name in _written(node)
         }
-        self.groups: list[list[ast.stmt]] = []
-        self.pieces: list[tuple[int, str | int]] = []  # depth with a line or a group's number
+        self.pieces: list[tuple[int, str | list[ast.stmt]]] = []  # depth, and a line or a group
         self._walk([node for node in body if not self._is_input(node)], 0)
-        needed = {name for group in self.groups for name in self._needed(group)}
+        groups = [piece for _, piece in self.pieces if isinstance(piece, list)]
+        needed = {name for group in groups for name in self._needed(group)}
         self.places = {
             name: number for number, name in enumerate(sorted(needed - set(self.inputs)))
         }
         self.lines = [f"scratch = np.empty({max(1, len(self.places)) * BLOCK})"]
         self.lines.append(f"per_wheel = np.empty(({wheel_count}, {_KEPT}, {BLOCK}))")
         for depth, piece in self.pieces:
-            found = [piece] if isinstance(piece, str) else self._loop(self.groups[piece])
+            found = [piece] if isinstance(piece, str) else self._loop(piece)
             self.lines += ["    " * depth + line for line in found]
 
     def _of_row(self, body: Sequence[ast.stmt]) -> set[str]:
@@ -134,16 +131,16 @@ class _Blocks:
             asked = node.test if isinstance(node, ast.If) else node.iter
             if not self.of_row.intersection(_read(asked)):
                 continue
-            for part in node.body:
-                whole = (
-                    isinstance(node, ast.If)
-                    and isinstance(part, ast.Assign)
-                    and isinstance(part.value, ast.Constant)
-                    and isinstance(part.value.value, int)
-                    and not self.of_row.intersection(_written(part))
-                )
-                if not whole:
-                    raise ValueError(f"{ast.unparse(node)}: depends on the row")
+            if isinstance(node, ast.For) or not all(map(self._sets_whole_number, node.body)):
+                raise ValueError(f"{ast.unparse(node)}: depends on the row")
+
+    def _sets_whole_number(self, node: ast.stmt) -> bool:
+        return (
+            isinstance(node, ast.Assign)
+            and isinstance(node.value, ast.Constant)
+            and isinstance(node.value.value, int)
+            and self.of_row.isdisjoint(_written(node))
+        )
 
     @staticmethod
     def _is_input(node: ast.stmt) -> bool:
@@ -156,25 +153,14 @@ class _Blocks:
         )
 
     def _walk(self, body: Sequence[ast.stmt], depth: int) -> None:
-        group: list[ast.stmt] = []
-        for node in body:
-            if self._differs(node):
-                group.append(node)
+        for differs, lines in groupby(body, self._differs):
+            if differs:
+                self.pieces.append((depth, list(lines)))
                 continue
-            self._close(group, depth)
-            group = []
-            if isinstance(node, ast.For | ast.If):
-                text = ast.unparse(node).splitlines()[0]
-                self.pieces.append((depth, text))
-                self._walk(node.body, depth + 1)
-            else:
-                self.pieces.append((depth, ast.unparse(node)))
-        self._close(group, depth)
-
-    def _close(self, group: list[ast.stmt], depth: int) -> None:
-        if group:
-            self.pieces.append((depth, len(self.groups)))
-            self.groups.append(group)
+            for node in lines:
+                self.pieces.append((depth, ast.unparse(node).splitlines()[0]))
+                if isinstance(node, ast.For | ast.If):
+                    self._walk(node.body, depth + 1)
 
     def _differs(self, node: ast.stmt) -> bool:
         """Whether a line is one for every row."""

@@ -399,9 +399,9 @@ def _needed(body: list[ast.stmt], *, keep_arrays: bool) -> list[ast.stmt]:
     needed: set[str] = set()
 
     def kept(lines: list[ast.stmt]) -> list[ast.stmt]:
-        found = []
+        found: list[ast.stmt] = []
         for line in reversed(lines):  # most of what a line reads stands above it
-            if isinstance(line, ast.If | ast.For):
+            if isinstance(line, ast.If | ast.For) and not line.orelse:
                 inner = copy.copy(line)
                 inner.body = kept(line.body)
                 if inner.body:
