@@ -2,22 +2,21 @@
 
     in_blocks(body, wheel_count)    # statements of a function body about one ``row``
 
-A log asks for the power of very many rows. Written row by row, every effect that is at its null
-values costs a look for every wheel of every row, and nothing runs in the processor's vector units.
-So the lines are rewritten: what depends on the parameters alone stays as it is (switches, loops
-over wheels), and every run of lines in between that depends on the row gets a loop over the rows of
-the block. Values that outlive their loop wait in ``scratch``, one stretch of BLOCK numbers each.
-Every row goes through the same operations in the same order as in the lines, so the figures are
-the same, bit for bit (tests/power/kernels/test_row_blocks.py).
+A log asks for the power of many rows. Row by row, each effect at its null values costs a test for
+every wheel of every row, and the processor's vector units stay idle. So the lines are rewritten.
+Lines that depend on the parameters alone stay: switches and loops over wheels. Each run of lines in
+between depends on the row and gets a loop over the rows of the block. Values that outlive their
+loop wait in ``scratch``, one stretch of BLOCK numbers each. Each row has the same operations in
+the same order, so results are equal bit by bit (tests/power/kernels/test_row_blocks.py).
 
     columns     (ROW_LENGTH · BLOCK,) the rows, transposed: quantity by quantity
     count       rows of the block that are to be worked out
     found       (≥ BLOCK · results,) written: count values of each result, BLOCK apart
 
-What the lines may hold: assignments to names and to ``per_wheel[i, number]``, loops and conditions
-that depend on no row, conditions on the row that set a whole number for all of them (every row then
-goes the longer way), and at the end the ``return`` of one or more results that depend on the row.
-Anything else is refused with a ValueError.
+The lines may hold assignments to names and to ``per_wheel[wheel, number]``; loops and conditions
+that depend on no row; conditions on the row that set a whole number for all rows, each of which
+then does the additional work; and finally the ``return`` of results that depend on the row.
+Anything else raises a ValueError.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ from functools import cache
 from itertools import groupby
 
 BLOCK = 64
-"""Rows in a block: many enough for the vector units, few enough for the caches."""
+"""Number of rows in a block: enough for the vector units, few enough for the caches."""
 BLOCK_ARGUMENTS = ("columns", "count", "parameters", "body", "wheels", "found")
 _KEPT = 3  # values that a wheel keeps in per_wheel for the lines further down
 
