@@ -121,7 +121,7 @@ def power(row: Any, body: Any, wheels: Any, account: Any, per_wheel: Any, hooks:
     # Axle, gear, motor and bridge of each wheel.
     terminal_watts = driver_watts = shaft_watts = copper_watts = zero
     loads = load_times_speed = zero
-    rim_speeds = most_current = most_voltage = most_torque = mode_size = 0.0
+    most_current = most_voltage = most_torque = mode_size = 0.0
     least_load = slack_high = slack = np.inf
     slack_low = -np.inf
     traction = body[Body.TRACTION] * row[INDEX["traction_factor"]]
@@ -133,7 +133,6 @@ def power(row: Any, body: Any, wheels: Any, account: Any, per_wheel: Any, hooks:
         factor = per_wheel[wheel, PerWheel.ROLLING_FACTOR]
         roller_force = per_wheel[wheel, PerWheel.ROLLER_FORCE]
         loads += load
-        rim_speeds += abs(rim_speed)
         load_times_speed += load * abs(rim_speed)
         drag = zero
         rolling_sign = sign(rim_speed, SLIDING_SPEED)
@@ -246,30 +245,20 @@ def power(row: Any, body: Any, wheels: Any, account: Any, per_wheel: Any, hooks:
         cos_slope = gravity_normal / np.sqrt(
             gravity_x * gravity_x + gravity_y * gravity_y + gravity_normal * gravity_normal
         )
-        along = (ax * vx + ay * vy) / speed if speed > 0.0 else 0.0
-        copper_watts, iron, mechanical, friction = printed.printed_watts(
-            climbing + rubbing,
-            speed,
-            cosine,
-            cos_slope,
-            load_times_speed,
-            loads,
-            rim_speeds,
-            along,
-            row[INDEX["time_since_start"]],
-            rolling,
-            roller,
+        force = climbing + rubbing
+        copper_watts, mechanical, friction = printed.printed_watts(
+            force, speed, cosine, cos_slope, load_times_speed, loads, rolling, roller
         )
-        terminal_watts = copper_watts + iron + mechanical + friction
+        terminal_watts = copper_watts + mechanical + friction
         driver_watts = zero
         hooks.book(
             gravity=climbing * speed,
             inertia=zero,
             wheel_rolling=rubbing * speed,
             roller_drag=friction,
-            gear_loss=mechanical - (climbing + rubbing) * speed,
+            gear_loss=mechanical - force * speed,
             copper_loss=copper_watts,
-            coulomb_drag=zero + iron,
+            coulomb_drag=zero,
         )
 
     # Bus and source.
