@@ -31,14 +31,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 # Columns of WheelLayout.table, one row a wheel.
-X, Y = 0, 1
-RIM = 2  # 3 columns: r·ω = RIM · (vx, vy, wz)
-ROLLER = 5  # 3 columns: u = ROLLER · (vx, vy, wz)
-FORCE = 8  # 3 columns: f = FORCE · (Fx, Fy, Mz)
-DRAG = 11  # 3 columns: (Fx, Fy, Mz) of one newton of roller drag along p
-AXIS_LEVER, DRAG_LEVER = 14, 15  # a·e and p·e
-LOAD = 16  # 3 columns: N = m·g_n · LOAD · (1, x_cp, y_cp)
-NULL = 19  # share of the wheel in the null mode, as a force f; 0 without one
+X, Y = 0, 1  # m, from the centre
+RIM_VX, RIM_VY, RIM_WZ = 2, 3, 4  # 1, 1, m: r·ω = RIM · (vx, vy, wz)
+ROLLER_VX, ROLLER_VY, ROLLER_WZ = 5, 6, 7  # 1, 1, m: u = ROLLER · (vx, vy, wz)
+AXIS_FX, AXIS_FY, AXIS_MZ = 8, 9, 10  # 1, 1, 1/m: f = FORCE · (Fx, Fy, Mz)
+DRAG_FX, DRAG_FY, DRAG_MZ = 11, 12, 13  # 1, 1, m: (Fx, Fy, Mz) of 1 N of roller drag along p
+AXIS_LEVER, DRAG_LEVER = 14, 15  # 1: a·e and p·e
+LOAD_SHARE, LOAD_X, LOAD_Y = 16, 17, 18  # 1, 1/m, 1/m: N = m·g_n · LOAD · (1, x_cp, y_cp)
+NULL = 19  # 1: share of the wheel in the null mode, as a force f; 0 without one
+RIM, ROLLER, FORCE, DRAG, LOAD = RIM_VX, ROLLER_VX, AXIS_FX, DRAG_FX, LOAD_SHARE
+# The first of three columns each.
 COLUMNS = 20
 
 
@@ -68,17 +70,6 @@ class WheelLayout:
         """Angular speeds of the wheels, rad/s, shape (n,)."""
         speeds: NDArray[np.float64] = self.table[:, RIM : RIM + 3] @ np.array([vx, vy, wz])
         return speeds / self.radius
-
-    def roller_speeds(self, vx: float, vy: float, wz: float) -> NDArray[np.float64]:
-        """Surface speeds of the contact rollers, m/s, shape (n,)."""
-        speeds: NDArray[np.float64] = self.table[:, ROLLER : ROLLER + 3] @ np.array([vx, vy, wz])
-        return speeds
-
-    def body_velocity(self, wheel_speeds: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Least-squares (vx, vy, wz) of measured wheel speeds in rad/s, shape (3,)."""
-        rim = self.table[:, RIM : RIM + 3]
-        velocity, *_ = np.linalg.lstsq(rim, self.radius * wheel_speeds, rcond=None)
-        return np.asarray(velocity)
 
 
 def mecanum(

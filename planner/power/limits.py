@@ -23,33 +23,22 @@ BRIEFLY = 2.0
 """Share of the continuous torque allowed on bends and ramps: a motor warms up in a minute."""
 
 LIMIT_NAMES = ("wheel load", "traction", "current", "voltage", "continuous torque")
-_LIMITED = ("least_load", "current", "voltage", "motor_torque", "traction_left")
-_LOAD, _CURRENT, _VOLTAGE, _TORQUE, _GRIP = (ACCOUNT.index(name) for name in _LIMITED)
-
-
-# Which of a block kernel's results each is; the power comes first.
-_LOADS, _CURRENTS, _VOLTAGES, _TORQUES, _GRIPS = (1 + list(LIMITS).index(name) for name in _LIMITED)
+_IN_ACCOUNT = ACCOUNT.index(next(iter(LIMITS)))
+_IN_RESULTS = 1  # of a block kernel; the power comes first
 
 
 @njit(cache=True, inline="always")
-def _broken(
-    load: float,
-    grip: float,
-    current: float,
-    voltage: float,
-    torque: float,
-    limits: Any,
-    ease: float,
-) -> int:
-    if load <= 0.0:
+def _broken(values: Any, first: int, limits: Any, ease: float) -> int:
+    """Number of the first broken limit; LIMITS stand in their order from ``first`` on."""
+    if values[first] <= 0.0:
         return 0
-    if grip < 0.0:
+    if values[first + 4] < 0.0:
         return 1
-    if current > limits[1]:
+    if values[first + 1] > limits[1]:
         return 2
-    if voltage > limits[2]:
+    if values[first + 2] > limits[2]:
         return 3
-    if torque > limits[3] * ease:
+    if values[first + 3] > limits[3] * ease:
         return 4
     return -1
 
@@ -64,35 +53,19 @@ def broken_limit(account: Any, limits: Any, ease: float) -> int:
         ease: factor on the continuous torque, which is a thermal limit: 1 on the straight,
             BRIEFLY on what lasts a few seconds.
     """
-    return _broken(
-        account[_LOAD],
-        account[_GRIP],
-        account[_CURRENT],
-        account[_VOLTAGE],
-        account[_TORQUE],
-        limits,
-        ease,
-    )
+    return _broken(account, _IN_ACCOUNT, limits, ease)
 
 
 @njit(cache=True)
 def broken_in_block(found: Any, k: int, limits: Any, ease: float) -> int:
     """As ``broken_limit`` for place ``k`` of what the model found for a block."""
-    return broken_in_results(found[k::BLOCK], limits, ease)
+    return _broken(found[k::BLOCK], _IN_RESULTS, limits, ease)
 
 
 @njit(cache=True)
 def broken_in_results(results: Any, limits: Any, ease: float) -> int:
     """As ``broken_limit`` for one row of ``PowerModel.power_and_limits``."""
-    return _broken(
-        results[_LOADS],
-        results[_GRIPS],
-        results[_CURRENTS],
-        results[_VOLTAGES],
-        results[_TORQUES],
-        limits,
-        ease,
-    )
+    return _broken(results, _IN_RESULTS, limits, ease)
 
 
 def limit_values(model: PowerModel, payload: float) -> NDArray[np.float64]:

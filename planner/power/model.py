@@ -27,7 +27,7 @@ from planner.power.account import ACCOUNT, ACCOUNT_LENGTH, BASE_EFFECTS, LIMITS,
 from planner.power.catalogue import all_effects
 from planner.power.effect import Effect, parameter_slots
 from planner.power.formulas import effect_from_definition
-from planner.power.kernels import Kernel, compile_kernel
+from planner.power.kernels import Kernel, KernelSpec, compile_kernel
 from planner.power.saved import EnergyError, ParameterCovariance, SavedModel
 from planner.power.vehicles import Vehicle, defaults_in_words
 from planner.shown import Shown
@@ -153,14 +153,9 @@ class PowerModel(Shown):
         return self._compile("float64", output="limits")
 
     def _compile(self, number: str, *, output: Output = "account") -> Kernel:
-        return compile_kernel(
-            self.effects,
-            wheel_count=self.vehicle.layout.wheel_count,
-            surface_count=max(1, len(self.surfaces)),
-            number=number,
-            printed=self.kind.partition("/")[2] or None,
-            output=output,
-        )
+        printed = self.kind.partition("/")[2] or None
+        surfaces, wheels = max(1, len(self.surfaces)), self.vehicle.layout.wheel_count
+        return compile_kernel(KernelSpec(self.effects, wheels, surfaces, number, printed, output))
 
     def evaluate(self, rows: Array) -> tuple[Array, Array]:
         """Accounts (n, ACCOUNT_LENGTH) of all rows, and per-wheel values of the last row."""

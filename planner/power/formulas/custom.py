@@ -118,7 +118,7 @@ def _plain(value: Any) -> Any:
         return dict(value)
     if isinstance(value, np.floating | np.integer | np.bool_):
         return value.item()
-    raise TypeError(f"{type(value).__name__} is no JSON")
+    raise TypeError(f"{type(value).__name__} is not JSON")
 
 
 @lru_cache(maxsize=256)  # small, and the same text must give the same class
@@ -142,7 +142,9 @@ def _from_text(text: str) -> type[Effect]:
         )
     for key in ("title", "doc"):
         if not isinstance(definition.get(key), str | None) or len(definition.get(key) or "") > 300:
-            raise ModelError(f"{field}: {key}", "no short text", accepted="at most 300 characters")
+            raise ModelError(
+                f"{field}: {key}", "not a short text", accepted="at most 300 characters"
+            )
     parameters, dimensions = read_parameters(definition.get("parameters"), field)
     formula = check_formula(
         definition["formula"], NAMES | dimensions, UNITS[unit], field=f"{field}: formula"
@@ -181,7 +183,7 @@ def _check_slug(slug: Any) -> None:
     if not isinstance(slug, str) or not IDENTIFIER.fullmatch(slug) or keyword.iskeyword(slug):
         raise ModelError(
             "custom effect: name",
-            "no name",
+            "not a name",
             value=slug,
             accepted="a lower case letter, then up to 39 lower case letters, digits and _",
         )

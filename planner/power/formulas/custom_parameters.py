@@ -22,7 +22,8 @@ from planner.power.formulas.dimensions import Dimension, parse_unit
 from planner.power.formulas.formula import FUNCTIONS, Formula
 from planner.quantities import QUANTITIES
 
-MOST_PARAMETERS = 8
+MAX_PARAMETERS = 8
+"""Parameters of one formula: more cannot be told apart in a log."""
 _EXTRA = {"speed": "m/s", "heading": "rad"}
 QUANTITY_BY_NAME = {q.name: q for q in QUANTITIES if q.name != "surface"}
 NAMES: dict[str, Dimension] = {
@@ -34,6 +35,7 @@ NAMES: dict[str, Dimension] = {
 IDENTIFIER = re.compile(r"[a-z][a-z0-9_]{0,39}")
 _PARAMETER_KEYS = ("unit", "bounds", "null", "default", "fitted", "doc", "grid", "spread")
 _PROBES = 64
+"""Number of random states on which a formula is run before it is accepted."""
 
 
 def read_parameters(declared: Any, field: str) -> tuple[dict[str, Parameter], dict[str, Dimension]]:
@@ -42,18 +44,18 @@ def read_parameters(declared: Any, field: str) -> tuple[dict[str, Parameter], di
     Raises:
         ModelError: one of them cannot be used.
     """
-    if not isinstance(declared, dict) or not 1 <= len(declared) <= MOST_PARAMETERS:
+    if not isinstance(declared, dict) or not 1 <= len(declared) <= MAX_PARAMETERS:
         raise ModelError(
             f"{field}: parameters",
             "are missing or too many",
-            accepted=f"1 to {MOST_PARAMETERS} parameters by name",
+            accepted=f"1 to {MAX_PARAMETERS} parameters by name",
         )
     parameters: dict[str, Parameter] = {}
     dimensions: dict[str, Dimension] = {}
     for name, entry in declared.items():
         where = f"{field}: {name}"
         if not IDENTIFIER.fullmatch(name) or keyword.iskeyword(name):
-            raise ModelError(where, "no name of a parameter", accepted="lower case letters")
+            raise ModelError(where, "not a name for a parameter", accepted="lower case letters")
         if name in NAMES or name in FUNCTIONS or name in HOOKS or name in ("surface", *_TAKEN):
             raise ModelError(where, "this name has another meaning", accepted="another name")
         parameters[name] = _parameter(entry, where)
@@ -82,10 +84,10 @@ def _parameter(entry: Any, where: str) -> Parameter:
             raise ModelError(where, "no such key", value=key, accepted=", ".join(_PARAMETER_KEYS))
     bounds = entry["bounds"]
     if not isinstance(bounds, list) or len(bounds) != 2:
-        raise ModelError(f"{where}: bounds", "no range", value=bounds, accepted="[least, most]")
+        raise ModelError(f"{where}: bounds", "not a range", value=bounds, accepted="[least, most]")
     low, high = (_number(value, f"{where}: bounds") for value in bounds)
     if not low < high:
-        raise ModelError(f"{where}: bounds", "no range", value=bounds, accepted="[least, most]")
+        raise ModelError(f"{where}: bounds", "not a range", value=bounds, accepted="[least, most]")
     null = entry.get("null")
     values = {"null": null, "default": entry.get("default")}
     for key, value in values.items():
@@ -115,7 +117,7 @@ def _parameter(entry: Any, where: str) -> Parameter:
 
 def _number(value: Any, where: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= 1e15:
-        raise ModelError(where, "no number", value=value, accepted="a finite number")
+        raise ModelError(where, "not a number", value=value, accepted="a finite number")
     return float(value)
 
 

@@ -52,15 +52,15 @@ def parse_unit(unit: Any, field: str = "unit") -> Dimension:
     """
     accepted = f"a product of powers of {', '.join(UNITS)}, e.g. N·s/m"
     if not isinstance(unit, str) or not unit.strip() or len(unit) > 60:
-        raise ModelError(field, "no unit", value=unit, accepted=accepted)
+        raise ModelError(field, "not a unit", value=unit, accepted=accepted)
     text = unit.replace("²", "^2").replace("³", "^3").replace("⁻¹", "^-1").replace("**", "^")
     tokens = re.findall(r"\^-?[0-9]+(?:\.[0-9]+)?|[·*/()]|°C|[A-Za-zΩ]+|1|\S", text)
     try:
         dimension, rest = _unit_product(tokens)
     except (ValueError, IndexError, RecursionError) as error:
-        raise ModelError(field, "no unit", value=unit, accepted=accepted) from error
+        raise ModelError(field, "not a unit", value=unit, accepted=accepted) from error
     if rest:
-        raise ModelError(field, "no unit", value=unit, accepted=accepted)
+        raise ModelError(field, "not a unit", value=unit, accepted=accepted)
     return dimension
 
 

@@ -30,10 +30,14 @@ from planner.errors import ModelError
 from planner.power.formulas.dimensions import NUMBER, Dimension, format_dimension, times
 from planner.power.kernel_math import SLIDING_SPEED
 
-LONGEST = 500
-MOST_NODES = 200
-DEEPEST = 20
-LARGEST_EXPONENT = 4.0
+MAX_CHARACTERS = 500
+"""Length of a formula: ten times a law of the catalogue, and quickly checked."""
+MAX_NODES = 200
+"""Parts of a formula: more take long to compile."""
+MAX_DEPTH = 20
+"""Brackets and operations inside each other; keeps recursion far from Python's limit."""
+MAX_EXPONENT = 4.0
+"""Largest power either way: friction and losses need at most a cube."""
 _TOKEN = re.compile(
     r" +|[A-Za-z_][A-Za-z0-9_]*|[-+*/(),]|(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
     r"(?![A-Za-z0-9_.])"
@@ -104,29 +108,29 @@ def check_formula(
         ModelError: anything but the grammar above; says at which character.
     """
     if not isinstance(text, str):
-        raise ModelError(field, "is no text", value=text, accepted=_ACCEPTED)
-    if len(text) > LONGEST:
+        raise ModelError(field, "is not text", value=text, accepted=_ACCEPTED)
+    if len(text) > MAX_CHARACTERS:
         raise ModelError(
-            field, "is too long", value=len(text), accepted=f"at most {LONGEST} characters"
+            field, "is too long", value=len(text), accepted=f"at most {MAX_CHARACTERS} characters"
         )
     place = 0
     while place < len(text):
         token = _TOKEN.match(text, place)
         if token is None:
-            raise _refusal(field, "has a sign that no formula needs", place, text[place])
+            raise _refusal(field, "contains an unexpected character", place, text[place])
         place = token.end()
     depth = 0
     for place, letter in enumerate(text):
         depth += (letter == "(") - (letter == ")")
-        if depth > DEEPEST:
-            raise _refusal(field, f"has more than {DEEPEST} brackets in each other", place, None)
+        if depth > MAX_DEPTH:
+            raise _refusal(field, f"has more than {MAX_DEPTH} nested brackets", place, None)
     # Blanks at the beginning would count as indentation.
     offset = len(text) - len(text.lstrip(" "))
     try:
         tree = ast.parse(text[offset:], mode="eval").body
     except SyntaxError as error:
         place = offset + (error.offset or 1) - 1
-        raise _refusal(field, "is no expression", place, text[place : place + 10]) from error
+        raise _refusal(field, "is not an expression", place, text[place : place + 10]) from error
     except (ValueError, RecursionError, MemoryError) as error:
         raise _refusal(field, "cannot be read", 0, text[:40]) from error
     checker = _Checker(field, text, offset, names)
@@ -163,8 +167,8 @@ class _Checker:
     def dimension(self, node: ast.expr, depth: int) -> Dimension | None:
         """Dimension of a node; None for the number 0, which fits all."""
         self.nodes += 1
-        if self.nodes > MOST_NODES or depth > DEEPEST:
-            raise self.refuse(node, "is too deep or has too many parts")
+        if self.nodes > MAX_NODES or depth > MAX_DEPTH:
+            raise self.refuse(node, "is nested too deeply or has too many parts")
         if isinstance(node, ast.Constant):
             return self._constant(node)
         if isinstance(node, ast.Name):
@@ -185,7 +189,7 @@ class _Checker:
 
     def _constant(self, node: ast.Constant) -> Dimension | None:
         if isinstance(node.value, bool) or not isinstance(node.value, int | float):
-            raise self.refuse(node, "is no real number")
+            raise self.refuse(node, "is not a real number")
         if not abs(node.value) <= 1e15:
             raise self.refuse(node, "is too large a number")
         return None if node.value == 0 else NUMBER
@@ -195,12 +199,12 @@ class _Checker:
         if isinstance(node.op, ast.Pow):
             exponent = _exponent(node.right)
             self.nodes += 1
-            if exponent is None or not abs(exponent) <= LARGEST_EXPONENT:
+            if exponent is None or not abs(exponent) <= MAX_EXPONENT:
                 raise self.refuse(
-                    node.right, f"an exponent is a number from -{LARGEST_EXPONENT:g} to 4"
+                    node.right, f"an exponent is a number from -{MAX_EXPONENT:g} to 4"
                 )
             if left is None:
-                raise self.refuse(node, "a power of 0 says nothing")
+                raise self.refuse(node, "a power of 0 has no unit")
             share = Fraction(exponent).limit_denominator(1000)
             return tuple(e * share for e in left)
         right = self.dimension(node.right, depth + 1)
@@ -245,7 +249,7 @@ class _Checker:
             if part != known[0]:
                 raise self.refuse(
                     node,
-                    f"puts {format_dimension(known[0])} and {format_dimension(part)} together",
+                    f"mixes {format_dimension(known[0])} and {format_dimension(part)}",
                 )
         return known[0] if known else None
 

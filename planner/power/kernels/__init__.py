@@ -9,11 +9,13 @@ side by side).
 from planner.power.kernels.compiler import compile_kernel
 from planner.power.kernels.kernel import BLOCK_KERNEL, KERNEL, Kernel
 from planner.power.kernels.row_blocks import BLOCK
+from planner.power.kernels.specialise import KernelSpec
 
 __all__ = [
     "BLOCK",
     "BLOCK_KERNEL",
     "KERNEL",
     "Kernel",
+    "KernelSpec",
     "compile_kernel",
 ]

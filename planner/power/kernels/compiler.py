@@ -25,11 +25,10 @@ import numba
 from planner.compiled_code import cache_base
 from planner.power import effect as effect_module
 from planner.power import kernel_math
-from planner.power.account import Output
-from planner.power.effect import Effect
 from planner.power.kernels import printed as printed_module
 from planner.power.kernels.kernel import Kernel
 from planner.power.kernels.pipeline import kernel_source
+from planner.power.kernels.specialise import KernelSpec
 
 
 def cache_folder() -> Path:
@@ -50,37 +49,14 @@ def _temporary_folder() -> str:
 
 
 @lru_cache(maxsize=256)  # machine code, which the process never gives back
-def compile_kernel(
-    effects: tuple[type[Effect], ...],
-    *,
-    wheel_count: int,
-    surface_count: int,
-    number: str,
-    printed: str | None = None,
-    output: Output = "account",
-) -> Kernel:
-    """Compiled ``evaluate`` of pipeline for these effects.
+def compile_kernel(spec: KernelSpec) -> Kernel:
+    """Compiled ``evaluate`` of pipeline for a specification.
 
-    Args:
-        effects: active effects in the order of the catalogue.
-        wheel_count: number of wheels.
-        surface_count: number of surface labels told apart, at least 1.
-        number: "float64" or "complex128".
-        printed: "A" or "B" for the source paper's motor power, None for the sound model.
-        output: what it writes, see planner.power.account.
-
-    A process writes and hashes the text once for the same effects.
+    A process writes and hashes the text once for the same one.
     """
-    source = kernel_source(
-        effects,
-        wheel_count=wheel_count,
-        surface_count=surface_count,
-        number=number,
-        printed=printed,
-        output=output,
-    )
+    source = kernel_source(spec)
     digest = hashlib.sha256(numba.__version__.encode())
-    for text in (source, *(inspect.getsource(sys.modules[e.__module__]) for e in effects)):
+    for text in (source, *(inspect.getsource(sys.modules[e.__module__]) for e in spec.effects)):
         digest.update(text.encode())
     for module in (kernel_math, effect_module, printed_module):
         digest.update(inspect.getsource(module).encode())

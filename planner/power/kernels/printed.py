@@ -33,12 +33,12 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-FORCE_SQUARED = 0.0022  # W/N², k1: mean of Table 1
-FORCE_SPEED = 1.53  # 1, k2: mean of Table 1, the inverse of a total efficiency of 0.65
-COPPER = 0.0022  # W/N², τ: no value given
-SPEED_FACTOR = 0.0  # W, k(T): no value given
-TEMPERATURE_FACTOR = 0.0  # W/s, β(T): no value given
-IRON = (0.0, 0.0, 0.0)  # kg, kg/m, kg/(m·s), λ1 to λ3: no values given
+FORCE_SQUARED = 0.0022
+"""W/N², k1: mean of Table 1."""
+FORCE_SPEED = 1.53
+"""1, k2: mean of Table 1, the inverse of a total efficiency of 0.65."""
+COPPER = 0.0022
+"""W/N², τ: the paper gives no value, so k1 stands in."""
 
 
 @njit(cache=True)
@@ -83,13 +83,10 @@ def printed_watts(
     cos_slope: float,
     load_times_speed: Any,
     load: Any,
-    wheel_speeds: float,
-    acceleration: float,
-    time: float,
     friction_1: Any,
     friction_2: Any,
 ) -> Any:
-    """Copper, iron, mechanical and friction power in W, in this order.
+    """Copper, mechanical and friction power in W, in this order; iron is 0.
 
     Args:
         force: F in N.
@@ -97,15 +94,10 @@ def printed_watts(
         cosine, cos_slope: cosθ of the reading, cosγ.
         load_times_speed: Σ N_i·v_i in W.
         load: N in N.
-        wheel_speeds: Σ v_i in m/s.
-        acceleration: a along the direction of travel in m/s².
-        time: t since the start in s.
         friction_1, friction_2: μ1 and μ2.
     """
-    copper = COPPER * force * force + SPEED_FACTOR + TEMPERATURE_FACTOR * time
-    square = acceleration * speed * speed
-    iron = IRON[0] * acceleration * wheel_speeds + (IRON[1] + IRON[2] * time) * time * square
+    copper = COPPER * force * force
     mechanical = FORCE_SQUARED * force * force + FORCE_SPEED * speed * force
     rubbing = friction_1 * load_times_speed * cosine
     rubbing += friction_2 * load * speed * cosine * cos_slope
-    return copper, iron, mechanical, rubbing
+    return copper, mechanical, rubbing

@@ -1,56 +1,55 @@
 """The stages for a block of rows at once: the same lines, each under a loop over the rows.
 
-    in_blocks(lines, wheel_count)   # lines of a function body about one ``row``
+    in_blocks(body, wheel_count)    # statements of a function body about one ``row``
 
-A log asks for the power of very many rows. Written row by row, every effect that is at its null
-values costs a look for every wheel of every row, and nothing runs in the processor's vector units.
-So the lines are rewritten: what depends on the parameters alone stays as it is (switches, loops
-over wheels), and every run of lines in between that depends on the row gets a loop over the rows of
-the block. Values that outlive their loop wait in ``scratch``, one stretch of BLOCK numbers each.
-Every row goes through the same operations in the same order as in the lines, so the figures are
-the same, bit for bit (tests/power/kernels/test_row_blocks.py).
+A log asks for the power of many rows. Row by row, each effect at its null values costs a test for
+every wheel of every row, and the processor's vector units stay idle. So the lines are rewritten.
+Lines that depend on the parameters alone stay: switches and loops over wheels. Each run of lines in
+between depends on the row and gets a loop over the rows of the block. Values that outlive their
+loop wait in ``scratch``, one stretch of BLOCK numbers each. Each row has the same operations in
+the same order, so results are equal bit by bit (tests/power/kernels/test_row_blocks.py).
 
     columns     (ROW_LENGTH · BLOCK,) the rows, transposed: quantity by quantity
     count       rows of the block that are to be worked out
     found       (≥ BLOCK · results,) written: count values of each result, BLOCK apart
 
-What the lines may hold: assignments to names and to ``per_wheel[i, number]``, loops and conditions
-that depend on no row, conditions on the row that set a whole number for all of them (every row then
-goes the longer way), and at the end the ``return`` of one or more results that depend on the row.
-Anything else is refused with a ValueError.
+The lines may hold assignments to names and to ``per_wheel[wheel, number]``; loops and conditions
+that depend on no row; conditions on the row that set a whole number for all rows, each of which
+then does the additional work; and finally the ``return`` of results that depend on the row.
+Anything else raises a ValueError.
 """
 
 from __future__ import annotations
 
 import ast
 from collections.abc import Iterator, Sequence
+from functools import cache
+from itertools import groupby
 
 BLOCK = 64
-"""Rows in a block: many enough for the vector units, few enough for the caches."""
+"""Number of rows in a block: enough for the vector units, few enough for the caches."""
 BLOCK_ARGUMENTS = ("columns", "count", "parameters", "body", "wheels", "found")
 _KEPT = 3  # values that a wheel keeps in per_wheel for the lines further down
 
 
-def in_blocks(lines: Sequence[str], wheel_count: int) -> list[str]:
+def in_blocks(body: Sequence[ast.stmt], wheel_count: int) -> list[str]:
     """Lines of the body of a function of BLOCK_ARGUMENTS.
 
     Args:
-        lines: body of a function of ``row``, ``parameters``, ``body``, ``wheels`` and
+        body: body of a function of ``row``, ``parameters``, ``body``, ``wheels`` and
             ``per_wheel``, see the head of this module.
         wheel_count: number of wheels.
 
     Raises:
         ValueError: a line that cannot be rewritten.
     """
-    [function] = ast.parse("def evaluate():\n" + "".join(f" {line}\n" for line in lines)).body
-    assert isinstance(function, ast.FunctionDef)
-    *body, last = function.body
+    *lines, last = body
     if not isinstance(last, ast.Return) or last.value is None:
         raise ValueError(f"{ast.unparse(last)}: the last line must return the watts")
     results = last.value.elts if isinstance(last.value, ast.Tuple) else [last.value]
     for number, result in enumerate(results):
-        body += ast.parse(f"found[{number * BLOCK} + k] = {ast.unparse(result)}").body
-    blocks = _Blocks(body, wheel_count)
+        lines += ast.parse(f"found[{number * BLOCK} + k] = {ast.unparse(result)}").body
+    blocks = _Blocks(lines, wheel_count)
     for result in results:
         if not blocks.of_row.intersection(_read(result)):
             raise ValueError(f"{ast.unparse(result)}: depends on no row")
@@ -63,32 +62,29 @@ def _simple(tree: ast.AST) -> Iterator[ast.Assign | ast.AugAssign]:
             yield node
 
 
-def _read(node: ast.AST) -> list[str]:
-    """Names that an expression or assignment reads."""
-    names = [
-        part.id
-        for part in ast.walk(node)
-        if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Load)
-    ]
-    if isinstance(node, ast.AugAssign) and isinstance(node.target, ast.Name):
-        names.append(node.target.id)
-    return names
-
-
-def _written(node: ast.Assign | ast.AugAssign) -> list[str]:
-    targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+def _names(node: ast.AST, context: type[ast.expr_context]) -> list[str]:
     return [
         part.id
-        for target in targets
-        for part in ast.walk(target)
-        if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)
+        for part in ast.walk(node)
+        if isinstance(part, ast.Name) and isinstance(part.ctx, context)
     ]
+
+
+def _read(node: ast.AST) -> list[str]:
+    """Names that an expression or assignment reads."""
+    changed = _names(node.target, ast.Store) if isinstance(node, ast.AugAssign) else []
+    return _names(node, ast.Load) + changed
+
+
+def _written(node: ast.AST) -> list[str]:
+    return _names(node, ast.Store)
 
 
 class _Blocks:
     """The rewriting: which names depend on the row, which of them outlive their loop, the text."""
 
     def __init__(self, body: Sequence[ast.stmt], wheel_count: int) -> None:
+        self._read = cache(_read)  # every line is asked for several times
         self.of_row = self._of_row(body)
         self._refuse(body)
         self.inputs = {
@@ -97,30 +93,26 @@ class _Blocks:
             if isinstance(node, ast.Assign) and self._is_input(node)
             for name in _written(node)
         }
-        self.groups: list[list[ast.stmt]] = []
-        self.pieces: list[tuple[int, str | int]] = []  # depth with a line or a group's number
+        self.pieces: list[tuple[int, str | list[ast.stmt]]] = []  # depth, and a line or a group
         self._walk([node for node in body if not self._is_input(node)], 0)
-        needed = {name for group in self.groups for name in self._needed(group)}
+        groups = [piece for _, piece in self.pieces if isinstance(piece, list)]
+        needed = {name for group in groups for name in self._needed(group)}
         self.places = {
             name: number for number, name in enumerate(sorted(needed - set(self.inputs)))
         }
         self.lines = [f"scratch = np.empty({max(1, len(self.places)) * BLOCK})"]
         self.lines.append(f"per_wheel = np.empty(({wheel_count}, {_KEPT}, {BLOCK}))")
         for depth, piece in self.pieces:
-            found = [piece] if isinstance(piece, str) else self._loop(self.groups[piece])
+            found = [piece] if isinstance(piece, str) else self._loop(piece)
             self.lines += ["    " * depth + line for line in found]
 
-    @staticmethod
-    def _of_row(body: Sequence[ast.stmt]) -> set[str]:
+    def _of_row(self, body: Sequence[ast.stmt]) -> set[str]:
         """Names whose values differ from row to row."""
         found = {"row", "per_wheel"}
+        lines = [(self._read(node), _written(node)) for line in body for node in _simple(line)]
         while True:
             more = {
-                name
-                for line in body
-                for node in _simple(line)
-                if found.intersection(_read(node))
-                for name in _written(node)
+                name for read, written in lines if not found.isdisjoint(read) for name in written
             }
             if more <= found:
                 return found
@@ -138,16 +130,16 @@ class _Blocks:
             asked = node.test if isinstance(node, ast.If) else node.iter
             if not self.of_row.intersection(_read(asked)):
                 continue
-            for part in node.body:
-                whole = (
-                    isinstance(node, ast.If)
-                    and isinstance(part, ast.Assign)
-                    and isinstance(part.value, ast.Constant)
-                    and isinstance(part.value.value, int)
-                    and not self.of_row.intersection(_written(part))
-                )
-                if not whole:
-                    raise ValueError(f"{ast.unparse(node)}: depends on the row")
+            if isinstance(node, ast.For) or not all(map(self._sets_whole_number, node.body)):
+                raise ValueError(f"{ast.unparse(node)}: depends on the row")
+
+    def _sets_whole_number(self, node: ast.stmt) -> bool:
+        return (
+            isinstance(node, ast.Assign)
+            and isinstance(node.value, ast.Constant)
+            and isinstance(node.value.value, int)
+            and self.of_row.isdisjoint(_written(node))
+        )
 
     @staticmethod
     def _is_input(node: ast.stmt) -> bool:
@@ -160,25 +152,14 @@ class _Blocks:
         )
 
     def _walk(self, body: Sequence[ast.stmt], depth: int) -> None:
-        group: list[ast.stmt] = []
-        for node in body:
-            if self._differs(node):
-                group.append(node)
+        for differs, lines in groupby(body, self._differs):
+            if differs:
+                self.pieces.append((depth, list(lines)))
                 continue
-            self._close(group, depth)
-            group = []
-            if isinstance(node, ast.For | ast.If):
-                text = ast.unparse(node).splitlines()[0]
-                self.pieces.append((depth, text))
-                self._walk(node.body, depth + 1)
-            else:
-                self.pieces.append((depth, ast.unparse(node)))
-        self._close(group, depth)
-
-    def _close(self, group: list[ast.stmt], depth: int) -> None:
-        if group:
-            self.pieces.append((depth, len(self.groups)))
-            self.groups.append(group)
+            for node in lines:
+                self.pieces.append((depth, ast.unparse(node).splitlines()[0]))
+                if isinstance(node, ast.For | ast.If):
+                    self._walk(node.body, depth + 1)
 
     def _differs(self, node: ast.stmt) -> bool:
         """Whether a line is one for every row."""
@@ -186,14 +167,14 @@ class _Blocks:
             return bool(self.of_row.intersection(_read(node.test)))
         if not isinstance(node, ast.Assign | ast.AugAssign):
             return False
-        return bool(self.of_row.intersection([*_written(node), *_read(node)]))
+        return bool(self.of_row.intersection([*_written(node), *self._read(node)]))
 
     def _needed(self, group: Sequence[ast.stmt]) -> list[str]:
         """Names of the row that a loop takes from before it."""
         known: set[str] = {"row", "per_wheel"}
         needed: dict[str, None] = {}
         for node in group:
-            for name in _read(node):
+            for name in self._read(node):
                 if name in self.of_row and name not in known:
                     needed[name] = None
             for part in _simple(node):

@@ -23,6 +23,7 @@ from planner.power.formulas.custom_parameters import NAMES
 from planner.power.formulas.dimensions import UNITS
 from planner.power.formulas.formula import check_formula
 from planner.power.kernels.pipeline import kernel_source
+from planner.power.kernels.specialise import KernelSpec
 from planner.power.model import PowerModel
 from planner.power.rows import rows_from
 from planner.power.vehicles import load_vehicle
@@ -55,25 +56,25 @@ def define(formula: Any, **changes: Any) -> type[Effect]:
         ({"unit": "J"}, "no such place"),
         ({"unit": "kW"}, "no such place"),
         ({"name": "air_drag"}, "catalogue"),
-        ({"name": "Ripple"}, "no name"),
-        ({"name": "a; import os"}, "no name"),
-        ({"name": "lambda"}, "no name"),
-        ({"name": "x" * 99}, "no name"),
-        ({"name": 3}, "no name"),
+        ({"name": "Ripple"}, "not a name"),
+        ({"name": "a; import os"}, "not a name"),
+        ({"name": "lambda"}, "not a name"),
+        ({"name": "x" * 99}, "not a name"),
+        ({"name": 3}, "not a name"),
         ({"parameters": {}}, "missing"),
         ({"parameters": {"k": {"unit": "W", "bounds": [0, 1]}}}, "null value"),
         ({"parameters": {"k": {"unit": "W", "null": 0}}}, "unit and bounds"),
-        ({"parameters": {"k": SCALE["k"] | {"bounds": [1, 0]}}}, "no range"),
+        ({"parameters": {"k": SCALE["k"] | {"bounds": [1, 0]}}}, "not a range"),
         ({"parameters": {"k": SCALE["k"] | {"bounds": [1, 2]}}}, "out of its bounds"),
         ({"parameters": {"k": SCALE["k"] | {"bounds": [0, math.inf]}}}, "JSON"),
         ({"parameters": {"k": SCALE["k"] | {"default": 99}}}, "out of its bounds"),
         ({"parameters": {"k": SCALE["k"] | {"code": 99}}}, "no such key"),
-        ({"parameters": {"k": SCALE["k"] | {"unit": "blorp"}}}, "no unit"),
+        ({"parameters": {"k": SCALE["k"] | {"unit": "blorp"}}}, "not a unit"),
         ({"parameters": SCALE | {"vx": SCALE["k"]}}, "another meaning"),
         ({"parameters": SCALE | {"hooks": SCALE["k"]}}, "another meaning"),
         ({"parameters": SCALE | {"unused": SCALE["k"]}}, "not in the formula"),
         ({"coefficient": "gravity"}, "no such coefficient"),
-        ({"doc": "x" * 999}, "no short text"),
+        ({"doc": "x" * 999}, "not a short text"),
     ],
 )
 def test_a_bad_definition_is_one_clear_sentence(changes: dict[str, Any], says: str) -> None:
@@ -264,7 +265,7 @@ def test_another_process_loads_the_model_without_compiling(
 def test_another_formula_is_another_kernel() -> None:
     def source(effect: type[Effect]) -> str:
         model = PowerModel.from_vehicle(load_vehicle("minibalance"), effects=[effect])
-        return kernel_source(model.effects, wheel_count=4, surface_count=1, number="float64")
+        return kernel_source(KernelSpec(model.effects, 4, 1, "float64"))
 
     one, two = source(define("k*bump(heading,1,0.3)")), source(define("k*bump(heading,1,0.4)"))
     assert one != two

@@ -11,13 +11,15 @@ import pytest
 
 from planner.power.catalogue import all_effects
 from planner.power.kernels.compiler import cache_folder, compile_kernel
+from planner.power.kernels.specialise import KernelSpec
 from planner.power.vehicles import load_vehicle
 
 
 def test_a_kernel_is_compiled_once() -> None:
     effects = tuple(all_effects()[slug] for slug in load_vehicle("minibalance").active)
     first, second = (
-        compile_kernel(effects, wheel_count=4, surface_count=1, number="float64") for _ in range(2)
+        compile_kernel(KernelSpec(effects, wheel_count=4, surface_count=1, number="float64"))
+        for _ in range(2)
     )
     assert first is second
 

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import ast
+from dataclasses import replace
 
 import pytest
 
 from planner.power.catalogue import all_effects
 from planner.power.effect import Effect, Parameter
 from planner.power.kernels.pipeline import kernel_source
+from planner.power.kernels.specialise import KernelSpec
 
 BASE = [effect for effect in all_effects().values() if effect.base]
 
 
 def text_of(effects: list[type[Effect]], **changes: object) -> str:
-    asked = {"wheel_count": 4, "surface_count": 1, "number": "float64"} | changes
-    return kernel_source(effects, **asked)  # type: ignore[arg-type]
+    spec = KernelSpec(tuple(effects), wheel_count=4, surface_count=1, number="float64")
+    return kernel_source(replace(spec, **changes))  # type: ignore[arg-type]
 
 
 def test_same_effects_same_text_other_effects_other_text() -> None:

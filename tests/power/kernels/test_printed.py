@@ -40,11 +40,10 @@ def test_motor_watts_on_the_flat(
 def test_parts_by_hand() -> None:
     # F = 0.035·12 kg·g = 4.119 N at 0.5 m/s; N = 117.7 N.
     force, load = 0.035 * 12.0 * 9.80665, 12.0 * 9.80665
-    copper, iron, mechanical, friction = printed_watts(
-        force, 0.5, 1.0, 1.0, load * 0.5, load, 2.0, 0.25, 3.0, 0.035, 0.045
+    copper, mechanical, friction = printed_watts(
+        force, 0.5, 1.0, 1.0, load * 0.5, load, 0.035, 0.045
     )
     assert copper == pytest.approx(0.0022 * force**2)
-    assert iron == 0.0
     assert mechanical == pytest.approx(0.0022 * force**2 + 1.53 * 0.5 * force)
     assert friction == pytest.approx((0.035 + 0.045) * load * 0.5)
 
