@@ -15,31 +15,31 @@ Row = dict[str, Any]
 
 HEAD = """# How well missing effects are named
 
-Written by `python -m tests.benchmarks.naming`, which `make bench` runs too. The virtual robot
-(docs/virtual-robot.md) hides effects; a diagnosis gets the log, with some a mapping file, and
-nothing else. Its base parameters differ from the vehicle's file by 3 to 15 %: the fit has to
-find them. 4,800 rows of half a second for the diagnosis, 2,400 of other runs to test on; noise 1 to
-5 % of the power, part of it autocorrelated; errors in all other columns; some logs lack wheel
-currents, battery or acceleration.
+`python -m tests.benchmarks.naming` writes this page; `make bench` runs it, too. The
+[virtual robot](virtual-robot.md) hides effects. A diagnosis gets the log, sometimes a mapping file,
+and nothing else. The robot's base parameters differ from the vehicle's file by 3 to 15 %, so the
+fit has to find them. The diagnosis has 4,800 rows of half a second; 2,400 rows of other runs are
+for tests. Noise is 1 to 5 % of the power, part of it autocorrelated. All other columns have errors.
+Some logs lack wheel currents, battery or acceleration.
 
-*ρ* is what is left of an effect's watts after taking out all that refitting the base model absorbs,
-rms, over the rms of the scatter: noise of the power, and what the errors of the other columns and
-the changes within a row leave of the base model even where nothing is hidden. It comes from the
-robot with and without the effect, not from the diagnosis. *Twin*: a rival of the catalogue explains
-the watts to within five standard deviations of the scatter, or design says that the two are one; a
-tie is then the right answer.
+*ρ* is the effect size: the rms of an effect's watts over the rms of the scatter. The part that a
+refit of the base model absorbs is removed first. The scatter is the noise of the power, and the
+error of the base model by errors of other columns and changes within a row. ρ comes from the robot
+with and without the effect, not from the diagnosis. *Alias*: another effect of the catalogue
+explains the watts to within five standard deviations of the scatter, or both are the same by
+design. Naming both is then the right answer.
 
 """
 
 WORDS = """
-| word | |
+| outcome | meaning |
 |---|---|
-| exact | what is selected is what is hidden, no more and no less |
-| tied | all that is selected is hidden, or said to be indistinguishable from what is hidden |
-| not testable | nothing is selected; the hidden effect is listed as one that this log cannot show |
+| exact | the selected effects are the hidden ones, no more and no less |
+| tied | every selected effect is hidden, or reported as indistinguishable from a hidden one |
+| not testable | nothing is selected; the hidden effect is listed as not testable in this log |
 | part | some of several hidden effects, nothing wrong |
-| missed | nothing is said about what is hidden |
-| confidently wrong | a name, a sensor or a shape that is not there, without the truth beside it |
+| missed | the hidden effect is not mentioned |
+| confidently wrong | a name, a sensor or a shape that is not there, without the true one |
 """
 
 COLOURS = {"exact": "#1b7f5c", "tied": "#8fbf5a", "not named": "#b9bec7", "wrong": "#c8402f"}
@@ -54,11 +54,11 @@ def document_text(document: Mapping[str, Any], rows: Sequence[Row]) -> str:
     if document["methods"]:
         parts += ["\n## Other methods on the same logs\n\n", _methods(document["methods"])]
         parts += [
-            "\nAll get the fitted base model, its residual and the same candidates; their penalties"
-            "\nare chosen on held-out runs, the sparsest within one standard error.\n"
+            "\nAll methods get the fitted base model, its residual and the same candidates. Their"
+            "\npenalties are chosen on held-out runs: the sparsest within one standard error.\n"
         ]
     if document["not_right"]:
-        parts += ["\n## Every log that was not answered right\n\n```\n"]
+        parts += ["\n## Logs without the right answer\n\n```\n"]
         parts += [f"{line}\n" for line in document["not_right"]]
         parts += ["```\n"]
     return "".join(parts)
@@ -101,7 +101,7 @@ def _effects(rows: Sequence[Row]) -> str:
                 sum(not row["visible"] for row in mine) or "",
             )
         )
-    head = ["effect", "logs", "ρ", "exact", "tied", "not named", "wrong", "with a twin", "ρ < 0.3"]
+    head = ["effect", "logs", "ρ", "exact", "tied", "not named", "wrong", "aliased", "ρ < 0.3"]
     return _table(head, lines)
 
 
@@ -127,7 +127,7 @@ def _methods(figures: Mapping[str, Mapping[str, Any]]) -> str:
         count, logs = entry[key]
         return f"{count} of {logs}"
 
-    head = ["method", "one, exact", "two, exact", "false alarms", "the same, autocorrelated"]
+    head = ["method", "one, exact", "two, exact", "false alarms", "false alarms, autocorrelated"]
     keys = ["exact_one", "exact_two", "false_alarms", "false_alarms_autocorrelated"]
     lines = [
         (METHOD_NAMES.get(method, method), *(cell(entry, key) for key in keys))
