@@ -15,7 +15,6 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from planner.arrays import Array
@@ -33,14 +32,6 @@ NEIGHBOURS, PASSES = 4, 3
 """Places whose ways are tried at another, and how often what was learned is passed on."""
 BETTER = 0.006
 """Share by which a neighbour's ratio is lower where its way is tried."""
-
-
-def nearest_nodes(field: CostField, points: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Rows and columns of the nodes nearest to points (n, 2)."""
-    ny, nx = field.heights.shape
-    i = np.round((points[:, 0] - field.x0) / field.dx)
-    j = np.round((points[:, 1] - field.y0) / field.dy)
-    return np.clip(j, 0, ny - 1).astype(np.int64), np.clip(i, 0, nx - 1).astype(np.int64)
 
 
 class EdgeRoutes:
@@ -62,7 +53,7 @@ class EdgeRoutes:
 
     def drive(self, places: list[Point]) -> list[Node]:
         """Drive to the nodes nearest to places; those of them that can be reached."""
-        rows, columns = nearest_nodes(self.field, np.array(places).reshape(-1, 2))
+        rows, columns = self.field.nodes_at(np.reshape(places, (-1, 2)))
         asked = list(dict.fromkeys(zip(rows.tolist(), columns.tolist(), strict=True)))
         new = [node for node in asked if node not in self.legs]
         with ThreadPoolExecutor(max_workers=2) as pool:
