@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -22,7 +21,7 @@ from planner.cancellation import CancellationToken
 from planner.quantities import STANDARD_GRAVITY
 from planner.search.field import CostField
 from planner.search.grid import CostToGo, grid_path
-from planner.search.legs.single_leg import Leg, Yaws, driven_leg, like_neighbour
+from planner.search.legs.single_leg import Leg, LegPlanner, Yaws
 from planner.search.situation import Situation
 
 Point = tuple[float, float]
@@ -47,6 +46,7 @@ class EdgeRoutes:
     ) -> None:
         self.situation, self.field, self.fields = situation, field, fields
         self.yaw, self.token = yaw, token
+        self.planner = LegPlanner(situation, field, token)
         self.weight = situation.around.mass * STANDARD_GRAVITY
         self.legs: dict[Node, tuple[Leg, ...]] = {}
         self.tried: set[tuple[Node, Node, float]] = set()
@@ -97,7 +97,7 @@ class EdgeRoutes:
             path = grid_path(self.field, lattice, way, self._place(node))
             if path is None:
                 return None
-            leg = driven_leg(self.situation, self.field, path, self._yaws(way), token=self.token)
+            leg = self.planner.near(path, self._yaws(way))
             if leg is None:
                 return None
             legs.append(leg)
@@ -125,8 +125,7 @@ class EdgeRoutes:
 
     def _learned(self, node: Node, neighbour: Node) -> tuple[Node, tuple[Leg, ...] | None]:
         self.token.check()
-        learn = partial(like_neighbour, self.situation, self.field, token=self.token)
-        before = self.legs[node]
+        learn, before = self.planner.like_neighbour, self.legs[node]
         legs = tuple(
             leg if other.way is None else learn(leg, other.way, self._yaws(way))
             for way, leg, other in zip(self.fields, before, self.legs[neighbour], strict=True)
