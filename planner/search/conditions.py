@@ -40,12 +40,8 @@ class Circumstances:
     @cached_property
     def key(self) -> tuple[object, ...]:
         """What tells one model under its conditions from another; for planner.cache."""
-        return (
-            model_key(self.model),
-            self.class_rows.tobytes(),
-            self.limits.tobytes(),
-            self.wind.tobytes(),
-        )
+        arrays = (self.class_rows, self.limits, self.wind)
+        return (model_key(self.model), *(array.tobytes() for array in arrays))
 
     @property
     def mass(self) -> float:
@@ -54,24 +50,19 @@ class Circumstances:
 
     def wind_by_direction(self) -> Array:
         """(DIRECTIONS,) J that wind adds to a level metre, by azimuth of travel."""
-        extra = np.zeros(DIRECTIONS)
         if not self.wind.any():
-            return extra
-        row = self.class_rows[:1].copy()
+            return np.zeros(DIRECTIONS)
+        row = self.class_rows[0].copy()
         speed = float(self.limits[0])
-        still = 0.0
-        for k in range(-1, DIRECTIONS):
+        set_motion(row, 0.0, 0.0, 0.0, 0.0, speed)
+        still = float(self.model.watts(row[None])[0])
+        extra = np.empty(DIRECTIONS)
+        for k in range(DIRECTIONS):
             azimuth = 2.0 * math.pi * k / DIRECTIONS
-            set_motion(row[0], 0.0, 0.0, 0.0, 0.0, speed)
-            if k >= 0:
-                c, s = math.cos(azimuth), math.sin(azimuth)
-                row[0, INDEX["wind_x"]] = c * self.wind[0] + s * self.wind[1]
-                row[0, INDEX["wind_y"]] = c * self.wind[1] - s * self.wind[0]
-            watts = float(self.model.watts(row)[0])
-            if k < 0:
-                still = watts
-            else:
-                extra[k] = (watts - still) / speed
+            c, s = math.cos(azimuth), math.sin(azimuth)
+            row[INDEX["wind_x"]] = c * self.wind[0] + s * self.wind[1]
+            row[INDEX["wind_y"]] = c * self.wind[1] - s * self.wind[0]
+            extra[k] = (float(self.model.watts(row[None])[0]) - still) / speed
         return extra
 
 

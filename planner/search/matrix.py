@@ -26,7 +26,7 @@ from planner.progress import Progress, silent
 from planner.quantities import STANDARD_GRAVITY
 from planner.search.field import CostField, sample_surface
 from planner.search.grid import cost_from
-from planner.search.legs import driven_leg
+from planner.search.legs import LegPlanner
 from planner.search.requests import MatrixRequest, PoseRequest, RequestLike
 from planner.search.situation import Situation, check_hold, check_place, situation_of
 from planner.shown import Shown
@@ -174,7 +174,7 @@ def _driven(
     path = situation.path("energy", field, (start.x, start.y), (goal.x, goal.y))
     if path is None or len(path) < 2:
         return None
-    leg = driven_leg(situation, field, path, (start.yaw, goal.yaw), token=token)
+    leg = LegPlanner(situation, field, token).near(path, (start.yaw, goal.yaw))
     return None if leg is None else leg.route.energy_j
 
 

@@ -28,7 +28,7 @@ from planner.progress import Progress, silent
 from planner.quantities import STANDARD_GRAVITY
 from planner.search.field import CostField, sample_surface
 from planner.search.grid import CostToGo
-from planner.search.legs import EdgeRoutes, nearest_nodes
+from planner.search.legs import EdgeRoutes
 from planner.search.requests import ReachRequest, RequestLike
 from planner.search.situation import Situation, check_hold, check_place, situation_of
 from planner.shown import Shown
@@ -213,7 +213,7 @@ class _Search:
         """Places on the edge, evenly along it, others in every round; none at the map's border."""
         spots = []
         for line in self.lines(needed):
-            rows, columns = nearest_nodes(self.field, line)
+            rows, columns = self.field.nodes_at(line)
             spots.append(line[np.abs(needed[rows, columns] / self.budget - 1.0) < 0.1])
         points = np.vstack(spots) if spots else np.empty((0, 2))
         if not len(points):

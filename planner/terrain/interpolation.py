@@ -139,6 +139,7 @@ def interpolate(
     "float64[:, ::1](float64[:, ::1], float64, float64, float64, float64, "
     "float64[::1], float64[::1])",
     cache=True,
+    nogil=True,
 )
 def interpolate_many(
     heights: NDArray[np.float64],

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from planner.search.resolution import (
     ALL_YAWS,
@@ -73,14 +73,17 @@ class CostField(NamedTuple):
     safe: float
     """Slope up to which no limit is broken whatever the direction."""
 
+    def nodes_at(self, points: ArrayLike) -> tuple[Any, Any]:
+        """Rows and columns of the nodes nearest to points (..., 2), m."""
+        ny, nx = self.heights.shape
+        cells = (np.asarray(points, float) - (self.x0, self.y0)) / (self.dx, self.dy)
+        i, j = np.floor(cells + 0.5).astype(np.int64).T
+        return j.clip(0, ny - 1), i.clip(0, nx - 1)
+
     def body_frame(self) -> NDArray[np.float64]:
         """What ``touches`` needs in addition to blocked cells, (6,): origin, cell, half sides."""
-        return np.array(
-            [
-                *(self.x0, self.y0, self.dx, self.dy),
-                *(self.half_length - SPARE, self.half_width - SPARE),
-            ]
-        )
+        sides = self.half_length - SPARE, self.half_width - SPARE
+        return np.array([self.x0, self.y0, self.dx, self.dy, *sides])
 
 
 @njit(cache=True, error_model="numpy", inline="always")

@@ -12,8 +12,8 @@ goal. The search for the request then goes there as it would to any other place.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -97,14 +97,6 @@ def check_places(run: Run, field: CostField) -> str | None:
     return None
 
 
-@dataclass(frozen=True)
-class _Way:
-    """A way to a place: what its motion costs, and where it ends."""
-
-    value: float
-    place: PoseRequest
-
-
 class _Arrival:
     """What every place costs from the last fixed one before the goal."""
 
@@ -115,7 +107,7 @@ class _Arrival:
         self.field = run.field(objective, MARGIN)
         situation = run.situation
         self.lattice = situation.lattice(objective, self.field)
-        self.onward: CostToGo = (
+        self.cost_to_come: CostToGo = (
             situation.onward(self.field, self.begin)
             if objective == "energy"
             else cost_to_go(self.field, self.lattice, self.begin, onward=True)
@@ -130,21 +122,19 @@ class _Arrival:
         )
         values = [self._at((place.x, place.y)) for place in good]
         order = [int(k) for k in np.argsort(values, kind="stable")]
-        least = self._least(values[order[0]])
-        chosen = [k for k in order if values[k] <= least][:LOOKED_AT]
-        ways = [self._driven(good[k], lambda leg: leg) for k in chosen]
-        best = min(ways, key=lambda way: way.value)
-        return best.place if math.isfinite(best.value) else good[order[0]]
+        most = self._most(values[order[0]])
+        chosen = [good[k] for k in order if values[k] <= most][:LOOKED_AT]
+        return self._cheapest(chosen, lambda leg: leg, good[order[0]])
 
     def anywhere(self, goal: RegionRequest) -> PoseRequest:
         """The cheapest place inside a circle or a polygon."""
         region = Region.of(goal)
         places, values = self._inside(region)
         order = np.argsort(values, kind="stable")
-        least = self._least(float(values[order[0]]))
+        most = self._most(float(values[order[0]]))
         apart = APART * max(self.field.dx, self.field.dy)
         picked: list[Array] = []
-        for k in order[values[order] <= least]:
+        for k in order[values[order] <= most]:
             if all(math.hypot(*(places[k] - other)) >= apart for other in picked):
                 picked.append(places[k])
             if len(picked) == LOOKED_AT:
@@ -156,9 +146,7 @@ class _Arrival:
             for x, y in picked or [places[nearest]]
         ]
         good = self._possible(wanted, lambda _: "goal", "nowhere inside can the robot stand")
-        ways = [self._driven(place, lambda leg: self._slid(leg, region)) for place in good]
-        best = min(ways, key=lambda way: way.value)
-        return best.place if math.isfinite(best.value) else good[0]
+        return self._cheapest(good, lambda leg: self._slid(leg, region), good[0])
 
     def _inside(self, region: Region) -> tuple[Array, Array]:
         """Places (n, 2) with room inside a region, nodes and its edge, and what they cost."""
@@ -177,12 +165,12 @@ class _Arrival:
         box = (nodes >= (x0, y0)).all(axis=1) & (nodes <= (x1, y1)).all(axis=1)
         numbers = np.flatnonzero(box & (field.mask != 0).ravel())
         within = numbers[region.inside(nodes[numbers])]
-        values = self.onward.values.ravel()[within] + self.weight * field.heights.ravel()[within]
+        values = (
+            self.cost_to_come.values.ravel()[within] + self.weight * field.heights.ravel()[within]
+        )
         edge = region.outline(0.5 * min(field.dx, field.dy), terrain.extent)
         edge = edge[np.array([terrain.contains(x, y) for x, y in edge], bool)]
-        i = np.rint((edge[:, 0] - field.x0) / field.dx).astype(int).clip(0, nx - 1)
-        j = np.rint((edge[:, 1] - field.y0) / field.dy).astype(int).clip(0, ny - 1)
-        edge = edge[field.mask[j, i] != 0]
+        edge = edge[field.mask[field.nodes_at(edge)] != 0]
         places = np.vstack([nodes[within], edge])
         if not len(places):
             raise RequestError(
@@ -192,15 +180,25 @@ class _Arrival:
             )
         return places, np.concatenate([values, [self._at((x, y)) for x, y in edge]])
 
-    def _at(self, place: tuple[float, float]) -> float:
-        """What a place costs by the grid, height included."""
-        height = float(sample_surface(self.field, np.array([place]))[0][0])
-        return cost_from(self.field, self.onward, place) + self.weight * height
+    def _height(self, place: Sequence[float] | Array) -> float:
+        """Height at a place, m."""
+        return float(sample_surface(self.field, np.array([place]))[0][0])
 
-    def _least(self, least: float) -> float:
-        """Cost up to which places are looked at."""
-        height = float(sample_surface(self.field, np.array([self.begin]))[0][0])
-        return least + DEARER * max(least - self.weight * height, 0.0)
+    def _at(self, place: tuple[float, float]) -> float:
+        """Cost of a place by the grid, height included."""
+        return cost_from(self.field, self.cost_to_come, place) + self.weight * self._height(place)
+
+    def _most(self, least: float) -> float:
+        """Cost up to which places are compared, where the cheapest one costs ``least``."""
+        return least + DEARER * max(least - self.weight * self._height(self.begin), 0.0)
+
+    def _cheapest(
+        self, places: list[PoseRequest], slide: Callable[[Array], Array], otherwise: PoseRequest
+    ) -> PoseRequest:
+        """The end of the path whose motion costs least; ``otherwise`` where there is no path."""
+        paths = [self._driven(place, slide) for place in places]
+        value, place = min(paths, key=lambda path: path[0])
+        return place if math.isfinite(value) else otherwise
 
     def _possible(
         self, places: list[PoseRequest], name: Callable[[int], str], problem: str
@@ -227,12 +225,14 @@ class _Arrival:
             "goal", f"{problem}: {wrong[0].field} {wrong[0].problem}", accepted=wrong[0].accepted
         )
 
-    def _driven(self, place: PoseRequest, slide: Callable[[Array], Array]) -> _Way:
-        """The way to a place, its end where ``slide`` moves it, and what its motion costs."""
+    def _driven(
+        self, place: PoseRequest, slide: Callable[[Array], Array]
+    ) -> tuple[float, PoseRequest]:
+        """What the motion to a place costs, and its end after ``slide`` has moved it."""
         self.run.check()
-        leg = grid_path(self.field, self.lattice, self.onward, (place.x, place.y))
+        leg = grid_path(self.field, self.lattice, self.cost_to_come, (place.x, place.y))
         if leg is None:
-            return _Way(math.inf, place)
+            return math.inf, place
         toll = self.run.situation.toll(self.objective)
         cost = 0.0
         for _ in range(ROUNDS):
@@ -248,10 +248,10 @@ class _Arrival:
         route = drive(self.field, self.run.around, [leg], yaws, objective=aim)
         if isinstance(route, Route):
             values = (route.energy_j, route.duration_s, route.length_m)
-            return _Way(values[aim], end)
+            return values[aim], end
         # Not by this way: the grid's cost stands in, a little dearer than what can be driven.
-        height = sample_surface(self.field, np.array([self.begin, leg[-1]]))[0]
-        return _Way(cost * (1.0 + DEARER) + self.weight * float(height[1] - height[0]), end)
+        rise = self._height(leg[-1]) - self._height(self.begin)
+        return cost * (1.0 + DEARER) + self.weight * rise, end
 
     def _slid(self, leg: Array, region: Region) -> Array:
         """The leg with its end where its last piece costs least; the same one if it is there."""
@@ -263,9 +263,8 @@ class _Arrival:
         def value(point: Array) -> float:
             if not self.run.ground.terrain.contains(float(point[0]), float(point[1])):
                 return math.inf
-            height = float(sample_surface(field, point[None, :])[0][0])
             line = segment_cost(field, anchor[0], anchor[1], point[0], point[1], field.step)
-            return float(line) + self.weight * height
+            return float(line) + self.weight * self._height(point)
 
         best, moved = value(end), False
         for step in STEPS:

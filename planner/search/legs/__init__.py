@@ -1,13 +1,12 @@
 """Energies of many routes between places, for matrices and reachable areas.
 
-leg = driven_leg(situation, field, path, yaws, stop=stop)
+leg = LegPlanner(situation, field, token).near(path, yaws)
 """
 
-from planner.search.legs.reach_calibration import EdgeRoutes, nearest_nodes
-from planner.search.legs.single_leg import driven_leg
+from planner.search.legs.reach_calibration import EdgeRoutes
+from planner.search.legs.single_leg import LegPlanner
 
 __all__ = [
     "EdgeRoutes",
-    "driven_leg",
-    "nearest_nodes",
+    "LegPlanner",
 ]

@@ -12,10 +12,8 @@ from __future__ import annotations
 
 import math
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from planner.arrays import Array
@@ -23,7 +21,7 @@ from planner.cancellation import CancellationToken
 from planner.quantities import STANDARD_GRAVITY
 from planner.search.field import CostField
 from planner.search.grid import CostToGo, grid_path
-from planner.search.legs.single_leg import Leg, Yaws, driven_leg, like_neighbour
+from planner.search.legs.single_leg import Leg, LegPlanner, Yaws
 from planner.search.situation import Situation
 
 Point = tuple[float, float]
@@ -33,14 +31,6 @@ NEIGHBOURS, PASSES = 4, 3
 """Places whose ways are tried at another, and how often what was learned is passed on."""
 BETTER = 0.006
 """Share by which a neighbour's ratio is lower where its way is tried."""
-
-
-def nearest_nodes(field: CostField, points: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Rows and columns of the nodes nearest to points (n, 2)."""
-    ny, nx = field.heights.shape
-    i = np.round((points[:, 0] - field.x0) / field.dx)
-    j = np.round((points[:, 1] - field.y0) / field.dy)
-    return np.clip(j, 0, ny - 1).astype(np.int64), np.clip(i, 0, nx - 1).astype(np.int64)
 
 
 class EdgeRoutes:
@@ -56,13 +46,14 @@ class EdgeRoutes:
     ) -> None:
         self.situation, self.field, self.fields = situation, field, fields
         self.yaw, self.token = yaw, token
+        self.planner = LegPlanner(situation, field, token)
         self.weight = situation.around.mass * STANDARD_GRAVITY
         self.legs: dict[Node, tuple[Leg, ...]] = {}
         self.tried: set[tuple[Node, Node, float]] = set()
 
     def drive(self, places: list[Point]) -> list[Node]:
         """Drive to the nodes nearest to places; those of them that can be reached."""
-        rows, columns = nearest_nodes(self.field, np.array(places).reshape(-1, 2))
+        rows, columns = self.field.nodes_at(np.reshape(places, (-1, 2)))
         asked = list(dict.fromkeys(zip(rows.tolist(), columns.tolist(), strict=True)))
         new = [node for node in asked if node not in self.legs]
         with ThreadPoolExecutor(max_workers=2) as pool:
@@ -106,7 +97,7 @@ class EdgeRoutes:
             path = grid_path(self.field, lattice, way, self._place(node))
             if path is None:
                 return None
-            leg = driven_leg(self.situation, self.field, path, self._yaws(way), token=self.token)
+            leg = self.planner.near(path, self._yaws(way))
             if leg is None:
                 return None
             legs.append(leg)
@@ -134,8 +125,7 @@ class EdgeRoutes:
 
     def _learned(self, node: Node, neighbour: Node) -> tuple[Node, tuple[Leg, ...] | None]:
         self.token.check()
-        learn = partial(like_neighbour, self.situation, self.field, token=self.token)
-        before = self.legs[node]
+        learn, before = self.planner.like_neighbour, self.legs[node]
         legs = tuple(
             leg if other.way is None else learn(leg, other.way, self._yaws(way))
             for way, leg, other in zip(self.fields, before, self.legs[neighbour], strict=True)

@@ -41,7 +41,7 @@ def check_place(
             value=(x, y),
             accepted=f"x from {west:g} to {east:g}, y from {south:g} to {north:g} m",
         )
-    j, i = _node(field, x, y)
+    j, i = field.nodes_at((x, y))
     if ground.blocked[j, i]:
         what = _what_blocks(ground, x, y)
         article = {"obstacle": "on an obstacle", "hole": "on a hole (height unknown)"}
@@ -71,7 +71,7 @@ def check_hold(name: str, pose: PoseRequest, field: CostField, around: Circumsta
     """
     _, gradient = sample_surface(field, np.array([[pose.x, pose.y]]))
     px, py = float(gradient[0, 0]), float(gradient[0, 1])
-    row = around.class_rows[field.ground[_node(field, pose.x, pose.y)]].copy()
+    row = around.class_rows[field.ground[field.nodes_at((pose.x, pose.y))]].copy()
     broken = 0
     for yaw in _tried(pose.yaw):
         set_motion(row, px, py, yaw, 0.0, 0.0)
@@ -137,7 +137,7 @@ def _blocking(
     """The worst thing along points driven in a direction: something solid, a slope, no room."""
     steep, narrow = (-math.inf, "a slope", *points[0]), None
     for x, y in points:
-        j, i = _node(field, x, y)
+        j, i = field.nodes_at((x, y))
         if ground.blocked[j, i]:
             what = _what_blocks(ground, x, y)
             return f"an {what}" if what[0] in "aeiou" else f"a {what}", x, y
@@ -171,7 +171,7 @@ def _what_blocks(ground: DrivingGround, x: float, y: float) -> str:
 
 def _limit_degrees(field: CostField, x: float, y: float) -> float:
     """Slope that can be driven in every direction with a fitting yaw."""
-    ground = field.ground[_node(field, x, y)]
+    ground = field.ground[field.nodes_at((x, y))]
     least = float(field.limit[ground, : DIRECTIONS // 2].min()) * field.margin
     return math.degrees(math.atan(max(least, 0.0)))
 
@@ -184,13 +184,6 @@ def _tried(yaw: float | None) -> list[float]:
     if yaw is not None:
         return [yaw]
     return [2.0 * math.pi * k / YAW_TRIES for k in range(YAW_TRIES)]
-
-
-def _node(field: CostField, x: float, y: float) -> tuple[int, int]:
-    ny, nx = field.heights.shape
-    i = min(max(math.floor((x - field.x0) / field.dx + 0.5), 0), nx - 1)
-    j = min(max(math.floor((y - field.y0) / field.dy + 0.5), 0), ny - 1)
-    return j, i
 
 
 def _ring(field: CostField, x: float, y: float) -> list[tuple[float, float]]:

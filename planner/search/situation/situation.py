@@ -49,14 +49,9 @@ CORNER = {"energy": 0.13, "time": 0.02}
 
 def load_model(request: SituationRequest) -> PowerModel:
     """The power model that a request names: a vehicle, a saved model, or a kind of model."""
-    if request.model is None:
-        return PowerModel.from_vehicle(
-            load_vehicle(request.vehicle or SituationRequest.default_vehicle)
-        )
-    if request.model in KINDS:
-        return PowerModel.from_vehicle(
-            load_vehicle(SituationRequest.default_vehicle), kind=request.model
-        )
+    if request.model is None or request.model in KINDS:
+        vehicle = load_vehicle(request.vehicle or SituationRequest.default_vehicle)
+        return PowerModel.from_vehicle(vehicle, kind=request.model or "sound")
     return PowerModel.load(Path(request.model))
 
 

@@ -37,10 +37,8 @@ def ends_of(search: PricedSearch) -> list[Ridden]:
     search.run.step(0.1, "least time")
     # Whatever is found counts for both ends, as it does for a single route.
     with ThreadPoolExecutor(max_workers=2) as pool:
-        tasks = [
-            pool.submit(search.at, HURRIED * power),
-            *(pool.submit(search.by, objective) for objective in ("time", "length")),
-        ]
+        tasks = [pool.submit(search.at, HURRIED * power)]
+        tasks += [pool.submit(search.by, objective) for objective in ("time", "length")]
     others = [task.result() for task in tasks]
     return _polished(search, [frugal, *(route for route in others if route is not None)])
 
@@ -49,11 +47,8 @@ def between(search: PricedSearch, quick: Ridden, frugal: Ridden) -> Ridden | Non
     """The best route at the price of a chord; None where it does not lie below the chord."""
     watts = chord_price(quick, frugal)
     tried = (search.at(watts), search.along(quick, watts), search.along(frugal, watts))
-    best = min(
-        (route for route in tried if route is not None),
-        key=lambda r: r.cost(watts),
-        default=quick,
-    )
+    found = [route for route in tried if route is not None]
+    best = min(found, key=lambda r: r.cost(watts), default=quick)
     spread = quick.route.energy_j - frugal.route.energy_j
     return best if best.cost(watts) < quick.cost(watts) - WORTHWHILE * spread else None
 
@@ -96,16 +91,16 @@ def _polished(search: PricedSearch, found: list[Ridden]) -> list[Ridden]:
 
 def filled_in(search: PricedSearch, ends: list[Ridden], most: int) -> tuple[list[Ridden], int]:
     """A front of at most so many routes, and how many prices were searched at."""
-    front, pool, done = ends, list(ends), set[tuple[int, int]]()
+    front, pool, done = ends, list(ends), set[tuple[Ridden, Ridden]]()
     with ThreadPoolExecutor(max_workers=2) as threads:
         while len(front) < most and len(done) < most:
-            pairs = [pair for pair in pairwise(front) if _identity(pair) not in done]
+            pairs = [pair for pair in pairwise(front) if pair not in done]
             if not pairs:
                 break
             search.run.step(0.2 + 0.7 * len(done) / most, "prices of time")
             pairs.sort(key=lambda pair: _length(pair, front), reverse=True)
             chosen = pairs[: min(2, most - len(front))]
-            done |= {_identity(pair) for pair in chosen}
+            done.update(chosen)
             found = threads.map(lambda pair: between(search, *pair), chosen)
             pool += [route for route in found if route is not None]
             front = lower_hull(pool)
@@ -127,10 +122,6 @@ def _power(route: Route) -> float:
     """Mean W of a route, what comes back counted as positive."""
     steps = np.diff(route.arrays["t"], prepend=0.0)
     return float(np.abs(route.arrays["watts"]) @ steps) / max(route.duration_s, 1e-9)
-
-
-def _identity(pair: tuple[Ridden, Ridden]) -> tuple[int, int]:
-    return id(pair[0]), id(pair[1])
 
 
 def _length(pair: tuple[Ridden, Ridden], front: Sequence[Ridden]) -> float:

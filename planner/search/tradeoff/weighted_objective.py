@@ -49,7 +49,7 @@ class PricedSituation(Situation):
         return self.plain.toll(objective) + self.watts * self.plain.toll("time")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Ridden:
     """A route and the way that it was made of.
 

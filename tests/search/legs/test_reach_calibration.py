@@ -9,7 +9,7 @@ import pytest
 
 from planner.cancellation import CancellationToken
 from planner.search.grid import grid_path
-from planner.search.legs import EdgeRoutes, driven_leg
+from planner.search.legs import EdgeRoutes, LegPlanner
 from planner.search.legs.single_leg import Leg
 from planner.search.results import price
 from planner.search.waypoints import waypoint_descent as polish
@@ -40,7 +40,7 @@ def test_a_route_to_an_edge_that_went_astray_follows_its_neighbours(hilly):
     node = nodes[0]
     spot = (field.x0 + node[1] * field.dx, field.y0 + node[0] * field.dy)
     path = grid_path(field, situation.lattice("energy", field), onward, spot)
-    single = driven_leg(situation, field, path, token=CancellationToken())
+    single = LegPlanner(situation, field, CancellationToken()).near(path)
     expected = single.dissipated(routes.weight) / float(onward.values[node])
     assert routes.ratio(node) == pytest.approx(expected, rel=0.01)
     astray = np.array([start, (14.0, 4.0), spot])

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from planner.cancellation import CancellationToken
-from planner.search.legs import driven_leg
-from planner.search.legs.single_leg import Leg, like_neighbour
+from planner.search.legs import LegPlanner
+from planner.search.legs.single_leg import Leg
 from planner.search.results import price
 from planner.search.waypoints import waypoint_descent as polish
 from planner.terrain.heightmap import Terrain
@@ -25,13 +25,13 @@ def level():
 def test_a_leg_learns_from_a_neighbour_and_only_what_is_better(level):
     situation, field = level
     crooked = np.array([[3.0, 3.0], [9.0, 12.0], [20.0, 3.0]])
-    motion = driven_leg(situation, field, crooked, token=CancellationToken())
-    assert motion is not None
+    legs = LegPlanner(situation, field, CancellationToken())
+    assert legs.near(crooked) is not None
     own = polish.drive_roughly(field, situation.around, (crooked,), FREE)
     straight = np.array([[3.0, 3.0], [20.0, 3.5]])
     bad = Leg(price(field, situation.around, own.motion), crooked)
-    better = like_neighbour(situation, field, bad, straight, token=CancellationToken())
+    better = legs.like_neighbour(bad, straight)
     assert better.route.energy_j < 0.8 * bad.route.energy_j
     for axis, ends in (("x", (3.0, 20.0)), ("y", (3.0, 3.0))):
         assert better.route.arrays[axis][[0, -1]] == pytest.approx(ends, abs=1e-6)
-    assert like_neighbour(situation, field, better, crooked, token=CancellationToken()) is better
+    assert legs.like_neighbour(better, crooked) is better
