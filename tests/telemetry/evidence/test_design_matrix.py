@@ -28,7 +28,7 @@ def test_what_an_earlier_round_could_tell_does_not_fall_out_at_a_border(base, mo
     assert first.testable["air_drag"] is None
     number = [c.effect for c in plain.library.candidates].index("air_drag")
     over = layout.over_sensor_errors(log, first)[plain.candidate(number)]
-    known = replace(plain, told=frozenset({"air_drag"}))
+    known = replace(plain, testable_before=frozenset({"air_drag"}))
     for share, stays in ((0.5, True), (0.2, False)):
         monkeypatch.setattr(layout, "LEAST_OVER_SENSOR_ERROR", over / share)
         assert examine(log, plain).testable["air_drag"] is not None
