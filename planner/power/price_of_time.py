@@ -29,6 +29,7 @@ class PriceOfTime(Effect):
     # A name that no effect of a user's can have.
     slug = "_price_of_time"
     title = "price of time"
+    loss = True
 
     price = Parameter(
         unit="W", default=0.0, null=0.0, bounds=(0.0, 1e12), fitted=False, doc="J for a second."

@@ -29,6 +29,9 @@ class BatterySag(Effect):
 
     slug = "battery_sag"
     title = "inside the battery"
+    loss = True
+    before_meter = True
+    how_to_measure = "Measure the power at the source, and say so in the mapping file."
 
     internal_resistance = Parameter(
         unit="Ω",

@@ -22,6 +22,8 @@ class CurrentRipple(Effect):
 
     slug = "current_ripple"
     title = "ripple of the motor currents"
+    loss = True
+    how_to_measure = "Measure the currents of the motors, or the winding's resistance."
 
     ripple_squared = Parameter(
         unit="1",

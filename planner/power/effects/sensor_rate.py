@@ -26,6 +26,8 @@ class SensorRate(Effect):
 
     slug = "sensor_rate"
     title = "sampling of the sensors"
+    loss = True
+    how_to_measure = "Vary the sampling rate at standstill, with a column sensor_rate."
 
     energy_per_sample = Parameter(
         unit="J",

@@ -24,6 +24,7 @@ class Sinkage(Effect):
 
     slug = "sinkage"
     title = "sinking into the ground"
+    loss = True
 
     compaction = Parameter(
         unit="1",
@@ -32,6 +33,7 @@ class Sinkage(Effect):
         bounds=(0.0, 5.0),
         doc="Resistance over load at the nominal load.",
         spread=1.0,
+        hidden_at=0.01,
     )
 
     @staticmethod

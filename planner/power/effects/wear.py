@@ -22,6 +22,7 @@ class Wear(Effect):
 
     slug = "wear"
     title = "wear"
+    how_to_measure = "Repeat the same laps weeks apart."
 
     wear_rate = Parameter(
         unit="1/m",
@@ -30,6 +31,7 @@ class Wear(Effect):
         bounds=(0.0, 0.1),
         doc="Relative rise of rolling and roller drag per metre.",
         spread=1.0,
+        hidden_at=1e-4,
     )
 
     @staticmethod

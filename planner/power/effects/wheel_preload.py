@@ -26,6 +26,7 @@ class WheelPreload(Effect):
 
     slug = "wheel_preload"
     title = "wheels fighting each other"
+    loss = True
 
     preload_squared = Parameter(
         unit="N²",

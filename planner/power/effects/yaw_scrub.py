@@ -22,6 +22,7 @@ class YawScrub(Effect):
 
     slug = "yaw_scrub"
     title = "scrub in turns"
+    loss = True
 
     scrub_moment = Parameter(
         unit="N·m",
