@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 
 from planner.arrays import Array
 from planner.power.catalogue import all_effects
+from planner.power.effect import Effect
 from planner.power.rows import gravity_columns, rows_from
 from planner.quantities import INDEX, STANDARD_GRAVITY
 from planner.telemetry.diagnosis.results import Experiment, NotTestable
@@ -308,8 +309,9 @@ class Advice:
             for k, c in enumerate(competitors.library.candidates)
             if c.effect == slug
         ]
-        if slug == "battery_sag":
-            return "Measure the power at the source, and say so in the mapping file."
+        effect = all_effects().get(slug)
+        if effect and effect.before_meter:
+            return effect.how_to_measure
         if columns:
             at, amplitudes = zip(*columns, strict=True)
             apart = (self._alone[:, list(at)] * np.abs(amplitudes)).max(axis=1)
@@ -317,17 +319,7 @@ class Advice:
                 return self._runs[int(apart.argmax())][0].sentence
         if missing:
             return f"Log {' and '.join(missing)}."
-        return _ELSE.get(slug, "No run of the robot alone; measure the effect by itself.")
-
-
-_ELSE = {
-    "current_ripple": "Measure the currents of the motors, or the winding's resistance.",
-    "converter_efficiency": "Vary the load of the electronics, or measure before and behind it.",
-    "surface_rolling": "Drive the same on a second kind of ground, with a column surface.",
-    "wear": "Repeat the same laps weeks apart.",
-    "sensor_rate": "Vary the sampling rate at standstill, with a column sensor_rate.",
-    "com_offset": "Carry a load off the centre, with columns com_x and com_y.",
-}
+        return (effect or Effect).how_to_measure
 
 
 def _left(gram: Array, base: NDArray[np.intp], at: NDArray[np.intp]) -> Array:

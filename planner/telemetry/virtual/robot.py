@@ -28,13 +28,14 @@ from numpy.typing import NDArray
 
 from planner.arrays import Array
 from planner.errors import InputError
+from planner.telemetry.virtual.by_formula import add_by_formula
 from planner.telemetry.virtual.chassis import read_vehicle
 from planner.telemetry.virtual.dynamics import BOOK, MEANS, integrate
 from planner.telemetry.virtual.hidden import (
     EFFECTS,
-    LARGEST_SCALE,
     Settings,
     check_settings,
+    largest_scale,
     scaled,
     strengths,
 )
@@ -203,6 +204,7 @@ class VirtualRobot:
         book = np.empty((runs, len(BOOK)))
         strength = strengths(settings, self.wheels, drive.surfaces)
         integrate(self.chassis, strength, drive.motion, drive.around, drive.starts, means, book)
+        add_by_formula(self.vehicle, settings, drive, means, book)
         return means, book
 
     def drive(
@@ -276,16 +278,6 @@ class VirtualRobot:
         log = self.drive(path, noise=noise)
         return log.truth["energy"]["route"]["supply"], log
 
-    @staticmethod
-    def scaled(slug: str, settings: Mapping[str, Any], scale: float) -> dict[str, Any]:
-        """Settings of one effect with its strengths moved away from null by ``scale``."""
-        return scaled(settings, slug, scale)
-
-    @staticmethod
-    def largest_scale(slug: str) -> float:
-        """Scale of an effect's usual settings beyond which no robot has it; infinite for most."""
-        return LARGEST_SCALE.get(slug, np.inf)
-
     def _found(self, drive: Profile) -> tuple[Settings, dict[str, float]]:
         """Settings without ``size``, and the sizes reached where one was asked for."""
         if self._last is not None and self._last[0] is drive:
@@ -333,7 +325,7 @@ def _sized(
     """Scale of an effect at which ``share(scale)`` is ``wanted``, and the share reached."""
     if wanted == 0.0:
         return 0.0, 0.0
-    largest = VirtualRobot.largest_scale(slug)
+    largest = largest_scale(slug)
     scale = min(scale, largest)
     reached = share(scale)
     power = 1.0  # exponent of the growth of size with strength, learnt on the way
