@@ -172,7 +172,7 @@ def _strength(
     largest = _largest_scale(slug, usual)
     scale = min(1.0, largest)
     for _ in range(6):
-        settings = scaled(slug, usual, scale)
+        settings = scaled(usual, slug, scale)
         robot = VirtualRobot(str(toml), hidden={slug: settings}, seed=case.number)
         with_it = robot.drive(drive, noise=QUIET).select(_training(drive))
         change = with_it.truth["clean_power"] - clean

@@ -171,7 +171,7 @@ class VirtualRobot:
             raise InputError("effects", "unknown", value=effects, accepted="base, active")
         self.vehicle, self.chassis = read_vehicle(vehicle, even_heat=even_heat)
         self.seed = seed
-        self.wheels = len(self.chassis.x)
+        self.wheels = len(self.chassis.wheels.x)
         known = self.vehicle.parameters
         own: dict[str, Mapping[str, Any]] = {}
         if effects == "active":
@@ -273,7 +273,7 @@ class VirtualRobot:
             if not route["routes"]:
                 raise InputError("route", "holds no route", accepted="a ROUTE.json of status ok")
             route = route["routes"][0]
-        half = float(np.abs(self.chassis.x).max())
+        half = float(np.abs(self.chassis.wheels.x).max())
         path = planned_route(route, terrain=terrain, half_length=half, row=row, settings=settings)
         log = self.drive(path, noise=noise)
         return log.truth["energy"]["route"]["supply"], log
