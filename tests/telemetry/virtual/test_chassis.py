@@ -72,7 +72,7 @@ def test_wheels_that_fight_move_nothing():
     _, chassis = ROBOTS["minibalance"]
     np.testing.assert_allclose(chassis.contacts.fight @ chassis.contacts.pull, 0.0, atol=1e-12)
     assert np.abs(chassis.contacts.fight * chassis.contacts.axle_on_rim).max() == pytest.approx(1.0)
-    assert not ROBOTS["robotino"][1].fight.any()
+    assert not ROBOTS["robotino"][1].contacts.fight.any()
 
 
 def test_mesh_friction_follows_from_the_efficiency():
