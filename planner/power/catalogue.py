@@ -68,6 +68,9 @@ def find_effect(slug: str) -> type[Effect]:
     return known[slug]
 
 
+_LISTED = ("unit", "default", "null", "bounds", "per", "doc")  # of a parameter
+
+
 def list_effects() -> list[dict[str, object]]:
     """Name, title, stages and parameters of every effect, ready for JSON."""
     return [
@@ -78,14 +81,7 @@ def list_effects() -> list[dict[str, object]]:
             "base": effect.base,
             "summary": " ".join(effect.summary().split()),
             "parameters": {
-                name: {
-                    "unit": parameter.unit,
-                    "default": parameter.default,
-                    "null": parameter.null,
-                    "bounds": list(parameter.bounds),
-                    "per": parameter.per,
-                    "doc": parameter.doc,
-                }
+                name: {key: getattr(parameter, key) for key in _LISTED}
                 for name, parameter in effect.parameters.items()
             },
         }

@@ -78,22 +78,12 @@ class Run:
         return len(heats), -len(loads)
 
 
-def _segment(
-    vx: float,
-    vy: float,
-    wz: float = 0.0,
-    pitch: float = 0.0,
-    roll: float = 0.0,
-    acceleration: float = 0.0,
-) -> dict[str, float]:
-    return {
-        "vx": round(vx, 3),
-        "vy": round(vy, 3),
-        "wz": round(wz, 3),
-        "pitch": round(pitch, 4),
-        "roll": round(roll, 4),
-        "acceleration": round(acceleration, 3),
-    }
+_DIGITS = {"vx": 3, "vy": 3, "wz": 3, "pitch": 4, "roll": 4, "acceleration": 3}
+
+
+def _segment(vx: float, vy: float, wz: float = 0.0, **more: float) -> dict[str, float]:
+    given = {"vx": vx, "vy": vy, "wz": wz, **more}
+    return {name: round(given.get(name, 0.0), digits) for name, digits in _DIGITS.items()}
 
 
 def _manoeuvres(top: float, turn: float) -> dict[str, list[dict[str, float]]]:

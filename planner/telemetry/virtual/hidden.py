@@ -20,6 +20,7 @@ no edit here.
 from __future__ import annotations
 
 import difflib
+from collections import namedtuple
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -29,62 +30,6 @@ from numpy.typing import NDArray
 from planner.errors import InputError
 from planner.power.catalogue import all_effects, find_effect
 from planner.power.effect import Effect
-
-
-class Hidden(NamedTuple):
-    """Strength of every effect as the equations of motion read it; the defaults are null."""
-
-    wheel_excess: NDArray[np.float64]
-    """(n,) relative drag of each wheel, mean taken off."""
-    surface_excess: NDArray[np.float64]
-    """(labels,) relative drag of each ground."""
-    copper_coefficient: float = 0.0
-    magnet_coefficient: float = 0.0
-    magnet_share: float = 1.0
-    exponent: float = 0.0
-    gain: float = 0.0
-    offset_x: float = 0.0
-    offset_y: float = 0.0
-    return_change: float = 0.0
-    motor_share: float = 1.0
-    source_share: float = 1.0
-    viscous_torque: float = 0.0
-    strength: float = 0.0
-    stiction_speed: float = 0.03
-    presliding: float = 0.0
-    bridge_resistance: float = 0.0
-    diode_voltage: float = 0.0
-    switching_power: float = 0.0
-    energy_per_sample: float = 0.0
-    base_rate: float = 10.0
-    rate_per_speed: float = 40.0
-    top_rate: float = 50.0
-    transition_drag: float = 0.0
-    ripple_squared: float = 0.0
-    preload_squared: float = 0.0
-    creep: float = 0.0
-    scrub_moment: float = 0.0
-    compaction: float = 0.0
-    internal_resistance: float = 0.0
-    efficiency: float = 1.0
-    drag_area: float = 0.0
-    air_density: float = 1.2
-    shaking_force: float = 0.0
-    viscosity: float = 0.0
-    temperature_rate: float = 0.03
-    drag_torque: float = 0.0
-    fading_torque: float = 0.2
-    wear_rate: float = 0.0
-    resonance_power: float = 0.0
-    resonance_speed: float = 0.5
-    resonance_width: float = 0.06
-    ripple_power: float = 0.0
-    ripple_harmonic: float = 3.0
-    decay_power: float = 0.0
-    decay_time: float = 25.0
-    threshold_power: float = 0.0
-    threshold_slope: float = 0.05
-    yaw_speed_power: float = 0.0
 
 
 class Strength(NamedTuple):
@@ -114,6 +59,8 @@ EQUATIONS = frozenset(
 )
 """Effects that dynamics.py and motors.py have equations for; their parameters are in ``Hidden``."""
 _FIELDS = {"surface_rolling": "surface_excess", "wheel_imbalance": "wheel_excess"}
+_WITHOUT = ("open_circuit_voltage", "offset_x_squared", "offset_y_squared")
+"""Parameters of such effects that the robot's equations do without."""
 # The robot has an offset to one side where the catalogue has the square of one to either side.
 _SIDES = {"com_offset": {name: Strength(name, 0.0) for name in ("offset_x", "offset_y")}}
 
@@ -122,12 +69,11 @@ def _strengths_of(effect: type[Effect]) -> dict[str, Strength]:
     """Strengths of an effect of the catalogue, from its declaration."""
     found = {}
     for name, own in effect.parameters.items():
-        field = _FIELDS.get(effect.slug, name)
-        if effect.slug in EQUATIONS and field not in Hidden._fields:
-            continue  # the robot's equation does without it
         usual = own.in_virtual_robot
         null = usual if own.null is None else own.null
-        found[name] = Strength(field, usual, null, own.null is not None, own.per)
+        field = _FIELDS.get(effect.slug, name)
+        if effect.slug not in EQUATIONS or name not in _WITHOUT:
+            found[name] = Strength(field, usual, null, own.null is not None, own.per)
     return found | _SIDES.get(effect.slug, {})
 
 
@@ -157,6 +103,17 @@ OUTSIDE: dict[str, dict[str, Strength]] = {
 }
 
 EFFECTS: dict[str, dict[str, Strength]] = {**CATALOGUE, **OUTSIDE}
+
+_READ = {
+    strength.field: strength
+    for slug in (*sorted(EQUATIONS), *OUTSIDE)
+    for strength in EFFECTS[slug].values()
+}
+_FIRST = sorted(_READ, key=lambda field: _READ[field].per is None)  # those without a default
+_NULL = [strength.null for strength in _READ.values() if strength.per is None]
+Hidden: Any = namedtuple("Hidden", _FIRST, defaults=_NULL)  # type: ignore[misc]  # not literal
+"""Strengths as the equations of motion read them; the defaults are null. ``wheel_excess`` is (n,),
+the relative drag of each wheel, mean taken off; ``surface_excess`` (labels,), of each ground."""
 
 _LARGEST_SCALE = {"regeneration_limit": 1.0, "com_offset": 5.0, "gear_asymmetry": 7.0}
 
@@ -257,8 +214,8 @@ def largest_scale(slug: str) -> float:
     return float(min(reach))
 
 
-def strengths(settings: Settings, wheels: int, surfaces: Sequence[str]) -> Hidden:
-    """What the equations of motion read, from settings without ``size``.
+def strengths(settings: Settings, wheels: int, surfaces: Sequence[str]) -> Any:
+    """The ``Hidden`` that the equations of motion read, from settings without ``size``.
 
     Raises:
         InputError: wheel_imbalance does not give one value a wheel.

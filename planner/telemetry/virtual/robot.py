@@ -39,14 +39,9 @@ from planner.telemetry.virtual.hidden import (
     scaled,
     strengths,
 )
-from planner.telemetry.virtual.profiles import (
-    ROW,
-    Profile,
-    profile,
-)
+from planner.telemetry.virtual.profiles import ROW, Profile, profile
 from planner.telemetry.virtual.routes import planned_route
 from planner.telemetry.virtual.sensors import (
-    QUIET,
     Columns,
     Noise,
     Sensors,
@@ -56,9 +51,6 @@ from planner.telemetry.virtual.sensors import (
     rows_of,
 )
 from planner.terrain.heightmap import Terrain
-
-__all__ = ["QUIET", "Noise", "Profile", "Sensors", "VirtualLog", "VirtualRobot"]
-
 
 _SIZE_ROUNDS = 6
 _SIZE_TOLERANCE = 0.01
@@ -87,19 +79,10 @@ class VirtualLog:
             writer.writerows(zip(*(c.tolist() for c in self.columns.values()), strict=True))
 
     def write_parquet(self, path: str | Path) -> None:
-        """Writes the columns as Parquet.
+        """Writes the columns as Parquet."""
+        import pyarrow
+        import pyarrow.parquet
 
-        Raises:
-            InputError: pyarrow is not installed.
-        """
-        try:
-            import pyarrow
-            import pyarrow.parquet
-        except ImportError as error:
-            raise InputError(
-                "write_parquet", "pyarrow is not installed", accepted="write_csv, or pip install"
-                " pyarrow"
-            ) from error  # fmt: skip
         arrays = {name: pyarrow.array(values.tolist()) for name, values in self.columns.items()}
         pyarrow.parquet.write_table(pyarrow.table(arrays), str(path))
 

@@ -24,7 +24,7 @@ from planner.telemetry.virtual.motors import (
 
 _, CHASSIS = read_vehicle("minibalance")
 FAST = 80.0  # rad/s, where dry friction has its full size
-SOUND = Hidden(np.zeros(4), np.zeros(3))
+SOUND = Hidden(wheel_excess=np.zeros(4), surface_excess=np.zeros(3))
 
 
 def drawn(hub, speed, *, change=0.0, temperature=REFERENCE_TEMPERATURE, **hidden):
