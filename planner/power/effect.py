@@ -53,7 +53,7 @@ class Parameter:
         null: value at which the effect is absent; None in the base model's effects and in
             parameters that only shape an effect.
         fitted: whether a fit may change it; False for what is given or scanned on ``grid``.
-        grid: values to scan for a shape parameter that exists only beside the effect.
+        grid: values to scan for a shape parameter that means nothing without the effect.
         per: "wheel" or "surface" where each wheel or each surface label has a value of its own.
         spread: relative standard deviation of the value before any calibration.
         hidden_at: value in a virtual robot that hides the effect; None takes the default.
@@ -129,7 +129,7 @@ HOOKS: dict[str, Hook] = {
         "wheel load", _BODY, ("x", "y"), "add", "m, the centre of mass from the geometric centre"
     ),
     "centre_spread": Hook(
-        "wheel load", (), ("x", "y"), "add", "m ≥ 0, the same towards a side that nobody knows"
+        "wheel load", (), ("x", "y"), "add", "m ≥ 0, the same towards an unknown side"
     ),
     "body_force": Hook(
         "body force",
@@ -214,7 +214,7 @@ class Effect:
     """True where energy is stored and given back (height, motion) rather than lost."""
     loss: ClassVar[bool] = False
     """True where it never gives energy back, whatever the motion. The lower bound of a route's
-    energy is proven only where it knows this of every effect beside the base model."""
+    energy is proven only where it knows this of every effect outside the base model."""
     before_meter: ClassVar[bool] = False
     """True where it acts between the source and the terminals: only a log whose power was measured
     at the source can show it."""
@@ -232,7 +232,7 @@ class Effect:
     """Quantities that the formulas read."""
 
     def __init_subclass__(cls) -> None:
-        """Collect parameters and hooks, and refuse names that nobody defined."""
+        """Collect parameters and hooks; refuse undefined names."""
         super().__init_subclass__()
         own = vars(cls)
         cls.parameters = {k: v for k, v in own.items() if isinstance(v, Parameter)}
@@ -242,7 +242,7 @@ class Effect:
         arguments = (name for hook in cls.hooks.values() for name in _arguments(hook))
         cls.reads = frozenset(name for name in arguments if name in INDEX)
         if not cls.base and not any(p.null is not None for p in cls.parameters.values()):
-            raise TypeError(f"{cls.__name__}: an effect beside the base model needs a null value")
+            raise TypeError(f"{cls.__name__}: an effect outside the base model needs a null value")
         for name in ("slug", "title"):
             if not isinstance(getattr(cls, name, None), str):
                 raise TypeError(f"{cls.__name__}.{name}: missing; an effect declares it as text")

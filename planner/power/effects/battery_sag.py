@@ -4,7 +4,7 @@
     I = 2·P / (V + √(V² - 4·R_b·P))        where U is not known
 
 U is the voltage under load, V that without. The second is the smaller root of V·I - R_b·I² = P,
-written so that R_b = 0 is no special case.
+written so that R_b = 0 is not a special case.
 
 Sign
     P is the power that leaves the battery's terminals; charging loses too.

@@ -14,7 +14,7 @@ Holds for
 Left out
     processing whose cost depends on what is seen. Below f_max and without the column the term is
     linear in v, so that coulomb_drag or wheel_rolling can take its place; a sweep of the rate at
-    standstill parts them.
+    standstill separates them.
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample

@@ -12,7 +12,7 @@ Holds for
     a rut that is shallow against the wheel's radius, first pass.
 Left out
     bulldozing, slip sinkage, passes in one's own rut. load_dependent_rolling on top of rolling has
-    nearly the same shape; a sweep of the mass and a second floor part them.
+    nearly the same shape; a sweep of the mass and a second floor separate them.
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample

@@ -11,7 +11,7 @@ Holds for
     coefficients are those of its beginning.
 Left out
     running-in, the shrinking radius, replacement of parts. Anything else that drifts during a log
-    (warming grease, dust) looks alike; reference laps weeks apart part them.
+    (warming grease, dust) looks the same; reference laps weeks apart separate them.
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample

@@ -29,7 +29,7 @@ class YawScrub(Effect):
         default=1.0,
         null=0.0,
         bounds=(0.0, 1e4),
-        doc="Moment against the yaw rate beside that of rolling.",
+        doc="Moment against the yaw rate in addition to that of rolling.",
         spread=1.0,
     )
 

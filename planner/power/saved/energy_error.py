@@ -6,8 +6,8 @@
     error.scale, error.degrees_of_freedom            # what held-out runs said about both
 
 Made by planner.telemetry.estimation from the log that a model was fitted to, kept with
-the model, and read where the energy of a route is told (planner.search.results.energy_interval).
-The noise of a drive's measured energy is
+the model, and read where the energy of a route is reported
+(planner.search.results.energy_interval). The noise of a drive's measured energy is
 
     Var = correlation_time · Σ σ(|P|)²·dt  +  (run_offset·T)²  +  (run_gain·E)²
 
@@ -116,5 +116,6 @@ class EnergyError:
     def from_document(cls, document: Any) -> EnergyError:
         """What ``document`` wrote, checked by saved_model."""
         both = {**document["noise"], **document["held_out"]}
-        values: list[Any] = [both[field.name] for field in fields(cls)]
-        return cls(*(tuple(value) if isinstance(value, list) else value for value in values))
+        values: dict[str, Any] = {field.name: both[field.name] for field in fields(cls)}
+        tuples = {name: tuple(values[name]) for name in ("powers_w", "spreads_w")}
+        return cls(**values | tuples)

@@ -1,8 +1,8 @@
-"""Which run would tell apart what a log cannot: chosen by what it adds to the evidence.
+"""Which run separates aliased effects: chosen by what it adds to the evidence.
 
     advice = Advice(examination, selection, log)
     advice.experiments()                   # one for every tie
-    advice.what_would_help("yaw_scrub")    # for an effect that this log cannot tell
+    advice.what_would_help("yaw_scrub")    # for an effect that is not identifiable
     advice.not_told(["air_drag"])          # all those, when air_drag is named
 
 A list of feasible runs is laid out (manoeuvre × load × temperature, all of the same length), each
@@ -46,11 +46,11 @@ WARM, COLD = 60.0, 20.0
 LOADED = 0.4
 """Payload of a loaded run, as a share of the robot's mass, unless the log has a heavier one."""
 HOPELESS = 1.0
-"""Distance in standard deviations below which a run is no advice."""
+"""Distance in standard deviations below which a run is not recommended."""
 HINT = 3.0
 """Standard errors from which an effect that is not named is mentioned."""
 CLEARLY = 5.0
-"""Distance in standard deviations from which effects count as told apart."""
+"""Distance in standard deviations from which effects count as separated."""
 ROUGH = 0.25
 """What a row counts in which the speed changes: its mean over half a second leaves out of the
 changes of friction as much as the power has noise (docs/virtual-robot.md), and lastingly."""
@@ -71,7 +71,7 @@ class Run:
     def demands(self) -> tuple[int, int]:
         """Temperatures that the motors have to be brought to, and how few loads are carried.
 
-        Loads are changed at once, and tell what is hardest to tell otherwise: the shape of a drag.
+        Loads are changed at once, and show the shape of a drag, which is the hardest to identify.
         """
         runs = self.settings["runs"]
         heats, loads = ({run[name] for run in runs} for name in ("motor_temp", "payload"))
@@ -222,11 +222,11 @@ class Advice:
         return np.sqrt(np.maximum(np.stack(left), 0.0))
 
     def experiments(self) -> tuple[Experiment, ...]:
-        """One experiment for every selected effect that has rivals."""
+        """One experiment for every selected effect that has aliases."""
         advice = []
         standings = {s.name: s for s in self.selection.standings}
-        for name, rivals in self.selection.ties.items():
-            known = [r for r in rivals if r in standings]
+        for name, aliases in self.selection.ties.items():
+            known = [r for r in aliases if r in standings]
             if not known or name not in standings:
                 continue
             mine = standings[name].member.columns
@@ -253,10 +253,10 @@ class Advice:
         return tuple(advice)
 
     def _distance(
-        self, gram: Array, mine: Sequence[int], strength: Array, rival: Sequence[int]
+        self, gram: Array, mine: Sequence[int], strength: Array, alias: Sequence[int]
     ) -> float:
-        """Standard deviations between an effect and the nearest that a rival could imitate."""
-        rest = np.array([*self.examination.evidence.tangent.tolist(), *rival])
+        """Standard deviations between an effect and the nearest that a alias could imitate."""
+        rest = np.array([*self.examination.evidence.tangent.tolist(), *alias])
         left = _left(gram, rest, np.array(mine))
         return float(np.sqrt(max(float(strength @ left @ strength), 0.0)))
 
@@ -268,7 +268,7 @@ class Advice:
         return sorted(n for n in reads if n not in self.log.present and n not in derived)
 
     def not_told(self, selected: Collection[str]) -> tuple[NotTestable, ...]:
-        """Effects that this log cannot tell, hardly tells, or only hints at, and what would help.
+        """Effects that are not identifiable from this log, or hardly, and what would help.
 
         Args:
             selected: effects that are named.
@@ -283,7 +283,7 @@ class Advice:
                 but = "held-out rows do not" if standing.name in chosen else "too little to name it"
                 hint = f"the log hints at it, {standing.z:.1f} standard errors, {but}"
                 reasons[standing.name] = hint
-        tied = {rival for name in selected for rival in self.selection.ties.get(name, ())}
+        tied = {alias for name in selected for alias in self.selection.ties.get(name, ())}
         return tuple(
             NotTestable(slug, why, self.what_would_help(slug))
             for slug, why in sorted(reasons.items())

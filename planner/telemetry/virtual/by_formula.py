@@ -21,7 +21,7 @@ from planner.power.model import PowerModel
 from planner.power.rows import gravity_columns, rows_from
 from planner.power.vehicles import Vehicle
 from planner.quantities import INDEX, STANDARD_GRAVITY
-from planner.telemetry.virtual.dynamics import AROUND, BIN, BOOK, MEANS, START
+from planner.telemetry.virtual.dynamics import BIN, BOOK, CONDITIONS, MEANS, START
 from planner.telemetry.virtual.hidden import EQUATIONS, OUTSIDE, Settings, by_element
 from planner.telemetry.virtual.profiles import Profile
 
@@ -80,8 +80,8 @@ def _rows(drive: Profile, means: Array) -> Array:
     runs, bins = means.shape[:2]
     names = ("vx", "vy", "wz", "ax", "ay", "motor_temp", "battery_voltage")
     columns = {name: means[:, :, MEANS.index(name)] for name in names}
-    around = ("slope_rate", "wind_x", "wind_y", "sensor_rate", "surface", "rolling_factor")
-    columns |= {name: drive.around[:, :, AROUND.index(name)] for name in around}
+    conditions = ("slope_rate", "wind_x", "wind_y", "sensor_rate", "surface", "rolling_factor")
+    columns |= {name: drive.conditions[:, :, CONDITIONS.index(name)] for name in conditions}
     loads = {"payload": "payload", "com_x": "com_x", "com_y": "com_y", "ambient_temp": "ambient"}
     for name, start in loads.items():
         columns[name] = np.repeat(drive.starts[:, START.index(start), None], bins, axis=1)

@@ -34,8 +34,15 @@ BIN = STEP * STEPS_PER_BIN
 # Columns of the commands, per run and bin edge.
 MOTION: tuple[str, ...] = ("vx", "vy", "wz", "roll", "pitch")
 # Columns of the surroundings, per run and bin.
-AROUND: tuple[str, ...] = ("slope_rate", "wind_x", "wind_y", "sensor_rate", "surface", "motor_temp")
-AROUND += ("rolling_factor",)
+CONDITIONS: tuple[str, ...] = (
+    "slope_rate",
+    "wind_x",
+    "wind_y",
+    "sensor_rate",
+    "surface",
+    "motor_temp",
+)
+CONDITIONS += ("rolling_factor",)
 # Columns of what a run carries and starts with.
 START: tuple[str, ...] = (
     "payload",
@@ -82,8 +89,8 @@ _R_WINDING, _R_HOUSING = motors.WINDING_TO_HOUSING, motors.HOUSING_TO_AIR
 
 @njit(cache=True)
 def _wheels(
-    chassis: Any, hidden: Any, v: Any, dv: Any, g: Any, around: Any, start: Any, odometer: float,
-    lead: float, winding: Any, draws: Any, flows: Any
+    chassis: Any, hidden: Any, v: Any, dv: Any, g: Any, conditions: Any, start: Any,
+    odometer: float, lead: float, winding: Any, draws: Any, flows: Any
 ) -> float:  # fmt: skip
     """Fills ``draws`` (n, DRAWS) and ``flows`` (W by place); returns the worst limit's use."""
     n = chassis.wheels.x.shape[0]
@@ -100,9 +107,9 @@ def _wheels(
     flows[_GRAVITY] = -mass * (g[0] * (v[0] - v[2] * cy) + g[1] * (v[1] + v[2] * cx))
     # Air, bumps, edges of ramps and scrub act on the body.
     speed = math.sqrt(v[0] * v[0] + v[1] * v[1])
-    wind_x, wind_y = v[0] - around[1], v[1] - around[2]
+    wind_x, wind_y = v[0] - conditions[1], v[1] - conditions[2]
     gust = 0.5 * hidden.air_density * hidden.drag_area * math.sqrt(wind_x**2 + wind_y**2)
-    along = hidden.shaking_force + hidden.transition_drag * around[0]
+    along = hidden.shaking_force + hidden.transition_drag * conditions[0]
     along *= math.tanh(speed / _SLIDING) / max(speed, 1e-9)
     body_x = gust * wind_x + along * v[0]
     body_y = gust * wind_y + along * v[1]
@@ -122,7 +129,7 @@ def _wheels(
     z2 = chassis.body.spring_plane[2, 0] * weight
     z2 += chassis.body.spring_plane[2, 1] * tip_x + chassis.body.spring_plane[2, 2] * tip_y
     nominal = chassis.body.mass * STANDARD_GRAVITY / n
-    ground = around[6] * (1.0 + hidden.surface_excess[int(around[4])])
+    ground = conditions[6] * (1.0 + hidden.surface_excess[int(conditions[4])])
     ground *= 1.0 + hidden.wear_rate * odometer
     for i in range(n):
         rim = (
@@ -211,10 +218,10 @@ def _wheels(
 
 
 @njit(cache=True)
-def _electronics(chassis: Any, hidden: Any, v: Any, g: Any, around: Any, time: float) -> float:
-    """W on the bus beside the drives."""
+def _electronics(chassis: Any, hidden: Any, v: Any, g: Any, conditions: Any, time: float) -> float:
+    """W on the bus without the drives."""
     speed = math.sqrt(v[0] * v[0] + v[1] * v[1])
-    rate = around[3]
+    rate = conditions[3]
     if math.isnan(rate):
         rate = min(hidden.base_rate + hidden.rate_per_speed * speed, hidden.top_rate)
     watts = (chassis.supply.electronics + hidden.energy_per_sample * rate) / hidden.efficiency
@@ -251,7 +258,7 @@ def _kinetic(chassis: Any, hidden: Any, v: Any, start: Any) -> float:
 
 @njit(cache=True)
 def integrate(
-    chassis: Any, hidden: Any, motion: Any, around: Any, starts: Any, means: Any, book: Any
+    chassis: Any, hidden: Any, motion: Any, conditions: Any, starts: Any, means: Any, book: Any
 ) -> None:
     """Drives all runs.
 
@@ -259,8 +266,8 @@ def integrate(
         chassis: constants of the robot.
         hidden: strengths of the effects.
         motion: (runs, bins + 1, len(MOTION)) commands at bin edges, linear between.
-        around: (runs, bins, len(AROUND)); NaN lets sensor_rate follow the speed and motor_temp the
-            heat balance.
+        conditions: (runs, bins, len(CONDITIONS)); NaN lets sensor_rate follow the speed and
+            motor_temp the heat balance.
         starts: (runs, len(START)).
         means: (runs, bins, len(MEANS) + n) written: means over each bin.
         book: (runs, len(BOOK)) written: energies of each run, J.
@@ -279,8 +286,8 @@ def integrate(
         error_sum[:] = 0.0
         book[run, :] = 0.0
         book[run, _KINETIC] = -_kinetic(chassis, hidden, v, start)
-        for b in range(around.shape[1]):
-            nearby = around[run, b]
+        for b in range(conditions.shape[1]):
+            nearby = conditions[run, b]
             imposed = not math.isnan(nearby[5])
             out = means[run, b]
             out[:] = 0.0

@@ -182,11 +182,11 @@ class VirtualRobot:
         """
         if settings is None:
             settings, _ = self._found(drive)
-        runs, bins = drive.around.shape[:2]
+        runs, bins = drive.conditions.shape[:2]
         means = np.empty((runs, bins, len(MEANS) + self.wheels))
         book = np.empty((runs, len(BOOK)))
         strength = strengths(settings, self.wheels, drive.surfaces)
-        integrate(self.chassis, strength, drive.motion, drive.around, drive.starts, means, book)
+        integrate(self.chassis, strength, drive.motion, drive.conditions, drive.starts, means, book)
         add_by_formula(self.vehicle, settings, drive, means, book)
         return means, book
 
@@ -245,7 +245,8 @@ class VirtualRobot:
         Args:
             route: one route of a ROUTE.json, or the whole document (its first route is taken).
             terrain: the map that it leads over; without it the slope across the path is zero.
-            settings: payload, ambient and the like; names of ``virtual.dynamics.START`` or AROUND.
+            settings: payload, ambient and the like; names of START or CONDITIONS of
+                ``virtual.dynamics``.
             noise: scatter of the log; the energy is that of the clean power.
             row: s, interval of a row.
 

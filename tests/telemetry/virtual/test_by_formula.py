@@ -48,7 +48,7 @@ def test_surfaces_are_told_apart_by_name(bare, monkeypatch):
     excess = {"carpet": 0.5}
     by_itself, _, _ = added(bare, monkeypatch, "surface_rolling", excess=excess)
     change = by_itself[:, :, POWER] - means[:, :, POWER]
-    carpet = drive.around[:, :, 4] == drive.surfaces.index("carpet")
+    carpet = drive.conditions[:, :, 4] == drive.surfaces.index("carpet")
     moving = np.hypot(means[:, :, 0], means[:, :, 1]) > 0.05
     assert np.all(change[carpet & moving] > 0.0)
     assert np.all(change[~carpet] == 0.0)
