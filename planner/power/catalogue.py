@@ -9,6 +9,7 @@ from __future__ import annotations
 import importlib
 import pkgutil
 from functools import lru_cache
+from types import ModuleType
 
 from planner.errors import ModelError
 from planner.power import effects as effects_package
@@ -18,13 +19,16 @@ from planner.power.effect import HOOKS, Effect
 
 @lru_cache(maxsize=1)  # the package's own classes
 def all_effects() -> dict[str, type[Effect]]:
-    """Every effect by its slug, those of the base model first."""
-    for module in pkgutil.iter_modules(effects_package.__path__):
-        importlib.import_module(f"{effects_package.__name__}.{module.name}")
+    """Every effect by its slug, those of the base model first.
+
+    Raises:
+        TypeError: a file does not declare one effect of its own name that a virtual robot can hide.
+    """
+    names = [module.name for module in pkgutil.iter_modules(effects_package.__path__)]
+    modules = [importlib.import_module(f"{effects_package.__name__}.{name}") for name in names]
     stages = list(dict.fromkeys(hook.stage for hook in HOOKS.values()))
     found = sorted(
-        # Custom effects and a price of time are classes as well, and belong to no catalogue.
-        (e for e in Effect.__subclasses__() if e.__module__.startswith(effects_package.__name__)),
+        map(_declared, names, modules),
         key=lambda effect: (
             BASE_EFFECTS.index(effect.slug) if effect.base else len(BASE_EFFECTS),
             stages.index(effect.stages()[0]),
@@ -32,6 +36,24 @@ def all_effects() -> dict[str, type[Effect]]:
         ),
     )
     return {effect.slug: effect for effect in found}
+
+
+def _declared(name: str, module: ModuleType) -> type[Effect]:
+    """The effect that a file declares, checked for what only effects of files need."""
+    own = [e for e in Effect.__subclasses__() if e.__module__ == module.__name__]
+    if [effect.slug for effect in own] != [name]:
+        raise TypeError(f"{module.__file__}: needs one class of Effect with slug = {name!r}")
+    effect = own[0]
+    if not effect.hooks:
+        raise TypeError(f"{effect.__name__}: no hook; there are {', '.join(HOOKS)}")
+    if effect.base and effect.slug not in BASE_EFFECTS:
+        raise TypeError(f"{effect.__name__}.base: only {', '.join(BASE_EFFECTS)} have it")
+    strengths = [p for p in effect.parameters.values() if p.null is not None]
+    if strengths and all(p.in_virtual_robot == p.null for p in strengths):
+        raise TypeError(
+            f"{effect.__name__}: every parameter's default is its null value; give one hidden_at"
+        )
+    return effect
 
 
 def find_effect(slug: str) -> type[Effect]:
@@ -46,6 +68,9 @@ def find_effect(slug: str) -> type[Effect]:
     return known[slug]
 
 
+_LISTED = ("unit", "default", "null", "bounds", "per", "doc")  # of a parameter
+
+
 def list_effects() -> list[dict[str, object]]:
     """Name, title, stages and parameters of every effect, ready for JSON."""
     return [
@@ -56,14 +81,7 @@ def list_effects() -> list[dict[str, object]]:
             "base": effect.base,
             "summary": " ".join(effect.summary().split()),
             "parameters": {
-                name: {
-                    "unit": parameter.unit,
-                    "default": parameter.default,
-                    "null": parameter.null,
-                    "bounds": list(parameter.bounds),
-                    "per": parameter.per,
-                    "doc": parameter.doc,
-                }
+                name: {key: getattr(parameter, key) for key in _LISTED}
                 for name, parameter in effect.parameters.items()
             },
         }

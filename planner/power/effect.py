@@ -16,10 +16,16 @@ The name of a static method is the *hook*: it says at which stage of the pipelin
 reads: a parameter of the effect, a quantity of ``planner.quantities``, or a value that the pipeline
 has computed before that stage. Any other name fails at import. Formulas use only arithmetic and
 ``planner.power.kernel_math``, so that one text serves the compiled planning kernel, its exact
-derivatives, the documentation and the forms of the service.
+derivatives, the documentation and the forms of the service. What breaks the derivatives fails at
+import, too (planner.power.complex_step).
 
 At the *null values* of its parameters an effect changes nothing: comparing models is then always
 comparing nested ones.
+
+The file is all that an effect needs: catalogue, documentation, command line, fit, ranking and tests
+find it. A virtual robot hides it by its own formula, unless the robot has an equation of motion for
+it (planner.telemetry.virtual). Optional attributes say what cannot be derived: ``loss``,
+``before_meter``, ``how_to_measure`` and a parameter's ``hidden_at``.
 """
 
 from __future__ import annotations
@@ -29,6 +35,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
 
+from planner.power.complex_step import check_differentiable
 from planner.quantities import INDEX
 
 Stage = Literal["body force", "wheel load", "contact", "drive", "driver", "bus", "supply"]
@@ -46,9 +53,10 @@ class Parameter:
         null: value at which the effect is absent; None in the base model's effects and in
             parameters that only shape an effect.
         fitted: whether a fit may change it; False for what is given or scanned on ``grid``.
-        grid: values to scan for a shape parameter that exists only beside the effect.
+        grid: values to scan for a shape parameter that means nothing without the effect.
         per: "wheel" or "surface" where each wheel or each surface label has a value of its own.
         spread: relative standard deviation of the value before any calibration.
+        hidden_at: value in a virtual robot that hides the effect; None takes the default.
     """
 
     unit: str
@@ -60,6 +68,12 @@ class Parameter:
     grid: tuple[float, ...] = ()
     per: Literal["wheel", "surface"] | None = None
     spread: float = 0.15
+    hidden_at: float | None = None
+
+    @property
+    def in_virtual_robot(self) -> float:
+        """Value in a virtual robot that has the effect."""
+        return self.default if self.hidden_at is None else self.hidden_at
 
 
 @dataclass(frozen=True)
@@ -101,12 +115,21 @@ _DRIVE = (
 )
 _MOTOR = (*_DRIVE, "motor_torque_in", "resistance_now", "torque_constant_now", "current")
 
+REAL_INPUTS = frozenset(
+    (
+        *("wheel", "wheel_count", "wheel_radius", "gear_ratio", "nominal_load", "mass", "speed"),
+        *("rim_speed", "roller_speed", "wheel_acceleration", "motor_acceleration"),
+        *INDEX,
+    )
+)
+"""Inputs that depend on no parameter: real in every kernel, so that formulas may compare them."""
+
 HOOKS: dict[str, Hook] = {
     "centre_of_mass": Hook(
         "wheel load", _BODY, ("x", "y"), "add", "m, the centre of mass from the geometric centre"
     ),
     "centre_spread": Hook(
-        "wheel load", (), ("x", "y"), "add", "m ≥ 0, the same towards a side that nobody knows"
+        "wheel load", (), ("x", "y"), "add", "m ≥ 0, the same towards an unknown side"
     ),
     "body_force": Hook(
         "body force",
@@ -189,6 +212,14 @@ class Effect:
     """True for the effects of the base model, which is always there and has no null values."""
     exchange: ClassVar[bool] = False
     """True where energy is stored and given back (height, motion) rather than lost."""
+    loss: ClassVar[bool] = False
+    """True where it never gives energy back, whatever the motion. The lower bound of a route's
+    energy is proven only where it knows this of every effect outside the base model."""
+    before_meter: ClassVar[bool] = False
+    """True where it acts between the source and the terminals: only a log whose power was measured
+    at the source can show it."""
+    how_to_measure: ClassVar[str] = "No run of the robot alone; measure the effect by itself."
+    """One sentence: what to measure or do where no recommended run would show the effect."""
     examples: ClassVar[tuple[WorkedExample, ...]] = ()
     definition: ClassVar[Mapping[str, Any] | None] = None
     """What a custom effect was made of, None for those of the catalogue."""
@@ -201,28 +232,35 @@ class Effect:
     """Quantities that the formulas read."""
 
     def __init_subclass__(cls) -> None:
-        """Collect parameters and hooks, and refuse names that nobody defined."""
+        """Collect parameters and hooks; refuse undefined names."""
         super().__init_subclass__()
         own = vars(cls)
         cls.parameters = {k: v for k, v in own.items() if isinstance(v, Parameter)}
         cls.hooks = {k: v.__func__ for k, v in own.items() if isinstance(v, staticmethod)}
-        reads: set[str] = set()
         for name, formula in cls.hooks.items():
-            if name not in HOOKS:
-                raise TypeError(
-                    f"{cls.__name__}.{name}: no such hook; there are {', '.join(HOOKS)}"
-                )
-            for argument in inspect.signature(formula).parameters:
-                if argument in INDEX:
-                    reads.add(argument)
-                elif argument not in cls.parameters and argument not in HOOKS[name].reads:
-                    raise TypeError(
-                        f"{cls.__name__}.{name}: argument {argument!r} is neither a parameter of "
-                        f"this effect, nor a quantity, nor one of {', '.join(HOOKS[name].reads)}"
-                    )
-        cls.reads = frozenset(reads)
+            cls._check_hook(name, formula)
+        arguments = (name for hook in cls.hooks.values() for name in _arguments(hook))
+        cls.reads = frozenset(name for name in arguments if name in INDEX)
         if not cls.base and not any(p.null is not None for p in cls.parameters.values()):
-            raise TypeError(f"{cls.__name__}: an effect beside the base model needs a null value")
+            raise TypeError(f"{cls.__name__}: an effect outside the base model needs a null value")
+        for name in ("slug", "title"):
+            if not isinstance(getattr(cls, name, None), str):
+                raise TypeError(f"{cls.__name__}.{name}: missing; an effect declares it as text")
+
+    @classmethod
+    def _check_hook(cls, name: str, formula: Callable[..., Any]) -> None:
+        where = f"{cls.__name__}.{name}"
+        if name not in HOOKS:
+            raise TypeError(f"{where}: no such hook; there are {', '.join(HOOKS)}")
+        known = {*cls.parameters, *INDEX, *HOOKS[name].reads}
+        for argument in _arguments(formula):
+            if argument not in known:
+                raise TypeError(
+                    f"{where}: argument {argument!r} is neither a parameter of this effect, nor a "
+                    f"quantity, nor one of {', '.join(HOOKS[name].reads)}"
+                )
+        if cls.definition is None:  # formulas of users are checked where they are read
+            check_differentiable(formula, REAL_INPUTS - {*cls.parameters}, where)
 
     @classmethod
     def stages(cls) -> tuple[Stage, ...]:
@@ -235,6 +273,10 @@ class Effect:
         """First paragraph of the module's head."""
         module = inspect.getmodule(cls)
         return inspect.cleandoc(module.__doc__ or "").split("\n\n")[0] if module else ""
+
+
+def _arguments(formula: Callable[..., Any]) -> Sequence[str]:
+    return list(inspect.signature(formula).parameters)
 
 
 def parameter_slots(

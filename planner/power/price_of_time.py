@@ -1,16 +1,15 @@
-"""A price of time: watts on top of a model's own, so that what costs least energy is also quick.
+"""A time weight: constant watts on top of a model's own, so that cheap motions are also quick.
 
     priced = with_price_of_time(model, 50.0)            # W, that is J for every second
 
     ∫ (P + λ) dt = E + λ·T
 
-What is minimised with such a model is the energy E plus λ times the duration T: steady costs, yaw
-and speed programmes, ramps and stops all know the price without being told. With λ = 0 that is the
-energy alone, with λ → ∞ the time alone. What a motion found so really draws is for the model
-without the price to say.
+The minimum of such a model is that of the energy E plus λ times the duration T. Steady costs, yaw
+profiles, speed profiles, ramps and stops all include it. λ = 0 gives the least energy, λ → ∞ the
+least time. The model without the weight gives the power of the motion that was found.
 
-The price acts behind everything else, at the source, so that no loss or limit of the supply changes
-it. It is no effect of the catalogue: no robot has it and no log can show it.
+The weight acts behind everything else, at the source: no loss or limit of the supply changes it. It
+is not an effect of the catalogue, since no robot has it and no log shows it.
 """
 
 from __future__ import annotations
@@ -24,11 +23,12 @@ from planner.power.model import PowerModel
 
 
 class PriceOfTime(Effect):
-    """Constant watts that stand for what a second is worth."""
+    """Constant watts: the worth of a second."""
 
-    # A name that no effect of a user's can have.
+    # No custom effect can have this name.
     slug = "_price_of_time"
     title = "price of time"
+    loss = True
 
     price = Parameter(
         unit="W", default=0.0, null=0.0, bounds=(0.0, 1e12), fitted=False, doc="J for a second."
@@ -36,15 +36,15 @@ class PriceOfTime(Effect):
 
     @staticmethod
     def supply(price):  # type: ignore[no-untyped-def]  # takes real and complex numbers
-        """W beside what the source gives."""
+        """W in addition to what the source gives."""
         return price
 
 
 def with_price_of_time(model: PowerModel, price: float) -> PowerModel:
-    """The model with every second priced.
+    """The model with a time weight.
 
     Args:
-        model: without a price.
+        model: without a time weight.
         price: W (J for a second), ≥ 0.
     """
     return replace(

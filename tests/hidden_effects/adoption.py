@@ -80,7 +80,7 @@ def as_logged(case: Case, made: Made) -> dict[str, Any]:
         drive = VirtualRobot(str(made.robot), seed=case.number).profile(case.design)
         each = round(drive.row / drive.BIN)
         training = [k for k, label in enumerate(drive.labels) if label not in drive.held_out]
-        bins = drive.around[training, :, drive.AROUND.index("slope_rate")]
+        bins = drive.conditions[training, :, drive.CONDITIONS.index("slope_rate")]
         rows = bins.shape[1] // each
         true = bins[:, : rows * each].reshape(len(training) * rows, each).mean(axis=1)
         clean = _read(_drives(case, made, made.truth["strengths"])[0], made)

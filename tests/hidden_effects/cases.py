@@ -2,7 +2,7 @@
 
     for case in cases(["one", "none"], seeds=5): ...
 
-    one       each effect of the catalogue, twins included
+    one       each effect of the catalogue, twins included, also those that were added later
     none      nothing hidden, white noise;  none_ar: nothing hidden, autocorrelated noise
     two       thirty pairs
     outside   an effect that the catalogue does not have
@@ -22,6 +22,8 @@ from typing import Any
 
 import numpy as np
 
+from planner.power.catalogue import all_effects, find_effect
+
 Settings = dict[str, dict[str, Any]]
 
 KINDS = ("one", "none", "none_ar", "two", "outside", "tied", "hard")
@@ -35,13 +37,19 @@ TWINS = {
     "load_dependent_rolling": "sinkage",
 }
 
-EFFECTS = (
+FIRST = (
     "motor_heating", "load_dependent_rolling", "com_offset", "gear_asymmetry", "regeneration_limit",
     "viscous_drag", "stiction", "driver_loss", "sensor_rate", "slope_transition", "current_ripple",
     "wheel_preload", "wheel_slip", "yaw_scrub", "surface_rolling", "sinkage", "battery_sag",
     "converter_efficiency", "air_drag", "vibration", "cold_grease", "light_load_gear_drag", "wear",
     "wheel_imbalance", "roller_presliding",
 )  # fmt: skip
+"""Effects of the first edition: their order draws the pairs, so that these stay as they are."""
+CATALOGUE = tuple(slug for slug, effect in all_effects().items() if not effect.base)
+EFFECTS = (
+    *(slug for slug in FIRST if slug in CATALOGUE),
+    *(slug for slug in CATALOGUE if slug not in FIRST),
+)
 
 # Quantity that an effect outside the catalogue depends on, and those that may stand beside it.
 OUTSIDE: dict[str, tuple[str, tuple[str, ...]]] = {
@@ -149,6 +157,10 @@ def settings_of(slug: str, rng: np.random.Generator) -> dict[str, Any]:
     elif slug == "wheel_imbalance":
         uneven = rng.uniform(-0.5, 0.5, 4)
         own["excess"] = [float(e) for e in uneven - uneven.mean()]
+    else:
+        for name, parameter in find_effect(slug).parameters.items():
+            if parameter.grid:
+                own[name] = rng.uniform(min(parameter.grid), max(parameter.grid))
     return own
 
 
@@ -211,8 +223,11 @@ def none_ar(seeds: int) -> list[Case]:
 
 
 def two(seeds: int) -> list[Case]:
-    """Pairs in which each effect that is nobody's twin meets three others; 30 at five seeds."""
-    lone = [slug for slug in EFFECTS if slug not in TWINS]
+    """Pairs in which each effect that is nobody's twin meets three others; 30 at five seeds.
+
+    An effect of a later edition meets three of the first.
+    """
+    lone = [slug for slug in EFFECTS if slug in FIRST and slug not in TWINS]
     rng = np.random.default_rng(11)
     pairs: list[tuple[str, str]] = []
     while len(pairs) < 30:
@@ -222,6 +237,10 @@ def two(seeds: int) -> list[Case]:
             if pair not in pairs and len(pairs) < 30:
                 pairs.append(pair)
     pairs = pairs[: 6 * seeds]
+    for slug in EFFECTS:
+        if slug not in FIRST:
+            drawn = np.random.default_rng(number_of(f"two {slug}")).permutation(len(lone))
+            pairs += [(lone[k], slug) for k in drawn[: math.ceil(0.6 * seeds)]]
     return [_hiding("two", "+".join(pair), 0, pair) for pair in pairs]
 
 
@@ -261,7 +280,7 @@ def tied(seeds: int) -> list[Case]:
 
 def hard(seeds: int) -> list[Case]:
     """Noise and sensors that are worse than the method assumes."""
-    lone = [slug for slug in EFFECTS if slug not in TWINS]
+    lone = [slug for slug in EFFECTS if slug in FIRST and slug not in TWINS]
     made = []
     for seed in range(4 * seeds):
         rng = np.random.default_rng(number_of(f"hard {seed}"))

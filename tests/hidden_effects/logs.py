@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from planner.power.vehicles import VEHICLE_FOLDER
 from planner.telemetry import virtual
 from planner.telemetry.virtual import QUIET, Noise, Profile, VirtualLog, VirtualRobot
+from planner.telemetry.virtual.hidden import largest_scale, scaled
 from tests.hidden_effects.cases import SMALLEST_RHO, Case, Settings
 from tests.hidden_effects.visibility import View
 
@@ -171,7 +172,7 @@ def _strength(
     largest = _largest_scale(slug, usual)
     scale = min(1.0, largest)
     for _ in range(6):
-        settings = VirtualRobot.scaled(slug, usual, scale)
+        settings = scaled(usual, slug, scale)
         robot = VirtualRobot(str(toml), hidden={slug: settings}, seed=case.number)
         with_it = robot.drive(drive, noise=QUIET).select(_training(drive))
         change = with_it.truth["clean_power"] - clean
@@ -191,7 +192,7 @@ def _strength(
 
 def _largest_scale(slug: str, settings: Mapping[str, Any]) -> float:
     """Factor on the settings at which the first of them is beyond what a robot has."""
-    largest = VirtualRobot.largest_scale(slug)
+    largest = largest_scale(slug)
     for name, value in settings.items():
         values = value.values() if isinstance(value, Mapping) else np.atleast_1d(value)
         reach = max((abs(float(v)) for v in values), default=0.0)

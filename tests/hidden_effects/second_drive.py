@@ -45,16 +45,16 @@ def recommended_drive(
     motion = np.zeros((len(runs), bins + 1, len(Profile.MOTION)))
     labels = [f"again{k}" for k in range(len(runs))]
     drive = Profile.plain("recommended", motion, labels)
-    around, starts = drive.around, drive.starts
-    around[:, :, 3] = SAMPLING
+    conditions, starts = drive.conditions, drive.starts
+    conditions[:, :, 3] = SAMPLING
     starts[:, 3], starts[:, 7] = AIR, odometer
     for k, run in enumerate(runs):
         motion[k] = _motion(run["segments"], bins, vehicle)
         tilt = np.arccos(np.cos(motion[k, :, 3]) * np.cos(motion[k, :, 4]))
-        around[k, :, 0] = np.abs(np.diff(tilt)) / Profile.BIN
+        conditions[k, :, 0] = np.abs(np.diff(tilt)) / Profile.BIN
         starts[k, 0] = run.get("payload") or 0.0
         if run.get("motor_temp") is not None:
-            around[k, :, 5] = run["motor_temp"]
+            conditions[k, :, 5] = run["motor_temp"]
     return drive
 
 

@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.power.catalogue import all_effects
+from planner.power.catalogue import all_effects, find_effect
 from planner.power.model import PowerModel
 from planner.power.vehicles import load_vehicle
 from planner.telemetry.logs import Telemetry
@@ -68,7 +68,8 @@ class View:
         self.rows = log.rows_for(self.model.surfaces)[:: self.step]
         self.tangent, self.columns = _derivatives(self.model, self.rows)
         if not case.power_at_source:
-            self.columns.pop("battery_sag", None)
+            for slug in [slug for slug in self.columns if find_effect(slug).before_meter]:
+                del self.columns[slug]
         inputs = _reading(measured, folder / f"{toml.stem}-inputs.parquet", case)
         missed = (inputs.power - predict(self.model, inputs))[:: self.step]
         self.misfit = float(np.sqrt(np.mean(_left(missed, self.tangent) ** 2)))

@@ -4,7 +4,7 @@
     I = 2·P / (V + √(V² - 4·R_b·P))        where U is not known
 
 U is the voltage under load, V that without. The second is the smaller root of V·I - R_b·I² = P,
-written so that R_b = 0 is no special case.
+written so that R_b = 0 is not a special case.
 
 Sign
     P is the power that leaves the battery's terminals; charging loses too.
@@ -29,6 +29,9 @@ class BatterySag(Effect):
 
     slug = "battery_sag"
     title = "inside the battery"
+    loss = True
+    before_meter = True
+    how_to_measure = "Measure the power at the source, and say so in the mapping file."
 
     internal_resistance = Parameter(
         unit="Ω",

@@ -22,6 +22,7 @@ class ColdGrease(Effect):
 
     slug = "cold_grease"
     title = "grease of the gears"
+    loss = True
 
     viscosity = Parameter(
         unit="N·m·s",

@@ -27,6 +27,7 @@ class ComOffset(Effect):
 
     slug = "com_offset"
     title = "centre of mass off the centre"
+    how_to_measure = "Carry a load off the centre, with columns com_x and com_y."
 
     gain = Parameter(
         unit="1",

@@ -22,6 +22,8 @@ class ConverterEfficiency(Effect):
 
     slug = "converter_efficiency"
     title = "voltage converter"
+    loss = True
+    how_to_measure = "Vary the load of the electronics, or measure before and behind it."
 
     efficiency = Parameter(
         unit="1",

@@ -9,7 +9,7 @@ Source
 Holds for
     25 °C; motor_heating moves R and k_t with temperature.
 Left out
-    inductance, and the drop at the brushes beside what the data sheet's resistance contains.
+    inductance, and the drop at the brushes beyond what the data sheet's resistance contains.
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample

@@ -22,6 +22,8 @@ class CurrentRipple(Effect):
 
     slug = "current_ripple"
     title = "ripple of the motor currents"
+    loss = True
+    how_to_measure = "Measure the currents of the motors, or the winding's resistance."
 
     ripple_squared = Parameter(
         unit="1",
@@ -34,7 +36,7 @@ class CurrentRipple(Effect):
 
     @staticmethod
     def motor_loss(current, resistance_now, ripple_squared):
-        """W lost in one winding beside that of the mean current."""
+        """W lost in one winding in addition to that of the mean current."""
         return resistance_now * current * current * ripple_squared
 
     examples = (

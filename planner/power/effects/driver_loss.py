@@ -24,6 +24,7 @@ class DriverLoss(Effect):
 
     slug = "driver_loss"
     title = "motor drivers"
+    loss = True
 
     bridge_resistance = Parameter(
         unit="Ω",
@@ -41,6 +42,7 @@ class DriverLoss(Effect):
         bounds=(0.0, 5.0),
         doc="Constant voltage drop in one bridge.",
         spread=0.5,
+        hidden_at=0.5,
     )
     switching_power = Parameter(
         unit="W",

@@ -22,6 +22,7 @@ class LightLoadGearDrag(Effect):
 
     slug = "light_load_gear_drag"
     title = "idling gears"
+    loss = True
 
     drag_torque = Parameter(
         unit="N·m",

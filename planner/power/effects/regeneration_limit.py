@@ -24,6 +24,7 @@ class RegenerationLimit(Effect):
 
     slug = "regeneration_limit"
     title = "refused braking power"
+    loss = True
 
     motor_share = Parameter(
         unit="1",
@@ -31,6 +32,7 @@ class RegenerationLimit(Effect):
         null=1.0,
         bounds=(0.0, 1.0),
         doc="Share of a motor's negative power that its driver passes to the bus.",
+        hidden_at=0.0,
     )
     source_share = Parameter(
         unit="1",

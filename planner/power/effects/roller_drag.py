@@ -1,4 +1,4 @@
-"""Drag of the rollers about their own axles, which makes sideways dearer than forward.
+"""Drag of the rollers about their own axles, which makes sideways cost more than forward.
 
     F = c_r·N·sgn(u) + d_r·u along each roller's rolling direction        P = Σ F·u
 

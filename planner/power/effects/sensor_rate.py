@@ -14,7 +14,7 @@ Holds for
 Left out
     processing whose cost depends on what is seen. Below f_max and without the column the term is
     linear in v, so that coulomb_drag or wheel_rolling can take its place; a sweep of the rate at
-    standstill parts them.
+    standstill separates them.
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample
@@ -26,6 +26,8 @@ class SensorRate(Effect):
 
     slug = "sensor_rate"
     title = "sampling of the sensors"
+    loss = True
+    how_to_measure = "Vary the sampling rate at standstill, with a column sensor_rate."
 
     energy_per_sample = Parameter(
         unit="J",

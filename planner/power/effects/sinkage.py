@@ -12,7 +12,7 @@ Holds for
     a rut that is shallow against the wheel's radius, first pass.
 Left out
     bulldozing, slip sinkage, passes in one's own rut. load_dependent_rolling on top of rolling has
-    nearly the same shape; a sweep of the mass and a second floor part them.
+    nearly the same shape; a sweep of the mass and a second floor separate them.
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample
@@ -24,6 +24,7 @@ class Sinkage(Effect):
 
     slug = "sinkage"
     title = "sinking into the ground"
+    loss = True
 
     compaction = Parameter(
         unit="1",
@@ -32,6 +33,7 @@ class Sinkage(Effect):
         bounds=(0.0, 5.0),
         doc="Resistance over load at the nominal load.",
         spread=1.0,
+        hidden_at=0.01,
     )
 
     @staticmethod

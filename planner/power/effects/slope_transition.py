@@ -24,6 +24,7 @@ class SlopeTransition(Effect):
 
     slug = "slope_transition"
     title = "edges of slopes"
+    loss = True
 
     transition_drag = Parameter(
         unit="N·s/rad",

@@ -20,6 +20,7 @@ class SurfaceRolling(Effect):
 
     slug = "surface_rolling"
     title = "kind of ground"
+    how_to_measure = "Drive the same on a second kind of ground, with a column surface."
 
     excess = Parameter(
         unit="1",
@@ -29,6 +30,7 @@ class SurfaceRolling(Effect):
         per="surface",
         doc="Relative change of the drag coefficients on this ground.",
         spread=0.5,
+        hidden_at=0.4,
     )
 
     @staticmethod

@@ -22,6 +22,7 @@ class Vibration(Effect):
 
     slug = "vibration"
     title = "shaking"
+    loss = True
 
     shaking_force = Parameter(
         unit="N",

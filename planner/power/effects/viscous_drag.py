@@ -21,6 +21,7 @@ class ViscousDrag(Effect):
 
     slug = "viscous_drag"
     title = "viscous drag of motor and gear"
+    loss = True
 
     viscous_torque = Parameter(
         unit="N·m·s",

@@ -11,7 +11,7 @@ Holds for
     coefficients are those of its beginning.
 Left out
     running-in, the shrinking radius, replacement of parts. Anything else that drifts during a log
-    (warming grease, dust) looks alike; reference laps weeks apart part them.
+    (warming grease, dust) looks the same; reference laps weeks apart separate them.
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample
@@ -22,6 +22,7 @@ class Wear(Effect):
 
     slug = "wear"
     title = "wear"
+    how_to_measure = "Repeat the same laps weeks apart."
 
     wear_rate = Parameter(
         unit="1/m",
@@ -30,6 +31,7 @@ class Wear(Effect):
         bounds=(0.0, 0.1),
         doc="Relative rise of rolling and roller drag per metre.",
         spread=1.0,
+        hidden_at=1e-4,
     )
 
     @staticmethod

@@ -32,6 +32,7 @@ class WheelImbalance(Effect):
         per="wheel",
         doc="Relative change of this wheel's drag; the mean over wheels is taken off.",
         spread=0.5,
+        hidden_at=0.4,
     )
 
     @staticmethod

@@ -6,7 +6,7 @@ For four Mecanum wheels ν is +, +, -, - in the order of the wheels: the front p
 rear with λ newton at every rim.
 
 Sign
-    either sign of λ is possible and nobody knows which pair leads; the power is the mean of both,
+    either sign of λ is possible and the leading pair is unknown; the power is the mean of both,
     so it depends on λ² only, which is the parameter. A loss in sum: copper and gear.
 Source
     null space of the force balance, own derivation; caused by unequal wheel radii, controller gains
@@ -26,6 +26,7 @@ class WheelPreload(Effect):
 
     slug = "wheel_preload"
     title = "wheels fighting each other"
+    loss = True
 
     preload_squared = Parameter(
         unit="N²",

@@ -26,6 +26,7 @@ class WheelSlip(Effect):
 
     slug = "wheel_slip"
     title = "slip of the wheels"
+    loss = True
 
     creep = Parameter(
         unit="1",

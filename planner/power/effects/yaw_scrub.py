@@ -22,13 +22,14 @@ class YawScrub(Effect):
 
     slug = "yaw_scrub"
     title = "scrub in turns"
+    loss = True
 
     scrub_moment = Parameter(
         unit="N·m",
         default=1.0,
         null=0.0,
         bounds=(0.0, 1e4),
-        doc="Moment against the yaw rate beside that of rolling.",
+        doc="Moment against the yaw rate in addition to that of rolling.",
         spread=1.0,
     )
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from planner.arrays import Array
 from planner.errors import ModelError
-from planner.power.effect import HOOKS, Parameter
+from planner.power.effect import HOOKS, Effect, Parameter
 from planner.power.formulas.dimensions import Dimension, parse_unit
 from planner.power.formulas.formula import FUNCTIONS, Formula
 from planner.quantities import QUANTITIES
@@ -69,10 +69,7 @@ def read_parameters(declared: Any, field: str) -> tuple[dict[str, Parameter], di
     return parameters, dimensions
 
 
-_TAKEN = (
-    *("slug", "title", "base", "exchange", "examples", "parameters", "hooks", "reads"),
-    *("stages", "summary", "definition", "kernel_text"),
-)
+_TAKEN = frozenset((*Effect.__annotations__, *vars(Effect)))
 """Attributes of an effect that a parameter must not hide."""
 
 

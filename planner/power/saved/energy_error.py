@@ -6,8 +6,8 @@
     error.scale, error.degrees_of_freedom            # what held-out runs said about both
 
 Made by planner.telemetry.estimation from the log that a model was fitted to, kept with
-the model, and read where the energy of a route is told (planner.search.results.energy_interval).
-The noise of a drive's measured energy is
+the model, and read where the energy of a route is reported
+(planner.search.results.energy_interval). The noise of a drive's measured energy is
 
     Var = correlation_time · Σ σ(|P|)²·dt  +  (run_offset·T)²  +  (run_gain·E)²
 
@@ -19,7 +19,7 @@ other, and longer where they are not. The other two do not average out along a d
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -107,32 +107,15 @@ class EnergyError:
 
     def document(self) -> dict[str, Any]:
         """Ready for strict JSON."""
-        return {
-            "noise": {
-                "powers_w": list(self.powers_w),
-                "spreads_w": list(self.spreads_w),
-                "correlation_time_s": self.correlation_time_s,
-                "run_offset_w": self.run_offset_w,
-                "run_gain": self.run_gain,
-            },
-            "held_out": {
-                "runs": self.runs,
-                "scale": self.scale,
-                "degrees_of_freedom": self.degrees_of_freedom,
-            },
-        }
+        noise = asdict(self)
+        held_out = {name: noise.pop(name) for name in ("runs", "scale", "degrees_of_freedom")}
+        lists = {name: list(noise[name]) for name in ("powers_w", "spreads_w")}
+        return {"noise": noise | lists, "held_out": held_out}
 
     @classmethod
     def from_document(cls, document: Any) -> EnergyError:
         """What ``document`` wrote, checked by saved_model."""
-        noise, held_out = document["noise"], document["held_out"]
-        return cls(
-            tuple(noise["powers_w"]),
-            tuple(noise["spreads_w"]),
-            noise["correlation_time_s"],
-            noise["run_offset_w"],
-            noise["run_gain"],
-            held_out["scale"],
-            held_out["degrees_of_freedom"],
-            held_out["runs"],
-        )
+        both = {**document["noise"], **document["held_out"]}
+        values: dict[str, Any] = {field.name: both[field.name] for field in fields(cls)}
+        tuples = {name: tuple(values[name]) for name in ("powers_w", "spreads_w")}
+        return cls(**values | tuples)

@@ -31,7 +31,7 @@ def defaults_in_words(vehicle: Vehicle, values: Values) -> list[str]:
 
 
 def _value(vehicle: Vehicle, values: Values, key: str) -> tuple[float, str] | None:
-    """Value and unit; None for what is no default, or a key of another version's model file."""
+    """Value and unit; None for a given value, or a key of another version's model file."""
     table, _, name = key.partition(".")
     if (table, name) in EFFECT_KEYS:
         return _parameter(vehicle, values, *EFFECT_KEYS[table, name])

@@ -19,10 +19,10 @@ from typing import Any
 import numpy as np
 
 from planner.power.kinematics import COLUMNS, WheelLayout
+from planner.power.vehicles.vehicle_keys import NUMBERS, between
 from planner.reading import finite_number
 
 _NUMBERS = ("mass", "length", "width", "com_height", "gear_ratio", "traction")
-_LIMITS = ("speed", "yaw_rate", "acceleration", "current", "voltage", "continuous_torque")
 
 
 @dataclass(frozen=True)
@@ -102,22 +102,15 @@ class Vehicle:
             raise ValueError(f"wheels: three or more rows of {COLUMNS} numbers")
         if not np.isfinite(table).all():
             raise ValueError("wheels: not finite")
-        limits, battery = document["limits"], document["battery"]
         return cls(
             name=_text(document["name"]),
             title=_text(document["title"]),
-            **{key: _size(document[key], key) for key in _NUMBERS if key != "com_height"},
-            com_height=_not_negative(document["com_height"], "com_height"),
-            layout=WheelLayout(table, _size(document["wheels"]["radius"], "radius")),
-            limits=Limits(
-                **{key: _positive(_number_or_inf(limits[key]), key) for key in _LIMITS},
-                clearance=_not_negative(limits["clearance"], "clearance"),
-            ),
-            battery=Battery(
-                voltage=_size(battery["voltage"], "voltage"),
-                resistance=_not_negative(battery["resistance"], "resistance"),
-                capacity=_positive(_number_or_inf(battery["capacity"]), "capacity"),
-            ),
+            **_numbers("body", document),
+            layout=WheelLayout(table, _number("wheels", "radius", document["wheels"]["radius"])),
+            gear_ratio=_number("drive", "gear_ratio", document["gear_ratio"]),
+            traction=_number("contact", "traction", document["traction"]),
+            limits=Limits(**_numbers("limits", document["limits"])),
+            battery=Battery(**_numbers("battery", document["battery"])),
             parameters={
                 slug: {name: _parameter(value) for name, value in values.items()}
                 for slug, values in document["parameters"].items()
@@ -144,28 +137,18 @@ def _parameter(value: Any) -> Any:
     return number
 
 
-def _number_or_inf(value: Any) -> float:
-    return math.inf if value is None else float(value)
+def _numbers(table: str, given: Mapping[str, Any]) -> dict[str, float]:
+    return {key: _number(table, key, given[key]) for key, *_ in NUMBERS[table]}
 
 
-def _positive(value: Any, key: str) -> float:
+def _number(table: str, key: str, value: Any) -> float:
+    """A number in the range that the TOML file has for it; None stands for no limit."""
+    _, unit, default, low, high = next(row for row in NUMBERS[table] if row[0] == key)
+    if value is None and default == math.inf:
+        return math.inf
     number = float(value)
-    if not number > 0.0:
-        raise ValueError(f"{key}: {value!r} is not above 0")
-    return number
-
-
-def _size(value: Any, key: str) -> float:
-    number = _positive(value, key)
-    if math.isinf(number):
-        raise ValueError(f"{key}: not finite")
-    return number
-
-
-def _not_negative(value: Any, key: str) -> float:
-    number = float(value)
-    if not 0.0 <= number < math.inf:
-        raise ValueError(f"{key}: {value!r} is not a number of 0 or more")
+    if not low <= number <= high:
+        raise ValueError(f"{key}: {value!r} is not in {between(low, high, unit)}")
     return number
 
 

@@ -110,31 +110,28 @@ class _Reader:
         name = self._text("name", self.document)
         layout = self._layout()
         active = self._effects(layout.wheel_count)
-        body = {key: self._number("body", key) for key, *_ in NUMBERS["body"]}
         return Vehicle(
             name=name or Path(self.place).stem,
             title=self._text("title", self.document) or name,
-            mass=body["mass"],
-            length=body["length"],
-            width=body["width"],
-            com_height=body["com_height"],
+            **self._numbers("body"),
             layout=layout,
             gear_ratio=self._number("drive", "gear_ratio"),
             traction=self._number("contact", "traction"),
-            limits=Limits(**{key: self._number("limits", key) for key, *_ in NUMBERS["limits"]}),
-            battery=Battery(
-                **{key: self._number("battery", key) for key, *_ in NUMBERS["battery"]}
-            ),
+            limits=Limits(**self._numbers("limits")),
+            battery=Battery(**self._numbers("battery")),
             parameters=self.parameters,
             active=active,
             sources=self.sources,
             defaults_taken=tuple(self.defaults),
         )
 
+    def _wrong(self, place: str, problem: str, **more: Any) -> VehicleError:
+        return VehicleError(f"{self.place} {place}", problem, **more)
+
     def _table(self, name: str) -> dict[str, Any]:
         table = self.document.get(name, {})
         if not isinstance(table, dict):
-            raise VehicleError(f"{self.place} [{name}]", "not a table", accepted=f"[{name}] …")
+            raise self._wrong(f"[{name}]", "not a table", accepted=f"[{name}] …")
         return table
 
     def _refuse_unknown(self, table: dict[str, Any], known: set[str], place: str) -> None:
@@ -142,10 +139,8 @@ class _Reader:
             if key not in known:
                 near = difflib.get_close_matches(key, known, 1)
                 hint = f"{near[0]!r}? one of " if near else ""
-                raise VehicleError(
-                    f"{self.place} {place}{key}",
-                    "unknown key",
-                    accepted=hint + ", ".join(sorted(known)),
+                raise self._wrong(
+                    f"{place}{key}", "unknown key", accepted=hint + ", ".join(sorted(known))
                 )
 
     def _value(self, place: str, raw: Any, unit: str, low: float, high: float) -> float:
@@ -155,8 +150,8 @@ class _Reader:
         number = finite_number(raw)
         if number is None or not low <= number <= high:
             real = isinstance(raw, int | float) and not isinstance(raw, bool)
-            raise VehicleError(
-                f"{self.place} {place}",
+            raise self._wrong(
+                place,
                 "out of range" if real else "not a number",
                 value=raw,
                 accepted=between(low, high, unit),
@@ -167,18 +162,14 @@ class _Reader:
         self._refuse_unknown(raw, {"value", "unit", "source"}, place + " ")
         given = raw.get("unit", unit)
         if given != unit:
-            raise VehicleError(
-                f"{self.place} {place}", "unit is not the SI one", value=given, accepted=unit
-            )
+            raise self._wrong(place, "unit is not the SI one", value=given, accepted=unit)
         if "source" in raw:
             self.sources[place] = self._text("source", raw, f"{place} ")
 
     def _text(self, key: str, table: dict[str, Any], place: str = "") -> str:
         text = table.get(key, "")
         if not isinstance(text, str):
-            raise VehicleError(
-                f"{self.place} {place}{key}", "not text", value=text, accepted='text in ""'
-            )
+            raise self._wrong(f"{place}{key}", "not text", value=text, accepted='text in ""')
         return text
 
     def _refuse_missing(self) -> None:
@@ -204,6 +195,9 @@ class _Reader:
             return default
         return self._value(f"{table}.{key}", raw, unit, low, high)
 
+    def _numbers(self, table: str) -> dict[str, float]:
+        return {key: self._number(table, key) for key, *_ in NUMBERS[table]}
+
     def _base_parameter(self, table: str, key: str, slug: str, name: str) -> None:
         parameter = all_effects()[slug].parameters[name]
         raw = self._table(table).get(key)
@@ -222,9 +216,7 @@ class _Reader:
         self._refuse_unknown(effects, candidates, "[effects] ")
         for slug, table in effects.items():
             if not isinstance(table, dict):
-                raise VehicleError(
-                    f"{self.place} [effects.{slug}]", "not a table", accepted="parameters"
-                )
+                raise self._wrong(f"[effects.{slug}]", "not a table", accepted="parameters")
             declared = catalogue[slug].parameters
             self._refuse_unknown(table, set(declared), f"[effects.{slug}] ")
             for key, raw in table.items():
@@ -235,8 +227,8 @@ class _Reader:
         if isinstance(named, list):
             wrong = [n for n in named if not isinstance(n, str) or n not in catalogue]
         if not isinstance(named, list) or wrong:
-            raise VehicleError(
-                f"{self.place} [effects] active",
+            raise self._wrong(
+                "[effects] active",
                 "not a list of effects",
                 value=wrong,
                 accepted=", ".join(sorted(candidates)),
@@ -252,8 +244,8 @@ class _Reader:
     def _effect_value(self, place: str, raw: Any, parameter: Parameter, wheels: int) -> Any:
         if parameter.per == "wheel" and isinstance(raw, list):
             if len(raw) != wheels:
-                raise VehicleError(
-                    f"{self.place} {place}",
+                raise self._wrong(
+                    place,
                     "not one value a wheel",
                     value=raw,
                     accepted=f"a list of {wheels} numbers in {parameter.unit}",
@@ -270,8 +262,8 @@ class _Reader:
         layout = self._wheels()
         # Axle forces that cannot push and turn the body in every direction leave it adrift.
         if np.linalg.matrix_rank(layout.table[:, RIM : RIM + 3], tol=1e-6) < 3:
-            raise VehicleError(
-                f"{self.place} [wheels]",
+            raise self._wrong(
+                "[wheels]",
                 "the wheels cannot move the robot in every direction",
                 value=self._table("wheels"),
                 accepted="wheels and rollers that together act along x, along y and about z",
@@ -296,8 +288,8 @@ class _Reader:
                 self._described("wheels.angles", raw, "rad")
                 raw = raw.get("value")
             if not isinstance(raw, list) or len(raw) < 3:
-                raise VehicleError(
-                    f"{self.place} [wheels] angles",
+                raise self._wrong(
+                    "[wheels] angles",
                     "not a list of wheel angles",
                     value=raw,
                     accepted="three or more angles in rad",
@@ -308,9 +300,6 @@ class _Reader:
                 radius=radius,
                 roller_angle=math.pi / 2 if math.isnan(angle) else angle,
             )
-        raise VehicleError(
-            f"{self.place} [wheels] layout",
-            "unknown wheel layout",
-            value=kind,
-            accepted="mecanum, omni",
+        raise self._wrong(
+            "[wheels] layout", "unknown wheel layout", value=kind, accepted="mecanum, omni"
         )

@@ -26,8 +26,9 @@ bends. Body axes on a slope see w·v a little longer than the map, which adds a 
 Where an effect of the model changes what is rubbed off at wheels or rollers, these count nothing.
 
 Left out: with wind so strong that this share outweighs d, no route is taken to be longer than a
-hundred straight lines. A formula of the user's own may give energy back: such models, and the
-printed ones, get no more than min(0, M·g·Δz), which then is no proven bound.
+hundred straight lines. A formula of the user's own, or an effect that is not declared a ``loss``,
+may give energy back: such models, and the printed ones, get no more than min(0, M·g·Δz), which then
+is no proven bound.
 """
 
 from __future__ import annotations
@@ -39,6 +40,7 @@ import numpy as np
 
 from planner.arrays import Array
 from planner.cache import CACHE
+from planner.power.effect import Effect
 from planner.power.kernel_math import REST_SPEED, SLIDING_SPEED
 from planner.power.kinematics import LOAD, RIM, ROLLER
 from planner.power.model import PowerModel
@@ -64,7 +66,7 @@ def lower_bound(around: Circumstances, distance: float, climb: float, steepest: 
     """
     weight = around.mass * STANDARD_GRAVITY
     model = around.model
-    if model.kind != "sound" or any(effect.definition is not None for effect in model.effects):
+    if model.kind != "sound" or not all(map(_is_bounded, model.effects)):
         return min(0.0, weight * climb)
     push = _wind_push(around)
     metre = 0.0 if _may_creep(around, distance) else floor_per_metre(around, steepest)
@@ -74,6 +76,12 @@ def lower_bound(around: Circumstances, distance: float, climb: float, steepest: 
     efficiency = parameter_value(model, "gear_loss", "efficiency")
     dissipated += (1.0 / efficiency - 1.0) * max(0.0, through_gears)
     return dissipated + through_gears
+
+
+def _is_bounded(effect: type[Effect]) -> bool:
+    """Whether the bound holds beside an effect: a loss, or one of those that it looks at."""
+    known = effect.base or effect.loss or effect.slug in ("air_drag", "com_offset", "motor_heating")
+    return known or {*effect.hooks} <= {"contact_factor", "roller_factor", "gear_return"}
 
 
 def _may_creep(around: Circumstances, distance: float) -> bool:

@@ -1,8 +1,8 @@
-"""Which run would tell apart what a log cannot: chosen by what it adds to the evidence.
+"""Which run separates aliased effects: chosen by what it adds to the evidence.
 
     advice = Advice(examination, selection, log)
     advice.experiments()                   # one for every tie
-    advice.what_would_help("yaw_scrub")    # for an effect that this log cannot tell
+    advice.what_would_help("yaw_scrub")    # for an effect that is not identifiable
     advice.not_told(["air_drag"])          # all those, when air_drag is named
 
 A list of feasible runs is laid out (manoeuvre × load × temperature, all of the same length), each
@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 
 from planner.arrays import Array
 from planner.power.catalogue import all_effects
+from planner.power.effect import Effect
 from planner.power.rows import gravity_columns, rows_from
 from planner.quantities import INDEX, STANDARD_GRAVITY
 from planner.telemetry.diagnosis.results import Experiment, NotTestable
@@ -45,11 +46,11 @@ WARM, COLD = 60.0, 20.0
 LOADED = 0.4
 """Payload of a loaded run, as a share of the robot's mass, unless the log has a heavier one."""
 HOPELESS = 1.0
-"""Distance in standard deviations below which a run is no advice."""
+"""Distance in standard deviations below which a run is not recommended."""
 HINT = 3.0
 """Standard errors from which an effect that is not named is mentioned."""
 CLEARLY = 5.0
-"""Distance in standard deviations from which effects count as told apart."""
+"""Distance in standard deviations from which effects count as separated."""
 ROUGH = 0.25
 """What a row counts in which the speed changes: its mean over half a second leaves out of the
 changes of friction as much as the power has noise (docs/virtual-robot.md), and lastingly."""
@@ -70,29 +71,19 @@ class Run:
     def demands(self) -> tuple[int, int]:
         """Temperatures that the motors have to be brought to, and how few loads are carried.
 
-        Loads are changed at once, and tell what is hardest to tell otherwise: the shape of a drag.
+        Loads are changed at once, and show the shape of a drag, which is the hardest to identify.
         """
         runs = self.settings["runs"]
         heats, loads = ({run[name] for run in runs} for name in ("motor_temp", "payload"))
         return len(heats), -len(loads)
 
 
-def _segment(
-    vx: float,
-    vy: float,
-    wz: float = 0.0,
-    pitch: float = 0.0,
-    roll: float = 0.0,
-    acceleration: float = 0.0,
-) -> dict[str, float]:
-    return {
-        "vx": round(vx, 3),
-        "vy": round(vy, 3),
-        "wz": round(wz, 3),
-        "pitch": round(pitch, 4),
-        "roll": round(roll, 4),
-        "acceleration": round(acceleration, 3),
-    }
+_DIGITS = {"vx": 3, "vy": 3, "wz": 3, "pitch": 4, "roll": 4, "acceleration": 3}
+
+
+def _segment(vx: float, vy: float, wz: float = 0.0, **more: float) -> dict[str, float]:
+    given = {"vx": vx, "vy": vy, "wz": wz, **more}
+    return {name: round(given.get(name, 0.0), digits) for name, digits in _DIGITS.items()}
 
 
 def _manoeuvres(top: float, turn: float) -> dict[str, list[dict[str, float]]]:
@@ -231,11 +222,11 @@ class Advice:
         return np.sqrt(np.maximum(np.stack(left), 0.0))
 
     def experiments(self) -> tuple[Experiment, ...]:
-        """One experiment for every selected effect that has rivals."""
+        """One experiment for every selected effect that has aliases."""
         advice = []
         standings = {s.name: s for s in self.selection.standings}
-        for name, rivals in self.selection.ties.items():
-            known = [r for r in rivals if r in standings]
+        for name, aliases in self.selection.ties.items():
+            known = [r for r in aliases if r in standings]
             if not known or name not in standings:
                 continue
             mine = standings[name].member.columns
@@ -262,10 +253,10 @@ class Advice:
         return tuple(advice)
 
     def _distance(
-        self, gram: Array, mine: Sequence[int], strength: Array, rival: Sequence[int]
+        self, gram: Array, mine: Sequence[int], strength: Array, alias: Sequence[int]
     ) -> float:
-        """Standard deviations between an effect and the nearest that a rival could imitate."""
-        rest = np.array([*self.examination.evidence.tangent.tolist(), *rival])
+        """Standard deviations between an effect and the nearest that a alias could imitate."""
+        rest = np.array([*self.examination.evidence.tangent.tolist(), *alias])
         left = _left(gram, rest, np.array(mine))
         return float(np.sqrt(max(float(strength @ left @ strength), 0.0)))
 
@@ -277,7 +268,7 @@ class Advice:
         return sorted(n for n in reads if n not in self.log.present and n not in derived)
 
     def not_told(self, selected: Collection[str]) -> tuple[NotTestable, ...]:
-        """Effects that this log cannot tell, hardly tells, or only hints at, and what would help.
+        """Effects that are not identifiable from this log, or hardly, and what would help.
 
         Args:
             selected: effects that are named.
@@ -292,7 +283,7 @@ class Advice:
                 but = "held-out rows do not" if standing.name in chosen else "too little to name it"
                 hint = f"the log hints at it, {standing.z:.1f} standard errors, {but}"
                 reasons[standing.name] = hint
-        tied = {rival for name in selected for rival in self.selection.ties.get(name, ())}
+        tied = {alias for name in selected for alias in self.selection.ties.get(name, ())}
         return tuple(
             NotTestable(slug, why, self.what_would_help(slug))
             for slug, why in sorted(reasons.items())
@@ -308,8 +299,9 @@ class Advice:
             for k, c in enumerate(competitors.library.candidates)
             if c.effect == slug
         ]
-        if slug == "battery_sag":
-            return "Measure the power at the source, and say so in the mapping file."
+        effect = all_effects().get(slug)
+        if effect and effect.before_meter:
+            return effect.how_to_measure
         if columns:
             at, amplitudes = zip(*columns, strict=True)
             apart = (self._alone[:, list(at)] * np.abs(amplitudes)).max(axis=1)
@@ -317,17 +309,7 @@ class Advice:
                 return self._runs[int(apart.argmax())][0].sentence
         if missing:
             return f"Log {' and '.join(missing)}."
-        return _ELSE.get(slug, "No run of the robot alone; measure the effect by itself.")
-
-
-_ELSE = {
-    "current_ripple": "Measure the currents of the motors, or the winding's resistance.",
-    "converter_efficiency": "Vary the load of the electronics, or measure before and behind it.",
-    "surface_rolling": "Drive the same on a second kind of ground, with a column surface.",
-    "wear": "Repeat the same laps weeks apart.",
-    "sensor_rate": "Vary the sampling rate at standstill, with a column sensor_rate.",
-    "com_offset": "Carry a load off the centre, with columns com_x and com_y.",
-}
+        return (effect or Effect).how_to_measure
 
 
 def _left(gram: Array, base: NDArray[np.intp], at: NDArray[np.intp]) -> Array:

@@ -225,11 +225,12 @@ def _columns(
 ) -> tuple[list[Column], dict[str, str]]:
     columns: list[Column] = []
     absent: dict[str, str] = {}
-    if "battery_sag" in wanted and log.power_at != "source":
-        absent["battery_sag"] = (
-            "power was measured at the terminals, behind the battery's own resistance; a mapping "
-            'file with power_at = "source" would say otherwise'
-        )
+    for effect in full.effects:
+        if effect.slug in wanted and effect.before_meter and log.power_at != "source":
+            absent[effect.slug] = (
+                "power was measured at the terminals, behind the battery's own resistance; a "
+                'mapping file with power_at = "source" would say otherwise'
+            )
     reference = reference_surface(full, log)
     shapes = {
         effect.slug: [
@@ -291,6 +292,6 @@ def _why_absent(effect: type[Effect], log: Telemetry) -> str:
     missing = sorted(name for name in effect.reads if name not in log.present)
     if missing:
         return f"the log has no {' and no '.join(missing)}"
-    if effect.slug == "surface_rolling":
+    if any(parameter.per == "surface" for parameter in effect.parameters.values()):
         return "the log knows only one kind of ground"
     return "what it acts on does not occur in this log"

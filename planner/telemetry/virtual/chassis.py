@@ -30,50 +30,83 @@ from planner.arrays import Array
 from planner.power.vehicles import VEHICLE_FOLDER, Vehicle, load_vehicle
 
 
-class Chassis(NamedTuple):
-    """Constants of one robot, SI; per-wheel arrays have shape (n,) or (n, 3)."""
+class Body(NamedTuple):
+    """Masses in kg, kg·m², m; (3, 3) plane of the springs from weight and its two moments."""
 
     mass: float
     yaw_inertia: float
     com_height: float
-    wheel_radius: float
-    wheel_inertia: float
+    spring_plane: Array
+
+
+class Wheels(NamedTuple):
+    """Radius in m, kg·m² of one wheel, and (n,) places of the hubs.
+
+    ``rim`` and ``spin`` are (n, 3): speed of the rim, and of the contact roller's surface, for a
+    body velocity (vx, vy, wz).
+    """
+
+    radius: float
+    inertia: float
+    x: Array
+    y: Array
+    rim: Array
+    spin: Array
+
+
+class Contacts(NamedTuple):
+    """Drag coefficients, and how contacts share a force.
+
+    Attributes:
+        pull, drag: (n, 3) force and moment on the body of one newton along the roller's axle, and
+            along its free direction.
+        axle_on_rim, drag_on_rim: (n,) part of such a newton that the hub's torque has to hold.
+        stiffness: (3, 3) rigid motion of the contacts from the resultant.
+        fight: (n,) force along each roller's axle that adds up to nothing, one newton at the rim.
+    """
+
+    rolling: float
+    roller: float
+    roller_viscous: float
+    pull: Array
+    drag: Array
+    axle_on_rim: Array
+    drag_on_rim: Array
+    stiffness: Array
+    fight: Array
+
+
+class Motors(NamedTuple):
+    """One motor with its gear; ``even_heat`` gives all of them one temperature."""
+
     gear_ratio: float
     mesh_friction: float
     torque_constant: float
     resistance: float
     rotor_inertia: float
     coulomb_torque: float
-    rolling: float
-    roller: float
-    roller_viscous: float
-    electronics: float
     highest_voltage: float
     highest_current: float
-    battery_voltage: float
-    battery_resistance: float
-    battery_charge: float
     even_heat: bool
-    """True: all motors have one temperature, as on a common mount."""
-    x: Array
-    y: Array
-    rim: Array
-    """(n, 3): rim speed of a body velocity (vx, vy, wz)."""
-    spin: Array
-    """(n, 3): surface speed of the contact roller."""
-    pull: Array
-    """(n, 3): force and moment on the body of one newton along the roller's axle."""
-    drag: Array
-    """(n, 3): force and moment on the body of one newton along the roller's free direction."""
-    axle_on_rim: Array
-    drag_on_rim: Array
-    """(n,): part of such a newton that the hub's torque has to hold."""
-    spring_plane: Array
-    """(3, 3): plane of spring forces from weight and its two moments."""
-    stiffness: Array
-    """(3, 3): rigid motion of the contacts from the resultant."""
-    fight: Array
-    """(n,): force along each roller's axle that adds up to nothing, one newton at the rim."""
+
+
+class Supply(NamedTuple):
+    """W of the electronics; V, Ω and C of the battery."""
+
+    electronics: float
+    voltage: float
+    resistance: float
+    charge: float
+
+
+class Chassis(NamedTuple):
+    """Constants of one robot, SI."""
+
+    body: Body
+    wheels: Wheels
+    contacts: Contacts
+    motors: Motors
+    supply: Supply
 
 
 def build_chassis(vehicle: Vehicle, wheels: dict[str, Any], *, even_heat: bool) -> Chassis:
@@ -97,41 +130,46 @@ def build_chassis(vehicle: Vehicle, wheels: dict[str, Any], *, even_heat: bool) 
     drag = np.einsum("nk,nkj->nj", free, ground)
     on_rim = np.sum(axles * directions, axis=1)
     plane = np.column_stack([np.ones(n), places])
-    value = vehicle.parameters
-    return Chassis(
-        mass=vehicle.mass,
-        yaw_inertia=float(value["inertia"]["yaw_inertia"]),
-        com_height=vehicle.com_height,
-        wheel_radius=_number(wheels, "radius"),
-        wheel_inertia=float(value["inertia"]["wheel_inertia"]),
-        gear_ratio=vehicle.gear_ratio,
-        mesh_friction=1.0 / float(value["gear_loss"]["efficiency"]) - 1.0,
-        torque_constant=float(value["copper_loss"]["torque_constant"]),
-        resistance=float(value["copper_loss"]["resistance"]),
-        rotor_inertia=float(value["inertia"]["rotor_inertia"]),
-        coulomb_torque=float(value["coulomb_drag"]["coulomb_torque"]),
-        rolling=float(value["wheel_rolling"]["rolling"]),
-        roller=float(value["roller_drag"]["roller"]),
-        roller_viscous=float(value["roller_drag"]["roller_viscous"]),
-        electronics=float(value["electronics"]["power"]),
-        highest_voltage=vehicle.limits.voltage,
-        highest_current=vehicle.limits.current,
-        battery_voltage=vehicle.battery.voltage,
-        battery_resistance=vehicle.battery.resistance,
-        battery_charge=vehicle.battery.capacity / vehicle.battery.voltage,
-        even_heat=even_heat,
+
+    def number(slug: str, name: str) -> float:
+        return float(vehicle.parameters[slug][name])
+
+    springs = np.linalg.inv(plane.T @ plane)
+    body = Body(vehicle.mass, number("inertia", "yaw_inertia"), vehicle.com_height, springs)
+    hubs = Wheels(
+        radius=_number(wheels, "radius"),
+        inertia=number("inertia", "wheel_inertia"),
         x=np.ascontiguousarray(places[:, 0]),
         y=np.ascontiguousarray(places[:, 1]),
         rim=np.ascontiguousarray(rim),
         spin=np.ascontiguousarray(spin),
+    )
+    contacts = Contacts(
+        rolling=number("wheel_rolling", "rolling"),
+        roller=number("roller_drag", "roller"),
+        roller_viscous=number("roller_drag", "roller_viscous"),
         pull=np.ascontiguousarray(pull),
         drag=np.ascontiguousarray(drag),
         axle_on_rim=on_rim,
         drag_on_rim=np.sum(free * directions, axis=1),
-        spring_plane=np.linalg.inv(plane.T @ plane),
         stiffness=np.linalg.inv(pull.T @ pull),
         fight=_fighting_pattern(pull, on_rim),
     )
+    motors = Motors(
+        gear_ratio=vehicle.gear_ratio,
+        mesh_friction=1.0 / number("gear_loss", "efficiency") - 1.0,
+        torque_constant=number("copper_loss", "torque_constant"),
+        resistance=number("copper_loss", "resistance"),
+        rotor_inertia=number("inertia", "rotor_inertia"),
+        coulomb_torque=number("coulomb_drag", "coulomb_torque"),
+        highest_voltage=vehicle.limits.voltage,
+        highest_current=vehicle.limits.current,
+        even_heat=even_heat,
+    )
+    battery = vehicle.battery
+    charge = battery.capacity / battery.voltage
+    supply = Supply(number("electronics", "power"), battery.voltage, battery.resistance, charge)
+    return Chassis(body, hubs, contacts, motors, supply)
 
 
 def read_vehicle(name: str, *, even_heat: bool = False) -> tuple[Vehicle, Chassis]:

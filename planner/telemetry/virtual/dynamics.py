@@ -34,8 +34,15 @@ BIN = STEP * STEPS_PER_BIN
 # Columns of the commands, per run and bin edge.
 MOTION: tuple[str, ...] = ("vx", "vy", "wz", "roll", "pitch")
 # Columns of the surroundings, per run and bin.
-AROUND: tuple[str, ...] = ("slope_rate", "wind_x", "wind_y", "sensor_rate", "surface", "motor_temp")
-AROUND += ("rolling_factor",)
+CONDITIONS: tuple[str, ...] = (
+    "slope_rate",
+    "wind_x",
+    "wind_y",
+    "sensor_rate",
+    "surface",
+    "motor_temp",
+)
+CONDITIONS += ("rolling_factor",)
 # Columns of what a run carries and starts with.
 START: tuple[str, ...] = (
     "payload",
@@ -82,12 +89,12 @@ _R_WINDING, _R_HOUSING = motors.WINDING_TO_HOUSING, motors.HOUSING_TO_AIR
 
 @njit(cache=True)
 def _wheels(
-    chassis: Any, hidden: Any, v: Any, dv: Any, g: Any, around: Any, start: Any, odometer: float,
-    lead: float, winding: Any, draws: Any, flows: Any
+    chassis: Any, hidden: Any, v: Any, dv: Any, g: Any, conditions: Any, start: Any,
+    odometer: float, lead: float, winding: Any, draws: Any, flows: Any
 ) -> float:  # fmt: skip
     """Fills ``draws`` (n, DRAWS) and ``flows`` (W by place); returns the worst limit's use."""
-    n = chassis.x.shape[0]
-    mass = chassis.mass + start[0]
+    n = chassis.wheels.x.shape[0]
+    mass = chassis.body.mass + start[0]
     cx = hidden.gain * start[1] + hidden.offset_x
     cy = hidden.gain * start[2] + hidden.offset_y
     flows[:] = 0.0
@@ -96,13 +103,13 @@ def _wheels(
     ay = dv[1] + dv[2] * cx + v[2] * (v[0] - v[2] * cy)
     fx = mass * (ax - g[0])
     fy = mass * (ay - g[1])
-    moment = chassis.yaw_inertia * dv[2] + cx * fy - cy * fx
+    moment = chassis.body.yaw_inertia * dv[2] + cx * fy - cy * fx
     flows[_GRAVITY] = -mass * (g[0] * (v[0] - v[2] * cy) + g[1] * (v[1] + v[2] * cx))
     # Air, bumps, edges of ramps and scrub act on the body.
     speed = math.sqrt(v[0] * v[0] + v[1] * v[1])
-    wind_x, wind_y = v[0] - around[1], v[1] - around[2]
+    wind_x, wind_y = v[0] - conditions[1], v[1] - conditions[2]
     gust = 0.5 * hidden.air_density * hidden.drag_area * math.sqrt(wind_x**2 + wind_y**2)
-    along = hidden.shaking_force + hidden.transition_drag * around[0]
+    along = hidden.shaking_force + hidden.transition_drag * conditions[0]
     along *= math.tanh(speed / _SLIDING) / max(speed, 1e-9)
     body_x = gust * wind_x + along * v[0]
     body_y = gust * wind_y + along * v[1]
@@ -113,21 +120,29 @@ def _wheels(
     moment += scrub
     # Suspension: plane of spring forces in equilibrium with the weight and its moments.
     weight = mass * g[2]
-    tip_x = weight * cx + chassis.com_height * mass * (g[0] - ax)
-    tip_y = weight * cy + chassis.com_height * mass * (g[1] - ay)
-    z0 = chassis.spring_plane[0, 0] * weight
-    z0 += chassis.spring_plane[0, 1] * tip_x + chassis.spring_plane[0, 2] * tip_y
-    z1 = chassis.spring_plane[1, 0] * weight
-    z1 += chassis.spring_plane[1, 1] * tip_x + chassis.spring_plane[1, 2] * tip_y
-    z2 = chassis.spring_plane[2, 0] * weight
-    z2 += chassis.spring_plane[2, 1] * tip_x + chassis.spring_plane[2, 2] * tip_y
-    nominal = chassis.mass * STANDARD_GRAVITY / n
-    ground = around[6] * (1.0 + hidden.surface_excess[int(around[4])])
+    tip_x = weight * cx + chassis.body.com_height * mass * (g[0] - ax)
+    tip_y = weight * cy + chassis.body.com_height * mass * (g[1] - ay)
+    z0 = chassis.body.spring_plane[0, 0] * weight
+    z0 += chassis.body.spring_plane[0, 1] * tip_x + chassis.body.spring_plane[0, 2] * tip_y
+    z1 = chassis.body.spring_plane[1, 0] * weight
+    z1 += chassis.body.spring_plane[1, 1] * tip_x + chassis.body.spring_plane[1, 2] * tip_y
+    z2 = chassis.body.spring_plane[2, 0] * weight
+    z2 += chassis.body.spring_plane[2, 1] * tip_x + chassis.body.spring_plane[2, 2] * tip_y
+    nominal = chassis.body.mass * STANDARD_GRAVITY / n
+    ground = conditions[6] * (1.0 + hidden.surface_excess[int(conditions[4])])
     ground *= 1.0 + hidden.wear_rate * odometer
     for i in range(n):
-        rim = chassis.rim[i, 0] * v[0] + chassis.rim[i, 1] * v[1] + chassis.rim[i, 2] * v[2]
-        spin = chassis.spin[i, 0] * v[0] + chassis.spin[i, 1] * v[1] + chassis.spin[i, 2] * v[2]
-        load = max(z0 + z1 * chassis.x[i] + z2 * chassis.y[i], 1e-3 * nominal)
+        rim = (
+            chassis.wheels.rim[i, 0] * v[0]
+            + chassis.wheels.rim[i, 1] * v[1]
+            + chassis.wheels.rim[i, 2] * v[2]
+        )
+        spin = (
+            chassis.wheels.spin[i, 0] * v[0]
+            + chassis.wheels.spin[i, 1] * v[1]
+            + chassis.wheels.spin[i, 2] * v[2]
+        )
+        load = max(z0 + z1 * chassis.wheels.x[i] + z2 * chassis.wheels.y[i], 1e-3 * nominal)
         factor = ground * (1.0 + hidden.wheel_excess[i])
         if hidden.exponent != 0.0:
             factor *= math.exp(hidden.exponent * math.log(load / nominal))
@@ -141,19 +156,22 @@ def _wheels(
         held = (
             factor
             * gripped
-            * (chassis.roller * load * math.tanh(spin / _SLIDING) + chassis.roller_viscous * spin)
+            * (
+                chassis.contacts.roller * load * math.tanh(spin / _SLIDING)
+                + chassis.contacts.roller_viscous * spin
+            )
         )
-        rolled = chassis.rolling * load
+        rolled = chassis.contacts.rolling * load
         if hidden.compaction != 0.0:
             rolled += hidden.compaction * load * (load / nominal) ** (1.0 / 3.0)
         # Kept in the table until the force is shared out.
         draws[i, 0], draws[i, 1], draws[i, 2] = rim, spin, load
         draws[i, 3] = held
         draws[i, 4] = factor * rolled * math.tanh(rim / _SLIDING)
-        fx += held * chassis.drag[i, 0]
-        fy += held * chassis.drag[i, 1]
-        moment += held * chassis.drag[i, 2]
-    s = chassis.stiffness
+        fx += held * chassis.contacts.drag[i, 0]
+        fy += held * chassis.contacts.drag[i, 1]
+        moment += held * chassis.contacts.drag[i, 2]
+    s = chassis.contacts.stiffness
     dx = s[0, 0] * fx + s[0, 1] * fy + s[0, 2] * moment
     dy = s[1, 0] * fx + s[1, 1] * fy + s[1, 2] * moment
     turn = s[2, 0] * fx + s[2, 1] * fy + s[2, 2] * moment
@@ -162,17 +180,29 @@ def _wheels(
     for i in range(n):
         rim, spin, load, held = draws[i, 0], draws[i, 1], draws[i, 2], draws[i, 3]
         rolled = draws[i, 4]
-        force = chassis.pull[i, 0] * dx + chassis.pull[i, 1] * dy + chassis.pull[i, 2] * turn
-        force += inner * chassis.fight[i]
-        change = chassis.rim[i, 0] * dv[0] + chassis.rim[i, 1] * dv[1] + chassis.rim[i, 2] * dv[2]
+        force = (
+            chassis.contacts.pull[i, 0] * dx
+            + chassis.contacts.pull[i, 1] * dy
+            + chassis.contacts.pull[i, 2] * turn
+        )
+        force += inner * chassis.contacts.fight[i]
+        change = (
+            chassis.wheels.rim[i, 0] * dv[0]
+            + chassis.wheels.rim[i, 1] * dv[1]
+            + chassis.wheels.rim[i, 2] * dv[2]
+        )
         # Under force the wheel runs ahead of the ground.
-        ahead = hidden.creep * force / load * abs(rim) / chassis.axle_on_rim[i]
-        hub = force * chassis.axle_on_rim[i] - held * chassis.drag_on_rim[i] + rolled
-        hub = hub * chassis.wheel_radius + chassis.wheel_inertia * change / chassis.wheel_radius
-        to_motor = chassis.gear_ratio / chassis.wheel_radius
+        ahead = hidden.creep * force / load * abs(rim) / chassis.contacts.axle_on_rim[i]
+        hub = (
+            force * chassis.contacts.axle_on_rim[i]
+            - held * chassis.contacts.drag_on_rim[i]
+            + rolled
+        )
+        hub = hub * chassis.wheels.radius + chassis.wheels.inertia * change / chassis.wheels.radius
+        to_motor = chassis.motors.gear_ratio / chassis.wheels.radius
         flows[_ROLLING] += rolled * (rim + ahead)
-        flows[_ROLLERS] += held * (spin - ahead * chassis.drag_on_rim[i])
-        flows[_SLIP] += force * ahead * chassis.axle_on_rim[i]
+        flows[_ROLLERS] += held * (spin - ahead * chassis.contacts.drag_on_rim[i])
+        flows[_SLIP] += force * ahead * chassis.contacts.axle_on_rim[i]
         drive_wheel(
             chassis, hidden, hub, (rim + ahead) * to_motor, change * to_motor, winding[i], draws[i]
         )
@@ -182,19 +212,19 @@ def _wheels(
         flows[_DRIVER] += draws[i, _DRIVER_OF]
         flows[_REFUSED] += draws[i, _REFUSED_OF]
         flows[_SUPPLY] += draws[i, _TERMINAL] + draws[i, _DRIVER_OF] + draws[i, _REFUSED_OF]
-        use = abs(draws[i, _VOLTAGE]) / chassis.highest_voltage
-        worst = max(worst, use, abs(draws[i, _CURRENT]) / chassis.highest_current)
+        use = abs(draws[i, _VOLTAGE]) / chassis.motors.highest_voltage
+        worst = max(worst, use, abs(draws[i, _CURRENT]) / chassis.motors.highest_current)
     return worst
 
 
 @njit(cache=True)
-def _electronics(chassis: Any, hidden: Any, v: Any, g: Any, around: Any, time: float) -> float:
-    """W on the bus beside the drives."""
+def _electronics(chassis: Any, hidden: Any, v: Any, g: Any, conditions: Any, time: float) -> float:
+    """W on the bus without the drives."""
     speed = math.sqrt(v[0] * v[0] + v[1] * v[1])
-    rate = around[3]
+    rate = conditions[3]
     if math.isnan(rate):
         rate = min(hidden.base_rate + hidden.rate_per_speed * speed, hidden.top_rate)
-    watts = (chassis.electronics + hidden.energy_per_sample * rate) / hidden.efficiency
+    watts = (chassis.supply.electronics + hidden.energy_per_sample * rate) / hidden.efficiency
     off = (speed - hidden.resonance_speed) / hidden.resonance_width
     watts += hidden.resonance_power * math.exp(-0.5 * off * off)
     heading = math.atan2(v[1], v[0])
@@ -212,17 +242,23 @@ def _kinetic(chassis: Any, hidden: Any, v: Any, start: Any) -> float:
     """J of the body, its wheels and rotors."""
     x = v[0] - v[2] * (hidden.gain * start[2] + hidden.offset_y)
     y = v[1] + v[2] * (hidden.gain * start[1] + hidden.offset_x)
-    energy = (chassis.mass + start[0]) * (x * x + y * y) + chassis.yaw_inertia * v[2] * v[2]
-    rotating = chassis.wheel_inertia + chassis.gear_ratio**2 * chassis.rotor_inertia
-    for i in range(chassis.x.shape[0]):
-        rim = chassis.rim[i, 0] * v[0] + chassis.rim[i, 1] * v[1] + chassis.rim[i, 2] * v[2]
-        energy += rotating * (rim / chassis.wheel_radius) ** 2
+    energy = (chassis.body.mass + start[0]) * (x * x + y * y) + chassis.body.yaw_inertia * v[2] * v[
+        2
+    ]
+    rotating = chassis.wheels.inertia + chassis.motors.gear_ratio**2 * chassis.motors.rotor_inertia
+    for i in range(chassis.wheels.x.shape[0]):
+        rim = (
+            chassis.wheels.rim[i, 0] * v[0]
+            + chassis.wheels.rim[i, 1] * v[1]
+            + chassis.wheels.rim[i, 2] * v[2]
+        )
+        energy += rotating * (rim / chassis.wheels.radius) ** 2
     return float(0.5 * energy)
 
 
 @njit(cache=True)
 def integrate(
-    chassis: Any, hidden: Any, motion: Any, around: Any, starts: Any, means: Any, book: Any
+    chassis: Any, hidden: Any, motion: Any, conditions: Any, starts: Any, means: Any, book: Any
 ) -> None:
     """Drives all runs.
 
@@ -230,13 +266,13 @@ def integrate(
         chassis: constants of the robot.
         hidden: strengths of the effects.
         motion: (runs, bins + 1, len(MOTION)) commands at bin edges, linear between.
-        around: (runs, bins, len(AROUND)); NaN lets sensor_rate follow the speed and motor_temp the
-            heat balance.
+        conditions: (runs, bins, len(CONDITIONS)); NaN lets sensor_rate follow the speed and
+            motor_temp the heat balance.
         starts: (runs, len(START)).
         means: (runs, bins, len(MEANS) + n) written: means over each bin.
         book: (runs, len(BOOK)) written: energies of each run, J.
     """
-    n = chassis.x.shape[0]
+    n = chassis.wheels.x.shape[0]
     draws = np.zeros((n, _DRAWS))
     flows = np.zeros(_BOOKED)
     winding, housing = np.zeros(n), np.zeros(n)
@@ -250,8 +286,8 @@ def integrate(
         error_sum[:] = 0.0
         book[run, :] = 0.0
         book[run, _KINETIC] = -_kinetic(chassis, hidden, v, start)
-        for b in range(around.shape[1]):
-            nearby = around[run, b]
+        for b in range(conditions.shape[1]):
+            nearby = conditions[run, b]
             imposed = not math.isnan(nearby[5])
             out = means[run, b]
             out[:] = 0.0
@@ -302,7 +338,7 @@ def integrate(
                 voltage, current = battery_state(chassis, hidden, terminals, charge)
                 flows[_BATTERY] = hidden.internal_resistance * current * current
                 flows[_SUPPLY] = terminals + flows[_BATTERY]
-                charge -= current * STEP / chassis.battery_charge
+                charge -= current * STEP / chassis.supply.charge
                 warmth = 0.0
                 for i in range(n):
                     warmth += winding[i] / n
@@ -311,7 +347,7 @@ def integrate(
                         inward = (winding[i] - housing[i]) / _R_WINDING
                         outward = (housing[i] - start[3]) / _R_HOUSING
                         heat, drag = draws[i, _COPPER_OF], draws[i, _FRICTION_OF]
-                        if chassis.even_heat:
+                        if chassis.motors.even_heat:
                             heat, drag = flows[_COPPER] / n, flows[_FRICTION] / n
                         warming = heat - inward
                         winding[i] += STEP * warming / _C_WINDING

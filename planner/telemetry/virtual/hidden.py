@@ -10,12 +10,17 @@ that the catalogue does not have; they load the bus:
     slope_threshold  power_per_rad · (climb - threshold), above it climb: slope along the travel
     yaw_speed        coefficient · |yaw rate| · speed
 
-A strength of zero (``NULL``) leaves the robot exactly as it is without the effect.
+A strength of zero leaves the robot exactly as it is without the effect.
+
+The robot has equations of its own for the effects in ``EQUATIONS``. Any other effect of the
+catalogue acts by its own formula (planner.telemetry.virtual.by_formula), so that a new effect needs
+no edit here.
 """
 
 from __future__ import annotations
 
 import difflib
+from collections import namedtuple
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -23,62 +28,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.errors import InputError
-
-
-class Hidden(NamedTuple):
-    """Strength of every effect as the equations of motion read it; the defaults are null."""
-
-    wheel_excess: NDArray[np.float64]
-    """(n,) relative drag of each wheel, mean taken off."""
-    surface_excess: NDArray[np.float64]
-    """(labels,) relative drag of each ground."""
-    copper_coefficient: float = 0.0
-    magnet_coefficient: float = 0.0
-    magnet_share: float = 1.0
-    exponent: float = 0.0
-    gain: float = 0.0
-    offset_x: float = 0.0
-    offset_y: float = 0.0
-    return_change: float = 0.0
-    motor_share: float = 1.0
-    source_share: float = 1.0
-    viscous_torque: float = 0.0
-    strength: float = 0.0
-    stiction_speed: float = 0.03
-    presliding: float = 0.0
-    bridge_resistance: float = 0.0
-    diode_voltage: float = 0.0
-    switching_power: float = 0.0
-    energy_per_sample: float = 0.0
-    base_rate: float = 10.0
-    rate_per_speed: float = 40.0
-    top_rate: float = 50.0
-    transition_drag: float = 0.0
-    ripple_squared: float = 0.0
-    preload_squared: float = 0.0
-    creep: float = 0.0
-    scrub_moment: float = 0.0
-    compaction: float = 0.0
-    internal_resistance: float = 0.0
-    efficiency: float = 1.0
-    drag_area: float = 0.0
-    air_density: float = 1.2
-    shaking_force: float = 0.0
-    viscosity: float = 0.0
-    temperature_rate: float = 0.03
-    drag_torque: float = 0.0
-    fading_torque: float = 0.2
-    wear_rate: float = 0.0
-    resonance_power: float = 0.0
-    resonance_speed: float = 0.5
-    resonance_width: float = 0.06
-    ripple_power: float = 0.0
-    ripple_harmonic: float = 3.0
-    decay_power: float = 0.0
-    decay_time: float = 25.0
-    threshold_power: float = 0.0
-    threshold_slope: float = 0.05
-    yaw_speed_power: float = 0.0
+from planner.power.catalogue import all_effects, find_effect
+from planner.power.effect import Effect
 
 
 class Strength(NamedTuple):
@@ -88,70 +39,46 @@ class Strength(NamedTuple):
     usual: float
     null: float = 0.0
     scaled: bool = True
+    per: str | None = None
+    """"wheel" or "surface" where each has a value of its own."""
 
 
 def _shape(field: str, usual: float) -> Strength:
     return Strength(field, usual, usual, scaled=False)
 
 
+EQUATIONS = frozenset(
+    (
+        *("motor_heating", "load_dependent_rolling", "com_offset", "gear_asymmetry"),
+        *("regeneration_limit", "viscous_drag", "stiction", "roller_presliding", "driver_loss"),
+        *("sensor_rate", "slope_transition", "current_ripple", "wheel_preload", "wheel_slip"),
+        *("yaw_scrub", "surface_rolling", "sinkage", "battery_sag", "converter_efficiency"),
+        *("air_drag", "vibration", "cold_grease", "light_load_gear_drag", "wear"),
+        "wheel_imbalance",
+    )
+)
+"""Effects that dynamics.py and motors.py have equations for; their parameters are in ``Hidden``."""
+_FIELDS = {"surface_rolling": "surface_excess", "wheel_imbalance": "wheel_excess"}
+_WITHOUT = ("open_circuit_voltage", "offset_x_squared", "offset_y_squared")
+"""Parameters of such effects that the robot's equations do without."""
+# The robot has an offset to one side where the catalogue has the square of one to either side.
+_SIDES = {"com_offset": {name: Strength(name, 0.0) for name in ("offset_x", "offset_y")}}
+
+
+def _strengths_of(effect: type[Effect]) -> dict[str, Strength]:
+    """Strengths of an effect of the catalogue, from its declaration."""
+    found = {}
+    for name, own in effect.parameters.items():
+        usual = own.in_virtual_robot
+        null = usual if own.null is None else own.null
+        field = _FIELDS.get(effect.slug, name)
+        if effect.slug not in EQUATIONS or name not in _WITHOUT:
+            found[name] = Strength(field, usual, null, own.null is not None, own.per)
+    return found | _SIDES.get(effect.slug, {})
+
+
 CATALOGUE: dict[str, dict[str, Strength]] = {
-    "motor_heating": {
-        "copper_coefficient": Strength("copper_coefficient", 0.00393),
-        "magnet_coefficient": Strength("magnet_coefficient", -0.0020),
-        "magnet_share": _shape("magnet_share", 1.0),
-    },
-    "load_dependent_rolling": {"exponent": Strength("exponent", 0.3)},
-    "com_offset": {
-        "gain": Strength("gain", 1.0),
-        "offset_x": Strength("offset_x", 0.0),
-        "offset_y": Strength("offset_y", 0.0),
-    },
-    "gear_asymmetry": {"return_change": Strength("return_change", -0.1)},
-    "regeneration_limit": {
-        "motor_share": Strength("motor_share", 0.0, 1.0),
-        "source_share": Strength("source_share", 0.0, 1.0),
-    },
-    "viscous_drag": {"viscous_torque": Strength("viscous_torque", 2.3e-6)},
-    "stiction": {
-        "strength": Strength("strength", 0.5),
-        "stiction_speed": _shape("stiction_speed", 0.03),
-    },
-    "roller_presliding": {"presliding": Strength("presliding", 0.1)},
-    "driver_loss": {
-        "bridge_resistance": Strength("bridge_resistance", 0.03),
-        "diode_voltage": Strength("diode_voltage", 0.5),
-        "switching_power": Strength("switching_power", 0.15),
-    },
-    "sensor_rate": {
-        "energy_per_sample": Strength("energy_per_sample", 0.02),
-        "base_rate": _shape("base_rate", 10.0),
-        "rate_per_speed": _shape("rate_per_speed", 40.0),
-        "top_rate": _shape("top_rate", 50.0),
-    },
-    "slope_transition": {"transition_drag": Strength("transition_drag", 5.0)},
-    "current_ripple": {"ripple_squared": Strength("ripple_squared", 0.25)},
-    "wheel_preload": {"preload_squared": Strength("preload_squared", 4.0)},
-    "wheel_slip": {"creep": Strength("creep", 0.05)},
-    "yaw_scrub": {"scrub_moment": Strength("scrub_moment", 1.0)},
-    "surface_rolling": {"excess": Strength("surface_excess", 0.4)},
-    "sinkage": {"compaction": Strength("compaction", 0.01)},
-    "battery_sag": {"internal_resistance": Strength("internal_resistance", 0.08)},
-    "converter_efficiency": {"efficiency": Strength("efficiency", 0.88, 1.0)},
-    "air_drag": {
-        "drag_area": Strength("drag_area", 0.18),
-        "air_density": _shape("air_density", 1.2),
-    },
-    "vibration": {"shaking_force": Strength("shaking_force", 0.5)},
-    "cold_grease": {
-        "viscosity": Strength("viscosity", 2e-6),
-        "temperature_rate": _shape("temperature_rate", 0.03),
-    },
-    "light_load_gear_drag": {
-        "drag_torque": Strength("drag_torque", 0.02),
-        "fading_torque": _shape("fading_torque", 0.2),
-    },
-    "wear": {"wear_rate": Strength("wear_rate", 1e-4)},
-    "wheel_imbalance": {"excess": Strength("wheel_excess", 0.4)},
+    slug: _strengths_of(effect) for slug, effect in all_effects().items() if not effect.base
 }
 
 OUTSIDE: dict[str, dict[str, Strength]] = {
@@ -177,9 +104,18 @@ OUTSIDE: dict[str, dict[str, Strength]] = {
 
 EFFECTS: dict[str, dict[str, Strength]] = {**CATALOGUE, **OUTSIDE}
 
-# Beyond these multiples of a stated strength an effect stops making sense (a share below 0, a
-# battery that cannot deliver): sizes that would need more are refused by the caller's calibration.
-LARGEST_SCALE = {"regeneration_limit": 1.0, "com_offset": 5.0, "gear_asymmetry": 7.0}
+_READ = {
+    strength.field: strength
+    for slug in (*sorted(EQUATIONS), *OUTSIDE)
+    for strength in EFFECTS[slug].values()
+}
+_FIRST = sorted(_READ, key=lambda field: _READ[field].per is None)  # those without a default
+_NULL = [strength.null for strength in _READ.values() if strength.per is None]
+Hidden: Any = namedtuple("Hidden", _FIRST, defaults=_NULL)  # type: ignore[misc]  # not literal
+"""Strengths as the equations of motion read them; the defaults are null. ``wheel_excess`` is (n,),
+the relative drag of each wheel, mean taken off; ``surface_excess`` (labels,), of each ground."""
+
+_LARGEST_SCALE = {"regeneration_limit": 1.0, "com_offset": 5.0, "gear_asymmetry": 7.0}
 
 Settings = dict[str, dict[str, Any]]
 
@@ -217,9 +153,9 @@ def check_settings(
         values: dict[str, Any] = {}
         for name, strength in declared.items():
             usual: Any = strength.usual
-            if slug == "wheel_imbalance":
+            if strength.per == "wheel":
                 usual = _uneven(wheels, strength.usual)
-            elif slug == "surface_rolling":
+            elif strength.per == "surface":
                 usual = {"carpet": strength.usual, "asphalt": -0.25 * strength.usual}
             elif name in known.get(slug, {}):
                 usual = known[slug][name]
@@ -261,8 +197,25 @@ def scaled(settings: Mapping[str, Any], slug: str, scale: float) -> dict[str, An
     return result
 
 
-def strengths(settings: Settings, wheels: int, surfaces: Sequence[str]) -> Hidden:
-    """What the equations of motion read, from settings without ``size``.
+def largest_scale(slug: str) -> float:
+    """Multiple of an effect's usual strengths beyond which no robot has it; infinite for most.
+
+    Beyond it a share falls below 0, or a gear locks itself. An effect that acts by its formula
+    stays within the bounds of its parameters.
+    """
+    if slug not in CATALOGUE or slug in EQUATIONS:
+        return _LARGEST_SCALE.get(slug, np.inf)
+    reach = [np.inf]
+    for name, strength in CATALOGUE[slug].items():
+        low, high = find_effect(slug).parameters[name].bounds
+        away = strength.usual - strength.null
+        if away != 0.0:
+            reach.append(((high if away > 0.0 else low) - strength.null) / away)
+    return float(min(reach))
+
+
+def strengths(settings: Settings, wheels: int, surfaces: Sequence[str]) -> Any:
+    """The ``Hidden`` that the equations of motion read, from settings without ``size``.
 
     Raises:
         InputError: wheel_imbalance does not give one value a wheel.
@@ -273,18 +226,31 @@ def strengths(settings: Settings, wheels: int, surfaces: Sequence[str]) -> Hidde
     }
     for slug, values in settings.items():
         for name, strength in EFFECTS[slug].items():
-            value = values[name]
-            if slug == "surface_rolling":
-                value = np.array([float(value.get(s, 0.0)) for s in surfaces] or [0.0])
-            elif slug == "wheel_imbalance":
-                value = np.asarray(value, dtype=np.float64)
-                if value.shape != (wheels,):
-                    raise InputError(
-                        "hidden wheel_imbalance excess",
-                        "not one value a wheel",
-                        value=list(value),
-                        accepted=f"{wheels} numbers",
-                    )
-                value = value - value.mean()
-            numbers[strength.field] = value if isinstance(value, np.ndarray) else float(value)
+            if slug in EQUATIONS or slug in OUTSIDE:
+                value = by_element(slug, name, values[name], wheels, surfaces)
+                numbers[strength.field] = value if strength.per else float(value[0])
     return Hidden(**numbers)
+
+
+def by_element(
+    slug: str, name: str, value: Any, wheels: int, surfaces: Sequence[str]
+) -> NDArray[np.float64]:
+    """A strength as an array: of one number, of one for each surface, or for each wheel less mean.
+
+    Raises:
+        InputError: it does not give one value a wheel.
+    """
+    per = EFFECTS[slug][name].per
+    if per == "surface":
+        return np.array([float(value.get(s, 0.0)) for s in surfaces] or [0.0])
+    found: NDArray[np.float64] = np.atleast_1d(np.asarray(value, dtype=np.float64))
+    if per is None:
+        return found
+    if found.shape != (wheels,):
+        raise InputError(
+            f"hidden {slug} {name}",
+            "not one value a wheel",
+            value=found.tolist(),
+            accepted=f"{wheels} numbers",
+        )
+    return np.asarray(found - found.mean(), dtype=np.float64)

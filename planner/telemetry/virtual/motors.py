@@ -57,28 +57,30 @@ def drive_wheel(
         temperature: °C of the winding.
         draw: written.
     """
-    load = hub_torque / chassis.gear_ratio
-    share = chassis.mesh_friction
+    load = hub_torque / chassis.motors.gear_ratio
+    share = chassis.motors.mesh_friction
     if hub_torque * speed <= 0.0:
         share = min(max(share - hidden.return_change, 0.0), 1.0)
     mesh = share * abs(load)
     idle = 0.0
     if hidden.drag_torque != 0.0:
-        idle = hidden.drag_torque / chassis.gear_ratio
+        idle = hidden.drag_torque / chassis.motors.gear_ratio
         idle *= math.exp(-abs(hub_torque) / hidden.fading_torque)
     turning = math.tanh(speed / REST_SPEED)
     rest = 1.0 - abs(turning)
-    held = min(max(load, -mesh - chassis.coulomb_torque), mesh + chassis.coulomb_torque)
+    held = min(
+        max(load, -mesh - chassis.motors.coulomb_torque), mesh + chassis.motors.coulomb_torque
+    )
     damping = hidden.viscous_torque
     if hidden.viscosity != 0.0:
         cold = REFERENCE_TEMPERATURE - temperature
         damping += hidden.viscosity * math.exp(hidden.temperature_rate * cold)
-    own = turning * (chassis.coulomb_torque + idle) + damping * speed
-    torque = load + turning * mesh + own - rest * held + chassis.rotor_inertia * speed_change
+    own = turning * (chassis.motors.coulomb_torque + idle) + damping * speed
+    torque = load + turning * mesh + own - rest * held + chassis.motors.rotor_inertia * speed_change
     rise = temperature - REFERENCE_TEMPERATURE
-    resistance = chassis.resistance * (1.0 + hidden.copper_coefficient * rise)
+    resistance = chassis.motors.resistance * (1.0 + hidden.copper_coefficient * rise)
     weaker = hidden.magnet_coefficient * hidden.magnet_share * rise
-    constant = chassis.torque_constant * (1.0 + weaker)
+    constant = chassis.motors.torque_constant * (1.0 + weaker)
     current = torque / constant
     copper = resistance * current * current * (1.0 + hidden.ripple_squared)
     terminal = constant * current * speed + copper
@@ -107,11 +109,11 @@ def battery_state(chassis: Any, hidden: Any, watts: float, charge: float) -> tup
         watts: power at the terminals.
         charge: share that is left.
     """
-    full = chassis.battery_voltage
+    full = chassis.supply.voltage
     opened = full * (EMPTY_SHARE + (1.0 - EMPTY_SHARE) * charge)
     inside = hidden.internal_resistance
     if inside == 0.0:
-        inside = chassis.battery_resistance
+        inside = chassis.supply.resistance
     # V² - V_0·V + R·P = 0; beyond the largest power the voltage stays at half.
     root = max(opened * opened - 4.0 * inside * watts, 0.0)
     voltage = 0.5 * (opened + math.sqrt(root))

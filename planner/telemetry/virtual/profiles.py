@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from planner.arrays import Array
 from planner.errors import InputError
 from planner.power.vehicles import Vehicle
-from planner.telemetry.virtual.dynamics import AROUND, BIN, MOTION, START
+from planner.telemetry.virtual.dynamics import BIN, CONDITIONS, MOTION, START
 
 DESIGNS = ("rich", "speed_heats_motor", "one_heading", "one_load", "flat")
 SURFACES = ("hard", "carpet", "asphalt")
@@ -40,19 +40,20 @@ class Profile:
     Attributes:
         name: the design.
         motion: (runs, bins + 1, len(MOTION)) commands at the edges of 0.1 s bins.
-        around: (runs, bins, len(AROUND)) what surrounds the robot; NaN where it is left to itself.
+        conditions: (runs, bins, len(CONDITIONS)) of wind, ground and the like; NaN where the robot
+            is left to itself.
         starts: (runs, len(START)) load and initial state.
-        surfaces: names of the grounds that ``around`` numbers.
+        surfaces: names of the grounds that ``conditions`` numbers.
         held_out: labels of the runs that a test keeps back.
         labels: name of each run.
         row: s, interval of the log's rows.
         BIN, ROW: s, length of a bin, and the interval of rows unless a profile says otherwise.
-        MOTION, AROUND: names of the last axis of ``motion`` and ``around``.
+        MOTION, CONDITIONS: names of the last axis of ``motion`` and ``conditions``.
     """
 
     name: str
     motion: Array
-    around: Array
+    conditions: Array
     starts: Array
     surfaces: tuple[str, ...]
     labels: tuple[str, ...]
@@ -62,14 +63,14 @@ class Profile:
     BIN: ClassVar[float] = BIN
     ROW: ClassVar[float] = ROW
     MOTION: ClassVar[tuple[str, ...]] = MOTION
-    AROUND: ClassVar[tuple[str, ...]] = AROUND
+    CONDITIONS: ClassVar[tuple[str, ...]] = CONDITIONS
 
     @classmethod
     def plain(cls, name: str, motion: Array, labels: Sequence[str]) -> Profile:
         """Commands (runs, bins + 1, len(MOTION)) in level calm, without load, nothing held out."""
         runs, edges = motion.shape[:2]
-        around, starts = still_air(runs, edges - 1), unladen(runs)
-        return cls(name, motion, around, starts, SURFACES, tuple(labels))
+        conditions, starts = still_air(runs, edges - 1), unladen(runs)
+        return cls(name, motion, conditions, starts, SURFACES, tuple(labels))
 
     def runs(self, chosen: Sequence[int]) -> Profile:
         """A profile of some of the runs, numbered from 0."""
@@ -78,7 +79,7 @@ class Profile:
         return replace(
             self,
             motion=self.motion[index],
-            around=self.around[index],
+            conditions=self.conditions[index],
             starts=self.starts[index],
             labels=labels,
             held_out=tuple(label for label in self.held_out if label in labels),
@@ -113,7 +114,7 @@ def profile(
     bins = rows * bins_of(row)
     top = 0.65 * vehicle.limits.speed
     motion = np.zeros((runs, bins + 1, len(MOTION)))
-    around = still_air(runs, bins)
+    conditions = still_air(runs, bins)
     starts = unladen(runs)
     turn = 0.6 * vehicle.limits.yaw_rate
     for k in range(runs):
@@ -137,18 +138,18 @@ def profile(
         gradient_y = _ramps(pieces, np.tan(steep) * np.sin(uphill), bins)
         yaws = rng.uniform(-math.pi, math.pi) + _integral(motion[k, :, 2])
         motion[k, :, 3], motion[k, :, 4] = attitude(gradient_x, gradient_y, yaws)
-        around[k, :, 0] = tilting(gradient_x, gradient_y)
-        _weather(rng, around[k], yaws)
-        around[k, :, 4] = _steps(pieces, rng.integers(0, len(SURFACES), count), bins)
+        conditions[k, :, 0] = tilting(gradient_x, gradient_y)
+        _weather(rng, conditions[k], yaws)
+        conditions[k, :, 4] = _steps(pieces, rng.integers(0, len(SURFACES), count), bins)
         _load(rng, starts[k], vehicle, empty=design == "one_load")
         if design == "speed_heats_motor":
             pace = np.hypot(motion[k, :-1, 0], motion[k, :-1, 1])
-            around[k, :, 5] = 25.0 + 45.0 * pace / top
+            conditions[k, :, 5] = 25.0 + 45.0 * pace / top
     path = np.hypot(motion[:, :-1, 0], motion[:, :-1, 1]).sum(axis=1) * BIN
     starts[:, 7] = np.concatenate([[0.0], np.cumsum(path)[:-1]])
     labels = tuple(f"run{k:02d}" for k in range(runs))
     kept = labels[runs - runs // 3 :]
-    return Profile(design, motion, around, starts, SURFACES, labels, kept, row)
+    return Profile(design, motion, conditions, starts, SURFACES, labels, kept, row)
 
 
 def steady(
@@ -172,7 +173,7 @@ def steady(
         pitch: rad, negative when climbing forward.
         duration: s of each run.
         row: s, interval of a row.
-        settings: names of ``AROUND`` or ``START`` → value, one for all runs or one a run.
+        settings: names of ``CONDITIONS`` or ``START`` → value, one for all runs or one a run.
     """
     given = [np.atleast_1d(np.asarray(q, dtype=float)) for q in (vx, vy, wz, roll, pitch)]
     extra = {k: np.atleast_1d(np.asarray(v, dtype=float)) for k, v in (settings or {}).items()}
@@ -181,18 +182,21 @@ def steady(
     motion = np.zeros((runs, bins + 1, len(MOTION)))
     for column, values in enumerate(given):
         motion[:, :, column] = np.broadcast_to(values, (runs,))[:, None]
-    around, starts = still_air(runs, bins), unladen(runs)
+    conditions, starts = still_air(runs, bins), unladen(runs)
     for name, values in extra.items():
-        if name in AROUND:
-            around[:, :, AROUND.index(name)] = np.broadcast_to(values, (runs,))[:, None]
+        if name in CONDITIONS:
+            conditions[:, :, CONDITIONS.index(name)] = np.broadcast_to(values, (runs,))[:, None]
         elif name in START:
             starts[:, START.index(name)] = values
         else:
             raise InputError(
-                "settings", "no such quantity", value=name, accepted=", ".join((*AROUND, *START))
+                "settings",
+                "no such quantity",
+                value=name,
+                accepted=", ".join((*CONDITIONS, *START)),
             )
     labels = tuple(f"run{k:02d}" for k in range(runs))
-    return Profile("steady", motion, around, starts, SURFACES, labels, (), row)
+    return Profile("steady", motion, conditions, starts, SURFACES, labels, (), row)
 
 
 def attitude(gradient_x: Array, gradient_y: Array, yaw: Array) -> tuple[Array, Array]:
@@ -227,11 +231,11 @@ def bins_of(row: float) -> int:
 
 
 def still_air(runs: int, bins: int) -> Array:
-    """Surroundings (runs, bins, len(AROUND)) of level calm, left to themselves."""
-    around = np.zeros((runs, bins, len(AROUND)))
-    around[:, :, 3] = around[:, :, 5] = np.nan
-    around[:, :, 6] = 1.0
-    return around
+    """Surroundings (runs, bins, len(CONDITIONS)) of level calm, left to themselves."""
+    conditions = np.zeros((runs, bins, len(CONDITIONS)))
+    conditions[:, :, 3] = conditions[:, :, 5] = np.nan
+    conditions[:, :, 6] = 1.0
+    return conditions
 
 
 def unladen(runs: int) -> Array:
@@ -258,8 +262,8 @@ def _ramps(pieces: list[tuple[int, int]], values: Array, bins: int) -> Array:
     curve = np.empty(bins + 1)
     before = 0.0
     for (start, ramp), value in zip(pieces, values, strict=True):
-        ways = np.clip(np.arange(bins + 1 - start) / ramp, 0.0, 1.0)
-        curve[start:] = before + (value - before) * 0.5 * (1.0 - np.cos(math.pi * ways))
+        shares = np.clip(np.arange(bins + 1 - start) / ramp, 0.0, 1.0)
+        curve[start:] = before + (value - before) * 0.5 * (1.0 - np.cos(math.pi * shares))
         before = float(value)
     return curve
 
@@ -275,14 +279,14 @@ def _integral(rate: Array) -> Array:
     return np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]))]) * BIN
 
 
-def _weather(rng: np.random.Generator, around: Array, yaws: Array) -> None:
+def _weather(rng: np.random.Generator, conditions: Array, yaws: Array) -> None:
     strength, bearing = rng.uniform(0.0, 4.0), rng.uniform(-math.pi, math.pi)
-    time = np.arange(len(around)) * BIN
+    time = np.arange(len(conditions)) * BIN
     phase = rng.uniform(0.0, 2.0 * math.pi)
     gusts = strength * (1.0 + 0.4 * np.sin(2.0 * math.pi * time / 17.0 + phase))
-    around[:, 1] = gusts * np.cos(bearing - yaws[:-1])
-    around[:, 2] = gusts * np.sin(bearing - yaws[:-1])
-    around[:, 3] = np.repeat(rng.choice([10.0, 20.0, 30.0, 50.0], 1 + len(time) // 300), 300)[
+    conditions[:, 1] = gusts * np.cos(bearing - yaws[:-1])
+    conditions[:, 2] = gusts * np.sin(bearing - yaws[:-1])
+    conditions[:, 3] = np.repeat(rng.choice([10.0, 20.0, 30.0, 50.0], 1 + len(time) // 300), 300)[
         : len(time)
     ]
 

@@ -28,24 +28,20 @@ from numpy.typing import NDArray
 
 from planner.arrays import Array
 from planner.errors import InputError
+from planner.telemetry.virtual.by_formula import add_by_formula
 from planner.telemetry.virtual.chassis import read_vehicle
 from planner.telemetry.virtual.dynamics import BOOK, MEANS, integrate
 from planner.telemetry.virtual.hidden import (
     EFFECTS,
-    LARGEST_SCALE,
     Settings,
     check_settings,
+    largest_scale,
     scaled,
     strengths,
 )
-from planner.telemetry.virtual.profiles import (
-    ROW,
-    Profile,
-    profile,
-)
+from planner.telemetry.virtual.profiles import ROW, Profile, profile
 from planner.telemetry.virtual.routes import planned_route
 from planner.telemetry.virtual.sensors import (
-    QUIET,
     Columns,
     Noise,
     Sensors,
@@ -55,9 +51,6 @@ from planner.telemetry.virtual.sensors import (
     rows_of,
 )
 from planner.terrain.heightmap import Terrain
-
-__all__ = ["QUIET", "Noise", "Profile", "Sensors", "VirtualLog", "VirtualRobot"]
-
 
 _SIZE_ROUNDS = 6
 _SIZE_TOLERANCE = 0.01
@@ -86,19 +79,10 @@ class VirtualLog:
             writer.writerows(zip(*(c.tolist() for c in self.columns.values()), strict=True))
 
     def write_parquet(self, path: str | Path) -> None:
-        """Writes the columns as Parquet.
+        """Writes the columns as Parquet."""
+        import pyarrow
+        import pyarrow.parquet
 
-        Raises:
-            InputError: pyarrow is not installed.
-        """
-        try:
-            import pyarrow
-            import pyarrow.parquet
-        except ImportError as error:
-            raise InputError(
-                "write_parquet", "pyarrow is not installed", accepted="write_csv, or pip install"
-                " pyarrow"
-            ) from error  # fmt: skip
         arrays = {name: pyarrow.array(values.tolist()) for name, values in self.columns.items()}
         pyarrow.parquet.write_table(pyarrow.table(arrays), str(path))
 
@@ -170,7 +154,7 @@ class VirtualRobot:
             raise InputError("effects", "unknown", value=effects, accepted="base, active")
         self.vehicle, self.chassis = read_vehicle(vehicle, even_heat=even_heat)
         self.seed = seed
-        self.wheels = len(self.chassis.x)
+        self.wheels = len(self.chassis.wheels.x)
         known = self.vehicle.parameters
         own: dict[str, Mapping[str, Any]] = {}
         if effects == "active":
@@ -198,11 +182,12 @@ class VirtualRobot:
         """
         if settings is None:
             settings, _ = self._found(drive)
-        runs, bins = drive.around.shape[:2]
+        runs, bins = drive.conditions.shape[:2]
         means = np.empty((runs, bins, len(MEANS) + self.wheels))
         book = np.empty((runs, len(BOOK)))
         strength = strengths(settings, self.wheels, drive.surfaces)
-        integrate(self.chassis, strength, drive.motion, drive.around, drive.starts, means, book)
+        integrate(self.chassis, strength, drive.motion, drive.conditions, drive.starts, means, book)
+        add_by_formula(self.vehicle, settings, drive, means, book)
         return means, book
 
     def drive(
@@ -260,7 +245,8 @@ class VirtualRobot:
         Args:
             route: one route of a ROUTE.json, or the whole document (its first route is taken).
             terrain: the map that it leads over; without it the slope across the path is zero.
-            settings: payload, ambient and the like; names of ``virtual.dynamics.START`` or AROUND.
+            settings: payload, ambient and the like; names of START or CONDITIONS of
+                ``virtual.dynamics``.
             noise: scatter of the log; the energy is that of the clean power.
             row: s, interval of a row.
 
@@ -271,20 +257,10 @@ class VirtualRobot:
             if not route["routes"]:
                 raise InputError("route", "holds no route", accepted="a ROUTE.json of status ok")
             route = route["routes"][0]
-        half = float(np.abs(self.chassis.x).max())
+        half = float(np.abs(self.chassis.wheels.x).max())
         path = planned_route(route, terrain=terrain, half_length=half, row=row, settings=settings)
         log = self.drive(path, noise=noise)
         return log.truth["energy"]["route"]["supply"], log
-
-    @staticmethod
-    def scaled(slug: str, settings: Mapping[str, Any], scale: float) -> dict[str, Any]:
-        """Settings of one effect with its strengths moved away from null by ``scale``."""
-        return scaled(settings, slug, scale)
-
-    @staticmethod
-    def largest_scale(slug: str) -> float:
-        """Scale of an effect's usual settings beyond which no robot has it; infinite for most."""
-        return LARGEST_SCALE.get(slug, np.inf)
 
     def _found(self, drive: Profile) -> tuple[Settings, dict[str, float]]:
         """Settings without ``size``, and the sizes reached where one was asked for."""
@@ -333,7 +309,7 @@ def _sized(
     """Scale of an effect at which ``share(scale)`` is ``wanted``, and the share reached."""
     if wanted == 0.0:
         return 0.0, 0.0
-    largest = VirtualRobot.largest_scale(slug)
+    largest = largest_scale(slug)
     scale = min(scale, largest)
     reached = share(scale)
     power = 1.0  # exponent of the growth of size with strength, learnt on the way

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from planner.arrays import Array
 from planner.errors import InputError
-from planner.telemetry.virtual.dynamics import AROUND, BIN, MOTION, START
+from planner.telemetry.virtual.dynamics import BIN, CONDITIONS, MOTION, START
 from planner.telemetry.virtual.profiles import (
     ROW,
     SURFACES,
@@ -58,7 +58,7 @@ def planned_route(
             across it is zero.
         half_length: m, half the wheelbase, over which the robot feels the slope of a terrain.
         row: s, interval of a row.
-        settings: names of ``AROUND`` or ``START`` → value.
+        settings: names of ``CONDITIONS`` or ``START`` → value.
 
     Raises:
         InputError: the route has fewer than two poses.
@@ -97,21 +97,21 @@ def planned_route(
     motion[0, :, 1] = np.sum(along * left, axis=0)
     motion[0, :, 2] = _rounded(np.interp(edges + 0.5 * BIN, edges[1:], np.diff(yaws) / BIN))
     motion[0, :, 3], motion[0, :, 4] = attitude(p, q, yaws)
-    around, starts = still_air(1, bins), unladen(1)
-    around[0, :, 0] = tilting(p, q)
+    conditions, starts = still_air(1, bins), unladen(1)
+    conditions[0, :, 0] = tilting(p, q)
     surfaces: tuple[str, ...] = SURFACES
     if terrain is not None:
         surfaces = tuple(kind.name for kind in terrain.ground_classes)
         middle = edges[:-1] + 0.5 * BIN
         kinds = _ground(terrain, np.interp(middle, t, x), np.interp(middle, t, y))
-        around[0, :, 4] = kinds
-        around[0, :, 6] = np.array([kind.rolling for kind in terrain.ground_classes])[kinds]
+        conditions[0, :, 4] = kinds
+        conditions[0, :, 6] = np.array([kind.rolling for kind in terrain.ground_classes])[kinds]
     for name, value in (settings or {}).items():
-        if name in AROUND:
-            around[0, :, AROUND.index(name)] = value
+        if name in CONDITIONS:
+            conditions[0, :, CONDITIONS.index(name)] = value
         else:
             starts[0, START.index(name)] = value
-    return Profile("planned_route", motion, around, starts, surfaces, ("route",), (), row)
+    return Profile("planned_route", motion, conditions, starts, surfaces, ("route",), (), row)
 
 
 def _rounded(velocity: Array) -> Array:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from planner.arrays import Array
 from planner.errors import InputError
-from planner.telemetry.virtual.dynamics import AROUND, BIN, MEANS, START
+from planner.telemetry.virtual.dynamics import BIN, CONDITIONS, MEANS, START
 from planner.telemetry.virtual.profiles import Profile
 
 Columns = dict[str, NDArray[np.generic]]
@@ -133,7 +133,7 @@ def exact_columns(drive: Profile, means: Array) -> Columns:
     rows = rows_of(means, drive.row)
     runs, count, width = rows.shape
     time = np.tile((np.arange(count) + 1) * drive.row, runs)
-    around = rows_of(drive.around, drive.row)
+    conditions = rows_of(drive.conditions, drive.row)
     columns: Columns = {"run": np.repeat(np.array(drive.labels), count), "time": time}
 
     def mean(name: str) -> Array:
@@ -141,7 +141,7 @@ def exact_columns(drive: Profile, means: Array) -> Columns:
         return flat
 
     def nearby(name: str) -> Array:
-        flat: Array = around[:, :, AROUND.index(name)].ravel()
+        flat: Array = conditions[:, :, CONDITIONS.index(name)].ravel()
         return flat
 
     def loaded(name: str) -> Array:

@@ -260,7 +260,7 @@ def hidden(effect, tmp_path, noise=None, still=False, **options):
     profile = robot.profile("rich", **options)
     if still:
         for name in ("wind_x", "wind_y"):
-            profile.around[:, :, profile.AROUND.index(name)] = 0.0
+            profile.conditions[:, :, profile.CONDITIONS.index(name)] = 0.0
     path = tmp_path / "log.csv"
     robot.drive(profile, noise=noise or Noise()).write_csv(path)
     return path

@@ -24,7 +24,7 @@ from planner.telemetry.virtual.motors import (
 
 _, CHASSIS = read_vehicle("minibalance")
 FAST = 80.0  # rad/s, where dry friction has its full size
-SOUND = Hidden(np.zeros(4), np.zeros(3))
+SOUND = Hidden(wheel_excess=np.zeros(4), surface_excess=np.zeros(3))
 
 
 def drawn(hub, speed, *, change=0.0, temperature=REFERENCE_TEMPERATURE, **hidden):
@@ -42,8 +42,8 @@ def test_power_at_the_terminals_goes_to_the_hub_the_rotor_and_heat(hub, speed, t
     hidden = {"viscous_torque": 1e-5, "copper_coefficient": 0.0039, "magnet_coefficient": -0.002}
     change = 7.0
     draw = drawn(hub, speed, change=change, temperature=temperature, **hidden)
-    useful = hub / CHASSIS.gear_ratio * speed
-    rotor = CHASSIS.rotor_inertia * change * speed
+    useful = hub / CHASSIS.motors.gear_ratio * speed
+    rotor = CHASSIS.motors.rotor_inertia * change * speed
     heat = draw[COPPER] + draw[MESH] + draw[FRICTION]
     assert draw[TERMINAL] == pytest.approx(useful + rotor + heat, rel=1e-12, abs=1e-12)
     assert draw[VOLTAGE] * draw[CURRENT] == pytest.approx(draw[TERMINAL], rel=1e-12, abs=1e-12)
@@ -53,14 +53,14 @@ def test_power_at_the_terminals_goes_to_the_hub_the_rotor_and_heat(hub, speed, t
 
 def test_a_fast_motor_has_the_torque_of_the_closed_form():
     # Driving: load, its loss in the mesh, dry friction.
-    hub, n = 2.0, CHASSIS.gear_ratio
-    torque = hub / n * (1.0 + CHASSIS.mesh_friction) + CHASSIS.coulomb_torque
+    hub, n = 2.0, CHASSIS.motors.gear_ratio
+    torque = hub / n * (1.0 + CHASSIS.motors.mesh_friction) + CHASSIS.motors.coulomb_torque
     draw = drawn(hub, FAST)
-    assert draw[CURRENT] == pytest.approx(torque / CHASSIS.torque_constant)
-    assert draw[COPPER] == pytest.approx(CHASSIS.resistance * draw[CURRENT] ** 2)
+    assert draw[CURRENT] == pytest.approx(torque / CHASSIS.motors.torque_constant)
+    assert draw[COPPER] == pytest.approx(CHASSIS.motors.resistance * draw[CURRENT] ** 2)
     # Driven: the mesh takes its share of what comes back.
-    torque = -hub / n * (1.0 - CHASSIS.mesh_friction) + CHASSIS.coulomb_torque
-    assert drawn(-hub, FAST)[CURRENT] == pytest.approx(torque / CHASSIS.torque_constant)
+    torque = -hub / n * (1.0 - CHASSIS.motors.mesh_friction) + CHASSIS.motors.coulomb_torque
+    assert drawn(-hub, FAST)[CURRENT] == pytest.approx(torque / CHASSIS.motors.torque_constant)
 
 
 def test_backwards_is_forwards_turned_round():
@@ -72,7 +72,7 @@ def test_backwards_is_forwards_turned_round():
 
 
 def test_friction_holds_a_small_load_at_rest_without_current():
-    held = (CHASSIS.coulomb_torque * CHASSIS.gear_ratio) * 0.9
+    held = (CHASSIS.motors.coulomb_torque * CHASSIS.motors.gear_ratio) * 0.9
     assert drawn(held, 0.0)[CURRENT] == pytest.approx(0.0, abs=1e-12)
     assert drawn(3.0 * held, 0.0)[CURRENT] > 0.0
 
@@ -98,8 +98,8 @@ def test_the_battery_sags_by_its_resistance(charge, watts):
     voltage, current = battery_state(CHASSIS, SOUND, watts, charge)
     assert voltage * current == pytest.approx(watts)
     opened, _ = battery_state(CHASSIS, SOUND, 0.0, charge)
-    assert voltage == pytest.approx(opened - CHASSIS.battery_resistance * current)
-    assert opened <= CHASSIS.battery_voltage
+    assert voltage == pytest.approx(opened - CHASSIS.supply.resistance * current)
+    assert opened <= CHASSIS.supply.voltage
 
 
 def test_a_battery_gives_no_more_than_its_largest_power():
@@ -109,4 +109,4 @@ def test_a_battery_gives_no_more_than_its_largest_power():
     for watts in (largest, 2.0 * largest):
         voltage, _ = battery_state(CHASSIS, hidden, watts, 1.0)
         assert voltage == pytest.approx(0.5 * full, rel=1e-6)
-    assert math.isclose(full, CHASSIS.battery_voltage)
+    assert math.isclose(full, CHASSIS.supply.voltage)

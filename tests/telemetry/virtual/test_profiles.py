@@ -25,7 +25,7 @@ def test_designs_tie_what_they_say(rich):
     vehicle = VirtualRobot("minibalance").vehicle
     full = profile("rich", vehicle, seed=1)
     assert full.motion.shape[0] == 24
-    assert full.around.shape[1] == 300 * 5
+    assert full.conditions.shape[1] == 300 * 5
     assert len(full.held_out) == 8
     tied = VirtualRobot("minibalance").drive(
         profile("speed_heats_motor", vehicle, runs=3), noise=QUIET

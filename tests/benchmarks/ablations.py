@@ -1,0 +1,309 @@
+"""What tuned constants are worth: each is replaced, and the change of a result is measured.
+
+    python -m tests.benchmarks.ablations                       the whole table, some hours
+    python -m tests.benchmarks.ablations --only SURPLUS --questions 4
+    python -m tests.benchmarks.ablations --save                also into docs/benchmarks/
+
+Constants stand in ablation_table.toml. Every value is measured in a fresh process:
+
+    planning     change of the energy in % (mean, worst), and ratio of the CPU times
+    anytime      the same with iterations given
+    certificate  change of the gap between route and lower bound, in percentage points
+    naming       right verdicts on logs with hidden effects, of so many
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import json
+import math
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+import tomllib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tests.benchmarks.ablated_constant import environment, replace_when_imported
+
+ROOT = Path(__file__).parents[2]
+TABLE = Path(__file__).with_name("ablation_table.toml")
+KEPT = ROOT / "docs" / "benchmarks" / "ablations.json"
+ITERATIONS = 6
+"""Of searches with iterations given."""
+SECONDS = 10.0
+"""s that a certificate is given."""
+QUESTIONS = (
+    ("cone", (6.0, 20.0), (34.0, 20.0)),
+    ("warehouse", (2.0, 2.0), (20.0, 17.0)),
+    ("test-bench", (0.8, 1.5), (13.0, 1.5)),
+    ("saddle", (6.0, 9.0), (34.0, 33.0)),
+    ("tilted-plane", (4.0, 4.0), (19.0, 18.0)),
+    ("fractal-512", (10.0, 10.0), (118.0, 116.0)),
+    ("jacksboro-1to100", (93.0, 225.0), (212.0, 73.0)),
+    ("cone", (8.0, 8.0), (33.0, 30.0)),
+    ("warehouse", (2.0, 15.0), (27.5, 4.0)),
+    ("test-bench", (13.0, 1.5), (0.8, 1.5)),
+    ("saddle", (6.0, 20.0), (34.0, 20.0)),
+    ("jacksboro-1to100", (20.6, 226.1), (209.9, 203.9)),
+)
+"""Map, start and goal in m; the first ones stand for all kinds of maps."""
+LOGS = (
+    *("one/stiction/0", "none_ar/nothing/0", "two/{pair}/0", "one/wheel_imbalance/1"),
+    *("outside/resonance/0", "hard/slope_offset/0", "one/light_load_gear_drag/0", "one/wear/0"),
+    *("none/nothing/0", "one/sinkage/1", "tied/one_heading:yaw_scrub/0", "one/yaw_scrub/0"),
+)
+"""Logs of tests.hidden_effects; "{pair}" is the first pair in the alphabet."""
+
+
+@dataclass(frozen=True)
+class Constant:
+    """One entry of the table, see there."""
+
+    module: str
+    name: str
+    value: Any
+    unit: str
+    decides: str
+    measured: str
+    ablated: tuple[Any, ...]
+    compiled: bool = False
+
+    @property
+    def label(self) -> str:
+        """Module without its package, and name."""
+        return f"{self.module.partition('.')[2]}.{self.name}"
+
+
+def table(path: Path = TABLE) -> list[Constant]:
+    """All entries; arrays of the file become tuples, as constants are."""
+    entries = tomllib.loads(path.read_text(encoding="utf-8"))["constant"]
+    return [Constant(**{key: _tuples(value) for key, value in one.items()}) for one in entries]
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value
+
+
+# What a fresh process measures. Nothing of planner is imported before the constant is replaced.
+
+
+def planning(count: int, iterations: int | None = None) -> dict[str, Any]:
+    """Energies in J by question, None where there is no route, and CPU seconds of all."""
+    from planner import plan_route
+
+    def energy(name: str, start: Sequence[float], goal: Sequence[float]) -> float | None:
+        ends = {
+            "start": dict(zip("xy", start, strict=True)),
+            "goal": dict(zip("xy", goal, strict=True)),
+        }
+        more = {} if iterations is None else {"iterations": iterations}
+        routes = plan_route(map=name, **ends, **more).routes
+        return routes[0].energy_j if routes else None
+
+    energy("test-bench", (2.0, 0.8), (11.0, 2.3))  # compiles or loads what is needed
+    begun = time.process_time()
+    found = {
+        f"{name} {start} {goal}": energy(name, start, goal)
+        for name, start, goal in QUESTIONS[:count]
+    }
+    return {"energy_j": found, "cpu_s": time.process_time() - begun}
+
+
+def certificate(count: int) -> dict[str, Any]:
+    """Gaps in % by question."""
+    from tests.benchmarks.bounds import measure
+
+    gaps = {}
+    for name, start, goal in QUESTIONS[:count]:
+        found = measure(name, (*start, *goal), [SECONDS], 0)
+        gaps[f"{name} {start} {goal}"] = found.get(f"gap_percent_{SECONDS:g}s")
+    return {"gap_percent": gaps}
+
+
+def naming(count: int) -> dict[str, Any]:
+    """Whether each log's verdict is right."""
+    from tests.hidden_effects.cases import cases
+    from tests.hidden_effects.runner import log_folder, run_case
+
+    known = {case.name: case for case in cases()}
+    pair = min(case.group for case in known.values() if case.kind == "two")
+    chosen = [known[name.format(pair=pair)] for name in LOGS[:count]]
+    return {"right": {case.name: run_case(case, folder=log_folder())["right"] for case in chosen}}
+
+
+MEASURES: dict[str, Callable[[int], dict[str, Any]]] = {
+    "planning": planning,
+    "anytime": lambda count: planning(count, ITERATIONS),
+    "certificate": certificate,
+    "naming": naming,
+}
+
+
+# What the results say together.
+
+
+def worth(base: Mapping[str, Any], ablated: Mapping[str, Any]) -> dict[str, float]:
+    """Change of a result by an ablation, in the units of the module's head.
+
+    Raises:
+        ValueError: the two are of different measures.
+    """
+    if set(base) != set(ablated):
+        raise ValueError("results of different measures")
+    if "energy_j" in base:
+        pairs = list(zip(base["energy_j"].values(), ablated["energy_j"].values(), strict=True))
+        changes = [100.0 * (b / a - 1.0) for a, b in pairs if a and b]
+        lost = sum(a is not None and b is None for a, b in pairs)
+        return {
+            "energy_percent": statistics.fmean(changes) if changes else math.nan,
+            "worst_percent": max(changes, default=math.nan),
+            "cpu_ratio": ablated["cpu_s"] / base["cpu_s"],
+            "routes_lost": lost,
+        }
+    if "gap_percent" in base:
+        gaps = zip(base["gap_percent"].values(), ablated["gap_percent"].values(), strict=True)
+        changes = [b - a for a, b in gaps if a is not None and b is not None]
+        return {"gap_points": statistics.fmean(changes), "worst_points": max(changes)}
+    right, before = (sum(one["right"].values()) for one in (ablated, base))
+    return {"right": right, "right_before": before, "logs": len(base["right"])}
+
+
+def in_words(change: Mapping[str, float]) -> str:
+    """The change in a cell of the table."""
+    if "energy_percent" in change:
+        lost = f", {change['routes_lost']:.0f} routes lost" if change["routes_lost"] else ""
+        return (
+            f"energy {change['energy_percent']:+.3f} % (worst {change['worst_percent']:+.2f} %), "
+            f"CPU x{change['cpu_ratio']:.2f}{lost}"
+        )
+    if "gap_points" in change:
+        return f"gap {change['gap_points']:+.2f} points (worst {change['worst_points']:+.2f})"
+    return (
+        f"{change['right']:.0f} of {change['logs']:.0f} right, before {change['right_before']:.0f}"
+    )
+
+
+def in_fresh_process(
+    measured: str, count: int, constant: Constant | None = None, value: Any = None
+) -> dict[str, Any]:
+    """What a process measures in which a constant has another value; None for the code as it is."""
+    command = [sys.executable, "-m", "tests.benchmarks.ablations", "--worker", measured]
+    command += ["--questions", str(count)]
+    if constant is None:
+        return _result(command, {})
+    command += ["--set", constant.module, constant.name, repr(value)]
+    cache = numba_cache()
+    with tempfile.TemporaryDirectory() as folder:
+        own = environment(
+            constant.module, constant.name, cache, Path(folder), compiled=constant.compiled
+        )
+        if own["NUMBA_CACHE_DIR"] != str(cache):
+            _result(command, own)  # compiles, so that the time is not counted
+        return _result(command, own)
+
+
+def _result(command: Sequence[str], variables: Mapping[str, str]) -> dict[str, Any]:
+    done = subprocess.run(
+        command,
+        cwd=ROOT,
+        env={**os.environ, **variables},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if done.returncode:
+        raise RuntimeError(f"{' '.join(command)}\n{done.stderr}")
+    found: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
+    return found
+
+
+def numba_cache() -> Path:
+    """Folder in which numba keeps what is compiled of the code as it is."""
+    command = "import planner, numba; print(numba.config.CACHE_DIR)"
+    told = subprocess.run(
+        [sys.executable, "-c", command], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    return Path(told.stdout.strip())
+
+
+def rows(constants: Sequence[Constant], count: int) -> Iterator[dict[str, Any]]:
+    """One for each value that a constant is given, as they come."""
+    base: dict[str, dict[str, Any]] = {}
+    for one in constants:
+        if one.measured not in base:
+            in_fresh_process(one.measured, count)  # compiles what is not on disk
+            base[one.measured] = in_fresh_process(one.measured, count)
+        for value in one.ablated:
+            found = in_fresh_process(one.measured, count, one, value)
+            yield {
+                "constant": one.label,
+                "value": one.value,
+                "ablated": value,
+                "unit": one.unit,
+                "decides": one.decides,
+                "questions": count,
+                **worth(base[one.measured], found),
+            }
+
+
+def page(kept: Sequence[Mapping[str, Any]]) -> str:
+    """The table as Markdown."""
+    lines = [
+        "# What tuned constants are worth",
+        "",
+        "Written by `python -m tests.benchmarks.ablations --save`. Each constant is given another",
+        "value in a fresh process; the last column says how the result changes.",
+        "",
+        "| constant | value | ablated | unit | decides | worth |",
+        "|---|---|---|---|---|---|",
+    ]
+    for row in kept:
+        cells = (row["value"], row["ablated"], row["unit"], row["decides"], in_words(row))
+        lines.append(f"| `{row['constant']}` | {' | '.join(map(str, cells))} |")
+    return "\n".join(lines) + "\n"
+
+
+def save(new: Sequence[Mapping[str, Any]], place: Path = KEPT) -> None:
+    """Write rows beside those that an earlier run kept."""
+    kept = json.loads(place.read_text(encoding="utf-8")) if place.exists() else []
+    merged = {(row["constant"], str(row["ablated"])): row for row in (*kept, *new)}
+    ordered = [merged[key] for key in sorted(merged)]
+    place.write_text(json.dumps(ordered, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    place.with_suffix(".md").write_text(page(ordered), encoding="utf-8")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """The command."""
+    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.ablations")
+    parser.add_argument("--only", nargs="*", help="names, or parts of module.NAME")
+    parser.add_argument("--questions", type=int, default=8, help="or logs, at most 12")
+    parser.add_argument("--save", action="store_true", help=f"write {KEPT.relative_to(ROOT)}, .md")
+    parser.add_argument("--worker", choices=MEASURES, help=argparse.SUPPRESS)
+    parser.add_argument("--set", nargs=3, help=argparse.SUPPRESS)
+    asked = parser.parse_args(arguments)
+    if asked.worker:
+        if asked.set:
+            module, name, value = asked.set
+            replace_when_imported(module, name, ast.literal_eval(value))
+        print(json.dumps(MEASURES[asked.worker](asked.questions)))
+        return 0
+    chosen = [c for c in table() if not asked.only or any(word in c.label for word in asked.only)]
+    found = []
+    for row in rows(chosen, asked.questions):
+        found.append(row)
+        told = f"{row['value']} -> {row['ablated']} {row['unit'] if row['unit'] != '1' else ''}"
+        print(f"{row['constant']:<58} {told:<22} {in_words(row)}", flush=True)
+    if asked.save:
+        save(found)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
