@@ -1,4 +1,4 @@
-"""What a metre of steady driving costs on a slope, tabulated over yaw, direction and steepness.
+"""Cost of a metre of steady driving on a slope, tabulated over yaw, direction and steepness.
 
     costs = steady_costs(model, class_rows, "energy")        # SteadyCosts, arrays
 

@@ -19,12 +19,13 @@ from numba import njit
 
 from planner.quantities import INDEX
 from planner.search.field import ground_classes
+from planner.search.kernel_arguments import Steps
 from planner.search.resolution import ALL_YAWS, YAWS
 from planner.search.results import price
-from planner.search.steady.steady_cost import cost_for_yaw
+from planner.search.steady import polar
 from planner.search.trajectory import CLOSELY
 from planner.search.trajectory.motion import assemble, room_to_move
-from planner.search.trajectory.speed_profile import speed_programme
+from planner.search.trajectory.speed_profile import speed_profile
 from planner.search.trajectory.track import lay_track, slopes_of_steps
 from planner.search.trajectory.turn_on_the_spot import first_contact, pose_spacing
 from planner.search.trajectory.yaw_profile import YawProfile
@@ -84,7 +85,8 @@ def pose_cost(
         ground = field.ground[j, i]
         metre, weights = 0.0, 0.0
         for at, weight in ((t, 1.0 - share), ((t + 1) % YAWS, share)):
-            cost = cost_for_yaw(field.by_yaw, field.yaw_limit, ground, at, azimuth, steepness, 1.0)
+            by_yaw, yaw_limit = field.by_yaw[ground, at], field.yaw_limit[ground, at]
+            cost = polar(by_yaw, yaw_limit, azimuth, steepness, 1.0)
             # Between an angle at which the slope can be climbed and one at which it cannot, the
             # better one speaks: planners here have it easier than ours.
             if weight > 0.0 and cost < np.inf:
@@ -131,12 +133,16 @@ def score_as_they_are(case: Case, poses: Array) -> float | None:
     angles = np.interp(_along(kept[:, :2], track.points), np.arange(len(kept)), unwound)
     track, yaw = room_to_move(track, YawProfile(angles, angles.copy(), 0.0))
     middle = 0.5 * (track.points[1:] + track.points[:-1])
-    speeds, _ = speed_programme(
+    speeds, _ = speed_profile(
         around,
         track,
         yaw,
-        slopes_of_steps(field, track.points),
-        ground_classes(field, middle),
+        Steps(
+            track.directions,
+            track.lengths,
+            slopes_of_steps(field, track.points),
+            ground_classes(field, middle),
+        ),
         0,
         CLOSELY.speeds,
         np.full(len(track.lengths), limits.speed),
