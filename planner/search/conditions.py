@@ -16,6 +16,7 @@ from planner.power.model import PowerModel
 from planner.power.motion_row import set_motion
 from planner.power.rows import rows_from
 from planner.quantities import INDEX
+from planner.search.kernel_arguments import ModelArrays
 from planner.search.requests import SituationRequest
 from planner.search.resolution import DIRECTIONS
 from planner.terrain.heightmap import Terrain
@@ -42,6 +43,13 @@ class Circumstances:
         """What tells one model under its conditions from another; for planner.cache."""
         arrays = (self.class_rows, self.limits, self.wind)
         return (model_key(self.model), *(array.tobytes() for array in arrays))
+
+    @cached_property
+    def arrays(self) -> ModelArrays:
+        """The numbers that compiled loops take with the model's kernel."""
+        model = self.model
+        numbers = model.parameters, model.body, model.wheels
+        return ModelArrays(*numbers, self.class_rows, self.limits, self.wind)
 
     @property
     def mass(self) -> float:

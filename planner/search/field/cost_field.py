@@ -127,9 +127,7 @@ def masked_cost(
         # Angles of the body are as far apart as bins.
         if not mask & (np.uint64(1) << np.uint64((ahead + t) % YAW_BINS)):
             continue
-        cost: float = polar(
-            by_yaw[t], yaw_limit[t], azimuth, steepness, margin, DIRECTIONS, STEEPNESSES
-        )
+        cost: float = polar(by_yaw[t], yaw_limit[t], azimuth, steepness, margin)
         if cost < np.inf and (
             not exact or body_fits(field, x, y, direction + 2.0 * math.pi * t / YAWS)
         ):

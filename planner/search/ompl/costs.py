@@ -27,7 +27,7 @@ from planner.search.conditions import Circumstances
 from planner.search.field import CostField, passable, segment_cost, wind_cost
 from planner.search.resolution import ALL_YAWS, DIRECTIONS, MARGIN, YAWS
 from planner.search.run import Run
-from planner.search.steady import cost_for_yaw
+from planner.search.steady import polar
 from planner.terrain.footprint import body_fits
 from planner.terrain.interpolation import interpolate
 
@@ -126,7 +126,8 @@ def _metre(field: Any, x: float, y: float, j: int, i: int, yaw: float, direction
     ground = field.ground[j, i]
     cost, weights = 0.0, 0.0
     for at, weight in ((t, 1.0 - share), ((t + 1) % YAWS, share)):
-        own = cost_for_yaw(field.by_yaw, field.yaw_limit, ground, at, azimuth, steepness, 1.0)
+        by_yaw, yaw_limit = field.by_yaw[ground, at], field.yaw_limit[ground, at]
+        own = polar(by_yaw, yaw_limit, azimuth, steepness, 1.0)
         # Between an angle at which the slope can be climbed and one at which it cannot, the
         # feasible one counts.
         if weight > 0.0 and own < np.inf:

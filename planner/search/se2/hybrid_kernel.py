@@ -9,35 +9,64 @@ from __future__ import annotations
 
 import heapq
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
+from planner.arrays import Array
 from planner.search.field import wind_cost
 from planner.search.grid import node_slope
-from planner.search.resolution import (
-    ALL_YAWS,
-    COUNT,
-    DIRECTIONS,
-    STATES,
-    STEEPNESSES,
-    YAW_BINS,
-)
+from planner.search.resolution import ALL_YAWS, COUNT, STATES, YAW_BINS
 from planner.search.steady import polar
 from planner.search.turns import turn_cost
 from planner.terrain.footprint import touches
 
 MOST_EXPANDED = 3_000_000
-"""States after which the search gives up."""
-TURNED = 3
-"""Angles by which the body may turn on one move, to either side."""
+"""States after which the search gives up: about 3 s."""
+MOST_TURN = 3
+"""Angles by which the body may turn on one move, to either side: 17°."""
 ANGLE = math.pi / YAW_BINS
-_TURNS = 2 * TURNED + 1
+"""rad from one angle of the body to the next."""
+LEAST_COST = 1e-3
+"""J per metre, or s or m, of any move: wind may push for nothing."""
+_TURNS = 2 * MOST_TURN + 1
 _SPUN = COUNT * _TURNS
 """From this number on, a state was reached by a turn on the spot, from the angle beyond it."""
 _BEGUN = _SPUN + YAW_BINS
 """The state was reached from the start."""
+
+
+class End(NamedTuple):
+    """Start or goal.
+
+    Attributes:
+        x, y: m.
+        costs: (YAW_BINS,) cost of each angle there; infinite where it is impossible.
+    """
+
+    x: float
+    y: float
+    costs: Array
+
+
+class Moves(NamedTuple):
+    """Properties of the moves of the grid.
+
+    Attributes:
+        offsets: (n, 2) columns and rows.
+        length, direction, wind: (n,) m, rad, and cost that wind adds per metre.
+        relative: (n, YAW_BINS) angle of the body to the travel, in steps.
+        turns: (n, YAW_BINS, 2·MOST_TURN + 1) cost that turning adds.
+    """
+
+    offsets: NDArray[np.int64]
+    length: Array
+    direction: Array
+    wind: Array
+    relative: NDArray[np.int64]
+    turns: Array
 
 
 @njit(cache=True, error_model="numpy", inline="always")
@@ -46,10 +75,9 @@ def _free(mask: Any, b: int) -> bool:
 
 
 @njit(cache=True, error_model="numpy")
-def _ends(
-    field: Any, frame: Any, x: float, y: float, at_end: Any, leaving: bool
-) -> list[tuple[int, int, float]]:
-    """States round an end of the way: node, angle, and cost of the straight line between."""
+def _near_end(field: Any, frame: Any, end: End, leaving: bool) -> list[tuple[int, int, float]]:
+    """States round an end of the path: node, angle, and cost of the straight line between."""
+    x, y = end.x, end.y
     ny, nx = field.heights.shape
     i0 = int(math.floor((x - field.x0) / field.dx))
     j0 = int(math.floor((y - field.y0) / field.dy))
@@ -58,7 +86,7 @@ def _ends(
         for i in range(max(i0 - 1, 0), min(i0 + 3, nx)):
             px, py = field.x0 + i * field.dx, field.y0 + j * field.dy
             for b in range(YAW_BINS):
-                if at_end[b] == np.inf or not _free(field.mask[j, i], b):
+                if end.costs[b] == np.inf or not _free(field.mask[j, i], b):
                     continue
                 if field.mask[j, i] != ALL_YAWS and touches(
                     field.blocked, frame, x, y, px, py, b * ANGLE, 0.0
@@ -69,26 +97,21 @@ def _ends(
                 cost = 0.0
                 if length > 1e-9:
                     slope_x, slope_y = node_slope(field, j, i)
-                    ground = field.ground[j, i]
-                    cost = _way_cost(
-                        field.by_yaw[ground],
-                        field.yaw_limit[ground],
-                        field.margin,
-                        slope_x,
-                        slope_y,
-                        direction,
-                        _from_travel(b, direction),
+                    ground, turned = field.ground[j, i], _from_travel(b, direction)
+                    by_yaw, yaw_limit = field.by_yaw[ground], field.yaw_limit[ground]
+                    cost = _metre_cost(
+                        by_yaw, yaw_limit, field.margin, slope_x, slope_y, direction, turned
                     )
-                    cost = max(cost + wind_cost(field, direction), 1e-3) * length
+                    cost = max(cost + wind_cost(field, direction), LEAST_COST) * length
                     if field.factor.shape[0] > 1:
                         cost *= field.factor[j, i]
                 if cost < np.inf:
-                    found.append((j * nx + i, b, cost + at_end[b]))
+                    found.append((j * nx + i, b, cost + end.costs[b]))
     return found
 
 
 @njit(cache=True, error_model="numpy")
-def _way_cost(
+def _metre_cost(
     by_yaw: Any,
     yaw_limit: Any,
     margin: float,
@@ -111,10 +134,7 @@ def _way_cost(
     # The better end of the body goes first.
     best = np.inf
     for turn in (turned, (turned + STATES // 2) % STATES):
-        cost = polar(
-            by_yaw[turn], yaw_limit[turn], azimuth, steepness, margin, DIRECTIONS, STEEPNESSES
-        )
-        best = min(best, cost)
+        best = min(best, polar(by_yaw[turn], yaw_limit[turn], azimuth, steepness, margin))
     return best
 
 
@@ -124,65 +144,115 @@ def _from_travel(b: int, direction: float) -> int:
     return int(math.floor((b * ANGLE - direction) / ANGLE + 0.5)) % STATES
 
 
+@njit(cache=True, error_model="numpy")
+def _moves(field: Any, offsets: Any, turning: Any) -> Any:
+    count = offsets.shape[0]
+    length, direction, wind = np.empty(count), np.empty(count), np.empty(count)
+    relative = np.empty((count, YAW_BINS), np.int64)
+    turns = np.zeros((count, YAW_BINS, _TURNS))
+    for m in range(count):
+        ex, ey = offsets[m, 0] * field.dx, offsets[m, 1] * field.dy
+        length[m], direction[m] = math.sqrt(ex * ex + ey * ey), math.atan2(ey, ex)
+        wind[m] = wind_cost(field, direction[m])
+        for b in range(YAW_BINS):
+            relative[m, b] = _from_travel(b, direction[m])
+            for w in range(-MOST_TURN, MOST_TURN + 1):
+                if w != 0:
+                    turns[m, b, w + MOST_TURN] = turn_cost(
+                        turning, relative[m, b], length[m], w * ANGLE
+                    )
+    return Moves(offsets, length, direction, wind, relative, turns)
+
+
+@njit(cache=True, error_model="numpy")
+def _trace_back(came: Any, last: int, offsets: Any, nx: int) -> list[int]:
+    """States from the start to ``last``; none where that is negative."""
+    trail = [last for _ in range(1 if last >= 0 else 0)]
+    while len(trail) > 0 and came[trail[-1]] != _BEGUN:
+        state, number = trail[-1], came[trail[-1]]
+        node, b = state // YAW_BINS, state % YAW_BINS
+        if number >= _SPUN:
+            trail.append(node * YAW_BINS + number - _SPUN)
+        else:
+            m, w = number // _TURNS, number % _TURNS - MOST_TURN
+            before = node - offsets[m, 1] * nx - offsets[m, 0]
+            trail.append(before * YAW_BINS + (b - w) % YAW_BINS)
+    return trail[::-1]
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _reach(
+    spent: Any, came: Any, waiting: Any, state: int, cost: float, still: float, origin: int
+) -> None:
+    """Note a state that is reached, where it costs less than before; ``still`` is yet to come."""
+    whole = np.float32(cost + 1.0)
+    if spent[state] == 0.0 or whole < spent[state]:
+        spent[state] = whole
+        came[state] = origin
+        heapq.heappush(waiting, (cost + still, whole, state))
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _spin(
+    mask: Any, spent: Any, came: Any, waiting: Any, state: int, still: float, prices: Any
+) -> None:
+    """Reach the other angles of a node by turning on the spot, both ways round."""
+    b = state % YAW_BINS
+    value = spent[state] - 1.0
+    for side in (1, -1):
+        for turned in range(1, YAW_BINS // 2 + 1):
+            to_b = (b + side * turned) % YAW_BINS
+            if not _free(mask, to_b):
+                break
+            cost = value + prices[0] + turned * prices[1]
+            _reach(spent, came, waiting, state - b + to_b, cost, still, _SPUN + b)
+
+
 @njit(cache=True, error_model="numpy", nogil=True)
 def search_poses(
     field: Any,
     frame: Any,
-    moves: Any,
+    offsets: Any,
     ahead: Any,
     turning: Any,
-    tightest: float,
     spin: float,
-    halt: float,
-    start_x: float,
-    start_y: float,
-    at_start: Any,
-    goal_x: float,
-    goal_y: float,
-    at_goal: Any,
+    start: End,
+    goal: End,
     stop: Any,
 ) -> Any:
-    """States along the cheapest way, and its cost; none without a way."""
+    """States along the cheapest path, and its cost; none without a path.
+
+    Args:
+        field, frame: CostField, and its ``body_frame()``.
+        offsets: (n, 2) of the moves.
+        ahead: (ny, nx) cost-to-go.
+        turning: Turning.
+        spin: cost of turning on the spot by one angle.
+        start, goal: both ends.
+        stop: (1,) not zero ends the search.
+    """
     # Arrays by names of their own: taking them out of the tuple costs more than a look-up.
     heights, mask, grounds, factor = field.heights, field.mask, field.ground, field.factor
     by_yaw, yaw_limit, blocked, margin = field.by_yaw, field.yaw_limit, field.blocked, field.margin
     x0, y0, dx, dy = field.x0, field.y0, field.dx, field.dy
-    dearer = factor.shape[0] > 1
+    penalised = factor.shape[0] > 1
     ny, nx = heights.shape
     states = ny * nx * YAW_BINS
     slopes = np.empty((ny, nx, 2))
     for j in range(ny):
         for i in range(nx):
             slopes[j, i, 0], slopes[j, i, 1] = node_slope(field, j, i)
-    # What a move has for itself: length, direction, wind, and what turning on it adds.
-    count = moves.shape[0]
-    length, direction, wind = np.empty(count), np.empty(count), np.empty(count)
-    relative = np.empty((count, YAW_BINS), np.int64)
-    turns = np.empty((count, YAW_BINS, _TURNS))
-    for m in range(count):
-        ex, ey = moves[m, 0] * dx, moves[m, 1] * dy
-        length[m], direction[m] = math.sqrt(ex * ex + ey * ey), math.atan2(ey, ex)
-        wind[m] = wind_cost(field, direction[m])
-        for b in range(YAW_BINS):
-            relative[m, b] = _from_travel(b, direction[m])
-            for w in range(-TURNED, TURNED + 1):
-                turns[m, b, w + TURNED] = 0.0
-                if w != 0:
-                    turns[m, b, w + TURNED] = turn_cost(
-                        turning, tightest, relative[m, b], length[m], w * ANGLE
-                    )
+    moves = _moves(field, offsets, turning)
+    length, direction, wind = moves.length, moves.direction, moves.wind
+    relative, turns = moves.relative, moves.turns
     spent = np.zeros(states, np.float32)  # cost and 1, so that 0 is a state not seen yet
     came = np.zeros(states, np.uint16)
     waiting = [(0.0, np.float32(0.0), 0) for _ in range(0)]
-    for node, b, cost in _ends(field, frame, start_x, start_y, at_start, True):
-        state = node * YAW_BINS + b
-        whole = np.float32(cost + 1.0)
-        if spent[state] == 0.0 or whole < spent[state]:
-            spent[state] = whole
-            came[state] = _BEGUN
-            heapq.heappush(waiting, (cost + ahead[node // nx, node % nx], whole, state))
+    for node, b, cost in _near_end(field, frame, start, True):
+        still = ahead[node // nx, node % nx]
+        _reach(spent, came, waiting, node * YAW_BINS + b, cost, still, _BEGUN)
     arriving = {}
-    for node, b, cost in _ends(field, frame, goal_x, goal_y, at_goal, False):
+    for node, b, cost in _near_end(field, frame, goal, False):
         arriving[node * YAW_BINS + b] = cost
     best, last, expanded = np.inf, -1, 0
     while len(waiting) > 0:
@@ -192,78 +262,45 @@ def search_poses(
         node, b = state // YAW_BINS, state % YAW_BINS
         j, i = node // nx, node % nx
         if known > spent[state]:
-            continue  # a better way was found since
+            continue  # a better path was found since
         value = spent[state] - 1.0
         expanded += 1
         if state in arriving and value + arriving[state] < best:
             best, last = value + arriving[state], state
         x, y = x0 + i * dx, y0 + j * dy
         here = mask[j, i]
-        for way in (1, -1):
-            for turned in range(1, YAW_BINS // 2 + 1):
-                to_b = (b + way * turned) % YAW_BINS
-                if not _free(here, to_b):
-                    break
-                cost = value + halt + turned * spin
-                whole = np.float32(cost + 1.0)
-                other = node * YAW_BINS + to_b
-                if spent[other] == 0.0 or whole < spent[other]:
-                    spent[other] = whole
-                    came[other] = _SPUN + b
-                    heapq.heappush(waiting, (cost + ahead[j, i], whole, other))
-        for m in range(count):
-            to_i, to_j = i + moves[m, 0], j + moves[m, 1]
-            if to_i < 0 or to_j < 0 or to_i >= nx or to_j >= ny:
+        _spin(here, spent, came, waiting, state, ahead[j, i], (turning.stop, spin))
+        for m in range(offsets.shape[0]):
+            to_i, to_j = i + offsets[m, 0], j + offsets[m, 1]
+            if to_i < 0 or to_j < 0 or to_i >= nx or to_j >= ny or ahead[to_j, to_i] == np.inf:
                 continue
-            still = ahead[to_j, to_i]
-            if still == np.inf:
-                continue
-            there = mask[to_j, to_i]
+            still, there = ahead[to_j, to_i], mask[to_j, to_i]
             straight = -1.0
-            for w in range(-TURNED, TURNED + 1):
+            for w in range(-MOST_TURN, MOST_TURN + 1):
                 to_b = (b + w) % YAW_BINS
                 other = (to_j * nx + to_i) * YAW_BINS + to_b
-                cost = value + turns[m, b, w + TURNED]
+                cost = value + turns[m, b, w + MOST_TURN]
                 # Most were reached for less before; they need no price.
                 if not _free(there, to_b) or 0.0 < spent[other] <= cost + 1.0:
                     continue
                 if straight < 0.0:
                     ground = grounds[j, i]
-                    straight = _way_cost(
+                    straight = _metre_cost(
                         *(by_yaw[ground], yaw_limit[ground], margin),
                         0.5 * (slopes[j, i, 0] + slopes[to_j, to_i, 0]),
                         0.5 * (slopes[j, i, 1] + slopes[to_j, to_i, 1]),
                         *(direction[m], relative[m, b]),
                     )
-                    straight = max(straight + wind[m], 1e-3) * length[m]
-                    if dearer:
+                    straight = max(straight + wind[m], LEAST_COST) * length[m]
+                    if penalised:
                         straight *= factor[j, i]
                 cost += straight
-                whole = np.float32(cost + 1.0)
-                if cost + still >= best or 0.0 < spent[other] <= whole:
+                if cost + still >= best or 0.0 < spent[other] <= np.float32(cost + 1.0):
                     continue
+                to_x, to_y = x + offsets[m, 0] * dx, y + offsets[m, 1] * dy
                 if (here != ALL_YAWS or there != ALL_YAWS) and touches(
-                    blocked,
-                    frame,
-                    x,
-                    y,
-                    x + moves[m, 0] * dx,
-                    y + moves[m, 1] * dy,
-                    b * ANGLE,
-                    w * ANGLE,
+                    blocked, frame, x, y, to_x, to_y, b * ANGLE, w * ANGLE
                 ):
                     continue
-                spent[other] = whole
-                came[other] = m * _TURNS + w + TURNED
-                heapq.heappush(waiting, (cost + still, whole, other))
-    trail = [last for _ in range(1 if last >= 0 else 0)]
-    while len(trail) > 0 and came[trail[-1]] != _BEGUN:
-        state, number = trail[-1], came[trail[-1]]
-        node, b = state // YAW_BINS, state % YAW_BINS
-        if number >= _SPUN:
-            trail.append(node * YAW_BINS + number - _SPUN)
-        else:
-            m, w = number // _TURNS, number % _TURNS - TURNED
-            before = node - moves[m, 1] * nx - moves[m, 0]
-            trail.append(before * YAW_BINS + (b - w) % YAW_BINS)
-    return trail[::-1], best
+                _reach(spent, came, waiting, other, cost, still, m * _TURNS + w + MOST_TURN)
+    return _trace_back(came, last, offsets, nx), best

@@ -1,18 +1,18 @@
-"""Search in x, y and yaw at once: ways along which the body can turn in time.
+"""Search in x, y and yaw at once: paths along which the body can turn in time.
 
-    way = pose_path(situation, field, "energy", (start, yaw), (goal, yaw), token=run.token)
-    way.points, way.yaws                       # (k, 2) m and (k,) rad; or None without a way
-    narrowed = keeping_yaw(field, [way])       # for refinement: near the way, with its yaw angles
+    path = pose_path(situation, field, "energy", (start, yaw), (goal, yaw), token=run.token)
+    path.points, path.yaws                     # (k, 2) m and (k,) rad; or None without a path
+    narrowed = keeping_yaw(field, [path])      # for smoothing: near the path, with its yaw angles
 
-The least-cost field leaves the yaw out: at every place the cheapest angle that is free counts, and
-between racks it may lead into a gap in which the body cannot turn as the next bend needs it. Here a
-state is a node with one of 32 yaw angles of half a turn (the body's rectangle looks the same after
-that). Moves are the 16 of the grid, turning by a few angles on the way, and turns on the spot,
-which cost a stop as well. Every move is tried for contact as closely as the finished motion. A*
-(Hart, Nilsson and Raphael, 1968), with the least-cost field for what is still to come: it leaves
-turning out, so it is never too high but for the rounding of angles.
+The least-cost field leaves the yaw out: at every place the cheapest free angle counts. Between
+racks it may lead into a gap in which the body cannot turn as the next bend needs it. Here a state
+is a node with one of 32 yaw angles of half a turn (the body's rectangle looks the same after that).
+Moves are the 16 of the grid, turning by a few angles on the way, and turns on the spot, which cost
+a stop as well. Every move is tried for contact as closely as the finished motion. A* (Hart, Nilsson
+and Raphael, 1968) uses the least-cost field as cost-to-go. It leaves turning out, so that it is
+never too high but for the rounding of angles.
 
-Costs are estimates by tables; the programmes for yaw and speed price the motion afterwards.
+Costs are estimates by tables; the yaw and speed profiles price the motion afterwards.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from planner.search.resolution import (
     TURNS,
     YAW_BINS,
 )
-from planner.search.se2.hybrid_kernel import ANGLE, search_poses
+from planner.search.se2.hybrid_kernel import ANGLE, End, search_poses
 from planner.search.situation import Situation
 from planner.search.turns import Turning, spin_costs, turning
 from planner.terrain.footprint import body_fits
@@ -47,17 +47,18 @@ Point = tuple[float, float]
 
 MOST_NODES = 1_000_000
 """Nodes of a map up to which poses are searched: 200 MB are reserved for that many."""
-NEAR = 1
-"""Cells round a pose within which refinement may use its yaw."""
-BESIDE = 1
-"""Angles beside that of the pose that it may use as well."""
-IN_PLACE = 0.01
-"""m that a rad of turning, and a stop, count as where length is what matters."""
+YAW_CELLS = 1
+"""Cells round a pose within which smoothing may use its yaw."""
+YAW_NEIGHBOURS = 1
+"""Angles to either side of a pose's own that smoothing may use."""
+METRES_PER_RAD = 0.01
+"""m that a rad of turning, and a stop, count as where length is minimised: of equally long paths
+the one with less turning wins."""
 
 
 @dataclass(frozen=True)
 class PosePath:
-    """A way with the yaw of the body.
+    """A path with the yaw of the body.
 
     Attributes:
         points: (k, 2) m.
@@ -71,7 +72,7 @@ class PosePath:
 
     @property
     def polyline(self) -> Array:
-        """The points without those on which the body only turns."""
+        """The points without those at which the body turns on the spot."""
         apart = np.hypot(*np.diff(self.points, axis=0).T) > 1e-9
         return np.ascontiguousarray(self.points[np.concatenate([[True], apart])])
 
@@ -85,38 +86,29 @@ def pose_path(
     *,
     token: CancellationToken,
 ) -> PosePath | None:
-    """The least-cost way with yaw from start to goal.
+    """The least-cost path with yaw from start to goal.
 
     Args:
         situation: map and model.
         field: of the situation, for the objective.
         objective: "energy", "time" or "length".
         start, goal: place in m, and yaw in rad or None where it is free.
-        token: the caller's wish to stop.
+        token: cancellation.
 
     Returns:
-        The way, or None: there is none, the map is too large, or it took too many states.
+        The path, or None: there is none, the map is too large, or it took too many states.
 
     Raises:
-        Cancelled: the caller wanted to stop.
+        Cancelled: the caller cancelled.
     """
     if field.heights.size > MOST_NODES:
         return None
     ahead = cost_to_go(field, situation.lattice(objective, field), goal[0], token=token)
-    prices, spin = _prices(situation.around, objective)
+    turning_costs, spin = _prices(situation.around, objective)
     states, cost = search_poses(
-        field,
-        field.body_frame(),
-        MOVES,
-        ahead.values,
-        prices.table,
-        prices.tightest,
-        spin,
-        prices.stop,
-        *start[0],
-        _at_end(field, *start, spin),
-        *goal[0],
-        _at_end(field, *goal, spin),
+        *(field, field.body_frame(), MOVES, ahead.values, turning_costs, spin),
+        End(*start[0], _at_end(field, *start, spin)),
+        End(*goal[0], _at_end(field, *goal, spin)),
         token.flag,
     )
     token.check()
@@ -129,41 +121,38 @@ def pose_path(
     return PosePath(np.vstack([start[0], inner, goal[0]]), angles * ANGLE, float(cost))
 
 
-def keeping_yaw(field: CostField, ways: Sequence[PosePath]) -> CostField:
-    """The same field, but near obstacles only the yaw angles of the ways, and only near them."""
+def keeping_yaw(field: CostField, paths: Sequence[PosePath]) -> CostField:
+    """The same field, but near obstacles only the yaw angles of the paths, and only near them."""
     allowed = np.zeros(field.mask.shape, np.uint32)
-    for way in ways:
-        _allow(field, way.points, way.yaws, allowed)
+    for path in paths:
+        _allow(field, path.points, path.yaws, allowed)
     crowded = field.mask != ALL_YAWS
     return field._replace(mask=np.where(crowded, field.mask & allowed, field.mask))
 
 
 def _prices(around: Circumstances, objective: str) -> tuple[Turning, float]:
-    """Turning on the way and stops; and what an angle on the spot costs."""
+    """Costs of turning and stopping, and the cost of turning on the spot by one angle."""
     aim = OBJECTIVES[objective]
     prices = turning(around, aim)
     if objective == "length":
-        # Turning takes no way; of equal ways the one with less of it.
-        table = np.tile(IN_PLACE * np.linspace(0.0, prices.tightest, TURNS), (STATES, 1))
-        return Turning(IN_PLACE, prices.tightest, table), IN_PLACE * ANGLE
-    model = around.model
-    numbers = (model.limits_kernel, model.parameters, model.body, model.wheels)
+        table = np.tile(METRES_PER_RAD * np.linspace(0.0, prices.tightest, TURNS), (STATES, 1))
+        return Turning(METRES_PER_RAD, prices.tightest, table), METRES_PER_RAD * ANGLE
     spin = np.empty((1, STATES))
     level = (np.zeros(1), np.zeros((1, 4)), np.zeros(1, np.int64))
-    spin_costs(*numbers, around.class_rows, around.limits, *level, aim, spin)
+    spin_costs(around.model.limits_kernel, around.arrays, *level, aim, spin)
     return prices, float(spin.mean()) * ANGLE
 
 
 def _at_end(field: CostField, place: Point, yaw: float | None, spin: float) -> Array:
-    """What each angle costs at an end of the way, (YAW_BINS,): infinite where it cannot be had."""
+    """Cost of each angle at an end of the path, (YAW_BINS,): infinite where it is impossible."""
     fits = np.array([body_fits(field, *place, k * ANGLE) for k in range(YAW_BINS)])
     if yaw is None:
         return np.where(fits, 0.0, np.inf)
     costs = np.full(YAW_BINS, np.inf)
     given = round(yaw / ANGLE)
-    for way in (1, -1):
+    for side in (1, -1):
         for turned in range(YAW_BINS // 2 + 1):
-            k = (given + way * turned) % YAW_BINS
+            k = (given + side * turned) % YAW_BINS
             if turned and not fits[k]:
                 break
             costs[k] = min(costs[k], turned * spin)
@@ -176,10 +165,10 @@ def _allow(field: Any, points: Any, yaws: Any, allowed: Any) -> None:
     for k in range(points.shape[0]):
         angle = int(math.floor(yaws[k] / ANGLE + 0.5))
         bits = np.uint32(0)
-        for b in range(angle - BESIDE, angle + BESIDE + 1):
+        for b in range(angle - YAW_NEIGHBOURS, angle + YAW_NEIGHBOURS + 1):
             bits |= np.uint32(1) << np.uint32(b % YAW_BINS)
         i0 = int(math.floor((points[k, 0] - field.x0) / field.dx + 0.5))
         j0 = int(math.floor((points[k, 1] - field.y0) / field.dy + 0.5))
-        for j in range(max(j0 - NEAR, 0), min(j0 + NEAR + 1, ny)):
-            for i in range(max(i0 - NEAR, 0), min(i0 + NEAR + 1, nx)):
+        for j in range(max(j0 - YAW_CELLS, 0), min(j0 + YAW_CELLS + 1, ny)):
+            for i in range(max(i0 - YAW_CELLS, 0), min(i0 + YAW_CELLS + 1, nx)):
                 allowed[j, i] |= bits

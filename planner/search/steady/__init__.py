@@ -1,4 +1,4 @@
-"""What a metre of steady driving costs on a slope, tabulated over yaw, direction and steepness.
+"""Cost of a metre of steady driving on a slope, tabulated over yaw, direction and steepness.
 
     costs = steady_costs(model, class_rows, "energy")        # SteadyCosts, arrays
 
@@ -8,7 +8,6 @@ The other names look these tables up from compiled code.
 from planner.search.steady.steady_cost import (
     SteadyCosts,
     cost_for_best_yaw,
-    cost_for_yaw,
     costs_for_yaws,
     lean_for_yaw,
     polar,
@@ -18,7 +17,6 @@ from planner.search.steady.steady_cost_tables import steady_costs
 __all__ = [
     "SteadyCosts",
     "cost_for_best_yaw",
-    "cost_for_yaw",
     "costs_for_yaws",
     "lean_for_yaw",
     "polar",

@@ -1,22 +1,22 @@
-"""Steady driving: what a metre costs on a slope, for every heading of the body, tabulated once.
+"""Steady driving: cost of a metre on a slope, for every heading of the body, tabulated once.
 
 On a plane of gradient ∇z, a robot that drives along the horizontal unit vector d with its body
 turned by θ from d dissipates, per horizontal metre,
 
     D = min over v of  P(v, θ, ∇z)·√(1 + m²)/v - M·g·m          m = ∇z·d
 
-where P is the compiled power model and M the mass with payload. D ≥ 0 by the second law, which is
-what search needs; the energy of a route is ΣD plus M·g times the climb. Only speeds within all
-limits count: wheel load, traction, current, voltage, continuous torque.
+where P is the compiled power model and M the mass with payload. D ≥ 0 by the second law, as the
+search needs. The energy of a route is ΣD plus M·g times the climb. Only speeds within all limits
+count: wheel load, traction, current, voltage, continuous torque.
 
 Three numbers fix D: θ, the direction φ of the gradient seen from d, and its steepness. The tables
 are polar in the last two, with steepness as a share of the largest one that can be driven, so that
 every entry is finite and the limit itself is exact to the bisection:
 
     by_yaw[c, θ, φ, s]   yaw_limit[c, θ, φ]      c counts the ground classes of the map
-    lean[c, θ, φ, s]                             rad by which the body is turned off θ for it
+    lean[c, θ, φ, s]                             crab angle, rad by which the body is turned off θ
     best[c, φ, s]        limit[c, φ]             the same with the best θ
-    gentle[c, a, b]                              the same by slope along and across the way,
+    gentle[c, a, b]                              the same by slope along and across the travel,
                                                  as far as ``reach``, the least slope limit
 
 Looking up replaces 1 µs of model by 0.01 µs, and yaw is gone from the search.
@@ -47,23 +47,15 @@ def level_cost(costs: Any, edge: float, steepness: float, levels: int) -> float:
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def polar(
-    table: Any,
-    edge: Any,
-    azimuth: float,
-    steepness: float,
-    margin: float,
-    directions: int,
-    levels: int,
-) -> float:
+def polar(table: Any, edge: Any, azimuth: float, steepness: float, margin: float) -> float:
     """Bilinear in direction (periodic) and share of the limit; infinity beyond margin · limit."""
-    a = azimuth / (2.0 * math.pi) * directions
-    a -= directions * math.floor(a / directions)
+    a = azimuth / (2.0 * math.pi) * DIRECTIONS
+    a -= DIRECTIONS * math.floor(a / DIRECTIONS)
     f0 = int(a)
     w = a - f0
-    if f0 >= directions:
+    if f0 >= DIRECTIONS:
         f0 = 0
-    f1 = f0 + 1 if f0 + 1 < directions else 0
+    f1 = f0 + 1 if f0 + 1 < DIRECTIONS else 0
     largest = min(edge[f0], edge[f1])
     if w == 0.0:
         largest = edge[f0]
@@ -73,42 +65,20 @@ def polar(
     for f, weight in ((f0, 1.0 - w), (f1, w)):
         if weight == 0.0:
             continue
-        value += weight * level_cost(table[f], edge[f], steepness, levels)
+        value += weight * level_cost(table[f], edge[f], steepness, STEEPNESSES)
     return value
-
-
-@njit(cache=True, error_model="numpy")
-def cost_for_yaw(
-    by_yaw: Any,
-    yaw_limit: Any,
-    ground: int,
-    turn: int,
-    azimuth: float,
-    steepness: float,
-    margin: float,
-) -> float:
-    """Cost per horizontal metre with the body turned by ``turn`` bins from the travel."""
-    return polar(
-        by_yaw[ground, turn],
-        yaw_limit[ground, turn],
-        azimuth,
-        steepness,
-        margin,
-        DIRECTIONS,
-        STEEPNESSES,
-    )
 
 
 @njit(cache=True, error_model="numpy")
 def lean_for_yaw(
     lean: Any, yaw_limit: Any, ground: int, turn: int, azimuth: float, steepness: float
 ) -> float:
-    """Rad by which the body is turned off ``turn`` bins for the cost of ``cost_for_yaw``."""
+    """Crab angle: rad by which the body is turned off ``turn`` bins at the cost tabulated."""
     f = int(math.floor(azimuth / (2.0 * math.pi) * DIRECTIONS + 0.5)) % DIRECTIONS
     edge = yaw_limit[ground, turn, f]
     if not 0.0 < steepness <= edge:
         return 0.0
-    # The nearest: between no lean and one lie those at which the drag is neither.
+    # The nearest entry: at an angle between two entries the drag is neither of the two.
     s = int(steepness / edge * (STEEPNESSES - 1) + 0.5)
     found: float = lean[ground, turn, f, s]
     return found
@@ -124,7 +94,10 @@ def costs_for_yaws(
     margin: float,
     costs: Any,
 ) -> None:
-    """``cost_for_yaw`` for all turns at once, (YAWS,) into ``costs``."""
+    """Cost per horizontal metre with the body turned by every bin, (YAWS,) into ``costs``.
+
+    Entry ``turn`` is ``polar`` of the tables of that bin.
+    """
     a = azimuth / (2.0 * math.pi) * DIRECTIONS
     a -= DIRECTIONS * math.floor(a / DIRECTIONS)
     f = int(a) % DIRECTIONS
@@ -145,7 +118,7 @@ def cost_for_best_yaw(
     best: Any, limit: Any, ground: int, azimuth: float, steepness: float, margin: float
 ) -> float:
     """Cost per horizontal metre with the body turned as is cheapest."""
-    return polar(best[ground], limit[ground], azimuth, steepness, margin, DIRECTIONS, STEEPNESSES)
+    return polar(best[ground], limit[ground], azimuth, steepness, margin)
 
 
 @dataclass(frozen=True)
@@ -163,6 +136,6 @@ class SteadyCosts:
 
     @property
     def nbytes(self) -> int:
-        """Memory that is kept."""
+        """Memory that the cache counts."""
         arrays = (self.by_yaw, self.yaw_limit, self.lean, self.best, self.limit)
         return sum(array.nbytes for array in (*arrays, self.gentle, self.order))

@@ -12,14 +12,14 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from planner.arrays import Array
 from planner.search.conditions import Circumstances
 from planner.search.field import CostField, ground_classes
+from planner.search.kernel_arguments import Steps
 from planner.search.trajectory.limit_checks import broken_limits, ease
 from planner.search.trajectory.motion import Motion, assemble, joined, room_to_move
-from planner.search.trajectory.speed_profile import speed_programme
+from planner.search.trajectory.speed_profile import speed_profile
 from planner.search.trajectory.track import Track, lay_track, slopes_of_steps
 from planner.search.trajectory.turn_on_the_spot import (
     Stuck,
@@ -27,32 +27,31 @@ from planner.search.trajectory.turn_on_the_spot import (
     pose_spacing,
     turn_on_the_spot,
 )
-from planner.search.trajectory.yaw_profile import YawProfile, yaw_programme
+from planner.search.trajectory.yaw_profile import YawProfile, yaw_profile
 from planner.search.wanted_yaw import Wanted, arriving, leaving
 
 
 class Care(NamedTuple):
-    """How closely a motion is worked out.
+    """Effort spent on a motion.
 
     Attributes:
         yaws, speeds: angles and levels of speed beside the best ones that are priced as well.
-        knots: places at most at which the yaw is decided, where there is room.
-        turned: yaw programmes at most until the motion keeps to all limits, each without an angle
-            that did not.
+        waypoints: places at most at which the yaw is decided, where there is room.
+        turned: yaw profiles at most, each without an angle that broke a limit before.
     """
 
     yaws: int
     speeds: int
-    knots: int
+    waypoints: int
     turned: int
 
 
 ROUGHLY, CLOSELY = Care(1, 1, 240, 1), Care(2, 3, 480, 8)
 """The first is good to a few parts in ten thousand, to choose among paths."""
-REPAIRS = 12
-"""Speed programmes until no limit is broken between stations either."""
-PATIENCE = 2
-"""Repairs of one place, other than of the voltage, until the body is to be turned otherwise."""
+MOST_SPEED_PROFILES = 12
+"""Speed profiles until no limit is broken between samples either."""
+SPEED_REPAIRS = 2
+"""Repairs of one place, other than of the voltage, before another yaw is tried."""
 
 
 def move(
@@ -68,44 +67,44 @@ def move(
     """The best motion along a path.
 
     Args:
-        field, around, legs, yaws, objective: as for ``drive``.
+        field: map and costs of steady driving.
+        around: model and conditions.
+        legs: polylines (k, 2) in m, each from one fixed point to the next.
+        yaws: wanted at every fixed point, rad; one more than legs.
+        objective: 1 minimises time, anything else energy.
         care: how closely.
-        checked: whether all limits are looked at between the points that the programmes look at.
+        checked: whether all limits are checked between the samples of the profiles too.
     """
     turned = [k for k, yaw in enumerate(yaws) if isinstance(yaw, tuple)]
     if turned:
         return _in_parts(field, around, legs, yaws, turned, objective, care, checked)
     free_or_one = [arriving(yaw) for yaw in yaws]
-    vehicle = around.model.vehicle
+    limits = around.model.vehicle.limits
     spacing = pose_spacing(min(field.dx, field.dy))
     track = lay_track(
         field,
         list(legs),
-        # The speed's grid needs some way to change by one level.
-        spacing=max(spacing, 0.06 * vehicle.limits.speed**2 / vehicle.limits.acceleration),
-        speed=vehicle.limits.speed,
-        acceleration=vehicle.limits.acceleration,
+        # The speed's grid needs some metres to change by one level.
+        spacing=max(spacing, 0.06 * limits.speed**2 / limits.acceleration),
+        speed=limits.speed,
+        acceleration=limits.acceleration,
     )
     if not len(track.lengths):
         return turn_on_the_spot(field, around, track.points[0], free_or_one)
-    slopes, grounds = _ground_under(field, track)
+    steps = _steps(field, track)
     shut: list[tuple[float, float, float]] = []
     for _ in range(care.turned):
-        yaw = _yaw_through(
-            field, around, track, slopes, grounds, free_or_one, objective, care, shut
-        )
+        yaw = _yaw_through(field, around, track, steps, free_or_one, objective, care, shut)
         if isinstance(yaw, Stuck):
             return yaw
         roomy, yaw = room_to_move(track, yaw)
-        on_steps = slopes, grounds
-        if roomy is not track:
-            on_steps = _ground_under(field, roomy)
+        on_roomy = steps if roomy is track else _steps(field, roomy)
         motion = _at_speed(
-            field, around, roomy, yaw, *on_steps, objective, care.speeds, checked, spacing
+            field, around, roomy, yaw, on_roomy, objective, care.speeds, checked, spacing
         )
         if isinstance(motion, Motion):
             break
-        # With the body turned otherwise it may keep to its limits there.
+        # With another yaw the robot may keep to its limits there.
         place = int(np.hypot(*(roomy.points - (motion.x, motion.y)).T).argmin())
         shut.append((motion.x, motion.y, float(yaw.leaving[place])))
     if isinstance(motion, Stuck):
@@ -133,14 +132,9 @@ def _in_parts(
     for end in sorted({*turned, len(yaws) - 1}):
         if end > begun:
             wanted = [leaving(yaws[begun]), *yaws[begun + 1 : end], arriving(yaws[end])]
+            inner = legs[begun:end]
             part = move(
-                field,
-                around,
-                legs[begun:end],
-                wanted,
-                objective=objective,
-                care=care,
-                checked=checked,
+                field, around, inner, wanted, objective=objective, care=care, checked=checked
             )
             if isinstance(part, Stuck):
                 return part
@@ -161,8 +155,7 @@ def _at_speed(
     around: Circumstances,
     track: Track,
     yaw: YawProfile,
-    slopes: Array,
-    grounds: NDArray[np.int64],
+    steps: Steps,
     objective: int,
     beside: int,
     checked: bool,
@@ -173,17 +166,9 @@ def _at_speed(
     fastest = np.full(len(track.lengths), limits.speed)
     hardest = np.full(len(track.lengths), limits.acceleration)
     eased = np.zeros(len(track.lengths), np.int64)
-    for _ in range(REPAIRS):
-        speeds, broken_at = speed_programme(
-            around,
-            track,
-            yaw,
-            slopes,
-            grounds,
-            objective,
-            beside,
-            fastest,
-            hardest,
+    for _ in range(MOST_SPEED_PROFILES):
+        speeds, broken_at = speed_profile(
+            around, track, yaw, steps, objective, beside, fastest, hardest
         )
         if speeds is None:
             x, y = track.points[broken_at]
@@ -197,31 +182,31 @@ def _at_speed(
         ease(broken, motion, track, fastest, hardest, eased)
         x, y = motion.x[broken.steps[0]], motion.y[broken.steps[0]]
         stuck = Stuck(float(x), float(y), broken.what)
-        if eased.max() > PATIENCE:
+        if eased.max() > SPEED_REPAIRS:
             worst = int(eased.argmax())
             x, y = 0.5 * (track.points[worst] + track.points[worst + 1])
             return Stuck(float(x), float(y), broken.what)
     return stuck
 
 
-def _ground_under(field: CostField, track: Track) -> tuple[Array, NDArray[np.int64]]:
-    """Slopes (steps, 4) of ``slopes_of_steps``, and the ground class (steps,) of every step."""
+def _steps(field: CostField, track: Track) -> Steps:
+    """Slopes and ground classes of every step."""
     middle = 0.5 * (track.points[1:] + track.points[:-1])
-    return slopes_of_steps(field, track.points), ground_classes(field, middle)
+    slopes = slopes_of_steps(field, track.points)
+    return Steps(track.directions, track.lengths, slopes, ground_classes(field, middle))
 
 
 def _yaw_through(
     field: CostField,
     around: Circumstances,
     track: Track,
-    slopes: Array,
-    grounds: NDArray[np.int64],
+    steps: Steps,
     yaws: Sequence[float | None],
     objective: int,
     care: Care,
     shut: Sequence[tuple[float, float, float]],
 ) -> YawProfile | Stuck:
-    """Yaw along the whole track; a via point with a yaw of its own parts the programme in two."""
+    """Yaw along the whole track; a via point with a yaw of its own cuts the profile in two."""
     fixed = [k for k, yaw in enumerate(yaws) if yaw is not None and 0 < k < len(yaws) - 1]
     cuts = [0, *(track.marks[k] for k in fixed), len(track.points) - 1]
     wanted = [yaws[0], *(yaws[k] for k in fixed), yaws[-1]]
@@ -237,17 +222,16 @@ def _yaw_through(
             track.stops[a : b + 1],
             (0, b - a),
         )
-        profile = yaw_programme(
+        profile = yaw_profile(
             around,
             field,
             piece,
-            slopes[a:b],
-            grounds[a:b],
+            steps.part(a, b),
             objective=objective,
             start_yaw=wanted[part],
             goal_yaw=wanted[part + 1],
             beside=care.yaws,
-            most_knots=care.knots,
+            most_waypoints=care.waypoints,
             shut=shut,
         )
         if not isinstance(profile, YawProfile):

@@ -1,17 +1,19 @@
-"""What the speed programme expects, by even driving, of a change of speed before it is priced.
+"""Estimated costs of changes of speed, by even driving, before the power model prices them.
 
-estimate(kernel, ..., expected)      # cost of every change of level on every step
-levels(top)                          # m/s, the speeds that there are
+estimate(kernel, arrays, stretch, fastest, hardest, expected)    # every change of level
+levels(top)                                                      # m/s, the speeds on the grid
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit, types
+from numpy.typing import NDArray
 
+from planner.arrays import Array
 from planner.power.kernels import BLOCK, BLOCK_KERNEL
 from planner.power.motion_row import (
     empty_block,
@@ -22,19 +24,19 @@ from planner.power.motion_row import (
     stretch_of,
 )
 from planner.quantities import INDEX
+from planner.search.kernel_arguments import B1, F1, F3, MODEL_ARRAYS, STEPS, Steps, tuple_type
 from planner.search.resolution import CREEP, LEVELS
 
 REACH = 9
-"""Largest change of level between stations."""
-ESTIMATED = 4
-"""Even driving is priced at every so many levels for the estimates, and evenly in between."""
+"""Largest change of level between samples: at the vehicle's largest acceleration a step of the
+track allows no more."""
+ESTIMATED_LEVELS = 4
+"""Even driving is priced at every so many levels for the estimates, and interpolated in between.
+Exact prices replace estimates, so that this decides the time alone."""
 
-_PRICED = tuple(q for q in range(LEVELS) if q < len(CREEP) or (LEVELS - 1 - q) % ESTIMATED == 0)
-_F1 = types.Array(types.float64, 1, "C")
-_F2 = types.Array(types.float64, 2, "C")
-_F3 = types.Array(types.float64, 3, "C")
-_I1 = types.Array(types.int64, 1, "C")
-_B1 = types.Array(types.boolean, 1, "C")
+_PRICED = tuple(
+    q for q in range(LEVELS) if q < len(CREEP) or (LEVELS - 1 - q) % ESTIMATED_LEVELS == 0
+)
 _VX, _VY, _WZ = INDEX["vx"], INDEX["vy"], INDEX["wz"]
 
 
@@ -48,43 +50,55 @@ def levels(top: float) -> Any:
     return level
 
 
+class Stretch(NamedTuple):
+    """A track with its yaw, for the search of the best speeds.
+
+    Attributes:
+        steps: between its samples.
+        curvatures: (n,) 1/m of the steps.
+        yaw: (n,) rad in the middle of every step.
+        turns: (n,) rad by which the body turns on it.
+        stops: (n + 1,) samples at which the robot stands.
+        acceleration: m/s² at most.
+        objective: 1 for s, anything else for J.
+    """
+
+    steps: Steps
+    curvatures: Array
+    yaw: Array
+    turns: Array
+    stops: NDArray[np.bool_]
+    acceleration: float
+    objective: int
+
+
+STRETCH = tuple_type(Stretch, STEPS, F1, F1, F1, B1, types.float64, types.int64)
+
+
 @njit(
-    types.void(
-        *(BLOCK_KERNEL, _F1, _F1, _F2, _F2, _F1, _F1),
-        *(_F1, _F1, _F1, _F2, _F1, _F1, _I1, _B1),
-        *(types.float64, types.int64, _F1, _F1, _F3),
-    ),
+    types.void(BLOCK_KERNEL, MODEL_ARRAYS, STRETCH, F1, F1, F3),
     cache=True,
     error_model="numpy",
     nogil=True,
 )
 def estimate(
-    kernel: Any,
-    parameters: Any,
-    body: Any,
-    wheels: Any,
-    class_rows: Any,
-    limits: Any,
-    wind: Any,
-    directions: Any,
-    lengths: Any,
-    curvatures: Any,
-    slopes: Any,
-    yaw: Any,
-    turns: Any,
-    ground: Any,
-    stops: Any,
-    most_acceleration: float,
-    objective: int,
-    fastest: Any,
-    hardest: Any,
-    expected: Any,
+    kernel: Any, arrays: Any, stretch: Any, fastest: Any, hardest: Any, expected: Any
 ) -> None:
     """Cost of every change of level by even driving, (steps, LEVELS, 2·REACH + 1).
 
-    A step costs the mean of even driving between its two speeds, and for speeding up or slowing
-    down what that takes or gives at half speed. Infinite where it cannot be.
+    A step costs the mean of even driving between its two speeds, and the cost of speeding up or
+    slowing down at half speed. Infinite where it is impossible.
+
+    Args:
+        kernel, arrays: of the power model.
+        stretch: Stretch.
+        fastest, hardest: (steps,) m/s and m/s² at most.
+        expected: written.
     """
+    parameters, body, wheels, class_rows, limits, wind = arrays
+    directions, lengths, slopes, ground = stretch.steps
+    curvatures, yaw, turns, stops = stretch.curvatures, stretch.yaw, stretch.turns, stretch.stops
+    most_acceleration, objective = stretch.acceleration, stretch.objective
     columns, found = empty_block()
     level = levels(limits[0])
     row = np.empty(class_rows.shape[1])
@@ -95,8 +109,8 @@ def estimate(
     priced = len(_PRICED) + 5
     together = BLOCK // priced  # steps in a block
     for j in range(lengths.shape[0]):
-        stretch = stretch_of(slopes[j, 0], slopes[j, 1], directions[j])
-        surface = lengths[j] * stretch
+        longer = stretch_of(slopes[j, 0], slopes[j, 1], directions[j])
+        surface = lengths[j] * longer
         most = min(
             fastest[j],
             limits[6] * surface / max(abs(turns[j]), 1e-12),

@@ -1,18 +1,17 @@
 """Speed along a track with known yaw, by dynamic programming.
 
-Squared speed is on an even grid and acceleration constant between stations; the power model prices
-every step with its acceleration, turning and bend, so that ramps at start, stop and corners are
-paid for, and what braking gives back is earned. Limits hold at every step.
+Squared speed is on an even grid and acceleration constant between samples. The power model prices
+every step with its acceleration, turning and bend: ramps at start, stop and corners are paid for,
+and braking earns what it gives back. Limits hold at every step.
 
-As in yaw_kernel, changes of speed are first estimated, here by even
-driving, and only those near the best way so far are priced, until that way has nothing but exact
-prices.
+As in yaw_kernel, changes of speed are first estimated, here by even driving. Only those near the
+best profile so far are priced, until that profile has exact prices alone.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit, types
@@ -24,55 +23,79 @@ from planner.power.limits import BRIEFLY, broken_in_block
 from planner.power.motion_row import empty_block, put_row, set_acceleration, set_motion, set_wind
 from planner.quantities import INDEX
 from planner.search.conditions import Circumstances
+from planner.search.kernel_arguments import F1, F3, MODEL_ARRAYS, Steps
 from planner.search.resolution import EVENLY, LEVELS, STILL
-from planner.search.trajectory.speed_estimate import REACH, estimate, levels
+from planner.search.trajectory.speed_estimate import (
+    REACH,
+    STRETCH,
+    Stretch,
+    estimate,
+    levels,
+)
 from planner.search.trajectory.track import Track
 from planner.search.trajectory.yaw_profile import YawProfile
 
-ROUNDS = 24
-"""Rounds of pricing after which the best speeds among the exact prices will do."""
-SAME = 1e-9
-"""J or s by which a level's cost may differ from that of the round before and be the same."""
-_F1 = types.Array(types.float64, 1, "C")
-_F2 = types.Array(types.float64, 2, "C")
-_I1 = types.Array(types.int64, 1, "C")
-_B1 = types.Array(types.boolean, 1, "C")
-_F3 = types.Array(types.float64, 3, "C")
+LAZY_ROUNDS = 24
+"""Rounds of pricing after which estimates no longer count."""
+MOST_ROUNDS = 20 * LAZY_ROUNDS
+"""Rounds at most; no plan on the maps has come near."""
+SAME_COST = 1e-9
+"""J or s by which a level's cost may differ from that of the round before and count as the same."""
 _VX, _VY, _WZ = INDEX["vx"], INDEX["vy"], INDEX["wz"]
 _SLOPE_RATE = INDEX["slope_rate"]
 # Gauss-Legendre nodes and weights on [0, 1], exact for cubics.
 _TWO = ((0.5 - math.sqrt(3) / 6, 0.5), (0.5 + math.sqrt(3) / 6, 0.5))
 
 
+class Block(NamedTuple):
+    """Rows that the power model prices together.
+
+    Attributes:
+        columns, found: values of the rows and results, as the kernel takes them.
+        shares: (BLOCK,) s that a row's power counts for.
+        eases: (BLOCK,) factor on the continuous torque.
+        owners: (BLOCK, 3) step, level at its start, and change of level.
+    """
+
+    columns: Array
+    found: Array
+    shares: Array
+    eases: Array
+    owners: NDArray[np.int64]
+
+
+class Step(NamedTuple):
+    """A step of a track, at any speed.
+
+    Attributes:
+        row: at its middle.
+        steepest: row at unit speed where its ground is steepest, or empty: only limits count there.
+        unit: (2,) velocity at unit speed.
+        surface: m along the ground.
+        turn: rad.
+        curvature: 1/m.
+        slope_change: to the next step.
+    """
+
+    row: Array
+    steepest: Array
+    unit: Array
+    surface: float
+    turn: float
+    curvature: float
+    slope_change: float
+
+
 @njit(cache=True, error_model="numpy")
 def _put_ramp(
-    columns: Any,
-    place: int,
-    row: Any,
-    steepest: Any,
-    unit: Any,
-    limits: Any,
-    surface: float,
-    turn: float,
-    curvature: float,
-    speed_a: float,
-    speed_b: float,
-    slope_change: float,
-    most_acceleration: float,
-    shares: Any,
-    eases: Any,
+    block: Block, place: int, step: Step, speeds: Any, limits: Any, most_acceleration: float
 ) -> int:
     """Rows of one step between two speeds, from ``place`` of a block on; their number, at most 3.
 
     None where the acceleration or the yaw rate is too large.
-
-    Args:
-        row: at the middle of the step.
-        steepest: unless empty, at unit speed where its ground is steepest: only limits count there.
-        unit: (2,) velocity at unit speed.
-        shares: (BLOCK,) written: s that a row's power counts for.
-        eases: (BLOCK,) written: what the continuous torque may be, as a factor.
     """
+    speed_a, speed_b = speeds
+    surface, turn, curvature = step.surface, step.turn, step.curvature
     acceleration = (speed_b * speed_b - speed_a * speed_a) / (2.0 * surface)
     if abs(acceleration) > most_acceleration * (1.0 + 1e-6):
         return 0
@@ -84,16 +107,17 @@ def _put_ramp(
         return 0
     brief = abs(turn) > STILL or curvature != 0.0 or abs(acceleration) > 0.05 * most_acceleration
     count = 0
+    row, steepest, unit, shares = step.row, step.steepest, step.unit, block.shares
     if steepest.shape[0]:
         vx, vy = steepest[_VX], steepest[_VY]
         steepest[_VX], steepest[_VY], steepest[_WZ] = vx * faster, vy * faster, turn / time
         set_acceleration(steepest, acceleration, faster * faster * curvature, vx, vy, 1.0)
-        put_row(columns, place, steepest)
+        put_row(block.columns, place, steepest)
         steepest[_VX], steepest[_VY] = vx, vy
         shares[place] = 0.0
         count = 1
     row[_WZ] = turn / time
-    row[_SLOPE_RATE] = slope_change / time
+    row[_SLOPE_RATE] = step.slope_change / time
     for at, share in _TWO:
         if speed_a == speed_b and at > 0.5:
             shares[place + count - 1] = time  # at even speed both nodes see the same
@@ -101,49 +125,40 @@ def _put_ramp(
         speed = speed_a + (speed_b - speed_a) * at
         row[_VX], row[_VY] = unit[0] * speed, unit[1] * speed
         set_acceleration(row, acceleration, speed * speed * curvature, unit[0], unit[1], 1.0)
-        put_row(columns, place + count, row)
+        put_row(block.columns, place + count, row)
         shares[place + count] = share * time
         count += 1
     for k in range(place, place + count):
-        eases[k] = BRIEFLY if brief else 1.0
+        block.eases[k] = BRIEFLY if brief else 1.0
     return count
 
 
 @njit(cache=True, error_model="numpy")
-def _book(
-    found: Any,
-    size: int,
-    limits: Any,
-    objective: int,
-    owners: Any,
-    shares: Any,
-    eases: Any,
-    expected: Any,
-) -> None:
-    """Add what the model found for a block's rows to the costs of the steps that own them."""
+def _book(block: Block, size: int, limits: Any, objective: int, expected: Any) -> None:
+    """Add the model's results for a block's rows to the costs of the steps that own them."""
     for k in range(size):
-        j, a, at = owners[k]
-        if broken_in_block(found, k, limits, eases[k]) >= 0:
+        j, a, at = block.owners[k]
+        if broken_in_block(block.found, k, limits, block.eases[k]) >= 0:
             expected[j, a, at] = np.inf
         else:
-            # Of ways that take as long, the one that needs less energy.
-            expected[j, a, at] += (1e-6 if objective == 1 else 1.0) * (found[k] * shares[k])
+            # Of profiles that take as long, the one that needs less energy.
+            weight = 1e-6 if objective == 1 else 1.0
+            expected[j, a, at] += weight * (block.found[k] * block.shares[k])
 
 
 @njit(cache=True, error_model="numpy")
 def relax(expected: Any, exact: Any, only: bool, fresh: Any, cost: Any, came: Any) -> None:
-    """Least cost of reaching every level at every station, over the least at that station.
+    """Least cost of reaching every level at every sample, over the least at that sample.
 
-    Where no step's costs are fresh, and those of the levels come out as before, all that follows
-    stays as it is.
+    Where no step's costs are fresh and those of the levels come out as before, the rest stays.
 
     Args:
         expected: (steps, LEVELS, 2·REACH + 1) cost of every change of level.
         exact: which of them the power model has priced.
         only: whether others are left out.
-        fresh: (steps,) whose costs are not those of the call before.
+        fresh: (steps,) whose costs changed since the call before.
         cost: (steps + 1, LEVELS), brought up to date.
-        came: (steps + 1, LEVELS) level at the station before, brought up to date.
+        came: (steps + 1, LEVELS) level at the sample before, brought up to date.
     """
     ahead = np.empty(LEVELS)
     same = True
@@ -164,202 +179,198 @@ def relax(expected: Any, exact: Any, only: bool, fresh: Any, cost: Any, came: An
         same = True
         for b in range(LEVELS):
             over = ahead[b] - least if ahead[b] < np.inf else np.inf
-            same &= over == cost[j + 1, b] or abs(over - cost[j + 1, b]) <= SAME
+            same &= over == cost[j + 1, b] or abs(over - cost[j + 1, b]) <= SAME_COST
             cost[j + 1, b] = over
 
 
+@njit(cache=True, error_model="numpy")
+def _step(arrays: Any, stretch: Stretch, j: int, row: Any, unit: Any) -> Any:
+    """Step number ``j``; its row and unit velocity are written to the arrays given."""
+    steps, slopes = stretch.steps, stretch.steps.slopes
+    yaw, direction = stretch.yaw[j], steps.directions[j]
+    row[:] = arrays.class_rows[steps.ground[j]]
+    longer = set_motion(row, slopes[j, 0], slopes[j, 1], yaw, direction, 1.0)
+    unit[0], unit[1] = row[_VX], row[_VY]
+    set_wind(row, arrays.wind, yaw)
+    steepest = row[:0]
+    if slopes[j, 2] != slopes[j, 0] or slopes[j, 3] != slopes[j, 1]:
+        steepest = row.copy()
+        set_motion(steepest, slopes[j, 2], slopes[j, 3], yaw, direction, 1.0)
+    change = 0.0
+    if j + 1 < slopes.shape[0]:
+        change = math.hypot(slopes[j + 1, 0] - slopes[j, 0], slopes[j + 1, 1] - slopes[j, 1])
+    surface = steps.lengths[j] * longer
+    return Step(row, steepest, unit, surface, stretch.turns[j], stretch.curvatures[j], change)
+
+
+@njit(cache=True, error_model="numpy")
+def _price_near(
+    kernel: Any,
+    arrays: Any,
+    stretch: Stretch,
+    block: Block,
+    level: Any,
+    chosen: Any,
+    fresh: Any,
+    beside: int,
+    exact: Any,
+    expected: Any,
+) -> None:
+    """Price the fresh steps of the best profile, at levels up to ``beside`` from its own.
+
+    Args:
+        kernel, arrays, stretch: of the power model, and what is driven.
+        block: scratch.
+        level: (LEVELS,) m/s.
+        chosen: (steps + 1,) the profile's levels.
+        fresh: (steps,) whether a step is to be priced.
+        beside: levels to either side.
+        exact, expected: which costs are exact, and the costs; brought up to date.
+    """
+    parameters, body, wheels = arrays.parameters, arrays.body, arrays.wheels
+    limits, objective, most = arrays.limits, stretch.objective, stretch.acceleration
+    row, unit = np.empty(arrays.class_rows.shape[1]), np.empty(2)
+    size = 0
+    for j in range(fresh.shape[0]):
+        if not fresh[j]:
+            continue
+        p, q = chosen[j], chosen[j + 1]
+        step = _step(arrays, stretch, j, row, unit)
+        for a in range(max(0, p - beside), min(LEVELS, p + beside + 1)):
+            for b in range(max(0, q - beside), min(LEVELS, q + beside + 1)):
+                at = b - a + REACH
+                if at < 0 or at > 2 * REACH or exact[j, a, at] or expected[j, a, at] == np.inf:
+                    continue
+                exact[j, a, at] = True
+                if size + 3 > BLOCK:
+                    kernel(block.columns, size, parameters, body, wheels, block.found)
+                    _book(block, size, limits, objective, expected)
+                    size = 0
+                count = _put_ramp(block, size, step, (level[a], level[b]), limits, most)
+                expected[j, a, at] = np.inf
+                if count:
+                    expected[j, a, at] = 0.0
+                    if objective == 1:
+                        expected[j, a, at] = 2.0 * step.surface / (level[a] + level[b])
+                for k in range(size, size + count):
+                    block.owners[k] = j, a, at
+                size += count
+    kernel(block.columns, size, parameters, body, wheels, block.found)
+    _book(block, size, limits, objective, expected)
+
+
+@njit(cache=True, error_model="numpy")
+def _correct(chosen: Any, fresh: Any, guess: Any, exact: Any, expected: Any) -> None:
+    """Correct the estimates of every fresh step by the error of the one that was priced."""
+    for j in range(fresh.shape[0]):
+        if not fresh[j]:
+            continue
+        p, q = chosen[j], chosen[j + 1]
+        off = expected[j, p, q - p + REACH] - guess[j]
+        if off < np.inf:
+            for a in range(LEVELS):
+                for at in range(2 * REACH + 1):
+                    if not exact[j, a, at]:
+                        expected[j, a, at] += off
+
+
 @njit(
-    types.boolean(
-        *(BLOCK_KERNEL, _F1, _F1, _F2, _F2, _F1, _F1),
-        *(_F1, _F1, _F1, _F2, _F1, _F1, _I1, _B1),
-        *(types.float64, types.int64, _F3, types.int64, _F1),
-    ),
+    types.boolean(BLOCK_KERNEL, MODEL_ARRAYS, STRETCH, F3, types.int64, F1),
     cache=True,
     error_model="numpy",
     nogil=True,
 )
 def _speeds(
-    kernel: Any,
-    parameters: Any,
-    body: Any,
-    wheels: Any,
-    class_rows: Any,
-    limits: Any,
-    wind: Any,
-    directions: Any,
-    lengths: Any,
-    curvatures: Any,
-    slopes: Any,
-    yaw: Any,
-    turns: Any,
-    ground: Any,
-    stops: Any,
-    most_acceleration: float,
-    objective: int,
-    expected: Any,
-    beside: int,
-    speeds: Any,
+    kernel: Any, arrays: Any, stretch: Stretch, expected: Any, beside: int, speeds: Any
 ) -> bool:
-    """Whether there are speeds; the best are written to ``speeds``.
+    """Whether a profile exists; the best one is written to ``speeds``.
 
-    Without any, speeds[0] is the station where none leads on. What ``expected`` of
-    speed_estimate holds is replaced by exact costs as they are found.
+    Without any, speeds[0] is the last sample that can be reached. The estimates in ``expected``
+    are replaced by exact costs as they are found.
     """
     columns, found = empty_block()
-    shares, eases = np.empty(BLOCK), np.empty(BLOCK)
     owners = np.empty((BLOCK, 3), np.int64)
-    steps = lengths.shape[0]
+    block = Block(columns, found, np.empty(BLOCK), np.empty(BLOCK), owners)
+    steps = stretch.curvatures.shape[0]
     cost = np.empty((steps + 1, LEVELS))
     came = np.empty((steps + 1, LEVELS), np.int64)
-    chosen = np.empty(steps + 1, np.int64)
+    chosen = np.zeros(steps + 1, np.int64)
     exact = np.zeros(expected.shape, np.bool_)
-    level = levels(limits[0])
-    row, unit = np.empty(class_rows.shape[1]), np.empty(2)
+    level = levels(arrays.limits[0])
     fresh, guess = np.empty(steps, np.bool_), np.empty(steps)
     cost[0] = np.inf
     cost[0, 0] = 0.0
     nothing = before = False
     fresh[:] = True  # steps whose costs the last round changed
-    for attempt in range(20 * ROUNDS):
-        only = attempt >= ROUNDS and not nothing
+    for attempt in range(MOST_ROUNDS):
+        only = attempt >= LAZY_ROUNDS and not nothing
         if only != before:
             before, fresh[:] = only, True
         relax(expected, exact, only, fresh, cost, came)
-        if cost[steps, 0] == np.inf:
+        nothing = cost[steps, 0] == np.inf
+        if nothing:
             if only:
-                nothing = True  # what is priced leads nowhere yet
-                continue
+                continue  # exact prices lead nowhere yet: estimates count again
             for j in range(steps + 1):
                 if cost[j].min() < np.inf:
                     speeds[0] = j
             return False
-        nothing = False
         q = 0
         for j in range(steps, 0, -1):
             chosen[j] = q
             speeds[j] = level[q]
             q = came[j, q]
-        chosen[0] = 0
-        new, size = 0, 0
         for j in range(steps):
-            p, q = chosen[j], chosen[j + 1]
-            fresh[j] = not exact[j, p, q - p + REACH]
-            if not fresh[j]:
-                continue
-            new += 1
-            guess[j] = expected[j, p, q - p + REACH]
-            row[:] = class_rows[ground[j]]
-            stretch = set_motion(row, slopes[j, 0], slopes[j, 1], yaw[j], directions[j], 1.0)
-            unit[0], unit[1] = row[_VX], row[_VY]
-            set_wind(row, wind, yaw[j])
-            steepest = row[:0]
-            if slopes[j, 2] != slopes[j, 0] or slopes[j, 3] != slopes[j, 1]:
-                steepest = row.copy()
-                set_motion(steepest, slopes[j, 2], slopes[j, 3], yaw[j], directions[j], 1.0)
-            change = 0.0
-            if j + 1 < steps:
-                change = math.hypot(
-                    slopes[j + 1, 0] - slopes[j, 0], slopes[j + 1, 1] - slopes[j, 1]
-                )
-            for a in range(max(0, p - beside), min(LEVELS, p + beside + 1)):
-                for b in range(max(0, q - beside), min(LEVELS, q + beside + 1)):
-                    at = b - a + REACH
-                    if at < 0 or at > 2 * REACH or exact[j, a, at] or expected[j, a, at] == np.inf:
-                        continue
-                    exact[j, a, at] = True
-                    if size + 3 > BLOCK:
-                        kernel(columns, size, parameters, body, wheels, found)
-                        _book(found, size, limits, objective, owners, shares, eases, expected)
-                        size = 0
-                    count = _put_ramp(
-                        columns,
-                        size,
-                        row,
-                        steepest,
-                        unit,
-                        limits,
-                        lengths[j] * stretch,
-                        turns[j],
-                        curvatures[j],
-                        level[a],
-                        level[b],
-                        change,
-                        most_acceleration,
-                        shares,
-                        eases,
-                    )
-                    expected[j, a, at] = np.inf
-                    if count:
-                        expected[j, a, at] = 0.0
-                        if objective == 1:
-                            expected[j, a, at] = 2.0 * lengths[j] * stretch / (level[a] + level[b])
-                    for k in range(size, size + count):
-                        owners[k] = j, a, at
-                    size += count
-        if new == 0:
+            p, at = chosen[j], chosen[j + 1] - chosen[j] + REACH
+            fresh[j] = not exact[j, p, at]
+            guess[j] = expected[j, p, at]
+        if not fresh.any():
             return True
-        kernel(columns, size, parameters, body, wheels, found)
-        _book(found, size, limits, objective, owners, shares, eases, expected)
-        for j in range(steps):
-            if not fresh[j]:
-                continue
-            # What this guess was off by, its neighbours are off by as well.
-            p, q = chosen[j], chosen[j + 1]
-            off = expected[j, p, q - p + REACH] - guess[j]
-            if off < np.inf:
-                for a in range(LEVELS):
-                    for at in range(2 * REACH + 1):
-                        if not exact[j, a, at]:
-                            expected[j, a, at] += off
+        _price_near(kernel, arrays, stretch, block, level, chosen, fresh, beside, exact, expected)
+        _correct(chosen, fresh, guess, exact, expected)
     return False
 
 
-def speed_programme(
+def speed_profile(
     around: Circumstances,
     track: Track,
     yaw: YawProfile,
-    slopes: Array,
-    grounds: NDArray[np.int64],
+    steps: Steps,
     objective: int,
     beside: int,
     fastest: Array,
     hardest: Array,
 ) -> tuple[Array | None, int]:
-    """Speed (n,) at every station, or None and the station where no speed leads further.
+    """Speed (n,) at every sample, or None and the sample where no speed leads further.
 
-    Levels up to ``beside`` from the best ones are priced by the power model as well; ``fastest``
-    and ``hardest`` (steps,) are the largest speeds and accelerations.
+    Args:
+        around: model and conditions.
+        track, yaw, steps: samples of the path, yaw there, and the steps between.
+        objective: 1 minimises time, anything else energy.
+        beside: levels to either side of the best ones that the power model prices as well.
+        fastest, hardest: (steps,) m/s and m/s² at most.
     """
     stops = track.stops | (np.abs(yaw.leaving - yaw.arriving) > 1e-9)
     turns = yaw.arriving[1:] - yaw.leaving[:-1]
     speeds = np.zeros(len(track.points))
-    model = around.model
+    kernel, acceleration = around.model.limits_kernel, around.model.vehicle.limits.acceleration
     middle = yaw.leaving[:-1] + 0.5 * turns
-    for first, last, top in _stretches(around, track, slopes, stops, turns):
-        steps, limits = slice(first, last), around.limits.copy()
+    for first, last, top in _stretches(around, track, steps.slopes, stops, turns):
+        part, limits = slice(first, last), around.limits.copy()
         limits[0] = top
-        task = (
-            model.limits_kernel,
-            model.parameters,
-            model.body,
-            model.wheels,
-            around.class_rows,
-            limits,
-            around.wind,
-            track.directions[steps],
-            track.lengths[steps],
-            track.curvatures[steps],
-            slopes[steps],
-            middle[steps],
-            turns[steps],
-            grounds[steps],
+        arrays = around.arrays._replace(limits=limits)
+        stretch = Stretch(
+            steps.part(first, last),
+            track.curvatures[part],
+            middle[part],
+            turns[part],
             stops[first : last + 1],
-            model.vehicle.limits.acceleration,
+            acceleration,
             objective,
         )
         expected = np.empty((last - first, LEVELS, 2 * REACH + 1))
-        estimate(*task, fastest[steps], hardest[steps], expected)
-        if not _speeds(*task, expected, beside, speeds[first : last + 1]):
+        estimate(kernel, arrays, stretch, fastest[part], hardest[part], expected)
+        if not _speeds(kernel, arrays, stretch, expected, beside, speeds[first : last + 1]):
             return None, first + int(speeds[first])
     return speeds, -1
 
@@ -371,10 +382,10 @@ def _stretches(
     stops: NDArray[np.bool_],
     turns: Array,
 ) -> list[tuple[int, int, float]]:
-    """Stretches of a track to find speeds for: first and last station, and the largest speed, m/s.
+    """Stretches of a track to find speeds for: first and last sample, and the largest speed, m/s.
 
     Usually one. Between two stops too close for the even grid of speeds, the robot cannot become
-    fast: such a stretch gets a grid of its own, up to the speed that it allows.
+    fast. Such a stretch gets a grid of its own, up to the speed that it allows.
     """
     top, acceleration = float(around.limits[0]), around.model.vehicle.limits.acceleration
     along = slopes[:, 0] * np.cos(track.directions) + slopes[:, 1] * np.sin(track.directions)

@@ -1,8 +1,8 @@
-"""What the yaw programme expects, by tables, of a way before the power model prices it.
+"""Estimates of the yaw profile: costs of driving at an even angle, before the power model prices.
 
-steady_costs_of(field, knots, ..., steady)        # what driving at an even angle costs
+steady_costs_of(field, at, steps, stride, steady)
 
-What turning on the way adds to it is in planner.search.turns.turning_prices.
+The cost of turning on the move is in planner.search.turns.turning_table.
 """
 
 from __future__ import annotations
@@ -17,33 +17,26 @@ from planner.search.resolution import STATES
 from planner.search.steady import costs_for_yaws
 
 DOUBTFUL = 10.0
-"""How much dearer than the dearest what the tables refuse is taken to be."""
+"""Factor on the highest cost known, as the cost of what the tables refuse: priced last."""
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def steady_costs_of(
-    field: Any,
-    knots: Any,
-    directions: Any,
-    lengths: Any,
-    slopes: Any,
-    ground: Any,
-    stride: Any,
-    steady: Any,
-) -> None:
-    """Cost of the way from each knot to the next at an even angle to the travel.
+def steady_costs_of(field: Any, at: Any, steps: Any, stride: Any, steady: Any) -> None:
+    """Cost from each waypoint to the next at an even angle to the travel.
 
     Args:
         field: tables of steady costs by yaw.
-        knots: stations.
-        directions, lengths, slopes, ground: of the steps.
-        stride: (knots - 1,) every so many of the steps after a knot stands for the others.
-        steady: (knots - 1, STATES) written.
+        at: (n,) samples of the track that are waypoints.
+        steps: Steps between the samples.
+        stride: (n - 1,) every so many of the steps after a waypoint stands for the others.
+        steady: (n - 1, STATES) written.
     """
+    directions, lengths = steps.directions, steps.lengths
+    slopes, ground = steps.slopes, steps.ground
     by_yaw, yaw_limit = field.by_yaw, field.yaw_limit
     costs = np.empty(STATES)
-    for k in range(knots.shape[0] - 1):
-        first, last = knots[k], knots[k + 1]
+    for k in range(at.shape[0] - 1):
+        first, last = at[k], at[k + 1]
         whole, taken = 0.0, 0.0
         for j in range(first, last):
             whole += lengths[j]

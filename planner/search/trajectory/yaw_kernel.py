@@ -1,40 +1,115 @@
-"""The compiled part of the yaw programme: the best states, with few prices from the power model.
+"""The compiled part of the yaw profile: the best states, with few prices from the power model.
 
-    cost = programme(..., estimates, ..., states)
+    cost = best_states(kernel, arrays, ..., states)
 
-A change of state is first estimated by tables (yaw_estimate). The best
-way by these estimates is priced exactly, with its neighbours; what the estimates were off by at a
-knot corrects the others there; and so on until the best way has nothing but exact prices. (Lazy
-evaluation of edges: Dellin and Srinivasa, ICAPS 2016.)
+A change of state is first estimated by tables (yaw_estimate). The best path by these estimates is
+priced exactly, with its neighbours. The error of an estimate corrects the others at its waypoint.
+This repeats until the best path has exact prices alone. (Lazy evaluation of edges: Dellin and
+Srinivasa, ICAPS 2016.)
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit, types
+from numpy.typing import NDArray
 
+from planner.arrays import Array
 from planner.power.kernels import BLOCK_KERNEL
+from planner.search.kernel_arguments import B1, B2, F1, F2, I1, MODEL_ARRAYS, STEPS, tuple_type
 from planner.search.resolution import STATES, WIDTH
-from planner.search.turns import spin_round, step_costs, turn_cost, turn_place
+from planner.search.turns import TURNING, spin_round, step_costs, turn_cost, turn_place
 from planner.terrain.footprint import touches
 
 MOST_SAMPLES = 2
-"""Steps that stand for those between two knots, where there are more than three."""
-WINDOW = 8
-"""Largest change of the angle to the travel between knots, in states (45°)."""
-PATIENCE = 2
-"""Ways refused at a knot until others further from them are priced as well."""
-ROUNDS = 24
-"""Rounds of pricing after which the best way among the exact prices will do."""
+"""Steps that stand for all between two waypoints, where there are more than three."""
+WIDEST_TURN = 8
+"""Largest change of the angle to the travel between waypoints, in states (45°)."""
+REFUSALS = 2
+"""Paths refused at a waypoint for each state by which the search there widens."""
+LAZY_ROUNDS = 24
+"""Rounds of pricing after which estimates no longer count."""
+MOST_ROUNDS = 20 * LAZY_ROUNDS
+"""Rounds at most; no plan on the maps has come near."""
 
-_F1 = types.Array(types.float64, 1, "C")
-_F2 = types.Array(types.float64, 2, "C")
-_I1 = types.Array(types.int64, 1, "C")
-_B1 = types.Array(types.boolean, 1, "C")
-_B2 = types.Array(types.boolean, 2, "C")
+
+class Surroundings(NamedTuple):
+    """What a body may touch along a track.
+
+    Attributes:
+        blocked, frame: as for ``planner.terrain.footprint.touches``.
+        points: (samples, 2) m.
+        crowded: (samples,) whether some yaw does not fit there.
+    """
+
+    blocked: NDArray[np.bool_]
+    frame: Array
+    points: Array
+    crowded: NDArray[np.bool_]
+
+
+class Waypoints(NamedTuple):
+    """Places on a track at which the yaw is decided.
+
+    Attributes:
+        at: (n,) samples of the track.
+        directions: (n,) rad, of the travel.
+        stride: (n - 1,) every so many of the steps after a waypoint stands for the others.
+        steady: (n - 1, STATES) estimated cost to the next waypoint at an even angle.
+        free: (n, STATES) whether the body fits.
+        shift: (n, STATES) rad by which its angle is off the state's own so that it does.
+        spin: (n, STATES) cost per rad of turning on the spot.
+    """
+
+    at: NDArray[np.int64]
+    directions: Array
+    stride: NDArray[np.int64]
+    steady: Array
+    free: NDArray[np.bool_]
+    shift: Array
+    spin: Array
+
+
+class Pieces(NamedTuple):
+    """Stretches between two waypoints, (n - 1,) each.
+
+    Attributes:
+        spans: m.
+        bends: rad by which the travel turns.
+        scale: m that a metre of the steps that are looked at stands for.
+        samples: steps that are looked at.
+        window: states by which the angle to the travel may change at most.
+        narrow: whether the body may touch something.
+    """
+
+    spans: Array
+    bends: Array
+    scale: Array
+    samples: NDArray[np.int64]
+    window: NDArray[np.int64]
+    narrow: NDArray[np.bool_]
+
+
+class Reached(NamedTuple):
+    """Least costs by waypoint and state, (n, STATES) each.
+
+    Attributes:
+        driven, cost: before and after turning there on the spot.
+        came: the state at the waypoint before.
+        spun: the state before turning on the spot.
+    """
+
+    driven: Array
+    cost: Array
+    came: NDArray[np.int64]
+    spun: NDArray[np.int64]
+
+
+_SURROUNDINGS = tuple_type(Surroundings, B2, F1, F2, B1)
+_WAYPOINTS = tuple_type(Waypoints, I1, F1, I1, F2, B2, F2, F2)
 
 
 @njit(cache=True)
@@ -47,7 +122,7 @@ def wrap(angle: float) -> float:
 def most_turn(span: float, bend: float, limits: Any) -> int:
     """States by which the angle to the travel may change over ``span`` metres with a bend."""
     # No further than the yaw rate allows at full speed, and one state more.
-    window = min(WINDOW, 1 + int(math.ceil(limits[6] * span / limits[0] / WIDTH)))
+    window = min(WIDEST_TURN, 1 + int(math.ceil(limits[6] * span / limits[0] / WIDTH)))
     # Where the travel turns sharply the body may keep its yaw instead.
     return min(window + int(math.ceil(abs(bend) / WIDTH)), STATES // 2)
 
@@ -67,19 +142,19 @@ def _relax(
     ahead: Any,
     origin: Any,
 ) -> None:
-    """Least cost of states at a knot, with one more change of the angle from those before it.
+    """Least cost of states at a waypoint, with one more change of the angle from those before it.
 
     All arrays have STATES elements, and the loop runs in the processor's vector units.
 
     Args:
         price: exact prices; NaN where there is none.
-        steady, steady_then: what the way costs at an even angle, that before and that after it.
-        off: what such estimates are wrong by.
-        low, high, u: what turning adds to a metre, and the share of ``high`` in it.
+        steady, steady_then: cost at an even angle, that before and that after the change.
+        off: error of such estimates.
+        low, high, u: cost that turning adds to a metre, and the share of ``high`` in it.
         span: m.
         priced_only: whether nothing is estimated.
         cost: of the states before.
-        ahead, origin: costs of the states after it, and which state they come from; written.
+        ahead, origin: written: costs of the states after it, and the states that they come from.
     """
     for n in range(STATES):
         guess = 0.5 * (steady[n] + steady_then[n]) + off
@@ -95,252 +170,275 @@ def _relax(
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _touching(
-    blocked: Any,
-    frame: Any,
-    points: Any,
-    first: int,
-    last: int,
-    lengths: Any,
-    yaw: float,
-    turn: float,
+    around: Any, first: int, last: int, lengths: Any, span: float, yaw: float, turn: float
 ) -> bool:
-    """Whether the body touches something between two stations while it turns evenly."""
-    span, done = 0.0, 0.0
-    for j in range(first, last):
-        span += lengths[j]
+    """Whether the body touches something between two samples while it turns evenly."""
+    points = around.points
+    done = 0.0
     for j in range(first, last):
         share = lengths[j] / span
         x, y, to_x, to_y = points[j, 0], points[j, 1], points[j + 1, 0], points[j + 1, 1]
-        if touches(blocked, frame, x, y, to_x, to_y, yaw + turn * done, turn * share):
+        angle = yaw + turn * done
+        if touches(around.blocked, around.frame, x, y, to_x, to_y, angle, turn * share):
             return True
         done += share
     return False
 
 
+@njit(cache=True, error_model="numpy")
+def _pieces(waypoints: Any, lengths: Any, crowded: Any, limits: Any) -> Any:
+    at, stride = waypoints.at, waypoints.stride
+    last = at.shape[0] - 1
+    spans, bends, scale = np.zeros(last), np.empty(last), np.empty(last)
+    samples, window = np.zeros(last, np.int64), np.empty(last, np.int64)
+    narrow = np.empty(last, np.bool_)
+    for k in range(last):
+        taken = 0.0
+        for j in range(at[k], at[k + 1]):
+            spans[k] += lengths[j]
+        for j in range(at[k] + (stride[k] - 1) // 2, at[k + 1], stride[k]):
+            taken += lengths[j]
+            samples[k] += 1
+        scale[k] = spans[k] / taken
+        narrow[k] = crowded[at[k] : at[k + 1] + 1].any()
+        bends[k] = wrap(waypoints.directions[k + 1] - waypoints.directions[k])
+        window[k] = most_turn(spans[k], bends[k], limits)
+    return Pieces(spans, bends, scale, samples, window, narrow)
+
+
+@njit(cache=True, error_model="numpy")
+def _change(before: int, after: int) -> int:
+    """Change of the angle from one state to another, the shorter way round."""
+    return (after - before + STATES // 2) % STATES - STATES // 2
+
+
+@njit(cache=True, error_model="numpy")
+def _sweep(
+    waypoints: Any,
+    pieces: Any,
+    turning: Any,
+    by_turn: Any,
+    steady_twice: Any,
+    price: Any,
+    off: Any,
+    exact: bool,
+    start_state: int,
+    reached: Any,
+) -> None:
+    """Least cost of every state at every waypoint, into ``reached``.
+
+    Args:
+        waypoints, pieces, turning: of the track, and costs of turning.
+        by_turn: (TURNS, STATES) the table of ``turning``.
+        steady_twice: (n - 1, 2·STATES) the ring of angles twice over: a change of angle is a shift.
+        price: (n - 1, changes of angle, STATES) exact prices, NaN where there is none.
+        off: (n - 1,) errors of the estimates.
+        exact: whether estimates do not count.
+        start_state: -1 leaves it free.
+        reached: written.
+    """
+    driven, cost, free = reached.driven, reached.cost, waypoints.free
+    last = driven.shape[0] - 1
+    widest = price.shape[1] // 2
+    ahead, origin = np.empty(2 * STATES), np.empty(2 * STATES, np.int64)
+    driven[:] = np.inf
+    for s in range(STATES):
+        if free[0, s] and (start_state < 0 or s == start_state):
+            driven[0, s] = 0.0
+    for k in range(last + 1):
+        halt = turning.stop if 0 < k < last else 0.0
+        spin_round(driven[k], free[k], waypoints.spin[k], halt, cost[k], reached.spun[k])
+        if k == last:
+            break
+        ahead[:] = np.inf
+        for w in range(-pieces.window[k], min(pieces.window[k] + 1, STATES // 2)):
+            span = pieces.spans[k]
+            u, column = turn_place(turning, span, wrap(pieces.bends[k] + w * WIDTH))
+            turned = w % STATES
+            onto = slice(turned, turned + STATES)
+            priced_only = exact or column < 0
+            _relax(
+                *(price[k, w + widest], waypoints.steady[k], steady_twice[k, onto], off[k]),
+                *(by_turn[column], by_turn[column + 1], u, span, priced_only),
+                *(cost[k], ahead[onto], origin[onto]),
+            )
+        for t in range(STATES):
+            again = ahead[t + STATES] < ahead[t]  # the same angle, once round
+            best = ahead[t + STATES] if again else ahead[t]
+            if free[k + 1, t] and best < np.inf:
+                driven[k + 1, t] = best
+                reached.came[k + 1, t] = origin[t + STATES] if again else origin[t]
+
+
+@njit(cache=True, error_model="numpy")
+def _trace_back(reached: Any, goal_state: int, states: Any) -> float:
+    """Write the states of the best path, and return its cost; the last waypoint without a path."""
+    cost = reached.cost
+    last = cost.shape[0] - 1
+    at = goal_state
+    if goal_state < 0:
+        at = int(np.argmin(cost[last]))
+    best: float = cost[last, at]
+    if best == np.inf:
+        for k in range(last + 1):
+            if reached.driven[k].min() < np.inf:
+                states[0] = k
+        return best
+    for k in range(last, -1, -1):
+        states[2 * k + 1] = at
+        at = reached.spun[k, at]
+        states[2 * k] = at
+        at = reached.came[k, at]
+    return best
+
+
+@njit(cache=True, error_model="numpy")
+def _moves_near(
+    around: Any,
+    lengths: Any,
+    waypoints: Any,
+    pieces: Any,
+    price: Any,
+    states: Any,
+    far: Any,
+    most: int,
+) -> Any:
+    """Moves to price near the best path: step (m,), move (m, 3), and the pair of states (m,).
+
+    Pairs that touch something get an infinite price at once. ``far`` (n - 1,) is how many states
+    off the path count, negative for none; ``most`` is how many moves that makes.
+    """
+    at, stride, shift = waypoints.at, waypoints.stride, waypoints.shift
+    widest = price.shape[1] // 2
+    asked, moves = np.empty(most, np.int64), np.empty((most, 3))
+    pairs = np.empty(most, np.int64)
+    size = 0
+    for k in range(far.shape[0]):
+        s, t = states[2 * k + 1], states[2 * k + 2]
+        for a in range(s - far[k], s + far[k] + 1):
+            for b in range(t - far[k], t + far[k] + 1):
+                p, q = a % STATES, b % STATES
+                w = _change(p, q)
+                if abs(w) > pieces.window[k] or not waypoints.free[k + 1, q]:
+                    continue
+                if not math.isnan(price[k, w + widest, p]):
+                    continue
+                turn = wrap(pieces.bends[k] + w * WIDTH) + shift[k + 1, q] - shift[k, p]
+                yaw = waypoints.directions[k] + p * WIDTH + shift[k, p]
+                price[k, w + widest, p] = 0.0
+                if pieces.narrow[k] and _touching(
+                    around, at[k], at[k + 1], lengths, pieces.spans[k], yaw, turn
+                ):
+                    price[k, w + widest, p] = np.inf
+                    continue
+                done = 0.0
+                for j in range(at[k] + (stride[k] - 1) // 2, at[k + 1], stride[k]):
+                    share = lengths[j] * pieces.scale[k] / pieces.spans[k]
+                    asked[size] = j
+                    moves[size, 0] = yaw + turn * (done + 0.5 * share)
+                    moves[size, 1] = lengths[j] * pieces.scale[k]
+                    moves[size, 2] = turn * share
+                    pairs[size] = (k * price.shape[1] + w + widest) * STATES + p
+                    done += share
+                    size += 1
+    return asked[:size], moves[:size], pairs[:size]
+
+
 @njit(
     types.float64(
-        *(_B2, _F1, _F2, _B1),
-        *(BLOCK_KERNEL, _F1, _F1, _F2, _F2, _F1, _F1, types.int64),
-        *(_I1, _F1, _F1, _F1, _F2, _I1, _I1),
-        *(_F2, _F2, types.float64, _B2, _F2, _F2, types.float64),
-        *(types.int64, types.int64, types.int64, _I1),
+        *(BLOCK_KERNEL, MODEL_ARRAYS, types.int64, _SURROUNDINGS, STEPS, _WAYPOINTS, TURNING),
+        *(types.int64, types.int64, types.int64, I1),
     ),
     cache=True,
     error_model="numpy",
     nogil=True,
 )
-def programme(
-    blocked: Any,
-    frame: Any,
-    points: Any,
-    crowded: Any,
+def best_states(
     kernel: Any,
-    parameters: Any,
-    body: Any,
-    wheels: Any,
-    class_rows: Any,
-    limits: Any,
-    wind: Any,
+    arrays: Any,
     objective: int,
-    knots: Any,
-    knot_directions: Any,
-    directions: Any,
-    lengths: Any,
-    slopes: Any,
-    ground: Any,
-    stride: Any,
-    steady: Any,
+    around: Any,
+    steps: Any,
+    waypoints: Any,
     turning: Any,
-    tightest: float,
-    free: Any,
-    shift: Any,
-    spin_cost: Any,
-    stop_cost: float,
     start_state: int,
     goal_state: int,
     beside: int,
     states: Any,
 ) -> Any:
-    """Cost of the best yaw; ``states`` (2·knots,) gets the state before and after each knot.
+    """Cost of the best yaw; ``states`` (2·n,) gets the state before and after each waypoint.
 
-    Infinite where no yaw leads through: states[0] is then the last knot that can be reached.
+    Infinite where no yaw leads through: states[0] is then the last waypoint that can be reached.
 
     Args:
-        blocked, frame: as for ``planner.terrain.footprint.touches``.
-        points: (stations, 2) m.
-        crowded: (stations,) whether some yaw does not fit there.
-        kernel, parameters, body, wheels, class_rows, limits, wind, objective: as for
-            ``step_costs``.
-        knots, knot_directions: stations, and the direction of travel there.
-        directions, lengths, slopes, ground: of the steps between stations.
-        stride: (knots,) every so many of the steps after a knot stands for the others.
-        steady: (knots, STATES) estimate of the way to the next knot at an even angle.
-        turning, tightest: table of what turning on the way adds.
-        free, shift: (knots, STATES) whether the body fits, and rad by which its angle is off the
-            state's own so that it does.
-        spin_cost: (knots, STATES) cost per rad of turning on the spot.
-        stop_cost: cost of a stop on the way.
+        kernel, arrays, objective: as for ``step_costs``.
+        around, steps, waypoints: Surroundings, Steps and Waypoints of the track.
+        turning: Turning.
         start_state, goal_state: -1 leaves them free.
-        beside: states to either side of the best way that are priced with it.
+        beside: states to either side of the best path that are priced with it.
         states: written.
     """
-    count = knots.shape[0]
+    count = waypoints.at.shape[0]
     last = count - 1
-    cost = np.empty((count, STATES))
-    driven = np.empty((count, STATES))
-    came = np.empty((count, STATES), np.int64)  # state at the knot before
-    spun = np.empty((count, STATES), np.int64)  # state before a turn on the spot, at this knot
-    refused = np.zeros(last, np.int64)
-    far, samples = np.empty(last, np.int64), np.zeros(last, np.int64)
-    new = np.empty(last, np.bool_)
-    off = np.zeros(last)  # what the estimates at a knot are wrong by
-    spans, bends, scale = np.zeros(last), np.empty(last), np.empty(last)
-    window = np.empty(last, np.int64)
-    narrow = np.empty(last, np.bool_)
-    for k in range(last):
-        taken = 0.0
-        for j in range(knots[k], knots[k + 1]):
-            spans[k] += lengths[j]
-        for j in range(knots[k] + (stride[k] - 1) // 2, knots[k + 1], stride[k]):
-            taken += lengths[j]
-            samples[k] += 1
-        scale[k] = spans[k] / taken
-        narrow[k] = crowded[knots[k] : knots[k + 1] + 1].any()
-        bends[k] = wrap(knot_directions[k + 1] - knot_directions[k])
-        window[k] = most_turn(spans[k], bends[k], limits)
+    reached = Reached(
+        np.empty((count, STATES)),
+        np.empty((count, STATES)),
+        np.empty((count, STATES), np.int64),
+        np.empty((count, STATES), np.int64),
+    )
+    pieces = _pieces(waypoints, steps.lengths, around.crowded, arrays.limits)
+    refused, far = np.zeros(last, np.int64), np.empty(last, np.int64)
+    off = np.zeros(last)
     # By the change of the angle to the travel, and the state before it.
-    widest = int(window.max())
-    wide = 2 * widest + 1
-    price = np.full((last, wide, STATES), np.float32(np.nan))
+    widest = int(pieces.window.max())
+    price = np.full((last, 2 * widest + 1, STATES), np.float32(np.nan))
     every_price = price.reshape(-1)
-    by_turn = turning.T.copy()
-    # The ring of angles twice over, so that a change of angle is a shift.
-    steady_twice = np.hstack((steady, steady))
-    ahead, origin = np.empty(2 * STATES), np.empty(2 * STATES, np.int64)
+    steady = waypoints.steady
+    by_turn, steady_twice = turning.table.T.copy(), np.hstack((steady, steady))
     nothing = False
-    for attempt in range(20 * ROUNDS):
-        exact = attempt >= ROUNDS and not nothing
-        driven[:] = np.inf
-        for s in range(STATES):
-            if free[0, s] and (start_state < 0 or s == start_state):
-                driven[0, s] = 0.0
-        for k in range(count):
-            halt = stop_cost if 0 < k < last else 0.0
-            spin_round(driven[k], free[k], spin_cost[k], halt, cost[k], spun[k])
-            if k == last:
-                break
-            ahead[:] = np.inf
-            for w in range(-window[k], min(window[k] + 1, STATES // 2)):
-                u, column = turn_place(turning, tightest, spans[k], wrap(bends[k] + w * WIDTH))
-                turned = w % STATES
-                onto = slice(turned, turned + STATES)
-                priced_only = exact or column < 0
-                _relax(
-                    *(price[k, w + widest], steady[k], steady_twice[k, onto], off[k]),
-                    *(by_turn[column], by_turn[column + 1], u, spans[k], priced_only),
-                    *(cost[k], ahead[onto], origin[onto]),
-                )
-            for t in range(STATES):
-                again = ahead[t + STATES] < ahead[t]  # the same angle, once round
-                best = ahead[t + STATES] if again else ahead[t]
-                if free[k + 1, t] and best < np.inf:
-                    driven[k + 1, t] = best
-                    came[k + 1, t] = origin[t + STATES] if again else origin[t]
-        at = goal_state
-        if goal_state < 0:
-            at = int(np.argmin(cost[last]))
-        best = cost[last, at]
-        if best == np.inf:
+    for attempt in range(MOST_ROUNDS):
+        exact = attempt >= LAZY_ROUNDS and not nothing
+        _sweep(
+            *(waypoints, pieces, turning, by_turn, steady_twice),
+            *(price, off, exact, start_state, reached),
+        )
+        best = _trace_back(reached, goal_state, states)
+        nothing = best == np.inf
+        if nothing:
             if exact:
-                nothing = True  # what is priced leads nowhere yet
-                continue
-            for k in range(count):
-                if driven[k].min() < np.inf:
-                    states[0] = k
-            return np.inf
-        nothing = False
-        for k in range(last, -1, -1):
-            states[2 * k + 1] = at
-            at = spun[k, at]
-            states[2 * k] = at
-            at = came[k, at]
+                continue  # exact prices lead nowhere yet: estimates count again
+            return best
         most = 0
         for k in range(last):
             s = states[2 * k + 1]
-            w = (states[2 * k + 2] - s + STATES // 2) % STATES - STATES // 2
-            new[k] = math.isnan(price[k, w + widest, s])
-            if new[k]:
-                # What has been refused often here will be refused again: look further about.
-                far[k] = min(beside + refused[k] // PATIENCE, STATES // 2)
-                most += (2 * far[k] + 1) ** 2 * samples[k]
+            far[k] = -1
+            if math.isnan(price[k, _change(s, states[2 * k + 2]) + widest, s]):
+                # Where much was refused before, the search looks further about.
+                far[k] = min(beside + refused[k] // REFUSALS, STATES // 2)
+                most += (2 * far[k] + 1) ** 2 * pieces.samples[k]
         if most == 0:
             return best
-        asked, moves = np.empty(most, np.int64), np.empty((most, 3))
-        of_pair = np.empty(most, np.int64)
-        size = 0
-        for k in range(last):
-            if not new[k]:
-                continue
-            s, t = states[2 * k + 1], states[2 * k + 2]
-            for a in range(s - far[k], s + far[k] + 1):
-                for b in range(t - far[k], t + far[k] + 1):
-                    p, q = a % STATES, b % STATES
-                    w = (q - p + STATES // 2) % STATES - STATES // 2
-                    if abs(w) > window[k] or not free[k + 1, q]:
-                        continue
-                    if not math.isnan(price[k, w + widest, p]):
-                        continue
-                    turn = wrap(bends[k] + w * WIDTH) + shift[k + 1, q] - shift[k, p]
-                    yaw = knot_directions[k] + p * WIDTH + shift[k, p]
-                    price[k, w + widest, p] = 0.0
-                    if narrow[k] and _touching(
-                        blocked, frame, points, knots[k], knots[k + 1], lengths, yaw, turn
-                    ):
-                        price[k, w + widest, p] = np.inf
-                        continue
-                    done = 0.0
-                    for j in range(knots[k] + (stride[k] - 1) // 2, knots[k + 1], stride[k]):
-                        share = lengths[j] * scale[k] / spans[k]
-                        asked[size] = j
-                        moves[size, 0] = yaw + turn * (done + 0.5 * share)
-                        moves[size, 1] = lengths[j] * scale[k]
-                        moves[size, 2] = turn * share
-                        of_pair[size] = (k * wide + w + widest) * STATES + p
-                        done += share
-                        size += 1
-        costs = np.empty(size)
-        # Written out: numba takes a tuple that begins with a function for one of functions.
-        step_costs(
-            kernel,
-            parameters,
-            body,
-            wheels,
-            class_rows,
-            limits,
-            wind,
-            objective,
-            directions,
-            slopes,
-            ground,
-            asked[:size],
-            moves[:size],
-            costs,
+        asked, moves, pairs = _moves_near(
+            around, steps.lengths, waypoints, pieces, price, states, far, most
         )
+        costs = np.empty(asked.shape[0])
+        step_costs(kernel, arrays, objective, steps, asked, moves, costs)
+        # Prices have single precision: sums are rounded once.
         n = 0
-        while n < size:
-            pair, total = of_pair[n], 0.0
-            while n < size and of_pair[n] == pair:
+        while n < costs.shape[0]:
+            pair, total = pairs[n], 0.0
+            while n < costs.shape[0] and pairs[n] == pair:
                 total += costs[n]
                 n += 1
             every_price[pair] = total
         for k in range(last):
-            if not new[k]:
+            if far[k] < 0:
                 continue
             s, t = states[2 * k + 1], states[2 * k + 2]
-            w = (t - s + STATES // 2) % STATES - STATES // 2
+            w = _change(s, t)
             if price[k, w + widest, s] == np.inf:
                 refused[k] += 1
             else:
                 off[k] = price[k, w + widest, s] - 0.5 * (steady[k, s] + steady[k, t])
-                off[k] -= turn_cost(turning, tightest, s, spans[k], wrap(bends[k] + w * WIDTH))
+                off[k] -= turn_cost(turning, s, pieces.spans[k], wrap(pieces.bends[k] + w * WIDTH))
     return np.inf

@@ -1,11 +1,11 @@
 """Yaw along a given track by exact dynamic programming, turning included.
 
-Searching for yaw as a third dimension ruins planning; for a given track the best yaw follows
-exactly. At every knot the body may stand at 64 angles to the travel (forward, sideways and
-diagonal are among them), at the first and last one also at the yaw that was asked for. Between
-knots it turns evenly while driving; at a knot it may stop and turn on the spot, which costs the
-stop as well. Every piece is priced by the power model itself; yaw angles at which the body would
-touch something are left out.
+A search over yaw as a third dimension is slow; on a given track the best yaw follows exactly. At
+every waypoint the body may stand at 64 angles to the travel (forward, sideways and diagonal are
+among them), at the first and last one also at the yaw that was asked for. Between waypoints it
+turns evenly while driving. At a waypoint it may stop and turn on the spot, which costs the stop as
+well. The power model prices every piece. Yaw angles at which the body would touch something are
+left out.
 """
 
 from __future__ import annotations
@@ -22,26 +22,35 @@ from numpy.typing import NDArray
 from planner.arrays import Array
 from planner.search.conditions import Circumstances
 from planner.search.field import CostField
+from planner.search.kernel_arguments import Steps
 from planner.search.resolution import ALL_YAWS, STATES, WIDTH
 from planner.search.steady import lean_for_yaw
 from planner.search.trajectory.track import GENTLE, Track
 from planner.search.trajectory.yaw_estimate import steady_costs_of
-from planner.search.trajectory.yaw_kernel import MOST_SAMPLES, programme
+from planner.search.trajectory.yaw_kernel import (
+    MOST_SAMPLES,
+    Surroundings,
+    Waypoints,
+    best_states,
+)
 from planner.search.turns import spin_costs, turning
 from planner.terrain.footprint import body_fits
 
-FINER = 4
-"""Angles off a state's own that are tried where the body does not fit with that, to either side."""
+FINER_ANGLES = 4
+"""Angles to either side of a state's own that are tried where the body does not fit with that: to
+a fifth of a degree in a narrow passage."""
+CLOSEST_WAYPOINTS = 0.2
+"""m between two waypoints at least where there is room."""
 
 
 @dataclass(frozen=True)
 class YawProfile:
-    """Yaw at every station of a track.
+    """Yaw at every sample of a track.
 
     Attributes:
-        arriving: (n,) rad, yaw with which a station is reached.
+        arriving: (n,) rad, yaw with which a sample is reached.
         leaving: (n,) rad, yaw after turning there on the spot; equal to ``arriving`` elsewhere.
-        cost: what the programme minimised.
+        cost: the minimum found.
     """
 
     arriving: Array
@@ -49,18 +58,17 @@ class YawProfile:
     cost: float
 
 
-def yaw_programme(
+def yaw_profile(
     around: Circumstances,
     field: CostField,
     track: Track,
-    slopes: Array,
-    grounds: NDArray[np.int64],
+    steps: Steps,
     *,
     objective: int,
     start_yaw: float | None,
     goal_yaw: float | None,
     beside: int,
-    most_knots: int,
+    most_waypoints: int,
     shut: Sequence[tuple[float, float, float]] = (),
 ) -> YawProfile | Array:
     """Best yaw along a track, or the place (2,) beyond which no free yaw angles lead.
@@ -68,81 +76,70 @@ def yaw_programme(
     Args:
         around: model and conditions.
         field: map and costs, for the free yaw angles.
-        track: stations.
-        slopes: (steps, 4) of ``slopes_of_steps``.
-        grounds: (steps,) ground class of every step.
+        track: samples of the path.
+        steps: between them.
         objective: 1 minimises time, anything else energy.
         start_yaw, goal_yaw: rad; None leaves them free.
         beside: angles to either side of the best ones that the power model prices as well.
-        most_knots: places at most at which yaw is decided, where there is room.
+        most_waypoints: places at most at which yaw is decided, where there is room.
         shut: x, y and yaw with which the body is not to pass there, nor with angles near it.
     """
     crowded = _crowded(field, track.points)
-    knots = _knots(track, crowded, most_knots)
-    directions = _knot_directions(track, knots)
-    steps = (track.directions, track.lengths, slopes, grounds)
-    free, shift = _free_states(field, track.points[knots], directions)
-    _lean(field, track.points, knots, directions, slopes, grounds, free, shift)
+    at = _waypoints(track, crowded, most_waypoints)
+    directions = _directions(track, at)
+    places, after = track.points[at], np.minimum(at, len(steps.lengths) - 1)
+    free, shift = _free_states(field, places, directions)
+    _add_crab_angles(field, places, at, directions, steps, free, shift)
     for x, y, angle in shut:
-        apart = np.hypot(*(track.points[knots] - (x, y)).T)
+        apart = np.hypot(*(places - (x, y)).T)
         if apart.min() <= track.lengths.max():
             k = int(apart.argmin())
             near = _state(angle, directions[k]) + np.arange(-1, 2)
             free[max(0, k - 1) : k + 2, near % STATES] = False
-    spin = np.empty(free.shape)
-    at = np.minimum(knots, len(slopes) - 1)
-    model, limits = around.model, around.limits
-    numbers = (
-        model.limits_kernel,
-        model.parameters,
-        model.body,
-        model.wheels,
-        around.class_rows,
-        limits,
+    kernel, spin = around.model.limits_kernel, np.empty(free.shape)
+    spin_costs(
+        *(kernel, around.arrays, directions, steps.slopes[after], steps.ground[after]),
+        *(objective, spin),
     )
-    spin_costs(*numbers, directions, slopes[at], grounds[at], objective, spin)
-    prices = turning(around, objective)
-    stride = _stride(knots, np.hypot(*slopes[:, 2:].T), GENTLE * float(field.limit.min()))
-    steady = np.empty((len(knots) - 1, STATES))
-    steady_costs_of(field, knots, *steps, stride, steady)
-    states = np.full(2 * len(knots), -1, np.int64)
-    cost = programme(
-        field.blocked,
-        field.body_frame(),
-        track.points,
-        crowded,
-        *numbers,
-        around.wind,
+    gentle = GENTLE * float(field.limit.min())
+    stride = _stride(at, np.hypot(*steps.slopes[:, 2:].T), gentle)
+    steady = np.empty((len(at) - 1, STATES))
+    steady_costs_of(field, at, steps, stride, steady)
+    states = np.full(2 * len(at), -1, np.int64)
+    cost = best_states(
+        kernel,
+        around.arrays,
         objective,
-        knots,
-        directions,
-        *steps,
-        stride,
-        steady,
-        prices.table,
-        prices.tightest,
-        free,
-        shift,
-        spin,
-        prices.stop,
+        Surroundings(field.blocked, field.body_frame(), track.points, crowded),
+        steps,
+        Waypoints(at, directions, stride, steady, free, shift, spin),
+        turning(around, objective),
         _state(start_yaw, directions[0]),
         _state(goal_yaw, directions[-1]),
         beside,
         states,
     )
     if not math.isfinite(cost):
-        return np.asarray(track.points[knots[states[0]]])
+        return np.asarray(places[states[0]])
     before, after = directions + WIDTH * states[0::2], directions + WIDTH * states[1::2]
-    at = np.arange(len(knots))
-    before += shift[at, states[0::2]]
-    after += shift[at, states[1::2]]
-    return _spread(track, knots, (before, after), states, cost, start_yaw, goal_yaw)
+    row = np.arange(len(at))
+    before += shift[row, states[0::2]]
+    after += shift[row, states[1::2]]
+    if start_yaw is not None:
+        before[0] = start_yaw
+        if states[0] == states[1]:
+            after[0] = start_yaw
+    if goal_yaw is not None:
+        after[-1] = goal_yaw
+        if states[-2] == states[-1]:
+            before[-1] = goal_yaw
+    return _at_samples(track, at, before, after, cost)
 
 
-def _stride(knots: NDArray[np.int64], steepness: Array, gentle: float) -> NDArray[np.int64]:
-    """Where knots lie far apart on gentle ground, a few steps stand for all between them."""
-    count = np.maximum(1, np.diff(knots) // MOST_SAMPLES)
-    return np.where(np.maximum.reduceat(steepness, knots[:-1]) < gentle, count, 1)
+def _stride(at: NDArray[np.int64], steepness: Array, gentle: float) -> NDArray[np.int64]:
+    """Where waypoints lie far apart on gentle ground, a few steps stand for all between them."""
+    count = np.maximum(1, np.diff(at) // MOST_SAMPLES)
+    return np.where(np.maximum.reduceat(steepness, at[:-1]) < gentle, count, 1)
 
 
 def _state(yaw: float | None, direction: float) -> int:
@@ -152,10 +149,10 @@ def _state(yaw: float | None, direction: float) -> int:
     return round(math.remainder(yaw - direction, 2.0 * math.pi) / WIDTH) % STATES
 
 
-def _knots(track: Track, crowded: NDArray[np.bool_], most: int) -> NDArray[np.int64]:
-    """Stations at which yaw is decided: all where room is scarce, others at even distances."""
+def _waypoints(track: Track, crowded: NDArray[np.bool_], most: int) -> NDArray[np.int64]:
+    """Samples at which yaw is decided: all where room is scarce, others at even distances."""
     along = np.concatenate([[0.0], np.cumsum(track.lengths)])
-    spacing = max(0.2, along[-1] / most)
+    spacing = max(CLOSEST_WAYPOINTS, along[-1] / most)
     chosen = [0]
     for k in range(1, len(along) - 1):
         if along[k] - along[chosen[-1]] >= spacing or track.stops[k] or crowded[k]:
@@ -171,18 +168,19 @@ def _crowded(field: CostField, points: Array) -> NDArray[np.bool_]:
     return np.asarray(field.mask[j, i] != ALL_YAWS)
 
 
-def _knot_directions(track: Track, knots: NDArray[np.int64]) -> Array:
-    """Direction of travel at the knots: between that of the step before and the step after."""
-    before = track.directions[np.maximum(knots - 1, 0)]
-    after = track.directions[np.minimum(knots, len(track.directions) - 1)]
+def _directions(track: Track, at: NDArray[np.int64]) -> Array:
+    """Direction of travel at waypoints: between that of the step before and the step after."""
+    before = track.directions[np.maximum(at - 1, 0)]
+    after = track.directions[np.minimum(at, len(track.directions) - 1)]
     turn = np.remainder(after - before + np.pi, 2.0 * np.pi) - np.pi
     return np.asarray(before + 0.5 * turn)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _free_states(field: Any, points: Any, directions: Any) -> tuple[Any, Any]:
-    """Whether the body fits at points (n, 2) in every state, and by how much it must be turned off
-    it, rad: half a state at most, to the middle of what fits.
+    """Whether the body fits at points (n, 2) in every state, and its turn off the state, rad.
+
+    The turn is half a state at most, to the middle of the angles that fit.
     """
     ny, nx = field.heights.shape
     free = np.ones((points.shape[0], STATES), np.bool_)
@@ -198,84 +196,64 @@ def _free_states(field: Any, points: Any, directions: Any) -> tuple[Any, Any]:
             angle = directions[k] + s * WIDTH
             free[k, s] = body_fits(field, x, y, angle)
             if not free[k, s]:
-                first, last = FINER + 1, -FINER - 1
-                for n in range(-FINER, FINER + 1):
-                    if n != 0 and body_fits(field, x, y, angle + 0.5 * n * WIDTH / FINER):
+                first, last = FINER_ANGLES + 1, -FINER_ANGLES - 1
+                for n in range(-FINER_ANGLES, FINER_ANGLES + 1):
+                    if n != 0 and body_fits(field, x, y, angle + 0.5 * n * WIDTH / FINER_ANGLES):
                         first, last = min(first, n), max(last, n)
                 # On one side only: in between the body does not fit.
                 if first < 0 < last:
                     first, last = (first, -1) if -first > last else (1, last)
                 if first <= last:
                     free[k, s] = True
-                    shift[k, s] = 0.25 * (first + last) * WIDTH / FINER
+                    shift[k, s] = 0.25 * (first + last) * WIDTH / FINER_ANGLES
             free[k, s + half], shift[k, s + half] = free[k, s], shift[k, s]
     return free, shift
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _lean(
-    field: Any,
-    points: Any,
-    knots: Any,
-    directions: Any,
-    slopes: Any,
-    grounds: Any,
-    free: Any,
-    shift: Any,
+def _add_crab_angles(
+    field: Any, places: Any, at: Any, directions: Any, steps: Any, free: Any, shift: Any
 ) -> None:
-    """Turn the body at the knots off the states' angles, into ``shift``, where that costs less."""
-    leaning = np.empty(STATES, np.bool_)
+    """Turn the body off the states' angles, into ``shift``, where that costs less."""
+    slopes = steps.slopes
+    crabbing = np.empty(STATES, np.bool_)
     for s in range(STATES):
-        leaning[s] = np.any(field.lean[:, s] != 0.0)
+        crabbing[s] = np.any(field.lean[:, s] != 0.0)
     last = slopes.shape[0] - 1
     ny, nx = field.heights.shape
-    for k in range(knots.shape[0]):
-        before, after = max(knots[k] - 1, 0), min(knots[k], last)
+    for k in range(at.shape[0]):
+        before, after = max(at[k] - 1, 0), min(at[k], last)
         px = 0.5 * (slopes[before, 0] + slopes[after, 0])
         py = 0.5 * (slopes[before, 1] + slopes[after, 1])
         steepness = math.sqrt(px * px + py * py)
         azimuth = math.atan2(py, px) - directions[k]
-        x, y = points[knots[k]]
+        x, y = places[k]
         i = min(max(int(math.floor((x - field.x0) / field.dx + 0.5)), 0), nx - 1)
         j = min(max(int(math.floor((y - field.y0) / field.dy + 0.5)), 0), ny - 1)
         roomy = field.mask[j, i] == ALL_YAWS
         for s in range(STATES):
-            if not leaning[s] or not free[k, s] or shift[k, s] != 0.0:
+            if not crabbing[s] or not free[k, s] or shift[k, s] != 0.0:
                 continue
-            off = lean_for_yaw(field.lean, field.yaw_limit, grounds[after], s, azimuth, steepness)
+            ground = steps.ground[after]
+            off = lean_for_yaw(field.lean, field.yaw_limit, ground, s, azimuth, steepness)
             if roomy or body_fits(field, x, y, directions[k] + s * WIDTH + off):
                 shift[k, s] = off
 
 
-def _spread(
-    track: Track,
-    knots: NDArray[np.int64],
-    angles: tuple[Array, Array],
-    states: NDArray[np.int64],
-    cost: float,
-    start_yaw: float | None,
-    goal_yaw: float | None,
+def _at_samples(
+    track: Track, at: NDArray[np.int64], before: Array, after: Array, cost: float
 ) -> YawProfile:
-    """Yaw at all stations, even in distance between the knots and without jumps of 2π."""
-    arriving_at, leaving_at = angles
-    if start_yaw is not None:
-        arriving_at[0] = start_yaw
-        if states[0] == states[1]:
-            leaving_at[0] = start_yaw
-    if goal_yaw is not None:
-        leaving_at[-1] = goal_yaw
-        if states[-2] == states[-1]:
-            arriving_at[-1] = goal_yaw
+    """Yaw at all samples, even in distance between the waypoints and without jumps of 2π."""
     along = np.concatenate([[0.0], np.cumsum(track.lengths)])
-    spins = _turned(leaving_at - arriving_at)
-    turns = _turned(arriving_at[1:] - leaving_at[:-1])
-    at_knots = arriving_at[0] + np.concatenate([[0.0], np.cumsum(spins[:-1] + turns)])
-    # Every station but the first belongs to the knot before it.
-    k = np.searchsorted(knots, np.arange(1, len(along))) - 1
-    share = (along[1:] - along[knots[k]]) / (along[knots[k + 1]] - along[knots[k]])
-    arriving = np.append(at_knots[0], (at_knots + spins)[k] + turns[k] * share)
+    spins = _turned(after - before)
+    turns = _turned(before[1:] - after[:-1])
+    yaws = before[0] + np.concatenate([[0.0], np.cumsum(spins[:-1] + turns)])
+    # Every sample but the first belongs to the waypoint before it.
+    k = np.searchsorted(at, np.arange(1, len(along))) - 1
+    share = (along[1:] - along[at[k]]) / (along[at[k + 1]] - along[at[k]])
+    arriving = np.append(yaws[0], (yaws + spins)[k] + turns[k] * share)
     leaving = arriving.copy()
-    leaving[knots] = at_knots + spins
+    leaving[at] = yaws + spins
     return YawProfile(arriving, leaving, cost)
 
 

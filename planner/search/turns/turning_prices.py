@@ -1,15 +1,13 @@
-"""What turning and stopping cost under a request's circumstances, by objective.
+"""Costs of turning and stopping under a request's circumstances, by objective.
 
     prices = turning(around, OBJECTIVES["energy"])
     prices.stop, prices.tightest, prices.table
 
-The programme for yaw and the search of poses estimate by them, and refinement tells by the price of
-a stop what a corner is worth.
+The yaw profile and the search of poses estimate with them. Path smoothing weighs a corner by the
+cost of a stop.
 """
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,39 +15,20 @@ from planner.arrays import Array
 from planner.cache import CACHE
 from planner.quantities import INDEX
 from planner.search.conditions import Circumstances
+from planner.search.kernel_arguments import Steps
 from planner.search.resolution import OBJECTIVES, SLOWEST, STATES, TURNS, WIDTH
 from planner.search.turns.turning_steps import step_costs
-
-
-@dataclass(frozen=True)
-class Turning:
-    """Prices of turning and stopping, in J or in s.
-
-    Attributes:
-        stop: speeding up again after a stop on the way.
-        tightest: rad/m up to which turning on the way is tabulated.
-        table: (STATES, TURNS) what turning adds to a level metre, by the angle to the travel and by
-            rad/m from 0 to ``tightest``; infinite where it cannot be.
-    """
-
-    stop: float
-    tightest: float
-    table: Array
-
-    @property
-    def nbytes(self) -> int:
-        """Memory that is kept."""
-        return self.table.nbytes
+from planner.search.turns.turning_table import Turning
 
 
 def turning(around: Circumstances, objective: int) -> Turning:
-    """Prices for an objective, 1 for time and anything else for energy."""
+    """Costs for an objective, 1 for time and anything else for energy."""
     return CACHE.get(("turning", around.key, objective), lambda: _turning(around, objective))
 
 
 def _turning(around: Circumstances, objective: int) -> Turning:
     limits = around.limits
-    # Up to what the yaw rate allows at the lowest speed that is tried.
+    # Up to the yaw rate's limit at the lowest speed that is tried.
     tightest = 0.8 * float(limits[6] / (SLOWEST * limits[0]))
     table = _turning_costs(around, objective, tightest)
     return Turning(_cost_of_a_stop(around, objective), tightest, table)
@@ -72,18 +51,17 @@ def _cost_of_a_stop(around: Circumstances, objective: int) -> float:
 
 
 def _turning_costs(around: Circumstances, objective: int, tightest: float) -> Array:
-    """What turning adds to a level metre, (STATES, TURNS)."""
-    model = around.model
+    """Cost that turning adds to a level metre, (STATES, TURNS)."""
     moves = np.empty((STATES, TURNS, 3))
     moves[..., 0] = WIDTH * np.arange(STATES)[:, None]
     moves[..., 1] = 1.0
     moves[..., 2] = tightest * np.arange(TURNS) / (TURNS - 1)
     costs = np.empty(moves[..., 0].size)
+    level = Steps(np.zeros(1), np.ones(1), np.zeros((1, 4)), np.zeros(1, np.int64))
+    arrays = around.arrays._replace(wind=np.zeros(2))
+    at = np.zeros(costs.size, np.int64)
     step_costs(
-        *(model.limits_kernel, model.parameters, model.body, model.wheels),
-        *(around.class_rows, around.limits, np.zeros(2), objective),
-        *(np.zeros(1), np.zeros((1, 4)), np.zeros(1, np.int64), np.zeros(costs.size, np.int64)),
-        *(moves.reshape(-1, 3), costs),
+        around.model.limits_kernel, arrays, objective, level, at, moves.reshape(-1, 3), costs
     )
     table = costs.reshape(STATES, TURNS)
     with np.errstate(invalid="ignore"):  # where even straight on is impossible

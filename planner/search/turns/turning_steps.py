@@ -1,9 +1,9 @@
-"""What straight steps cost during which the body turns evenly, very many at once.
+"""Costs of straight steps during which the body turns evenly, very many at once.
 
-    step_costs(kernel, ..., at, moves, costs)        # each as fast as the limits let it
+    step_costs(kernel, arrays, objective, steps, at, moves, costs)
 
-The speed programme finds the best speeds afterwards; here every step is driven at the largest
-speed, or at the next lower one of a few at which no limit is broken.
+The speed profile finds the best speeds afterwards. Here every step is driven at the largest speed,
+or at the next lower one of a few at which no limit is broken.
 """
 
 from __future__ import annotations
@@ -18,57 +18,43 @@ from planner.power.kernels import BLOCK, BLOCK_KERNEL
 from planner.power.limits import BRIEFLY, broken_in_block
 from planner.power.motion_row import empty_block, motion_on_plane, put, put_row
 from planner.quantities import INDEX
+from planner.search.kernel_arguments import F1, F2, I1, MODEL_ARRAYS, STEPS
 from planner.search.resolution import SLOWEST, STILL
 
 TRIES = 7
-"""Speeds that are tried, each SLOWER than the one before."""
+"""Speeds that are tried on a step: down to 0.38 of the largest, below which hardly any limit that
+broke before holds."""
 SLOWER = 0.85
-_F1 = types.Array(types.float64, 1, "C")
-_F2 = types.Array(types.float64, 2, "C")
-_I1 = types.Array(types.int64, 1, "C")
+"""Factor from one speed that is tried to the next."""
 _VX, _VY, _WZ = INDEX["vx"], INDEX["vy"], INDEX["wz"]
 _GX, _GY, _GN = INDEX["gravity_x"], INDEX["gravity_y"], INDEX["gravity_normal"]
 _WIND_X, _WIND_Y = INDEX["wind_x"], INDEX["wind_y"]
 
 
 @njit(
-    types.void(
-        *(BLOCK_KERNEL, _F1, _F1, _F2, _F2, _F1, _F1, types.int64),
-        *(_F1, _F2, _I1, _I1, _F2, _F1),
-    ),
+    types.void(BLOCK_KERNEL, MODEL_ARRAYS, types.int64, STEPS, I1, F2, F1),
     cache=True,
     error_model="numpy",
     nogil=True,
 )
 def step_costs(
-    kernel: Any,
-    parameters: Any,
-    body: Any,
-    wheels: Any,
-    class_rows: Any,
-    limits: Any,
-    wind: Any,
-    objective: int,
-    directions: Any,
-    slopes: Any,
-    ground: Any,
-    at: Any,
-    moves: Any,
-    costs: Any,
+    kernel: Any, arrays: Any, objective: int, steps: Any, at: Any, moves: Any, costs: Any
 ) -> None:
     """Cost of straight steps, (n,) into ``costs``; infinity where one is impossible.
 
     Limits hold at both slopes of a step, in the middle and where it is steepest.
 
     Args:
-        kernel, parameters, body, wheels: of the power model, ``limits_kernel``.
-        class_rows, limits, wind: of Circumstances.
+        kernel: ``limits_kernel`` of the power model.
+        arrays: ModelArrays.
         objective: 1 for s, anything else for J.
-        directions, slopes, ground: (steps,), (steps, 4), (steps,) of a track's steps.
+        steps: Steps of a track.
         at: (n,) which of them.
         moves: (n, 3) yaw in the middle in rad, horizontal length in m, turn in rad.
         costs: (n,) written.
     """
+    parameters, body, wheels, class_rows, limits, wind = arrays
+    directions, slopes, ground = steps.directions, steps.slopes, steps.ground
     count = at.shape[0]
     columns, found = empty_block()
     waiting = np.arange(count)

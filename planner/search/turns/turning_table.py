@@ -1,24 +1,50 @@
-"""What turning on the move adds to the cost of a stretch, read from a table; for compiled code.
+"""Cost of turning on the move, read from a table by compiled code.
 
-turn_cost(table, tightest, state, span, turn)
+turn_cost(prices, state, span, turn)
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
+from numba import njit, types
+
+from planner.arrays import Array
+from planner.search.kernel_arguments import F2, tuple_type
+
+
+class Turning(NamedTuple):
+    """Costs of turning and stopping, in J or in s.
+
+    Attributes:
+        stop: speeding up again after a stop on the way.
+        tightest: rad/m up to which turning on the move is tabulated.
+        table: (STATES, TURNS) what turning adds to a level metre, by the angle to the travel and by
+            rad/m from 0 to ``tightest``; infinite where it is impossible.
+    """
+
+    stop: float
+    tightest: float
+    table: Array
+
+    @property
+    def nbytes(self) -> int:
+        """Memory that the cache counts."""
+        return self.table.nbytes
+
+
+TURNING = tuple_type(Turning, types.float64, types.float64, F2)
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def turn_place(turning: Any, tightest: float, span: float, turn: float) -> Any:
-    """Where a turn over ``span`` metres stands in a table (STATES, TURNS): share, and column.
+def turn_place(prices: Any, span: float, turn: float) -> Any:
+    """Where a turn over ``span`` metres stands in the table: share of the next column, and column.
 
-    The column is -1 for what is too tight.
+    The column is -1 for a turn that is too tight.
     """
-    last = turning.shape[1] - 1
-    u = abs(turn) / span / tightest * last
+    last = prices.table.shape[1] - 1
+    u = abs(turn) / span / prices.tightest * last
     if u > last:
         return 0.0, -1
     q = min(int(u), last - 1)
@@ -26,17 +52,10 @@ def turn_place(turning: Any, tightest: float, span: float, turn: float) -> Any:
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def turn_cost_at(turning: Any, s: int, span: float, u: float, q: int) -> float:
-    """What a turn adds to the cost of ``span`` metres, by its place in the table."""
+def turn_cost(prices: Any, state: int, span: float, turn: float) -> float:
+    """Cost that a turn adds to ``span`` metres at an angle ``state`` to the travel."""
+    u, q = turn_place(prices, span, turn)
     if q < 0:
         return np.inf
-    cost: float = span * ((1.0 - u) * turning[s, q] + u * turning[s, q + 1])
-    return cost
-
-
-@njit(cache=True, error_model="numpy", inline="always")
-def turn_cost(turning: Any, tightest: float, s: int, span: float, turn: float) -> float:
-    """What a turn adds to the cost of ``span`` metres, by a table (STATES, TURNS)."""
-    u, q = turn_place(turning, tightest, span, turn)
-    cost: float = turn_cost_at(turning, s, span, u, q)
+    cost: float = span * ((1.0 - u) * prices.table[state, q] + u * prices.table[state, q + 1])
     return cost

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from planner.search.resolution import DIRECTIONS, STEEPNESSES, YAWS
-from planner.search.steady import cost_for_best_yaw, costs_for_yaws, steady_costs
-from planner.search.steady.steady_cost import cost_for_yaw
+from planner.search.steady import cost_for_best_yaw, costs_for_yaws, polar, steady_costs
 from tests.search.certificate.robots import around_of, model_of
 
 
@@ -54,7 +53,7 @@ def test_all_yaws_at_once_cost_what_each_does(costs) -> None:
         steep = share * costs.limit.max()
         costs_for_yaws(costs.by_yaw, costs.yaw_limit, 0, azimuth, steep, 0.95, found)
         single = [
-            cost_for_yaw(costs.by_yaw, costs.yaw_limit, 0, turn, azimuth, steep, 0.95)
+            polar(costs.by_yaw[0, turn], costs.yaw_limit[0, turn], azimuth, steep, 0.95)
             for turn in range(YAWS)
         ]
         np.testing.assert_allclose(found, single, rtol=1e-12)

@@ -24,14 +24,12 @@ def around():
 
 def costs_of(around, slopes, objective=0):
     """Cost per rad (slopes, STATES) for travel along x on slopes (n, 2)."""
-    model = around.model
     slopes = np.hstack([slopes, slopes]).astype(float)
     count = len(slopes)
     spin = np.empty((count, STATES))
-    spin_costs(
-        *(model.limits_kernel, model.parameters, model.body, model.wheels, around.class_rows),
-        *(around.limits, np.zeros(count), slopes, np.zeros(count, np.int64), objective, spin),
-    )
+    ground = np.zeros(count, np.int64)
+    kernel = around.model.limits_kernel
+    spin_costs(kernel, around.arrays, np.zeros(count), slopes, ground, objective, spin)
     return spin
 
 

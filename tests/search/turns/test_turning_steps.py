@@ -11,6 +11,7 @@ from planner.power.account import ACCOUNT, LIMITS
 from planner.power.limits import BRIEFLY, broken_limit
 from planner.power.motion_row import set_motion, set_wind
 from planner.quantities import INDEX
+from planner.search.kernel_arguments import Steps
 from planner.search.requests import SituationRequest
 from planner.search.resolution import SLOWEST, STILL
 from planner.search.situation import situation_of
@@ -72,11 +73,8 @@ def test_steps_cost_what_single_rows_say(around, objective) -> None:
         ]
     )
     costs = np.empty(moves)
-    model = around.model
-    step_costs(
-        *(model.limits_kernel, model.parameters, model.body, model.wheels, around.class_rows),
-        *(around.limits, around.wind, objective, directions, slopes, ground, at, asked, costs),
-    )
+    track = Steps(directions, np.ones(steps), slopes, ground)
+    step_costs(around.model.limits_kernel, around.arrays, objective, track, at, asked, costs)
     expected = [
         one_by_one(around, objective, directions[j], slopes[j], ground[j], asked[n])
         for n, j in enumerate(at)

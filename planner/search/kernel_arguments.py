@@ -1,0 +1,72 @@
+"""Arguments that compiled loops of several rooms take together, and their types in numba.
+
+    step_costs(kernel, around.arrays, objective, steps, ...)
+
+The kernel of a power model stays an argument of its own: numba takes no tuple that holds a function
+and arrays.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from planner.arrays import Array
+
+F1 = types.Array(types.float64, 1, "C")
+F2 = types.Array(types.float64, 2, "C")
+F3 = types.Array(types.float64, 3, "C")
+I1 = types.Array(types.int64, 1, "C")
+B1 = types.Array(types.boolean, 1, "C")
+B2 = types.Array(types.boolean, 2, "C")
+
+
+class ModelArrays(NamedTuple):
+    """Numbers of a power model and its conditions.
+
+    Attributes:
+        parameters, body, wheels: of ``PowerModel``.
+        class_rows, limits, wind: of ``Circumstances``.
+    """
+
+    parameters: Array
+    body: Array
+    wheels: Array
+    class_rows: Array
+    limits: Array
+    wind: Array
+
+
+class Steps(NamedTuple):
+    """Steps between the samples of a path.
+
+    Attributes:
+        directions: (n,) rad, azimuth of the travel.
+        lengths: (n,) m, horizontal.
+        slopes: (n, 4) gradient in the middle, and the steepest one.
+        ground: (n,) class of the ground.
+    """
+
+    directions: Array
+    lengths: Array
+    slopes: Array
+    ground: NDArray[np.int64]
+
+    def part(self, first: int, last: int) -> Steps:
+        """The steps from one sample to another."""
+        part = slice(first, last)
+        return Steps(
+            self.directions[part], self.lengths[part], self.slopes[part], self.ground[part]
+        )
+
+
+def tuple_type(kind: type, *fields: Any) -> Any:
+    """Type in numba of a NamedTuple with fields of these types."""
+    return types.NamedTuple(fields, kind)  # type: ignore[no-untyped-call]
+
+
+MODEL_ARRAYS = tuple_type(ModelArrays, F1, F1, F2, F2, F1, F1)
+STEPS = tuple_type(Steps, F1, F1, F2, I1)
