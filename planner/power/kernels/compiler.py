@@ -26,14 +26,14 @@ import numba
 from planner import quantities
 from planner.compiled_code import cache_base
 from planner.power import account, effect, kernel_math, kinematics
-from planner.power.kernels import pipeline, printed, row_blocks, specialise, stages
+from planner.power.kernels import idle_lines, pipeline, printed, row_blocks, specialise, stages
 from planner.power.kernels.kernel import Kernel
 from planner.power.kernels.pipeline import kernel_source
 from planner.power.kernels.specialise import KernelSpec
 
 _MADE_BY = {
     *(account, effect, kernel_math, kinematics, pipeline, printed, quantities, row_blocks),
-    *(specialise, stages),
+    *(idle_lines, specialise, stages),
 }
 """Modules besides the effects' own that a kernel's text, or what it calls, follows from."""
 
