@@ -1,9 +1,10 @@
 """Compile a model's kernel once and find it again on disk.
 
-The module that ``kernel_source`` writes goes to ``cache_folder()`` under the hash of its
-own text, of the effects' sources and of the helpers they call, so that a change in any of them
-gives a new file and nothing stale is ever loaded. ``JOULEPATH_CACHE_DIR`` moves the folder; where
-it cannot be written, a temporary one is used and the next process compiles again.
+The module that ``kernel_source`` writes goes to ``cache_folder()`` under the hash of all that it
+follows from: the specification, and the sources of the effects, of the stages and of the pass over
+them. A change in any of them gives a new file, and nothing stale is ever loaded. A module that is
+there is not written again. ``JOULEPATH_CACHE_DIR`` moves the folder. Where it cannot be written, a
+temporary one is used and the next process compiles again.
 """
 
 from __future__ import annotations
@@ -22,13 +23,19 @@ from typing import Any
 
 import numba
 
+from planner import quantities
 from planner.compiled_code import cache_base
-from planner.power import effect as effect_module
-from planner.power import kernel_math
-from planner.power.kernels import printed as printed_module
+from planner.power import account, effect, kernel_math, kinematics
+from planner.power.kernels import idle_lines, pipeline, printed, row_blocks, specialise, stages
 from planner.power.kernels.kernel import Kernel
 from planner.power.kernels.pipeline import kernel_source
 from planner.power.kernels.specialise import KernelSpec
+
+_MADE_BY = {
+    *(account, effect, kernel_math, kinematics, pipeline, printed, quantities, row_blocks),
+    *(idle_lines, specialise, stages),
+}
+"""Modules besides the effects' own that a kernel's text, or what it calls, follows from."""
 
 
 def cache_folder() -> Path:
@@ -52,19 +59,16 @@ def _temporary_folder() -> str:
 def compile_kernel(spec: KernelSpec) -> Kernel:
     """Compiled ``evaluate`` of pipeline for a specification.
 
-    A process writes and hashes the text once for the same one.
+    A process hashes the same one once.
     """
-    source = kernel_source(spec)
-    digest = hashlib.sha256(numba.__version__.encode())
-    for text in (source, *(inspect.getsource(sys.modules[e.__module__]) for e in spec.effects)):
-        digest.update(text.encode())
-    for module in (kernel_math, effect_module, printed_module):
-        digest.update(inspect.getsource(module).encode())
-    name = f"joulepath_kernel_{digest.hexdigest()[:20]}"
-    return Kernel(_load(name, source))
+    parts = [numba.__version__, repr(spec), *(repr(effect.definition) for effect in spec.effects)]
+    modules = {sys.modules[effect.__module__] for effect in spec.effects} | _MADE_BY
+    parts += sorted(inspect.getsource(module) for module in modules)
+    digest = hashlib.sha256("\0".join(parts).encode())
+    return Kernel(_load(f"joulepath_kernel_{digest.hexdigest()[:20]}", spec))
 
 
-def _load(name: str, source: str) -> Callable[..., Any]:
+def _load(name: str, spec: KernelSpec) -> Callable[..., Any]:
     module = sys.modules.get(name)
     if module is None:
         path = cache_folder() / f"{name}.py"
@@ -73,7 +77,7 @@ def _load(name: str, source: str) -> Callable[..., Any]:
             with tempfile.NamedTemporaryFile(
                 "w", dir=path.parent, suffix=".part", delete=False, encoding="utf-8"
             ) as part:
-                part.write(source)
+                part.write(kernel_source(spec))
             os.replace(part.name, path)
         module = _import(name, path)
     evaluate: Callable[..., Any] = module.evaluate

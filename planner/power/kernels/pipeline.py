@@ -12,8 +12,8 @@
         for blocks of rows (row_blocks.py): the power alone, or the power and the limits
 
 numba can cache compiled code on disk only for functions that stand in a file, so the module is
-written to a cache folder under a name that is the hash of everything it is made of
-(``compile_kernel``). A model seen before so starts without compiling.
+written to a cache folder under a name that is the hash of all that it follows from
+(``compile_kernel``). So a model seen before starts without writing and compiling.
 """
 
 from __future__ import annotations

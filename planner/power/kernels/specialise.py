@@ -17,17 +17,17 @@ import copy
 import inspect
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from typing import Any
 
 from planner.power.account import ACCOUNT, BASE_EFFECTS, LIMITS, Output
 from planner.power.effect import HOOKS, Effect, Parameter, parameter_slots
 from planner.power.kernels import stages
+from planner.power.kernels.idle_lines import needed_lines
 from planner.quantities import INDEX
 
 _WORST_IS_LEAST = ("least_load", "traction_left")
 _MARKERS = ("hooks", "effect", "locals")
-_KEPT_IN = ("per_wheel", "account")
 _SURFACE = f"row[{INDEX['surface']}]"
 
 
@@ -88,7 +88,7 @@ def specialise(function: ast.FunctionDef, spec: KernelSpec) -> list[ast.stmt]:
     before, after = (_expanded(part, spec) for part in (lines[:place], lines[place + 1 :]))
     limits = list(LIMITS.values()) if spec.output == "limits" else []
     body = before + _for_each_side(after, last.value.id, limits, spec)
-    return _needed(body, keep_arrays=spec.output == "account")
+    return needed_lines(body, keep_arrays=spec.output == "account")
 
 
 def _refusal(node: ast.AST, problem: str) -> ValueError:
@@ -386,48 +386,3 @@ for side in range(sides):
     centre_x = spread_x if side < 2 else -spread_x
     centre_y = spread_y if side % 2 == 0 else -spread_y
 """
-
-
-def _needed(body: list[ast.stmt], *, keep_arrays: bool) -> list[ast.stmt]:
-    """The lines that some result depends on; a name stands for all values that it ever takes.
-
-    Args:
-        body: statements.
-        keep_arrays: whether what is written to arrays is a result, besides what is returned.
-    """
-    places = cache(_places)
-    needed: set[str] = set()
-
-    def kept(lines: list[ast.stmt]) -> list[ast.stmt]:
-        found: list[ast.stmt] = []
-        for line in reversed(lines):  # most of what a line reads stands above it
-            if isinstance(line, ast.If | ast.For) and not line.orelse:
-                inner = copy.copy(line)
-                inner.body = kept(line.body)
-                if inner.body:
-                    needed.update(places(line.test if isinstance(line, ast.If) else line.iter)[0])
-                    found.append(inner)
-                continue
-            reads, writes = places(line)
-            is_result = isinstance(line, ast.Return) or (keep_arrays and "[" in "".join(writes))
-            if is_result or not needed.isdisjoint(writes):
-                needed.update(reads)
-                found.append(line)
-        return found[::-1]
-
-    size = -1
-    while len(needed) > size:
-        size = len(needed)
-        found = kept(body)
-    return found
-
-
-def _places(node: ast.AST) -> tuple[set[str], set[str]]:
-    """Names and places in ``per_wheel`` and ``account`` that are read, and written."""
-    found: tuple[set[str], set[str]] = set(), set()
-    for part in ast.walk(node):
-        if isinstance(part, ast.Name):
-            found[isinstance(part.ctx, ast.Store)].add(part.id)
-        elif isinstance(part, ast.Subscript) and ast.unparse(part.value) in _KEPT_IN:
-            found[isinstance(part.ctx, ast.Store)].add(ast.unparse(part))
-    return found
