@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit
 
+from planner.power.limits import BRIEFLY
 from planner.quantities import INDEX
 from planner.search.conditions import Circumstances
 from planner.search.field import CostField, passable, segment_cost, wind_cost
@@ -35,6 +36,10 @@ State = tuple[float, ...]
 """(x, y) in m, or (x, y, yaw) in m and rad."""
 RADIANS = 0.2
 """rad of turning between two points of a motion at which it is priced, at most."""
+SLACK = 1.03
+"""Share of the steady slope limit up to which a motion with a constant yaw is feasible: the tables
+of that limit are so coarse, and every trajectory that keeps all limits has to be valid. While the
+body turns, motors may briefly give more torque (planner.power.limits)."""
 
 
 class TurningRates(NamedTuple):
@@ -114,8 +119,9 @@ def pose_feasible(field: Any, x: float, y: float, yaw: float) -> bool:
 
 
 @njit(cache=True, error_model="numpy")
-def _metre(field: Any, x: float, y: float, j: int, i: int, yaw: float, direction: float) -> float:
-    """Cost of a metre at a point with a yaw; infinity where it is too steep for it."""
+def _metre(field: Any, place: Any, node: Any, yaw: float, direction: float, slack: float) -> float:
+    """Cost of a metre at a place with a yaw; infinity beyond ``slack`` times the slope limit."""
+    (x, y), (j, i) = place, node
     _, px, py = interpolate(field.heights, field.x0, field.y0, field.dx, field.dy, x, y)
     steepness = math.sqrt(px * px + py * py)
     azimuth = math.atan2(py, px) - direction
@@ -127,7 +133,7 @@ def _metre(field: Any, x: float, y: float, j: int, i: int, yaw: float, direction
     cost, weights = 0.0, 0.0
     for at, weight in ((t, 1.0 - share), ((t + 1) % YAWS, share)):
         by_yaw, yaw_limit = field.by_yaw[ground, at], field.yaw_limit[ground, at]
-        own = polar(by_yaw, yaw_limit, azimuth, steepness, 1.0)
+        own = polar(by_yaw, yaw_limit, azimuth, steepness, slack)
         # Between an angle at which the slope can be climbed and one at which it cannot, the
         # feasible one counts.
         if weight > 0.0 and own < np.inf:
@@ -151,6 +157,7 @@ def pose_cost(
     count = max(1, int(math.ceil(length / field.step)), int(abs(turn) / RADIANS))
     direction = math.atan2(ey, ex)
     wind = 0.0 if on_the_spot else wind_cost(field, direction)
+    slack = SLACK if turn == 0.0 else BRIEFLY
     total = 0.0
     for k in range(count):
         w = (k + 0.5) / count
@@ -160,7 +167,7 @@ def pose_cost(
         if field.mask[j, i] != ALL_YAWS and not body_fits(field, x, y, yaw):
             return np.inf
         if not on_the_spot:
-            cost = _metre(field, x, y, j, i, yaw, direction)
+            cost = _metre(field, (x, y), (j, i), yaw, direction, slack)
             if field.factor.shape[0] > 1:
                 cost *= field.factor[j, i]
             total += max(cost + wind, 1e-3)

@@ -36,6 +36,14 @@ def test_the_path_is_valid_and_costs_the_sum_of_its_motions(space, objective):
     assert total > 0.0
 
 
+@pytest.mark.parametrize("space", ["plane", "poses"])
+def test_a_trajectory_on_steep_relief_is_a_valid_path(space):
+    """Motors may briefly give more while the body turns; the path that results has to be valid."""
+    ends = {"start": {"x": 120.0, "y": 240.0}, "goal": {"x": 200.0, "y": 150.0}}
+    path, _setup = solved(EnergyProblem(space, map="jacksboro-1to100", **ends))
+    assert path.check()
+
+
 def test_least_energy_through_ompl_is_the_answer():
     made = problem()
     path, _setup = solved(made)
