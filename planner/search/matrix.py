@@ -1,11 +1,11 @@
 """The energy from each of many places to each of many others.
 
     matrix = energy_matrix(map="warehouse", starts=[{"x": 2, "y": 2}, {"x": 27, "y": 17}])
-    matrix.energy_j                    # (starts, goals), infinite where there is no way
+    matrix.energy_j                    # (starts, goals), infinite where there is no path
 
 One least-cost field answers for all starts of a goal. Its costs know nothing of speeding up, of
 bends and of turning, so some pairs are driven in full and the others are corrected by what these
-show: dissipated energy = a · field + b. Up to ``DRIVEN`` pairs, all are driven.
+show: dissipated energy = a · field + b. Up to ``DRIVEN_PAIRS``, all are driven.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ from planner.search.situation import Situation, check_hold, check_place, situati
 from planner.shown import Shown
 from planner.terrain.heightmap import Terrain
 
-DRIVEN = 32
-"""Pairs that are driven in full; the others are corrected by them."""
+DRIVEN_PAIRS = 32
+"""Pairs that are driven in full; enough to fit two coefficients well within a second or two."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Matrix(Shown):
 
     Attributes:
         starts, goals: the places.
-        energy_j: (starts, goals) J; infinite where there is no way.
+        energy_j: (starts, goals) J; infinite where there is no path.
         driven: (starts, goals) True where a motion was worked out in full.
         error_share: relative error of the corrected energies that nine of ten driven pairs keep
             to, each predicted by the others; 0 where all were driven, NaN where too few were.
@@ -55,7 +55,7 @@ class Matrix(Shown):
     error_share: float
 
     def to_json(self) -> dict[str, Any]:
-        """The matrix ready for JSON; None where there is no way."""
+        """The matrix ready for JSON; None where there is no path."""
         return {
             "starts": [place.model_dump(exclude_none=True) for place in self.starts],
             "goals": [place.model_dump(exclude_none=True) for place in self.goals],
@@ -159,11 +159,11 @@ def _filled(
 
 
 def _spread_pairs(dissipated: Array) -> list[tuple[int, int]]:
-    """Pairs to drive: all of few, else evenly from the cheapest to the dearest."""
+    """Pairs to drive: all of few, else evenly from the cheapest to the most expensive."""
     possible = np.argwhere(np.isfinite(dissipated) & (dissipated > 0.0))
     order = possible[np.argsort(dissipated[tuple(possible.T)], kind="stable")]
-    if len(order) > DRIVEN:
-        order = order[np.linspace(0, len(order) - 1, DRIVEN).round().astype(int)]
+    if len(order) > DRIVEN_PAIRS:
+        order = order[np.linspace(0, len(order) - 1, DRIVEN_PAIRS).round().astype(int)]
     return [(int(a), int(b)) for a, b in order]
 
 

@@ -7,7 +7,7 @@ question fast:
     segment_cost(field, xa, ya, xb, yb, step) → cost of a straight line, yaw chosen as is cheapest
 
 Well inside all limits and with room for every yaw the cost of a metre is a function of the slope
-along and across the way, tabulated once more in these two (``gentle``): no angles to work out.
+along and across the path, tabulated once more in these two (``gentle``): no angles to work out.
 
 Where something stands near, only yaw angles count at which the body's rectangle, grown by the
 clearance, is free: a passage narrower than the robot is long is entered lengthwise.
@@ -221,7 +221,7 @@ def segment_cost(field: Any, xa: float, ya: float, xb: float, yb: float, step: f
             # The very slope that the finished motion is checked on.
             _, px, py = interpolate(heights, x0, y0, dx, dy, x, y)
             if mask[j, i] == ALL_YAWS and px * px + py * py < safe * safe:
-                # Bilinear in the slope along and across the way.
+                # Bilinear in the slope along and across the path.
                 u = (px * ux + py * uy + reach) * scale
                 v = (py * ux - px * uy + reach) * scale
                 a, b = int(u), int(v)

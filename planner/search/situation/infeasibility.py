@@ -21,6 +21,7 @@ from planner.terrain.footprint import body_fits
 from planner.terrain.interpolation import interpolate
 
 YAW_TRIES = 64
+"""Yaw angles over a full turn at which a place is tried, where the request leaves the yaw free."""
 
 
 def check_place(
@@ -94,7 +95,7 @@ def explain_no_route(
     start: tuple[float, float],
     goal: tuple[float, float],
 ) -> str:
-    """What blocks the way: the narrowest gap between what start and goal can reach, and why."""
+    """What blocks the path: the narrowest gap between what start and goal can reach, and why."""
     lattice = build_lattice(field)
     to_goal = np.isfinite(cost_to_go(field, lattice, goal).values)
     from_start = np.isfinite(cost_to_go(field, lattice, start, onward=True).values)
