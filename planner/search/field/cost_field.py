@@ -91,12 +91,6 @@ def _node(offset: float, cell: float, count: int) -> int:
     return min(max(int(math.floor(offset / cell + 0.5)), 0), count - 1)
 
 
-@njit(cache=True, error_model="numpy", inline="always")
-def _bin(yaw: float) -> int:
-    """Number of the bin nearest to a yaw angle, before whole turns are taken off."""
-    return int(math.floor(yaw / math.pi * YAW_BINS + 0.5))
-
-
 @njit(cache=True, error_model="numpy")
 def masked_cost(
     field: Any,
@@ -121,7 +115,8 @@ def masked_cost(
         s = min(int(steepness / edge * (STEEPNESSES - 1) + 0.5), STEEPNESSES - 1)
     order, margin = field.order[ground, f, s], field.margin
     by_yaw, yaw_limit = field.by_yaw[ground], field.yaw_limit[ground]
-    ahead = _bin(direction)
+    # Number of the nearest bin, before whole turns are taken off.
+    ahead = int(math.floor(direction / math.pi * YAW_BINS + 0.5))
     for rank in range(YAWS):
         t = order[rank]
         # Angles of the body are as far apart as bins.

@@ -6,7 +6,8 @@
 A robot has 16 moves at a node: all coprime offsets of up to two cells. What a metre costs depends
 on the slope and the direction only. So every node keeps the number of its slope, two bytes, in a
 square grid of SLOPES_PER_AXIS² slopes. One table holds the cost of each slope in each direction. A
-move costs the mean of the nodes that it passes, a quadrature whose error is far below what the few directions lose and what planner.search.waypoints.path_smoothing takes back.
+move costs the mean of the nodes that it passes, a quadrature whose error is far below what the few
+directions lose and what planner.search.waypoints.path_smoothing takes back.
 
 Where something stands near, or a limit may be near, nodes say little about what lies between them.
 Moves from there are priced closely (``close_cost``), once, when a search first asks for them.

@@ -6,11 +6,12 @@
 
 Dijkstra's algorithm runs backwards from the goal with the 16 moves of ``lattice``. Yaw is not a
 state (planner.search.field.cost_field). Costs are dissipated energy, so never negative. Nodes wait
-in buckets of equal width instead of a sorted queue (Dial; Meyer and Sanders, J. Algorithms 49, 2003): what is improved within its own bucket is taken
-up again, so costs are exact for any width. Every node keeps the move that it starts with, and the
-path is read off. What the limited set of directions loses, planner.search.waypoints.path_smoothing
-takes back. For one start only, nodes wait by their cost plus that of the straight line to the
-start, at the least cost of any metre (A*, Hart, Nilsson and Raphael, 1968).
+in buckets of equal width instead of a sorted queue (Dial; Meyer and Sanders, J. Algorithms 49,
+2003): what is improved within its own bucket is taken up again, so costs are exact for any width.
+Every node keeps the move that it starts with, and the path is read off. What the limited set of
+directions loses, planner.search.waypoints.path_smoothing takes back. For one start only, nodes wait
+by their cost plus that of the straight line to the start, at the least cost of any metre (A*, Hart,
+Nilsson and Raphael, 1968).
 
 Costs are kept in single precision: 1e-7 of each sum, a thousandth of what the directions lose.
 """

@@ -74,14 +74,9 @@ def situation_of(
         from planner.search.situation.exclusion_zones import without_areas
 
         terrain = without_areas(terrain, request)
-    return Situation(ground_for(terrain, model.vehicle), circumstances(request, model, terrain))
-
-
-def ground_for(terrain: Terrain, vehicle: Vehicle) -> DrivingGround:
-    """The driving ground of a map for a vehicle."""
-    return CACHE.get(
-        ("ground", ground_key(terrain, vehicle)), lambda: driving_ground(terrain, vehicle)
-    )
+    key = "ground", ground_key(terrain, model.vehicle)
+    ground = CACHE.get(key, lambda: driving_ground(terrain, model.vehicle))
+    return Situation(ground, circumstances(request, model, terrain))
 
 
 def ground_key(terrain: Terrain, vehicle: Vehicle) -> tuple[str, str]:

@@ -100,7 +100,8 @@ class PricedSearch:
             self.reason = self.reason or attempt.reason
             return None
         legs = tuple(leg for leg, _ in attempt.refined)
-        return self._ridden(attempt.route, legs, tuple(run.yaws), attempt.field)
+        route = self._repriced(attempt.route, attempt.field)
+        return Ridden(route, legs, tuple(run.yaws), attempt.field.margin)
 
     def along(self, known: Ridden, watts: float) -> Ridden | None:
         """The best motion on a known path at a price, W; None where it breaks a limit."""
@@ -110,20 +111,14 @@ class PricedSearch:
         route = drive(field, situation.around, known.legs, known.yaws, objective=0)
         if not isinstance(route, Route):
             return None
-        return self._ridden(route, known.legs, known.yaws, field)
+        return replace(known, route=self._repriced(route, field))
 
     def _priced(self, watts: float) -> Situation:
         plain = self.run.situation
         return PricedSituation.of(plain, watts) if watts > 0.0 else plain
 
-    def _ridden(
-        self,
-        route: Route,
-        legs: tuple[Array, ...],
-        yaws: tuple[Wanted, ...],
-        field: CostField,
-    ) -> Ridden:
+    def _repriced(self, route: Route, field: CostField) -> Route:
+        """The same motion, priced by the model without a time weight."""
         assert route.motion is not None  # as ``drive`` leaves it
         charge = self.run.request.conditions.battery_charge
-        honest = price(field, self.run.around, route.motion, charge=charge)
-        return Ridden(honest, legs, yaws, field.margin)
+        return price(field, self.run.around, route.motion, charge=charge)

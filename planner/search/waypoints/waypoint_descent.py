@@ -7,9 +7,9 @@ Smoothing counts metres, each with the cheapest yaw there. On bends the body can
 and a path a little to the side costs less. Here whole motions give the cost of a path.
 
 Every second waypoint is moved at once, to one side and then to the other, while those between them
-stay: the energy between two that stay shows what moving the one between them does. A parabola for each waypoint says how far it should go; they go there together if the whole motion is
-cheaper so. Six motions move all waypoints, however many there are.
-"""
+stay: the energy between two that stay shows what moving the one between them does. A parabola for
+each waypoint says how far it should go; they go there together if the whole motion is cheaper so.
+Six motions move all waypoints, however many there are."""
 
 from __future__ import annotations
 
