@@ -136,10 +136,16 @@ def _filled(
     driven = np.zeros(dissipated.shape, np.bool_)
     seen: list[tuple[float, float]] = []
     exact = dissipated.copy()
+    legs = LegPlanner(situation, field, token)
 
     def drive(pair: tuple[int, int]) -> float | None:
         token.check()
-        return _driven(situation, starts[pair[0]], goals[pair[1]], token)
+        start, goal = starts[pair[0]], goals[pair[1]]
+        path = situation.path("energy", field, (start.x, start.y), (goal.x, goal.y))
+        if path is None or len(path) < 2:
+            return None
+        leg = legs.near(path, (start.yaw, goal.yaw))
+        return None if leg is None else leg.route.energy_j
 
     with ThreadPoolExecutor(max_workers=2) as pool:
         for number, (pair, energy) in enumerate(
@@ -165,17 +171,6 @@ def _spread_pairs(dissipated: Array) -> list[tuple[int, int]]:
     if len(order) > DRIVEN_PAIRS:
         order = order[np.linspace(0, len(order) - 1, DRIVEN_PAIRS).round().astype(int)]
     return [(int(a), int(b)) for a, b in order]
-
-
-def _driven(
-    situation: Situation, start: PoseRequest, goal: PoseRequest, token: CancellationToken
-) -> float | None:
-    field = situation.field("energy")
-    path = situation.path("energy", field, (start.x, start.y), (goal.x, goal.y))
-    if path is None or len(path) < 2:
-        return None
-    leg = LegPlanner(situation, field, token).near(path, (start.yaw, goal.yaw))
-    return None if leg is None else leg.route.energy_j
 
 
 def _corrected(dissipated: Array, seen: Array) -> tuple[Array, float]:

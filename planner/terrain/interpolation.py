@@ -46,31 +46,26 @@ def _weights(t: float) -> tuple[float, float, float, float, float, float, float,
     )
 
 
+@numba.njit("UniTuple(int64, 3)(int64, int64)", cache=True, inline="always")
+def _border(k: int, last: int) -> tuple[int, int, int]:
+    """The index nearest to k on the grid, its neighbour inwards, and how far k lies beyond."""
+    nearest = min(max(k, 0), last)
+    return nearest, 1 if k < 0 else last - 1, abs(k - nearest)
+
+
 @numba.njit("float64(float64[:, ::1], int64, int64)", cache=True)
 def _along_row(heights: NDArray[np.float64], j: int, i: int) -> float:
     """Height at column i of row j, continued along a straight line beyond the border."""
-    last = heights.shape[1] - 1
-    if i < 0:
-        return float(heights[j, 0] + i * (heights[j, 1] - heights[j, 0]))
-    if i > last:
-        step = heights[j, last] - heights[j, last - 1]
-        return float(heights[j, last] + (i - last) * step)
-    return float(heights[j, i])
+    near, inner, beyond = _border(i, heights.shape[1] - 1)
+    return float(heights[j, near] + beyond * (heights[j, near] - heights[j, inner]))
 
 
 @numba.njit("float64(float64[:, ::1], int64, int64)", cache=True)
 def _continued(heights: NDArray[np.float64], j: int, i: int) -> float:
     """Height at any row and column, continued along straight lines beyond the border."""
-    last = heights.shape[0] - 1
-    height: float
-    if j < 0:
-        height = (1 - j) * _along_row(heights, 0, i) + j * _along_row(heights, 1, i)
-    elif j > last:
-        k = j - last
-        height = (1 + k) * _along_row(heights, last, i) - k * _along_row(heights, last - 1, i)
-    else:
-        height = _along_row(heights, j, i)
-    return height
+    near, inner, beyond = _border(j, heights.shape[0] - 1)
+    outwards = beyond * _along_row(heights, inner, i)
+    return (1 + beyond) * _along_row(heights, near, i) - outwards
 
 
 @numba.njit(

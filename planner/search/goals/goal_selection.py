@@ -22,7 +22,7 @@ from planner.errors import RequestError
 from planner.quantities import STANDARD_GRAVITY
 from planner.search.field import CostField, sample_surface, segment_cost
 from planner.search.goals.goal_region import Region
-from planner.search.grid import CostToGo, cost_from, cost_to_go, grid_path
+from planner.search.grid import cost_from, grid_path
 from planner.search.requests import PoseRequest, RegionRequest
 from planner.search.resolution import MARGIN, OBJECTIVES
 from planner.search.results import Route, drive
@@ -109,11 +109,7 @@ class _Arrival:
         self.field = run.field(objective, MARGIN)
         situation = run.situation
         self.lattice = situation.lattice(objective, self.field)
-        self.cost_to_come: CostToGo = (
-            situation.onward(self.field, self.begin)
-            if objective == "energy"
-            else cost_to_go(self.field, self.lattice, self.begin, onward=True)
-        )
+        self.cost_to_come = situation.onward(self.field, self.begin, objective=objective)
         # J for each metre of height; neither time nor length know it.
         self.weight = run.around.mass * STANDARD_GRAVITY if objective == "energy" else 0.0
 

@@ -182,14 +182,6 @@ def _put(head: Any, after: Any, slot: int, place: int) -> int:
 
 
 @njit(cache=True, error_model="numpy")
-def _doubled(entries: Any) -> Any:
-    """These entries and as many unset ones behind them."""
-    longer = np.empty(2 * entries.shape[0], entries.dtype)
-    longer[: entries.shape[0]] = entries
-    return longer
-
-
-@njit(cache=True, error_model="numpy")
 def _chain(after: Any, first: int) -> None:
     """Make a list of the free places from ``first`` on."""
     for k in range(first, after.shape[0]):
@@ -319,7 +311,9 @@ def _solve(
                 values[y, x], moves[y, x] = rounded, m
                 if free < 0:
                     free = after.shape[0]
-                    node_of, key_of, after = _doubled(node_of), _doubled(key_of), _doubled(after)
+                    node_of = np.concatenate((node_of, np.empty_like(node_of)))
+                    key_of = np.concatenate((key_of, np.empty_like(key_of)))
+                    after = np.concatenate((after, np.empty_like(after)))
                     _chain(after, free)
                 node_of[free], key_of[free] = y * nx + x, rounded
                 estimate = _estimate(cost, metre, x0 + x * dx - start_x, y0 + y * dy - start_y)

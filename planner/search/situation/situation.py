@@ -167,11 +167,15 @@ class Situation:
         return found
 
     def onward(
-        self, field: CostField, start: Point, token: CancellationToken | None = None
+        self,
+        field: CostField,
+        start: Point,
+        token: CancellationToken | None = None,
+        objective: str = "energy",
     ) -> CostToGo:
-        """Least energy cost from a start to everywhere."""
-        lattice = self.lattice("energy", field)
-        key = ("onward", self.key, field.margin, start)
+        """Least cost from a start to everywhere."""
+        lattice = self.lattice(objective, field)
+        key = ("onward", self.key, objective, field.margin, start)
         return CACHE.get(key, lambda: cost_to_go(field, lattice, start, onward=True, token=token))
 
     def path(
