@@ -60,56 +60,31 @@ _shown.register(_report)
 
 
 def __getattr__(name: str) -> Any:
-    home = _home(name)
-    if home is None:
-        raise AttributeError(f"module 'planner' has no attribute {name!r}")
-    return getattr(home, name)
-
-
-def _home(name: str) -> ModuleType | None:
+    home: ModuleType
     # Loaded when asked for: a command that only lists maps need not load numba and OMPL.
-    if name == "plan_route":
-        from planner.search import plan
-
-        return plan
-    if name in ("Front", "energy_time_front"):
-        from planner.search import front
-
-        return front
-    if name in ("Matrix", "energy_matrix"):
-        from planner.search import matrix
-
-        return matrix
-    if name in ("Reach", "reachable_area"):
-        from planner.search import reach
-
-        return reach
-    if name == "PlanRequest":
-        from planner.search import requests
-
-        return requests
-    if name in ("Answer", "Route"):
-        from planner.search import results
-
-        return results
-    if name == "PowerModel":
-        from planner.power import model
-
-        return model
-    if name == "Telemetry":
-        from planner.telemetry import logs
-
-        return logs
-    if name in ("Comparison", "compare"):
-        from planner.telemetry import comparison
-
-        return comparison
-    if name in ("Diagnosis", "diagnose"):
-        from planner.telemetry import diagnosis
-
-        return diagnosis
-    if name in ("Adoption", "adopt", "revert"):
-        from planner.telemetry import adoption
-
-        return adoption
-    return None
+    match name:
+        case "plan_route":
+            from planner.search import plan as home
+        case "Front" | "energy_time_front":
+            from planner.search import front as home
+        case "Matrix" | "energy_matrix":
+            from planner.search import matrix as home
+        case "Reach" | "reachable_area":
+            from planner.search import reach as home
+        case "PlanRequest":
+            from planner.search import requests as home
+        case "Answer" | "Route":
+            from planner.search import results as home
+        case "PowerModel":
+            from planner.power import model as home
+        case "Telemetry":
+            from planner.telemetry import logs as home
+        case "Comparison" | "compare":
+            from planner.telemetry import comparison as home
+        case "Diagnosis" | "diagnose":
+            from planner.telemetry import diagnosis as home
+        case "Adoption" | "adopt" | "revert":
+            from planner.telemetry import adoption as home
+        case _:
+            raise AttributeError(f"module 'planner' has no attribute {name!r}")
+    return getattr(home, name)

@@ -14,7 +14,7 @@ from collections.abc import Callable, Hashable
 from threading import Lock
 from typing import Any, Protocol, TypeVar
 
-LEAST = 512
+LEAST_BYTES = 512
 """Bytes that a result counts at least, for its key and its place."""
 
 
@@ -54,7 +54,7 @@ class Cache:
     def put(self, key: Hashable, item: Sized | float | None) -> None:
         """Keep a result, in place of the one under this key."""
         # Some results grow while they are used; their size is taken as it is now.
-        size = max(LEAST, getattr(item, "nbytes", 0))
+        size = max(LEAST_BYTES, getattr(item, "nbytes", 0))
         with self._lock:
             if key in self._items:
                 self._bytes -= self._items.pop(key)[1]

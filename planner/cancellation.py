@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from planner.errors import Cancelled
 from planner.progress import Progress, silent
 
-WATCHED = 0.02
+POLL_SECONDS = 0.02
 """s between two questions of the thread whether the caller has cancelled."""
 
 
@@ -53,7 +53,7 @@ class CancellationToken:
             self._watcher.join()
 
     def _watch(self) -> None:
-        while not self._done.wait(WATCHED):
+        while not self._done.wait(POLL_SECONDS):
             if self.cancelled():
                 return
 

@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from planner.cache import LEAST, Cache
+from planner.cache import LEAST_BYTES, Cache
 
 
 class Sheet:
@@ -47,7 +47,7 @@ def test_a_new_result_replaces_the_old_one_and_its_bytes() -> None:
 
 @pytest.mark.parametrize("value", [None, 0.0, 1.5])
 def test_small_results_are_built_once_and_count_as_well(value: float | None) -> None:
-    cache = Cache(most_bytes=10 * LEAST)
+    cache = Cache(most_bytes=10 * LEAST_BYTES)
     built: list[int] = []
 
     def build() -> float | None:
@@ -58,7 +58,7 @@ def test_small_results_are_built_once_and_count_as_well(value: float | None) -> 
     assert len(built) == 1
     for number in range(20):
         cache.put(number, value)
-    assert cache.nbytes == 10 * LEAST
+    assert cache.nbytes == 10 * LEAST_BYTES
 
 
 def test_threads_share_a_cache_without_losing_count() -> None:

@@ -1,15 +1,15 @@
-"""What a second costs: routes from the one of least energy to the fastest.
+"""The Pareto front of duration and energy: routes from the fastest to that of least energy.
 
     front = energy_time_front(map="warehouse", start={"x": 2, "y": 2}, goal={"x": 27, "y": 17})
     for point in front.points:
         point.route.energy_j, point.route.duration_s, point.price_w
 
-For a price of time λ the best route has least E + λ·T. The slope of the chord between two
+For a time weight λ the best route has least E + λ·T. The slope of the chord between two
 neighbours is the price at which both are equally good; what is found for that price lies below the
 chord, or there is nothing between them (the dichotomic scheme of Aneja and Nair, Management Science
 25, 1979). The longest chords are taken first, so a few routes show the whole curve. At each price
-the whole search runs anew, and the ways of both neighbours are driven as well, with the yaw and the
-speeds for that price. The outermost ways are at last driven as fast and as frugally as they can be.
+the whole search runs again. The paths of both neighbours are driven as well, with yaw and speeds
+for that price. Finally the outermost paths are driven as fast and as frugally as possible.
 
 Only corners of the lower convex hull are answered: no other route is as quick for less energy, and
 each is the best of them for some price. Routes in dents of the front, which no price asks for, are
@@ -44,7 +44,7 @@ class FrontPoint:
 
     Attributes:
         route: ready to drive.
-        price_w: prices of time, W, between which no other route of the front has less E + λ·T. The
+        price_w: time weights, W, between which no other route of the front has less E + λ·T. The
             lower one is what each second costs that is saved against the next slower route, the
             upper one what each would cost to the next faster; 0 and infinity at the ends.
     """

@@ -1,11 +1,11 @@
 """The energy from each of many places to each of many others.
 
     matrix = energy_matrix(map="warehouse", starts=[{"x": 2, "y": 2}, {"x": 27, "y": 17}])
-    matrix.energy_j                    # (starts, goals), infinite where there is no way
+    matrix.energy_j                    # (starts, goals), infinite where there is no path
 
 One least-cost field answers for all starts of a goal. Its costs know nothing of speeding up, of
 bends and of turning, so some pairs are driven in full and the others are corrected by what these
-show: dissipated energy = a · field + b. Up to ``DRIVEN`` pairs, all are driven.
+show: dissipated energy = a · field + b. Up to ``DRIVEN_PAIRS``, all are driven.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ from planner.search.situation import Situation, check_hold, check_place, situati
 from planner.shown import Shown
 from planner.terrain.heightmap import Terrain
 
-DRIVEN = 32
-"""Pairs that are driven in full; the others are corrected by them."""
+DRIVEN_PAIRS = 32
+"""Pairs that are driven in full; enough to fit two coefficients well within a second or two."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Matrix(Shown):
 
     Attributes:
         starts, goals: the places.
-        energy_j: (starts, goals) J; infinite where there is no way.
+        energy_j: (starts, goals) J; infinite where there is no path.
         driven: (starts, goals) True where a motion was worked out in full.
         error_share: relative error of the corrected energies that nine of ten driven pairs keep
             to, each predicted by the others; 0 where all were driven, NaN where too few were.
@@ -55,7 +55,7 @@ class Matrix(Shown):
     error_share: float
 
     def to_json(self) -> dict[str, Any]:
-        """The matrix ready for JSON; None where there is no way."""
+        """The matrix ready for JSON; None where there is no path."""
         return {
             "starts": [place.model_dump(exclude_none=True) for place in self.starts],
             "goals": [place.model_dump(exclude_none=True) for place in self.goals],
@@ -136,10 +136,16 @@ def _filled(
     driven = np.zeros(dissipated.shape, np.bool_)
     seen: list[tuple[float, float]] = []
     exact = dissipated.copy()
+    legs = LegPlanner(situation, field, token)
 
     def drive(pair: tuple[int, int]) -> float | None:
         token.check()
-        return _driven(situation, starts[pair[0]], goals[pair[1]], token)
+        start, goal = starts[pair[0]], goals[pair[1]]
+        path = situation.path("energy", field, (start.x, start.y), (goal.x, goal.y))
+        if path is None or len(path) < 2:
+            return None
+        leg = legs.near(path, (start.yaw, goal.yaw))
+        return None if leg is None else leg.route.energy_j
 
     with ThreadPoolExecutor(max_workers=2) as pool:
         for number, (pair, energy) in enumerate(
@@ -159,23 +165,12 @@ def _filled(
 
 
 def _spread_pairs(dissipated: Array) -> list[tuple[int, int]]:
-    """Pairs to drive: all of few, else evenly from the cheapest to the dearest."""
+    """Pairs to drive: all of few, else evenly from the cheapest to the most expensive."""
     possible = np.argwhere(np.isfinite(dissipated) & (dissipated > 0.0))
     order = possible[np.argsort(dissipated[tuple(possible.T)], kind="stable")]
-    if len(order) > DRIVEN:
-        order = order[np.linspace(0, len(order) - 1, DRIVEN).round().astype(int)]
+    if len(order) > DRIVEN_PAIRS:
+        order = order[np.linspace(0, len(order) - 1, DRIVEN_PAIRS).round().astype(int)]
     return [(int(a), int(b)) for a, b in order]
-
-
-def _driven(
-    situation: Situation, start: PoseRequest, goal: PoseRequest, token: CancellationToken
-) -> float | None:
-    field = situation.field("energy")
-    path = situation.path("energy", field, (start.x, start.y), (goal.x, goal.y))
-    if path is None or len(path) < 2:
-        return None
-    leg = LegPlanner(situation, field, token).near(path, (start.yaw, goal.yaw))
-    return None if leg is None else leg.route.energy_j
 
 
 def _corrected(dissipated: Array, seen: Array) -> tuple[Array, float]:

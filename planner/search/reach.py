@@ -36,10 +36,11 @@ from planner.terrain.heightmap import Terrain
 
 Point = tuple[float, float]
 EDGE_POINTS = 30
-"""Places at the edge whose routes are driven, in each of the rounds."""
-ROUNDS = 6
-GOOD = 0.004
-"""Error at the edge below which no further round is needed."""
+"""Places at the edge whose routes are driven in each round."""
+CALIBRATION_ROUNDS = 6
+"""Rounds at most; two or three usually meet EDGE_TOLERANCE."""
+EDGE_TOLERANCE = 0.004
+"""Relative error at the edge below which no further round is needed."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ class Reach(Shown):
         start: x, y, m.
         energy_j: J that there are to spend.
         and_back: whether that has to last for the way back.
-        needed_j: (ny, nx) J that each node takes; infinite where there is no way.
+        needed_j: (ny, nx) J that each node takes; infinite where there is no path.
         origin, cell: m, of the nodes.
         area_m2: horizontal area that can be reached.
         outlines: closed lines (k, 2) around it and around holes in it, m.
@@ -128,8 +129,8 @@ def _reached(search: _Search, request: ReachRequest, say: Progress) -> Reach:
     factor = np.ones(field.heights.shape)
     routes = EdgeRoutes(situation, field, search.fields, request.start.yaw, search.token)
     error = math.nan
-    for number in range(ROUNDS):
-        say(0.2 + 0.7 * number / ROUNDS, "routes to the edge")
+    for number in range(CALIBRATION_ROUNDS):
+        say(0.2 + 0.7 * number / CALIBRATION_ROUNDS, "routes to the edge")
         edge = search.edge(search.needed(factor), number)
         if not edge:
             break
@@ -137,7 +138,7 @@ def _reached(search: _Search, request: ReachRequest, say: Progress) -> Reach:
         if driven:
             error = max(abs(factor[node] / routes.ratio(node) - 1.0) for node in driven)
             factor = search.interpolated(*routes.ratios())
-            if number > 0 and error < GOOD:
+            if number > 0 and error < EDGE_TOLERANCE:
                 break
     needed = search.needed(factor)
     say(1.0, "done")
@@ -218,7 +219,7 @@ class _Search:
         points = np.vstack(spots) if spots else np.empty((0, 2))
         if not len(points):
             return []
-        share = (np.arange(EDGE_POINTS) + number / ROUNDS) / EDGE_POINTS
+        share = (np.arange(EDGE_POINTS) + number / CALIBRATION_ROUNDS) / EDGE_POINTS
         picked = points[np.unique((share * len(points)).astype(int))]
         return [(float(x), float(y)) for x, y in picked]
 

@@ -33,6 +33,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.errors import MapError
 from planner.terrain.formats import load_terrain
@@ -119,12 +120,7 @@ def _open_fractal(entry: dict[str, Any]) -> Terrain:
     heights = fractal_heights()
     millimetres = np.round(heights * 1000).astype("<i4")
     _verify(entry, hashlib.sha256(millimetres.tobytes()).hexdigest())
-    terrain = Terrain.from_arrays(
-        heights,
-        cell=(FRACTAL_CELL, FRACTAL_CELL),
-        origin=(0.5 * FRACTAL_CELL, 0.5 * FRACTAL_CELL),
-    )
-    return _named(entry, terrain)
+    return _centred(entry, heights, (FRACTAL_CELL, FRACTAL_CELL))
 
 
 def _open_jacksboro(entry: dict[str, Any]) -> Terrain:
@@ -138,13 +134,16 @@ def _open_jacksboro(entry: dict[str, Any]) -> Terrain:
     ny = elevation.shape[0]
     dx, dy = local_scale(_JACKSBORO_NORTH - 0.5 * ny * _ARC_SECONDS_3, _ARC_SECONDS_3)
     reduction = float(entry["reduction"])
-    dx, dy = dx / reduction, dy / reduction
-    terrain = Terrain.from_arrays(
-        elevation[::-1].astype(np.float64) / reduction,
-        cell=(dx, dy),
-        origin=(0.5 * dx, 0.5 * dy),
-    )
-    return _named(entry, terrain)
+    heights = elevation[::-1].astype(np.float64) / reduction
+    return _centred(entry, heights, (dx / reduction, dy / reduction))
+
+
+def _centred(
+    entry: dict[str, Any], heights: NDArray[np.float64], cell: tuple[float, float]
+) -> Terrain:
+    """The terrain of an entry whose outer south-west corner is (0, 0)."""
+    origin = 0.5 * cell[0], 0.5 * cell[1]
+    return _named(entry, Terrain.from_arrays(heights, cell=cell, origin=origin))
 
 
 def local_scale(latitude: float, spacing: float) -> tuple[float, float]:

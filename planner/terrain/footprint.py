@@ -1,4 +1,4 @@
-"""Whether a robot's body, a rectangle, is free of what is solid: at a place, and along a way.
+"""Whether a robot's body, a rectangle, is free of what is solid: at a place, and along a path.
 
     body_fits(field, x, y, yaw)                                   # at one pose
     touches(blocked, frame, xa, ya, xb, yb, yaw, turn)            # straight, turning evenly
@@ -16,8 +16,8 @@ from numba import njit
 
 from planner.terrain.obstacles import rectangle_free
 
-APART, TURNED = 0.1, math.radians(2.0)
-"""Cells and rad between two looks at whether the body touches something on its way."""
+SAMPLE_CELLS, SAMPLE_TURN = 0.1, math.radians(2.0)
+"""Cells and rad between two poses at which a motion is tested for contact."""
 
 
 @njit(cache=True, error_model="numpy")
@@ -32,12 +32,12 @@ def body_fits(field: Any, x: float, y: float, yaw: float) -> bool:
 def touches(
     blocked: Any, frame: Any, xa: float, ya: float, xb: float, yb: float, yaw: float, turn: float
 ) -> bool:
-    """Whether the body touches something on a straight way while it turns evenly by ``turn``."""
+    """Whether the body touches something on a straight path while it turns evenly by ``turn``."""
     x0, y0, dx, dy = frame[0], frame[1], frame[2], frame[3]
     half_length, half_width = frame[4], frame[5]
     ex, ey = xb - xa, yb - ya
     cells = math.sqrt(ex * ex + ey * ey) / min(dx, dy)
-    count = max(1, int(math.ceil(max(cells / APART, abs(turn) / TURNED))))
+    count = max(1, int(math.ceil(max(cells / SAMPLE_CELLS, abs(turn) / SAMPLE_TURN))))
     for n in range(count + 1):
         w = n / count
         x, y, angle = xa + w * ex, ya + w * ey, yaw + w * turn

@@ -36,25 +36,21 @@ ACCEPTED = (
 
 
 # First bytes of the kinds of file that are met under a wrong name, with how a person calls them.
-_SIGNATURES = (
-    (b"II*\0", "a TIFF"),
-    (b"MM\0*", "a TIFF"),
-    (b"II+\0", "a TIFF"),
-    (b"MM\0+", "a TIFF"),
-    (b"\x93NUMPY", "a NumPy array"),
-    (b"PK\x03\x04", "a zip archive"),
-    (b"\x89PNG\r\n\x1a\n", "a PNG picture"),
-    (b"\xff\xd8\xff", "a JPEG picture"),
-    (b"P5", "a PGM picture"),
-    (b"P2", "a PGM picture"),
-    (b"GIF8", "a GIF picture"),
-    (b"\x1f\x8b", "a gzip archive"),
-    (b"%PDF", "a PDF document"),
-    (b"\x89HDF", "an HDF5 file"),
-    (b"CDF", "a netCDF file"),
-    (b"<VRT", "a VRT, which points at other files"),
-    (b"<", "an XML or HTML document"),
-)
+_SIGNATURES = {
+    "a TIFF": (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"),
+    "a NumPy array": (b"\x93NUMPY",),
+    "a zip archive": (b"PK\x03\x04",),
+    "a PNG picture": (b"\x89PNG\r\n\x1a\n",),
+    "a JPEG picture": (b"\xff\xd8\xff",),
+    "a PGM picture": (b"P5", b"P2"),
+    "a GIF picture": (b"GIF8",),
+    "a gzip archive": (b"\x1f\x8b",),
+    "a PDF document": (b"%PDF",),
+    "an HDF5 file": (b"\x89HDF",),
+    "a netCDF file": (b"CDF",),
+    "a VRT, which points at other files": (b"<VRT",),
+    "an XML or HTML document": (b"<",),
+}
 
 # Of every ending the reader, and the kind that the first bytes must show.
 _READERS = {
@@ -115,7 +111,8 @@ def _check_readable(file: Path) -> None:
 def _kind_by_content(file: Path) -> str | None:
     with file.open("rb") as stream:
         start = stream.read(64)
-    for signature, name in _SIGNATURES:
-        if start.startswith(signature) or start.lstrip().startswith(signature + b" "):
-            return name
+    for name, signatures in _SIGNATURES.items():
+        for signature in signatures:
+            if start.startswith(signature) or start.lstrip().startswith(signature + b" "):
+                return name
     return None

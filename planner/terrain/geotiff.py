@@ -29,17 +29,11 @@ from planner.terrain.grid_checks import (
 )
 from planner.terrain.heightmap import Terrain
 
-_METRE_NAMES = {"", "m", "metre", "metres", "meter", "meters"}
 # International foot: exactly 0.3048 m. US survey foot: exactly 1200/3937 m.
-_FOOT_NAMES = {
-    "ft": 0.3048,
-    "foot": 0.3048,
-    "feet": 0.3048,
-    "international foot": 0.3048,
-    "us survey foot": 1200 / 3937,
-    "us-ft": 1200 / 3937,
-    "ftus": 1200 / 3937,
-    "us survey feet": 1200 / 3937,
+_UNITS_BY_METRES = {
+    1.0: {"", "m", "metre", "metres", "meter", "meters"},
+    0.3048: {"ft", "foot", "feet", "international foot"},
+    1200 / 3937: {"us survey foot", "us-ft", "ftus", "us survey feet"},
 }
 
 
@@ -193,10 +187,9 @@ def _vertical_unit(file: Path, dataset: Any) -> tuple[float, str]:
     if not unit and dataset.crs is not None:
         unit = _unit_of_vertical_crs(dataset.crs.to_wkt())
     plain = unit.lower().replace("_", " ")
-    if plain in _METRE_NAMES:
-        return 1.0, "metre"
-    if plain in _FOOT_NAMES:
-        return _FOOT_NAMES[plain], unit
+    for metres, names in _UNITS_BY_METRES.items():
+        if plain in names:
+            return metres, unit
     raise refused(
         file, "has heights in an unknown unit", "metre, foot or US survey foot", value=unit
     )

@@ -110,14 +110,9 @@ def check_heights(file: Path, heights: NDArray[np.float64], *, nodata_declared: 
     if not np.isfinite(heights).any():
         return  # Terrain.from_arrays says that nothing is known.
     lowest, highest = float(np.nanmin(heights)), float(np.nanmax(heights))
-    suspect: float | None = None
-    if lowest < LOWEST_GROUND:
-        suspect = lowest
-    elif highest > HIGHEST_GROUND:
-        suspect = highest
-    elif not nodata_declared and lowest in USUAL_NODATA:
-        suspect = lowest
-    if suspect is not None:
+    undeclared = not nodata_declared and lowest in USUAL_NODATA
+    if lowest < LOWEST_GROUND or highest > HIGHEST_GROUND or undeclared:
+        suspect = highest if lowest >= LOWEST_GROUND and highest > HIGHEST_GROUND else lowest
         raise refused(
             file,
             f"holds heights of {suspect:g} m, a nodata value that it does not declare",

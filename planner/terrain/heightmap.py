@@ -21,7 +21,7 @@ import hashlib
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -165,22 +165,11 @@ class Terrain:
         j = math.floor((y - self.origin[1]) / self.cell[1] + 0.5)
         return j, i
 
-    @overload
-    def height(self, x: float, y: float) -> float: ...
-    @overload
-    def height(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]: ...
-    def height(self, x: ArrayLike, y: ArrayLike) -> float | NDArray[np.float64]:
-        """Height at x, y (m, broadcast together), m."""
-        z: float | NDArray[np.float64] = self._sample(x, y)[0][()]
-        return z
+    def height(self, x: ArrayLike, y: ArrayLike) -> Any:
+        """Height at x, y (m, broadcast together), m; a number for two numbers."""
+        return self._sample(x, y)[0][()]
 
-    @overload
-    def gradient(self, x: float, y: float) -> tuple[float, float]: ...
-    @overload
-    def gradient(
-        self, x: ArrayLike, y: ArrayLike
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
-    def gradient(self, x: ArrayLike, y: ArrayLike) -> object:
+    def gradient(self, x: ArrayLike, y: ArrayLike) -> tuple[Any, Any]:
         """dz/dx and dz/dy at x, y (m, broadcast together): the exact derivative of `height`."""
         _, gx, gy = self._sample(x, y)
         return gx[()], gy[()]

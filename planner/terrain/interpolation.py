@@ -46,31 +46,26 @@ def _weights(t: float) -> tuple[float, float, float, float, float, float, float,
     )
 
 
+@numba.njit("UniTuple(int64, 3)(int64, int64)", cache=True, inline="always")
+def _border(k: int, last: int) -> tuple[int, int, int]:
+    """The index nearest to k on the grid, its neighbour inwards, and how far k lies beyond."""
+    nearest = min(max(k, 0), last)
+    return nearest, 1 if k < 0 else last - 1, abs(k - nearest)
+
+
 @numba.njit("float64(float64[:, ::1], int64, int64)", cache=True)
 def _along_row(heights: NDArray[np.float64], j: int, i: int) -> float:
     """Height at column i of row j, continued along a straight line beyond the border."""
-    last = heights.shape[1] - 1
-    if i < 0:
-        return float(heights[j, 0] + i * (heights[j, 1] - heights[j, 0]))
-    if i > last:
-        step = heights[j, last] - heights[j, last - 1]
-        return float(heights[j, last] + (i - last) * step)
-    return float(heights[j, i])
+    near, inner, beyond = _border(i, heights.shape[1] - 1)
+    return float(heights[j, near] + beyond * (heights[j, near] - heights[j, inner]))
 
 
 @numba.njit("float64(float64[:, ::1], int64, int64)", cache=True)
 def _continued(heights: NDArray[np.float64], j: int, i: int) -> float:
     """Height at any row and column, continued along straight lines beyond the border."""
-    last = heights.shape[0] - 1
-    height: float
-    if j < 0:
-        height = (1 - j) * _along_row(heights, 0, i) + j * _along_row(heights, 1, i)
-    elif j > last:
-        k = j - last
-        height = (1 + k) * _along_row(heights, last, i) - k * _along_row(heights, last - 1, i)
-    else:
-        height = _along_row(heights, j, i)
-    return height
+    near, inner, beyond = _border(j, heights.shape[0] - 1)
+    outwards = beyond * _along_row(heights, inner, i)
+    return (1 + beyond) * _along_row(heights, near, i) - outwards
 
 
 @numba.njit(
@@ -98,40 +93,31 @@ def interpolate(
         z (m), dz/dx, dz/dy (dimensionless); NaN for a point that is not finite or further than
         a thousand million cells away.
     """
-    u = (x - x0) / dx
-    v = (y - y0) / dy
+    u, v = (x - x0) / dx, (y - y0) / dy
     # Written so that NaN fails it too: no index may be taken from such a number.
     if not (abs(u) < 1e9 and abs(v) < 1e9):
         return math.nan, math.nan, math.nan
-    i = int(math.floor(u))
-    j = int(math.floor(v))
+    i, j = int(math.floor(u)), int(math.floor(v))
     a0, a1, a2, a3, da0, da1, da2, da3 = _weights(u - i)
-    b0, b1, b2, b3, db0, db1, db2, db3 = _weights(v - j)
-    b = (b0, b1, b2, b3)
-    db = (db0, db1, db2, db3)
-    z = 0.0
-    gx = 0.0
-    gy = 0.0
-    if 1 <= i < heights.shape[1] - 2 and 1 <= j < heights.shape[0] - 2:
-        for m in range(4):
+    across = _weights(v - j)
+    b, db = across[:4], across[4:]
+    z, gx, gy = 0.0, 0.0, 0.0
+    inside = 1 <= i < heights.shape[1] - 2 and 1 <= j < heights.shape[0] - 2
+    for m in range(4):
+        if inside:
             h0 = heights[j + m - 1, i - 1]
             h1 = heights[j + m - 1, i]
             h2 = heights[j + m - 1, i + 1]
             h3 = heights[j + m - 1, i + 2]
-            row = a0 * h0 + a1 * h1 + a2 * h2 + a3 * h3
-            z += b[m] * row
-            gx += b[m] * (da0 * h0 + da1 * h1 + da2 * h2 + da3 * h3)
-            gy += db[m] * row
-    else:
-        for m in range(4):
+        else:
             h0 = _continued(heights, j + m - 1, i - 1)
             h1 = _continued(heights, j + m - 1, i)
             h2 = _continued(heights, j + m - 1, i + 1)
             h3 = _continued(heights, j + m - 1, i + 2)
-            row = a0 * h0 + a1 * h1 + a2 * h2 + a3 * h3
-            z += b[m] * row
-            gx += b[m] * (da0 * h0 + da1 * h1 + da2 * h2 + da3 * h3)
-            gy += db[m] * row
+        row = a0 * h0 + a1 * h1 + a2 * h2 + a3 * h3
+        z += b[m] * row
+        gx += b[m] * (da0 * h0 + da1 * h1 + da2 * h2 + da3 * h3)
+        gy += db[m] * row
     return z, gx / dx, gy / dy
 
 

@@ -14,7 +14,7 @@ surface does this for every driving direction alike: the isotropic average with 
 
 which is a sphere's area projected on its equator. By Archimedes' hat-box theorem its projection on
 any axis is a box of half length l. Because the result is a surface, the slope felt is the gradient
-of one potential, and height gained does not depend on the way taken.
+of one potential, and height gained does not depend on the path taken.
 
 Source: the identity above is elementary; the hat-box theorem is Archimedes, On the Sphere and
 Cylinder I. Holds for: bodies whose length and width are of one size, slopes that are small over a

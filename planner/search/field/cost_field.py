@@ -7,7 +7,7 @@ question fast:
     segment_cost(field, xa, ya, xb, yb, step) → cost of a straight line, yaw chosen as is cheapest
 
 Well inside all limits and with room for every yaw the cost of a metre is a function of the slope
-along and across the way, tabulated once more in these two (``gentle``): no angles to work out.
+along and across the path, tabulated once more in these two (``gentle``): no angles to work out.
 
 Where something stands near, only yaw angles count at which the body's rectangle, grown by the
 clearance, is free: a passage narrower than the robot is long is entered lengthwise.
@@ -91,12 +91,6 @@ def _node(offset: float, cell: float, count: int) -> int:
     return min(max(int(math.floor(offset / cell + 0.5)), 0), count - 1)
 
 
-@njit(cache=True, error_model="numpy", inline="always")
-def _bin(yaw: float) -> int:
-    """Number of the bin nearest to a yaw angle, before whole turns are taken off."""
-    return int(math.floor(yaw / math.pi * YAW_BINS + 0.5))
-
-
 @njit(cache=True, error_model="numpy")
 def masked_cost(
     field: Any,
@@ -121,7 +115,8 @@ def masked_cost(
         s = min(int(steepness / edge * (STEEPNESSES - 1) + 0.5), STEEPNESSES - 1)
     order, margin = field.order[ground, f, s], field.margin
     by_yaw, yaw_limit = field.by_yaw[ground], field.yaw_limit[ground]
-    ahead = _bin(direction)
+    # Number of the nearest bin, before whole turns are taken off.
+    ahead = int(math.floor(direction / math.pi * YAW_BINS + 0.5))
     for rank in range(YAWS):
         t = order[rank]
         # Angles of the body are as far apart as bins.
@@ -219,7 +214,7 @@ def segment_cost(field: Any, xa: float, ya: float, xb: float, yb: float, step: f
             # The very slope that the finished motion is checked on.
             _, px, py = interpolate(heights, x0, y0, dx, dy, x, y)
             if mask[j, i] == ALL_YAWS and px * px + py * py < safe * safe:
-                # Bilinear in the slope along and across the way.
+                # Bilinear in the slope along and across the path.
                 u = (px * ux + py * uy + reach) * scale
                 v = (py * ux - px * uy + reach) * scale
                 a, b = int(u), int(v)

@@ -18,8 +18,8 @@ from planner.errors import RequestError
 from planner.search.requests import RegionRequest
 
 _CORNERS = "corners of an area whose edges do not cross"
-HAIR, LARGEST_HAIR = 1e-7, 1e-4
-"""How far inside its edge a region's points lie: a share of its size, and at most so many m.
+INSET_SHARE, LARGEST_INSET = 1e-7, 1e-4
+"""How far inside its edge a region's points lie: a share of its size, and the most in m.
 
 Rounding of coordinates of up to 1e9 m moves points by 2e-7 m, which must leave none outside.
 """
@@ -138,7 +138,7 @@ class Region:
     def _hair(self) -> float:
         """How far inside the edge a point lies for certain, m."""
         west, south, east, north = self.extent
-        return min(HAIR * max(east - west, north - south), LARGEST_HAIR)
+        return min(INSET_SHARE * max(east - west, north - south), LARGEST_INSET)
 
     def _arcs(self, box: tuple[float, float, float, float]) -> list[tuple[float, float]]:
         """First and last angle, rad, of the arcs of the circle that run through a box."""

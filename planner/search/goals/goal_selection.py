@@ -22,7 +22,7 @@ from planner.errors import RequestError
 from planner.quantities import STANDARD_GRAVITY
 from planner.search.field import CostField, sample_surface, segment_cost
 from planner.search.goals.goal_region import Region
-from planner.search.grid import CostToGo, cost_from, cost_to_go, grid_path
+from planner.search.grid import cost_from, grid_path
 from planner.search.requests import PoseRequest, RegionRequest
 from planner.search.resolution import MARGIN, OBJECTIVES
 from planner.search.results import Route, drive
@@ -30,20 +30,22 @@ from planner.search.run import Run
 from planner.search.situation import check_hold, check_place
 from planner.search.waypoints import refine
 
-LOOKED_AT = 6
-"""Places whose motion is worked out."""
-DEARER = 0.05
-"""Share of the cheapest place's cost by which another may be dearer and still be looked at."""
-APART = 4.0
-"""Cells between two places that are looked at, at least."""
-STEPS = (2.0, 1.0, 0.5, 0.25, 0.1)
-"""Cells by which the end of a way slides."""
-MOST_MOVES = 40
-"""Moves of each of these sizes."""
-WORTHWHILE = 0.02
-"""Cost that a move has to save, as a share of what its length costs at least."""
-ROUNDS = 3
-"""How often a way is refined and its end slides."""
+CANDIDATES = 6
+"""Places whose motion is worked out; each costs a few tens of milliseconds."""
+CANDIDATE_EXCESS = 0.05
+"""Share of the least grid cost by which a candidate may cost more.
+
+The grid's cost leaves out turning and speeding up, which seldom differ by more between places."""
+CANDIDATE_SPACING = 4.0
+"""Cells between two candidates at least: closer ones have nearly the same path."""
+SLIDE_STEPS = (2.0, 1.0, 0.5, 0.25, 0.1)
+"""Cells by which the end of a path slides, coarse to fine."""
+MOST_SLIDES = 40
+"""Slides of each of these sizes at most; bounds the time on long even edges."""
+LEAST_SLIDE_SAVING = 0.02
+"""Share of the least cost of its length that a slide must save; less is rounding."""
+REFINE_ROUNDS = 3
+"""How often a path is smoothed and its end slides; it usually stays after two."""
 _AROUND = np.array([[math.cos(a), math.sin(a)] for a in 2.0 * math.pi * np.arange(8) / 8])
 
 
@@ -107,11 +109,7 @@ class _Arrival:
         self.field = run.field(objective, MARGIN)
         situation = run.situation
         self.lattice = situation.lattice(objective, self.field)
-        self.cost_to_come: CostToGo = (
-            situation.onward(self.field, self.begin)
-            if objective == "energy"
-            else cost_to_go(self.field, self.lattice, self.begin, onward=True)
-        )
+        self.cost_to_come = situation.onward(self.field, self.begin, objective=objective)
         # J for each metre of height; neither time nor length know it.
         self.weight = run.around.mass * STANDARD_GRAVITY if objective == "energy" else 0.0
 
@@ -123,7 +121,7 @@ class _Arrival:
         values = [self._at((place.x, place.y)) for place in good]
         order = [int(k) for k in np.argsort(values, kind="stable")]
         most = self._most(values[order[0]])
-        chosen = [good[k] for k in order if values[k] <= most][:LOOKED_AT]
+        chosen = [good[k] for k in order if values[k] <= most][:CANDIDATES]
         return self._cheapest(chosen, lambda leg: leg, good[order[0]])
 
     def anywhere(self, goal: RegionRequest) -> PoseRequest:
@@ -132,14 +130,14 @@ class _Arrival:
         places, values = self._inside(region)
         order = np.argsort(values, kind="stable")
         most = self._most(float(values[order[0]]))
-        apart = APART * max(self.field.dx, self.field.dy)
+        apart = CANDIDATE_SPACING * max(self.field.dx, self.field.dy)
         picked: list[Array] = []
         for k in order[values[order] <= most]:
             if all(math.hypot(*(places[k] - other)) >= apart for other in picked):
                 picked.append(places[k])
-            if len(picked) == LOOKED_AT:
+            if len(picked) == CANDIDATES:
                 break
-        # Without a way to any of them, the search for the nearest one says what blocks.
+        # Without a path to any of them, the search for the nearest one says what blocks.
         nearest = np.argmin(np.hypot(*(places - np.array(self.begin)).T))
         wanted = [
             PoseRequest(x=float(x), y=float(y), yaw=goal.yaw)
@@ -190,7 +188,7 @@ class _Arrival:
 
     def _most(self, least: float) -> float:
         """Cost up to which places are compared, where the cheapest one costs ``least``."""
-        return least + DEARER * max(least - self.weight * self._height(self.begin), 0.0)
+        return least + CANDIDATE_EXCESS * max(least - self.weight * self._height(self.begin), 0.0)
 
     def _cheapest(
         self, places: list[PoseRequest], slide: Callable[[Array], Array], otherwise: PoseRequest
@@ -235,7 +233,7 @@ class _Arrival:
             return math.inf, place
         toll = self.run.situation.toll(self.objective)
         cost = 0.0
-        for _ in range(ROUNDS):
+        for _ in range(REFINE_ROUNDS):
             [(leg, cost)] = refine(self.field, leg, tolls=[toll], check=self.run.check)
             moved = slide(leg)
             if moved is leg:
@@ -249,9 +247,9 @@ class _Arrival:
         if isinstance(route, Route):
             values = (route.energy_j, route.duration_s, route.length_m)
             return values[aim], end
-        # Not by this way: the grid's cost stands in, a little dearer than what can be driven.
+        # Not by this path: the grid's cost stands in, above that of any path that can be driven.
         rise = self._height(leg[-1]) - self._height(self.begin)
-        return cost * (1.0 + DEARER) + self.weight * rise, end
+        return cost * (1.0 + CANDIDATE_EXCESS) + self.weight * rise, end
 
     def _slid(self, leg: Array, region: Region) -> Array:
         """The leg with its end where its last piece costs least; the same one if it is there."""
@@ -267,11 +265,11 @@ class _Arrival:
             return float(line) + self.weight * self._height(point)
 
         best, moved = value(end), False
-        for step in STEPS:
+        for step in SLIDE_STEPS:
             reach = step * min(field.dx, field.dy)
             # Where every place costs nearly the same, there is nothing to slide for.
-            least = WORTHWHILE * self.lattice.cheapest * reach
-            for _ in range(MOST_MOVES):
+            least = LEAST_SLIDE_SAVING * self.lattice.cheapest * reach
+            for _ in range(MOST_SLIDES):
                 places = region.nearest(end + reach * _AROUND)
                 values = [value(place) for place in places]
                 k = int(np.argmin(values))

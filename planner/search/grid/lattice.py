@@ -4,10 +4,10 @@
     numbering = number_nodes(field)            # the same for all objectives: build_lattice(.., it)
 
 A robot has 16 moves at a node: all coprime offsets of up to two cells. What a metre costs depends
-on the slope and the direction only, so every node keeps the number of its slope in a square grid of
-``SIDE`` by ``SIDE`` slopes (two bytes), and one table holds the cost of each slope in each of the
-directions. A move costs the mean of the nodes that it passes, a quadrature whose error is far below
-what the few directions lose and what planner.search.waypoints.path_smoothing takes back.
+on the slope and the direction only. So every node keeps the number of its slope, two bytes, in a
+square grid of SLOPES_PER_AXIS² slopes. One table holds the cost of each slope in each direction. A
+move costs the mean of the nodes that it passes, a quadrature whose error is far below what the few
+directions lose and what planner.search.waypoints.path_smoothing takes back.
 
 Where something stands near, or a limit may be near, nodes say little about what lies between them.
 Moves from there are priced closely (``close_cost``), once, when a search first asks for them.
@@ -29,12 +29,12 @@ from planner.search.resolution import ALL_YAWS, COUNT, MOVES
 from planner.search.second_core import in_halves
 from planner.search.steady import cost_for_best_yaw
 
-SIDE = 255
+SLOPES_PER_AXIS = 255
 """Slopes along each axis of the table: 65,025 in all, so that two bytes number them."""
-CLOSELY = 65535
+PRICED_CLOSELY = 65535
 """In place of a slope's number: moves from this node are priced closely."""
 MOST_CLOSE_BYTES = 600_000_000
-"""Memory for prices of such moves; beyond it they are worked out whenever they are asked for."""
+"""Bytes for costs of such moves; beyond it they are worked out whenever they are needed."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Numbering:
     """What tells the nodes of a map apart, whatever the objective.
 
     Attributes:
-        slopes: (ny, nx) number of the node's slope, or CLOSELY.
+        slopes: (ny, nx) number of the node's slope, or PRICED_CLOSELY.
         row: (ny, nx) row of ``Lattice.close`` for nodes that are priced closely, else -1; (1, 1)
             without any, or where their prices would take too much memory.
         count: of such rows.
@@ -90,7 +90,7 @@ def number_nodes(field: CostField) -> Numbering:
     ny, nx = field.heights.shape
     slopes = np.empty((ny, nx), np.uint16)
     in_halves(ny, partial(_number_slopes, field, _reach(field), slopes))
-    closely = slopes == CLOSELY
+    closely = slopes == PRICED_CLOSELY
     count = int(np.count_nonzero(closely))
     if count == 0 or count * COUNT * 4 + closely.size * 4 > MOST_CLOSE_BYTES:
         return Numbering(slopes, np.full((1, 1), -1, np.int32), 1)
@@ -116,9 +116,13 @@ def build_lattice(field: CostField, numbering: Numbering | None = None) -> Latti
     beside[np.abs(MOVES).max(axis=1) < 2] = 0
     shares = np.hypot(MOVES[:, 0] * field.dx, MOVES[:, 1] * field.dy)
     shares *= np.where(beside.any(axis=(1, 2)), 0.25, 0.5)
-    table = np.full((field.best.shape[0], SIDE * SIDE, COUNT), np.inf, np.float32)
+    table = np.full(
+        (field.best.shape[0], SLOPES_PER_AXIS * SLOPES_PER_AXIS, COUNT), np.inf, np.float32
+    )
     directions = np.arctan2(MOVES[:, 1] * field.dy, MOVES[:, 0] * field.dx)
-    in_halves(SIDE, partial(_fill_table, field, _reach(field), directions, shares, table))
+    in_halves(
+        SLOPES_PER_AXIS, partial(_fill_table, field, _reach(field), directions, shares, table)
+    )
     finite = np.isfinite(field.best)
     cheapest = float(field.best[finite].min(initial=math.inf)) + min(0.0, float(field.extra.min()))
     return Lattice(
@@ -136,10 +140,10 @@ def build_lattice(field: CostField, numbering: Numbering | None = None) -> Latti
 @njit(cache=True, error_model="numpy", nogil=True)
 def _number_slopes(field: Any, reach: float, slopes: Any, first: int, last: int) -> None:
     ny, nx = field.heights.shape
-    half = (SIDE - 1) // 2
+    half = (SLOPES_PER_AXIS - 1) // 2
     for j in range(first, last):
         for i in range(nx):
-            slopes[j, i] = CLOSELY
+            slopes[j, i] = PRICED_CLOSELY
             if field.steep[j, i]:
                 continue
             crowded = False
@@ -152,16 +156,16 @@ def _number_slopes(field: Any, reach: float, slopes: Any, first: int, last: int)
             u = int(math.floor(px / reach * half + 0.5))
             v = int(math.floor(py / reach * half + 0.5))
             if abs(u) <= half and abs(v) <= half:
-                slopes[j, i] = (v + half) * SIDE + u + half
+                slopes[j, i] = (v + half) * SLOPES_PER_AXIS + u + half
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _fill_table(
     field: Any, reach: float, directions: Any, shares: Any, table: Any, first: int, last: int
 ) -> None:
-    half = (SIDE - 1) // 2
+    half = (SLOPES_PER_AXIS - 1) // 2
     for v in range(first, last):
-        for u in range(SIDE):
+        for u in range(SLOPES_PER_AXIS):
             px, py = (u - half) * reach / half, (v - half) * reach / half
             steepness = math.sqrt(px * px + py * py)
             azimuth = math.atan2(py, px)
@@ -171,7 +175,7 @@ def _fill_table(
                         field.best, field.limit, ground, azimuth - directions[m], steepness, 1.0
                     )
                     cost = max(cost + wind_cost(field, directions[m]), 1e-3)
-                    table[ground, v * SIDE + u, m] = cost * shares[m]
+                    table[ground, v * SLOPES_PER_AXIS + u, m] = cost * shares[m]
 
 
 @njit(cache=True, error_model="numpy")

@@ -4,14 +4,14 @@
     ahead = cost_to_go(field, lattice, goal, start=start)  # no more than this start needs
     path = grid_path(field, lattice, ahead, start)         # (k, 2), or None
 
-Dijkstra's algorithm runs backwards from the goal with the 16 moves of
-``lattice``. Yaw is eliminated (planner.search.field.cost_field), costs are
-dissipated and so never negative. Nodes wait in buckets of equal width instead of a sorted queue
-(Dial; Meyer and Sanders, J. Algorithms 49, 2003): what is improved within its own bucket is taken
-up again, so costs are exact for any width. Every node keeps the move that it starts with, and the
-path is read off. What the limited set of directions loses, planner.search.waypoints.path_smoothing
-takes back. For one start only, nodes wait by their cost with that of the straight way to the start,
-at the least that any metre costs (A*, Hart, Nilsson and Raphael, 1968).
+Dijkstra's algorithm runs backwards from the goal with the 16 moves of ``lattice``. Yaw is not a
+state (planner.search.field.cost_field). Costs are dissipated energy, so never negative. Nodes wait
+in buckets of equal width instead of a sorted queue (Dial; Meyer and Sanders, J. Algorithms 49,
+2003): what is improved within its own bucket is taken up again, so costs are exact for any width.
+Every node keeps the move that it starts with, and the path is read off. What the limited set of
+directions loses, planner.search.waypoints.path_smoothing takes back. For one start only, nodes wait
+by their cost plus that of the straight line to the start, at the least cost of any metre (A*, Hart,
+Nilsson and Raphael, 1968).
 
 Costs are kept in single precision: 1e-7 of each sum, a thousandth of what the directions lose.
 """
@@ -28,12 +28,12 @@ from numpy.typing import NDArray
 
 from planner.cancellation import CancellationToken
 from planner.search.field import CostField, segment_cost
-from planner.search.grid.lattice import CLOSELY, Lattice, close_cost
+from planner.search.grid.lattice import PRICED_CLOSELY, Lattice, close_cost
 
 BUCKETS = 4096
-"""Buckets in the ring; what lies further ahead waits in the last one."""
+"""Buckets in the ring, enough that few entries wait in the last one for their own."""
 FIRST_POOL = 4096
-"""Entries that there is room for at first."""
+"""Entries that the pool has room for at first; it doubles when it is full."""
 _ARRIVED = 254
 """In place of a move's number: from here straight to the goal."""
 _NONE = 255
@@ -45,7 +45,7 @@ class CostToGo:
 
     Attributes:
         goal: x, y, m.
-        values: (ny, nx) cost of every node; infinity where there is no way.
+        values: (ny, nx) cost of every node; infinity where there is no path.
         moves: (ny, nx) number of the move that a node starts with.
         onward: costs are from the goal to the nodes instead, and moves those that arrive there.
         start: the only point that the costs are final for, or None if they are for all.
@@ -182,14 +182,6 @@ def _put(head: Any, after: Any, slot: int, place: int) -> int:
 
 
 @njit(cache=True, error_model="numpy")
-def _doubled(entries: Any) -> Any:
-    """These entries and as many unset ones behind them."""
-    longer = np.empty(2 * entries.shape[0], entries.dtype)
-    longer[: entries.shape[0]] = entries
-    return longer
-
-
-@njit(cache=True, error_model="numpy")
 def _chain(after: Any, first: int) -> None:
     """Make a list of the free places from ``first`` on."""
     for k in range(first, after.shape[0]):
@@ -298,12 +290,12 @@ def _solve(
             # The move leads from (b, a) by (dj, di): backwards into this node, or onward out of it.
             a, b = i + back * di, j + back * dj
             here, there = slopes[b, a], slopes[b + dj, a + di]
-            if here != CLOSELY:
+            if here != PRICED_CLOSELY:
                 g = ground[b, a]
-                cost = table[g, here, m] + table[g, here if there == CLOSELY else there, m]
+                cost = table[g, here, m] + table[g, here if there == PRICED_CLOSELY else there, m]
                 for k in range(passed[m]):
                     there = slopes[b + beside[m, k, 1], a + beside[m, k, 0]]
-                    cost += table[g, here if there == CLOSELY else there, m]
+                    cost += table[g, here if there == PRICED_CLOSELY else there, m]
             elif remembered:
                 cost = close[row[b, a], m]
                 if math.isnan(cost):
@@ -319,7 +311,9 @@ def _solve(
                 values[y, x], moves[y, x] = rounded, m
                 if free < 0:
                     free = after.shape[0]
-                    node_of, key_of, after = _doubled(node_of), _doubled(key_of), _doubled(after)
+                    node_of = np.concatenate((node_of, np.empty_like(node_of)))
+                    key_of = np.concatenate((key_of, np.empty_like(key_of)))
+                    after = np.concatenate((after, np.empty_like(after)))
                     _chain(after, free)
                 node_of[free], key_of[free] = y * nx + x, rounded
                 estimate = _estimate(cost, metre, x0 + x * dx - start_x, y0 + y * dy - start_y)
@@ -371,7 +365,7 @@ def _near(field: CostField, a: tuple[float, float], b: tuple[float, float]) -> b
 def grid_path(
     field: CostField, lattice: Lattice, ahead: CostToGo, start: tuple[float, float]
 ) -> NDArray[np.float64] | None:
-    """Polyline (k, 2) from start to goal by the least-cost moves, or None if there is no way.
+    """Polyline (k, 2) from start to goal by the least-cost moves, or None if there is no path.
 
     With ``ahead.onward`` from the goal to the start.
     """

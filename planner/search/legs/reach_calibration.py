@@ -4,8 +4,8 @@
     routes.drive(places)               # the nodes there that can be reached
     routes.ratios()                    # x, y, and the ratio there, of all up to now
 
-Two places side by side may come out with routes on different sides of a hill, one of them dearer
-than it need be. So each place also tries the ways of its neighbours that do better.
+Two neighbouring places may get routes on different sides of a hill, one needlessly expensive.
+So each place also tries the paths of neighbours that do better.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ from planner.search.situation import Situation
 Point = tuple[float, float]
 Node = tuple[int, int]
 """Row and column."""
-NEIGHBOURS, PASSES = 4, 3
-"""Places whose ways are tried at another, and how often what was learned is passed on."""
-BETTER = 0.006
-"""Share by which a neighbour's ratio is lower where its way is tried."""
+TRIED_NEIGHBOURS, LEARNING_PASSES = 4, 3
+"""Nearest places whose paths a place may try, and how often what was learned is passed on."""
+LEAST_RATIO_GAIN = 0.006
+"""Share by which a neighbour's ratio must be lower before its path is tried; less is noise."""
 
 
 class EdgeRoutes:
@@ -60,7 +60,7 @@ class EdgeRoutes:
             for node, legs in zip(new, pool.map(self._driven, new), strict=True):
                 if legs is not None:
                     self.legs[node] = legs
-            for _ in range(PASSES):
+            for _ in range(LEARNING_PASSES):
                 better = dict(pool.map(self._learned, *self._lessons()))
                 self.legs |= {node: legs for node, legs in better.items() if legs is not None}
                 if not any(better.values()):
@@ -104,19 +104,19 @@ class EdgeRoutes:
         return tuple(legs)
 
     def _lessons(self) -> tuple[list[Node], list[Node]]:
-        """Places, and for each a neighbour that does better and whose way was not tried there."""
+        """Places, and for each a neighbour that does better and whose path was not tried there."""
         places, ratios = self.ratios()
         nodes = list(self.legs)
         pupils: list[Node] = []
         teachers: list[Node] = []
         if len(nodes) < 2:
             return pupils, teachers
-        count = min(NEIGHBOURS + 1, len(nodes))
+        count = min(TRIED_NEIGHBOURS + 1, len(nodes))
         near = np.asarray(cKDTree(places).query(places, count)[1])
         for n, node in enumerate(nodes):
             for m in near[n][np.argsort(ratios[near[n]])]:
                 key = node, nodes[m], float(ratios[m])
-                if ratios[m] < (1.0 - BETTER) * ratios[n] and key not in self.tried:
+                if ratios[m] < (1.0 - LEAST_RATIO_GAIN) * ratios[n] and key not in self.tried:
                     self.tried.add(key)
                     pupils.append(node)
                     teachers.append(nodes[m])

@@ -1,4 +1,4 @@
-"""The energy of one leg without more ado: grid path, refinement, motion, and nothing beside it.
+"""The energy of one leg, quickly: a smoothed grid path and its motion, without alternatives.
 
     leg = LegPlanner(situation, field, token).near(path, yaws)
     leg.route.energy_j
@@ -34,8 +34,8 @@ from planner.search.waypoints import (
 )
 
 Yaws = tuple[float | None, float | None]
-MOST_SAVED = 0.004
-"""Share of what a motion dissipates that moving its knots is expected to save at most."""
+MOST_DESCENT_SAVING = 0.004
+"""Share of a motion's dissipated energy that waypoint descent saves at most, by experience."""
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,7 @@ class LegPlanner:
             if math.isfinite(polyline_cost(field, path, field.step)):
                 found = drive_roughly(field, around, (path,), yaws)
                 best = min(best, found, key=lambda one: one.energy)
-        if best.motion is None or best.energy - MOST_SAVED * best.dissipated >= below:
+        if best.motion is None or best.energy - MOST_DESCENT_SAVING * best.dissipated >= below:
             return None
         if worth_polishing(best.dissipated, polyline_cost(field, best.legs[0], field.step)):
             better = polish(field, around, best.legs, yaws, check=self.token.check)

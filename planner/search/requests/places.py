@@ -28,8 +28,8 @@ from planner.validation import (
     AMONG,
 )
 
-CORNERS = 64
-"""Corners of the polygon round a circle."""
+CIRCLE_CORNERS = 64
+"""Corners of the polygon around a circle; it reaches 0.1 % beyond it."""
 
 
 def _real(value: Any) -> Any:
@@ -42,11 +42,13 @@ def _real(value: Any) -> Any:
     return number
 
 
-FARTHEST = 1e9
+LARGEST_COORDINATE = 1e9
 """m: larger than any map's coordinates, and small enough that areas and distances stay finite."""
 Number = Annotated[float, BeforeValidator(_real), Field(allow_inf_nan=False)]
 Metres = Annotated[
-    float, BeforeValidator(_real), Field(allow_inf_nan=False, ge=-FARTHEST, le=FARTHEST)
+    float,
+    BeforeValidator(_real),
+    Field(allow_inf_nan=False, ge=-LARGEST_COORDINATE, le=LARGEST_COORDINATE),
 ]
 
 
@@ -104,8 +106,8 @@ class Area(Part):
             import numpy as np
 
             # Round the circle, so that nothing of it is left out.
-            reach = self.radius / math.cos(math.pi / CORNERS)
-            angles = 2.0 * math.pi * (np.arange(CORNERS) + 0.5) / CORNERS
+            reach = self.radius / math.cos(math.pi / CIRCLE_CORNERS)
+            angles = 2.0 * math.pi * (np.arange(CIRCLE_CORNERS) + 0.5) / CIRCLE_CORNERS
             corners = [
                 (self.x + reach * math.cos(angle), self.y + reach * math.sin(angle))
                 for angle in angles

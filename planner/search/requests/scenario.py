@@ -230,29 +230,23 @@ class SituationRequest(Part):
         Raises:
             RequestError: not JSON, a field given twice, or a field that cannot be used.
         """
-        accepted = fields_of(cls)
         try:
             if isinstance(text, bytes):
                 text = text.decode("utf-8-sig")
             document = json.loads(text, object_pairs_hook=_without_duplicates)
         except UnicodeDecodeError as error:
-            raise RequestError(
-                "request", f"is not UTF-8 text: byte {error.start}", accepted=accepted
-            ) from None
+            problem = f"is not UTF-8 text: byte {error.start}"
         except json.JSONDecodeError as error:
-            raise RequestError(
-                "request",
-                f"is not JSON: {error.msg} in line {error.lineno}, column {error.colno}",
-                accepted=accepted,
-            ) from None
+            problem = f"is not JSON: {error.msg} in line {error.lineno}, column {error.colno}"
         except ValueError:
             # The interpreter refuses to read whole numbers of more than some thousand digits.
-            raise RequestError(
-                "request", "holds a number with too many digits", accepted="finite numbers"
-            ) from None
+            many = "holds a number with too many digits"
+            raise RequestError("request", many, accepted="finite numbers") from None
         except RecursionError:
             raise too_deep(cls) from None
-        return cls.from_json(_override(document, overrides or {}))
+        else:
+            return cls.from_json(_override(document, overrides or {}))
+        raise RequestError("request", problem, accepted=fields_of(cls))
 
 
 def _override(document: Any, overrides: Mapping[str, Any]) -> Any:

@@ -5,7 +5,7 @@
     known.chance(available_j)             # that the energy is at most this
     for part in known.sensitivity: print(part.effect, part.parameter, part.share_of_variance)
 
-What is told is the energy that would be measured on one drive along the planned motion:
+Reported is the energy that would be measured on one drive along the planned motion:
 
     Var(E) = g'·C·g + noise of one drive                 g = ∂E/∂parameters
 
@@ -44,10 +44,10 @@ NOISE = "noise"
 
 MOST_ROWS = 600
 """Rows that stand for a route: what is uncertain needs no more digits than they give."""
-STEP = 1e-6
+DERIVATIVE_STEP = 1e-6
 """Step of a derivative relative to the parameter, or to its standard deviation if that is more."""
 LEAST_SHARE = 1e-3
-"""Share of the variance below which a parameter is not told."""
+"""Share of the variance below which a parameter is not reported."""
 _COVERED = 0.975  # two-sided 95 %
 _F1 = types.Array(types.float64, 1, "C")
 _F2 = types.Array(types.float64, 2, "C")
@@ -199,7 +199,7 @@ def _slopes(
     """
     values = model.parameters
     high = np.array([model.slots[place][2].bounds[1] for place in places], float)
-    steps = STEP * np.maximum(np.abs(values[places]), deviations)
+    steps = DERIVATIVE_STEP * np.maximum(np.abs(values[places]), deviations)
     # At a bound the step goes inwards: no formula is asked beyond its physical range.
     steps = np.where(values[places] + steps > high, -steps, steps)
     variants = np.tile(values, (len(places), 1))

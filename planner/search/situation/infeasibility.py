@@ -21,6 +21,7 @@ from planner.terrain.footprint import body_fits
 from planner.terrain.interpolation import interpolate
 
 YAW_TRIES = 64
+"""Yaw angles over a full turn at which a place is tried, where the request leaves the yaw free."""
 
 
 def check_place(
@@ -71,7 +72,8 @@ def check_hold(name: str, pose: PoseRequest, field: CostField, around: Circumsta
     """
     _, gradient = sample_surface(field, np.array([[pose.x, pose.y]]))
     px, py = float(gradient[0, 0]), float(gradient[0, 1])
-    row = around.class_rows[field.ground[field.nodes_at((pose.x, pose.y))]].copy()
+    kind = field.ground[field.nodes_at((pose.x, pose.y))]
+    row = around.class_rows[kind].copy()
     broken = 0
     for yaw in _tried(pose.yaw):
         set_motion(row, px, py, yaw, 0.0, 0.0)
@@ -79,12 +81,14 @@ def check_hold(name: str, pose: PoseRequest, field: CostField, around: Circumsta
         broken = broken_limit(accounts[0], around.limits, 1.0)
         if broken < 0:
             return
+    # With a fitting yaw this slope can be driven in every direction.
+    least = float(field.limit[kind, : DIRECTIONS // 2].min()) * field.margin
     raise RequestError(
         name,
         f"the slope of {math.degrees(math.atan(math.hypot(px, py))):.1f}° there cannot be held: "
         f"{LIMIT_NAMES[broken]}",
         value=(pose.x, pose.y),
-        accepted=f"a slope of at most {_limit_degrees(field, pose.x, pose.y):.1f}°",
+        accepted=f"a slope of at most {math.degrees(math.atan(max(least, 0.0))):.1f}°",
     )
 
 
@@ -94,7 +98,7 @@ def explain_no_route(
     start: tuple[float, float],
     goal: tuple[float, float],
 ) -> str:
-    """What blocks the way: the narrowest gap between what start and goal can reach, and why."""
+    """What blocks the path: the narrowest gap between what start and goal can reach, and why."""
     lattice = build_lattice(field)
     to_goal = np.isfinite(cost_to_go(field, lattice, goal).values)
     from_start = np.isfinite(cost_to_go(field, lattice, start, onward=True).values)
@@ -104,7 +108,9 @@ def explain_no_route(
         (from_start, "the start cannot be left", start),
     ):
         if not reach.any():
-            what, bx, by = _blocking(ground, field, _ring(field, x, y), straight)
+            steps = ((a, b) for a in (-1, 0, 1) for b in (-1, 0, 1) if a or b)
+            ring = [(x, y), *((x + field.dx * a, y + field.dy * b) for a, b in steps)]
+            what, bx, by = _blocking(ground, field, ring, straight)
             return f"{words}: {what} at x {bx:.2f}, y {by:.2f}"
     if float(field.limit.max()) <= 0.0:
         return "the robot cannot drive even on level ground: it is too heavy or too weak for it"
@@ -147,16 +153,15 @@ def _blocking(
         _, px, py = interpolate(field.heights, field.x0, field.y0, field.dx, field.dy, x, y)
         steepness = math.hypot(px, py)
         uphill = math.atan2(py, px) - direction
-        limit = float(field.limit[field.ground[j, i], _direction_bin(uphill)])
+        direction_bin = round(uphill / (2.0 * math.pi) * DIRECTIONS) % DIRECTIONS
+        limit = float(field.limit[field.ground[j, i], direction_bin])
         excess = steepness / max(limit * field.margin, 1e-6)
         if excess > steep[0]:
-            text = (
-                f"a slope of {math.degrees(math.atan(steepness)):.1f}° > "
-                f"{math.degrees(math.atan(limit * field.margin)):.1f}° limit in this direction"
-            )
+            slope = math.degrees(math.atan(steepness))
+            allowed = math.degrees(math.atan(limit * field.margin))
+            text = f"a slope of {slope:.1f}° > {allowed:.1f}° limit in this direction"
             if excess <= 1.0:
                 # The limit is broken beside the straight line that is looked at here.
-                slope = math.degrees(math.atan(steepness))
                 text = f"ground too steep to cross (a slope of {slope:.1f}° and more)"
             steep = (excess, text, x, y)
     if steep[0] <= 1.0 and narrow is not None:
@@ -169,27 +174,10 @@ def _what_blocks(ground: DrivingGround, x: float, y: float) -> str:
     return ground.terrain.why_blocked(ground.step_height, j, i) or "ledge"
 
 
-def _limit_degrees(field: CostField, x: float, y: float) -> float:
-    """Slope that can be driven in every direction with a fitting yaw."""
-    ground = field.ground[field.nodes_at((x, y))]
-    least = float(field.limit[ground, : DIRECTIONS // 2].min()) * field.margin
-    return math.degrees(math.atan(max(least, 0.0)))
-
-
-def _direction_bin(azimuth: float) -> int:
-    return round(azimuth / (2.0 * math.pi) * DIRECTIONS) % DIRECTIONS
-
-
 def _tried(yaw: float | None) -> list[float]:
     if yaw is not None:
         return [yaw]
     return [2.0 * math.pi * k / YAW_TRIES for k in range(YAW_TRIES)]
-
-
-def _ring(field: CostField, x: float, y: float) -> list[tuple[float, float]]:
-    return [(x, y)] + [
-        (x + field.dx * a, y + field.dy * b) for a in (-1, 0, 1) for b in (-1, 0, 1) if a or b
-    ]
 
 
 def _nearest_free(ground: DrivingGround, field: CostField, x: float, y: float) -> str:

@@ -3,7 +3,7 @@
     situation = Situation(ground, around)
     ahead = situation.ahead("energy", goal)          # least cost from everywhere, kept
 
-Everything here is kept for further requests (planner.cache): tables of steady costs by model
+Everything here is cached for further requests (planner.cache): tables of steady costs by model
 and conditions, the lattice by map and table, fields by goal.
 """
 
@@ -41,10 +41,10 @@ from planner.terrain.heightmap import Terrain
 
 Point = tuple[float, float]
 KINDS = ("sound", "printed/A", "printed/B")
-LARGE = 2_000_000
-"""Nodes from which a map is large."""
-CORNER = {"energy": 0.13, "time": 0.02}
-"""Toll of a corner as a share of what a stop costs: of 0.03 to 0.4 the best on fractal relief."""
+LARGE_MAP_NODES = 2_000_000
+"""Nodes above which a field for one start is not cached: it takes 10 MB and seldom serves again."""
+CORNER_PENALTY = {"energy": 0.13, "time": 0.02}
+"""Corner penalty as a share of what a stop costs: of 0.03 to 0.4 the best on fractal relief."""
 
 
 def load_model(request: SituationRequest) -> PowerModel:
@@ -74,14 +74,9 @@ def situation_of(
         from planner.search.situation.exclusion_zones import without_areas
 
         terrain = without_areas(terrain, request)
-    return Situation(ground_for(terrain, model.vehicle), circumstances(request, model, terrain))
-
-
-def ground_for(terrain: Terrain, vehicle: Vehicle) -> DrivingGround:
-    """The driving ground of a map for a vehicle."""
-    return CACHE.get(
-        ("ground", ground_key(terrain, vehicle)), lambda: driving_ground(terrain, vehicle)
-    )
+    key = "ground", ground_key(terrain, model.vehicle)
+    ground = CACHE.get(key, lambda: driving_ground(terrain, model.vehicle))
+    return Situation(ground, circumstances(request, model, terrain))
 
 
 def ground_key(terrain: Terrain, vehicle: Vehicle) -> tuple[str, str]:
@@ -105,7 +100,7 @@ class Situation:
     @property
     def large(self) -> bool:
         """Whether a search for one start fills nothing for others, and is not kept."""
-        return self.ground.heights.size > LARGE
+        return self.ground.heights.size > LARGE_MAP_NODES
 
     @cached_property
     def key(self) -> tuple[object, ...]:
@@ -137,7 +132,7 @@ class Situation:
         """What refinement counts for a corner, beside the costs of the metres."""
         if objective == "length":
             return 0.0
-        return CORNER[objective] * turning(self.around, OBJECTIVES[objective]).stop
+        return CORNER_PENALTY[objective] * turning(self.around, OBJECTIVES[objective]).stop
 
     def lattice(self, objective: str, field: CostField) -> Lattice:
         """The moves on the grid for a field of ``field``."""
@@ -157,7 +152,7 @@ class Situation:
     ) -> CostToGo:
         """Least cost from everywhere to the goal; no more than ``start`` needs if that will do.
 
-        The whole map is worth its time when a second start asks for the way to the same goal,
+        The whole map is worth its time when a second start asks for the path to the same goal,
         where the map is not too large.
         """
         lattice = self.lattice(objective, field)
@@ -172,11 +167,15 @@ class Situation:
         return found
 
     def onward(
-        self, field: CostField, start: Point, token: CancellationToken | None = None
+        self,
+        field: CostField,
+        start: Point,
+        token: CancellationToken | None = None,
+        objective: str = "energy",
     ) -> CostToGo:
-        """Least energy cost from a start to everywhere."""
-        lattice = self.lattice("energy", field)
-        key = ("onward", self.key, field.margin, start)
+        """Least cost from a start to everywhere."""
+        lattice = self.lattice(objective, field)
+        key = ("onward", self.key, objective, field.margin, start)
         return CACHE.get(key, lambda: cost_to_go(field, lattice, start, onward=True, token=token))
 
     def path(
@@ -187,6 +186,6 @@ class Situation:
         goal: Point,
         token: CancellationToken | None = None,
     ) -> NDArray[np.float64] | None:
-        """Polyline (k, 2) of the least-cost moves, or None if there is no way."""
+        """Polyline (k, 2) of the least-cost moves, or None if there is no path."""
         ahead = self.ahead(objective, field, goal, start, token)
         return grid_path(field, self.lattice(objective, field), ahead, start)

@@ -26,9 +26,9 @@ from planner.terrain.heightmap import Terrain
 from planner.terrain.interpolation import interpolate, interpolate_many
 from planner.terrain.obstacles import yaw_mask
 
-MOST_NODES = 1_000_000
-"""Nodes that dividing cells may lead to."""
-STEEP = 0.94
+MOST_DIVIDED_NODES = 1_000_000
+"""Nodes that a map with divided cells has at most, for time and memory."""
+NEAR_LIMIT = 0.94
 """Share of the safe slope from which a limit may be near between the points that are looked at."""
 
 
@@ -94,7 +94,7 @@ class DrivingGround:
             factor=np.ones((1, 1)) if factor is None else factor,
             margin=margin,
             step=0.5 * min(self.cell),
-            steep=self.steepest > STEEP * safe,
+            steep=self.steepest > NEAR_LIMIT * safe,
             safe=safe,
             **vars(costs),
         )
@@ -174,6 +174,6 @@ def _division(
     if not blocked.any() or coarse > 2.0 * length:
         return 1
     parts = math.ceil(coarse / (0.5 * half_width) - 1e-9)
-    while parts > 1 and blocked.size * parts**2 > MOST_NODES:
+    while parts > 1 and blocked.size * parts**2 > MOST_DIVIDED_NODES:
         parts -= 1
     return parts

@@ -1,4 +1,4 @@
-"""Routes for a price of time: the front of energy and duration, and routes by a deadline.
+"""Routes for a time weight: the front of energy and duration, and routes by a deadline.
 
 front, searches = filled_in(search, ends_of(search), most=7)
 route, reason = in_time(run, 120.0)

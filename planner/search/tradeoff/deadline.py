@@ -1,10 +1,10 @@
-"""The route of least energy that arrives within so many seconds.
+"""The route of least energy within a maximum duration.
 
     route, reason = in_time(run, 120.0)
 
 The front of duration against energy (planner.search.front) is looked at only where it crosses the
 limit: the two neighbours on either side are brought closer by the price of their chord. Then the
-ways of both are driven at prices of time that close in on the limit, since the same way with other
+paths of both are driven at time weights that close in on the limit, since the same path with other
 speeds fills the gap between two corners of the front.
 """
 
@@ -16,10 +16,10 @@ from planner.search.run import Run
 from planner.search.tradeoff.hull import between, ends_of, lower_hull
 from planner.search.tradeoff.weighted_objective import PricedSearch, Ridden
 
-SEARCHES = 4
-"""Prices of chords that are searched at."""
-RIDES = 10
-"""Prices at which each of the two ways is driven: doubled until it is quick enough, then halved."""
+CHORD_SEARCHES = 4
+"""Chord prices that are searched at; each is a whole search."""
+BISECTIONS = 10
+"""Time weights tried on each path: raised until it is quick enough, then bisected."""
 
 
 def in_time(run: Run, most_s: float) -> tuple[Route | None, str]:
@@ -33,7 +33,7 @@ def in_time(run: Run, most_s: float) -> tuple[Route | None, str]:
     front = pool = ends_of(search)
     if not front:
         return None, search.reason
-    for _ in range(SEARCHES):
+    for _ in range(CHORD_SEARCHES):
         run.step(0.6, "routes that arrive in time")
         quick, slow = _round(front, most_s)
         if quick is None or slow is None:
@@ -62,11 +62,11 @@ def _round(front: list[Ridden], most_s: float) -> tuple[Ridden | None, Ridden | 
 
 
 def _rides(search: PricedSearch, way: Ridden, most_s: float) -> list[Ridden]:
-    """Motions on one way at prices of time that close in on a duration."""
+    """Motions on one path at time weights that close in on a duration."""
     rides: list[Ridden] = []
     low, high = 0.0, 0.0
     watts = max(way.route.energy_j / max(way.route.duration_s, 1e-9), 1e-3)
-    for _ in range(RIDES):
+    for _ in range(BISECTIONS):
         ride = search.along(way, watts)
         if ride is None:
             break

@@ -3,7 +3,7 @@
     ends = ends_of(search)                      # the fastest … that of least energy
     front, searches = filled_in(search, ends, most=7)
 
-``search`` is a PricedSearch, which finds a route for a price of time.
+``search`` is a PricedSearch, which finds a route for a time weight.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ import numpy as np
 from planner.search.results import Route
 from planner.search.tradeoff.weighted_objective import PricedSearch, Ridden
 
-HURRIED = 10.0
-"""Price of time over the mean power at which quick ways are searched for."""
-CHEAP, DEAR = 1e-2, 1e2
-"""Prices of time over the mean power beyond which hardly anything but energy, or time, counts."""
-WORTHWHILE = 0.01
-"""Share of a chord's energy by which a route has to lie below it."""
+FAST_WEIGHT = 10.0
+"""Time weight, as a multiple of the mean power, at which quick paths are searched for."""
+LEAST_WEIGHT, MOST_WEIGHT = 1e-2, 1e2
+"""Time weights, as multiples of the mean power, below which only energy counts, above only time."""
+LEAST_CHORD_GAIN = 0.01
+"""Share of a chord's energy span by which a new route must lie below the chord."""
 
 
 def ends_of(search: PricedSearch) -> list[Ridden]:
-    """Routes from the fastest to that of least energy; none where there is no way."""
+    """Routes from the fastest to that of least energy; none where there is no path."""
     frugal = search.at(0.0)
     if frugal is None:
         return []
@@ -37,7 +37,7 @@ def ends_of(search: PricedSearch) -> list[Ridden]:
     search.run.step(0.1, "least time")
     # Whatever is found counts for both ends, as it does for a single route.
     with ThreadPoolExecutor(max_workers=2) as pool:
-        tasks = [pool.submit(search.at, HURRIED * power)]
+        tasks = [pool.submit(search.at, FAST_WEIGHT * power)]
         tasks += [pool.submit(search.by, objective) for objective in ("time", "length")]
     others = [task.result() for task in tasks]
     return _polished(search, [frugal, *(route for route in others if route is not None)])
@@ -50,13 +50,13 @@ def between(search: PricedSearch, quick: Ridden, frugal: Ridden) -> Ridden | Non
     found = [route for route in tried if route is not None]
     best = min(found, key=lambda r: r.cost(watts), default=quick)
     spread = quick.route.energy_j - frugal.route.energy_j
-    return best if best.cost(watts) < quick.cost(watts) - WORTHWHILE * spread else None
+    return best if best.cost(watts) < quick.cost(watts) - LEAST_CHORD_GAIN * spread else None
 
 
 def lower_hull(routes: Sequence[Ridden]) -> list[Ridden]:
     """Corners of the lower convex hull of energy over duration, fastest first.
 
-    Ends that hardly any price of time asks for are left out: they save next to no time, or next to
+    Ends that hardly any time weight asks for are left out: they save next to no time, or next to
     no energy.
     """
     hull: list[Ridden] = []
@@ -66,19 +66,19 @@ def lower_hull(routes: Sequence[Ridden]) -> list[Ridden]:
         while len(hull) > 1 and chord_price(hull[-1], route) >= chord_price(hull[-2], hull[-1]):
             hull.pop()
         hull.append(route)
-    while len(hull) > 1 and chord_price(*hull[:2]) > DEAR * _power(hull[1].route):
+    while len(hull) > 1 and chord_price(*hull[:2]) > MOST_WEIGHT * _power(hull[1].route):
         hull.pop(0)
-    while len(hull) > 1 and chord_price(*hull[-2:]) < CHEAP * _power(hull[-2].route):
+    while len(hull) > 1 and chord_price(*hull[-2:]) < LEAST_WEIGHT * _power(hull[-2].route):
         hull.pop()
     return hull
 
 
 def _polished(search: PricedSearch, found: list[Ridden]) -> list[Ridden]:
-    """The hull, with its outermost ways driven as fast and as frugally as they can be."""
+    """The hull, with its outermost paths driven as fast and as frugally as they can be."""
     pool, done = list(found), set[tuple[int, float]]()
     while True:
         front = lower_hull(pool)
-        dear = DEAR * _power(front[-1].route)
+        dear = MOST_WEIGHT * _power(front[-1].route)
         outermost = [(way, dear) for way in front[:2]] + [(way, 0.0) for way in front[-2:]]
         tries = [(way, watts) for way, watts in outermost if (id(way.legs), watts) not in done]
         if not tries:

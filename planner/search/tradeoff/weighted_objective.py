@@ -1,4 +1,4 @@
-"""The best route for a price of time: energy plus so many joules for every second.
+"""The best route for a time weight: energy plus so many joules for every second.
 
     search = PricedSearch(run)
     found = search.at(50.0)                    # the whole search, 50 W
@@ -28,7 +28,7 @@ from planner.search.wanted_yaw import Wanted
 
 @dataclass(frozen=True)
 class PricedSituation(Situation):
-    """A situation with a price of time in its model.
+    """A situation with a time weight in its model.
 
     Attributes:
         plain: the same without it.
@@ -51,13 +51,13 @@ class PricedSituation(Situation):
 
 @dataclass(frozen=True, eq=False)
 class Ridden:
-    """A route and the way that it was made of.
+    """A route and the path that it was made of.
 
     Attributes:
-        route: priced by the model without a price of time.
+        route: priced by the model without a time weight.
         legs: polylines (k, 2) from one fixed place to the next.
         yaws: asked for at the fixed places, None where it is free.
-        margin: share of the slope limit with which the way was found.
+        margin: share of the slope limit with which the path was found.
     """
 
     route: Route
@@ -71,7 +71,7 @@ class Ridden:
 
 
 class PricedSearch:
-    """Searches for the same question at any price of time.
+    """Searches for the same question at any time weight.
 
     Args:
         run: the question.
@@ -107,30 +107,25 @@ class PricedSearch:
             self.reason = self.reason or attempt.reason
             return None
         legs = tuple(leg for leg, _ in attempt.legs)
-        return self._ridden(attempt.route, legs, tuple(run.yaws), attempt.field)
+        route = self._repriced(attempt.route, attempt.field)
+        return Ridden(route, legs, tuple(run.yaws), attempt.field.margin)
 
     def along(self, known: Ridden, watts: float) -> Ridden | None:
-        """The best motion on a known way at a price, W; None where it breaks a limit."""
+        """The best motion on a known path at a price, W; None where it breaks a limit."""
         self.run.check()
         situation = self._priced(watts)
         field = situation.field("energy", known.margin)
         route = drive(field, situation.around, known.legs, known.yaws, objective=0)
         if not isinstance(route, Route):
             return None
-        return self._ridden(route, known.legs, known.yaws, field)
+        return replace(known, route=self._repriced(route, field))
 
     def _priced(self, watts: float) -> Situation:
         plain = self.run.situation
         return PricedSituation.of(plain, watts) if watts > 0.0 else plain
 
-    def _ridden(
-        self,
-        route: Route,
-        legs: tuple[Array, ...],
-        yaws: tuple[Wanted, ...],
-        field: CostField,
-    ) -> Ridden:
+    def _repriced(self, route: Route, field: CostField) -> Route:
+        """The same motion, priced by the model without a time weight."""
         assert route.motion is not None  # as ``drive`` leaves it
         charge = self.run.request.conditions.battery_charge
-        honest = price(field, self.run.around, route.motion, charge=charge)
-        return Ridden(honest, legs, yaws, field.margin)
+        return price(field, self.run.around, route.motion, charge=charge)

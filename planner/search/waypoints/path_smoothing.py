@@ -2,15 +2,15 @@
 
     [(path, cost)] = refine(field, path, tolls=[toll])
 
-    band        move every knot across the path, a row of offsets each, and choose the cheapest
+    band        move every waypoint across the path, a row of offsets each, and choose the cheapest
                 combination (dynamic programming over the rows), with ever finer offsets
-    shortcut    keep only the knots that pay for themselves (exact dynamic programming)
+    shortcut    keep only the waypoints that pay for themselves (exact dynamic programming)
 
 Both minimise the same yaw-free cost as the search (planner.search.field.cost_field), so a grid of
 16 directions loses nothing in the end that a local change could win back. What a bend costs
-(turning the body, slowing down, fighting a sideways force) is no part of that cost; a toll for each
-corner stands for it, or else refinement buys a tenth of a per mille on the straight with corners
-that cost a per cent.
+(turning the body, slowing down, fighting a sideways force) is not part of that cost. A penalty for
+each corner stands for it. Without it, smoothing would gain 0.01 % on straights with corners that
+cost 1 %.
 """
 
 from __future__ import annotations
@@ -28,18 +28,17 @@ from planner.search.resolution import ALL_YAWS, DIRECTIONS, GENTLE
 from planner.terrain.interpolation import interpolate
 
 VARIANTS = {4.0: (1.0,), 8.0: (1.0, 0.1)}
-"""Shares of the toll by the distance of knots in cells, to choose from once they are driven: close
-knots bend round an obstacle, wide ones stay smooth, and evenly round ways have cheap corners."""
-REACH, LONG = 30, 500
-"""Knots that a shortcut may leave out; half of that on paths of more knots than LONG."""
-MANY, FAR = 10, 2.0
-"""Knots left out from which a shortcut is priced at points so much further apart."""
-COARSE = 2.0
-"""So much further apart than for the final cost are the points that pieces are priced at while
-there are many to choose from."""
-BANDS = ((2.0, 5, 5, COARSE), (0.7, 5, 6, COARSE), (0.25, 4, 8, 1.0))
-"""Offset step in cells, offsets to each side, largest change of offset between knots, and how much
-further apart the points are that a piece is priced at."""
+"""Shares of the corner penalty by the distance of waypoints in cells; driving them decides. Close
+waypoints bend around obstacles, distant ones stay smooth, evenly curved paths turn cheaply."""
+MOST_SKIPPED, LONG_PATH = 30, 500
+"""Waypoints that a shortcut may leave out; half as many on paths of more than LONG_PATH."""
+MANY_SKIPPED, FAR_STEP = 10, 2.0
+"""Waypoints left out from which a shortcut is priced at points FAR_STEP times further apart."""
+COARSE_STEP = 2.0
+"""Distance of the points at which candidates are priced, as a multiple of the final one."""
+BANDS = ((2.0, 5, 5, COARSE_STEP), (0.7, 5, 6, COARSE_STEP), (0.25, 4, 8, 1.0))
+"""Of each band: offset step in cells, offsets to each side, largest change of offset between
+neighbours, and distance of the pricing points as a multiple of the final one."""
 
 
 def resample(path: Array, spacing: float) -> Array:
@@ -61,14 +60,14 @@ def even(path: Array, spacing: float) -> Array:
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _straight(field: Any, path: Any, reach: int, step: float) -> Any:
-    """Cost of the straight way to every knot from the knots before it, (knots, reach)."""
+    """Cost of straight lines to every waypoint from those before it, (waypoints, reach)."""
     count = path.shape[0]
     cost = np.full((count, reach), np.inf)
     for k in range(1, count):
         for back in range(min(reach, k)):
             q = k - 1 - back
             # The longer it is, the less a single point matters.
-            apart = FAR * step if back >= MANY else step
+            apart = FAR_STEP * step if back >= MANY_SKIPPED else step
             cost[k, back] = segment_cost(
                 field, path[q, 0], path[q, 1], path[k, 0], path[k, 1], apart
             )
@@ -77,7 +76,7 @@ def _straight(field: Any, path: Any, reach: int, step: float) -> Any:
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _fewest(straight: Any, toll: float) -> Any:
-    """Knots of the cheapest way over a subset of them, each of which costs a toll."""
+    """The subset of waypoints of least cost, where each costs a corner penalty."""
     count, reach = straight.shape
     cost = np.full(count, np.inf)
     came = np.zeros(count, np.int64)
@@ -98,15 +97,15 @@ def _fewest(straight: Any, toll: float) -> Any:
 
 
 def shortcuts(field: CostField, path: Array, tolls: Sequence[float]) -> list[Array]:
-    """The cheapest polylines over a subset of the knots, each of which costs a toll."""
+    """The cheapest polylines over subsets of the waypoints, one for each corner penalty."""
     whole = polyline_cost(field, path, field.step)
     if not math.isfinite(whole):
         return [path] * len(tolls)
-    reach = REACH if len(path) <= LONG else REACH // 2
-    straight = _straight(field, path, reach, COARSE * field.step)
+    reach = MOST_SKIPPED if len(path) <= LONG_PATH else MOST_SKIPPED // 2
+    straight = _straight(field, path, reach, COARSE_STEP * field.step)
     found = []
     for toll in tolls:
-        # At least a tiny toll: on even ground a straight line then has no knots at all.
+        # A tiny penalty at least: on even ground a straight line then has no inner waypoints.
         kept, cost = _fewest(straight, max(toll, 1e-6 * whole))
         found.append(path[kept] if math.isfinite(cost) else path)
     return found
@@ -116,14 +115,14 @@ def shortcuts(field: CostField, path: Array, tolls: Sequence[float]) -> list[Arr
 def _sample_strip(
     field: Any, xs: Any, ys: Any, parts: int, slopes: Any, ground: Any, doubtful: Any
 ) -> None:
-    """Sample the ground between the offsets of two knots.
+    """Sample the ground between the offsets of two waypoints.
 
     Args:
         field: map and costs.
         xs, ys: (2, wide) m, the offsets' places.
         parts: columns of samples from one offset to the next.
         slopes: (rows, (wide - 1)·parts + 1, 2) written: gradient; rows lie evenly between the
-            knots, half a row from either.
+            waypoints, half a row from either.
         ground: (rows, columns) written: ground class.
         doubtful: (rows, columns) written: whether a limit, something solid or ground to be avoided
             may be near.
@@ -169,7 +168,7 @@ def _across(
     uy: float,
     wind: float,
 ) -> tuple[float, bool]:
-    """Mean cost per metre of a straight way through a strip, and whether it is doubtful.
+    """Mean cost per metre of a straight path through a strip, and whether it is doubtful.
 
     As ``planner.search.field.cost_field.segment_cost``, but linear between the samples of
     ``_sample_strip``.
@@ -177,8 +176,8 @@ def _across(
     Args:
         gentle, reach: of the CostField.
         slopes, ground, doubtful: of ``_sample_strip``.
-        first, last: columns of the samples at which the way begins and ends.
-        ux, uy: direction of the way.
+        first, last: columns of the samples at which the path begins and ends.
+        ux, uy: direction of the path.
         wind: J/m that wind adds to it.
     """
     scale = 0.5 * (GENTLE - 1) / reach
@@ -208,7 +207,7 @@ def _across(
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def band(field: Any, path: Any, delta: float, side: int, window: int, step: float) -> Any:
-    """The knots (count, 2) moved across the path by whole numbers of ``delta``, as costs least."""
+    """Waypoints (count, 2) moved across the path by multiples of ``delta``, at the least cost."""
     count = path.shape[0]
     wide = 2 * side + 1
     ny, nx = field.heights.shape
@@ -274,17 +273,17 @@ def band(field: Any, path: Any, delta: float, side: int, window: int, step: floa
 
 
 def moved_in_bands(
-    field: CostField, knots: Array, cell: float, check: Callable[[], None]
+    field: CostField, waypoints: Array, cell: float, check: Callable[[], None]
 ) -> tuple[float, Array]:
-    """Cost and knots after all bands, none of which may make the way dearer at its final points."""
-    cost = polyline_cost(field, knots, field.step)
+    """Cost and waypoints after all bands; a band that raises the final cost is undone."""
+    cost = polyline_cost(field, waypoints, field.step)
     for delta, side, window, coarse in BANDS:
         check()
-        found, _ = band(field, knots, delta * cell, side, window, coarse * field.step)
+        found, _ = band(field, waypoints, delta * cell, side, window, coarse * field.step)
         lower = polyline_cost(field, found, field.step)
         if lower < cost:
-            cost, knots = lower, found
-    return cost, knots
+            cost, waypoints = lower, found
+    return cost, waypoints
 
 
 def refine(
@@ -295,13 +294,13 @@ def refine(
     knot_cells: float = 8.0,
     check: Callable[[], None] = lambda: None,
 ) -> list[tuple[Array, float]]:
-    """The cheapest polylines found near a path, and their costs without tolls, one for each toll.
+    """The cheapest polyline found near a path for each corner penalty, with its cost without it.
 
     Args:
         field: map and costs.
         path: (k, 2) polyline whose cost is finite.
-        tolls: what a corner costs, which the costs of a metre do not contain.
-        knot_cells: distance of the knots.
+        tolls: corner penalties: what a corner costs, which the costs of a metre do not contain.
+        knot_cells: distance of the waypoints.
         check: called between rounds; may raise to stop.
     """
     cell = min(field.dx, field.dy)
@@ -309,15 +308,15 @@ def refine(
     starts = [even(path, knot_cells * cell)]
     if not math.isfinite(polyline_cost(field, starts[0], step)):
         # Cutting corners led where nothing can be driven. The band may lead out of it again, or
-        # not; with all corners kept the knots are too close to move far.
+        # not; with all corners kept the waypoints are too close to move far.
         starts.append(resample(path, knot_cells * cell))
-    _, knots = min(
+    _, waypoints = min(
         (moved_in_bands(field, start, cell, check) for start in starts), key=lambda m: m[0]
     )
     check()
-    known = [(polyline_cost(field, candidate, step), candidate) for candidate in (path, knots)]
+    known = [(polyline_cost(field, candidate, step), candidate) for candidate in (path, waypoints)]
     found = []
-    for toll, shorter in zip(tolls, shortcuts(field, knots, tolls), strict=True):
+    for toll, shorter in zip(tolls, shortcuts(field, waypoints, tolls), strict=True):
         candidates = [*known, (polyline_cost(field, shorter, step), shorter)]
         cost, best = min(candidates, key=lambda pair: pair[0] + toll * len(pair[1]))
         found.append((best, float(cost)))

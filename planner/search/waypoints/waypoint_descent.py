@@ -1,16 +1,15 @@
-"""The knots of a way moved while its motion gets cheaper: what refinement cannot know of.
+"""Waypoint descent: moves the waypoints of a path while its motion gets cheaper.
 
-    better = polish(field, around, legs, yaws, steps=AT_ONCE)
+    better = polish(field, around, legs, yaws, steps=DESCENT_STEPS)
     better.legs, better.energy
 
-Refinement counts metres, each with the body turned as is cheapest there. On bends the body cannot
-be turned so, and a way a little to the side of them costs less. Here motions say what a way costs.
+Smoothing counts metres, each with the cheapest yaw there. On bends the body cannot turn that way,
+and a path a little to the side costs less. Here whole motions give the cost of a path.
 
-Every second knot is moved at once, to one side and then to the other, while those between them
-stay: what is spent from one that stays to the next tells what moving the knot between them does. A
-parabola for each knot says how far it should go; they go there together if the whole motion is
-cheaper so. Six motions move all knots, however many there are.
-"""
+Every second waypoint is moved at once, to one side and then to the other, while those between them
+stay: the energy between two that stay shows what moving the one between them does. A parabola for
+each waypoint says how far it should go; they go there together if the whole motion is cheaper so.
+Six motions move all waypoints, however many there are."""
 
 from __future__ import annotations
 
@@ -39,30 +38,30 @@ from planner.search.waypoints.path_smoothing import resample
 Task = Callable[[], "Driven"]
 Both = Callable[[Sequence[Task]], list["Driven"]]
 
-AT_ONCE = (1.0, 0.5)
-"""By how many cells knots are moved, round after round, where an answer is wanted at once."""
-SPACING = 24.0
-"""Cells from one knot to the next at most: closer ones make bends that cost more than they save."""
-FURTHEST = 2.0
-"""Moves that a parabola may lead away from where a knot is."""
-SCALES = (1.0, 0.6)
+DESCENT_STEPS = (1.0, 0.5)
+"""Cells by which waypoints are moved, round after round, where no time is given."""
+WAYPOINT_SPACING = 24.0
+"""Cells from one waypoint to the next at most; closer ones make bends that cost more."""
+MOST_STEPS = 2.0
+"""Moves by which a parabola may shift a waypoint; beyond, it extrapolates too far."""
+STEP_SHARES = (1.0, 0.6)
 """Shares of what the parabolas say: neighbours that move together do more than each alone."""
 SURPLUS = 0.025
-"""Share that a motion dissipates over what its metres cost, from which polishing is worth it."""
+"""Share that a motion dissipates over what its metres cost, from which descent is worth it."""
 HINDERED = 0.015
-"""Share over its metres, start and stop, from which other ways are worth a look: the search counts
+"""Share over its metres, start and stop, from which other paths are worth a look: the search counts
 metres with the body turned as these bends do not allow."""
 
 
 @dataclass(frozen=True)
 class Driven:
-    """A way and its motion, roughly worked out.
+    """A path and its motion, roughly worked out.
 
     Attributes:
         legs: polylines (k, 2) from one fixed place to the next.
         motion: along them; None where there is none.
         energy: J; infinite without a motion.
-        spent: (stations,) J dissipated up to each station of the motion.
+        spent: (samples,) J dissipated up to each sample of the motion.
     """
 
     legs: tuple[Array, ...]
@@ -82,58 +81,61 @@ def polish(
     legs: Sequence[Array],
     yaws: Sequence[Wanted],
     *,
-    steps: Iterable[float] = AT_ONCE,
-    spacing: float = SPACING,
+    steps: Iterable[float] = DESCENT_STEPS,
+    spacing: float = WAYPOINT_SPACING,
     both: Both | None = None,
     check: Callable[[], None] = lambda: None,
 ) -> Driven:
-    """The way with its knots moved; its motion is worked out roughly.
+    """The path with its waypoints moved; its motion is worked out roughly.
 
     Args:
         field, around, legs, yaws: as for ``planner.search.trajectory.drive.move``.
-        steps: by how many cells knots are moved, round after round; may end whenever it likes.
-        spacing: cells from one knot to the next, at most.
+        steps: by how many cells waypoints are moved, round after round; may end whenever it likes.
+        spacing: cells from one waypoint to the next, at most.
         both: works out several motions, two at once where there is another core.
         check: called between motions; may raise to stop.
 
     Returns:
-        The cheapest found, which may be the way that was given, with more knots.
+        The cheapest found, which may be the path that was given, with more waypoints.
     """
     both = both or (lambda tasks: [task() for task in tasks])
     cell = min(field.dx, field.dy)
     pieces = [resample(leg, spacing * cell) for leg in legs]
     marks = np.cumsum([0, *(len(piece) - 1 for piece in pieces)])
-    knots = np.vstack([pieces[0][:1], *(piece[1:] for piece in pieces)])
-    free = np.ones(len(knots), bool)
+    waypoints = np.vstack([pieces[0][:1], *(piece[1:] for piece in pieces)])
+    free = np.ones(len(waypoints), bool)
     free[marks] = False
-    number = np.arange(len(knots))
+    number = np.arange(len(waypoints))
     halves = [free & (number % 2 == 1), free & (number % 2 == 0)]
 
-    def driven(knots: Array) -> Driven:
-        parts = tuple(knots[a : b + 1] for a, b in itertools.pairwise(marks))
+    def driven(waypoints: Array) -> Driven:
+        parts = tuple(waypoints[a : b + 1] for a, b in itertools.pairwise(marks))
         return drive_roughly(field, around, parts, yaws)
 
     def tried(*moves: Array) -> list[tuple[Driven, Array]]:
         check()
-        places = [where_open(field, knots, move) for move in moves]
+        places = [where_open(field, waypoints, move) for move in moves]
         return list(zip(both([partial(driven, one) for one in places]), places, strict=True))
 
-    best = driven(knots)
+    best = driven(waypoints)
     if best.motion is None or not free.any():
         return best
     for step in steps:
-        across = step * cell * _normals(knots)
-        shift = np.zeros(len(knots))
+        across = step * cell * _normals(waypoints)
+        shift = np.zeros(len(waypoints))
         for half in halves:
             aside = across * half[:, None]
             low, high = tried(-aside, aside)
-            spent = [spent_beside(way, at, half) for way, at in (low, (best, knots), high)]
+            spent = [spent_beside(way, at, half) for way, at in (low, (best, waypoints), high)]
             shift[half] = to_least(*spent)
         whole = across * shift[:, None]
-        for moves in ([scale * whole for scale in SCALES], [whole * h[:, None] for h in halves]):
+        for moves in (
+            [scale * whole for scale in STEP_SHARES],
+            [whole * h[:, None] for h in halves],
+        ):
             found, places = min(tried(*moves), key=lambda one: one[0].energy)
             if found.energy < best.energy:
-                best, knots = found, places
+                best, waypoints = found, places
                 break
     return best
 
@@ -154,7 +156,7 @@ def drive_roughly(
     legs: tuple[Array, ...],
     yaws: Sequence[Wanted],
 ) -> Driven:
-    """The motion along a way, roughly, with what it takes."""
+    """The motion along a path, roughly, with what it takes."""
     motion = move(field, around, legs, yaws, objective=0, care=ROUGHLY, checked=False)
     if not isinstance(motion, Motion):
         return Driven(legs)
@@ -164,20 +166,20 @@ def drive_roughly(
     return Driven(legs, motion, float(joules.sum()), spent)
 
 
-def _normals(knots: Array) -> Array:
-    """Unit vectors (n, 2) to the left of the way from the knot before to the knot after."""
-    along = np.empty_like(knots)
-    along[1:-1] = knots[2:] - knots[:-2]
-    along[0], along[-1] = knots[1] - knots[0], knots[-1] - knots[-2]
+def _normals(waypoints: Array) -> Array:
+    """Unit vectors (n, 2) to the left of the line between each waypoint's neighbours."""
+    along = np.empty_like(waypoints)
+    along[1:-1] = waypoints[2:] - waypoints[:-2]
+    along[0], along[-1] = waypoints[1] - waypoints[0], waypoints[-1] - waypoints[-2]
     length = np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-12)
     return np.column_stack([-along[:, 1], along[:, 0]]) / length[:, None]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def where_open(field: Any, knots: Any, shifts: Any) -> Any:
-    """Knots (n, 2) moved by shifts (n, 2), but none that would end in a piece nobody can drive."""
-    count = knots.shape[0]
-    moved = knots + shifts
+def where_open(field: Any, waypoints: Any, shifts: Any) -> Any:
+    """Waypoints (n, 2) moved by shifts (n, 2), except where a piece would become impassable."""
+    count = waypoints.shape[0]
+    moved = waypoints + shifts
     back = True
     while back:
         back = False
@@ -186,20 +188,20 @@ def where_open(field: Any, knots: Any, shifts: Any) -> Any:
             if segment_cost(field, xa, ya, xb, yb, field.step) < np.inf:
                 continue
             for n in (k - 1, k):
-                if moved[n, 0] != knots[n, 0] or moved[n, 1] != knots[n, 1]:
-                    moved[n] = knots[n]
+                if moved[n, 0] != waypoints[n, 0] or moved[n, 1] != waypoints[n, 1]:
+                    moved[n] = waypoints[n]
                     back = True
     return moved
 
 
-def spent_beside(way: Driven, knots: Array, some: NDArray[np.bool_]) -> Array:
-    """J that a motion spends from the knot before to the knot after each of ``some``."""
+def spent_beside(way: Driven, waypoints: Array, some: NDArray[np.bool_]) -> Array:
+    """J that a motion spends from the waypoint before to the waypoint after each of ``some``."""
     if way.motion is None or way.spent is None:
         return np.full(int(some.sum()), np.inf)
     stay = ~some
-    along = np.append(0.0, np.cumsum(np.hypot(*np.diff(knots, axis=0).T)))
-    spent = np.empty(len(knots))
-    spent[stay] = spent_at(way.motion.x, way.motion.y, way.spent, knots[stay], along[stay])
+    along = np.append(0.0, np.cumsum(np.hypot(*np.diff(waypoints, axis=0).T)))
+    spent = np.empty(len(waypoints))
+    spent[stay] = spent_at(way.motion.x, way.motion.y, way.spent, waypoints[stay], along[stay])
     at = np.flatnonzero(some)
     return np.asarray(spent[at + 1] - spent[at - 1])
 
@@ -243,6 +245,6 @@ def to_least(low: Array, here: Array, high: Array) -> Array:
     aside = np.minimum(low, high)
     with np.errstate(invalid="ignore", divide="ignore"):
         bend = low + high - 2.0 * here
-        vertex = np.clip(0.5 * (low - high) / bend, -FURTHEST, FURTHEST)
+        vertex = np.clip(0.5 * (low - high) / bend, -MOST_STEPS, MOST_STEPS)
     hollow = np.isfinite(bend) & (bend > 0.0)
     return np.where(hollow, vertex, np.where(aside < here, lower, 0.0))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planner.search.field import segment_cost
-from planner.search.grid.lattice import CLOSELY, build_lattice, close_cost, node_slope
+from planner.search.grid.lattice import PRICED_CLOSELY, build_lattice, close_cost, node_slope
 from planner.search.resolution import MOVES
 from tests.search.grid.test_least_cost import CELL, field_of, hills, move_cost
 
@@ -31,7 +31,7 @@ def line(field, j: int, i: int, di: int, dj: int) -> float:
 
 def test_moves_on_a_plane_cost_their_lines(inclined):
     field, lattice = inclined
-    assert lattice.slopes[20, 20] != CLOSELY
+    assert lattice.slopes[20, 20] != PRICED_CLOSELY
     for m, (di, dj) in enumerate(MOVES):
         expected = line(field, 20, 20, int(di), int(dj))
         assert move_cost(field, lattice, 20, 20, m) == pytest.approx(expected, rel=5e-3)
@@ -61,7 +61,7 @@ def test_moves_into_a_wall_cost_infinity():
     # Cells may have been divided.
     south = int(np.flatnonzero(field.blocked.any(axis=1))[0]) - 1
     middle = field.heights.shape[1] // 2
-    assert lattice.slopes[south, middle] == CLOSELY
+    assert lattice.slopes[south, middle] == PRICED_CLOSELY
     assert close_cost(field, south, middle, 0, 1) == math.inf
-    assert lattice.slopes[south // 2, middle] != CLOSELY
+    assert lattice.slopes[south // 2, middle] != PRICED_CLOSELY
     assert math.isfinite(close_cost(field, south // 2, middle, 0, 1))

@@ -10,7 +10,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
 from planner.search.field import CostField, polyline_cost
-from planner.search.grid.lattice import CLOSELY, Lattice, build_lattice, close_cost
+from planner.search.grid.lattice import PRICED_CLOSELY, Lattice, build_lattice, close_cost
 from planner.search.grid.least_cost import cost_from, cost_to_go, grid_path
 from planner.search.requests import PlanRequest
 from planner.search.resolution import MOVES
@@ -51,7 +51,7 @@ def relief() -> tuple[CostField, Lattice]:
 def move_cost(field: CostField, lattice: Lattice, j: int, i: int, m: int) -> float:
     """What the head of planner.search.grid.lattice says that a move costs, written anew."""
     di, dj = (int(k) for k in MOVES[m])
-    if lattice.slopes[j, i] == CLOSELY:
+    if lattice.slopes[j, i] == PRICED_CLOSELY:
         return float(close_cost(field, j, i, di, dj))
     beside = {(0, 0), (dj, di)}
     if max(abs(di), abs(dj)) == 2:
@@ -59,7 +59,7 @@ def move_cost(field: CostField, lattice: Lattice, j: int, i: int, m: int) -> flo
     along = 0.0
     for b, a in beside:
         number = lattice.slopes[j + b, i + a]
-        number = lattice.slopes[j, i] if number == CLOSELY else number
+        number = lattice.slopes[j, i] if number == PRICED_CLOSELY else number
         along += float(lattice.table[field.ground[j, i], number, m])
     return along  # the table's costs are over each node's share of the length
 
