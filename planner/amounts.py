@@ -61,8 +61,8 @@ def chance(probability: float) -> str:
     percent = 100.0 * probability
     if percent > 99.99 or percent < 0.01:
         return "over 99.99 %" if percent > 50.0 else "under 0.01 %"
-    doubt = min(percent, 100.0 - percent)
-    return f"{percent:.{0 if doubt >= 1.0 else 1 if doubt >= 0.1 else 2}f} %"
+    other = min(percent, 100.0 - percent)
+    return f"{percent:.{0 if other >= 1.0 else 1 if other >= 0.1 else 2}f} %"
 
 
 def number(value: float | None, stderr: float | None = None) -> str:

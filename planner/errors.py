@@ -1,4 +1,4 @@
-"""What can go wrong, and what a user is told.
+"""Errors, and the sentences that report them.
 
     JoulepathError
     ├── InputError          something given cannot be used: which, what is wrong, what would do

@@ -210,6 +210,15 @@ def words_in_sentence(sentence: str) -> list[str]:
     return [word for word in SENTENCES if re.search(rf"\b{word}\b", text)]
 
 
+HELD = ("planner/power/", "planner/terrain/", "planner/telemetry/holdout/", "docs/", "README.md")
+"""Folders in which the test holds the words; ``python -m tests.test_words`` searches all."""
+
+
+def held(file: str) -> bool:
+    """Whether the test holds the words in a file: in folders of HELD, and modules of the root."""
+    return file.startswith(HELD) or Path(file).parent == Path("planner")
+
+
 def sources() -> list[Path]:
     return sorted(p for top in ("planner", "service") for p in (ROOT / top).rglob("*.py"))
 
@@ -258,13 +267,13 @@ PLACES = {"names": hits_in_names, "docstrings": hits_in_docstrings, "headings": 
 
 @pytest.mark.parametrize("place", PLACES)
 def test_the_fields_words_are_used(place: str) -> None:
-    hits = [str(hit) for hit in PLACES[place]()]
+    hits = [str(hit) for hit in PLACES[place]() if held(hit.file)]
     assert not hits, "\n" + "\n".join(hits)
 
 
 def test_every_exception_is_needed() -> None:
-    held = {tokens(name).strip("_") for name in NAMES}
-    assert [e for e in EXCEPTIONS if not any(f"_{w}_" in tokens(e.name) for w in held)] == []
+    words = {tokens(name).strip("_") for name in NAMES}
+    assert [e for e in EXCEPTIONS if not any(f"_{w}_" in tokens(e.name) for w in words)] == []
 
 
 @pytest.mark.parametrize(

@@ -143,7 +143,7 @@ class PowerModel(Shown):
         return self._compile("float64")
 
     @cached_property
-    def lean_kernel(self) -> Kernel:
+    def power_kernel(self) -> Kernel:
         """The same power of blocks of rows, without account and limits, for loops over logs."""
         return self._compile("float64", output="power")
 

@@ -1,4 +1,4 @@
-"""What the robot rides on: ground classes, and the heights that a footprint feels.
+"""Ground classes, and heights averaged over a footprint.
 
 A ground class multiplies the vehicle's coefficients of rolling drag and traction. Both factors are
 1 on the floor for which the vehicle's values were measured.

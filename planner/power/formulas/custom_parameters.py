@@ -23,7 +23,7 @@ from planner.power.formulas.formula import FUNCTIONS, Formula
 from planner.quantities import QUANTITIES
 
 MAX_PARAMETERS = 8
-"""Parameters of one formula: more cannot be told apart in a log."""
+"""Parameters of one formula: a log cannot identify more."""
 _EXTRA = {"speed": "m/s", "heading": "rad"}
 QUANTITY_BY_NAME = {q.name: q for q in QUANTITIES if q.name != "surface"}
 NAMES: dict[str, Dimension] = {

@@ -22,7 +22,7 @@ from ompl import geometric as og
 from ompl import util as ou
 
 from planner.arrays import Array
-from planner.cancellation import WATCHED, CancellationToken
+from planner.cancellation import POLL_SECONDS, CancellationToken
 from planner.search.ompl.costs import MotionCosts
 from planner.search.ompl.parts import word_for
 from planner.search.ompl.problem import Frame
@@ -131,7 +131,7 @@ def in_fresh_process(task: Task[T], token: CancellationToken) -> T:
                 while process.poll() is None:
                     token.check()
                     with suppress(subprocess.TimeoutExpired):
-                        process.wait(WATCHED)
+                        process.wait(POLL_SECONDS)
             finally:
                 process.kill()
         if process.returncode:

@@ -5,7 +5,7 @@
     quicker = search.along(found, 200.0)       # the same way with yaw and speeds for 200 W
 
 The search runs as for energy, with a model that draws the price as well
-(planner.power.price_of_time): field, refinement, yaw and speed all minimise E + λ·T. The motion is
+(planner.power.time_weight): field, refinement, yaw and speed all minimise E + λ·T. The motion is
 then priced by the model without it.
 """
 
@@ -14,7 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from planner.arrays import Array
-from planner.power.price_of_time import with_price_of_time
+from planner.power.time_weight import with_time_weight
 from planner.search.field import CostField
 from planner.search.goals import settled
 from planner.search.ompl import solved
@@ -41,7 +41,7 @@ class PricedSituation(Situation):
     @classmethod
     def of(cls, plain: Situation, watts: float) -> PricedSituation:
         """A situation with every second priced at so many W."""
-        model = with_price_of_time(plain.around.model, watts)
+        model = with_time_weight(plain.around.model, watts)
         return cls(plain.ground, replace(plain.around, model=model), plain, watts)
 
     def toll(self, objective: str) -> float:

@@ -116,7 +116,7 @@ def differences(model: PowerModel, nodes: Nodes, variants: Array) -> tuple[Array
     def piece(start: int) -> None:
         stop = min(start + length, count)
         _differences(
-            model.lean_kernel,
+            model.power_kernel,
             nodes.rows,
             nodes.first[start : stop + 1],
             nodes.weight,

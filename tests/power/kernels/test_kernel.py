@@ -40,7 +40,7 @@ def test_results_of_blocks_are_columns_of_the_accounts(model: PowerModel, rows: 
     accounts, _ = model.kernel.accounts(rows, *numbers)
     results = model.limits_kernel.results(rows, *numbers, count=len(columns))
     assert np.array_equal(results, accounts[:, columns])
-    assert np.array_equal(model.lean_kernel.results(rows, *numbers, count=1), accounts[:, :1])
+    assert np.array_equal(model.power_kernel.results(rows, *numbers, count=1), accounts[:, :1])
 
 
 def test_rows_may_lie_in_memory_in_any_order(model: PowerModel, rows: Array) -> None:
@@ -48,10 +48,10 @@ def test_rows_may_lie_in_memory_in_any_order(model: PowerModel, rows: Array) -> 
     expected, _ = model.kernel.accounts(rows, *numbers)
     for given in (np.asfortranarray(rows), rows.repeat(2, axis=0)[::2]):
         assert np.array_equal(model.kernel.accounts(given, *numbers)[0], expected)
-        assert np.array_equal(model.lean_kernel.results(given, *numbers, count=1), expected[:, :1])
+        assert np.array_equal(model.power_kernel.results(given, *numbers, count=1), expected[:, :1])
 
 
 def test_no_rows_give_no_results(model: PowerModel, rows: Array) -> None:
     numbers = (model.parameters, model.body, model.wheels)
     assert model.kernel.accounts(rows[:0], *numbers)[0].shape == (0, ACCOUNT_LENGTH)
-    assert model.lean_kernel.results(rows[:0], *numbers, count=1).shape == (0, 1)
+    assert model.power_kernel.results(rows[:0], *numbers, count=1).shape == (0, 1)

@@ -31,7 +31,7 @@ def in_lean_blocks(model: PowerModel, rows: Array) -> Array:
         part = rows[start : start + BLOCK]
         columns = np.full((rows.shape[1], BLOCK), np.nan)
         columns[:, : len(part)] = part.T
-        model.lean_kernel(
+        model.power_kernel(
             columns.ravel(), len(part), model.parameters, model.body, model.wheels, watts
         )
         found[start : start + len(part)] = watts[: len(part)]
@@ -142,7 +142,7 @@ def test_rows_behind_the_last_one_stay(catalogue: PowerModel) -> None:
     watts = np.full(BLOCK, -1.0)
     columns = np.zeros((states().shape[1], BLOCK))
     columns[:, :5] = states()[:5].T
-    catalogue.lean_kernel(
+    catalogue.power_kernel(
         columns.ravel(), 5, catalogue.parameters, catalogue.body, catalogue.wheels, watts
     )
     assert np.all(watts[5:] == -1.0)

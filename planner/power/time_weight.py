@@ -1,6 +1,6 @@
 """A time weight: constant watts on top of a model's own, so that cheap motions are also quick.
 
-    priced = with_price_of_time(model, 50.0)            # W, that is J for every second
+    priced = with_time_weight(model, 50.0)            # W, that is J for every second
 
     ∫ (P + λ) dt = E + λ·T
 
@@ -22,12 +22,12 @@ from planner.power.effect import Effect, Parameter
 from planner.power.model import PowerModel
 
 
-class PriceOfTime(Effect):
+class TimeWeight(Effect):
     """Constant watts: the worth of a second."""
 
     # No custom effect can have this name.
-    slug = "_price_of_time"
-    title = "price of time"
+    slug = "_time_weight"
+    title = "time weight"
     loss = True
 
     price = Parameter(
@@ -40,7 +40,7 @@ class PriceOfTime(Effect):
         return price
 
 
-def with_price_of_time(model: PowerModel, price: float) -> PowerModel:
+def with_time_weight(model: PowerModel, price: float) -> PowerModel:
     """The model with a time weight.
 
     Args:
@@ -49,7 +49,7 @@ def with_price_of_time(model: PowerModel, price: float) -> PowerModel:
     """
     return replace(
         model,
-        effects=(*model.effects, PriceOfTime),
+        effects=(*model.effects, TimeWeight),
         parameters=np.append(model.parameters, price),
         # Nothing of this was fitted.
         stderr=None,
