@@ -4,14 +4,15 @@
     bound.bound_j                     # J; no motion from start to goal takes less
     bound.how                         # "potential", or "floor": that of quick_bound
 
-How it comes about, with the proof in docs/lower-bound.md:
+Its parts, with the proof in docs/lower-bound.md:
 
-    dual_power        what driving leaves of the power once forces are paid for, by price
+    dual_power        the power left of driving once forces are paid for, by price
     multipliers       at every node, the prices that a good motion would pay there
     triangle_costs    from both, a floor of the cost in every triangle and direction
     potential         the steepest function whose slope stays below it, made exact at the end
+    start_and_stop    the idle power of slow motion near both ends
 
-With little time the table is coarser and nodes are left out; the bound stays one.
+With little time the table is coarser and nodes are left out; the bound stays valid.
 """
 
 from __future__ import annotations
@@ -40,9 +41,8 @@ from planner.search.certificate.multipliers import (
 from planner.search.certificate.potential import halves, levelled, steepest_potential, weights_at
 from planner.search.certificate.price_table import PriceField, PriceTable, even_table, even_watts
 from planner.search.certificate.quick_bound import lower_bound
-from planner.search.certificate.ramps import PARTS, no_ramp
-from planner.search.certificate.start_and_stop import StartAndStop
-from planner.search.certificate.triangle_costs import DIRECTIONS, triangle_costs
+from planner.search.certificate.start_and_stop import SPEED_PARTS, StartAndStop
+from planner.search.certificate.triangle_costs import DIRECTIONS, no_ramp, triangle_costs
 from planner.search.conditions import Circumstances
 from planner.search.field import CostField, sample_surface
 from planner.search.grid import CostToGo, build_lattice, cost_to_go
@@ -50,26 +50,27 @@ from planner.search.second_core import CORE
 
 Place = tuple[float, float]
 
-HASTE = 10.0
-"""s below which table and grid are coarser, and start and stop do not count."""
-NODES = {True: 30_000, False: 250_000}
-"""Nodes of the grid at most, in haste and at leisure."""
-TURNS = {True: 160, False: 360}
-"""Steps of the yaw angle in half a turn, likewise."""
-SLOW_TURNS = 240
-"""The same below full speed, where there is time for it."""
+FAST_SECONDS = 10.0
+"""s below which tables and grid are coarser, and start and stop do not count: their tables alone
+take 4 s."""
+MOST_NODES = {True: 30_000, False: 250_000}
+"""Nodes of the grid at most, when fast and otherwise: with more, too few rounds fit in the time."""
+YAW_STEPS = {True: 160, False: 360}
+"""Steps of the yaw angle in half a turn in the table at full speed, when fast and otherwise."""
+SLOW_YAW_STEPS = 240
+"""Steps of the yaw angle in half a turn in the tables below full speed."""
 TOO_STEEP = 1.02
 """Share of the largest slope that can be driven, from which ground counts as a wall."""
-SETTLED = 4
+SETTLED_LOOKS = 4
 """Looks at the potential without a gain of one part in ten thousand, after which it is done."""
 STRETCHES = (3.0, 1.2)
-"""Lengths over which prices are averaged, tried in turn, in metres driven for what the robot's
-motion holds: changing prices cost, and so do those of other slopes."""
-GAMES = 12
+"""Lengths over which prices are averaged, tried in turn, in lengths of driving that cost as much as
+the robot's kinetic energy. Changing prices cost, and so do prices of other slopes."""
+PRICE_ROUNDS = 12
 """Rounds of prices against flows at most."""
-FAINT = 0.02
+LEAST_FLOW = 0.02
 """Share of the largest flow from which its direction is that of travel."""
-LEAST = 0.03
+LEAST_COST = 0.03
 """Share of the median cost below which a triangle's prices are made milder."""
 
 
@@ -90,7 +91,7 @@ class CertifiedBound:
 
 @dataclass(frozen=True)
 class Tables:
-    """What is worked out once for a model: the table at full speed, and at PARTS of it."""
+    """The tables of a model: at full speed, and at SPEED_PARTS of it."""
 
     full: PriceTable
     slower: Array
@@ -98,24 +99,24 @@ class Tables:
 
     @property
     def nbytes(self) -> int:
-        """Memory that is kept."""
+        """Memory that the cache counts."""
         return self.full.watts.nbytes + self.full.standing.nbytes + self.slower.nbytes
 
 
-def tables_of(around: Circumstances, steepest: float, haste: bool) -> Tables | None:
-    """The tables of a model; None if it is not followed."""
+def tables_of(around: Circumstances, steepest: float, fast: bool) -> Tables | None:
+    """The tables of a model; None where the bound cannot follow it."""
     return CACHE.get(
-        ("bound tables", around.key, steepest, haste),
-        lambda: _worked_out(priced_power(around, steepest, turns=TURNS[haste]), haste),
+        ("bound tables", around.key, steepest, fast),
+        lambda: _worked_out(priced_power(around, steepest, turns=YAW_STEPS[fast]), fast),
     )
 
 
-def _worked_out(priced: PricedPower | None, haste: bool) -> Tables | None:
+def _worked_out(priced: PricedPower | None, fast: bool) -> Tables | None:
     if priced is None or not priced.centred:
         return None
     full, slower = even_table(priced), np.zeros((0, 2, 2, 2))
-    if not haste:
-        slow = slower_power(priced, PARTS, turns=SLOW_TURNS)
+    if not fast:
+        slow = slower_power(priced, SPEED_PARTS, turns=SLOW_YAW_STEPS)
         on_grid = [even_watts(priced, slow.shares, slow.cross, watts) for watts in slow.watts]
         slower = np.array(on_grid)
         # Near rest friction may help, and then more load takes less.
@@ -136,15 +137,15 @@ def certify(
     """Bound the energy of every motion from start to goal from below.
 
     Args:
-        field: map with the costs of steady driving by energy, which only guide the choice of
-            prices: the bound does not depend on them being right.
+        field: map with the costs of steady driving by energy. They guide the choice of prices
+            alone: the bound stays valid where they are wrong.
         around: model and conditions.
         start, goal: x, y in the map's frame, m.
-        seconds: time to spend; below HASTE the grid is coarser.
-        token: the caller's wish to stop.
+        seconds: time to spend; below FAST_SECONDS the grid is coarser.
+        token: cancellation.
 
     Raises:
-        Cancelled: the caller wants to stop.
+        Cancelled: the caller cancelled.
     """
     began = time.perf_counter()
     token = token or CancellationToken()
@@ -157,10 +158,10 @@ def certify(
     heights, _ = sample_surface(field, np.array([start, goal]))
     climb = float(heights[1] - heights[0])
     floor = lower_bound(around, math.dist(start, goal), climb, steepest)
-    haste = seconds < HASTE
+    fast = seconds < FAST_SECONDS
     tables = None
     if not around.wind.any() and steepest > 0.0:
-        tables = tables_of(around, TOO_STEEP * steepest, haste)
+        tables = tables_of(around, TOO_STEEP * steepest, fast)
     check()
     if tables is None or start == goal:
         return CertifiedBound(floor, time.perf_counter() - began, "floor")
@@ -168,7 +169,7 @@ def certify(
     best = best_prices(table, TOO_STEEP * steepest)
     if not best.level > 0.0:
         return CertifiedBound(floor, time.perf_counter() - began, "floor")
-    parts = max(1, math.ceil(math.sqrt(field.heights.size / NODES[haste])))
+    parts = max(1, math.ceil(math.sqrt(field.heights.size / MOST_NODES[fast])))
     mesh = mesh_of(field, around, TOO_STEEP * steepest, parts)
     coarse = coarse_field(field, mesh)
     lattice = build_lattice(coarse)
@@ -181,29 +182,27 @@ def certify(
     check()
     to_goal, from_start = (_everywhere(guide, coarse) for guide in guides)
     direction, worth = travel(to_goal, from_start, mesh.cell)
-    ends = [weights_at(p, mesh.origin, mesh.cell, mesh.heights.shape) for p in (start, goal)]
+    ends = [weights_at(p, mesh.origin, mesh.cell, mesh.ground.heights.shape) for p in (start, goal)]
     both = StartAndStop.of(table, tables.slower, tables.acceleration, mesh, (start, goal))
-    psi, flow = to_goal, np.zeros((2, *mesh.heights.shape))
+    psi, flow = to_goal, np.zeros((2, *mesh.ground.heights.shape))
     bound, idle, better = -math.inf, 0, STRETCHES[0]
-    for game in range(GAMES):
+    for game in range(PRICE_ROUNDS):
         stretch = STRETCHES[game] if game < len(STRETCHES) else better
-        prices = force_prices(
-            table, best, mesh.heights, mesh.ranges, direction, worth, mesh.cell, stretch
-        )
+        prices = force_prices(table, best, mesh.ground, direction, worth, stretch)
         steady = _costs(table, best, prices, mesh, check)
         if steady is None:
             break
         costs, prices = steady
         gain = 0.0
-        if not haste:
-            least = LEAST * _median(costs)
-            costs, gain = both.paid(prices, costs, direction, best.steepest, least)
+        if not fast:
+            least = LEAST_COST * _median(costs)
+            costs, gain = both.paid(prices, costs, direction, least)
         beside = [
-            _beside(table, prices, mesh.heights, *end, float(z))
+            _beside(table, prices, mesh.ground.heights, *end, float(z))
             for end, z in zip(ends, heights, strict=True)
         ]
         found, psi, now = _potential(costs, psi, mesh.cell, ends, check)
-        value = found + gain + beside[0] - beside[1] + table.weight * climb
+        value = found + gain + beside[0] - beside[1] + table.robot.weight * climb
         idle = 0 if value > bound + 1e-3 * abs(bound) else idle + 1
         if value > bound:
             bound, better = value, stretch
@@ -215,7 +214,7 @@ def certify(
         flow += (now - flow) / (game + 2.0 - len(STRETCHES))
         size = np.hypot(*flow)
         seen = size / max(float(size.max()), 1e-12)
-        direction = np.where(seen > FAINT, flow / np.maximum(size, 1e-12), direction)
+        direction = np.where(seen > LEAST_FLOW, flow / np.maximum(size, 1e-12), direction)
         worth = np.maximum(worth, seen)
     if bound == -math.inf:
         return CertifiedBound(floor, time.perf_counter() - began, "floor")
@@ -230,7 +229,7 @@ def _costs(
     check: Callable[[], bool],
 ) -> tuple[Array, PriceField] | None:
     """Costs of all triangles, above zero, and the prices that they hold for; None without any."""
-    costs = np.empty((*mesh.ranges.shape[:2], 2, DIRECTIONS))
+    costs = np.empty((*mesh.ground.wall.shape[:2], 2, DIRECTIONS))
     for _ in range(8):
         CORE.all(
             [
@@ -238,13 +237,8 @@ def _costs(
                     triangle_costs,
                     table,
                     PriceField(*(f[nodes] for f in prices)),
-                    no_ramp(mesh.heights[nodes].shape),
-                    mesh.heights[nodes],
-                    mesh.ranges[cells],
-                    mesh.rolling[nodes],
-                    mesh.wall[cells],
-                    *mesh.cell,
-                    best.steepest,
+                    no_ramp(mesh.ground.heights[nodes].shape),
+                    mesh.ground.part(nodes, cells),
                     costs[cells],
                 )
                 for nodes, cells in halves(len(costs))
@@ -253,7 +247,7 @@ def _costs(
         open_ground = np.isfinite(costs[..., 0])
         if not open_ground.any():
             return None
-        bad = (costs.min(axis=3) < LEAST * _median(costs)).any(axis=2)
+        bad = (costs.min(axis=3) < LEAST_COST * _median(costs)).any(axis=2)
         if not bad.any() or not check():
             break
         prices = milder(table, prices, bad, best.level, mesh.cell)
@@ -280,8 +274,8 @@ def _potential(
         top, bottom = (sum(w * float(psi[n]) for n, w in zip(*end, strict=True)) for end in ends)
         found = levelled(psi, costs, cell, top, bottom)
         history.append(max(found, history[-1]) if history else found)
-        settled = len(history) > SETTLED and found - history[-1 - SETTLED] < 1e-4 * abs(found)
-        return check() and not settled
+        before = history[-1 - SETTLED_LOOKS] if len(history) > SETTLED_LOOKS else -math.inf
+        return check() and found - before >= 1e-4 * abs(found)
 
     flow = np.zeros((2, *psi.shape))
     if more(psi):
@@ -302,7 +296,7 @@ def _beside(
     pairs = list(zip(nodes, weights, strict=True))
     share = sum(w * float(prices.share[n]) for n, w in pairs)
     even = sum(w * (float(prices.share[n]) - 1.0) * (float(heights[n]) - mean) for n, w in pairs)
-    return t.weight * (even - (share - 1.0) * (height - mean))
+    return t.robot.weight * (even - (share - 1.0) * (height - mean))
 
 
 def _everywhere(guide: CostToGo, field: CostField) -> Array:

@@ -3,7 +3,7 @@
     fill_table(numbers, wheels, yaws, first, nodes, ..., table)    # least power by prices and load
     spent_at_rest(numbers, wheels, nodes, load, spent)         # by how much slow motion falls short
 
-``numbers`` are those that NAMES lists; dual_power says what they stand for.
+``numbers`` are those that NAMES lists; dual_power explains them.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from planner.power.kernel_math import REST_SPEED, SLIDING_SPEED
 from planner.power.kinematics import LOAD, RIM, ROLLER
 
 LEVELS = (2.0, 4.0, 9.0, 30.0)
-"""Widths of a smooth sign at which it counts as nearer to complete: short of 1 by 1/(2·width²)."""
+"""Widths of a smooth sign from which it is known to be closer to 1: short of it by 1/(2·width²)."""
 NAMES = (
     *("geared", "coulomb", "stiffness", "forward", "backward", "rotor_torque"),
     *("rolling", "roller", "roller_viscous", "switching", "weight", "shift_x", "shift_y"),
@@ -78,7 +78,7 @@ def motor_gain(
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _gain_near_rest(numbers: Any, y: float, yr: float, s: float, q: float) -> float:
-    """The same for a motor that may stand: static friction and smooth signs help to 1.25·c."""
+    """``motor_gain`` of a motor that may stand: static friction and smooth signs help to 1.25·c."""
     rho, c = numbers[_STIFF], numbers[_COULOMB]
     back = y / numbers[_BACKWARD]
     gain: float = abs(back) * c + back * back / (4.0 * rho) + abs(back - yr) * q

@@ -1,7 +1,7 @@
 """Least power of driving where force has a price: the local part of the certified lower bound.
 
 While a robot drives, its motors put energy into height and speed. Let every newton that the wheels
-supply be paid for at a price velocity Y (J per N·s). What is then left of the electric power,
+supply be paid for at a price velocity Y (J per N·s), its multiplier. The rest of the power,
 
     Q = min over yaw, yaw rate, forces of   P - Σ_i (y_i·T_i + y'_i·q_i) + friction at these prices,
 
@@ -29,6 +29,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -49,19 +50,57 @@ KNOWN = frozenset(
     )
 )
 """Effects whose formulas the bound knows; any other must be at its null values."""
-CLOSE = 3
-"""Parts of a step of the yaw angle beside an angle at which a wheel stands."""
+STILL_ANGLES = 3
+"""Angles to either side of one at which a wheel stands, within a step of the yaw angle."""
 ALLOWANCE = 0.5
 """Share of what is left at rest that turning at twice the limit's rate is let off."""
 RESERVE = 0.3
 """W kept back for speeds and angles between those at which slow motion is looked at."""
-FEWER = (0, 2, 4, 7, 10, 12, 14, 17, 20)
-"""Prices along the travel that are looked at below full speed; both kinks are among them."""
+SLOWER_PRICES = (0, 2, 4, 7, 10, 12, 14, 17, 20)
+"""Nodes of μ in the tables below full speed; both kinks of the gear are among them."""
 NEVER = 1e9
 """W that no motion needs: the allowance of turns that are not looked at."""
 SPEED, YAW_RATE = NAMES.index("speed"), NAMES.index("yaw_rate")
 EXCESS = 1.1
 """Acceleration across a bend as a share of its limit, at most; see the speed profile."""
+
+
+class Robot(NamedTuple):
+    """Speed and masses of a robot, as compiled loops read them.
+
+    Attributes:
+        speed: m/s at most.
+        weight: N.
+        moving: kg that speeds up with the body, without the rotors.
+        rotors: kg that the rotors stand for.
+        efficiency: of the gear; the rotors' price follows from it.
+        rotor_slack: W by which Q differs at most for each share that the rotors' price is off.
+    """
+
+    speed: float
+    weight: float
+    moving: float
+    rotors: float
+    efficiency: float
+    rotor_slack: float
+
+
+@dataclass(frozen=True)
+class Motors:
+    """Numbers that slower tables need as well.
+
+    Attributes:
+        numbers, wheels: of the model, as dual_kernel reads them.
+        idle: W of electronics and sensors at a speed.
+        drag, rolling: W at full speed by which power bends upwards with the speed: viscous drag,
+            and at most that of the rollers.
+    """
+
+    numbers: Array
+    wheels: Array
+    idle: Callable[[float], float]
+    drag: float
+    rolling: float
 
 
 @dataclass(frozen=True)
@@ -74,19 +113,11 @@ class PricedPower:
         loads: (2,) nodes of the load as a share of the weight.
         watts: (a, b, 2) W at full speed with everything but what depends on the slope.
         standing: (a, b) W that is left at rest for what changing prices take.
-        speed: m/s.
-        weight: N.
-        moving: kg that speeds up with the body, without the rotors.
-        rotors: kg that the rotors stand for.
-        efficiency: of the gear; the rotors' price follows from it.
-        rotor_slack: W by which Q differs at most for each share that the rotors' price is off.
+        robot: speed and masses.
+        motors: for slower tables.
         centred: whether the centre of mass is known to be in the middle, so that turning lifts
             nothing.
         acceleration: m/s² at most.
-        numbers, wheels: of the model, as dual_kernel reads them.
-        idle: W of electronics and sensors at a speed.
-        drag, rolling: W at full speed by which power bends upwards with the speed: viscous drag,
-            and at most that of the rollers.
     """
 
     shares: Array
@@ -94,19 +125,10 @@ class PricedPower:
     loads: Array
     watts: Array
     standing: Array
-    speed: float
-    weight: float
-    moving: float
-    rotors: float
-    efficiency: float
-    rotor_slack: float
+    robot: Robot
+    motors: Motors
     centred: bool
     acceleration: float
-    numbers: Array
-    wheels: Array
-    idle: Callable[[float], float]
-    drag: float
-    rolling: float
 
 
 def rotor_share(share: Array, efficiency: float) -> Array:
@@ -236,25 +258,17 @@ def priced_power(
     standing -= named["off_centre"] * yaw_rate * along[-1]
     allowances = ALLOWANCE * np.maximum(standing, 0.0)
     table = _least(numbers, wheels, turns, 0.0, nodes, allowances, loads)
+    rotor_slack = named["rotor_torque"] * geared * speed * float((reach**2).sum())
     return PricedPower(
         along,
         across,
         loads,
         (table + idle(speed) + drag).reshape(*shape, 2),
         (standing - allowances).reshape(shape),
-        speed,
-        named["weight"],
-        mass + wheel_mass,
-        rotor_mass,
-        efficiency,
-        named["rotor_torque"] * geared * speed * float((reach**2).sum()),
+        Robot(speed, named["weight"], mass + wheel_mass, rotor_mass, efficiency, rotor_slack),
+        Motors(numbers, wheels, idle, drag, roll),
         not offset.any(),
         most,
-        numbers,
-        wheels,
-        idle,
-        drag,
-        roll,
     )
 
 
@@ -304,24 +318,25 @@ def slower_power(priced: PricedPower, parts: Sequence[float], *, turns: int) -> 
         parts: rising shares of full speed, first 0, then each below twice the one before.
         turns: steps of the yaw angle in half a turn.
     """
-    shares, cross = priced.shares[list(FEWER)], priced.cross[::3]
+    shares, cross = priced.shares[list(SLOWER_PRICES)], priced.cross[::3]
+    robot, motors = priced.robot, priced.motors
     shape = len(shares), len(cross), 2
     # Between rest and the first part a turn may be quicker than the limit allows there.
-    quick = ALLOWANCE * priced.idle(0.0)
-    found = [np.full(shape, priced.idle(0.0) - quick)]
+    quick = ALLOWANCE * motors.idle(0.0)
+    found = [np.full(shape, motors.idle(0.0) - quick)]
     for k in range(1, len(parts)):
         before, part, after = parts[k - 1], parts[k], parts[min(k + 1, len(parts) - 1)]
         change = max(after - part, part - before)
-        numbers = priced.numbers.copy()
+        numbers = motors.numbers.copy()
         numbers[SPEED] *= part
         if k > 1:
             # A turn at the limit's rate becomes quicker with the speed on the same bend.
             numbers[YAW_RATE] *= part / before
-        nodes = _nodes(shares, cross, part * priced.speed, priced.efficiency)
+        nodes = _nodes(shares, cross, part * robot.speed, robot.efficiency)
         let_off = np.full(len(nodes), quick if k == 1 else NEVER)
-        watts = _least(numbers, priced.wheels, turns, change / part, nodes, let_off, priced.loads)
-        bent = part**2 * priced.drag - change**2 / 4.0 * (priced.drag + priced.rolling)
-        watts += priced.idle(part * priced.speed) + bent
+        watts = _least(numbers, motors.wheels, turns, change / part, nodes, let_off, priced.loads)
+        bent = part**2 * motors.drag - change**2 / 4.0 * (motors.drag + motors.rolling)
+        watts += motors.idle(part * robot.speed) + bent
         found.append(watts.reshape(shape))
     return SlowerPower(shares, cross, np.array(found))
 
@@ -347,8 +362,8 @@ def _yaws(wheels: Array, turns: int) -> Array:
     angles = [math.pi * np.arange(turns) / turns]
     for first in (RIM, ROLLER):
         still = np.arctan2(-wheels[:, first], wheels[:, first + 1])
-        for part in range(-CLOSE, CLOSE + 1):
-            angles.append(np.remainder(still + part / CLOSE * math.pi / turns, math.pi))
+        for part in range(-STILL_ANGLES, STILL_ANGLES + 1):
+            angles.append(np.remainder(still + part / STILL_ANGLES * math.pi / turns, math.pi))
     found = np.sort(np.concatenate(angles))
     return np.asarray(found[np.append(True, np.diff(found) > 1e-9)])
 

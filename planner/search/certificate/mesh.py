@@ -17,7 +17,7 @@ from scipy.ndimage import distance_transform_edt
 
 from planner.arrays import Array
 from planner.quantities import INDEX
-from planner.search.certificate.triangle_costs import cell_ranges
+from planner.search.certificate.triangle_costs import Ground, cell_ranges
 from planner.search.conditions import Circumstances
 from planner.search.field import CostField
 from planner.search.resolution import SPARE
@@ -30,21 +30,19 @@ class Mesh:
     """The grid of triangles, with a ring of continued ground round the map.
 
     Attributes:
-        heights: (ny, nx) m at the nodes.
-        ranges: (ny - 1, nx - 1, 6) slopes and heights between.
-        rolling: (ny, nx, 2) least and largest rolling factor round each node.
-        wall: (ny - 1, nx - 1, 2) triangles where the robot cannot be.
-        origin, cell: m.
+        ground: nodes and cells.
+        origin: x, y of the first node, m.
         picked: rows and columns of the map, clipped, that the nodes are.
     """
 
-    heights: Array
-    ranges: Array
-    rolling: Array
-    wall: NDArray[np.bool_]
+    ground: Ground
     origin: Place
-    cell: Place
     picked: tuple[NDArray[np.int64], NDArray[np.int64]]
+
+    @property
+    def cell(self) -> Place:
+        """dx, dy, m."""
+        return self.ground.dx, self.ground.dy
 
 
 def mesh_of(field: CostField, around: Circumstances, steepest: float, parts: int) -> Mesh:
@@ -81,19 +79,13 @@ def mesh_of(field: CostField, around: Circumstances, steepest: float, parts: int
         )
         solid = wall.all(axis=2).reshape(blocks).min(axis=(1, 3))
         wall = np.stack([solid, solid], axis=2)
-    return Mesh(
-        np.ascontiguousarray(nodes),
-        np.ascontiguousarray(ranges),
-        np.ascontiguousarray(rolling),
-        np.ascontiguousarray(wall),
-        (field.x0 - dx, field.y0 - dy),
-        (dx * parts, dy * parts),
-        (rows, columns),
-    )
+    whole = Ground(nodes, ranges, rolling, wall, dx * parts, dy * parts, steepest)
+    ground = whole.part(slice(None), slice(None))
+    return Mesh(ground, (field.x0 - dx, field.y0 - dy), (rows, columns))
 
 
 def coarse_field(field: CostField, mesh: Mesh) -> CostField:
-    """Map and costs at the nodes of the mesh alone: enough to say where good routes lead."""
+    """Map and costs at the nodes of the mesh alone: enough to find where good routes lead."""
     nodes = np.ix_(*mesh.picked)
     return field._replace(
         heights=np.ascontiguousarray(field.heights[nodes]),

@@ -1,10 +1,9 @@
-"""Prices of force at every node: those that a good motion from start to goal would pay there.
+"""Multipliers (prices of force) at every node: those that a good motion would pay there.
 
-Any prices give a valid bound (triangle_costs); these make it a good one.
-At a node, the prices are those that make the floor of the cost largest for the direction in which
-the best route would pass, on the slope that is there. They are smoothed over the way in which the
-robot's kinetic energy is worth as much as driving, because changing prices cost, and taken over
-from ground that matters to ground that does not.
+Any prices give a valid bound (triangle_costs); these make it a good one. At a node, they make the
+floor of the cost largest for the direction in which the best route would pass, on the slope there.
+Changing prices cost. So they are smoothed over the length of driving that costs as much as the
+robot's kinetic energy. Ground that does not matter takes them over from ground that does.
 """
 
 from __future__ import annotations
@@ -20,18 +19,19 @@ from scipy.ndimage import distance_transform_edt, gaussian_filter, maximum_filte
 
 from planner.arrays import Array
 from planner.search.certificate.price_table import PriceField, PriceTable, table_watts
+from planner.search.certificate.triangle_costs import Ground
 
-SLOPES = 41
+TABLE_SLOPES = 41
 """Slopes along and across for which the best prices are tabulated."""
-NARROW = 0.02
+WORTH_EXCESS = 0.02
 """Excess over the best route, as a share of it, at which ground matters half as much or less."""
 MILDER = 0.4
 """Share by which prices near a bad cell come nearer to those of no dissipation, each time."""
-MILD = 3.0
-"""Width of that, in metres driven for what the robot's motion holds."""
-SCALES = ((1.0, 1.0), (2.5, 0.1), (6.0, 0.01))
+MILDER_STRETCH = 3.0
+"""Width of that, in lengths of driving that cost as much as the robot's kinetic energy."""
+AVERAGING = ((1.0, 1.0), (2.5, 0.1), (6.0, 0.01))
 """Lengths over which prices are averaged, and the weight of each."""
-ROOM = 0.75
+MOST_EARNING = 0.75
 """Share of the level cost that descending at the price may earn."""
 
 
@@ -40,7 +40,7 @@ class BestPrices:
     """The best prices by slope.
 
     Attributes:
-        table: (SLOPES, SLOPES, 2) share along and across, by slope along and across the travel.
+        table: (TABLE_SLOPES, TABLE_SLOPES, 2) share along and across, by slope along and across.
         steepest: slope at the table's borders.
         level: J/m of the floor on level ground; where it is not above 0, prices do not help.
     """
@@ -60,16 +60,16 @@ def _fill_best(t: Any, steepest: float, best: Any, metres: Any) -> None:
         stretch = math.sqrt(1.0 + along * along)
         for b in range(count):
             across = steepest * (2.0 * b / (count - 1) - 1.0)
-            # Ground steeper than the table's least load is driven by nobody: as for that load.
+            # Nobody drives ground steeper than at the table's least load: as for that load.
             normal = math.sqrt(1.0 + along * along + across * across)
             load = max(factor / normal, t.load)
             for i in range(t.watts.shape[0]):
                 share = t.low + i * t.step
                 for j in range(t.watts.shape[1]):
                     cross = t.cross + j * t.cross_step
-                    metre = table_watts(t, share, cross, load) * stretch / t.speed
+                    metre = table_watts(t, t.watts, share, cross, load) * stretch / t.robot.speed
                     rise = (share - 1.0) * along + cross * across / (normal * stretch)
-                    metre += t.weight * rise
+                    metre += t.robot.weight * rise
                     if metre > metres[a, b]:
                         metres[a, b] = metre
                         best[a, b, 0], best[a, b, 1] = share, cross
@@ -77,14 +77,14 @@ def _fill_best(t: Any, steepest: float, best: Any, metres: Any) -> None:
 
 def best_prices(t: PriceTable, steepest: float) -> BestPrices:
     """Tabulate the best prices for slopes up to ``steepest`` along and across."""
-    table = np.empty((SLOPES, SLOPES, 2))
-    metres = np.full((SLOPES, SLOPES), -np.inf)
+    table = np.empty((TABLE_SLOPES, TABLE_SLOPES, 2))
+    metres = np.full((TABLE_SLOPES, TABLE_SLOPES), -np.inf)
     _fill_best(t, steepest, table, metres)
-    return BestPrices(table, steepest, float(metres[SLOPES // 2, SLOPES // 2]))
+    return BestPrices(table, steepest, float(metres[TABLE_SLOPES // 2, TABLE_SLOPES // 2]))
 
 
 def filled(values: Array) -> Array:
-    """Costs (ny, nx) with the nearest finite one where there is no way."""
+    """Costs (ny, nx) with the nearest finite one where there is no path."""
     reached = np.isfinite(values)
     if reached.all():
         return values
@@ -102,10 +102,10 @@ def travel(to_goal: Array, from_start: Array, cell: tuple[float, float]) -> tupl
     """
     total = to_goal + from_start
     least = max(float(total.min()), 1e-9)
-    worth = (1.0 + (total - least) / (NARROW * least)) ** -4.0
+    worth = (1.0 + (total - least) / (WORTH_EXCESS * least)) ** -4.0
     goal_y, goal_x = np.gradient(gaussian_filter(to_goal, 1.0), cell[1], cell[0])
     start_y, start_x = np.gradient(gaussian_filter(from_start, 1.0), cell[1], cell[0])
-    # Near the goal the way is told best by where the robot comes from, and the other way round.
+    # Near the goal the cost-to-come has the better direction, near the start the cost-to-go.
     along = np.stack(
         [start_x * from_start - goal_x * to_goal, start_y * from_start - goal_y * to_goal]
     )
@@ -114,10 +114,10 @@ def travel(to_goal: Array, from_start: Array, cell: tuple[float, float]) -> tupl
 
 def _lookup(best: BestPrices, along: Array, across: Array) -> Array:
     """Prices (..., 2) for slopes, bilinear."""
-    half = 0.5 * (SLOPES - 1)
-    a = np.clip((along / best.steepest + 1.0) * half, 0.0, SLOPES - 1.0)
-    b = np.clip((across / best.steepest + 1.0) * half, 0.0, SLOPES - 1.0)
-    i, j = np.minimum(a.astype(int), SLOPES - 2), np.minimum(b.astype(int), SLOPES - 2)
+    half = 0.5 * (TABLE_SLOPES - 1)
+    a = np.clip((along / best.steepest + 1.0) * half, 0.0, TABLE_SLOPES - 1.0)
+    b = np.clip((across / best.steepest + 1.0) * half, 0.0, TABLE_SLOPES - 1.0)
+    i, j = np.minimum(a.astype(int), TABLE_SLOPES - 2), np.minimum(b.astype(int), TABLE_SLOPES - 2)
     u, w = (a - i)[..., None], (b - j)[..., None]
     low = best.table[i, j] * (1.0 - w) + best.table[i, j + 1] * w
     high = best.table[i + 1, j] * (1.0 - w) + best.table[i + 1, j + 1] * w
@@ -132,7 +132,7 @@ def _reach(
     stretch: float,
 ) -> tuple[float, float]:
     """Standard deviation of the averaging, in nodes along y and x; the map's size at most."""
-    length = stretch * 0.5 * t.moving * t.speed**2 / level
+    length = stretch * 0.5 * t.robot.moving * t.robot.speed**2 / level
     ny, nx = shape
     return min(max(1.0, length / cell[1]), ny), min(max(1.0, length / cell[0]), nx)
 
@@ -140,37 +140,34 @@ def _reach(
 def force_prices(
     t: PriceTable,
     best: BestPrices,
-    heights: Array,
-    ranges: Array,
+    ground: Ground,
     direction: Array,
     worth: Array,
-    cell: tuple[float, float],
     stretch: float,
 ) -> PriceField:
     """Prices at the nodes.
 
     Args:
         t, best: tables of the model.
-        heights: (ny, nx) m at the nodes.
-        ranges: (ny - 1, nx - 1, 6) slopes and heights between them.
+        ground: nodes and cells.
         direction: (2, ny, nx) unit vectors in which a good route passes.
         worth: (ny, nx) above 0, how much each node matters.
-        cell: dx, dy, m.
-        stretch: length of averaging, in metres driven for what the robot's motion holds.
+        stretch: length of averaging, in lengths of driving that cost the robot's kinetic energy.
     """
-    slope_y, slope_x = np.gradient(heights, cell[1], cell[0])
+    ranges, cell = ground.ranges, (ground.dx, ground.dy)
+    slope_y, slope_x = np.gradient(ground.heights, cell[1], cell[0])
     ex, ey = direction
     chosen = _lookup(best, slope_x * ex + slope_y * ey, slope_y * ex - slope_x * ey)
     far = np.hypot(np.abs(ranges[..., :2]).max(axis=2), np.abs(ranges[..., 2:4]).max(axis=2))
-    lean = maximum_filter(np.pad(far, ((0, 1), (0, 1)), mode="edge"), size=3)
+    steepest = maximum_filter(np.pad(far, ((0, 1), (0, 1)), mode="edge"), size=3)
     # A price at which a descent earns more than it costs would leave no room for a potential.
-    room = np.minimum(ROOM * best.level / np.maximum(t.weight * lean, 1e-9), 9.0)
+    room = np.minimum(MOST_EARNING * best.level / np.maximum(t.robot.weight * steepest, 1e-9), 9.0)
     share = np.minimum(chosen[..., 0], 1.0 + room)
     odd = (-2.0 * ex * ey * chosen[..., 1], (ex * ex - ey * ey) * chosen[..., 1])
     sums = [np.zeros_like(share) for _ in range(3)]
     weights = np.zeros_like(share)
-    reach = _reach(t, best.level, cell, heights.shape, stretch)
-    for scale, weight in SCALES:
+    reach = _reach(t, best.level, cell, share.shape, stretch)
+    for scale, weight in AVERAGING:
         sigma = scale * reach[0], scale * reach[1]
         weights += weight * gaussian_filter(worth, sigma, mode="nearest")
         for total, field in zip(sums, (share, *odd), strict=True):
@@ -193,7 +190,7 @@ def milder(
     for down in (0, 1):
         for left in (0, 1):
             at[down : down + bad.shape[0], left : left + bad.shape[1]] += bad
-    reach = _reach(t, level, cell, at.shape, MILD)
+    reach = _reach(t, level, cell, at.shape, MILDER_STRETCH)
     # All round a bad cell the same first: what is averaged from one node alone is next to nothing.
     wide = maximum_filter(at > 0.0, size=[2 * math.ceil(2.0 * r) + 1 for r in reach])
     near = gaussian_filter(wide.astype(float), reach, mode="nearest")
@@ -210,6 +207,6 @@ def _prices(t: PriceTable, share: Array, b1: Array, b2: Array) -> PriceField:
     b1, b2 = b1 * shrink, b2 * shrink
     size = 1.01 * np.hypot(b1, b2)
     share = np.clip(share, t.low + size, last - size)
-    backward = 2.0 - 1.0 / t.efficiency
-    rotor = np.minimum(1.0, share / backward) + np.maximum(0.0, share * t.efficiency - 1.0)
+    backward = 2.0 - 1.0 / t.robot.efficiency
+    rotor = np.minimum(1.0, share / backward) + np.maximum(0.0, share * t.robot.efficiency - 1.0)
     return PriceField(*(np.ascontiguousarray(f) for f in (share, rotor, b1, b2)))

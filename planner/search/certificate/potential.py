@@ -27,12 +27,12 @@ from planner.search.second_core import CORE
 
 LEVELS = 4096
 """Levels of ψ that are slowed down one by one."""
-SPREAD = 10.0
+FLOW_WIDTH = 10.0
 """Cells over which the flow from start to goal is thought to spread; any number converges."""
-ROUNDS, LOOK = 2000, 20
-"""Iterations at most, and how often the potential is looked at."""
-RELAXED = 1.7
-"""Over-relaxation of the gradients."""
+MOST_ITERATIONS, LOOK_EVERY = 2000, 20
+"""Iterations at most, and those from one look at the potential to the next."""
+OVER_RELAXATION = 1.7
+"""Of the gradients: between 1, none, and 2, where the method need not converge."""
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -225,7 +225,7 @@ def _worst_by_level(
 def levelled(
     psi: Array, costs: Array, cell: tuple[float, float], top: float, bottom: float
 ) -> float:
-    """What is left of ψ(start) - ψ(goal) = top - bottom, once ψ is made admissible, J.
+    """J left of ψ(start) - ψ(goal) = top - bottom, once ψ is made admissible.
 
     ψ is cut off above ``top`` and below ``bottom``. Between, it is replaced by F(ψ), with F' = 1
     over the worst ratio of slope to cost in any triangle that takes that level.
@@ -255,7 +255,7 @@ def steepest_potential(
     *,
     more: Callable[[Array], bool],
 ) -> tuple[Array, Array]:
-    """Improve ψ (ny, nx) towards the largest difference; ``more`` sees every LOOK-th one.
+    """Improve ψ (ny, nx) towards the largest difference; ``more`` sees every LOOK_EVERY-th one.
 
     Args:
         costs: (ny - 1, nx - 1, 2, directions) J/m.
@@ -266,7 +266,7 @@ def steepest_potential(
 
     Returns:
         The last ψ, and the flow (2, ny, nx) round the nodes from start to goal that belongs to it,
-        per metre of width: where the least costly ways under these costs lead.
+        per metre of width: where the least costly paths under these costs lead.
     """
     ny, nx = psi.shape
     corners, number = admissible(costs)
@@ -279,34 +279,26 @@ def steepest_potential(
     pushed = np.zeros((ny, nx))
     psi = psi.copy()
     finite = costs[..., 0][np.isfinite(costs[..., 0])]
-    rate = 1.0 / (SPREAD * min(cell) * float(np.median(finite)))
+    rate = 1.0 / (FLOW_WIDTH * min(cell) * float(np.median(finite)))
     parts = halves(ny - 1)
     pushes = [np.zeros((cells.stop - cells.start + 1, nx)) for _, cells in parts]
 
     def project(over: float) -> None:
-        tasks = [
-            partial(
-                _project,
-                psi[nodes],
-                corners[cells],
-                number[cells],
-                dual[cells],
-                push,
-                *cell,
-                over,
-            )
-            for (nodes, cells), push in zip(parts, pushes, strict=True)
-        ]
-        CORE.all(tasks)
+        CORE.all(
+            [
+                partial(_project, psi[n], corners[c], number[c], dual[c], push, *cell, over)
+                for (n, c), push in zip(parts, pushes, strict=True)
+            ]
+        )
         pushed[:] = 0.0
         for (nodes, _), push in zip(parts, pushes, strict=True):
             pushed[nodes] += push
 
     project(1.0)
-    for k in range(ROUNDS):
+    for k in range(MOST_ITERATIONS):
         psi = poisson.solve(source / rate + pushed)
-        project(RELAXED)
-        if (k + 1) % LOOK == 0 and not more(psi):
+        project(OVER_RELAXATION)
+        if (k + 1) % LOOK_EVERY == 0 and not more(psi):
             break
     # The multipliers of the gradients point against the travel.
     across = dual[..., :2] * (-rate / 6.0)

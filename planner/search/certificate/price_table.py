@@ -1,7 +1,7 @@
 """The table of dual_power on even grids, as compiled loops read it.
 
 table = even_table(priced)
-watts = table_watts(table, share, cross, load)     # W at full speed, inside compiled code
+watts = table_watts(table, table.watts, share, cross, load)    # W, inside compiled code
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ import numpy as np
 from numba import njit
 
 from planner.arrays import Array
-from planner.search.certificate.dual_power import PricedPower
+from planner.search.certificate.dual_power import PricedPower, Robot
 
-FINE = 14
-"""Steps of the fine table between the prices at which driven and driving gears are paid off."""
+GEAR_STEPS = 14
+"""Steps of the even table between the prices at which driven and driving gears are paid off."""
 
 
 class PriceField(NamedTuple):
-    """Prices of force at the nodes: A = [[share + b1, b2], [b2, share - b1]] times the velocity."""
+    """Multipliers at the nodes: A = [[share + b1, b2], [b2, share - b1]] times the velocity."""
 
     share: Array
     rotor: Array
@@ -29,7 +29,15 @@ class PriceField(NamedTuple):
 
 
 class PriceTable(NamedTuple):
-    """The table of dual_power on even grids, as compiled loops read it."""
+    """The table of dual_power on even grids, as compiled loops read it.
+
+    Attributes:
+        watts: (a, b, 2) W at full speed, by price along and across the travel, and load.
+        standing: (a, b) W that is left at rest.
+        low, step, cross, cross_step, load, load_step: first nodes of the grid, and its steps.
+        robot: speed and masses.
+        heavier: whether more load never takes less power.
+    """
 
     watts: Array
     standing: Array
@@ -39,14 +47,8 @@ class PriceTable(NamedTuple):
     cross_step: float
     load: float
     load_step: float
-    speed: float
-    weight: float
-    moving: float
-    rotors: float
-    efficiency: float
-    rotor_slack: float
+    robot: Robot
     heavier: bool
-    """Whether more load never takes less power."""
 
 
 def even_table(priced: PricedPower) -> PriceTable:
@@ -63,21 +65,16 @@ def even_table(priced: PricedPower) -> PriceTable:
         float(cross[1] - cross[0]),
         float(priced.loads[0]),
         float(priced.loads[1] - priced.loads[0]),
-        priced.speed,
-        priced.weight,
-        priced.moving,
-        priced.rotors,
-        priced.efficiency,
-        priced.rotor_slack,
+        priced.robot,
         bool((watts[..., 1] >= watts[..., 0]).all()),
     )
 
 
 def _even_grid(priced: PricedPower) -> tuple[Array, Array]:
     """Shares and cross shares of the even table."""
-    forward, backward = 1.0 / priced.efficiency, 2.0 - 1.0 / priced.efficiency
+    forward, backward = 1.0 / priced.robot.efficiency, 2.0 - 1.0 / priced.robot.efficiency
     # Both kinks of the rotors' price are nodes; a gear without loss has none.
-    step = (forward - backward) / FINE if forward > backward + 0.01 else 0.05
+    step = (forward - backward) / GEAR_STEPS if forward > backward + 0.01 else 0.05
     below = math.floor((backward - priced.shares[0]) / step)
     above = math.floor((priced.shares[-1] - backward) / step)
     cross = np.linspace(-priced.cross[-1], priced.cross[-1], 49)
@@ -97,31 +94,21 @@ def even_watts(priced: PricedPower, shares: Array, cross: Array, watts: Array) -
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def table_watts(t: Any, share: float, cross: float, load: float) -> float:
-    """Q with idle power, W; prices beyond the table give minus infinity."""
-    i, a, j, b = node_of(t, share, cross)
-    c = (load - t.load) / t.load_step if t.load_step > 0.0 else 0.0
-    if i < 0 or c < -1e-6 or c > 1.0 + 1e-6:
-        return -np.inf
-    return between(t.watts, i, a, j, b, c)
+def table_watts(t: Any, watts: Any, share: float, cross: float, load: float) -> float:
+    """Values (a, b, 2) on the grid of a table, interpolated; minus infinity beyond it.
 
-
-@njit(cache=True, error_model="numpy", inline="always")
-def node_of(t: Any, share: float, cross: float) -> tuple[int, float, int, float]:
-    """Where prices lie on the grid: two nodes and the shares of the next ones; -1 beyond it."""
+    ``watts`` are those of the table itself, or of one below full speed.
+    """
     a = (share - t.low) / t.step
     b = (cross - t.cross) / t.cross_step
-    rows, columns = t.watts.shape[0], t.watts.shape[1]
+    c = (load - t.load) / t.load_step if t.load_step > 0.0 else 0.0
+    rows, columns = watts.shape[0], watts.shape[1]
     if a < -1e-9 or b < -1e-9 or a > rows - 1.0 + 1e-9 or b > columns - 1.0 + 1e-9:
-        return -1, 0.0, -1, 0.0
-    i = min(max(int(a), 0), rows - 2)
-    j = min(max(int(b), 0), columns - 2)
-    return i, a - i, j, b - j
-
-
-@njit(cache=True, error_model="numpy", inline="always")
-def between(watts: Any, i: int, a: float, j: int, b: float, c: float) -> float:
-    """Values (a, b, 2) on the grid of the table, linear in both prices and the load."""
+        return -np.inf
+    if c < -1e-6 or c > 1.0 + 1e-6:
+        return -np.inf
+    i, j = min(max(int(a), 0), rows - 2), min(max(int(b), 0), columns - 2)
+    a, b = a - i, b - j
     value = 0.0
     for k in range(2):
         w = c if k else 1.0 - c
@@ -141,7 +128,7 @@ def rotor_price(share: float, efficiency: float) -> float:
 
 @njit(cache=True, error_model="numpy")
 def least_standing(t: Any, share: float, size: float) -> float:
-    """W left at rest for any direction, prices share ± size along and ± size across."""
+    """W left at rest in any direction, for prices share ± size along and ± size across."""
     least = np.inf
     i0 = int(math.floor((share - size - t.low) / t.step))
     i1 = int(math.ceil((share + size - t.low) / t.step))

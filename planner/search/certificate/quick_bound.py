@@ -1,4 +1,4 @@
-"""A lower bound of the energy of any route, from what no motion can avoid.
+"""A lower bound of the energy of any route, from losses that no motion can avoid.
 
 Every horizontal metre dissipates at least
 
@@ -48,11 +48,12 @@ from planner.quantities import INDEX, STANDARD_GRAVITY
 from planner.search.conditions import Circumstances
 from planner.search.resolution import EVENLY, SLOWEST
 
-SAMPLES = 720
-LONGEST = 100.0
+BOUND_DIRECTIONS = 720
+"""Directions in which the norm of a metre is taken; the loss between two of them is subtracted."""
+LONGEST_ROUTE = 100.0
 """Straight lines that no route is longer than, where longer routes would gain from wind."""
-SMOOTH = 0.3003
-"""Largest x - x²/√(x² + 1), which a smooth sign of width 1 takes off |x|."""
+SMOOTH_SIGN_LOSS = 0.3003
+"""Largest x - x²/√(x² + 1), by which a smooth sign of width 1 lowers |x|."""
 
 
 def lower_bound(around: Circumstances, distance: float, climb: float, steepest: float) -> float:
@@ -71,7 +72,7 @@ def lower_bound(around: Circumstances, distance: float, climb: float, steepest: 
     push = _wind_push(around)
     metre = 0.0 if _may_creep(around, distance) else floor_per_metre(around, steepest)
     metre -= push * _lengthening(steepest)
-    dissipated = metre * distance * (1.0 if metre >= 0.0 else LONGEST)
+    dissipated = metre * distance * (1.0 if metre >= 0.0 else LONGEST_ROUTE)
     through_gears = weight * climb - push * distance
     efficiency = parameter_value(model, "gear_loss", "efficiency")
     dissipated += (1.0 / efficiency - 1.0) * max(0.0, through_gears)
@@ -112,7 +113,7 @@ def _floor_per_metre(around: Circumstances, steepest: float) -> float:
 
 def _idle(around: Circumstances, rim: Array, roller: Array) -> float:
     """W of the electronics, less what is spared near rest, for friction (n,) in N."""
-    spared = SMOOTH * SLIDING_SPEED * float(rim.sum() + roller.sum())
+    spared = SMOOTH_SIGN_LOSS * SLIDING_SPEED * float(rim.sum() + roller.sum())
     spared += len(around.model.wheels) * _spared_by_motor(around)
     return parameter_value(around.model, "electronics", "power") - spared
 
@@ -122,14 +123,14 @@ def _least_norm(wheels: Array, rim: Array, roller: Array) -> float:
     table = np.vstack(
         [rim[:, None] * wheels[:, RIM : RIM + 3], roller[:, None] * wheels[:, ROLLER : ROLLER + 3]]
     )
-    angles = 2.0 * math.pi * np.arange(SAMPLES) / SAMPLES
+    angles = 2.0 * math.pi * np.arange(BOUND_DIRECTIONS) / BOUND_DIRECTIONS
     along = np.column_stack([np.cos(angles), np.sin(angles)]) @ table[:, :2].T
     least = np.abs(along).sum(axis=1)
     # Turning while driving may spare travel: convex in the yaw rate, least where a term is zero.
     for term in np.flatnonzero(table[:, 2]):
         rate = -along[:, term] / table[term, 2]
         least = np.minimum(least, np.abs(along + rate[:, None] * table[:, 2]).sum(axis=1))
-    half_step = math.pi / SAMPLES
+    half_step = math.pi / BOUND_DIRECTIONS
     # A norm differs between two directions by no more than the norm of their difference.
     return max(0.0, float(least.min() - least.max() * half_step / (1.0 - half_step)))
 
@@ -235,11 +236,11 @@ def _wind_push(around: Circumstances) -> float:
 @lru_cache(maxsize=64)  # numbers by number: nothing of size
 def _lengthening(steepest: float) -> float:
     """Largest difference of a horizontal metre from the same metre in body axes on a slope."""
-    azimuth = 2.0 * math.pi * np.arange(SAMPLES) / SAMPLES
+    azimuth = 2.0 * math.pi * np.arange(BOUND_DIRECTIONS) / BOUND_DIRECTIONS
     ahead, left = steepest * np.cos(azimuth), steepest * np.sin(azimuth)
     length = np.hypot(1.0, ahead)
     normal = math.hypot(1.0, steepest)
-    difference = np.empty((SAMPLES, 2, 2))
+    difference = np.empty((BOUND_DIRECTIONS, 2, 2))
     # Columns: a metre along x and along y of the map, written as in planner.power.motion_row.
     difference[:, 0, 0] = length - 1.0
     difference[:, 0, 1] = left * ahead / length
@@ -249,6 +250,7 @@ def _lengthening(steepest: float) -> float:
 
 
 def parameter_value(model: PowerModel, slug: str, name: str) -> float:
+    """A parameter of an effect of the model; StopIteration where it has none."""
     return next(
         float(value)
         for (effect, parameter, _, _), value in zip(model.slots, model.parameters, strict=True)

@@ -1,10 +1,21 @@
-"""Start and stop of a question in the certified lower bound: what they gain, and where it is paid.
+"""Start and stop in the certified lower bound: the idle power of slow motion.
 
     ends = StartAndStop.of(table, slower, acceleration, mesh, (start, goal))
-    costs, gain_j = ends.paid(prices, costs, direction, steepest, least)
+    costs, gain_j = ends.paid(prices, costs, direction, least)
 
-Round each of both places lies a cone of some metres in which prices depend on the speed
-(ramps); triangles in it are priced anew.
+While a robot is slow, its electronics draw power for few metres. So round both ends the potential
+holds, beside what certified_bound says, with t the share of full speed,
+
+    place · fall(t),   fall(1) = 0,   -fall' = v·κ
+
++ at the start, - at the goal, and ``place`` 0 but for some metres round it. At rest that is a gain
+at both ends. It is paid for where, with the acceleration a at most,
+
+    Q_t(μ) - κ·a ≥ t·Q(μ)
+
+for dual_power's least power at the speed t·v. κ is chosen by the prices at a place. Any choice
+gives a bound, since triangles in the cone round an end are priced anew for all of it to be paid.
+docs/lower-bound.md has the inequalities.
 """
 
 from __future__ import annotations
@@ -18,19 +29,26 @@ import numpy as np
 from planner.arrays import Array
 from planner.search.certificate.mesh import Mesh
 from planner.search.certificate.potential import weights_at
-from planner.search.certificate.price_table import PriceField, PriceTable
-from planner.search.certificate.ramps import Nearby, ramp_for
-from planner.search.certificate.triangle_costs import triangle_costs
+from planner.search.certificate.price_table import (
+    PriceField,
+    PriceTable,
+    rotor_price,
+    table_watts,
+)
+from planner.search.certificate.triangle_costs import Ramp, triangle_costs
 from planner.search.second_core import CORE
 
 Place = tuple[float, float]
 
-WIDTH = 3.0
-"""Width of the cone, in lengths in which the robot stops from full speed."""
-FULL = 0.95
+SPEED_PARTS = (0.0, 0.04, 0.07, 0.11, 0.16, 0.23, 0.32, 0.42, 0.52, 0.62, 0.73, 0.84, 0.94)
+"""Shares of full speed between which κ is constant. In the first step, whose table is the weakest,
+and above the last it is zero."""
+CONE_WIDTH = 3.0
+"""Radius of the cone, in lengths in which the robot stops from full speed."""
+CONE_HEIGHT = 0.95
 """Height of the cone; what is left of one pays for its slope."""
-CLOSE = 0.4
-"""Height from which ground counts for the slope along the travel."""
+NEARBY = 0.4
+"""Height of the cone from which the change of prices counts."""
 
 
 @dataclass(frozen=True)
@@ -63,19 +81,19 @@ class StartAndStop:
         places: tuple[Place, Place],
     ) -> StartAndStop:
         """The ends with their cones: no triangle is in both, and places too near have none."""
-        width = WIDTH * table.speed**2 / (2.0 * acceleration)
+        width = CONE_WIDTH * table.robot.speed**2 / (2.0 * acceleration)
         width = min(width, 0.5 * math.dist(*places) - math.hypot(*mesh.cell))
-        x = mesh.origin[0] + mesh.cell[0] * np.arange(mesh.heights.shape[1])
-        y = mesh.origin[1] + mesh.cell[1] * np.arange(mesh.heights.shape[0])
+        x = mesh.origin[0] + mesh.cell[0] * np.arange(mesh.ground.heights.shape[1])
+        y = mesh.origin[1] + mesh.cell[1] * np.arange(mesh.ground.heights.shape[0])
         cones = []
         for px, py in places:
             away = np.hypot(x[None, :] - px, y[:, None] - py)
             cone = np.maximum(0.0, 1.0 - away / width) if width > 0.0 else np.zeros(away.shape)
-            cones.append(FULL * cone)
+            cones.append(CONE_HEIGHT * cone)
         return cls(table, watts, acceleration, mesh, places, (cones[0], cones[1]))
 
     def paid(
-        self, prices: PriceField, costs: Array, direction: Array, steepest: float, least: float
+        self, prices: PriceField, costs: Array, direction: Array, least: float
     ) -> tuple[Array, float]:
         """Costs with what both ends ask for, and J that the bound gains for it.
 
@@ -83,12 +101,9 @@ class StartAndStop:
             prices: at the nodes.
             costs: (cells y, cells x, 2, directions) J/m without.
             direction: (2, ny, nx) of a good route.
-            steepest: largest tan(slope) that is driven.
             least: J/m; an end that would leave a direction cheaper than that does not count.
         """
-        found = CORE.all(
-            [partial(self._end, end, prices, costs, direction, steepest) for end in range(2)]
-        )
+        found = CORE.all([partial(self._end, end, prices, costs, direction) for end in range(2)])
         gain = 0.0
         paid = costs.copy()
         for block, asked, worth in found:
@@ -99,7 +114,7 @@ class StartAndStop:
         return paid, gain
 
     def _end(
-        self, end: int, prices: PriceField, costs: Array, direction: Array, steepest: float
+        self, end: int, prices: PriceField, costs: Array, direction: Array
     ) -> tuple[tuple[slice, slice], Array, float]:
         """Block of cells round one end, their costs, and J at the place itself."""
         mesh, cone = self.mesh, self.cones[end]
@@ -111,64 +126,44 @@ class StartAndStop:
         block = slice(low[0], high[0]), slice(low[1], high[1])
         nodes = slice(low[0], high[0] + 1), slice(low[1], high[1] + 1)
         at, weights = weights_at(self.places[end], mesh.origin, mesh.cell, cone.shape)
-        sign = 1.0 - 2.0 * end
-        here = self._nearby(sign, cone, prices, costs, direction, at[int(np.argmax(weights))])
-        ramp = ramp_for(self.table, self.watts, self.acceleration, sign, cone, here)
+        ramp = self._ramp(1.0 - 2.0 * end, cone, prices, direction, at[int(np.argmax(weights))])
         asked = costs[block].copy()
         triangle_costs(
             self.table,
             PriceField(*(np.ascontiguousarray(f[nodes]) for f in prices)),
             ramp._replace(place=np.ascontiguousarray(cone[nodes])),
-            np.ascontiguousarray(mesh.heights[nodes]),
-            np.ascontiguousarray(mesh.ranges[block]),
-            np.ascontiguousarray(mesh.rolling[nodes]),
-            np.ascontiguousarray(mesh.wall[block]),
-            *mesh.cell,
-            steepest,
+            mesh.ground.part(nodes, block),
             asked,
         )
         share = sum(w * float(cone[n]) for n, w in zip(at, weights, strict=True))
         return block, asked, share * float(ramp.fall[0])
 
-    def _nearby(
+    def _ramp(
         self,
         sign: float,
         cone: Array,
         prices: PriceField,
-        costs: Array,
         direction: Array,
         at: tuple[int, int],
-    ) -> Nearby:
-        """Prices at a node along the direction of travel there, and the ground in its cone."""
-        mesh, t = self.mesh, self.table
+    ) -> Ramp:
+        """The most that prices at a node leave for κ, along the direction of travel there."""
+        t, cell = self.table, self.mesh.cell
+        robot, parts = t.robot, np.array(SPEED_PARTS)
         ex, ey = direction[:, at[0], at[1]]
         c2, s2 = ex * ex - ey * ey, 2.0 * ex * ey
-        slope_y, slope_x = _gradient(mesh.heights, mesh.cell)
-        share_y, share_x = _gradient(prices.share, mesh.cell)
-        inside = cone > 0.0
-        y, x = np.nonzero(cone >= min(CLOSE, cone[at]))
-        # On the way that leads from the start or to the goal, a cell to both sides.
-        dx, dy = (x - at[1]) * mesh.cell[0], (y - at[0]) * mesh.cell[1]
-        on = np.abs(dx * ey - dy * ex) <= max(mesh.cell)
-        on &= sign * (dx * ex + dy * ey) >= -0.5 * max(mesh.cell)
-        along = sign * (slope_x[y, x] * ex + slope_y[y, x] * ey)[on]
-        cells = costs[inside[:-1, :-1]]
-        steep = float(np.max(np.hypot(slope_x, slope_y), where=inside, initial=0.0))
-        moved = 0.5 * t.speed**3 * (t.moving + t.rotors)
         odd = float(prices.b1[at] * c2 + prices.b2[at] * s2)
-        return Nearby(
-            float(prices.share[at]) + odd,
-            float(prices.rotor[at]) + t.efficiency * odd,
-            float(prices.b2[at] * c2 - prices.b1[at] * s2),
-            sign * float(along.min()),
-            steep,
-            float(cells.min()) if cells.size else 0.0,
-            moved * float(np.hypot(share_x[y, x], share_y[y, x])[on].max()),
-            max(float(mesh.rolling[inside][:, 0].min()) / math.hypot(1.0, steep), t.load),
-        )
-
-
-def _gradient(values: Array, cell: tuple[float, float]) -> tuple[Array, Array]:
-    """Change per metre along y and x at the nodes."""
-    down, right = np.gradient(values, cell[1], cell[0])
-    return np.asarray(down), np.asarray(right)
+        share, cross = float(prices.share[at]) + odd, float(prices.b2[at] * c2 - prices.b1[at] * s2)
+        rotor = float(prices.rotor[at]) + robot.efficiency * odd
+        steady = table_watts(t, t.watts, share, cross, t.load)
+        steady += robot.rotor_slack * abs(rotor_price(share, robot.efficiency) - rotor)
+        # Falling prices earn at most this at full speed.
+        near = cone >= min(NEARBY, cone[at])
+        falling = np.hypot(*np.gradient(prices.share, cell[1], cell[0]))[near].max()
+        change = 0.5 * robot.speed**3 * (robot.moving + robot.rotors) * float(falling)
+        left = np.array([table_watts(t, watts, share, cross, t.load) for watts in self.watts])
+        left -= parts * steady + (parts - parts**3) * change
+        held = np.maximum(0.0, np.minimum(left[:-1], left[1:]))
+        held[0] = 0.0
+        gained = np.diff(parts) * robot.speed * held / self.acceleration
+        fall = np.append(np.cumsum(gained[::-1])[::-1], 0.0)
+        return Ramp(sign, cone, self.watts, parts, held, fall)

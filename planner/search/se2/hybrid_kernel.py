@@ -24,13 +24,13 @@ from planner.search.turns import turn_cost
 from planner.terrain.footprint import touches
 
 MOST_EXPANDED = 3_000_000
-"""States after which the search gives up: about 3 s."""
+"""States after which the search gives up, so that a request without a path ends in seconds."""
 MOST_TURN = 3
 """Angles by which the body may turn on one move, to either side: 17°."""
 ANGLE = math.pi / YAW_BINS
 """rad from one angle of the body to the next."""
 LEAST_COST = 1e-3
-"""J per metre, or s or m, of any move: wind may push for nothing."""
+"""Cost per metre of any move, at least, in the objective's unit: wind may push for nothing."""
 _TURNS = 2 * MOST_TURN + 1
 _SPUN = COUNT * _TURNS
 """From this number on, a state was reached by a turn on the spot, from the angle beyond it."""

@@ -1,4 +1,4 @@
-"""From a path to a motion within limits: corners, yaw profile, speed profile, in this order.
+"""From a path to a trajectory within limits: corners, yaw profile, speed profile, in this order.
 
 motion = move(field, around, legs, yaws, objective=0)    # Motion, or Stuck that says where
 """

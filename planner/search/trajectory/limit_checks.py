@@ -1,10 +1,10 @@
-"""Whether a finished motion keeps to all limits everywhere, and what to ask for where it does not.
+"""Checks of a finished motion against all limits, and lower caps where it breaks one.
 
     broken = broken_limits(field, around, motion)        # samples, fifteen a cell
-    ease(broken, motion, track, fastest, hardest)        # caps for another speed programme
+    ease(broken, motion, track, fastest, hardest)        # caps for another speed profile
 
-The programmes for yaw and speed look at few points of every step. Ground between them may be
-steeper, and at the faster end of a ramp a motor needs more voltage.
+The yaw and speed profiles look at few points of every step. Ground between them may be steeper, and
+at the faster end of a ramp a motor needs more voltage.
 """
 
 from __future__ import annotations
@@ -24,10 +24,11 @@ from planner.search.trajectory.motion import Motion, motion_rows
 from planner.search.trajectory.track import Track
 
 FINENESS, FINEST = 0.2, 0.05
-"""Cells that three samples stand for: while motions are repaired, and where one is the answer."""
-SLOWER, GENTLER = 0.94, 0.75
-"""Factors on the speed, and on the acceleration, where a limit was broken."""
-HARDLY = 0.02
+"""Cells that three samples stand for: while motions are repaired, and for the answer."""
+SPEED_FACTOR, ACCELERATION_FACTOR = 0.94, 0.75
+"""Factors on the speed, and on the acceleration, where a limit was broken: with twelve repairs they
+reach half the speed and a thirtieth of the acceleration."""
+STEADY_SHARE = 0.02
 """Share of the largest acceleration below which the speed is eased instead."""
 
 
@@ -48,7 +49,7 @@ class Broken:
 
     @property
     def what(self) -> str:
-        """The first one in words."""
+        """The first broken limit in words."""
         return f"the limit of {LIMIT_NAMES[self.limits[0]]} is broken"
 
 
@@ -58,8 +59,8 @@ def broken_limits(
     """Where a motion breaks a limit; turns on the spot were checked when they were chosen.
 
     Args:
-        field, around, motion: map, model and what is checked.
-        finely: as closely as a motion is checked that is the answer.
+        field, around, motion: map, model and the motion.
+        finely: as closely as the answer is checked.
     """
     fineness = FINEST if finely else FINENESS
     rows, _, owner = motion_rows(field, motion, around.class_rows, around.wind, fineness=fineness)
@@ -88,14 +89,14 @@ def ease(
     hardest: Array,
     eased: NDArray[np.int64],
 ) -> None:
-    """Ask for less speed where the voltage does not suffice, else for less acceleration.
+    """Lower the speed where the voltage does not suffice, else the acceleration.
 
     Args:
         broken: of ``motion``.
-        motion: along ``track``, perhaps with stations of its own.
-        track: stations.
+        motion: along ``track``, perhaps with samples of its own.
+        track: samples of the path.
         fastest, hardest: (steps of the track,) m/s and m/s², lowered in place.
-        eased: (steps of the track,) how often that was for more than voltage, counted in place.
+        eased: (steps of the track,) repairs for other limits than the voltage, counted in place.
     """
     along = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(motion.x), np.diff(motion.y)))])
     ends = np.cumsum(track.lengths)
@@ -106,7 +107,7 @@ def ease(
         place = int(np.searchsorted(ends, 0.5 * (along[step] + along[step + 1])))
         near = slice(max(0, place - 1), place + 2)
         eased[place] += LIMIT_NAMES[limit] != "voltage"
-        if LIMIT_NAMES[limit] == "voltage" or change[step] < HARDLY * most:
-            fastest[near] = np.minimum(fastest[near], SLOWER * speed[step])
+        if LIMIT_NAMES[limit] == "voltage" or change[step] < STEADY_SHARE * most:
+            fastest[near] = np.minimum(fastest[near], SPEED_FACTOR * speed[step])
         else:
-            hardest[near] = np.minimum(hardest[near], GENTLER * change[step])
+            hardest[near] = np.minimum(hardest[near], ACCELERATION_FACTOR * change[step])

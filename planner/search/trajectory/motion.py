@@ -1,8 +1,8 @@
-"""A finished motion: stations in time, and the rows of the power model along it.
+"""A finished motion: samples in time, and the rows of the power model along it.
 
-``assemble`` puts a track with its yaw and speed into time; ``motion_rows`` samples it in fine
-steps, so that the power model can share its energy out by effect. What happens between two
-stations is what a reader of the poses would assume: position, yaw and speed change evenly in time.
+``assemble`` puts a track with its yaw and speed into time. ``motion_rows`` divides it into fine
+steps, so that the power model can share its energy out by effect. Between two samples, position,
+yaw and speed change evenly in time, as a reader of the poses would assume.
 """
 
 from __future__ import annotations
@@ -36,17 +36,18 @@ _THREE = (
     (0.5 + math.sqrt(0.15), 5 / 18),
 )
 SPIN_STEP = math.radians(10.0)
-"""Largest turn on the spot between two poses."""
+"""rad, largest turn on the spot between two poses of an answer."""
 
 
 @dataclass(frozen=True)
 class Motion:
-    """A finished motion: stations in time, with turns on the spot as stations of their own.
+    """A finished motion: samples in time, with turns on the spot as samples of their own.
 
     Attributes:
-        x, y, yaw, time, speed: (n,) at every station, SI; speed along the surface.
+        x, y, yaw, time, speed: (n,) at every sample, SI; speed along the surface.
         heights: (n,) m at which the robot rides.
         curvatures: (n - 1,) 1/m of every step.
+        yaw_accelerations: (n - 1,) rad/s² of every step.
     """
 
     x: Array
@@ -68,18 +69,18 @@ def assemble(
     yaw_rate: float,
     spacing: float,
 ) -> Motion:
-    """Put stations, yaw and speed into time; a turn on the spot ramps its yaw rate up and down.
+    """Put a track, its yaw and speed into time; turns on the spot ramp their yaw rate up and down.
 
     Args:
         field: map.
-        track, yaw, speeds: stations, and yaw and speed there.
+        track, yaw, speeds: samples of the path, and yaw and speed there.
         yaw_rate: rad/s of a turn on the spot.
-        spacing: m, largest distance of the motion's own stations.
+        spacing: m, largest distance of the motion's own samples.
     """
     track, yaw, speeds = _closer(track, yaw, speeds, spacing)
     heights, _ = sample_surface(field, track.points)
     surface = np.hypot(track.lengths, np.diff(heights))
-    # One row for each pose: station, yaw, speed, and what leads there: s, 1/m, rad/s².
+    # One row for each pose: sample, yaw, speed; and of the step before: s, 1/m, rad/s².
     places = np.flatnonzero(np.append(True, surface > 0.0))
     before = places[1:] - 1
     poses = np.zeros((len(places), 6))
@@ -125,7 +126,7 @@ def joined(parts: Sequence[Motion]) -> Motion:
 
 
 def room_to_move(track: Track, yaw: YawProfile) -> tuple[Track, YawProfile]:
-    """The same track with a station between any two at which the robot stands still."""
+    """The same track with a sample between any two at which the robot stands still."""
     still = track.stops | (np.abs(yaw.leaving - yaw.arriving) > 1e-9)
     counts = np.where(still[:-1] & still[1:], 2, 1).astype(np.int64)
     track, yaw, _ = _divided(track, yaw, np.zeros(len(still)), counts)
@@ -135,7 +136,7 @@ def room_to_move(track: Track, yaw: YawProfile) -> tuple[Track, YawProfile]:
 def _closer(
     track: Track, yaw: YawProfile, speeds: Array, spacing: float
 ) -> tuple[Track, YawProfile, Array]:
-    """The same motion with stations no further apart than ``spacing``."""
+    """The same motion with samples no further apart than ``spacing``."""
     counts = np.maximum(1, np.ceil(track.lengths / spacing - 1e-9)).astype(np.int64)
     return _divided(track, yaw, speeds, counts)
 
@@ -220,25 +221,25 @@ def _motion_rows(field: Any, motion: Any, class_rows: Any, wind: Any, pieces: An
         moving = surface > 1e-9
         direction = math.atan2(ey, ex) if moving else yaw[j]
         turn = yaw[j + 1] - yaw[j]
-        # Constant acceleration between the stations' speeds.
+        # Constant acceleration between the samples' speeds.
         acceleration = (speed[j + 1] - speed[j]) / duration
         mean = 0.5 * (speed[j] + speed[j + 1])
         for piece in range(pieces[j]):
             for at, share in _THREE:
                 w = (piece + at) / pieces[j]
                 here = speed[j] + (speed[j + 1] - speed[j]) * w
-                # Share of the way after a share w of the time.
-                way = w
+                # Share of the distance after a share w of the time.
+                gone = w
                 if moving:
-                    way = w * (speed[j] + 0.5 * (speed[j + 1] - speed[j]) * w) / mean
-                px, py = x[j] + ex * way, y[j] + ey * way
+                    gone = w * (speed[j] + 0.5 * (speed[j + 1] - speed[j]) * w) / mean
+                px, py = x[j] + ex * gone, y[j] + ey * gone
                 i = min(max(int(math.floor((px - field.x0) / field.dx + 0.5)), 0), nx - 1)
                 k = min(max(int(math.floor((py - field.y0) / field.dy + 0.5)), 0), ny - 1)
                 rows[n] = class_rows[field.ground[k, i]]
                 _, slope_x, slope_y = interpolate(
                     field.heights, field.x0, field.y0, field.dx, field.dy, px, py
                 )
-                angle = yaw[j] + turn * way
+                angle = yaw[j] + turn * gone
                 rate = turn / duration
                 if moving:
                     rate = turn * here / surface
@@ -259,7 +260,7 @@ def _motion_rows(field: Any, motion: Any, class_rows: Any, wind: Any, pieces: An
                 rows[n, _YAW_ACCELERATION] = yaw_accelerations[j]
                 set_wind(rows[n], wind, angle)
                 rows[n, _TIME] = time[j] + w * duration
-                rows[n, _ODOMETER] = odometer + surface * way
+                rows[n, _ODOMETER] = odometer + surface * gone
                 seconds[n] = share * duration / pieces[j]
                 owner[n] = j
                 n += 1
@@ -269,9 +270,9 @@ def _motion_rows(field: Any, motion: Any, class_rows: Any, wind: Any, pieces: An
         a, b = max(0, n - 1), min(total - 1, n + 1)
         apart = rows[b, _TIME] - rows[a, _TIME]
         if apart > 1e-9 and owner[a] + 1 >= owner[b]:
-            lean = math.sqrt(rows[a, _GX] ** 2 + rows[a, _GY] ** 2)
+            steep = math.sqrt(rows[a, _GX] ** 2 + rows[a, _GY] ** 2)
             rows[n, _SLOPE_RATE] = (
-                abs(math.sqrt(rows[b, _GX] ** 2 + rows[b, _GY] ** 2) - lean) / apart / rows[n, _GN]
+                abs(math.sqrt(rows[b, _GX] ** 2 + rows[b, _GY] ** 2) - steep) / apart / rows[n, _GN]
             )
     return rows, seconds, owner
 

@@ -28,8 +28,7 @@ from planner.search.kernel_arguments import B1, F1, F3, MODEL_ARRAYS, STEPS, Ste
 from planner.search.resolution import CREEP, LEVELS
 
 REACH = 9
-"""Largest change of level between samples: at the vehicle's largest acceleration a step of the
-track allows no more."""
+"""Largest change of level on one step that is looked at."""
 ESTIMATED_LEVELS = 4
 """Even driving is priced at every so many levels for the estimates, and interpolated in between.
 Exact prices replace estimates, so that this decides the time alone."""

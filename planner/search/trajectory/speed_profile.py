@@ -38,7 +38,7 @@ from planner.search.trajectory.yaw_profile import YawProfile
 LAZY_ROUNDS = 24
 """Rounds of pricing after which estimates no longer count."""
 MOST_ROUNDS = 20 * LAZY_ROUNDS
-"""Rounds at most; no plan on the maps has come near."""
+"""Rounds at most, so that the loop ends."""
 SAME_COST = 1e-9
 """J or s by which a level's cost may differ from that of the round before and count as the same."""
 _VX, _VY, _WZ = INDEX["vx"], INDEX["vy"], INDEX["wz"]

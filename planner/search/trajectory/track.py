@@ -1,10 +1,10 @@
-"""A polyline made drivable: corners rounded, stations close enough to integrate along.
+"""A polyline made drivable: corners rounded, samples close enough to integrate along.
 
     track = lay_track(field, points, spacing=..., speed=..., acceleration=...)
 
 A robot cannot change the direction of its velocity at once. Every corner gets the widest arc that
-room and neighbouring corners allow: it stays within ``deviation`` of the corner and where the body
-is free. Wider is cheaper, since wheels fight a sideways force. Where no arc of a useful radius
+free space and neighbouring corners allow. It stays within ``deviation`` of the corner and where the
+body is free. Wider is cheaper, since wheels fight a sideways force. Where no arc of a useful radius
 fits, the robot stops at the corner.
 """
 
@@ -23,24 +23,24 @@ from planner.search.field import CostField, polyline_cost
 from planner.terrain.interpolation import interpolate
 
 ARC_STEP = math.radians(8.0)
-"""Largest change of direction between two chords of an arc."""
-TIGHTEST = 0.06
+"""rad, largest change of direction between two chords of an arc."""
+TIGHTEST_ARC = 0.06
 """Smallest radius as a share of the one for full speed; below it the robot stops to turn."""
-SHORTEST = 0.04
-"""m, length of an arc's chords where the bend allows it."""
+SHORTEST_CHORD = 0.04
+"""m, shortest chord of an arc, where the bend allows it."""
 MOST_CHORDS = 500
-"""Chords of one arc."""
+"""Chords of one arc at most, the size of its scratch."""
 STRAIGHT = math.radians(0.5)
-"""Changes of direction below this one need no arc: the tyres' creep takes them."""
-LOOKS = 15
-"""Looks at the slope on a cell's length."""
+"""rad: smaller changes of direction need no arc; the tyres' creep takes them."""
+SLOPES_PER_CELL = 15
+"""Points on a cell's length at which the slope is looked at."""
 GENTLE = 0.6
 """Share of the least slope limit below which no yaw comes near a limit."""
 
 
 @dataclass(frozen=True)
 class Track:
-    """Stations along the route, in the horizontal plane.
+    """Samples of a path, in the horizontal plane.
 
     Attributes:
         points: (n, 2) m.
@@ -48,7 +48,7 @@ class Track:
         lengths: (n - 1,) m, horizontal.
         curvatures: (n - 1,) 1/m, positive to the left; of the arc that the step belongs to.
         stops: (n,) True where the robot must stand still: start, goal, corners without room.
-        marks: station of every fixed point (start, via points, goal).
+        marks: sample at every fixed point (start, via points, goal).
     """
 
     points: Array
@@ -67,12 +67,12 @@ def lay_track(
     speed: float,
     acceleration: float,
 ) -> Track:
-    """Round the corners of a route and space out its stations.
+    """Round the corners of a route and space out its samples.
 
     Args:
         field: map and costs, to see whether an arc is free.
         legs: polylines (k, 2), each from one fixed point to the next.
-        spacing: m, largest distance of stations.
+        spacing: m, largest distance of samples.
         speed: m/s, the vehicle's limit.
         acceleration: m/s², the vehicle's limit.
     """
@@ -90,7 +90,7 @@ def lay_track(
             marks.append(marks[-1])
             continue
         ends, bends, halts = _rounded(field, leg, spacing, radius, deviation)
-        added, piece = _stations(points[-1][-1], ends, halts, spacing, ramp)
+        added, piece = _samples(points[-1][-1], ends, halts, spacing, ramp)
         points.append(added)
         curvatures.append(bends[piece])
         stops.append(halts[piece] & np.append(np.diff(piece) > 0, True))
@@ -177,14 +177,14 @@ def _arc(
     radius = min(room / math.tan(half), deviation / (1.0 / math.cos(half) - 1.0))
     side = math.copysign(1.0, turn)
     for _ in range(4):
-        if radius < TIGHTEST * full:
+        if radius < TIGHTEST_ARC * full:
             return 0, 0.0
         # Chords short enough for the bend, long enough for yaw and speed to change on them.
-        # A body that turns evenly along a long chord would crab on both its halves, and its
-        # sideways force would come in blows.
-        way = radius * abs(turn)
-        chords = max(math.ceil(abs(turn) / ARC_STEP), math.ceil(2.0 * way / spacing))
-        chords = int(max(2, min(chords, int(way / SHORTEST), MOST_CHORDS)))
+        # A body that turns evenly along a long chord would crab on both its halves, with its
+        # sideways force in blows.
+        length = radius * abs(turn)
+        chords = max(math.ceil(abs(turn) / ARC_STEP), math.ceil(2.0 * length / spacing))
+        chords = int(max(2, min(chords, int(length / SHORTEST_CHORD), MOST_CHORDS)))
         tangent = radius * math.tan(half)
         from_x = corner[0] - tangent * math.cos(direction)
         from_y = corner[1] - tangent * math.sin(direction)
@@ -201,12 +201,12 @@ def _arc(
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _stations(
+def _samples(
     begin: Any, ends: Any, stops: Any, spacing: float, ramp: float
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Points (n, 2) on the pieces from ``begin`` by ``ends``, and the number of each one's piece.
 
-    They are closer where the robot gathers or loses speed.
+    They are closer where the robot speeds up or slows down.
     """
     fine = ramp * np.array([0.05, 0.15, 0.3, 0.5, 0.75, 1.0, 1.3])
     found = [(0.0, 0.0, 0) for _ in range(0)]
@@ -220,17 +220,17 @@ def _stations(
         if length >= 1e-9 and (count > 1 or near_start or near_end):
             at = [length * k / count for k in range(1, count)]
             if near_start:
-                at += [way for way in fine if way < length]
+                at += [d for d in fine if d < length]
             if near_end:
-                at += [length - way for way in fine if way < length]
+                at += [length - d for d in fine if d < length]
             at.sort()
-            # The speed's grid needs some way to change by one level.
+            # The speed's grid needs some metres to change by one level.
             least = 0.045 * ramp if near_start or near_end else 0.0
             before = 0.0
-            for way in at:
-                if way > 1e-6 and way - before >= least and length - way > 1e-9:
-                    found.append((x + way / length * ex, y + way / length * ey, piece))
-                before = way
+            for d in at:
+                if d > 1e-6 and d - before >= least and length - d > 1e-9:
+                    found.append((x + d / length * ex, y + d / length * ey, piece))
+                before = d
         x, y = ends[piece, 0], ends[piece, 1]
         found.append((x, y, piece))
     points = np.empty((len(found), 2))
@@ -243,7 +243,7 @@ def _stations(
 def slopes_of_steps(field: CostField, points: Array) -> Array:
     """Gradients (steps, 4) on the steps between points (n, 2).
 
-    In columns 0 and 1 that at the middle, in 2 and 3 the steepest one of LOOKS in every cell;
+    In columns 0 and 1 that at the middle, in 2 and 3 the steepest one of SLOPES_PER_CELL;
     where that is far from every limit, the one at the middle once more.
     """
     return np.asarray(_slopes_of_steps(field, points, GENTLE * float(field.limit.min())))
@@ -256,7 +256,7 @@ def _slopes_of_steps(field: Any, points: Any, gentle: float) -> Any:
     for j in range(slopes.shape[0]):
         x, y = points[j]
         ex, ey = points[j + 1, 0] - x, points[j + 1, 1] - y
-        looks = max(3, int(math.ceil(LOOKS * math.sqrt(ex * ex + ey * ey) / min(dx, dy))))
+        looks = max(3, int(math.ceil(SLOPES_PER_CELL * math.sqrt(ex * ex + ey * ey) / min(dx, dy))))
         most = 0.0
         for look in range(-1, looks):
             w = 0.5 if look < 0 else (look + 0.5) / looks

@@ -1,7 +1,6 @@
-"""Yaw asked for at a place, and turning there: where the robot stands, and where it is stuck.
+"""Turning at one place, through every yaw that is asked for there.
 
-wanted = as_wanted([0.0, 1.5])                  # arrive with the first, leave with the last
-motion = turn_on_the_spot(field, around, place, wanted)       # or a Stuck that says why not
+motion = turn_on_the_spot(field, around, place, yaws)       # or a Stuck that says why not
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ from planner.terrain.footprint import touches
 
 @dataclass(frozen=True)
 class Stuck:
-    """Where along a path the robot cannot go on, and what does not work there."""
+    """Where along a path the robot cannot go on, and why."""
 
     x: float
     y: float
@@ -41,7 +40,7 @@ def pose_spacing(cell: float) -> float:
 
 
 def first_contact(field: CostField, motion: Motion) -> int:
-    """The first pose at which, or on the way from which, the clearance is not free; -1 if none."""
+    """The first pose at which, or after which, the body touches something; -1 if none."""
     return int(_contact(field, field.body_frame(), motion.x, motion.y, motion.yaw))
 
 
@@ -65,7 +64,10 @@ def turn_on_the_spot(
     place: Array,
     yaws: Sequence[float | None],
 ) -> Motion | Stuck:
-    """The motion at a place (2,) alone: turns through every yaw asked for, in rad."""
+    """The motion at a place (2,) alone: turns through every yaw asked for, in rad.
+
+    Each turn goes the shorter way round, or the longer one where that is free.
+    """
     spacing = pose_spacing(min(field.dx, field.dy))
     nothing = np.zeros(0)
     track = Track(place[None, :], nothing, nothing, nothing, np.ones(1, bool), (0, 0))
@@ -88,14 +90,9 @@ def turn_on_the_spot(
             return Stuck(float(x), float(y), f"{what} in turning on the spot", held)
         arriving.append(leaving[-1])
         leaving.append(leaving[-1] + turn)
-    # One station for each turn; the first one stands.
-    turns = Track(
-        np.repeat(track.points, len(arriving), axis=0),
-        np.zeros(len(arriving) - 1),
-        np.zeros(len(arriving) - 1),
-        np.zeros(len(arriving) - 1),
-        np.ones(len(arriving), bool),
-        (0, len(arriving) - 1),
-    )
+    # One sample for each turn; the first one stands.
+    count, none = len(arriving), np.zeros(len(arriving) - 1)
+    points = np.repeat(track.points, count, axis=0)
+    turns = Track(points, none, none, none, np.ones(count, bool), (0, count - 1))
     profile = YawProfile(np.array(arriving), np.array(leaving), 0.0)
-    return assemble(field, turns, profile, np.zeros(len(arriving)), yaw_rate=rate, spacing=spacing)
+    return assemble(field, turns, profile, np.zeros(count), yaw_rate=rate, spacing=spacing)

@@ -33,7 +33,7 @@ REFUSALS = 2
 LAZY_ROUNDS = 24
 """Rounds of pricing after which estimates no longer count."""
 MOST_ROUNDS = 20 * LAZY_ROUNDS
-"""Rounds at most; no plan on the maps has come near."""
+"""Rounds at most, so that the loop ends."""
 
 
 class Surroundings(NamedTuple):

@@ -19,8 +19,7 @@ from planner.search.kernel_arguments import F1, F2, I1, MODEL_ARRAYS
 from planner.search.resolution import STATES, WIDTH
 
 SPUN = 4
-"""Turning on the spot is priced at every so many states, and interpolated in between: the cost
-changes by a few per cent over a quarter turn."""
+"""Turning on the spot is priced at every so many states, and interpolated in between."""
 
 _WZ = INDEX["wz"]
 

@@ -22,8 +22,7 @@ from planner.search.kernel_arguments import F1, F2, I1, MODEL_ARRAYS, STEPS
 from planner.search.resolution import SLOWEST, STILL
 
 TRIES = 7
-"""Speeds that are tried on a step: down to 0.38 of the largest, below which hardly any limit that
-broke before holds."""
+"""Speeds that are tried on a step, down to 0.38 of the largest."""
 SLOWER = 0.85
 """Factor from one speed that is tried to the next."""
 _VX, _VY, _WZ = INDEX["vx"], INDEX["vy"], INDEX["wz"]

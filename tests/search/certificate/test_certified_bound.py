@@ -77,7 +77,8 @@ def test_a_coarse_grid_bounds_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
     field, around = field_of(terrain(hills(56, rms_degrees=4.0)), model_of("minibalance"))
     start, goal = (1.2, 1.4), (12.5, 12.0)
     fine = certify(field, around, start, goal, seconds=4.9)
-    monkeypatch.setattr("planner.search.certificate.certified_bound.NODES", {True: 500, False: 500})
+    few = {True: 500, False: 500}
+    monkeypatch.setattr("planner.search.certificate.certified_bound.MOST_NODES", few)
     coarse = certify(field, around, start, goal, seconds=4.9)
     path = np.array([start, goal])
     assert coarse.bound_j < energies(field, around, [path], 40, seed=2).min()

@@ -12,7 +12,7 @@ from planner.power.motion_row import set_acceleration, set_motion
 from planner.quantities import INDEX, STANDARD_GRAVITY
 from planner.search.certificate.dual_power import PricedPower, rotor_share, slower_power
 from planner.search.certificate.price_table import even_table, even_watts, table_watts
-from planner.search.certificate.ramps import PARTS
+from planner.search.certificate.start_and_stop import SPEED_PARTS
 from planner.search.conditions import Circumstances
 from tests.search.certificate.robots import STEEPEST, priced_of
 
@@ -35,10 +35,10 @@ class States(NamedTuple):
     def paid(self, around: Circumstances, priced: PricedPower, mu: float, nu: float) -> np.ndarray:
         """W that the forces of slope and acceleration are paid at the prices along and across."""
         weight = around.mass * STANDARD_GRAVITY
-        inertia = priced.moving * mu + priced.rotors * float(
-            rotor_share(np.array(mu), priced.efficiency)
-        )
-        sideways = (priced.moving + priced.efficiency * priced.rotors) * nu
+        robot = priced.robot
+        rotors = float(rotor_share(np.array(mu), robot.efficiency))
+        inertia = robot.moving * mu + robot.rotors * rotors
+        sideways = (robot.moving + robot.efficiency * robot.rotors) * nu
         lifted = mu * self.along + nu * self.across / (self.normal * self.stretch)
         paid = weight * self.speed * lifted / self.stretch
         return paid + self.speed * (inertia * self.a + sideways / self.stretch * self.b)
@@ -79,7 +79,7 @@ def test_no_state_undercuts_the_priced_power(name: str, payload: float) -> None:
     """
     around, priced = priced_of(name, payload)
     table = even_table(priced)
-    at_rest = table._replace(watts=np.repeat(table.standing[..., None], 2, axis=2))
+    at_rest = np.repeat(table.standing[..., None], 2, axis=2)
     rng = np.random.default_rng(5)
     share = np.where(rng.random(6000) < 0.5, 1.0, rng.uniform(0.002, 1.0, 6000))
     states = random_states(around, share, rng)
@@ -93,9 +93,12 @@ def test_no_state_undercuts_the_priced_power(name: str, payload: float) -> None:
         nu *= rng.random() < 0.7
         full, standing = (
             np.array(
-                [table_watts(t, mu, nu / s, f) for s, f in zip(states.stretch, factor, strict=True)]
+                [
+                    table_watts(table, watts, mu, nu / s, f)
+                    for s, f in zip(states.stretch, factor, strict=True)
+                ]
             )
-            for t in (table, at_rest)
+            for watts in (table.watts, at_rest)
         )
         floor = share * full + (1.0 - share) * standing
         left = states.bus - states.paid(around, priced, mu, nu) - floor
@@ -108,27 +111,24 @@ def test_no_state_undercuts_the_priced_power(name: str, payload: float) -> None:
 def test_no_state_undercuts_the_power_below_full_speed(name: str) -> None:
     """At any speed between two parts of full speed, the straight line between their tables."""
     around, priced = priced_of(name, 2.0)
-    slower = slower_power(priced, PARTS, turns=60)
+    slower = slower_power(priced, SPEED_PARTS, turns=60)
     table = even_table(priced)
-    parts = np.array(PARTS)
+    parts = np.array(SPEED_PARTS)
     rng = np.random.default_rng(11)
     share = parts[-1] * rng.uniform(0.001, 1.0, 6000)
     states = random_states(around, share, rng)
     factor = states.rows[:, INDEX["rolling_factor"]] / states.normal
     k = np.searchsorted(parts, share) - 1
     w = (share - parts[k]) / (parts[k + 1] - parts[k])
-    tables = [
-        table._replace(watts=even_watts(priced, slower.shares, slower.cross, watts))
-        for watts in slower.watts
-    ]
+    tables = [even_watts(priced, slower.shares, slower.cross, watts) for watts in slower.watts]
     worst = math.inf
     for mu, nu in zip(rng.uniform(0.5, 2.1, 16), rng.uniform(-0.3, 0.3, 16), strict=True):
         nu *= rng.random() < 0.7
         at = zip(k, w, nu / states.stretch, factor, strict=True)
         floor = np.array(
             [
-                (1.0 - u) * table_watts(tables[n], mu, c, f)
-                + u * table_watts(tables[n + 1], mu, c, f)
+                (1.0 - u) * table_watts(table, tables[n], mu, c, f)
+                + u * table_watts(table, tables[n + 1], mu, c, f)
                 for n, u, c, f in at
             ]
         )

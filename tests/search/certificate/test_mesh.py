@@ -21,7 +21,7 @@ def test_slopes_and_heights_of_the_map_are_in_the_ranges_of_the_mesh(parts: int)
     surface = interpolate_many(field.heights, field.x0, field.y0, field.dx, field.dy, x, y)
     column = np.floor((x - mesh.origin[0]) / mesh.cell[0]).astype(int)
     row = np.floor((y - mesh.origin[1]) / mesh.cell[1]).astype(int)
-    ranges = mesh.ranges[row, column]
+    ranges = mesh.ground.ranges[row, column]
     for value, low, high in zip(surface, (4, 0, 2), (5, 1, 3), strict=True):
         assert (value >= ranges[:, low] - 1e-12).all()
         assert (value <= ranges[:, high] + 1e-12).all()
@@ -32,13 +32,13 @@ def test_nodes_stand_where_the_map_has_that_height(parts: int) -> None:
     field, around = field_of(terrain(hills(30)), model_of("minibalance"))
     mesh = mesh_of(field, around, STEEP, parts)
     coarse = coarse_field(field, mesh)
-    assert coarse.heights.shape == mesh.heights.shape
-    ny, nx = mesh.heights.shape
+    assert coarse.heights.shape == mesh.ground.heights.shape
+    ny, nx = mesh.ground.heights.shape
     i = np.rint((mesh.origin[0] + mesh.cell[0] * np.arange(nx) - field.x0) / field.dx).astype(int)
     j = np.rint((mesh.origin[1] + mesh.cell[1] * np.arange(ny) - field.y0) / field.dy).astype(int)
     rows, columns = np.flatnonzero((j >= 0) & (j < 30)), np.flatnonzero((i >= 0) & (i < 30))
     on_map = field.heights[np.ix_(j[rows], i[columns])]
-    np.testing.assert_array_equal(mesh.heights[np.ix_(rows, columns)], on_map)
+    np.testing.assert_array_equal(mesh.ground.heights[np.ix_(rows, columns)], on_map)
     np.testing.assert_array_equal(coarse.heights[np.ix_(rows, columns)], on_map)
 
 
@@ -49,7 +49,7 @@ def test_a_coarse_triangle_is_a_wall_only_where_all_of_it_is() -> None:
     field, around = field_of(
         terrain(np.zeros((40, 40)), obstacles=blocked), model_of("minibalance")
     )
-    fine, coarse = (mesh_of(field, around, STEEP, parts).wall for parts in (1, 3))
+    fine, coarse = (mesh_of(field, around, STEEP, parts).ground.wall for parts in (1, 3))
     assert fine[20, 20].all()
     assert not fine[:8].any()
     assert coarse.any()

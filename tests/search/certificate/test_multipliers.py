@@ -37,4 +37,4 @@ def test_prices_get_milder_round_a_single_bad_cell() -> None:
         assert after[0, 0] == pytest.approx(0.3, abs=1e-3)
         # Prices change slowly: where they fall fast, the robot's own motion pays for driving.
         steepest = np.hypot(*np.gradient(after, cell)).max()
-        assert 0.5 * table.moving * table.speed**2 * steepest < 0.5 * best.level
+        assert 0.5 * table.robot.moving * table.robot.speed**2 * steepest < 0.5 * best.level

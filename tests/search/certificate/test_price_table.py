@@ -22,10 +22,10 @@ def test_both_kinks_of_the_rotors_price_are_nodes() -> None:
     _, priced = priced_of("minibalance", 0.0)
     table = even_table(priced)
     middle = int(np.abs(priced.cross).argmin())
-    for kink in (2.0 - 1.0 / priced.efficiency, 1.0 / priced.efficiency):
+    for kink in (2.0 - 1.0 / priced.robot.efficiency, 1.0 / priced.robot.efficiency):
         node = int(np.abs(priced.shares - kink).argmin())
         assert priced.shares[node] == pytest.approx(kink)
-        value = table_watts(table, kink, priced.cross[middle], priced.loads[0])
+        value = table_watts(table, table.watts, kink, priced.cross[middle], priced.loads[0])
         assert value == pytest.approx(priced.watts[node, middle, 0])
 
 
@@ -34,7 +34,7 @@ def test_prices_beyond_the_table_are_worth_nothing() -> None:
     table = even_table(priced)
     least, most = priced.shares[[0, -1]]
     load = float(priced.loads[0])
-    assert math.isfinite(table_watts(table, 1.0, 0.0, load))
+    assert math.isfinite(table_watts(table, table.watts, 1.0, 0.0, load))
     for share, cross, at in (
         (least - 0.1, 0.0, load),
         (most + 0.1, 0.0, load),
@@ -42,7 +42,7 @@ def test_prices_beyond_the_table_are_worth_nothing() -> None:
         (1.0, 0.0, 0.9 * load),
         (1.0, 0.0, 1.1 * priced.loads[1]),
     ):
-        assert table_watts(table, share, cross, at) == -math.inf
+        assert table_watts(table, table.watts, share, cross, at) == -math.inf
 
 
 def test_no_price_near_another_leaves_less_at_rest() -> None:

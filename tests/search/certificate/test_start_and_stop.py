@@ -9,7 +9,6 @@ import pytest
 
 from planner.search.certificate import start_and_stop
 from planner.search.certificate.certified_bound import certify
-from planner.search.certificate.ramps import Ramp, gained
 from planner.search.conditions import Circumstances
 from planner.search.field import CostField, sample_surface
 from planner.search.trajectory import Motion, motion_rows
@@ -62,7 +61,7 @@ def least_of(field: CostField, around: Circumstances, end: float = GOAL[0]) -> f
 
 @pytest.mark.parametrize("slope", [-0.06, 0.0, 0.06])
 def test_start_and_stop_count(slope: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Beside the best of hundreds of ramps the bound is close, and closer than without them."""
+    """The bound is close to the best of hundreds of ramps, and closer than without the ends."""
     field, around = plane(slope)
     least = least_of(field, around)
     found = certify(field, around, START, GOAL, seconds=600.0).bound_j
@@ -72,40 +71,24 @@ def test_start_and_stop_count(slope: float, monkeypatch: pytest.MonkeyPatch) -> 
     without = certify(field, around, START, GOAL, seconds=600.0).bound_j
     climb = around.mass * 9.80665 * slope * (GOAL[0] - START[0])
     assert found < least
-    assert found > without + 0.03 * (least - climb)
-    assert least - found < 0.08 * (least - climb)
+    assert found > without + 0.02 * (least - climb)
+    assert least - found < 0.09 * (least - climb)
 
 
 @pytest.mark.parametrize(
-    ("slope", "what"),
-    [(0.0, "dearer"), (0.0, "held"), (-0.06, "held"), (0.0, "steeper"), (-0.06, "steeper")],
+    ("slope", "what"), [(0.0, "held"), (-0.06, "held"), (0.0, "steeper"), (-0.06, "steeper")]
 )
 def test_any_choice_of_ramps_gives_a_bound(
     slope: float, what: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What prices by speed gain at rest beyond what is paid for, triangles are charged with."""
+    """Triangles are charged with all that the ends gain at rest beyond what is paid for."""
     field, around = plane(slope)
-    chosen, paid = start_and_stop.ramp_for, start_and_stop.StartAndStop.paid
-    most = around.model.vehicle.limits.acceleration * (1.0 + 1e-6)
+    chosen, paid = start_and_stop.StartAndStop._ramp, start_and_stop.StartAndStop.paid
     gains = []
 
-    def bolder(t, watts, acceleration, sign, place, here):
-        ramp: Ramp = chosen(t, watts, acceleration, sign, place, here)
-        dearer, rotor, held = ramp.dearer, ramp.rotor, ramp.held
-        if what == "dearer":
-            # As far as the tables reach.
-            more = np.minimum(1.5, 0.85 / np.maximum(np.abs(dearer), 1e-9))
-            dearer, rotor = more * dearer, more * rotor
-        elif what == "held":
-            held = 1.25 * held
-        steps = [
-            gained(t, ends, sign * d, sign * r, h / most)
-            for *ends, d, r, h in zip(
-                ramp.parts[:-1], ramp.parts[1:], dearer, rotor, held, strict=True
-            )
-        ]
-        fall = np.append(np.cumsum(np.array(steps)[::-1])[::-1], 0.0)
-        return ramp._replace(dearer=dearer, rotor=rotor, held=held, fall=fall)
+    def bolder(self, *asked):
+        ramp = chosen(self, *asked)
+        return ramp._replace(held=1.25 * ramp.held, fall=1.25 * ramp.fall)
 
     def counted(self, *asked):
         costs, gain = paid(self, *asked)
@@ -117,10 +100,10 @@ def test_any_choice_of_ramps_gives_a_bound(
     before = max(gains)
     gains.clear()
     if what == "steeper":
-        # Prices by speed fall within a few decimetres: the way through them must pay for it.
-        monkeypatch.setattr(start_and_stop, "WIDTH", 0.5)
+        # The potential of slow motion falls within a few decimetres: that must be paid for.
+        monkeypatch.setattr(start_and_stop, "CONE_WIDTH", 0.5)
     else:
-        monkeypatch.setattr(start_and_stop, "ramp_for", bolder)
+        monkeypatch.setattr(start_and_stop.StartAndStop, "_ramp", bolder)
     found = certify(field, around, START, GOAL, seconds=600.0)
     assert found.how == "potential"
     if what == "steeper":
