@@ -126,7 +126,7 @@ class StartAndStop:
         block = slice(low[0], high[0]), slice(low[1], high[1])
         nodes = slice(low[0], high[0] + 1), slice(low[1], high[1] + 1)
         at, weights = weights_at(self.places[end], mesh.origin, mesh.cell, cone.shape)
-        ramp = self._ramp(1.0 - 2.0 * end, cone, prices, direction, at[int(np.argmax(weights))])
+        ramp = self.ramp(1.0 - 2.0 * end, cone, prices, direction, at[int(np.argmax(weights))])
         asked = costs[block].copy()
         triangle_costs(
             self.table,
@@ -138,7 +138,7 @@ class StartAndStop:
         share = sum(w * float(cone[n]) for n, w in zip(at, weights, strict=True))
         return block, asked, share * float(ramp.fall[0])
 
-    def _ramp(
+    def ramp(
         self,
         sign: float,
         cone: Array,

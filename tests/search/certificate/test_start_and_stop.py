@@ -83,7 +83,7 @@ def test_any_choice_of_ramps_gives_a_bound(
 ) -> None:
     """Triangles are charged with all that the ends gain at rest beyond what is paid for."""
     field, around = plane(slope)
-    chosen, paid = start_and_stop.StartAndStop._ramp, start_and_stop.StartAndStop.paid
+    chosen, paid = start_and_stop.StartAndStop.ramp, start_and_stop.StartAndStop.paid
     gains = []
 
     def bolder(self, *asked):
@@ -103,7 +103,7 @@ def test_any_choice_of_ramps_gives_a_bound(
         # The potential of slow motion falls within a few decimetres: that must be paid for.
         monkeypatch.setattr(start_and_stop, "CONE_WIDTH", 0.5)
     else:
-        monkeypatch.setattr(start_and_stop.StartAndStop, "_ramp", bolder)
+        monkeypatch.setattr(start_and_stop.StartAndStop, "ramp", bolder)
     found = certify(field, around, START, GOAL, seconds=600.0)
     assert found.how == "potential"
     if what == "steeper":
