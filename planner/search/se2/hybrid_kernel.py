@@ -180,21 +180,31 @@ def _trace_back(came: Any, last: int, offsets: Any, nx: int) -> list[int]:
     return trail[::-1]
 
 
-@njit(cache=True, error_model="numpy", inline="always")
-def _reach(
-    spent: Any, came: Any, waiting: Any, state: int, cost: float, still: float, origin: int
-) -> None:
-    """Note a state that is reached, where it costs less than before; ``still`` is yet to come."""
-    whole = np.float32(cost + 1.0)
-    if spent[state] == 0.0 or whole < spent[state]:
-        spent[state] = whole
-        came[state] = origin
-        heapq.heappush(waiting, (cost + still, whole, state))
+@njit(cache=True, error_model="numpy")
+def _begin(field: Any, frame: Any, start: End, ahead: Any, spent: Any, came: Any) -> Any:
+    """Heap of the states round the start."""
+    nx = ahead.shape[1]
+    waiting = [(0.0, np.float32(0.0), 0) for _ in range(0)]
+    for node, b, cost in _near_end(field, frame, start, True):
+        state = node * YAW_BINS + b
+        whole = np.float32(cost + 1.0)
+        if spent[state] == 0.0 or whole < spent[state]:
+            spent[state] = whole
+            came[state] = _BEGUN
+            heapq.heappush(waiting, (cost + ahead[node // nx, node % nx], whole, state))
+    return waiting
 
 
-@njit(cache=True, error_model="numpy", inline="always")
+@njit(cache=True, error_model="numpy")
 def _spin(
-    mask: Any, spent: Any, came: Any, waiting: Any, state: int, still: float, prices: Any
+    mask: Any,
+    spent: Any,
+    came: Any,
+    waiting: Any,
+    state: int,
+    still: float,
+    halt: float,
+    spin: float,
 ) -> None:
     """Reach the other angles of a node by turning on the spot, both ways round."""
     b = state % YAW_BINS
@@ -204,8 +214,13 @@ def _spin(
             to_b = (b + side * turned) % YAW_BINS
             if not _free(mask, to_b):
                 break
-            cost = value + prices[0] + turned * prices[1]
-            _reach(spent, came, waiting, state - b + to_b, cost, still, _SPUN + b)
+            cost = value + halt + turned * spin
+            whole = np.float32(cost + 1.0)
+            other = state - b + to_b
+            if spent[other] == 0.0 or whole < spent[other]:
+                spent[other] = whole
+                came[other] = _SPUN + b
+                heapq.heappush(waiting, (cost + still, whole, other))
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -235,7 +250,7 @@ def search_poses(
     heights, mask, grounds, factor = field.heights, field.mask, field.ground, field.factor
     by_yaw, yaw_limit, blocked, margin = field.by_yaw, field.yaw_limit, field.blocked, field.margin
     x0, y0, dx, dy = field.x0, field.y0, field.dx, field.dy
-    penalised = factor.shape[0] > 1
+    penalised, halt = factor.shape[0] > 1, turning.stop
     ny, nx = heights.shape
     states = ny * nx * YAW_BINS
     slopes = np.empty((ny, nx, 2))
@@ -247,10 +262,7 @@ def search_poses(
     relative, turns = moves.relative, moves.turns
     spent = np.zeros(states, np.float32)  # cost and 1, so that 0 is a state not seen yet
     came = np.zeros(states, np.uint16)
-    waiting = [(0.0, np.float32(0.0), 0) for _ in range(0)]
-    for node, b, cost in _near_end(field, frame, start, True):
-        still = ahead[node // nx, node % nx]
-        _reach(spent, came, waiting, node * YAW_BINS + b, cost, still, _BEGUN)
+    waiting = _begin(field, frame, start, ahead, spent, came)
     arriving = {}
     for node, b, cost in _near_end(field, frame, goal, False):
         arriving[node * YAW_BINS + b] = cost
@@ -269,12 +281,15 @@ def search_poses(
             best, last = value + arriving[state], state
         x, y = x0 + i * dx, y0 + j * dy
         here = mask[j, i]
-        _spin(here, spent, came, waiting, state, ahead[j, i], (turning.stop, spin))
+        _spin(here, spent, came, waiting, state, ahead[j, i], halt, spin)
         for m in range(offsets.shape[0]):
             to_i, to_j = i + offsets[m, 0], j + offsets[m, 1]
-            if to_i < 0 or to_j < 0 or to_i >= nx or to_j >= ny or ahead[to_j, to_i] == np.inf:
+            if to_i < 0 or to_j < 0 or to_i >= nx or to_j >= ny:
                 continue
-            still, there = ahead[to_j, to_i], mask[to_j, to_i]
+            still = ahead[to_j, to_i]
+            if still == np.inf:
+                continue
+            there = mask[to_j, to_i]
             straight = -1.0
             for w in range(-MOST_TURN, MOST_TURN + 1):
                 to_b = (b + w) % YAW_BINS
@@ -295,12 +310,14 @@ def search_poses(
                     if penalised:
                         straight *= factor[j, i]
                 cost += straight
-                if cost + still >= best or 0.0 < spent[other] <= np.float32(cost + 1.0):
+                whole = np.float32(cost + 1.0)
+                if cost + still >= best or 0.0 < spent[other] <= whole:
                     continue
-                to_x, to_y = x + offsets[m, 0] * dx, y + offsets[m, 1] * dy
-                if (here != ALL_YAWS or there != ALL_YAWS) and touches(
-                    blocked, frame, x, y, to_x, to_y, b * ANGLE, w * ANGLE
-                ):
-                    continue
-                _reach(spent, came, waiting, other, cost, still, m * _TURNS + w + MOST_TURN)
+                if here != ALL_YAWS or there != ALL_YAWS:
+                    to_x, to_y = x + offsets[m, 0] * dx, y + offsets[m, 1] * dy
+                    if touches(blocked, frame, x, y, to_x, to_y, b * ANGLE, w * ANGLE):
+                        continue
+                spent[other] = whole
+                came[other] = m * _TURNS + w + MOST_TURN
+                heapq.heappush(waiting, (cost + still, whole, other))
     return _trace_back(came, last, offsets, nx), best

@@ -15,13 +15,12 @@ tabulated with its cost.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numba import njit, types
 from numpy.typing import NDArray
 
-from planner.arrays import Array
 from planner.power.account import ACCOUNT_LENGTH, PER_WHEEL
 from planner.power.kernel_math import SLIDING_SPEED
 from planner.power.kernels import KERNEL
@@ -30,7 +29,7 @@ from planner.power.limits import broken_limit, limit_values
 from planner.power.model import PowerModel
 from planner.power.motion_row import set_motion
 from planner.quantities import INDEX, STANDARD_GRAVITY
-from planner.search.kernel_arguments import F1, F2, F3, tuple_type
+from planner.search.kernel_arguments import F1, F2, F3
 from planner.search.resolution import DIRECTIONS, GENTLE, OBJECTIVES, STEEPNESSES, YAWS
 from planner.search.steady.steady_cost import SteadyCosts, cost_for_best_yaw, level_cost
 
@@ -46,129 +45,127 @@ _VX, _VY = INDEX["vx"], INDEX["vy"]
 _WHEEL_COLUMNS = len(PER_WHEEL)
 
 
-class Pricing(NamedTuple):
-    """Arguments of a power model's kernel, and what is minimised.
-
-    Attributes:
-        parameters, body, wheels: of the model.
-        account, per_wheel: scratch.
-        limits: of ``limit_values``.
-        objective: 0 for J, 1 for s, 2 for m.
-    """
-
-    parameters: Array
-    body: Array
-    wheels: Array
-    account: Array
-    per_wheel: Array
-    limits: Array
-    objective: int
-
-
-_PRICING = tuple_type(Pricing, F1, F1, F2, F1, F2, F1, types.int64)
-
-
 @njit(cache=True, error_model="numpy")
-def _cost_at_speed(kernel: Any, pricing: Any, row: Any, speed: float) -> float:
+def _cost_at_speed(
+    kernel: Any,
+    parameters: Any,
+    body: Any,
+    wheels: Any,
+    row: Any,
+    limits: Any,
+    speed: float,
+    objective: int,
+    account: Any,
+    per_wheel: Any,
+) -> float:
     """Cost per metre along the surface, or infinity where a limit is broken. Row is for 1 m/s."""
     vx, vy = row[_VX], row[_VY]
     row[_VX], row[_VY] = vx * speed, vy * speed
-    watts: float = kernel(
-        *(row, pricing.parameters, pricing.body, pricing.wheels),
-        *(pricing.account, pricing.per_wheel),
-    )
+    watts: float = kernel(row, parameters, body, wheels, account, per_wheel)
     row[_VX], row[_VY] = vx, vy
-    if broken_limit(pricing.account, pricing.limits, 1.0) >= 0:
+    if broken_limit(account, limits, 1.0) >= 0:
         return np.inf
-    if pricing.objective == 1:
+    if objective == 1:
         return 1.0 / speed
     return watts / speed
 
 
 @njit(cache=True, error_model="numpy")
-def _best_cost(kernel: Any, pricing: Any, row: Any) -> float:
+def _best_cost(
+    kernel: Any,
+    parameters: Any,
+    body: Any,
+    wheels: Any,
+    row: Any,
+    limits: Any,
+    objective: int,
+    account: Any,
+    per_wheel: Any,
+) -> float:
     """Least cost per metre along the surface over all speeds; the fastest one is bisected."""
     best, fastest, refused = np.inf, 0.0, 0.0
-    for k in range(SPEEDS, 0, -1):
-        speed = pricing.limits[0] * k / SPEEDS
-        cost = _cost_at_speed(kernel, pricing, row, speed)
-        best = min(best, cost)
-        if cost == np.inf and fastest == 0.0:
-            refused = speed
-        elif fastest == 0.0:
-            fastest = speed
-    if fastest > 0.0 and refused > 0.0:
-        for _ in range(4):
+    for k in range(SPEEDS, -4, -1):
+        if k > 0:
+            speed = limits[0] * k / SPEEDS
+        elif fastest > 0.0 and refused > 0.0:
             speed = 0.5 * (fastest + refused)
-            cost = _cost_at_speed(kernel, pricing, row, speed)
-            best = min(best, cost)
-            if cost == np.inf:
-                refused = speed
-            else:
-                fastest = speed
+        else:
+            break
+        cost = _cost_at_speed(
+            kernel, parameters, body, wheels, row, limits, speed, objective, account, per_wheel
+        )
+        best = min(best, cost)
+        if cost == np.inf and (fastest == 0.0 or k <= 0):
+            refused = speed
+        elif fastest == 0.0 or k <= 0:
+            fastest = speed
     return best
 
 
 @njit(cache=True, error_model="numpy")
 def _with_crab_angles(
     kernel: Any,
-    pricing: Any,
+    parameters: Any,
+    body: Any,
+    wheels: Any,
     row: Any,
-    along: float,
-    across: float,
-    yaw: float,
-    still: float,
-    crab: float,
+    limits: Any,
+    objective: int,
+    account: Any,
+    per_wheel: Any,
+    pose: tuple[float, float, float],
+    still: tuple[float, float],
 ) -> tuple[float, float]:
-    """Least cost per horizontal metre, and its yaw: ``yaw``, or one near ``still``.
+    """Least cost per horizontal metre, and its yaw.
 
-    Costs are for energy without what climbing stores. Angles near ``still``, rad, at which rollers
-    stand, are tried where ``crab``, rad off it, is above 0.
+    Costs are for energy without what climbing stores.
+
+    Args:
+        kernel, parameters, body, wheels, row, limits, objective: of the model, and the aim.
+        account, per_wheel: scratch.
+        pose: slope along and across the travel, and yaw to it in rad.
+        still: angle at which rollers stand, and the crab angle off it, 0 where none stands; rad.
     """
+    along, across, yaw = pose
+    angle, crab = still
     best, best_yaw = np.inf, yaw
     for n in range(-1, len(CRAB_ANGLES) if crab > 0.0 else 0):
-        turned = still + CRAB_ANGLES[n] * crab if n >= 0 else yaw
+        turned = angle + CRAB_ANGLES[n] * crab if n >= 0 else yaw
         if n >= 0 and turned == yaw:
             continue
         stretch = set_motion(row, along, across, turned, 0.0, 1.0)
-        cost: float = _best_cost(kernel, pricing, row)
+        cost: float = _best_cost(
+            kernel, parameters, body, wheels, row, limits, objective, account, per_wheel
+        )
         cost *= stretch
-        if pricing.objective == 0:
-            cost = max(cost - pricing.limits[4] * STANDARD_GRAVITY * along, 1e-3)
+        if objective == 0:
+            cost = max(cost - limits[4] * STANDARD_GRAVITY * along, 1e-3)
         if cost < best:
             best, best_yaw = cost, turned
     return best, best_yaw
 
 
-@njit(cache=True, error_model="numpy")
-def _holds(
-    kernel: Any, pricing: Any, row: Any, along: float, across: float, yaw: float, crawl: float
-) -> bool:
-    """Whether all limits hold at a crawl on a slope."""
-    set_motion(row, along, across, yaw, 0.0, crawl)
-    kernel(
-        *(row, pricing.parameters, pricing.body, pricing.wheels),
-        *(pricing.account, pricing.per_wheel),
-    )
-    return bool(broken_limit(pricing.account, pricing.limits, 1.0) < 0)
-
-
 @njit(
-    types.void(KERNEL, _PRICING, F2, F2, _F4, F3, _F4),
+    types.void(KERNEL, F1, F1, F2, F2, F1, types.int64, F2, _F4, F3, _F4),
     cache=True,
     error_model="numpy",
     nogil=True,
 )
 def _fill(
     kernel: Any,
-    pricing: Any,
+    parameters: Any,
+    body: Any,
+    wheels: Any,
     class_rows: Any,
+    limits: Any,
+    objective: int,
     still: Any,
     by_yaw: Any,
     yaw_limit: Any,
     lean: Any,
 ) -> None:
-    limits, objective = pricing.limits, pricing.objective
+    account = np.empty(ACCOUNT_LENGTH)
+    per_wheel = np.empty((wheels.shape[0], _WHEEL_COLUMNS))
     crawl = limits[0] / SPEEDS
     for c in range(by_yaw.shape[0]):
         row = class_rows[c].copy()
@@ -180,11 +177,15 @@ def _fill(
                 low, high = 0.0, limits[5]
                 for _ in range(14):
                     middle = 0.5 * (low + high)
-                    if _holds(kernel, pricing, row, px * middle, py * middle, yaw, crawl):
-                        low = middle
-                    else:
+                    set_motion(row, px * middle, py * middle, yaw, 0.0, crawl)
+                    kernel(row, parameters, body, wheels, account, per_wheel)
+                    if broken_limit(account, limits, 1.0) >= 0:
                         high = middle
-                level = _holds(kernel, pricing, row, 0.0, 0.0, yaw, crawl)
+                    else:
+                        low = middle
+                set_motion(row, 0.0, 0.0, yaw, 0.0, crawl)
+                kernel(row, parameters, body, wheels, account, per_wheel)
+                level = broken_limit(account, limits, 1.0) < 0
                 yaw_limit[c, t, f] = low if level else -1.0
                 for s in range(STEEPNESSES):
                     # Just inside the limit, where the speed is not yet squeezed to a crawl.
@@ -198,8 +199,19 @@ def _fill(
                         by_yaw[c, t, f, s] = math.sqrt(1.0 + along * along)
                         continue
                     crab = still[t, 1] if objective == 0 else 0.0
+                    pose, near = (along, across, yaw), (still[t, 0], crab)
                     best, best_yaw = _with_crab_angles(
-                        kernel, pricing, row, along, across, yaw, still[t, 0], crab
+                        kernel,
+                        parameters,
+                        body,
+                        wheels,
+                        row,
+                        limits,
+                        objective,
+                        account,
+                        per_wheel,
+                        pose,
+                        near,
                     )
                     by_yaw[c, t, f, s], lean[c, t, f, s] = best, best_yaw - yaw
 
@@ -271,17 +283,14 @@ def steady_costs(
     by_yaw = np.empty((classes, YAWS, DIRECTIONS, STEEPNESSES))
     yaw_limit = np.empty((classes, YAWS, DIRECTIONS))
     lean = np.empty_like(by_yaw)
-    pricing = Pricing(
-        model.parameters,
-        model.body,
-        model.wheels,
-        np.empty(ACCOUNT_LENGTH),
-        np.empty((len(model.wheels), _WHEEL_COLUMNS)),
+    _fill(
+        *(model.kernel, model.parameters, model.body, model.wheels),
+        np.ascontiguousarray(class_rows, dtype=float),
         limit_values(model, float(class_rows[0, INDEX["payload"]])),
         OBJECTIVES[objective],
+        _still(model),
+        *(by_yaw, yaw_limit, lean),
     )
-    rows = np.ascontiguousarray(class_rows, dtype=float)
-    _fill(model.kernel, pricing, rows, _still(model), by_yaw, yaw_limit, lean)
     best = np.empty((classes, DIRECTIONS, STEEPNESSES))
     limit = np.empty((classes, DIRECTIONS))
     order = np.empty((*best.shape, YAWS), np.uint8)

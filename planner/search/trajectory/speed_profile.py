@@ -64,38 +64,38 @@ class Block(NamedTuple):
     owners: NDArray[np.int64]
 
 
-class Step(NamedTuple):
-    """A step of a track, at any speed.
-
-    Attributes:
-        row: at its middle.
-        steepest: row at unit speed where its ground is steepest, or empty: only limits count there.
-        unit: (2,) velocity at unit speed.
-        surface: m along the ground.
-        turn: rad.
-        curvature: 1/m.
-        slope_change: to the next step.
-    """
-
-    row: Array
-    steepest: Array
-    unit: Array
-    surface: float
-    turn: float
-    curvature: float
-    slope_change: float
-
-
 @njit(cache=True, error_model="numpy")
 def _put_ramp(
-    block: Block, place: int, step: Step, speeds: Any, limits: Any, most_acceleration: float
+    columns: Any,
+    place: int,
+    row: Any,
+    steepest: Any,
+    unit: Any,
+    bend: tuple[float, float, float, float],
+    speeds: tuple[float, float],
+    limits: Any,
+    most_acceleration: float,
+    shares: Any,
+    eases: Any,
 ) -> int:
     """Rows of one step between two speeds, from ``place`` of a block on; their number, at most 3.
 
     None where the acceleration or the yaw rate is too large.
+
+    Args:
+        columns: of the block, written.
+        place: row of the block.
+        row: at the middle of the step.
+        steepest: unless empty, at unit speed where its ground is steepest: only limits count there.
+        unit: (2,) velocity at unit speed.
+        bend: m along the ground, rad of turn, 1/m of the arc, and change of slope to the next step.
+        speeds: m/s at both ends.
+        limits: of Circumstances.
+        most_acceleration: m/s².
+        shares, eases: of the Block, written.
     """
+    surface, turn, curvature, slope_change = bend
     speed_a, speed_b = speeds
-    surface, turn, curvature = step.surface, step.turn, step.curvature
     acceleration = (speed_b * speed_b - speed_a * speed_a) / (2.0 * surface)
     if abs(acceleration) > most_acceleration * (1.0 + 1e-6):
         return 0
@@ -107,17 +107,16 @@ def _put_ramp(
         return 0
     brief = abs(turn) > STILL or curvature != 0.0 or abs(acceleration) > 0.05 * most_acceleration
     count = 0
-    row, steepest, unit, shares = step.row, step.steepest, step.unit, block.shares
     if steepest.shape[0]:
         vx, vy = steepest[_VX], steepest[_VY]
         steepest[_VX], steepest[_VY], steepest[_WZ] = vx * faster, vy * faster, turn / time
         set_acceleration(steepest, acceleration, faster * faster * curvature, vx, vy, 1.0)
-        put_row(block.columns, place, steepest)
+        put_row(columns, place, steepest)
         steepest[_VX], steepest[_VY] = vx, vy
         shares[place] = 0.0
         count = 1
     row[_WZ] = turn / time
-    row[_SLOPE_RATE] = step.slope_change / time
+    row[_SLOPE_RATE] = slope_change / time
     for at, share in _TWO:
         if speed_a == speed_b and at > 0.5:
             shares[place + count - 1] = time  # at even speed both nodes see the same
@@ -125,25 +124,33 @@ def _put_ramp(
         speed = speed_a + (speed_b - speed_a) * at
         row[_VX], row[_VY] = unit[0] * speed, unit[1] * speed
         set_acceleration(row, acceleration, speed * speed * curvature, unit[0], unit[1], 1.0)
-        put_row(block.columns, place + count, row)
+        put_row(columns, place + count, row)
         shares[place + count] = share * time
         count += 1
     for k in range(place, place + count):
-        block.eases[k] = BRIEFLY if brief else 1.0
+        eases[k] = BRIEFLY if brief else 1.0
     return count
 
 
 @njit(cache=True, error_model="numpy")
-def _book(block: Block, size: int, limits: Any, objective: int, expected: Any) -> None:
+def _book(
+    found: Any,
+    size: int,
+    limits: Any,
+    objective: int,
+    owners: Any,
+    shares: Any,
+    eases: Any,
+    expected: Any,
+) -> None:
     """Add the model's results for a block's rows to the costs of the steps that own them."""
     for k in range(size):
-        j, a, at = block.owners[k]
-        if broken_in_block(block.found, k, limits, block.eases[k]) >= 0:
+        j, a, at = owners[k]
+        if broken_in_block(found, k, limits, eases[k]) >= 0:
             expected[j, a, at] = np.inf
         else:
             # Of profiles that take as long, the one that needs less energy.
-            weight = 1e-6 if objective == 1 else 1.0
-            expected[j, a, at] += weight * (block.found[k] * block.shares[k])
+            expected[j, a, at] += (1e-6 if objective == 1 else 1.0) * (found[k] * shares[k])
 
 
 @njit(cache=True, error_model="numpy")
@@ -184,26 +191,6 @@ def relax(expected: Any, exact: Any, only: bool, fresh: Any, cost: Any, came: An
 
 
 @njit(cache=True, error_model="numpy")
-def _step(arrays: Any, stretch: Stretch, j: int, row: Any, unit: Any) -> Any:
-    """Step number ``j``; its row and unit velocity are written to the arrays given."""
-    steps, slopes = stretch.steps, stretch.steps.slopes
-    yaw, direction = stretch.yaw[j], steps.directions[j]
-    row[:] = arrays.class_rows[steps.ground[j]]
-    longer = set_motion(row, slopes[j, 0], slopes[j, 1], yaw, direction, 1.0)
-    unit[0], unit[1] = row[_VX], row[_VY]
-    set_wind(row, arrays.wind, yaw)
-    steepest = row[:0]
-    if slopes[j, 2] != slopes[j, 0] or slopes[j, 3] != slopes[j, 1]:
-        steepest = row.copy()
-        set_motion(steepest, slopes[j, 2], slopes[j, 3], yaw, direction, 1.0)
-    change = 0.0
-    if j + 1 < slopes.shape[0]:
-        change = math.hypot(slopes[j + 1, 0] - slopes[j, 0], slopes[j + 1, 1] - slopes[j, 1])
-    surface = steps.lengths[j] * longer
-    return Step(row, steepest, unit, surface, stretch.turns[j], stretch.curvatures[j], change)
-
-
-@njit(cache=True, error_model="numpy")
 def _price_near(
     kernel: Any,
     arrays: Any,
@@ -227,15 +214,30 @@ def _price_near(
         beside: levels to either side.
         exact, expected: which costs are exact, and the costs; brought up to date.
     """
-    parameters, body, wheels = arrays.parameters, arrays.body, arrays.wheels
-    limits, objective, most = arrays.limits, stretch.objective, stretch.acceleration
-    row, unit = np.empty(arrays.class_rows.shape[1]), np.empty(2)
+    # Arrays by names of their own: taking them out of a tuple costs more than a look-up.
+    parameters, body, wheels, class_rows, limits, wind = arrays
+    directions, lengths, slopes, ground = stretch.steps
+    curvatures, yaw, turns = stretch.curvatures, stretch.yaw, stretch.turns
+    objective, most = stretch.objective, stretch.acceleration
+    columns, found, shares, eases, owners = block
+    row, unit = np.empty(class_rows.shape[1]), np.empty(2)
     size = 0
     for j in range(fresh.shape[0]):
         if not fresh[j]:
             continue
         p, q = chosen[j], chosen[j + 1]
-        step = _step(arrays, stretch, j, row, unit)
+        row[:] = class_rows[ground[j]]
+        longer = set_motion(row, slopes[j, 0], slopes[j, 1], yaw[j], directions[j], 1.0)
+        unit[0], unit[1] = row[_VX], row[_VY]
+        set_wind(row, wind, yaw[j])
+        steepest = row[:0]
+        if slopes[j, 2] != slopes[j, 0] or slopes[j, 3] != slopes[j, 1]:
+            steepest = row.copy()
+            set_motion(steepest, slopes[j, 2], slopes[j, 3], yaw[j], directions[j], 1.0)
+        change = 0.0
+        if j + 1 < fresh.shape[0]:
+            change = math.hypot(slopes[j + 1, 0] - slopes[j, 0], slopes[j + 1, 1] - slopes[j, 1])
+        bend = lengths[j] * longer, turns[j], curvatures[j], change
         for a in range(max(0, p - beside), min(LEVELS, p + beside + 1)):
             for b in range(max(0, q - beside), min(LEVELS, q + beside + 1)):
                 at = b - a + REACH
@@ -243,20 +245,33 @@ def _price_near(
                     continue
                 exact[j, a, at] = True
                 if size + 3 > BLOCK:
-                    kernel(block.columns, size, parameters, body, wheels, block.found)
-                    _book(block, size, limits, objective, expected)
+                    kernel(columns, size, parameters, body, wheels, found)
+                    _book(found, size, limits, objective, owners, shares, eases, expected)
                     size = 0
-                count = _put_ramp(block, size, step, (level[a], level[b]), limits, most)
+                # Written out: a tuple of arrays on every call costs more than the call.
+                count = _put_ramp(
+                    columns,
+                    size,
+                    row,
+                    steepest,
+                    unit,
+                    bend,
+                    (level[a], level[b]),
+                    limits,
+                    most,
+                    shares,
+                    eases,
+                )
                 expected[j, a, at] = np.inf
                 if count:
                     expected[j, a, at] = 0.0
                     if objective == 1:
-                        expected[j, a, at] = 2.0 * step.surface / (level[a] + level[b])
+                        expected[j, a, at] = 2.0 * bend[0] / (level[a] + level[b])
                 for k in range(size, size + count):
-                    block.owners[k] = j, a, at
+                    owners[k] = j, a, at
                 size += count
-    kernel(block.columns, size, parameters, body, wheels, block.found)
-    _book(block, size, limits, objective, expected)
+    kernel(columns, size, parameters, body, wheels, found)
+    _book(found, size, limits, objective, owners, shares, eases, expected)
 
 
 @njit(cache=True, error_model="numpy")

@@ -170,16 +170,22 @@ def _relax(
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _touching(
-    around: Any, first: int, last: int, lengths: Any, span: float, yaw: float, turn: float
+    blocked: Any,
+    frame: Any,
+    points: Any,
+    first: int,
+    last: int,
+    lengths: Any,
+    span: float,
+    yaw: float,
+    turn: float,
 ) -> bool:
     """Whether the body touches something between two samples while it turns evenly."""
-    points = around.points
     done = 0.0
     for j in range(first, last):
         share = lengths[j] / span
         x, y, to_x, to_y = points[j, 0], points[j, 1], points[j + 1, 0], points[j + 1, 1]
-        angle = yaw + turn * done
-        if touches(around.blocked, around.frame, x, y, to_x, to_y, angle, turn * share):
+        if touches(blocked, frame, x, y, to_x, to_y, yaw + turn * done, turn * share):
             return True
         done += share
     return False
@@ -237,7 +243,10 @@ def _sweep(
         start_state: -1 leaves it free.
         reached: written.
     """
-    driven, cost, free = reached.driven, reached.cost, waypoints.free
+    # Arrays by names of their own: taking them out of a tuple costs more than a look-up.
+    driven, cost, came, spun = reached
+    free, steady, spin = waypoints.free, waypoints.steady, waypoints.spin
+    spans, bends, window = pieces.spans, pieces.bends, pieces.window
     last = driven.shape[0] - 1
     widest = price.shape[1] // 2
     ahead, origin = np.empty(2 * STATES), np.empty(2 * STATES, np.int64)
@@ -247,19 +256,18 @@ def _sweep(
             driven[0, s] = 0.0
     for k in range(last + 1):
         halt = turning.stop if 0 < k < last else 0.0
-        spin_round(driven[k], free[k], waypoints.spin[k], halt, cost[k], reached.spun[k])
+        spin_round(driven[k], free[k], spin[k], halt, cost[k], spun[k])
         if k == last:
             break
         ahead[:] = np.inf
-        for w in range(-pieces.window[k], min(pieces.window[k] + 1, STATES // 2)):
-            span = pieces.spans[k]
-            u, column = turn_place(turning, span, wrap(pieces.bends[k] + w * WIDTH))
+        for w in range(-window[k], min(window[k] + 1, STATES // 2)):
+            u, column = turn_place(turning, spans[k], wrap(bends[k] + w * WIDTH))
             turned = w % STATES
             onto = slice(turned, turned + STATES)
             priced_only = exact or column < 0
             _relax(
-                *(price[k, w + widest], waypoints.steady[k], steady_twice[k, onto], off[k]),
-                *(by_turn[column], by_turn[column + 1], u, span, priced_only),
+                *(price[k, w + widest], steady[k], steady_twice[k, onto], off[k]),
+                *(by_turn[column], by_turn[column + 1], u, spans[k], priced_only),
                 *(cost[k], ahead[onto], origin[onto]),
             )
         for t in range(STATES):
@@ -267,7 +275,7 @@ def _sweep(
             best = ahead[t + STATES] if again else ahead[t]
             if free[k + 1, t] and best < np.inf:
                 driven[k + 1, t] = best
-                reached.came[k + 1, t] = origin[t + STATES] if again else origin[t]
+                came[k + 1, t] = origin[t + STATES] if again else origin[t]
 
 
 @njit(cache=True, error_model="numpy")
@@ -308,7 +316,9 @@ def _moves_near(
     Pairs that touch something get an infinite price at once. ``far`` (n - 1,) is how many states
     off the path count, negative for none; ``most`` is how many moves that makes.
     """
-    at, stride, shift = waypoints.at, waypoints.stride, waypoints.shift
+    at, directions, stride, _, free, shift, _ = waypoints
+    spans, bends, scale, _, window, narrow = pieces
+    blocked, frame, points, _ = around
     widest = price.shape[1] // 2
     asked, moves = np.empty(most, np.int64), np.empty((most, 3))
     pairs = np.empty(most, np.int64)
@@ -319,24 +329,24 @@ def _moves_near(
             for b in range(t - far[k], t + far[k] + 1):
                 p, q = a % STATES, b % STATES
                 w = _change(p, q)
-                if abs(w) > pieces.window[k] or not waypoints.free[k + 1, q]:
+                if abs(w) > window[k] or not free[k + 1, q]:
                     continue
                 if not math.isnan(price[k, w + widest, p]):
                     continue
-                turn = wrap(pieces.bends[k] + w * WIDTH) + shift[k + 1, q] - shift[k, p]
-                yaw = waypoints.directions[k] + p * WIDTH + shift[k, p]
+                turn = wrap(bends[k] + w * WIDTH) + shift[k + 1, q] - shift[k, p]
+                yaw = directions[k] + p * WIDTH + shift[k, p]
                 price[k, w + widest, p] = 0.0
-                if pieces.narrow[k] and _touching(
-                    around, at[k], at[k + 1], lengths, pieces.spans[k], yaw, turn
+                if narrow[k] and _touching(
+                    *(blocked, frame, points, at[k], at[k + 1], lengths, spans[k], yaw, turn)
                 ):
                     price[k, w + widest, p] = np.inf
                     continue
                 done = 0.0
                 for j in range(at[k] + (stride[k] - 1) // 2, at[k + 1], stride[k]):
-                    share = lengths[j] * pieces.scale[k] / pieces.spans[k]
+                    share = lengths[j] * scale[k] / spans[k]
                     asked[size] = j
                     moves[size, 0] = yaw + turn * (done + 0.5 * share)
-                    moves[size, 1] = lengths[j] * pieces.scale[k]
+                    moves[size, 1] = lengths[j] * scale[k]
                     moves[size, 2] = turn * share
                     pairs[size] = (k * price.shape[1] + w + widest) * STATES + p
                     done += share
