@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from planner.power.account import PerWheel
 from planner.power.model import PowerModel
 from planner.power.rows import rows_from
 from planner.power.vehicles import load_vehicle
@@ -127,7 +128,7 @@ def test_shifted_centre_of_mass(
 
 def test_loads_of_a_shifted_centre_of_mass(minibalance: PowerModel) -> None:
     _, wheels = minibalance.evaluate(straight(0, FORWARD, 0.5, com_x=-0.1, com_y=0.0))
-    assert wheels[:, 0] == pytest.approx([15.7, 15.7, 43.2, 43.2], abs=0.05)
+    assert wheels[:, PerWheel.LOAD] == pytest.approx([15.7, 15.7, 43.2, 43.2], abs=0.05)
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ import pytest
 
 import planner
 from planner.errors import VehicleError
+from planner.power.account import PerWheel
 from planner.power.catalogue import all_effects
 from planner.power.model import PowerModel
 from planner.power.rows import rows_from
@@ -231,7 +232,7 @@ excess = { hard = 0.0, carpet = 1.3 }
     assert hard == neither
     # Driving forward, the drag of one wheel above the others changes its share, not their sum.
     _, wheels = model.evaluate(rows_from(vx=0.4))
-    torque = wheels[:, 4]
+    torque = wheels[:, PerWheel.WHEEL_TORQUE]
     assert torque[0] > torque[1]
     assert torque[1] == pytest.approx(torque[2], rel=1e-9)
     mean = torque.mean()
