@@ -237,8 +237,8 @@ def _solve(
     row, close, factor, ground = lattice.row, lattice.close, lattice.factor, field.ground
     side, back = (1, 0) if onward else (-1, -1)
     penalised, remembered = factor.shape[0] > 1, row.shape[0] > 1
-    # Nodes that a move passes between: two for those of two cells.
-    passed = 2 * np.maximum(np.abs(offsets[:, 0]), np.abs(offsets[:, 1])) - 2
+    # Moves of two cells pass between two further nodes.
+    long = np.maximum(np.abs(offsets[:, 0]), np.abs(offsets[:, 1])) > 1
     x0, y0, dx, dy = field.x0, field.y0, field.dx, field.dy
     nodes, costs, estimates = _seeds(field, factor, goal_x, goal_y, start_x, start_y, metre, onward)
     # The first bucket is that of the cheapest seed: costs of far seeds may be large.
@@ -293,8 +293,10 @@ def _solve(
             if here != PRICED_CLOSELY:
                 g = ground[b, a]
                 cost = table[g, here, m] + table[g, here if there == PRICED_CLOSELY else there, m]
-                for k in range(passed[m]):
-                    there = slopes[b + beside[m, k, 1], a + beside[m, k, 0]]
+                if long[m]:
+                    there = slopes[b + beside[m, 0, 1], a + beside[m, 0, 0]]
+                    cost += table[g, here if there == PRICED_CLOSELY else there, m]
+                    there = slopes[b + beside[m, 1, 1], a + beside[m, 1, 0]]
                     cost += table[g, here if there == PRICED_CLOSELY else there, m]
             elif remembered:
                 cost = close[row[b, a], m]
