@@ -255,7 +255,7 @@ class Advice:
     def _distance(
         self, gram: Array, mine: Sequence[int], strength: Array, alias: Sequence[int]
     ) -> float:
-        """Standard deviations between an effect and the nearest that a alias could imitate."""
+        """Standard deviations between an effect and the nearest that an alias could imitate."""
         rest = np.array([*self.examination.evidence.tangent.tolist(), *alias])
         left = _left(gram, rest, np.array(mine))
         return float(np.sqrt(max(float(strength @ left @ strength), 0.0)))

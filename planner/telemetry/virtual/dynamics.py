@@ -93,8 +93,9 @@ def _wheels(
     odometer: float, lead: float, winding: Any, draws: Any, flows: Any
 ) -> float:  # fmt: skip
     """Fills ``draws`` (n, DRAWS) and ``flows`` (W by place); returns the worst limit's use."""
-    n = chassis.wheels.x.shape[0]
-    mass = chassis.body.mass + start[0]
+    body, wheels, contacts, motor, _ = chassis
+    n = wheels.x.shape[0]
+    mass = body.mass + start[0]
     cx = hidden.gain * start[1] + hidden.offset_x
     cy = hidden.gain * start[2] + hidden.offset_y
     flows[:] = 0.0
@@ -103,7 +104,7 @@ def _wheels(
     ay = dv[1] + dv[2] * cx + v[2] * (v[0] - v[2] * cy)
     fx = mass * (ax - g[0])
     fy = mass * (ay - g[1])
-    moment = chassis.body.yaw_inertia * dv[2] + cx * fy - cy * fx
+    moment = body.yaw_inertia * dv[2] + cx * fy - cy * fx
     flows[_GRAVITY] = -mass * (g[0] * (v[0] - v[2] * cy) + g[1] * (v[1] + v[2] * cx))
     # Air, bumps, edges of ramps and scrub act on the body.
     speed = math.sqrt(v[0] * v[0] + v[1] * v[1])
@@ -120,29 +121,21 @@ def _wheels(
     moment += scrub
     # Suspension: plane of spring forces in equilibrium with the weight and its moments.
     weight = mass * g[2]
-    tip_x = weight * cx + chassis.body.com_height * mass * (g[0] - ax)
-    tip_y = weight * cy + chassis.body.com_height * mass * (g[1] - ay)
-    z0 = chassis.body.spring_plane[0, 0] * weight
-    z0 += chassis.body.spring_plane[0, 1] * tip_x + chassis.body.spring_plane[0, 2] * tip_y
-    z1 = chassis.body.spring_plane[1, 0] * weight
-    z1 += chassis.body.spring_plane[1, 1] * tip_x + chassis.body.spring_plane[1, 2] * tip_y
-    z2 = chassis.body.spring_plane[2, 0] * weight
-    z2 += chassis.body.spring_plane[2, 1] * tip_x + chassis.body.spring_plane[2, 2] * tip_y
-    nominal = chassis.body.mass * STANDARD_GRAVITY / n
+    tip_x = weight * cx + body.com_height * mass * (g[0] - ax)
+    tip_y = weight * cy + body.com_height * mass * (g[1] - ay)
+    z0 = body.spring_plane[0, 0] * weight
+    z0 += body.spring_plane[0, 1] * tip_x + body.spring_plane[0, 2] * tip_y
+    z1 = body.spring_plane[1, 0] * weight
+    z1 += body.spring_plane[1, 1] * tip_x + body.spring_plane[1, 2] * tip_y
+    z2 = body.spring_plane[2, 0] * weight
+    z2 += body.spring_plane[2, 1] * tip_x + body.spring_plane[2, 2] * tip_y
+    nominal = body.mass * STANDARD_GRAVITY / n
     ground = conditions[6] * (1.0 + hidden.surface_excess[int(conditions[4])])
     ground *= 1.0 + hidden.wear_rate * odometer
     for i in range(n):
-        rim = (
-            chassis.wheels.rim[i, 0] * v[0]
-            + chassis.wheels.rim[i, 1] * v[1]
-            + chassis.wheels.rim[i, 2] * v[2]
-        )
-        spin = (
-            chassis.wheels.spin[i, 0] * v[0]
-            + chassis.wheels.spin[i, 1] * v[1]
-            + chassis.wheels.spin[i, 2] * v[2]
-        )
-        load = max(z0 + z1 * chassis.wheels.x[i] + z2 * chassis.wheels.y[i], 1e-3 * nominal)
+        rim = wheels.rim[i, 0] * v[0] + wheels.rim[i, 1] * v[1] + wheels.rim[i, 2] * v[2]
+        spin = wheels.spin[i, 0] * v[0] + wheels.spin[i, 1] * v[1] + wheels.spin[i, 2] * v[2]
+        load = max(z0 + z1 * wheels.x[i] + z2 * wheels.y[i], 1e-3 * nominal)
         factor = ground * (1.0 + hidden.wheel_excess[i])
         if hidden.exponent != 0.0:
             factor *= math.exp(hidden.exponent * math.log(load / nominal))
@@ -156,22 +149,19 @@ def _wheels(
         held = (
             factor
             * gripped
-            * (
-                chassis.contacts.roller * load * math.tanh(spin / _SLIDING)
-                + chassis.contacts.roller_viscous * spin
-            )
+            * (contacts.roller * load * math.tanh(spin / _SLIDING) + contacts.roller_viscous * spin)
         )
-        rolled = chassis.contacts.rolling * load
+        rolled = contacts.rolling * load
         if hidden.compaction != 0.0:
             rolled += hidden.compaction * load * (load / nominal) ** (1.0 / 3.0)
         # Kept in the table until the force is shared out.
         draws[i, 0], draws[i, 1], draws[i, 2] = rim, spin, load
         draws[i, 3] = held
         draws[i, 4] = factor * rolled * math.tanh(rim / _SLIDING)
-        fx += held * chassis.contacts.drag[i, 0]
-        fy += held * chassis.contacts.drag[i, 1]
-        moment += held * chassis.contacts.drag[i, 2]
-    s = chassis.contacts.stiffness
+        fx += held * contacts.drag[i, 0]
+        fy += held * contacts.drag[i, 1]
+        moment += held * contacts.drag[i, 2]
+    s = contacts.stiffness
     dx = s[0, 0] * fx + s[0, 1] * fy + s[0, 2] * moment
     dy = s[1, 0] * fx + s[1, 1] * fy + s[1, 2] * moment
     turn = s[2, 0] * fx + s[2, 1] * fy + s[2, 2] * moment
@@ -180,29 +170,17 @@ def _wheels(
     for i in range(n):
         rim, spin, load, held = draws[i, 0], draws[i, 1], draws[i, 2], draws[i, 3]
         rolled = draws[i, 4]
-        force = (
-            chassis.contacts.pull[i, 0] * dx
-            + chassis.contacts.pull[i, 1] * dy
-            + chassis.contacts.pull[i, 2] * turn
-        )
-        force += inner * chassis.contacts.fight[i]
-        change = (
-            chassis.wheels.rim[i, 0] * dv[0]
-            + chassis.wheels.rim[i, 1] * dv[1]
-            + chassis.wheels.rim[i, 2] * dv[2]
-        )
+        force = contacts.pull[i, 0] * dx + contacts.pull[i, 1] * dy + contacts.pull[i, 2] * turn
+        force += inner * contacts.fight[i]
+        change = wheels.rim[i, 0] * dv[0] + wheels.rim[i, 1] * dv[1] + wheels.rim[i, 2] * dv[2]
         # Under force the wheel runs ahead of the ground.
-        ahead = hidden.creep * force / load * abs(rim) / chassis.contacts.axle_on_rim[i]
-        hub = (
-            force * chassis.contacts.axle_on_rim[i]
-            - held * chassis.contacts.drag_on_rim[i]
-            + rolled
-        )
-        hub = hub * chassis.wheels.radius + chassis.wheels.inertia * change / chassis.wheels.radius
-        to_motor = chassis.motors.gear_ratio / chassis.wheels.radius
+        ahead = hidden.creep * force / load * abs(rim) / contacts.axle_on_rim[i]
+        hub = force * contacts.axle_on_rim[i] - held * contacts.drag_on_rim[i] + rolled
+        hub = hub * wheels.radius + wheels.inertia * change / wheels.radius
+        to_motor = motor.gear_ratio / wheels.radius
         flows[_ROLLING] += rolled * (rim + ahead)
-        flows[_ROLLERS] += held * (spin - ahead * chassis.contacts.drag_on_rim[i])
-        flows[_SLIP] += force * ahead * chassis.contacts.axle_on_rim[i]
+        flows[_ROLLERS] += held * (spin - ahead * contacts.drag_on_rim[i])
+        flows[_SLIP] += force * ahead * contacts.axle_on_rim[i]
         drive_wheel(
             chassis, hidden, hub, (rim + ahead) * to_motor, change * to_motor, winding[i], draws[i]
         )
@@ -212,8 +190,8 @@ def _wheels(
         flows[_DRIVER] += draws[i, _DRIVER_OF]
         flows[_REFUSED] += draws[i, _REFUSED_OF]
         flows[_SUPPLY] += draws[i, _TERMINAL] + draws[i, _DRIVER_OF] + draws[i, _REFUSED_OF]
-        use = abs(draws[i, _VOLTAGE]) / chassis.motors.highest_voltage
-        worst = max(worst, use, abs(draws[i, _CURRENT]) / chassis.motors.highest_current)
+        use = abs(draws[i, _VOLTAGE]) / motor.highest_voltage
+        worst = max(worst, use, abs(draws[i, _CURRENT]) / motor.highest_current)
     return worst
 
 
@@ -240,19 +218,14 @@ def _electronics(chassis: Any, hidden: Any, v: Any, g: Any, conditions: Any, tim
 @njit(cache=True)
 def _kinetic(chassis: Any, hidden: Any, v: Any, start: Any) -> float:
     """J of the body, its wheels and rotors."""
+    body, wheels, _, motor, _ = chassis
     x = v[0] - v[2] * (hidden.gain * start[2] + hidden.offset_y)
     y = v[1] + v[2] * (hidden.gain * start[1] + hidden.offset_x)
-    energy = (chassis.body.mass + start[0]) * (x * x + y * y) + chassis.body.yaw_inertia * v[2] * v[
-        2
-    ]
-    rotating = chassis.wheels.inertia + chassis.motors.gear_ratio**2 * chassis.motors.rotor_inertia
-    for i in range(chassis.wheels.x.shape[0]):
-        rim = (
-            chassis.wheels.rim[i, 0] * v[0]
-            + chassis.wheels.rim[i, 1] * v[1]
-            + chassis.wheels.rim[i, 2] * v[2]
-        )
-        energy += rotating * (rim / chassis.wheels.radius) ** 2
+    energy = (body.mass + start[0]) * (x * x + y * y) + body.yaw_inertia * v[2] * v[2]
+    rotating = wheels.inertia + motor.gear_ratio**2 * motor.rotor_inertia
+    for i in range(wheels.x.shape[0]):
+        rim = wheels.rim[i, 0] * v[0] + wheels.rim[i, 1] * v[1] + wheels.rim[i, 2] * v[2]
+        energy += rotating * (rim / wheels.radius) ** 2
     return float(0.5 * energy)
 
 

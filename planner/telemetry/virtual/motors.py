@@ -57,30 +57,29 @@ def drive_wheel(
         temperature: °C of the winding.
         draw: written.
     """
-    load = hub_torque / chassis.motors.gear_ratio
-    share = chassis.motors.mesh_friction
+    motor = chassis.motors
+    load = hub_torque / motor.gear_ratio
+    share = motor.mesh_friction
     if hub_torque * speed <= 0.0:
         share = min(max(share - hidden.return_change, 0.0), 1.0)
     mesh = share * abs(load)
     idle = 0.0
     if hidden.drag_torque != 0.0:
-        idle = hidden.drag_torque / chassis.motors.gear_ratio
+        idle = hidden.drag_torque / motor.gear_ratio
         idle *= math.exp(-abs(hub_torque) / hidden.fading_torque)
     turning = math.tanh(speed / REST_SPEED)
     rest = 1.0 - abs(turning)
-    held = min(
-        max(load, -mesh - chassis.motors.coulomb_torque), mesh + chassis.motors.coulomb_torque
-    )
+    held = min(max(load, -mesh - motor.coulomb_torque), mesh + motor.coulomb_torque)
     damping = hidden.viscous_torque
     if hidden.viscosity != 0.0:
         cold = REFERENCE_TEMPERATURE - temperature
         damping += hidden.viscosity * math.exp(hidden.temperature_rate * cold)
-    own = turning * (chassis.motors.coulomb_torque + idle) + damping * speed
-    torque = load + turning * mesh + own - rest * held + chassis.motors.rotor_inertia * speed_change
+    own = turning * (motor.coulomb_torque + idle) + damping * speed
+    torque = load + turning * mesh + own - rest * held + motor.rotor_inertia * speed_change
     rise = temperature - REFERENCE_TEMPERATURE
-    resistance = chassis.motors.resistance * (1.0 + hidden.copper_coefficient * rise)
+    resistance = motor.resistance * (1.0 + hidden.copper_coefficient * rise)
     weaker = hidden.magnet_coefficient * hidden.magnet_share * rise
-    constant = chassis.motors.torque_constant * (1.0 + weaker)
+    constant = motor.torque_constant * (1.0 + weaker)
     current = torque / constant
     copper = resistance * current * current * (1.0 + hidden.ripple_squared)
     terminal = constant * current * speed + copper
