@@ -117,7 +117,7 @@ def plan(page: Any, wire: Wire) -> None:
     with page.expect_request("**/v1/routes"):
         page.locator("#request").evaluate("form => form.requestSubmit()")
     if wire.holding:
-        page.wait_for_function("document.querySelector('#answer').ariaBusy === 'true'")
+        expect(page.locator("#answer")).to_have_attribute("aria-busy", "true")
 
 
 def shown(page: Any) -> str:
