@@ -23,7 +23,7 @@ from planner.terrain.heightmap import Terrain
 
 
 @dataclass(frozen=True)
-class Circumstances:
+class OperatingConditions:
     """A model, and everything about a request that is the same all along the route.
 
     Attributes:
@@ -40,7 +40,7 @@ class Circumstances:
 
     @cached_property
     def key(self) -> tuple[object, ...]:
-        """What tells one model under its conditions from another; for planner.cache."""
+        """Key of the model under its conditions, for planner.cache."""
         arrays = (self.class_rows, self.limits, self.wind)
         return (model_key(self.model), *(array.tobytes() for array in arrays))
 
@@ -75,7 +75,7 @@ class Circumstances:
 
 
 def model_key(model: PowerModel) -> str:
-    """What tells one power model from another, as far as its watts and limits go."""
+    """Cache key of a power model: whatever its watts and limits depend on."""
     digest = hashlib.sha256(model.kind.encode())
     for effect in model.effects:
         digest.update(repr((effect.slug, effect.definition)).encode())
@@ -104,7 +104,9 @@ def _fastest_on_the_level(model: PowerModel, class_rows: Array, limits: Array) -
     return float(limits[0])
 
 
-def circumstances(request: SituationRequest, model: PowerModel, terrain: Terrain) -> Circumstances:
+def operating_conditions(
+    request: SituationRequest, model: PowerModel, terrain: Terrain
+) -> OperatingConditions:
     """Work out what a request's payload, conditions and ground mean for the model."""
     vehicle = model.vehicle
     payload = request.payload
@@ -134,4 +136,4 @@ def circumstances(request: SituationRequest, model: PowerModel, terrain: Terrain
     limits = np.append(limit_values(model, payload.mass), vehicle.limits.yaw_rate)
     limits[0] = min(limits[0], _fastest_on_the_level(model, rows, limits))
     wind = request.conditions.wind
-    return Circumstances(model, rows, limits, np.array([wind.x, wind.y]))
+    return OperatingConditions(model, rows, limits, np.array([wind.x, wind.y]))

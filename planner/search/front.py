@@ -33,7 +33,7 @@ from planner.search.resolution import MARGIN
 from planner.search.results import Route
 from planner.search.run import Run
 from planner.search.situation import situation_of
-from planner.search.tradeoff import PricedSearch, Ridden, chord_price, ends_of, filled_in
+from planner.search.tradeoff import DrivenRoute, PricedSearch, chord_price, ends_of, filled_in
 from planner.shown import Shown
 from planner.terrain.heightmap import Terrain
 
@@ -139,7 +139,7 @@ def energy_time_front(
 def _front(run: Run, most: int) -> Front:
     run.step(0.02, "costs of steady driving")
     reason = check_places(run, run.field("energy", MARGIN))
-    blank = Front("no_route", run.ground.terrain, run.around.model.describe())
+    blank = Front("no_route", run.ground.terrain, run.conditions.model.describe())
     if reason is not None:
         return replace(blank, reason=reason)
     search = PricedSearch(run)
@@ -152,8 +152,8 @@ def _front(run: Run, most: int) -> Front:
     return replace(blank, status="ok", points=_points(front), searches=searches)
 
 
-def _points(front: Sequence[Ridden]) -> tuple[FrontPoint, ...]:
+def _points(front: Sequence[DrivenRoute]) -> tuple[FrontPoint, ...]:
     slopes = [math.inf, *(chord_price(a, b) for a, b in pairwise(front)), 0.0]
     return tuple(
-        FrontPoint(ridden.route, (slopes[k + 1], slopes[k])) for k, ridden in enumerate(front)
+        FrontPoint(driven.route, (slopes[k + 1], slopes[k])) for k, driven in enumerate(front)
     )

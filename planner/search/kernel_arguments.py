@@ -1,6 +1,6 @@
 """Arguments that compiled loops of several rooms take together, and their types in numba.
 
-    step_costs(kernel, around.arrays, objective, steps, ...)
+    step_costs(kernel, conditions.arrays, objective, steps, ...)
 
 The kernel of a power model stays an argument of its own: numba takes no tuple that holds a function
 and arrays.
@@ -29,7 +29,7 @@ class ModelArrays(NamedTuple):
 
     Attributes:
         parameters, body, wheels: of ``PowerModel``.
-        class_rows, limits, wind: of ``Circumstances``.
+        class_rows, limits, wind: of ``OperatingConditions``.
     """
 
     parameters: Array

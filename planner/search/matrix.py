@@ -99,8 +99,8 @@ def energy_matrix(
     starts, goals = request.starts, request.goals or request.starts
     for name, places in (("starts", starts), ("goals", goals)):
         for k, place in enumerate(places):
-            check_place(f"{name}[{k}]", place, situation.ground, field, situation.around)
-            check_hold(f"{name}[{k}]", place, field, situation.around)
+            check_place(f"{name}[{k}]", place, situation.ground, field, situation.conditions)
+            check_hold(f"{name}[{k}]", place, field, situation.conditions)
     with CancellationToken(cancelled) as token:
         return _filled(situation, field, starts, goals, progress or silent, token)
 
@@ -118,15 +118,15 @@ def _filled(
     def column(goal: PoseRequest) -> list[float]:
         nonlocal done
         token.check()
-        ahead = situation.ahead("energy", field, (goal.x, goal.y), token=token)
-        costs = [cost_from(field, ahead, (start.x, start.y)) for start in starts]
+        least_cost_to = situation.least_cost_to("energy", field, (goal.x, goal.y), token=token)
+        costs = [cost_from(field, least_cost_to, (start.x, start.y)) for start in starts]
         done += 1
         progress(0.7 * done / len(goals), f"{done} of {len(goals)} fields")
         return costs
 
     with ThreadPoolExecutor(max_workers=2) as pool:
         dissipated = np.array(list(pool.map(column, goals))).T
-    weight = situation.around.mass * STANDARD_GRAVITY
+    weight = situation.conditions.mass * STANDARD_GRAVITY
     heights = [
         sample_surface(field, np.array([[place.x, place.y] for place in places]))[0]
         for places in (starts, goals)

@@ -83,7 +83,7 @@ def _plan(run: Run) -> Answer:
     request, objective = run.request, run.request.objective
     run.step(0.05, "costs of steady driving")
     reason = check_places(run, run.field(objective, MARGIN))
-    terrain, model = run.ground.terrain, run.around.model.describe()
+    terrain, model = run.ground.terrain, run.conditions.model.describe()
     blank = Answer("no_route", terrain, model, summary_of(run), notes=_notes(run))
     if reason is not None:
         return replace(blank, reason=reason)
@@ -157,10 +157,10 @@ def _arrived(asked: PoseRequest | RegionRequest, route: Route) -> Mapping[str, f
 
 
 def _notes(run: Run) -> tuple[str, ...]:
-    defaults = run.around.model.defaults_in_words()
+    defaults = run.conditions.model.defaults_in_words()
     notes = [f"defaults taken: {', '.join(defaults)}"] if defaults else []
     given = run.request.conditions.model_fields_set
-    reads = {name for effect in run.around.model.effects for name in effect.reads}
+    reads = {name for effect in run.conditions.model.effects for name in effect.reads}
     needed = {"wind": "wind_x", "motor_temp": "motor_temp", "ambient_temp": "ambient_temp"}
     needed |= {"sensor_rate": "sensor_rate", "battery_voltage": "battery_voltage"}
     for name, quantity in needed.items():

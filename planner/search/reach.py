@@ -116,8 +116,8 @@ def reachable_area(
     situation = situation_of(request, terrain=terrain, model=model)
     budget = _budget(request, situation)
     field = situation.field("energy")
-    check_place("start", request.start, situation.ground, field, situation.around)
-    check_hold("start", request.start, field, situation.around)
+    check_place("start", request.start, situation.ground, field, situation.conditions)
+    check_hold("start", request.start, field, situation.conditions)
     say(0.1, "least-cost field")
     with CancellationToken(cancelled) as token:
         search = _Search(situation, field, request, budget, token)
@@ -163,7 +163,7 @@ def _budget(request: ReachRequest, situation: Situation) -> float:
     """J that there are to spend."""
     if request.energy_j is not None:
         return request.energy_j
-    capacity = situation.around.model.vehicle.battery.capacity
+    capacity = situation.conditions.model.vehicle.battery.capacity
     if not math.isfinite(capacity):
         raise RequestError(
             "energy_j", "is missing, and the vehicle's battery is not known", accepted="J to spend"
@@ -185,11 +185,11 @@ class _Search:
     ) -> None:
         self.situation, self.field, self.budget, self.token = situation, field, budget, token
         self.start = (request.start.x, request.start.y)
-        self.weight = situation.around.mass * STANDARD_GRAVITY
+        self.weight = situation.conditions.mass * STANDARD_GRAVITY
         self.base = float(sample_surface(field, np.array([self.start]))[0][0])
-        self.fields: list[CostToGo] = [situation.onward(field, self.start, token)]
+        self.fields: list[CostToGo] = [situation.least_cost_from(field, self.start, token)]
         if request.and_back:
-            self.fields.append(situation.ahead("energy", field, self.start, token=token))
+            self.fields.append(situation.least_cost_to("energy", field, self.start, token=token))
         self.dissipated = np.sum([f.values.astype(float) for f in self.fields], axis=0)
 
     def needed(self, factor: Array) -> Array:

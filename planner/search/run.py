@@ -1,4 +1,4 @@
-"""One request being answered: what its steps share, how it tells of progress, and how it stops.
+"""One request being answered: what its steps share, its progress, and how it stops.
 
 with CancellationToken(cancelled) as token:
     run = Run(request, situation, progress, token)
@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from planner.arrays import Array
 from planner.cancellation import CancellationToken
 from planner.progress import Progress
-from planner.search.conditions import Circumstances
+from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
 from planner.search.requests import PlanRequest, PoseRequest
 from planner.search.resolution import MARGIN
@@ -48,12 +48,12 @@ class Run:
         return self.situation.ground
 
     @property
-    def around(self) -> Circumstances:
+    def conditions(self) -> OperatingConditions:
         """Model, conditions and limits."""
-        return self.situation.around
+        return self.situation.conditions
 
     def step(self, share: float, what: str) -> None:
-        """Tell how far it is, and stop if the caller wants to."""
+        """Report progress, and stop if the caller wants to."""
         self.check()
         self.progress(share, what)
 

@@ -43,7 +43,7 @@ def certified(name: str, ends: tuple[float, ...], seconds: float) -> CertifiedBo
     places = {"start": {"x": ends[0], "y": ends[1]}, "goal": {"x": ends[2], "y": ends[3]}}
     situation = situation_of(PlanRequest.from_json({"map": name, **places}))
     field = situation.field("energy", MARGIN)
-    return certify(field, situation.around, ends[:2], ends[2:], seconds=seconds)
+    return certify(field, situation.conditions, ends[:2], ends[2:], seconds=seconds)
 
 
 def measure(name: str, ends: tuple[float, ...], times: list[float], tries: int) -> dict[str, Any]:
@@ -54,15 +54,15 @@ def measure(name: str, ends: tuple[float, ...], times: list[float], tries: int) 
         return {"map": name, "ends": ends, "status": answer.reason}
     request = PlanRequest.from_json({"map": name, **places})
     situation = situation_of(request)
-    around, field = situation.around, situation.field("energy", MARGIN)
+    conditions, field = situation.conditions, situation.field("energy", MARGIN)
     best = answer.routes[0]
     routes = [best, *(baseline.route for baseline in answer.baselines.values())]
     height = best.arrays["z"]
-    dissipated = best.energy_j - around.mass * STANDARD_GRAVITY * float(height[-1] - height[0])
+    dissipated = best.energy_j - conditions.mass * STANDARD_GRAVITY * float(height[-1] - height[0])
     result: dict[str, Any] = {"map": name, "ends": ends, "energy_j": round(best.energy_j, 1)}
     bounds = []
     for seconds in times:
-        found = certify(field, around, ends[:2], ends[2:], seconds=seconds)
+        found = certify(field, conditions, ends[:2], ends[2:], seconds=seconds)
         bounds.append(found.bound_j)
         gap = 100.0 * (best.energy_j - found.bound_j) / dissipated
         result[f"gap_percent_{seconds:g}s"] = round(gap, 2)
@@ -70,7 +70,7 @@ def measure(name: str, ends: tuple[float, ...], times: list[float], tries: int) 
     result["floor_gap_percent"] = round(100.0 * best.gap, 1)
     if tries:
         paths = [np.column_stack([r.arrays["x"], r.arrays["y"]]) for r in routes]
-        least = float(energies(field, around, paths, tries, seed=7).min())
+        least = float(energies(field, conditions, paths, tries, seed=7).min())
         result["attempts"] = tries
         result["least_attempt_over_bound_j"] = round(least - max(bounds), 2)
         # Written so that an energy that is no number counts as a fault.

@@ -41,7 +41,7 @@ def relief() -> Case:
 def test_the_best_yaw_costs_what_the_plane_says(heading: float) -> None:
     """Eliminating yaw is the minimum over it, on a plane exactly."""
     case = on_plane(6.0)
-    prices = turning_rates(case.situation.around, "energy")
+    prices = turning_rates(case.situation.conditions, "energy")
     a = np.array([5.0, 5.0])
     b = a + 2.0 * np.array([math.cos(heading), math.sin(heading)])
     over_yaw = [
@@ -53,7 +53,7 @@ def test_the_best_yaw_costs_what_the_plane_says(heading: float) -> None:
 
 def test_turning_costs_by_the_angle_and_the_same_both_ways() -> None:
     case = on_plane(0.0)
-    prices = turning_rates(case.situation.around, "energy")
+    prices = turning_rates(case.situation.conditions, "energy")
 
     def turned(angle: float) -> float:
         return float(pose_cost(case.field, prices, (5.0, 5.0, 0.0), (5.0, 5.0, angle)))
@@ -70,11 +70,11 @@ def test_a_driven_route_costs_the_same_in_three_dimensions(relief: Case) -> None
     """Pose by pose the tables add up to what the power model dissipates, ramps aside."""
     route = plan_route(terrain=relief.situation.ground.terrain, **ASKED).routes[0]
     poses = np.column_stack([route.arrays[name] for name in ("x", "y", "yaw")])
-    prices = turning_rates(relief.situation.around, "energy")
+    prices = turning_rates(relief.situation.conditions, "energy")
     steps = zip(poses[:-1], poses[1:], strict=True)
     tables = sum(pose_cost(relief.field, prices, tuple(a), tuple(b)) for a, b in steps)
     climb = route.arrays["z"][-1] - route.arrays["z"][0]
-    dissipated = route.energy_j - relief.situation.around.mass * STANDARD_GRAVITY * climb
+    dissipated = route.energy_j - relief.situation.conditions.mass * STANDARD_GRAVITY * climb
     assert tables == pytest.approx(dissipated, rel=0.06)
     assert score_as_they_are(relief, poses) == pytest.approx(route.energy_j, rel=0.01)
 

@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.search.conditions import Circumstances
+from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField, sample_surface
 from planner.search.trajectory import Motion, motion_rows
 
@@ -20,11 +20,11 @@ Array = NDArray[np.float64]
 
 
 def random_motion(
-    field: CostField, around: Circumstances, path: Array, rng: np.random.Generator
+    field: CostField, conditions: OperatingConditions, path: Array, rng: np.random.Generator
 ) -> Motion:
     """Drive along a polyline (n, 2) with random speeds and yaw; at rest at both ends."""
-    limits = around.model.vehicle.limits
-    top, most, rate = float(around.limits[0]), limits.acceleration, limits.yaw_rate
+    limits = conditions.model.vehicle.limits
+    top, most, rate = float(conditions.limits[0]), limits.acceleration, limits.yaw_rate
     spacing = 0.4 * min(field.dx, field.dy)
     points = [path[0]]
     for a, b in zip(path[:-1], path[1:], strict=True):
@@ -64,7 +64,7 @@ def random_motion(
 
 def energies(
     field: CostField,
-    around: Circumstances,
+    conditions: OperatingConditions,
     routes: list[Array],
     attempts: int,
     seed: int,
@@ -80,7 +80,7 @@ def energies(
         keep[[0, -1]] = 0, len(path) - 1
         path = path[np.unique(keep)].copy()
         path[1:-1] += rng.normal(0.0, 1.0, path[1:-1].shape) * rng.choice([0.0, 0.05, 0.3, 1.0])
-        motion = random_motion(field, around, np.clip(path, low, high), rng)
-        rows, seconds, _ = motion_rows(field, motion, around.class_rows, around.wind)
-        found[k] = float(around.model.watts(rows) @ seconds)
+        motion = random_motion(field, conditions, np.clip(path, low, high), rng)
+        rows, seconds, _ = motion_rows(field, motion, conditions.class_rows, conditions.wind)
+        found[k] = float(conditions.model.watts(rows) @ seconds)
     return found

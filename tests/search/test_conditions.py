@@ -10,7 +10,7 @@ import pytest
 from planner.power.model import PowerModel
 from planner.power.vehicles import load_vehicle
 from planner.quantities import INDEX
-from planner.search.conditions import Circumstances, circumstances, model_key
+from planner.search.conditions import OperatingConditions, model_key, operating_conditions
 from planner.search.requests import SituationRequest
 from planner.search.resolution import DIRECTIONS
 from planner.terrain.heightmap import Terrain
@@ -18,36 +18,38 @@ from planner.terrain.heightmap import Terrain
 MODEL = PowerModel.from_vehicle(load_vehicle("minibalance"))
 
 
-def asked(model: PowerModel = MODEL, **fields: Any) -> Circumstances:
+def asked(model: PowerModel = MODEL, **fields: Any) -> OperatingConditions:
     """The circumstances of a request on level ground."""
     terrain = Terrain.from_arrays(np.zeros((10, 10)), cell=(0.5, 0.5))
     request = SituationRequest.from_json({"map": "here", **fields})
-    return circumstances(request, model, terrain)
+    return operating_conditions(request, model, terrain)
 
 
 def test_a_payload_shifts_the_centre_of_mass():
     """Levers: moments about the robot's geometric centre add up."""
-    around = asked(payload={"mass": 6.0, "x": 0.2, "y": -0.1, "height": 0.5})
+    conditions = asked(payload={"mass": 6.0, "x": 0.2, "y": -0.1, "height": 0.5})
     own = MODEL.vehicle.mass
-    assert around.mass == pytest.approx(own + 6.0)
-    (row,) = around.class_rows
+    assert conditions.mass == pytest.approx(own + 6.0)
+    (row,) = conditions.class_rows
     assert row[INDEX["payload"]] == 6.0
-    assert row[INDEX["com_x"]] * around.mass == pytest.approx(6.0 * 0.2)
-    assert row[INDEX["com_y"]] * around.mass == pytest.approx(6.0 * -0.1)
+    assert row[INDEX["com_x"]] * conditions.mass == pytest.approx(6.0 * 0.2)
+    assert row[INDEX["com_y"]] * conditions.mass == pytest.approx(6.0 * -0.1)
     moment = own * MODEL.vehicle.com_height + 6.0 * 0.5
-    assert around.model.vehicle.com_height * around.mass == pytest.approx(moment)
+    assert conditions.model.vehicle.com_height * conditions.mass == pytest.approx(moment)
 
 
 def test_without_a_height_the_payload_lies_at_the_robots_own():
-    around = asked(payload={"mass": 6.0})
-    assert around.model.vehicle.com_height == MODEL.vehicle.com_height
+    conditions = asked(payload={"mass": 6.0})
+    assert conditions.model.vehicle.com_height == MODEL.vehicle.com_height
     assert asked().mass == MODEL.vehicle.mass
 
 
 def test_conditions_are_in_every_row():
-    around = asked(conditions={"motor_temp": 70.0, "ambient_temp": 5.0, "battery_voltage": 20.0})
+    conditions = asked(
+        conditions={"motor_temp": 70.0, "ambient_temp": 5.0, "battery_voltage": 20.0}
+    )
     for name, value in (("motor_temp", 70.0), ("ambient_temp", 5.0), ("battery_voltage", 20.0)):
-        assert (around.class_rows[:, INDEX[name]] == value).all()
+        assert (conditions.class_rows[:, INDEX[name]] == value).all()
 
 
 def test_wind_from_ahead_takes_most_and_from_behind_least():

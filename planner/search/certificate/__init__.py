@@ -1,7 +1,7 @@
 """Lower bounds on the energy of every motion between two places.
 
-floor = lower_bound(around, distance, climb, steepest)   # at once
-certify(field, around, start, goal, seconds=30.0)        # CertifiedBound, closer
+floor = lower_bound(conditions, distance, climb, steepest)   # at once
+certify(field, conditions, start, goal, seconds=30.0)        # CertifiedBound, closer
 """
 
 from planner.search.certificate.certified_bound import CertifiedBound, certify

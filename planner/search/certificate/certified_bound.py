@@ -1,6 +1,6 @@
 """The certified lower bound of a route's energy: a potential that no motion outruns.
 
-    bound = certify(field, around, start, goal, seconds=30.0)
+    bound = certify(field, conditions, start, goal, seconds=30.0)
     bound.bound_j                     # J; no motion from start to goal takes less
     bound.how                         # "potential", or "floor": that of quick_bound
 
@@ -34,7 +34,7 @@ from planner.search.certificate.multipliers import (
     BestPrices,
     best_prices,
     filled,
-    force_prices,
+    force_multipliers,
     milder,
     travel,
 )
@@ -43,7 +43,7 @@ from planner.search.certificate.price_table import PriceField, PriceTable, even_
 from planner.search.certificate.quick_bound import lower_bound
 from planner.search.certificate.start_and_stop import SPEED_PARTS, StartAndStop
 from planner.search.certificate.triangle_costs import DIRECTIONS, no_ramp, triangle_costs
-from planner.search.conditions import Circumstances
+from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField, sample_surface
 from planner.search.grid import CostToGo, build_lattice, cost_to_go
 from planner.search.second_core import CORE
@@ -103,11 +103,11 @@ class Tables:
         return self.full.watts.nbytes + self.full.standing.nbytes + self.slower.nbytes
 
 
-def tables_of(around: Circumstances, steepest: float, fast: bool) -> Tables | None:
+def tables_of(conditions: OperatingConditions, steepest: float, fast: bool) -> Tables | None:
     """The tables of a model; None where the bound cannot follow it."""
     return CACHE.get(
-        ("bound tables", around.key, steepest, fast),
-        lambda: _worked_out(priced_power(around, steepest, turns=YAW_STEPS[fast]), fast),
+        ("bound tables", conditions.key, steepest, fast),
+        lambda: _worked_out(priced_power(conditions, steepest, turns=YAW_STEPS[fast]), fast),
     )
 
 
@@ -127,7 +127,7 @@ def _worked_out(priced: PricedPower | None, fast: bool) -> Tables | None:
 
 def certify(
     field: CostField,
-    around: Circumstances,
+    conditions: OperatingConditions,
     start: Place,
     goal: Place,
     *,
@@ -139,7 +139,7 @@ def certify(
     Args:
         field: map with the costs of steady driving by energy. They guide the choice of prices
             alone: the bound stays valid where they are wrong.
-        around: model and conditions.
+        conditions: model and conditions.
         start, goal: x, y in the map's frame, m.
         seconds: time to spend; below FAST_SECONDS the grid is coarser.
         token: cancellation.
@@ -157,11 +157,11 @@ def certify(
     steepest = float(field.limit.max())
     heights, _ = sample_surface(field, np.array([start, goal]))
     climb = float(heights[1] - heights[0])
-    floor = lower_bound(around, math.dist(start, goal), climb, steepest)
+    floor = lower_bound(conditions, math.dist(start, goal), climb, steepest)
     fast = seconds < FAST_SECONDS
     tables = None
-    if not around.wind.any() and steepest > 0.0:
-        tables = tables_of(around, TOO_STEEP * steepest, fast)
+    if not conditions.wind.any() and steepest > 0.0:
+        tables = tables_of(conditions, TOO_STEEP * steepest, fast)
     check()
     if tables is None or start == goal:
         return CertifiedBound(floor, time.perf_counter() - began, "floor")
@@ -170,13 +170,13 @@ def certify(
     if not best.level > 0.0:
         return CertifiedBound(floor, time.perf_counter() - began, "floor")
     parts = max(1, math.ceil(math.sqrt(field.heights.size / MOST_NODES[fast])))
-    mesh = mesh_of(field, around, TOO_STEEP * steepest, parts)
+    mesh = mesh_of(field, conditions, TOO_STEEP * steepest, parts)
     coarse = coarse_field(field, mesh)
     lattice = build_lattice(coarse)
     guides = CORE.all(
         [
             partial(cost_to_go, coarse, lattice, goal),
-            partial(cost_to_go, coarse, lattice, start, onward=True),
+            partial(cost_to_go, coarse, lattice, start, from_start=True),
         ]
     )
     check()
@@ -188,7 +188,7 @@ def certify(
     bound, idle, better = -math.inf, 0, STRETCHES[0]
     for game in range(PRICE_ROUNDS):
         stretch = STRETCHES[game] if game < len(STRETCHES) else better
-        prices = force_prices(table, best, mesh.ground, direction, worth, stretch)
+        prices = force_multipliers(table, best, mesh.ground, direction, worth, stretch)
         steady = _costs(table, best, prices, mesh, check)
         if steady is None:
             break
@@ -300,7 +300,7 @@ def _beside(
 
 
 def _everywhere(guide: CostToGo, field: CostField) -> Array:
-    """Costs of a guide (ny, nx), finite where there is no way as well."""
+    """Costs of a guide (ny, nx), finite where there is no path as well."""
     values = guide.values.astype(float)
     if np.isfinite(values).any():
         return filled(values)

@@ -14,7 +14,7 @@ motor, q that of the rotor, s the motor's speed and y = n/r·(rim travel of Y) t
 and the largest y·T - P over T has a closed form (dual_kernel). Here Y is
 (μ·v, ν·v) along and across the travel at the full speed v.
 
-    priced = priced_power(around, steepest)      # a table for one model and its conditions
+    priced = priced_power(conditions, steepest)      # a table for one model and its conditions
     priced.watts                                 # (shares, cross shares, 2) W, by μ, ν and load
     slower_power(priced, parts, turns=72)        # the same at parts of full speed
 
@@ -39,7 +39,7 @@ from planner.power.model import PowerModel
 from planner.quantities import INDEX, STANDARD_GRAVITY
 from planner.search.certificate.dual_kernel import NAMES, fill_table, spent_at_rest
 from planner.search.certificate.quick_bound import parameter_value
-from planner.search.conditions import Circumstances
+from planner.search.conditions import OperatingConditions
 from planner.search.second_core import CORE
 
 KNOWN = frozenset(
@@ -154,7 +154,7 @@ def _even(model: PowerModel) -> bool:
 
 
 def priced_power(
-    around: Circumstances,
+    conditions: OperatingConditions,
     steepest: float,
     *,
     turns: int = 180,
@@ -162,11 +162,11 @@ def priced_power(
     """The table for a model and its conditions; None where the bound cannot follow the model.
 
     Args:
-        around: model and conditions.
+        conditions: model and conditions.
         steepest: largest tan(slope) that is driven.
         turns: steps of the yaw angle in half a turn; there are more where a wheel stands still.
     """
-    model = around.model
+    model = conditions.model
     if model.kind != "sound" or not _known(model) or not _even(model):
         return None
     acting = {effect.slug for effect in model.effects}
@@ -182,8 +182,8 @@ def priced_power(
     coulomb = value("coulomb_drag", "coulomb_torque")
     viscous = value("viscous_drag", "viscous_torque")
     rotor = value("inertia", "rotor_inertia")
-    speed, mass = float(around.limits[0]), around.mass
-    yaw_rate = float(around.limits[6]) * (1.0 + 1e-6)
+    speed, mass = float(conditions.limits[0]), conditions.mass
+    yaw_rate = float(conditions.limits[6]) * (1.0 + 1e-6)
     most = vehicle.limits.acceleration * (1.0 + 1e-6)
     fastest_change = math.hypot(1.0, EXCESS) * most
     cosine = math.cos(math.atan(steepest))
@@ -193,7 +193,7 @@ def priced_power(
     if "com_offset" in acting:
         gain = abs(value("com_offset", "gain"))
         for axis, name in enumerate("xy"):
-            known = np.nan_to_num(around.class_rows[:, INDEX[f"com_{name}"]])
+            known = np.nan_to_num(conditions.class_rows[:, INDEX[f"com_{name}"]])
             offset[axis] = gain * float(np.abs(known).max())
             offset[axis] += math.sqrt(value("com_offset", f"offset_{name}_squared"))
     shift = offset + vehicle.com_height * pull
@@ -232,7 +232,7 @@ def priced_power(
         "reach": 2.0 * slide,
     }
     numbers = np.array([named[name] for name in NAMES])
-    factors = around.class_rows[:, INDEX["rolling_factor"]]
+    factors = conditions.class_rows[:, INDEX["rolling_factor"]]
     loads = np.array([float(factors.min()) * cosine, float(factors.max())])
     # Nodes at the prices at which driven and driving gears are paid off.
     forward = 1.0 / efficiency
@@ -248,7 +248,7 @@ def priced_power(
         across = np.concatenate([-across[:0:-1], across])
     shape = (len(along), len(across))
     nodes = _nodes(along, across, speed, efficiency)
-    idle = partial(_idle, around, value)
+    idle = partial(_idle, conditions, value)
     drag = viscous * (1.0 + stiff * viscous) * geared**2 * rims * speed**2
     roll = float((wheels[:, ROLLER : ROLLER + 2] ** 2).sum()) * named["roller_viscous"]
     roll *= speed**2 * float(along[-1] + across[-1])
@@ -341,12 +341,14 @@ def slower_power(priced: PricedPower, parts: Sequence[float], *, turns: int) -> 
     return SlowerPower(shares, cross, np.array(found))
 
 
-def _idle(around: Circumstances, value: Callable[[str, str], float], speed: float) -> float:
+def _idle(
+    conditions: OperatingConditions, value: Callable[[str, str], float], speed: float
+) -> float:
     """W of electronics and sensors at a speed: concave in it."""
     watts = value("electronics", "power")
     per_sample = value("sensor_rate", "energy_per_sample")
     if per_sample > 0.0:
-        rate = float(around.class_rows[0, INDEX["sensor_rate"]])
+        rate = float(conditions.class_rows[0, INDEX["sensor_rate"]])
         if math.isnan(rate):
             rate = (
                 value("sensor_rate", "base_rate") + value("sensor_rate", "rate_per_speed") * speed

@@ -1,6 +1,6 @@
 """The grid of triangles of the certified lower bound: nodes, what lies between them, and walls.
 
-    mesh = mesh_of(field, around, steepest, parts)      # parts cells of the map make one of it
+    mesh = mesh_of(field, conditions, steepest, parts)      # parts cells of the map make one of it
     coarse = coarse_field(field, mesh)                  # map and costs at its nodes alone
 
 Slopes and heights of a cell are kept as ranges, so that leaving nodes out leaves the bound one.
@@ -18,7 +18,7 @@ from scipy.ndimage import distance_transform_edt
 from planner.arrays import Array
 from planner.quantities import INDEX
 from planner.search.certificate.triangle_costs import Ground, cell_ranges
-from planner.search.conditions import Circumstances
+from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
 from planner.search.resolution import SPARE
 
@@ -45,7 +45,7 @@ class Mesh:
         return self.ground.dx, self.ground.dy
 
 
-def mesh_of(field: CostField, around: Circumstances, steepest: float, parts: int) -> Mesh:
+def mesh_of(field: CostField, conditions: OperatingConditions, steepest: float, parts: int) -> Mesh:
     """Nodes and triangles of a map; ``parts`` cells of the map make one of the mesh."""
     ny, nx = field.heights.shape
     dx, dy = field.dx, field.dy
@@ -60,7 +60,7 @@ def mesh_of(field: CostField, around: Circumstances, steepest: float, parts: int
     nodes = inner[1:-1, 1:-1][::parts, ::parts]
     rows = np.clip(np.arange(-1, ny + after[0])[::parts], 0, ny - 1)
     columns = np.clip(np.arange(-1, nx + after[1])[::parts], 0, nx - 1)
-    factors = around.class_rows[:, INDEX["rolling_factor"]]
+    factors = conditions.class_rows[:, INDEX["rolling_factor"]]
     factor = np.pad(factors[field.ground], ((1, after[0]), (1, after[1])), mode="edge")
     wall = _walls(field, ranges, steepest, after)
     if parts == 1:

@@ -1,4 +1,4 @@
-"""Multipliers (prices of force) at every node: those that a good motion would pay there.
+"""Multipliers at every node: those that a good motion would pay there.
 
 Any prices give a valid bound (triangle_costs); these make it a good one. At a node, they make the
 floor of the cost largest for the direction in which the best route would pass, on the slope there.
@@ -137,7 +137,7 @@ def _reach(
     return min(max(1.0, length / cell[1]), ny), min(max(1.0, length / cell[0]), nx)
 
 
-def force_prices(
+def force_multipliers(
     t: PriceTable,
     best: BestPrices,
     ground: Ground,

@@ -127,7 +127,7 @@ def rotor_price(share: float, efficiency: float) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def least_standing(t: Any, share: float, size: float) -> float:
+def least_at_rest(t: Any, share: float, size: float) -> float:
     """W left at rest in any direction, for prices share ± size along and ± size across."""
     least = np.inf
     i0 = int(math.floor((share - size - t.low) / t.step))

@@ -45,7 +45,7 @@ from planner.power.kernel_math import REST_SPEED, SLIDING_SPEED
 from planner.power.kinematics import LOAD, RIM, ROLLER
 from planner.power.model import PowerModel
 from planner.quantities import INDEX, STANDARD_GRAVITY
-from planner.search.conditions import Circumstances
+from planner.search.conditions import OperatingConditions
 from planner.search.resolution import EVENLY, SLOWEST
 
 BOUND_DIRECTIONS = 720
@@ -56,21 +56,23 @@ SMOOTH_SIGN_LOSS = 0.3003
 """Largest x - x²/√(x² + 1), by which a smooth sign of width 1 lowers |x|."""
 
 
-def lower_bound(around: Circumstances, distance: float, climb: float, steepest: float) -> float:
+def lower_bound(
+    conditions: OperatingConditions, distance: float, climb: float, steepest: float
+) -> float:
     """J that every route needs at least.
 
     Args:
-        around: model and conditions.
+        conditions: model and conditions.
         distance: m, straight and horizontal, from start to goal.
         climb: m, height of the goal above the start.
         steepest: largest tan(slope) that the robot can drive.
     """
-    weight = around.mass * STANDARD_GRAVITY
-    model = around.model
+    weight = conditions.mass * STANDARD_GRAVITY
+    model = conditions.model
     if model.kind != "sound" or not all(map(_is_bounded, model.effects)):
         return min(0.0, weight * climb)
-    push = _wind_push(around)
-    metre = 0.0 if _may_creep(around, distance) else floor_per_metre(around, steepest)
+    push = _wind_push(conditions)
+    metre = 0.0 if _may_creep(conditions, distance) else floor_per_metre(conditions, steepest)
     metre -= push * _lengthening(steepest)
     dissipated = metre * distance * (1.0 if metre >= 0.0 else LONGEST_ROUTE)
     through_gears = weight * climb - push * distance
@@ -85,25 +87,25 @@ def _is_bounded(effect: type[Effect]) -> bool:
     return known or {*effect.hooks} <= {"contact_factor", "roller_factor", "gear_return"}
 
 
-def _may_creep(around: Circumstances, distance: float) -> bool:
+def _may_creep(conditions: OperatingConditions, distance: float) -> bool:
     """Whether a robot between places so close may be slower than elsewhere, and gains by it."""
-    near = EVENLY * float(around.limits[0])
-    if around.model.vehicle.limits.acceleration * distance >= near * near:
+    near = EVENLY * float(conditions.limits[0])
+    if conditions.model.vehicle.limits.acceleration * distance >= near * near:
         return False
-    return _idle(around, *_friction(around, 0.0)) < 0.0
+    return _idle(conditions, *_friction(conditions, 0.0)) < 0.0
 
 
-def floor_per_metre(around: Circumstances, steepest: float) -> float:
+def floor_per_metre(conditions: OperatingConditions, steepest: float) -> float:
     """J that every horizontal metre dissipates at least, in still air."""
-    key = ("floor per metre", around.key, steepest)
-    return CACHE.get(key, lambda: _floor_per_metre(around, steepest))
+    key = ("floor per metre", conditions.key, steepest)
+    return CACHE.get(key, lambda: _floor_per_metre(conditions, steepest))
 
 
-def _floor_per_metre(around: Circumstances, steepest: float) -> float:
-    model = around.model
-    v = float(around.limits[0])
-    rim, roller = _friction(around, steepest)
-    idle = _idle(around, rim, roller)
+def _floor_per_metre(conditions: OperatingConditions, steepest: float) -> float:
+    model = conditions.model
+    v = float(conditions.limits[0])
+    rim, roller = _friction(conditions, steepest)
+    idle = _idle(conditions, rim, roller)
     # The motor's dry friction is in the travel of its wheel; its smoothness is in ``spared``.
     per_rim = parameter_value(model, "coulomb_drag", "coulomb_torque") * model.vehicle.gear_ratio
     rim = rim + per_rim / model.vehicle.layout.radius
@@ -111,11 +113,11 @@ def _floor_per_metre(around: Circumstances, steepest: float) -> float:
     return max(0.0, sliding + idle / (v if idle >= 0.0 else 0.5 * SLOWEST * v))
 
 
-def _idle(around: Circumstances, rim: Array, roller: Array) -> float:
+def _idle(conditions: OperatingConditions, rim: Array, roller: Array) -> float:
     """W of the electronics, less what is spared near rest, for friction (n,) in N."""
     spared = SMOOTH_SIGN_LOSS * SLIDING_SPEED * float(rim.sum() + roller.sum())
-    spared += len(around.model.wheels) * _spared_by_motor(around)
-    return parameter_value(around.model, "electronics", "power") - spared
+    spared += len(conditions.model.wheels) * _spared_by_motor(conditions)
+    return parameter_value(conditions.model, "electronics", "power") - spared
 
 
 def _least_norm(wheels: Array, rim: Array, roller: Array) -> float:
@@ -135,23 +137,23 @@ def _least_norm(wheels: Array, rim: Array, roller: Array) -> float:
     return max(0.0, float(least.min() - least.max() * half_step / (1.0 - half_step)))
 
 
-def _friction(around: Circumstances, steepest: float) -> tuple[Array, Array]:
+def _friction(conditions: OperatingConditions, steepest: float) -> tuple[Array, Array]:
     """N of dry friction at every rim and every roller, (n,) each; 0 where it is not known."""
-    model = around.model
+    model = conditions.model
     if any("contact_factor" in effect.hooks for effect in model.effects):
         nothing = np.zeros(len(model.wheels))
         return nothing, nothing
-    factor = float(around.class_rows[:, INDEX["rolling_factor"]].min())
-    loads = factor * _least_loads(around, steepest)
+    factor = float(conditions.class_rows[:, INDEX["rolling_factor"]].min())
+    loads = factor * _least_loads(conditions, steepest)
     rollers = parameter_value(model, "roller_drag", "roller")
     if any("roller_factor" in effect.hooks for effect in model.effects):
         rollers = 0.0
     return parameter_value(model, "wheel_rolling", "rolling") * loads, rollers * loads
 
 
-def _least_loads(around: Circumstances, steepest: float) -> Array:
+def _least_loads(conditions: OperatingConditions, steepest: float) -> Array:
     """N on every wheel (n,) at worst."""
-    model = around.model
+    model = conditions.model
     cosine = math.cos(math.atan(steepest))
     # Along and across the way at the same time, with the tenth that bends may exceed it by.
     acceleration = math.hypot(1.0, 1.1) * model.vehicle.limits.acceleration
@@ -161,23 +163,23 @@ def _least_loads(around: Circumstances, steepest: float) -> Array:
     if any(effect.slug == "com_offset" for effect in model.effects):
         gain = abs(parameter_value(model, "com_offset", "gain"))
         for axis, by in (("x", by_x), ("y", by_y)):
-            known = np.nan_to_num(around.class_rows[:, INDEX[f"com_{axis}"]])
+            known = np.nan_to_num(conditions.class_rows[:, INDEX[f"com_{axis}"]])
             unknown = math.sqrt(parameter_value(model, "com_offset", f"offset_{axis}_squared"))
             shift = shift + (gain * float(np.abs(known).max()) + unknown) * by
-    loads: Array = around.mass * STANDARD_GRAVITY * cosine * np.maximum(0.0, by_one - shift)
+    loads: Array = conditions.mass * STANDARD_GRAVITY * cosine * np.maximum(0.0, by_one - shift)
     return loads
 
 
-def _spared_by_motor(around: Circumstances) -> float:
+def _spared_by_motor(conditions: OperatingConditions) -> float:
     """W by which one motor near rest may draw less than with complete friction and teeth.
 
     A motor that holds the torque G behind its gear pays copper loss for what static friction does
     not hold; with c·G spared by the teeth, the best G solves c = 2·R/k_t²·(G - held).
     """
-    model = around.model
+    model = conditions.model
     efficiency = parameter_value(model, "gear_loss", "efficiency")
     friction = parameter_value(model, "coulomb_drag", "coulomb_torque")
-    stiffness = _copper_stiffness(around)
+    stiffness = _copper_stiffness(conditions)
     backward = max(0.0, 2.0 - 1.0 / efficiency)
     if any("gear_return" in effect.hooks for effect in model.effects):
         backward = 0.0
@@ -194,14 +196,14 @@ def _spared_by_motor(around: Circumstances) -> float:
     return 1.02 * float((teeth + friction * speed * (1.0 - moving + rest)).max())
 
 
-def _copper_stiffness(around: Circumstances) -> float:
+def _copper_stiffness(conditions: OperatingConditions) -> float:
     """R/k_t² in W/(N·m)², as small as the temperature makes it."""
-    model = around.model
+    model = conditions.model
     resistance = parameter_value(model, "copper_loss", "resistance")
     constant = parameter_value(model, "copper_loss", "torque_constant")
     if any(effect.slug == "motor_heating" for effect in model.effects):
         # Cold windings resist less and cold magnets are stronger.
-        temperature = float(around.class_rows[0, INDEX["motor_temp"]])
+        temperature = float(conditions.class_rows[0, INDEX["motor_temp"]])
         rise = min(0.0, temperature - 25.0) if math.isfinite(temperature) else 0.0
         resistance *= max(
             0.01, 1.0 + parameter_value(model, "motor_heating", "copper_coefficient") * rise
@@ -224,26 +226,26 @@ def _rotor_torque(model: PowerModel) -> float:
     return float(parameter_value(model, "inertia", "rotor_inertia") * geared * changes.max())
 
 
-def _wind_push(around: Circumstances) -> float:
+def _wind_push(conditions: OperatingConditions) -> float:
     """N with which the wind pushes a robot that stands."""
-    if not any(effect.slug == "air_drag" for effect in around.model.effects):
+    if not any(effect.slug == "air_drag" for effect in conditions.model.effects):
         return 0.0
-    area = parameter_value(around.model, "air_drag", "drag_area")
-    density = parameter_value(around.model, "air_drag", "air_density")
-    return 0.5 * density * area * float(around.wind @ around.wind)
+    area = parameter_value(conditions.model, "air_drag", "drag_area")
+    density = parameter_value(conditions.model, "air_drag", "air_density")
+    return 0.5 * density * area * float(conditions.wind @ conditions.wind)
 
 
 @lru_cache(maxsize=64)  # numbers by number: nothing of size
 def _lengthening(steepest: float) -> float:
     """Largest difference of a horizontal metre from the same metre in body axes on a slope."""
     azimuth = 2.0 * math.pi * np.arange(BOUND_DIRECTIONS) / BOUND_DIRECTIONS
-    ahead, left = steepest * np.cos(azimuth), steepest * np.sin(azimuth)
-    length = np.hypot(1.0, ahead)
+    forward, left = steepest * np.cos(azimuth), steepest * np.sin(azimuth)
+    length = np.hypot(1.0, forward)
     normal = math.hypot(1.0, steepest)
     difference = np.empty((BOUND_DIRECTIONS, 2, 2))
     # Columns: a metre along x and along y of the map, written as in planner.power.motion_row.
     difference[:, 0, 0] = length - 1.0
-    difference[:, 0, 1] = left * ahead / length
+    difference[:, 0, 1] = left * forward / length
     difference[:, 1, 0] = 0.0
     difference[:, 1, 1] = normal / length - 1.0
     return 1.01 * float(np.linalg.norm(difference, 2, axis=(1, 2)).max())

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from planner.arrays import Array
 from planner.search.certificate.price_table import (
     PriceField,
-    least_standing,
+    least_at_rest,
     rotor_price,
     table_watts,
 )
@@ -260,7 +260,7 @@ def _ramp_watts(
     slopes: Slopes,
     prices: Any,
     place: float,
-    onward: float,
+    ramp_slope: float,
     change: float,
     standing: float,
 ) -> float:
@@ -294,7 +294,7 @@ def _ramp_watts(
                     return -np.inf
                 continue
             metre = watts / (part * v) * (1.0 if watts >= 0.0 else slopes.stretch)
-            metre += onward * (fall[end] if onward > 0.0 else fall[k])
+            metre += ramp_slope * (fall[end] if ramp_slope > 0.0 else fall[k])
             found = min(found, metre)
     return float(v * found)
 
@@ -332,9 +332,9 @@ def _watts(
                 least = min(least, watts)
                 if ramped:
                     known = share + along, across, robot.rotor_slack * off, watts
-                    onward = ramp.sign * (on[0] * ex + on[1] * ey)
+                    ramp_slope = ramp.sign * (on[0] * ex + on[1] * ey)
                     asked = _ramp_watts(
-                        t, ramp, corners, slopes, known, place[n], onward, earning, standing
+                        t, ramp, corners, slopes, known, place[n], ramp_slope, earning, standing
                     )
                     least = min(least, asked)
             out[middle, k] = least
@@ -370,7 +370,7 @@ def _fill_triangle(
     for n in range(3):
         size = math.hypot(corners.b1[n], corners.b2[n])
         most_b = max(most_b, size)
-        standing = min(standing, least_standing(t, corners.share[n], size))
+        standing = min(standing, least_at_rest(t, corners.share[n], size))
     if standing < 0.0:
         # Slow motion could beat these prices: they are of no use here.
         cost[:] = -1.0

@@ -51,7 +51,7 @@ class CostField(NamedTuple):
     half_width: float
     by_yaw: NDArray[np.float64]
     yaw_limit: NDArray[np.float64]
-    lean: NDArray[np.float64]
+    crab_angle: NDArray[np.float64]
     best: NDArray[np.float64]
     limit: NDArray[np.float64]
     order: NDArray[np.uint8]
@@ -116,11 +116,11 @@ def masked_cost(
     order, margin = field.order[ground, f, s], field.margin
     by_yaw, yaw_limit = field.by_yaw[ground], field.yaw_limit[ground]
     # Number of the nearest bin, before whole turns are taken off.
-    ahead = int(math.floor(direction / math.pi * YAW_BINS + 0.5))
+    forward = int(math.floor(direction / math.pi * YAW_BINS + 0.5))
     for rank in range(YAWS):
         t = order[rank]
         # Angles of the body are as far apart as bins.
-        if not mask & (np.uint64(1) << np.uint64((ahead + t) % YAW_BINS)):
+        if not mask & (np.uint64(1) << np.uint64((forward + t) % YAW_BINS)):
             continue
         cost: float = polar(by_yaw[t], yaw_limit[t], azimuth, steepness, margin)
         if cost < np.inf and (

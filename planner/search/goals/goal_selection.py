@@ -3,7 +3,7 @@
     run = settled(run, "energy")           # its goal is now one place
 
 From the last fixed place before the goal the least-cost field leads to everywhere
-(Situation.onward). What a place takes is its cost there, and for energy the height that is gained:
+(Situation.least_cost_from). What a place takes is its cost there, and for energy the height that is gained:
 E = D + M·g·z. The cheapest places that lie apart from each other are looked at: the way to each is
 refined, its end slides to where it costs least, and the motion that costs least in full names the
 goal. The search for the request then goes there as it would to any other place.
@@ -46,7 +46,7 @@ LEAST_SLIDE_SAVING = 0.02
 """Share of the least cost of its length that a slide must save; less is rounding."""
 REFINE_ROUNDS = 3
 """How often a path is smoothed and its end slides; it usually stays after two."""
-_AROUND = np.array([[math.cos(a), math.sin(a)] for a in 2.0 * math.pi * np.arange(8) / 8])
+_COMPASS = np.array([[math.cos(a), math.sin(a)] for a in 2.0 * math.pi * np.arange(8) / 8])
 
 
 def settled(run: Run, objective: str) -> Run:
@@ -88,11 +88,11 @@ def check_places(run: Run, field: CostField) -> str | None:
     if isinstance(request.goal, PoseRequest):
         named.append(("goal", request.goal))
     for name, place in named:
-        check_place(name, place, run.ground, field, run.around)
-    check_hold("start", request.start, field, run.around)
+        check_place(name, place, run.ground, field, run.conditions)
+    check_hold("start", request.start, field, run.conditions)
     try:
         for name, place in named[1:]:
-            check_hold(name, place, field, run.around)
+            check_hold(name, place, field, run.conditions)
     except RequestError as error:
         # Where it stands is for the user to say; where it can get to is for the answer.
         return f"{error.field}: {error.problem}"
@@ -109,9 +109,9 @@ class _Arrival:
         self.field = run.field(objective, MARGIN)
         situation = run.situation
         self.lattice = situation.lattice(objective, self.field)
-        self.cost_to_come = situation.onward(self.field, self.begin, objective=objective)
+        self.cost_to_come = situation.least_cost_from(self.field, self.begin, objective=objective)
         # J for each metre of height; neither time nor length know it.
-        self.weight = run.around.mass * STANDARD_GRAVITY if objective == "energy" else 0.0
+        self.weight = run.conditions.mass * STANDARD_GRAVITY if objective == "energy" else 0.0
 
     def among(self, places: tuple[PoseRequest, ...]) -> PoseRequest:
         """The cheapest of several places."""
@@ -209,8 +209,8 @@ class _Arrival:
         good, wrong = [], []
         for k, place in enumerate(places):
             try:
-                check_place(name(k), place, self.run.ground, self.field, self.run.around)
-                check_hold(name(k), place, self.field, self.run.around)
+                check_place(name(k), place, self.run.ground, self.field, self.run.conditions)
+                check_hold(name(k), place, self.field, self.run.conditions)
             except RequestError as error:
                 wrong.append(error)
             else:
@@ -231,10 +231,12 @@ class _Arrival:
         leg = grid_path(self.field, self.lattice, self.cost_to_come, (place.x, place.y))
         if leg is None:
             return math.inf, place
-        toll = self.run.situation.toll(self.objective)
+        corner_penalty = self.run.situation.corner_penalty(self.objective)
         cost = 0.0
         for _ in range(REFINE_ROUNDS):
-            [(leg, cost)] = refine(self.field, leg, tolls=[toll], check=self.run.check)
+            [(leg, cost)] = refine(
+                self.field, leg, penalties=[corner_penalty], check=self.run.check
+            )
             moved = slide(leg)
             if moved is leg:
                 break
@@ -243,7 +245,7 @@ class _Arrival:
         end = place.model_copy(update={"x": x, "y": y})
         yaws = (self.before.yaw, place.yaw)
         aim = OBJECTIVES[self.objective]
-        route = drive(self.field, self.run.around, [leg], yaws, objective=aim)
+        route = drive(self.field, self.run.conditions, [leg], yaws, objective=aim)
         if isinstance(route, Route):
             values = (route.energy_j, route.duration_s, route.length_m)
             return values[aim], end
@@ -270,7 +272,7 @@ class _Arrival:
             # Where every place costs nearly the same, there is nothing to slide for.
             least = LEAST_SLIDE_SAVING * self.lattice.cheapest * reach
             for _ in range(MOST_SLIDES):
-                places = region.nearest(end + reach * _AROUND)
+                places = region.nearest(end + reach * _COMPASS)
                 values = [value(place) for place in places]
                 k = int(np.argmin(values))
                 if not values[k] < best - least:

@@ -1,8 +1,8 @@
 """The cheapest path on the grid of a cost field.
 
 lattice = build_lattice(field)
-ahead = cost_to_go(field, lattice, goal)                 # CostToGo, from everywhere
-path = grid_path(field, lattice, ahead, start)
+to_go = cost_to_go(field, lattice, goal)                 # CostToGo, from everywhere
+path = grid_path(field, lattice, to_go, start)
 """
 
 from planner.search.grid.lattice import Lattice, build_lattice, node_slope, number_nodes

@@ -39,7 +39,7 @@ MOST_CLOSE_BYTES = 600_000_000
 
 @dataclass(frozen=True)
 class Numbering:
-    """What tells the nodes of a map apart, whatever the objective.
+    """Numbers of the nodes of a map, the same for every objective.
 
     Attributes:
         slopes: (ny, nx) number of the node's slope, or PRICED_CLOSELY.
@@ -54,7 +54,7 @@ class Numbering:
 
     @property
     def nbytes(self) -> int:
-        """Memory that is kept."""
+        """Cached bytes."""
         return self.slopes.nbytes + self.row.nbytes
 
 
@@ -81,7 +81,7 @@ class Lattice(NamedTuple):
 
     @property
     def nbytes(self) -> int:
-        """Memory that is kept, beside that of the numbering."""
+        """Cached bytes, without those of the numbering."""
         return self.table.nbytes + self.close.nbytes
 
 

@@ -1,8 +1,8 @@
 """Exhaustive search on the map's grid: the least cost from everywhere to one goal.
 
-    ahead = cost_to_go(field, lattice, goal)               # the whole map
-    ahead = cost_to_go(field, lattice, goal, start=start)  # no more than this start needs
-    path = grid_path(field, lattice, ahead, start)         # (k, 2), or None
+    to_go = cost_to_go(field, lattice, goal)               # the whole map
+    to_go = cost_to_go(field, lattice, goal, start=start)  # no more than this start needs
+    path = grid_path(field, lattice, to_go, start)         # (k, 2), or None
 
 Dijkstra's algorithm runs backwards from the goal with the 16 moves of ``lattice``. Yaw is not a
 state (planner.search.field.cost_field). Costs are dissipated energy, so never negative. Nodes wait
@@ -54,12 +54,12 @@ class CostToGo:
     goal: tuple[float, float]
     values: NDArray[np.float32]
     moves: NDArray[np.uint8]
-    onward: bool = False
+    from_start: bool = False
     start: tuple[float, float] | None = None
 
     @property
     def nbytes(self) -> int:
-        """Memory that is kept."""
+        """Cached bytes."""
         return self.values.nbytes + self.moves.nbytes
 
 
@@ -69,7 +69,7 @@ def cost_to_go(
     goal: tuple[float, float],
     *,
     start: tuple[float, float] | None = None,
-    onward: bool = False,
+    from_start: bool = False,
     token: CancellationToken | None = None,
 ) -> CostToGo:
     """Least cost from every node to the goal.
@@ -96,11 +96,11 @@ def cost_to_go(
         *(goal if start is None else start),
         width,
         0.0 if start is None else 0.999 * least,
-        onward,
+        from_start,
         token.flag,
     )
     token.check()
-    return CostToGo(goal, values, moves, onward, start)
+    return CostToGo(goal, values, moves, from_start, start)
 
 
 @njit(cache=True, error_model="numpy")
@@ -138,7 +138,7 @@ def _seeds(
     start_x: float,
     start_y: float,
     metre: float,
-    onward: bool,
+    from_start: bool,
 ) -> tuple[Any, Any, Any]:
     """The nodes around the goal that reach it by a straight line.
 
@@ -146,7 +146,7 @@ def _seeds(
         their numbers, costs and estimates, each (n,).
     """
     nx = field.heights.shape[1]
-    costs, j0, i0 = _corner_costs(field, goal_x, goal_y, onward)
+    costs, j0, i0 = _corner_costs(field, goal_x, goal_y, from_start)
     reached = np.flatnonzero(costs.ravel() < np.inf)
     nodes = (j0 + reached // 2) * nx + i0 + reached % 2
     found, estimates = np.empty(nodes.size), np.empty(nodes.size)
@@ -210,7 +210,7 @@ def _solve(
     start_y: float,
     width: float,
     metre: float,
-    onward: bool,
+    from_start: bool,
     stop: Any,
 ) -> Any:
     """Values and moves of a ``CostToGo``.
@@ -235,12 +235,14 @@ def _solve(
     # Arrays by names of their own: taking them out of the tuples costs more than a look-up.
     slopes, table, offsets, beside = lattice.slopes, lattice.table, lattice.moves, lattice.beside
     row, close, factor, ground = lattice.row, lattice.close, lattice.factor, field.ground
-    side, back = (1, 0) if onward else (-1, -1)
+    side, back = (1, 0) if from_start else (-1, -1)
     penalised, remembered = factor.shape[0] > 1, row.shape[0] > 1
     # Moves of two cells pass between two further nodes.
     long = np.maximum(np.abs(offsets[:, 0]), np.abs(offsets[:, 1])) > 1
     x0, y0, dx, dy = field.x0, field.y0, field.dx, field.dy
-    nodes, costs, estimates = _seeds(field, factor, goal_x, goal_y, start_x, start_y, metre, onward)
+    nodes, costs, estimates = _seeds(
+        field, factor, goal_x, goal_y, start_x, start_y, metre, from_start
+    )
     # The first bucket is that of the cheapest seed: costs of far seeds may be large.
     current = int(np.float32(estimates.min()) / width) if nodes.size > 0 else 0
     for k in range(nodes.size):
@@ -250,7 +252,7 @@ def _solve(
         free = _put(head, after, _bucket(estimates[k], width, current), free)
         waiting += 1
     # Where it can be left by none of them, the goal may still be near enough for a straight line.
-    corners, sj0, si0 = _corner_costs(field, start_x, start_y, not onward)
+    corners, sj0, si0 = _corner_costs(field, start_x, start_y, not from_start)
     while waiting > 0:
         slot = current % BUCKETS
         place = head[slot]
@@ -276,10 +278,10 @@ def _solve(
         estimate = _estimate(value, metre, x0 + i * dx - start_x, y0 + j * dy - start_y)
         if int(estimate / width) > current:
             # It waited in the last bucket for its own to come into the ring.
-            ahead = _bucket(estimate, width, current)
-            free = _put(head, after, ahead, place)
+            to_go = _bucket(estimate, width, current)
+            free = _put(head, after, to_go, place)
             waiting += 1
-            if ahead == slot:
+            if to_go == slot:
                 current += 1
             continue
         for m in range(offsets.shape[0]):
@@ -341,9 +343,9 @@ def _follow(lattice: Any, values: Any, moves: Any, j: int, i: int, side: int) ->
 
 
 @njit(cache=True, error_model="numpy")
-def _enter(field: Any, values: Any, x: float, y: float, onward: bool) -> tuple[float, int, int]:
+def _enter(field: Any, values: Any, x: float, y: float, from_start: bool) -> tuple[float, int, int]:
     """Least cost from a point by one of the nodes around it, and that node."""
-    costs, j0, i0 = _corner_costs(field, x, y, not onward)
+    costs, j0, i0 = _corner_costs(field, x, y, not from_start)
     best, at_j, at_i = np.inf, -1, -1
     for k in range(4):
         b, a = k // 2, k % 2
@@ -352,11 +354,11 @@ def _enter(field: Any, values: Any, x: float, y: float, onward: bool) -> tuple[f
     return best, at_j, at_i
 
 
-def cost_from(field: CostField, ahead: CostToGo, start: tuple[float, float]) -> float:
+def cost_from(field: CostField, to_go: CostToGo, start: tuple[float, float]) -> float:
     """Least cost from a point to the goal (to the point, with ``onward``) along the grid."""
-    a, b = (ahead.goal, start) if ahead.onward else (start, ahead.goal)
+    a, b = (to_go.goal, start) if to_go.from_start else (start, to_go.goal)
     direct = float(segment_cost(field, *a, *b, field.step)) if _near(field, a, b) else math.inf
-    return min(direct, float(_enter(field, ahead.values, *start, ahead.onward)[0]))
+    return min(direct, float(_enter(field, to_go.values, *start, to_go.from_start)[0]))
 
 
 def _near(field: CostField, a: tuple[float, float], b: tuple[float, float]) -> bool:
@@ -365,23 +367,23 @@ def _near(field: CostField, a: tuple[float, float], b: tuple[float, float]) -> b
 
 
 def grid_path(
-    field: CostField, lattice: Lattice, ahead: CostToGo, start: tuple[float, float]
+    field: CostField, lattice: Lattice, to_go: CostToGo, start: tuple[float, float]
 ) -> NDArray[np.float64] | None:
     """Polyline (k, 2) from start to goal by the least-cost moves, or None if there is no path.
 
-    With ``ahead.onward`` from the goal to the start.
+    With ``to_go.from_start`` from the goal to the start.
     """
-    best, j, i = _enter(field, ahead.values, *start, ahead.onward)
-    a, b = (ahead.goal, start) if ahead.onward else (start, ahead.goal)
+    best, j, i = _enter(field, to_go.values, *start, to_go.from_start)
+    a, b = (to_go.goal, start) if to_go.from_start else (start, to_go.goal)
     if _near(field, a, b) and segment_cost(field, *a, *b, field.step) <= best < math.inf:
         return np.array([a, b], float)
     if math.isinf(best):
         straight = math.isfinite(segment_cost(field, *a, *b, field.step))
         return np.array([a, b], float) if straight else None
-    nodes = _follow(lattice, ahead.values, ahead.moves, j, i, -1 if ahead.onward else 1)
+    nodes = _follow(lattice, to_go.values, to_go.moves, j, i, -1 if to_go.from_start else 1)
     inner = np.column_stack([field.x0 + nodes[:, 0] * field.dx, field.y0 + nodes[:, 1] * field.dy])
-    path: NDArray[np.float64] = np.vstack([start, inner, ahead.goal])
-    if ahead.onward:
+    path: NDArray[np.float64] = np.vstack([start, inner, to_go.goal])
+    if to_go.from_start:
         path = path[::-1].copy()
     apart = np.hypot(*np.diff(path, axis=0).T) > 1e-9
     kept: NDArray[np.float64] = path[np.concatenate([[True], apart])]

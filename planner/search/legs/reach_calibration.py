@@ -1,6 +1,6 @@
 """Routes to the edge of a reachable area, in full: what they take over what the field says.
 
-    routes = EdgeRoutes(situation, field, [onward], yaw, token)
+    routes = EdgeRoutes(situation, field, [from_start], yaw, token)
     routes.drive(places)               # the nodes there that can be reached
     routes.ratios()                    # x, y, and the ratio there, of all up to now
 
@@ -47,7 +47,7 @@ class EdgeRoutes:
         self.situation, self.field, self.fields = situation, field, fields
         self.yaw, self.token = yaw, token
         self.planner = LegPlanner(situation, field, token)
-        self.weight = situation.around.mass * STANDARD_GRAVITY
+        self.weight = situation.conditions.mass * STANDARD_GRAVITY
         self.legs: dict[Node, tuple[Leg, ...]] = {}
         self.tried: set[tuple[Node, Node, float]] = set()
 
@@ -82,22 +82,22 @@ class EdgeRoutes:
         return self.field.x0 + node[1] * self.field.dx, self.field.y0 + node[0] * self.field.dy
 
     def _expected(self, node: Node) -> float:
-        return sum(float(way.values[node]) for way in self.fields)
+        return sum(float(to_go.values[node]) for to_go in self.fields)
 
-    def _yaws(self, way: CostToGo) -> Yaws:
-        return (self.yaw, None) if way.onward else (None, None)
+    def _yaws(self, to_go: CostToGo) -> Yaws:
+        return (self.yaw, None) if to_go.from_start else (None, None)
 
     def _driven(self, node: Node) -> tuple[Leg, ...] | None:
         self.token.check()
         legs: list[Leg] = []
         if not math.isfinite(self._expected(node)):
             return None
-        for way in self.fields:
+        for to_go in self.fields:
             lattice = self.situation.lattice("energy", self.field)
-            path = grid_path(self.field, lattice, way, self._place(node))
+            path = grid_path(self.field, lattice, to_go, self._place(node))
             if path is None:
                 return None
-            leg = self.planner.near(path, self._yaws(way))
+            leg = self.planner.near(path, self._yaws(to_go))
             if leg is None:
                 return None
             legs.append(leg)
@@ -127,7 +127,7 @@ class EdgeRoutes:
         self.token.check()
         learn, before = self.planner.like_neighbour, self.legs[node]
         legs = tuple(
-            leg if other.way is None else learn(leg, other.way, self._yaws(way))
-            for way, leg, other in zip(self.fields, before, self.legs[neighbour], strict=True)
+            leg if other.path is None else learn(leg, other.path, self._yaws(to_go))
+            for to_go, leg, other in zip(self.fields, before, self.legs[neighbour], strict=True)
         )
         return node, None if all(a is b for a, b in zip(legs, before, strict=True)) else legs

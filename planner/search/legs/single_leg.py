@@ -28,9 +28,9 @@ from planner.search.waypoints import (
     VARIANTS,
     Driven,
     drive_roughly,
-    polish,
+    optimise_waypoints,
     refine,
-    worth_polishing,
+    worth_optimising,
 )
 
 Yaws = tuple[float | None, float | None]
@@ -44,11 +44,11 @@ class Leg:
 
     Attributes:
         route: with its energy.
-        way: None where it came from a search with more care.
+        path: None where it came from a search with more care.
     """
 
     route: Route
-    way: Array | None = None
+    path: Array | None = None
 
     def dissipated(self, weight: float) -> float:
         """J, without what climbing stores; ``weight`` in N."""
@@ -77,13 +77,16 @@ class LegPlanner:
             path: (k, 2) from the grid.
             yaws: at both ends, None where it is free.
         """
-        toll = self.situation.toll("energy")
+        corner_penalty = self.situation.corner_penalty("energy")
         variants = {} if self.situation.ground.blocked.any() else VARIANTS
         paths = (
             refined
             for cells, shares in variants.items()
             for refined, _ in refine(
-                self.field, path, tolls=[share * toll for share in shares], knot_cells=cells
+                self.field,
+                path,
+                penalties=[share * corner_penalty for share in shares],
+                waypoint_cells=cells,
             )
         )
         leg = self._best_of(paths, yaws, math.inf)
@@ -119,21 +122,21 @@ class LegPlanner:
 
     def _best_of(self, paths: Iterable[Array], yaws: Yaws, below: float) -> Leg | None:
         """The cheapest of these paths, optimised if worth it; None if it takes ``below`` J."""
-        field, around = self.field, self.situation.around
+        field, conditions = self.field, self.situation.conditions
         best = Driven(())
         for path in paths:
             self.token.check()
             if math.isfinite(polyline_cost(field, path, field.step)):
-                found = drive_roughly(field, around, (path,), yaws)
+                found = drive_roughly(field, conditions, (path,), yaws)
                 best = min(best, found, key=lambda one: one.energy)
         if best.motion is None or best.energy - MOST_DESCENT_SAVING * best.dissipated >= below:
             return None
-        if worth_polishing(best.dissipated, polyline_cost(field, best.legs[0], field.step)):
-            better = polish(field, around, best.legs, yaws, check=self.token.check)
+        if worth_optimising(best.dissipated, polyline_cost(field, best.legs[0], field.step)):
+            better = optimise_waypoints(field, conditions, best.legs, yaws, check=self.token.check)
             best = min(best, better, key=lambda one: one.energy)
         if best.energy >= below:
             return None
-        route = drive(field, around, best.legs, yaws, objective=0)
+        route = drive(field, conditions, best.legs, yaws, objective=0)
         if not isinstance(route, Route) or route.energy_j >= below:
             return None
         return Leg(route, best.legs[0])

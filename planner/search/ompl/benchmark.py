@@ -168,7 +168,7 @@ def compare_planners(
     watched(1.0, "done")
     return PlannerComparison(
         problem.run.ground.terrain,
-        dict(problem.run.around.model.describe()),
+        dict(problem.run.conditions.model.describe()),
         problem.run.request.space,
         seconds,
         tuple(own),

@@ -24,7 +24,7 @@ from numba import njit
 
 from planner.power.limits import BRIEFLY
 from planner.quantities import INDEX
-from planner.search.conditions import Circumstances
+from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField, passable, segment_cost, wind_cost
 from planner.search.resolution import ALL_YAWS, DIRECTIONS, MARGIN, YAWS
 from planner.search.run import Run
@@ -90,19 +90,19 @@ def costs_of(run: Run, objective: str, poses: bool) -> MotionCosts:
     """The costs for a request's objective: "energy" in J, "time" in s or "length" in m."""
     field = run.field(objective, MARGIN)
     cheapest = run.situation.lattice(objective, field).cheapest
-    return MotionCosts(field, cheapest, turning_rates(run.around, objective) if poses else None)
+    return MotionCosts(field, cheapest, turning_rates(run.conditions, objective) if poses else None)
 
 
-def turning_rates(around: Circumstances, objective: str) -> TurningRates:
+def turning_rates(conditions: OperatingConditions, objective: str) -> TurningRates:
     """Costs of turning, on level ground."""
-    rate = around.model.vehicle.limits.yaw_rate
+    rate = conditions.model.vehicle.limits.yaw_rate
     if objective == "length":
         return TurningRates(0.0, 0.0)
     if objective == "time":
         return TurningRates(1.0 / rate, 0.0)
-    rows = np.repeat(around.class_rows[:1], 2, axis=0)
+    rows = np.repeat(conditions.class_rows[:1], 2, axis=0)
     rows[1, INDEX["wz"]] = rate
-    still, turning = (float(watts) for watts in around.model.watts(rows))
+    still, turning = (float(watts) for watts in conditions.model.watts(rows))
     return TurningRates(turning / rate, (turning - still) / rate)
 
 

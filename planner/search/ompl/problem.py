@@ -28,7 +28,7 @@ from planner.search.resolution import OBJECTIVES, YAW_BINS
 from planner.search.results import Route, drive
 from planner.search.run import Run
 from planner.search.situation import situation_of
-from planner.search.trajectory import Stuck
+from planner.search.trajectory import Infeasible
 from planner.terrain.heightmap import Terrain
 
 AT_GOAL = 1e-6
@@ -172,16 +172,18 @@ class EnergyProblem(Frame):
         field = self.reader.costs.field
         if asked.objective == "length":
             costs = self.run.situation.costs("energy")
-            field = field._replace(by_yaw=costs.by_yaw, yaw_limit=costs.yaw_limit, lean=costs.lean)
+            field = field._replace(
+                by_yaw=costs.by_yaw, yaw_limit=costs.yaw_limit, crab_angle=costs.crab_angle
+            )
         route = drive(
             field,
-            self.run.around,
+            self.run.conditions,
             [self.points(path)],
             yaws,
             objective=OBJECTIVES[asked.objective],
             charge=asked.conditions.battery_charge,
         )
-        if isinstance(route, Stuck):
+        if isinstance(route, Infeasible):
             problem = f"cannot be driven: at x {route.x:.2f}, y {route.y:.2f} {route.what}"
             raise RequestError("path", problem, accepted="a path that keeps to the limits")
         return route

@@ -122,11 +122,11 @@ def in_fresh_process(task: Task[T], token: CancellationToken) -> T:
         RuntimeError: the process failed; with what it wrote.
     """
     with ExitStack() as files:
-        asked, told, errors = (files.enter_context(tempfile.TemporaryFile()) for _ in range(3))
+        asked, reply, errors = (files.enter_context(tempfile.TemporaryFile()) for _ in range(3))
         pickle.dump(task, asked)
         asked.seek(0)
         command = [sys.executable, "-m", "planner.search.ompl"]
-        with subprocess.Popen(command, stdin=asked, stdout=told, stderr=errors) as process:
+        with subprocess.Popen(command, stdin=asked, stdout=reply, stderr=errors) as process:
             try:
                 while process.poll() is None:
                     token.check()
@@ -137,8 +137,8 @@ def in_fresh_process(task: Task[T], token: CancellationToken) -> T:
         if process.returncode:
             errors.seek(0)
             raise RuntimeError(errors.read().decode(errors="replace"))
-        told.seek(0)
-        found: T = pickle.load(told)
+        reply.seek(0)
+        found: T = pickle.load(reply)
         return found
 
 

@@ -16,7 +16,7 @@ from planner.search.requests.places import Goal, Number, PoseRequest
 from planner.search.requests.scenario import SituationRequest, Whole
 
 
-class WayRequest(SituationRequest):
+class TripRequest(SituationRequest):
     """From where to where, over which ground, with which robot."""
 
     start: PoseRequest = Field(
@@ -34,8 +34,8 @@ class WayRequest(SituationRequest):
     )
 
 
-class PlanRequest(WayRequest):
-    """A way, and what a route along it shall be good for."""
+class PlanRequest(TripRequest):
+    """One route: its ends, its objective and how it is searched."""
 
     objective: Literal["energy", "time", "length"] = Field(
         default="energy", description='what to minimise: "energy", "time" or "length"'
@@ -89,8 +89,8 @@ class PlanRequest(WayRequest):
         return value
 
 
-class FrontRequest(WayRequest):
-    """A way, and how many routes shall show what its time costs in energy."""
+class FrontRequest(TripRequest):
+    """A Pareto front of duration and energy: its ends and the number of routes."""
 
     points: Whole = Field(
         default=7,

@@ -87,7 +87,7 @@ class Wind(Part):
 
 
 class Conditions(Part):
-    """Circumstances that hold for the whole route; what is left out takes the model's reference."""
+    """Conditions that hold for the whole route; what is left out takes the model's reference."""
 
     motor_temp: Number | None = Field(
         default=None, ge=-60, le=250, description="motors at the start, °C, -60 to 250"

@@ -1,7 +1,7 @@
 """A route and its energy account by physical effect.
 
-route = drive(field, around, legs, yaws, objective=0)    # Route, or Stuck
-route = price(field, around, motion)
+route = drive(field, conditions, legs, yaws, objective=0)    # Route, or Infeasible
+route = price(field, conditions, motion)
 """
 
 from planner.search.results.energy_account import drive, energy_by_step, energy_of, price

@@ -1,7 +1,7 @@
 """What a motion takes from the source: by step, and with the account by physical effect.
 
-route = drive(field, around, legs, yaws, objective=0)      # a Route, or a Stuck that says where
-route = price(field, around, motion)                       # of a motion that is there already
+route = drive(field, conditions, legs, yaws, objective=0)      # or Infeasible, with the place
+route = price(field, conditions, motion)                       # of a motion that is there already
 """
 
 from __future__ import annotations
@@ -16,60 +16,68 @@ from planner.arrays import Array
 from planner.power.model import PowerModel
 from planner.quantities import STANDARD_GRAVITY
 from planner.search.certificate import lower_bound
-from planner.search.conditions import Circumstances
+from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
 from planner.search.results.energy_interval import energy_distribution, thinned
 from planner.search.results.route import Battery, Route
-from planner.search.trajectory import Motion, Stuck, motion_rows, move
+from planner.search.trajectory import Infeasible, Motion, motion_rows, move
 from planner.search.wanted_yaw import Wanted
 
 
 def drive(
     field: CostField,
-    around: Circumstances,
+    conditions: OperatingConditions,
     legs: Sequence[Array],
     yaws: Sequence[Wanted],
     *,
     objective: int,
     charge: float | None = None,
-) -> Route | Stuck:
+) -> Route | Infeasible:
     """The best motion along a path and its energy.
 
     Args:
         field: map and costs.
-        around: model and conditions.
+        conditions: model and conditions.
         legs: polylines from one fixed point to the next.
         yaws: asked for at every fixed point.
         objective: 1 minimises time, anything else energy.
         charge: share of the battery's capacity that is left; None counts it as full.
     """
-    motion = move(field, around, legs, yaws, objective=objective)
-    return motion if isinstance(motion, Stuck) else price(field, around, motion, charge=charge)
+    motion = move(field, conditions, legs, yaws, objective=objective)
+    return (
+        motion
+        if isinstance(motion, Infeasible)
+        else price(field, conditions, motion, charge=charge)
+    )
 
 
-def energy_by_step(field: CostField, around: Circumstances, motion: Motion) -> Array:
+def energy_by_step(field: CostField, conditions: OperatingConditions, motion: Motion) -> Array:
     """J of a motion's steps (n - 1,), without the account by effect."""
-    rows, seconds, owner = motion_rows(field, motion, around.class_rows, around.wind)
-    watts = _watts(around.model, rows)
+    rows, seconds, owner = motion_rows(field, motion, conditions.class_rows, conditions.wind)
+    watts = _watts(conditions.model, rows)
     return np.asarray(np.bincount(owner, watts * seconds, len(motion.x) - 1), float)
 
 
-def energy_of(field: CostField, around: Circumstances, motion: Motion) -> float:
+def energy_of(field: CostField, conditions: OperatingConditions, motion: Motion) -> float:
     """J of a motion, without the account by effect."""
-    return float(energy_by_step(field, around, motion).sum())
+    return float(energy_by_step(field, conditions, motion).sum())
 
 
 def _watts(model: PowerModel, rows: Array) -> Array:
-    """Power of rows (n,), in blocks: its kernel is compiled for the programmes anyway."""
+    """Power of rows (n,), in blocks: its kernel is compiled for the profiles anyway."""
     return model.power_and_limits(rows)[:, 0]
 
 
 def price(
-    field: CostField, around: Circumstances, motion: Motion, *, charge: float | None = None
+    field: CostField,
+    conditions: OperatingConditions,
+    motion: Motion,
+    *,
+    charge: float | None = None,
 ) -> Route:
     """The energy of a finished motion, by effect; its interval is found when it is asked for."""
-    model = around.model
-    rows, seconds, owner = motion_rows(field, motion, around.class_rows, around.wind)
+    model = conditions.model
+    rows, seconds, owner = motion_rows(field, motion, conditions.class_rows, conditions.wind)
     shares = model.watts_by_effect(rows, watts=_watts)
     steps = len(motion.x) - 1
     durations = np.diff(motion.time)
@@ -95,8 +103,8 @@ def price(
     climb = float(motion.heights[-1] - motion.heights[0])
     distance = math.hypot(motion.x[-1] - motion.x[0], motion.y[-1] - motion.y[0])
     # Not clipped to the energy: a bound above it is a fault, and must show as a negative gap.
-    bound = lower_bound(around, distance, climb, float(field.limit.max()))
-    dissipated = energy - around.mass * STANDARD_GRAVITY * climb
+    bound = lower_bound(conditions, distance, climb, float(field.limit.max()))
+    dissipated = energy - conditions.mass * STANDARD_GRAVITY * climb
     surface = np.sqrt(
         np.diff(motion.x) ** 2 + np.diff(motion.y) ** 2 + np.diff(motion.heights) ** 2
     )

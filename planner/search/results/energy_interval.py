@@ -159,8 +159,10 @@ def energy_distribution(
         )
     ]
     if noise > 0.0:
-        told = Contribution(NOISE, "one drive", scale * math.sqrt(noise), noise / variance, None)
-        parts.append(told)
+        one_drive = Contribution(
+            NOISE, "one drive", scale * math.sqrt(noise), noise / variance, None
+        )
+        parts.append(one_drive)
     parts.sort(key=lambda part: -part.share_of_variance)
     return EnergyDistribution(
         energy,

@@ -1,6 +1,6 @@
 """The compiled search of poses: A* over nodes of the grid with the angle of the body.
 
-    states, cost = search_poses(field, frame, MOVES, ahead, ..., stop)
+    states, cost = search_poses(field, frame, MOVES, to_go, ..., stop)
 
 hybrid_search calls it and says what a state is.
 """
@@ -181,9 +181,9 @@ def _trace_back(came: Any, last: int, offsets: Any, nx: int) -> list[int]:
 
 
 @njit(cache=True, error_model="numpy")
-def _begin(field: Any, frame: Any, start: End, ahead: Any, spent: Any, came: Any) -> Any:
+def _begin(field: Any, frame: Any, start: End, to_go: Any, spent: Any, came: Any) -> Any:
     """Heap of the states round the start."""
-    nx = ahead.shape[1]
+    nx = to_go.shape[1]
     waiting = [(0.0, np.float32(0.0), 0) for _ in range(0)]
     for node, b, cost in _near_end(field, frame, start, True):
         state = node * YAW_BINS + b
@@ -191,7 +191,7 @@ def _begin(field: Any, frame: Any, start: End, ahead: Any, spent: Any, came: Any
         if spent[state] == 0.0 or whole < spent[state]:
             spent[state] = whole
             came[state] = _BEGUN
-            heapq.heappush(waiting, (cost + ahead[node // nx, node % nx], whole, state))
+            heapq.heappush(waiting, (cost + to_go[node // nx, node % nx], whole, state))
     return waiting
 
 
@@ -228,7 +228,7 @@ def search_poses(
     field: Any,
     frame: Any,
     offsets: Any,
-    ahead: Any,
+    to_go: Any,
     turning: Any,
     spin: float,
     start: End,
@@ -240,7 +240,7 @@ def search_poses(
     Args:
         field, frame: CostField, and its ``body_frame()``.
         offsets: (n, 2) of the moves.
-        ahead: (ny, nx) cost-to-go.
+        to_go: (ny, nx) cost-to-go.
         turning: Turning.
         spin: cost of turning on the spot by one angle.
         start, goal: both ends.
@@ -262,7 +262,7 @@ def search_poses(
     relative, turns = moves.relative, moves.turns
     spent = np.zeros(states, np.float32)  # cost and 1, so that 0 is a state not seen yet
     came = np.zeros(states, np.uint16)
-    waiting = _begin(field, frame, start, ahead, spent, came)
+    waiting = _begin(field, frame, start, to_go, spent, came)
     arriving = {}
     for node, b, cost in _near_end(field, frame, goal, False):
         arriving[node * YAW_BINS + b] = cost
@@ -281,12 +281,12 @@ def search_poses(
             best, last = value + arriving[state], state
         x, y = x0 + i * dx, y0 + j * dy
         here = mask[j, i]
-        _spin(here, spent, came, waiting, state, ahead[j, i], halt, spin)
+        _spin(here, spent, came, waiting, state, to_go[j, i], halt, spin)
         for m in range(offsets.shape[0]):
             to_i, to_j = i + offsets[m, 0], j + offsets[m, 1]
             if to_i < 0 or to_j < 0 or to_i >= nx or to_j >= ny:
                 continue
-            still = ahead[to_j, to_i]
+            still = to_go[to_j, to_i]
             if still == np.inf:
                 continue
             there = mask[to_j, to_i]

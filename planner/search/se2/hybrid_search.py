@@ -27,7 +27,7 @@ from numba import njit
 
 from planner.arrays import Array
 from planner.cancellation import CancellationToken
-from planner.search.conditions import Circumstances
+from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
 from planner.search.grid import cost_to_go
 from planner.search.resolution import (
@@ -103,10 +103,10 @@ def pose_path(
     """
     if field.heights.size > MOST_NODES:
         return None
-    ahead = cost_to_go(field, situation.lattice(objective, field), goal[0], token=token)
-    turning_costs, spin = _prices(situation.around, objective)
+    to_go = cost_to_go(field, situation.lattice(objective, field), goal[0], token=token)
+    turning_costs, spin = _prices(situation.conditions, objective)
     states, cost = search_poses(
-        *(field, field.body_frame(), MOVES, ahead.values, turning_costs, spin),
+        *(field, field.body_frame(), MOVES, to_go.values, turning_costs, spin),
         End(*start[0], _at_end(field, *start, spin)),
         End(*goal[0], _at_end(field, *goal, spin)),
         token.flag,
@@ -130,16 +130,16 @@ def keeping_yaw(field: CostField, paths: Sequence[PosePath]) -> CostField:
     return field._replace(mask=np.where(crowded, field.mask & allowed, field.mask))
 
 
-def _prices(around: Circumstances, objective: str) -> tuple[Turning, float]:
+def _prices(conditions: OperatingConditions, objective: str) -> tuple[Turning, float]:
     """Costs of turning and stopping, and the cost of turning on the spot by one angle."""
     aim = OBJECTIVES[objective]
-    prices = turning(around, aim)
+    prices = turning(conditions, aim)
     if objective == "length":
         table = np.tile(METRES_PER_RAD * np.linspace(0.0, prices.tightest, TURNS), (STATES, 1))
         return Turning(METRES_PER_RAD, prices.tightest, table), METRES_PER_RAD * ANGLE
     spin = np.empty((1, STATES))
     level = (np.zeros(1), np.zeros((1, 4)), np.zeros(1, np.int64))
-    spin_costs(around.model.limits_kernel, around.arrays, *level, aim, spin)
+    spin_costs(conditions.model.limits_kernel, conditions.arrays, *level, aim, spin)
     return prices, float(spin.mean()) * ANGLE
 
 

@@ -11,7 +11,7 @@ from scipy import ndimage
 from planner.errors import RequestError
 from planner.power.limits import LIMIT_NAMES, broken_limit
 from planner.power.motion_row import set_motion
-from planner.search.conditions import Circumstances
+from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField, sample_surface
 from planner.search.grid import build_lattice, cost_to_go
 from planner.search.requests import PoseRequest
@@ -25,7 +25,11 @@ YAW_TRIES = 64
 
 
 def check_place(
-    name: str, pose: PoseRequest, ground: DrivingGround, field: CostField, around: Circumstances
+    name: str,
+    pose: PoseRequest,
+    ground: DrivingGround,
+    field: CostField,
+    conditions: OperatingConditions,
 ) -> None:
     """Refuse a start, goal or via point at which there is no room for the robot.
 
@@ -57,14 +61,16 @@ def check_place(
         at = "with this yaw" if pose.yaw is not None else "with any yaw"
         raise RequestError(
             name,
-            f"the body with {around.model.vehicle.limits.clearance:g} m clearance touches "
+            f"the body with {conditions.model.vehicle.limits.clearance:g} m clearance touches "
             f"something {at}",
             value=(x, y) if pose.yaw is None else (x, y, pose.yaw),
             accepted=_nearest_free(ground, field, x, y),
         )
 
 
-def check_hold(name: str, pose: PoseRequest, field: CostField, around: Circumstances) -> None:
+def check_hold(
+    name: str, pose: PoseRequest, field: CostField, conditions: OperatingConditions
+) -> None:
     """Refuse a place at which the robot cannot stand still on the slope.
 
     Raises:
@@ -73,12 +79,12 @@ def check_hold(name: str, pose: PoseRequest, field: CostField, around: Circumsta
     _, gradient = sample_surface(field, np.array([[pose.x, pose.y]]))
     px, py = float(gradient[0, 0]), float(gradient[0, 1])
     kind = field.ground[field.nodes_at((pose.x, pose.y))]
-    row = around.class_rows[kind].copy()
+    row = conditions.class_rows[kind].copy()
     broken = 0
     for yaw in _tried(pose.yaw):
         set_motion(row, px, py, yaw, 0.0, 0.0)
-        accounts, _ = around.model.evaluate(row[None])
-        broken = broken_limit(accounts[0], around.limits, 1.0)
+        accounts, _ = conditions.model.evaluate(row[None])
+        broken = broken_limit(accounts[0], conditions.limits, 1.0)
         if broken < 0:
             return
     # With a fitting yaw this slope can be driven in every direction.
@@ -101,7 +107,7 @@ def explain_no_route(
     """What blocks the path: the narrowest gap between what start and goal can reach, and why."""
     lattice = build_lattice(field)
     to_goal = np.isfinite(cost_to_go(field, lattice, goal).values)
-    from_start = np.isfinite(cost_to_go(field, lattice, start, onward=True).values)
+    from_start = np.isfinite(cost_to_go(field, lattice, start, from_start=True).values)
     straight = math.atan2(goal[1] - start[1], goal[0] - start[0])
     for reach, words, (x, y) in (
         (to_goal, "the goal cannot be reached", goal),

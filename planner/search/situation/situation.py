@@ -1,7 +1,7 @@
 """One map, one robot, one model under given conditions: the costs and fields that follow.
 
-    situation = Situation(ground, around)
-    ahead = situation.ahead("energy", goal)          # least cost from everywhere, kept
+    situation = Situation(ground, conditions)
+    to_go = situation.least_cost_to("energy", goal)          # least cost from everywhere, kept
 
 Everything here is cached for further requests (planner.cache): tables of steady costs by model
 and conditions, the lattice by map and table, fields by goal.
@@ -21,7 +21,7 @@ from planner.cache import CACHE
 from planner.cancellation import CancellationToken
 from planner.power.model import PowerModel
 from planner.power.vehicles import Vehicle, load_vehicle
-from planner.search.conditions import Circumstances, circumstances
+from planner.search.conditions import OperatingConditions, operating_conditions
 from planner.search.field import CostField
 from planner.search.grid import (
     CostToGo,
@@ -76,11 +76,11 @@ def situation_of(
         terrain = without_areas(terrain, request)
     key = "ground", ground_key(terrain, model.vehicle)
     ground = CACHE.get(key, lambda: driving_ground(terrain, model.vehicle))
-    return Situation(ground, circumstances(request, model, terrain))
+    return Situation(ground, operating_conditions(request, model, terrain))
 
 
 def ground_key(terrain: Terrain, vehicle: Vehicle) -> tuple[str, str]:
-    """What tells one driving ground from another."""
+    """Cache key of a driving ground."""
     shape = (vehicle.length, vehicle.width, vehicle.limits.clearance, vehicle.layout.radius)
     return terrain.fingerprint, repr((shape, vehicle.layout.table.tolist()))
 
@@ -91,11 +91,11 @@ class Situation:
 
     Attributes:
         ground: the map as the robot feels it.
-        around: model, conditions and limits.
+        conditions: model, conditions and limits.
     """
 
     ground: DrivingGround
-    around: Circumstances
+    conditions: OperatingConditions
 
     @property
     def large(self) -> bool:
@@ -104,15 +104,15 @@ class Situation:
 
     @cached_property
     def key(self) -> tuple[object, ...]:
-        """What tells one situation from another."""
-        ground = ground_key(self.ground.terrain, self.around.model.vehicle)
-        return (ground, *self.around.key)
+        """Cache key of a situation."""
+        ground = ground_key(self.ground.terrain, self.conditions.model.vehicle)
+        return (ground, *self.conditions.key)
 
     def costs(self, objective: str) -> SteadyCosts:
         """Costs of steady driving for "energy", "time" or "length"."""
         return CACHE.get(
-            ("steady", self.around.key, objective),
-            lambda: steady_costs(self.around.model, self.around.class_rows, objective),
+            ("steady", self.conditions.key, objective),
+            lambda: steady_costs(self.conditions.model, self.conditions.class_rows, objective),
         )
 
     def field(
@@ -125,14 +125,14 @@ class Situation:
             margin: share of the slope limit that may be used.
             factor: (ny, nx) on the cost: ground to be avoided.
         """
-        extra = self.around.wind_by_direction() if objective == "energy" else None
+        extra = self.conditions.wind_by_direction() if objective == "energy" else None
         return self.ground.field(self.costs(objective), extra=extra, factor=factor, margin=margin)
 
-    def toll(self, objective: str) -> float:
+    def corner_penalty(self, objective: str) -> float:
         """What refinement counts for a corner, beside the costs of the metres."""
         if objective == "length":
             return 0.0
-        return CORNER_PENALTY[objective] * turning(self.around, OBJECTIVES[objective]).stop
+        return CORNER_PENALTY[objective] * turning(self.conditions, OBJECTIVES[objective]).stop
 
     def lattice(self, objective: str, field: CostField) -> Lattice:
         """The moves on the grid for a field of ``field``."""
@@ -142,7 +142,7 @@ class Situation:
             ("lattice", self.key, objective, field.margin), lambda: build_lattice(plain, numbering)
         )
 
-    def ahead(
+    def least_cost_to(
         self,
         objective: str,
         field: CostField,
@@ -156,7 +156,7 @@ class Situation:
         where the map is not too large.
         """
         lattice = self.lattice(objective, field)
-        key = ("ahead", self.key, objective, field.margin, goal)
+        key = ("least_cost_to", self.key, objective, field.margin, goal)
         found: CostToGo | None = CACHE.find(key) if field.factor.size == 1 else None
         if found is not None and found.start in (None, start):
             return found
@@ -166,7 +166,7 @@ class Situation:
             CACHE.put(key, found)
         return found
 
-    def onward(
+    def least_cost_from(
         self,
         field: CostField,
         start: Point,
@@ -175,8 +175,10 @@ class Situation:
     ) -> CostToGo:
         """Least cost from a start to everywhere."""
         lattice = self.lattice(objective, field)
-        key = ("onward", self.key, objective, field.margin, start)
-        return CACHE.get(key, lambda: cost_to_go(field, lattice, start, onward=True, token=token))
+        key = ("least_cost_from", self.key, objective, field.margin, start)
+        return CACHE.get(
+            key, lambda: cost_to_go(field, lattice, start, from_start=True, token=token)
+        )
 
     def path(
         self,
@@ -187,5 +189,5 @@ class Situation:
         token: CancellationToken | None = None,
     ) -> NDArray[np.float64] | None:
         """Polyline (k, 2) of the least-cost moves, or None if there is no path."""
-        ahead = self.ahead(objective, field, goal, start, token)
-        return grid_path(field, self.lattice(objective, field), ahead, start)
+        least_cost_to = self.least_cost_to(objective, field, goal, start, token)
+        return grid_path(field, self.lattice(objective, field), least_cost_to, start)

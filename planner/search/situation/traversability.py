@@ -1,4 +1,4 @@
-"""A terrain seen from one vehicle: where it rides, where it fits, where a limit may be near.
+"""A terrain seen from one vehicle: where it drives, where it fits, where a limit may be near.
 
 ground = driving_ground(terrain, vehicle)
 field = ground.field(costs)                # what the compiled search reads
@@ -64,11 +64,11 @@ class DrivingGround:
 
     @property
     def nbytes(self) -> int:
-        """Memory that is kept."""
+        """Cached bytes."""
         arrays = (self.ground, self.heights, self.blocked, self.mask, self.steepest)
         return sum(array.nbytes for array in arrays)
 
-    def preferring_room(self, weight: float) -> NDArray[np.float64]:
+    def clearance_penalty(self, weight: float) -> NDArray[np.float64]:
         """Factor (ny, nx) on the cost: 1 in the open, 1 + weight where hardly any yaw fits."""
         free = np.bitwise_count(self.mask).astype(np.float64) / YAW_BINS
         return np.asarray(1.0 + weight * (1.0 - free))

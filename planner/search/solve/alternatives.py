@@ -25,7 +25,7 @@ NEAR_CELLS = 6.0
 LEAST_NEAR, MOST_NEAR = 1.5, 60.0
 """m, bounds of the distance of ``NEAR_CELLS`` cells."""
 LEAST_CELLS = 2.0
-"""The upper bound does not hold below this: coarser cells cannot tell routes apart."""
+"""The upper bound does not hold below this: coarser cells cannot separate routes."""
 
 
 def _energy(route: Route) -> float:
@@ -50,7 +50,7 @@ def find_alternatives(
     """
     routes = [best]
     factor = np.ones(field.heights.shape)
-    dear = similar = 0
+    expensive = similar = 0
     for _ in range(3 * count):
         if len(routes) == count:
             break
@@ -59,7 +59,7 @@ def find_alternatives(
         if candidate is None:
             break
         if value(candidate) > value(best) + MOST_EXTRA * abs(value(best)):
-            dear += 1
+            expensive += 1
             factor = factor * (1.0 + 0.4 * nearness(candidate, field))
         elif max(_overlap(candidate, route, field) for route in routes) > MOST_OVERLAP:
             similar += 1
@@ -71,7 +71,7 @@ def find_alternatives(
         return tuple(routes), None
     return tuple(routes), (
         f"{len(routes)} of {count} routes: of the others found, {similar} ran more than "
-        f"{MOST_OVERLAP:.0%} along an earlier one and {dear} cost over {MOST_EXTRA:.0%} more"
+        f"{MOST_OVERLAP:.0%} along an earlier one and {expensive} cost over {MOST_EXTRA:.0%} more"
     )
 
 

@@ -25,7 +25,7 @@ from planner.search.run import Run
 from planner.search.solve.alternatives import nearness
 from planner.search.solve.grid_planner import near_path_of
 from planner.search.solve.pipeline import Attempt, Candidate, Legs, drive_legs, with_costs
-from planner.search.waypoints import polish, refine
+from planner.search.waypoints import optimise_waypoints, refine
 
 PERTURBATION, GRAIN = 0.03, 3.0
 """Standard deviation of the logarithm of a perturbed cost, and its grain in cells: paths that cost
@@ -119,12 +119,14 @@ def smoothed_otherwise(
     run: Run, field: CostField, paths: list[list[Array]], left: Callable[[], float]
 ) -> Iterator[Candidate]:
     """Paths smoothed with other waypoints and penalties than a search has time for, two at once."""
-    penalty = run.situation.toll("energy")
+    penalty = run.situation.corner_penalty("energy")
     field = run.field("energy", field.margin)
 
     def smoothed(cells: float, share: float, path: list[Array]) -> tuple[Legs, object]:
         legs = [
-            refine(field, leg, tolls=[share * penalty], knot_cells=cells, check=run.check)[0]
+            refine(field, leg, penalties=[share * penalty], waypoint_cells=cells, check=run.check)[
+                0
+            ]
             for leg in path
         ]
         return legs, drive_legs(run, field, legs, "energy")
@@ -155,9 +157,9 @@ def with_waypoints_optimised(
             if left() < ENOUGH:
                 return
             run.step(0.85, "waypoint descent")
-            better = polish(
+            better = optimise_waypoints(
                 field,
-                run.around,
+                run.conditions,
                 [path for path, _ in legs],
                 run.yaws,
                 steps=itertools.takewhile(lambda _: left() > ENOUGH, DESCENT_CELLS),

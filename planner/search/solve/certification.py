@@ -32,9 +32,9 @@ def certified(run: Run, routes: Sequence[Route]) -> tuple[tuple[Route, ...], dic
     field = run.field("energy")
     legs = list(pairwise(run.places))
     share = run.request.certify_s / len(legs)
-    bounds = [certify(field, run.around, *leg, seconds=share, token=run.token) for leg in legs]
+    bounds = [certify(field, run.conditions, *leg, seconds=share, token=run.token) for leg in legs]
     bound = sum(part.bound_j for part in bounds)
-    weight = run.around.mass * STANDARD_GRAVITY
+    weight = run.conditions.mass * STANDARD_GRAVITY
     closer = []
     for route in routes:
         z = route.arrays["z"]

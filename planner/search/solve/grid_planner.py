@@ -31,9 +31,9 @@ from planner.search.solve.pipeline import (
     trajectory,
 )
 from planner.search.solve.recovery import Caution, first_caution, next_caution
-from planner.search.trajectory import CLOSELY, ROUGHLY, Stuck
+from planner.search.trajectory import CLOSELY, ROUGHLY, Infeasible
 from planner.search.wanted_yaw import arriving, leaving
-from planner.search.waypoints import hindered
+from planner.search.waypoints import suggests_detour
 
 STRAIGHT = 0.005
 """Share by which a baseline may cost more than the bound of its length and still be straight."""
@@ -112,7 +112,7 @@ def _as_it_is(run: Run, attempt: Attempt, objective: str) -> Attempt:
     """A trajectory that nearly keeps to the limits, driven as it is."""
     assert attempt.legs is not None  # something moved along them
     motion = trajectory(run, attempt.field, attempt.legs, objective, CLOSELY, checked=False)
-    if isinstance(motion, Stuck):
+    if isinstance(motion, Infeasible):
         return attempt
     return replace(attempt, route=priced(run, attempt.field, motion))
 
@@ -140,12 +140,12 @@ def _bends_cost_much(run: Run, attempt: Attempt) -> bool:
     if attempt.route is None or attempt.legs is None or run.ground.blocked.any():
         return False
     metres = sum(cost for _, cost in attempt.legs)
-    return hindered(run.around, dissipated(run, attempt.route), metres)
+    return suggests_detour(run.conditions, dissipated(run, attempt.route), metres)
 
 
 def dissipated(run: Run, route: Route) -> float:
     """J that a route takes without what climbing stores."""
-    return route.energy_j - run.around.mass * STANDARD_GRAVITY * route.rise_m
+    return route.energy_j - run.conditions.mass * STANDARD_GRAVITY * route.rise_m
 
 
 def _straight(run: Run, field: CostField, objective: str) -> Attempt | None:
@@ -161,7 +161,7 @@ def _straight(run: Run, field: CostField, objective: str) -> Attempt | None:
         legs.append((np.array([a, b]), cost))
     # Another yaw is tried sooner than another path: a search takes longer.
     motion = trajectory(run, field, legs, objective, ROUGHLY._replace(turned=CLOSELY.turned))
-    if isinstance(motion, Stuck):
+    if isinstance(motion, Infeasible):
         return None
     return Attempt(field, [path for path, _ in legs], legs, priced(run, field, motion))
 

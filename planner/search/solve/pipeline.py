@@ -25,15 +25,15 @@ from planner.search.resolution import OBJECTIVES
 from planner.search.results import Route, energy_of, price
 from planner.search.run import Run
 from planner.search.se2 import PosePath, keeping_yaw
-from planner.search.trajectory import CLOSELY, ROUGHLY, Care, Motion, Stuck, move
-from planner.search.waypoints import VARIANTS, polish, refine, worth_polishing
+from planner.search.trajectory import CLOSELY, ROUGHLY, Care, Infeasible, Motion, move
+from planner.search.waypoints import VARIANTS, optimise_waypoints, refine, worth_optimising
 
 PLAIN = {8.0: (1.0,)}
 """Cells between waypoints, and shares of the corner penalty, of a path for time or length: these
 have no bends that cost more than they save."""
 WITH_YAW = {2.0: (1.0,), 4.0: (1.0,)}
 """The same for a path with yaw angles, which is left close to itself."""
-DEARER = 0.01
+DESCENT_EXCESS = 0.01
 """Share of the energy that keeping to limits may cost before other candidates are tried."""
 MOST_SAVED = 0.015
 """Share of what a trajectory dissipates that waypoint descent may save, where it is one of many."""
@@ -96,7 +96,7 @@ class Attempt:
     legs: Legs | None = None
     route: Route | None = None
     reason: str = ""
-    infeasible: Stuck | None = None
+    infeasible: Infeasible | None = None
     nearly: bool = False
 
     @property
@@ -115,7 +115,7 @@ class _Driven(NamedTuple):
     """Legs, the motion along them, its energy and what it dissipates, J."""
 
     legs: Legs
-    motion: Motion | Stuck
+    motion: Motion | Infeasible
     energy: float = math.inf
     dissipated: float = math.inf
 
@@ -145,7 +145,7 @@ def cheapest_near(
     moving = sorted(
         (one for one in driven if isinstance(one.motion, Motion)), key=lambda one: one.energy
     )
-    stuck = [one for one in driven if isinstance(one.motion, Stuck)]
+    failed = [one for one in driven if isinstance(one.motion, Infeasible)]
     best = moving[0] if moving else None
     if best is not None and best.energy - MOST_SAVED * best.dissipated >= below:
         return Attempt(field, paths)
@@ -160,20 +160,22 @@ def cheapest_near(
         closer = one.motion
         if effort.closely:
             closer = trajectory(run, field, one.legs, objective, CLOSELY)
-        if isinstance(closer, Stuck):
-            stuck = [_Driven(one.legs, closer)]
+        if isinstance(closer, Infeasible):
+            failed = [_Driven(one.legs, closer)]
             continue
         route = priced(run, field, closer)
         kept.append((one.legs, route))
         # Where keeping to the limits costs little, the other candidates are not tried.
-        most = moving[0].energy + (0.0 if one is descended else DEARER * abs(moving[0].energy))
+        most = moving[0].energy + (
+            0.0 if one is descended else DESCENT_EXCESS * abs(moving[0].energy)
+        )
         if objective != "energy" or route.energy_j <= most:
             break
     if kept:
         return Attempt(field, paths, *min(kept, key=lambda one: one[1].energy_j))
-    where = stuck[0].motion
-    assert isinstance(where, Stuck)  # whatever did not move is stuck
-    legs = (moving or stuck)[0].legs
+    where = failed[0].motion
+    assert isinstance(where, Infeasible)  # whatever did not move is stuck
+    legs = (moving or failed)[0].legs
     reason = f"a way was found, but at x {where.x:.2f}, y {where.y:.2f} {where.what}"
     return Attempt(field, paths, legs, None, reason, where, nearly=bool(moving))
 
@@ -186,8 +188,8 @@ def _driven_roughly(
     effort: Effort,
     poses: Sequence[PosePath],
 ) -> list[_Driven]:
-    """The paths smoothed in several ways, each with its trajectory."""
-    penalty = run.situation.toll(objective)
+    """The paths, each smoothed with several settings, with its trajectory."""
+    penalty = run.situation.corner_penalty(objective)
     smoothings = VARIANTS if objective == "energy" else PLAIN
     near = field
     if poses:
@@ -196,16 +198,19 @@ def _driven_roughly(
     def smoothed(cells: float, shares: Iterable[float]) -> list[Legs]:
         penalties = [share * penalty for share in shares]
         legs = [
-            refine(near, path, tolls=penalties, knot_cells=cells, check=run.check) for path in paths
+            refine(near, path, penalties=penalties, waypoint_cells=cells, check=run.check)
+            for path in paths
         ]
         return [list(one) for one in zip(*legs, strict=True)]
 
     def driven(legs: Legs) -> _Driven:
         motion = trajectory(run, field, legs, objective, ROUGHLY, checked=not effort.closely)
-        if isinstance(motion, Stuck):
+        if isinstance(motion, Infeasible):
             return _Driven(legs, motion)
-        energy = energy_of(field, run.around, motion)
-        climb = run.around.mass * STANDARD_GRAVITY * float(motion.heights[-1] - motion.heights[0])
+        energy = energy_of(field, run.conditions, motion)
+        climb = (
+            run.conditions.mass * STANDARD_GRAVITY * float(motion.heights[-1] - motion.heights[0])
+        )
         return _Driven(legs, motion, energy, energy - climb)
 
     several = run.other_core.all([partial(smoothed, *kind) for kind in smoothings.items()])
@@ -215,10 +220,12 @@ def _driven_roughly(
 
 def _with_waypoints_optimised(run: Run, field: CostField, best: _Driven) -> _Driven | None:
     """The best trajectory with its waypoints moved, where that is likely to help and does."""
-    if not worth_polishing(best.dissipated, sum(cost for _, cost in best.legs)):
+    if not worth_optimising(best.dissipated, sum(cost for _, cost in best.legs)):
         return None
     legs = [path for path, _ in best.legs]
-    better = polish(field, run.around, legs, run.yaws, both=run.other_core.all, check=run.check)
+    better = optimise_waypoints(
+        field, run.conditions, legs, run.yaws, both=run.other_core.all, check=run.check
+    )
     if better.motion is None or better.energy >= best.energy:
         return None
     return _Driven(with_costs(field, better.legs), better.motion, better.energy, better.dissipated)
@@ -236,16 +243,18 @@ def trajectory(
     objective: str,
     care: Care = CLOSELY,
     checked: bool = True,
-) -> Motion | Stuck:
-    """The motion along legs, or where it is stuck; ``care`` and ``checked`` as in ``move``."""
+) -> Motion | Infeasible:
+    """The motion along legs, or where it is infeasible; ``care`` and ``checked`` as in ``move``."""
     run.check()
     if objective == "length":
         # Whichever way it goes, a robot turns as costs it least.
         costs = run.situation.costs("energy")
-        field = field._replace(by_yaw=costs.by_yaw, yaw_limit=costs.yaw_limit, lean=costs.lean)
+        field = field._replace(
+            by_yaw=costs.by_yaw, yaw_limit=costs.yaw_limit, crab_angle=costs.crab_angle
+        )
     return move(
         field,
-        run.around,
+        run.conditions,
         [path for path, _ in legs],
         run.yaws,
         objective=OBJECTIVES[objective],
@@ -254,15 +263,15 @@ def trajectory(
     )
 
 
-def drive_legs(run: Run, field: CostField, legs: Legs, objective: str) -> Route | Stuck:
+def drive_legs(run: Run, field: CostField, legs: Legs, objective: str) -> Route | Infeasible:
     """The best trajectory along legs, and its energy."""
     motion = trajectory(run, field, legs, objective)
-    return motion if isinstance(motion, Stuck) else priced(run, field, motion)
+    return motion if isinstance(motion, Infeasible) else priced(run, field, motion)
 
 
 def priced(run: Run, field: CostField, motion: Motion) -> Route:
     """The route of a motion, with its energy and account."""
-    return price(field, run.around, motion, charge=run.request.conditions.battery_charge)
+    return price(field, run.conditions, motion, charge=run.request.conditions.battery_charge)
 
 
 def waypoints_of(legs: Legs) -> Array:

@@ -186,7 +186,7 @@ def _best(run: Run, candidates: Sequence[Candidate]) -> Candidate | None:
         motion = one.route.motion
         if one.limits_checked or motion is None:
             return one
-        if not broken_limits(field, run.around, motion, finely=True):
+        if not broken_limits(field, run.conditions, motion, finely=True):
             return one
     return None
 

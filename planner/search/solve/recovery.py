@@ -19,7 +19,7 @@ from planner.search.field import CostField
 from planner.search.resolution import MARGIN
 from planner.search.run import Run
 from planner.search.solve.pipeline import Attempt
-from planner.search.trajectory import Stuck
+from planner.search.trajectory import Infeasible
 
 SLOPE_MARGINS = (MARGIN, 0.95, 0.9, 0.8)
 """Shares of the slope limit to search with, until the finished trajectory keeps to all limits."""
@@ -58,7 +58,7 @@ class Caution:
         """Map and costs to search with."""
         factor = self.factor
         if self.clearance_penalties[0] > 0.0:
-            factor = factor * run.ground.preferring_room(self.clearance_penalties[0])
+            factor = factor * run.ground.clearance_penalty(self.clearance_penalties[0])
         return run.field(objective, self.slope_margins[0], np.ascontiguousarray(factor))
 
     def unobstructed_field(self, run: Run, objective: str) -> CostField:
@@ -75,18 +75,18 @@ def first_caution(run: Run, field: CostField, patient: bool) -> Caution:
 
 def more_clearance(caution: Caution, attempt: Attempt) -> Caution | None:
     """A stronger clearance penalty, where the body lacks room or turning costs much."""
-    stuck = attempt.infeasible
-    if not caution.obstructed or not (stuck is None or stuck.for_want_of_room):
+    infeasible = attempt.infeasible
+    if not caution.obstructed or not (infeasible is None or infeasible.for_want_of_room):
         return None
     return replace(caution, clearance_penalties=caution.clearance_penalties[1:])
 
 
 def past_the_place(caution: Caution, attempt: Attempt) -> Caution | None:
     """A penalty near the place where a limit is broken: another path past it may do."""
-    stuck = attempt.infeasible
-    if stuck is None or stuck.for_want_of_room or not caution.places_left:
+    infeasible = attempt.infeasible
+    if infeasible is None or infeasible.for_want_of_room or not caution.places_left:
         return None
-    factor = caution.factor * _penalty_near(attempt.field, stuck)
+    factor = caution.factor * _penalty_near(attempt.field, infeasible)
     return replace(caution, factor=factor, places_left=caution.places_left - 1)
 
 
@@ -111,7 +111,7 @@ def next_caution(caution: Caution, attempt: Attempt) -> Caution | None:
     return next((changed for changed in found if changed is not None), None)
 
 
-def _penalty_near(field: CostField, place: Stuck) -> Array:
+def _penalty_near(field: CostField, place: Infeasible) -> Array:
     """Factor (ny, nx) that makes a few cells round a place cost more."""
     ny, nx = field.heights.shape
     x, y = field.x0 + field.dx * np.arange(nx), field.y0 + field.dy * np.arange(ny)

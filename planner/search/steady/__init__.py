@@ -9,7 +9,7 @@ from planner.search.steady.steady_cost import (
     SteadyCosts,
     cost_for_best_yaw,
     costs_for_yaws,
-    lean_for_yaw,
+    crab_angle_for_yaw,
     polar,
 )
 from planner.search.steady.steady_cost_tables import steady_costs
@@ -18,7 +18,7 @@ __all__ = [
     "SteadyCosts",
     "cost_for_best_yaw",
     "costs_for_yaws",
-    "lean_for_yaw",
+    "crab_angle_for_yaw",
     "polar",
     "steady_costs",
 ]

@@ -70,8 +70,8 @@ def polar(table: Any, edge: Any, azimuth: float, steepness: float, margin: float
 
 
 @njit(cache=True, error_model="numpy")
-def lean_for_yaw(
-    lean: Any, yaw_limit: Any, ground: int, turn: int, azimuth: float, steepness: float
+def crab_angle_for_yaw(
+    crab_angle: Any, yaw_limit: Any, ground: int, turn: int, azimuth: float, steepness: float
 ) -> float:
     """Crab angle: rad by which the body is turned off ``turn`` bins at the cost tabulated."""
     f = int(math.floor(azimuth / (2.0 * math.pi) * DIRECTIONS + 0.5)) % DIRECTIONS
@@ -80,7 +80,7 @@ def lean_for_yaw(
         return 0.0
     # The nearest entry: at an angle between two entries the drag is neither of the two.
     s = int(steepness / edge * (STEEPNESSES - 1) + 0.5)
-    found: float = lean[ground, turn, f, s]
+    found: float = crab_angle[ground, turn, f, s]
     return found
 
 
@@ -127,7 +127,7 @@ class SteadyCosts:
 
     by_yaw: NDArray[np.float64]
     yaw_limit: NDArray[np.float64]
-    lean: NDArray[np.float64]
+    crab_angle: NDArray[np.float64]
     best: NDArray[np.float64]
     limit: NDArray[np.float64]
     gentle: NDArray[np.float64]
@@ -137,5 +137,5 @@ class SteadyCosts:
     @property
     def nbytes(self) -> int:
         """Memory that the cache counts."""
-        arrays = (self.by_yaw, self.yaw_limit, self.lean, self.best, self.limit)
+        arrays = (self.by_yaw, self.yaw_limit, self.crab_angle, self.best, self.limit)
         return sum(array.nbytes for array in (*arrays, self.gentle, self.order))

@@ -162,7 +162,7 @@ def _fill(
     still: Any,
     by_yaw: Any,
     yaw_limit: Any,
-    lean: Any,
+    crab_angle: Any,
 ) -> None:
     account = np.empty(ACCOUNT_LENGTH)
     per_wheel = np.empty((wheels.shape[0], _WHEEL_COLUMNS))
@@ -191,7 +191,7 @@ def _fill(
                     # Just inside the limit, where the speed is not yet squeezed to a crawl.
                     steepness = low * (1.0 - 1e-3) * s / (STEEPNESSES - 1)
                     along, across = steepness * px, steepness * py
-                    lean[c, t, f, s] = 0.0
+                    crab_angle[c, t, f, s] = 0.0
                     if not level:
                         by_yaw[c, t, f, s] = np.inf
                         continue
@@ -213,7 +213,7 @@ def _fill(
                         pose,
                         near,
                     )
-                    by_yaw[c, t, f, s], lean[c, t, f, s] = best, best_yaw - yaw
+                    by_yaw[c, t, f, s], crab_angle[c, t, f, s] = best, best_yaw - yaw
 
 
 @njit(cache=True, error_model="numpy")
@@ -282,14 +282,14 @@ def steady_costs(
     classes = len(class_rows)
     by_yaw = np.empty((classes, YAWS, DIRECTIONS, STEEPNESSES))
     yaw_limit = np.empty((classes, YAWS, DIRECTIONS))
-    lean = np.empty_like(by_yaw)
+    crab_angle = np.empty_like(by_yaw)
     _fill(
         *(model.kernel, model.parameters, model.body, model.wheels),
         np.ascontiguousarray(class_rows, dtype=float),
         limit_values(model, float(class_rows[0, INDEX["payload"]])),
         OBJECTIVES[objective],
         _still(model),
-        *(by_yaw, yaw_limit, lean),
+        *(by_yaw, yaw_limit, crab_angle),
     )
     best = np.empty((classes, DIRECTIONS, STEEPNESSES))
     limit = np.empty((classes, DIRECTIONS))
@@ -297,4 +297,4 @@ def steady_costs(
     _minimise_over_yaw(by_yaw, yaw_limit, best, limit, order)
     reach = max(float(limit.min()), 1e-9)
     gentle = _gentle(best, limit, reach)
-    return SteadyCosts(by_yaw, yaw_limit, lean, best, limit, gentle, order, reach)
+    return SteadyCosts(by_yaw, yaw_limit, crab_angle, best, limit, gentle, order, reach)

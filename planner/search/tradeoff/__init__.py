@@ -6,11 +6,11 @@ route, reason = in_time(run, 120.0)
 
 from planner.search.tradeoff.deadline import in_time
 from planner.search.tradeoff.hull import chord_price, ends_of, filled_in
-from planner.search.tradeoff.weighted_objective import PricedSearch, Ridden
+from planner.search.tradeoff.weighted_objective import DrivenRoute, PricedSearch
 
 __all__ = [
+    "DrivenRoute",
     "PricedSearch",
-    "Ridden",
     "chord_price",
     "ends_of",
     "filled_in",

@@ -14,7 +14,7 @@ from planner.amounts import seconds
 from planner.search.results import Route
 from planner.search.run import Run
 from planner.search.tradeoff.hull import between, ends_of, lower_hull
-from planner.search.tradeoff.weighted_objective import PricedSearch, Ridden
+from planner.search.tradeoff.weighted_objective import DrivenRoute, PricedSearch
 
 CHORD_SEARCHES = 4
 """Chord prices that are searched at; each is a whole search."""
@@ -49,31 +49,36 @@ def in_time(run: Run, most_s: float) -> tuple[Route | None, str]:
             f"the fastest route that was found takes {seconds(front[0].route.duration_s)}, "
             f"and {seconds(most_s)} are allowed"
         )
-    rides = [*pool, *(ride for way in (quick, slow) if way for ride in _rides(search, way, most_s))]
-    good = [ride.route for ride in rides if ride.route.duration_s <= most_s]
+    driven_routes = [
+        *pool,
+        *(driven for known in (quick, slow) if known for driven in _driven(search, known, most_s)),
+    ]
+    good = [driven.route for driven in driven_routes if driven.route.duration_s <= most_s]
     return min(good, key=lambda route: route.energy_j), ""
 
 
-def _round(front: list[Ridden], most_s: float) -> tuple[Ridden | None, Ridden | None]:
+def _round(
+    front: list[DrivenRoute], most_s: float
+) -> tuple[DrivenRoute | None, DrivenRoute | None]:
     """The neighbours on the front that are just quick enough, and just not; None beyond an end."""
     quick = [r for r in front if r.route.duration_s <= most_s]
     slow = [r for r in front if r.route.duration_s > most_s]
     return (quick[-1] if quick else None), (slow[0] if slow else None)
 
 
-def _rides(search: PricedSearch, way: Ridden, most_s: float) -> list[Ridden]:
+def _driven(search: PricedSearch, known: DrivenRoute, most_s: float) -> list[DrivenRoute]:
     """Motions on one path at time weights that close in on a duration."""
-    rides: list[Ridden] = []
+    driven_routes: list[DrivenRoute] = []
     low, high = 0.0, 0.0
-    watts = max(way.route.energy_j / max(way.route.duration_s, 1e-9), 1e-3)
+    watts = max(known.route.energy_j / max(known.route.duration_s, 1e-9), 1e-3)
     for _ in range(BISECTIONS):
-        ride = search.along(way, watts)
-        if ride is None:
+        driven = search.along(known, watts)
+        if driven is None:
             break
-        rides.append(ride)
-        if ride.route.duration_s > most_s:
+        driven_routes.append(driven)
+        if driven.route.duration_s > most_s:
             low = watts
         else:
             high = watts
         watts = 0.5 * (low + high) if high > 0.0 else 4.0 * watts
-    return rides
+    return driven_routes

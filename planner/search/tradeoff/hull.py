@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from planner.search.results import Route
-from planner.search.tradeoff.weighted_objective import PricedSearch, Ridden
+from planner.search.tradeoff.weighted_objective import DrivenRoute, PricedSearch
 
 FAST_WEIGHT = 10.0
 """Time weight, as a multiple of the mean power, at which quick paths are searched for."""
@@ -26,7 +26,7 @@ LEAST_CHORD_GAIN = 0.01
 """Share of a chord's energy span by which a new route must lie below the chord."""
 
 
-def ends_of(search: PricedSearch) -> list[Ridden]:
+def ends_of(search: PricedSearch) -> list[DrivenRoute]:
     """Routes from the fastest to that of least energy; none where there is no path."""
     frugal = search.at(0.0)
     if frugal is None:
@@ -40,10 +40,10 @@ def ends_of(search: PricedSearch) -> list[Ridden]:
         tasks = [pool.submit(search.at, FAST_WEIGHT * power)]
         tasks += [pool.submit(search.by, objective) for objective in ("time", "length")]
     others = [task.result() for task in tasks]
-    return _polished(search, [frugal, *(route for route in others if route is not None)])
+    return _optimised(search, [frugal, *(route for route in others if route is not None)])
 
 
-def between(search: PricedSearch, quick: Ridden, frugal: Ridden) -> Ridden | None:
+def between(search: PricedSearch, quick: DrivenRoute, frugal: DrivenRoute) -> DrivenRoute | None:
     """The best route at the price of a chord; None where it does not lie below the chord."""
     watts = chord_price(quick, frugal)
     tried = (search.at(watts), search.along(quick, watts), search.along(frugal, watts))
@@ -53,13 +53,13 @@ def between(search: PricedSearch, quick: Ridden, frugal: Ridden) -> Ridden | Non
     return best if best.cost(watts) < quick.cost(watts) - LEAST_CHORD_GAIN * spread else None
 
 
-def lower_hull(routes: Sequence[Ridden]) -> list[Ridden]:
+def lower_hull(routes: Sequence[DrivenRoute]) -> list[DrivenRoute]:
     """Corners of the lower convex hull of energy over duration, fastest first.
 
     Ends that hardly any time weight asks for are left out: they save next to no time, or next to
     no energy.
     """
-    hull: list[Ridden] = []
+    hull: list[DrivenRoute] = []
     for route in sorted(routes, key=lambda r: (r.route.duration_s, r.route.energy_j)):
         if hull and route.route.energy_j >= hull[-1].route.energy_j:
             continue
@@ -73,25 +73,31 @@ def lower_hull(routes: Sequence[Ridden]) -> list[Ridden]:
     return hull
 
 
-def _polished(search: PricedSearch, found: list[Ridden]) -> list[Ridden]:
+def _optimised(search: PricedSearch, found: list[DrivenRoute]) -> list[DrivenRoute]:
     """The hull, with its outermost paths driven as fast and as frugally as they can be."""
     pool, done = list(found), set[tuple[int, float]]()
     while True:
         front = lower_hull(pool)
-        dear = MOST_WEIGHT * _power(front[-1].route)
-        outermost = [(way, dear) for way in front[:2]] + [(way, 0.0) for way in front[-2:]]
-        tries = [(way, watts) for way, watts in outermost if (id(way.legs), watts) not in done]
+        heaviest = MOST_WEIGHT * _power(front[-1].route)
+        outermost = [(known, heaviest) for known in front[:2]] + [
+            (known, 0.0) for known in front[-2:]
+        ]
+        tries = [
+            (known, watts) for known, watts in outermost if (id(known.legs), watts) not in done
+        ]
         if not tries:
             return front
-        for way, watts in tries:
-            done.add((id(way.legs), watts))
-            ridden = search.along(way, watts)
-            pool += [] if ridden is None else [ridden]
+        for known, watts in tries:
+            done.add((id(known.legs), watts))
+            driven = search.along(known, watts)
+            pool += [] if driven is None else [driven]
 
 
-def filled_in(search: PricedSearch, ends: list[Ridden], most: int) -> tuple[list[Ridden], int]:
+def filled_in(
+    search: PricedSearch, ends: list[DrivenRoute], most: int
+) -> tuple[list[DrivenRoute], int]:
     """A front of at most so many routes, and how many prices were searched at."""
-    front, pool, done = ends, list(ends), set[tuple[Ridden, Ridden]]()
+    front, pool, done = ends, list(ends), set[tuple[DrivenRoute, DrivenRoute]]()
     with ThreadPoolExecutor(max_workers=2) as threads:
         while len(front) < most and len(done) < most:
             pairs = [pair for pair in pairwise(front) if pair not in done]
@@ -104,14 +110,14 @@ def filled_in(search: PricedSearch, ends: list[Ridden], most: int) -> tuple[list
             found = threads.map(lambda pair: between(search, *pair), chosen)
             pool += [route for route in found if route is not None]
             front = lower_hull(pool)
-    front = _polished(search, pool)
+    front = _optimised(search, pool)
     while len(front) > most:
         # Without the corner that lies least below the chord of its neighbours.
         front.pop(min(range(1, len(front) - 1), key=lambda k: _height(front[k - 1 : k + 2])))
     return front, len(done)
 
 
-def chord_price(quick: Ridden, frugal: Ridden) -> float:
+def chord_price(quick: DrivenRoute, frugal: DrivenRoute) -> float:
     """W at which both cost the same: J that the quick one takes more for each second it saves."""
     later = frugal.route.duration_s - quick.route.duration_s
     more = quick.route.energy_j - frugal.route.energy_j
@@ -124,7 +130,7 @@ def _power(route: Route) -> float:
     return float(np.abs(route.arrays["watts"]) @ steps) / max(route.duration_s, 1e-9)
 
 
-def _length(pair: tuple[Ridden, Ridden], front: Sequence[Ridden]) -> float:
+def _length(pair: tuple[DrivenRoute, DrivenRoute], front: Sequence[DrivenRoute]) -> float:
     """Length of a chord, with the front's spans of energy and of duration as units."""
     quick, frugal = (r.route for r in pair)
     first, last = front[0].route, front[-1].route
@@ -134,7 +140,7 @@ def _length(pair: tuple[Ridden, Ridden], front: Sequence[Ridden]) -> float:
     )
 
 
-def _height(three: Sequence[Ridden]) -> float:
+def _height(three: Sequence[DrivenRoute]) -> float:
     """J by which the second of three routes lies below the chord of the others."""
     quick, middle, frugal = three
     watts = chord_price(quick, frugal)

@@ -41,16 +41,16 @@ class PricedSituation(Situation):
     @classmethod
     def of(cls, plain: Situation, watts: float) -> PricedSituation:
         """A situation with every second priced at so many W."""
-        model = with_time_weight(plain.around.model, watts)
-        return cls(plain.ground, replace(plain.around, model=model), plain, watts)
+        model = with_time_weight(plain.conditions.model, watts)
+        return cls(plain.ground, replace(plain.conditions, model=model), plain, watts)
 
-    def toll(self, objective: str) -> float:
+    def corner_penalty(self, objective: str) -> float:
         """What refinement counts for a corner: that of the energy, and the priced one of time."""
-        return self.plain.toll(objective) + self.watts * self.plain.toll("time")
+        return self.plain.corner_penalty(objective) + self.watts * self.plain.corner_penalty("time")
 
 
 @dataclass(frozen=True, eq=False)
-class Ridden:
+class DrivenRoute:
     """A route and the path that it was made of.
 
     Attributes:
@@ -84,7 +84,7 @@ class PricedSearch:
         self.run = run
         self.reason = ""
 
-    def at(self, watts: float) -> Ridden | None:
+    def at(self, watts: float) -> DrivenRoute | None:
         """The best route that the grid with refinement finds at a price, W.
 
         A goal that is a region is settled for that price.
@@ -92,11 +92,11 @@ class PricedSearch:
         run = settled(replace(self.run, situation=self._priced(watts)), "energy")
         return self._found(run, "energy")
 
-    def by(self, objective: str) -> Ridden | None:
+    def by(self, objective: str) -> DrivenRoute | None:
         """The best route of the grid for an objective alone, "time" or "length"."""
         return self._found(settled(self.run, objective), objective)
 
-    def _found(self, run: Run, objective: str) -> Ridden | None:
+    def _found(self, run: Run, objective: str) -> DrivenRoute | None:
         # OMPL's objective is the one that is searched for.
         request = run.request.model_copy(update={"objective": objective})
         attempt, _ = solved(
@@ -108,14 +108,14 @@ class PricedSearch:
             return None
         legs = tuple(leg for leg, _ in attempt.legs)
         route = self._repriced(attempt.route, attempt.field)
-        return Ridden(route, legs, tuple(run.yaws), attempt.field.margin)
+        return DrivenRoute(route, legs, tuple(run.yaws), attempt.field.margin)
 
-    def along(self, known: Ridden, watts: float) -> Ridden | None:
+    def along(self, known: DrivenRoute, watts: float) -> DrivenRoute | None:
         """The best motion on a known path at a price, W; None where it breaks a limit."""
         self.run.check()
         situation = self._priced(watts)
         field = situation.field("energy", known.margin)
-        route = drive(field, situation.around, known.legs, known.yaws, objective=0)
+        route = drive(field, situation.conditions, known.legs, known.yaws, objective=0)
         if not isinstance(route, Route):
             return None
         return replace(known, route=self._repriced(route, field))
@@ -128,4 +128,4 @@ class PricedSearch:
         """The same motion, priced by the model without a time weight."""
         assert route.motion is not None  # as ``drive`` leaves it
         charge = self.run.request.conditions.battery_charge
-        return price(field, self.run.around, route.motion, charge=charge)
+        return price(field, self.run.conditions, route.motion, charge=charge)

@@ -1,6 +1,6 @@
 """From a path to a motion that a robot drives: corners, yaw, speed, in this order.
 
-    motion = move(field, around, legs, yaws, objective=0)      # or a Stuck that says where
+    motion = move(field, conditions, legs, yaws, objective=0)      # or Infeasible that says where
 
 planner.search.results.energy_account prices it.
 """
@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.arrays import Array
-from planner.search.conditions import Circumstances
+from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField, ground_classes
 from planner.search.kernel_arguments import Steps
 from planner.search.trajectory.limit_checks import broken_limits, ease
@@ -22,7 +22,7 @@ from planner.search.trajectory.motion import Motion, assemble, joined, room_to_m
 from planner.search.trajectory.speed_profile import speed_profile
 from planner.search.trajectory.track import Track, lay_track, slopes_of_steps
 from planner.search.trajectory.turn_on_the_spot import (
-    Stuck,
+    Infeasible,
     first_contact,
     pose_spacing,
     turn_on_the_spot,
@@ -56,19 +56,19 @@ SPEED_REPAIRS = 2
 
 def move(
     field: CostField,
-    around: Circumstances,
+    conditions: OperatingConditions,
     legs: Sequence[Array],
     yaws: Sequence[Wanted],
     *,
     objective: int,
     care: Care = CLOSELY,
     checked: bool = True,
-) -> Motion | Stuck:
+) -> Motion | Infeasible:
     """The best motion along a path.
 
     Args:
         field: map and costs of steady driving.
-        around: model and conditions.
+        conditions: model and conditions.
         legs: polylines (k, 2) in m, each from one fixed point to the next.
         yaws: wanted at every fixed point, rad; one more than legs.
         objective: 1 minimises time, anything else energy.
@@ -77,9 +77,9 @@ def move(
     """
     turned = [k for k, yaw in enumerate(yaws) if isinstance(yaw, tuple)]
     if turned:
-        return _in_parts(field, around, legs, yaws, turned, objective, care, checked)
+        return _in_parts(field, conditions, legs, yaws, turned, objective, care, checked)
     free_or_one = [arriving(yaw) for yaw in yaws]
-    limits = around.model.vehicle.limits
+    limits = conditions.model.vehicle.limits
     spacing = pose_spacing(min(field.dx, field.dy))
     track = lay_track(
         field,
@@ -90,42 +90,42 @@ def move(
         acceleration=limits.acceleration,
     )
     if not len(track.lengths):
-        return turn_on_the_spot(field, around, track.points[0], free_or_one)
+        return turn_on_the_spot(field, conditions, track.points[0], free_or_one)
     steps = _steps(field, track)
     shut: list[tuple[float, float, float]] = []
     for _ in range(care.turned):
-        yaw = _yaw_through(field, around, track, steps, free_or_one, objective, care, shut)
-        if isinstance(yaw, Stuck):
+        yaw = _yaw_through(field, conditions, track, steps, free_or_one, objective, care, shut)
+        if isinstance(yaw, Infeasible):
             return yaw
         roomy, yaw = room_to_move(track, yaw)
         on_roomy = steps if roomy is track else _steps(field, roomy)
         motion = _at_speed(
-            field, around, roomy, yaw, on_roomy, objective, care.speeds, checked, spacing
+            field, conditions, roomy, yaw, on_roomy, objective, care.speeds, checked, spacing
         )
         if isinstance(motion, Motion):
             break
         # With another yaw the robot may keep to its limits there.
         place = int(np.hypot(*(roomy.points - (motion.x, motion.y)).T).argmin())
         shut.append((motion.x, motion.y, float(yaw.leaving[place])))
-    if isinstance(motion, Stuck):
+    if isinstance(motion, Infeasible):
         return motion
     touched = first_contact(field, motion)
     if touched >= 0:
         x, y = motion.x[touched], motion.y[touched]
-        return Stuck(float(x), float(y), "the body touches something", True)
+        return Infeasible(float(x), float(y), "the body touches something", True)
     return motion
 
 
 def _in_parts(
     field: CostField,
-    around: Circumstances,
+    conditions: OperatingConditions,
     legs: Sequence[Array],
     yaws: Sequence[Wanted],
     turned: Sequence[int],
     objective: int,
     care: Care,
     checked: bool,
-) -> Motion | Stuck:
+) -> Motion | Infeasible:
     """The motion where ``turned`` fixed points ask for several yaw angles: there it stands."""
     parts: list[Motion] = []
     begun = 0
@@ -134,16 +134,16 @@ def _in_parts(
             wanted = [leaving(yaws[begun]), *yaws[begun + 1 : end], arriving(yaws[end])]
             inner = legs[begun:end]
             part = move(
-                field, around, inner, wanted, objective=objective, care=care, checked=checked
+                field, conditions, inner, wanted, objective=objective, care=care, checked=checked
             )
-            if isinstance(part, Stuck):
+            if isinstance(part, Infeasible):
                 return part
             parts.append(part)
         several = yaws[end]
         if isinstance(several, tuple):
             place = legs[end][0] if end < len(legs) else legs[-1][-1]
-            part = turn_on_the_spot(field, around, place, several)
-            if isinstance(part, Stuck):
+            part = turn_on_the_spot(field, conditions, place, several)
+            if isinstance(part, Infeasible):
                 return part
             parts.append(part)
         begun = end
@@ -152,7 +152,7 @@ def _in_parts(
 
 def _at_speed(
     field: CostField,
-    around: Circumstances,
+    conditions: OperatingConditions,
     track: Track,
     yaw: YawProfile,
     steps: Steps,
@@ -160,33 +160,33 @@ def _at_speed(
     beside: int,
     checked: bool,
     spacing: float,
-) -> Motion | Stuck:
+) -> Motion | Infeasible:
     """The best speeds along a track with its yaw, within all limits."""
-    limits = around.model.vehicle.limits
+    limits = conditions.model.vehicle.limits
     fastest = np.full(len(track.lengths), limits.speed)
     hardest = np.full(len(track.lengths), limits.acceleration)
     eased = np.zeros(len(track.lengths), np.int64)
     for _ in range(MOST_SPEED_PROFILES):
         speeds, broken_at = speed_profile(
-            around, track, yaw, steps, objective, beside, fastest, hardest
+            conditions, track, yaw, steps, objective, beside, fastest, hardest
         )
         if speeds is None:
             x, y = track.points[broken_at]
-            return Stuck(float(x), float(y), "no speed keeps to all limits")
+            return Infeasible(float(x), float(y), "no speed keeps to all limits")
         motion = assemble(field, track, yaw, speeds, yaw_rate=limits.yaw_rate, spacing=spacing)
         if not checked:
             return motion
-        broken = broken_limits(field, around, motion)
+        broken = broken_limits(field, conditions, motion)
         if not broken:
             return motion
         ease(broken, motion, track, fastest, hardest, eased)
         x, y = motion.x[broken.steps[0]], motion.y[broken.steps[0]]
-        stuck = Stuck(float(x), float(y), broken.what)
+        infeasible = Infeasible(float(x), float(y), broken.what)
         if eased.max() > SPEED_REPAIRS:
             worst = int(eased.argmax())
             x, y = 0.5 * (track.points[worst] + track.points[worst + 1])
-            return Stuck(float(x), float(y), broken.what)
-    return stuck
+            return Infeasible(float(x), float(y), broken.what)
+    return infeasible
 
 
 def _steps(field: CostField, track: Track) -> Steps:
@@ -198,14 +198,14 @@ def _steps(field: CostField, track: Track) -> Steps:
 
 def _yaw_through(
     field: CostField,
-    around: Circumstances,
+    conditions: OperatingConditions,
     track: Track,
     steps: Steps,
     yaws: Sequence[float | None],
     objective: int,
     care: Care,
     shut: Sequence[tuple[float, float, float]],
-) -> YawProfile | Stuck:
+) -> YawProfile | Infeasible:
     """Yaw along the whole track; a via point with a yaw of its own cuts the profile in two."""
     fixed = [k for k, yaw in enumerate(yaws) if yaw is not None and 0 < k < len(yaws) - 1]
     cuts = [0, *(track.marks[k] for k in fixed), len(track.points) - 1]
@@ -223,7 +223,7 @@ def _yaw_through(
             (0, b - a),
         )
         profile = yaw_profile(
-            around,
+            conditions,
             field,
             piece,
             steps.part(a, b),
@@ -236,7 +236,9 @@ def _yaw_through(
         )
         if not isinstance(profile, YawProfile):
             x, y = profile
-            return Stuck(float(x), float(y), "the body cannot turn as the way would need it", True)
+            return Infeasible(
+                float(x), float(y), "the body cannot turn as the way would need it", True
+            )
         offset = 0.0
         if part > 0:
             # Keep yaw continuous: the pieces may differ by whole turns.

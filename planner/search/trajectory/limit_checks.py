@@ -1,6 +1,6 @@
 """Checks of a finished motion against all limits, and lower caps where it breaks one.
 
-    broken = broken_limits(field, around, motion)        # samples, fifteen a cell
+    broken = broken_limits(field, conditions, motion)        # samples, fifteen a cell
     ease(broken, motion, track, fastest, hardest)        # caps for another speed profile
 
 The yaw and speed profiles look at few points of every step. Ground between them may be steeper, and
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from planner.arrays import Array
 from planner.power.limits import BRIEFLY, LIMIT_NAMES, broken_in_results
-from planner.search.conditions import Circumstances
+from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
 from planner.search.trajectory.motion import Motion, motion_rows
 from planner.search.trajectory.track import Track
@@ -54,20 +54,22 @@ class Broken:
 
 
 def broken_limits(
-    field: CostField, around: Circumstances, motion: Motion, *, finely: bool = False
+    field: CostField, conditions: OperatingConditions, motion: Motion, *, finely: bool = False
 ) -> Broken:
     """Where a motion breaks a limit; turns on the spot were checked when they were chosen.
 
     Args:
-        field, around, motion: map, model and the motion.
+        field, conditions, motion: map, model and the motion.
         finely: as closely as the answer is checked.
     """
     fineness = FINEST if finely else FINENESS
-    rows, _, owner = motion_rows(field, motion, around.class_rows, around.wind, fineness=fineness)
-    found = around.model.power_and_limits(rows)
+    rows, _, owner = motion_rows(
+        field, motion, conditions.class_rows, conditions.wind, fineness=fineness
+    )
+    found = conditions.model.power_and_limits(rows)
     changing = np.abs(np.diff(motion.speed)) > 1e-9
     brief = changing | (motion.curvatures != 0.0) | (np.abs(np.diff(motion.yaw)) > 1e-9)
-    numbers = _numbers(found, around.limits, brief[owner])
+    numbers = _numbers(found, conditions.limits, brief[owner])
     moving = np.hypot(np.diff(motion.x), np.diff(motion.y)) > 1e-9
     at = np.flatnonzero((numbers >= 0) & moving[owner])
     return Broken(owner[at], numbers[at])

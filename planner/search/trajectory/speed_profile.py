@@ -22,7 +22,7 @@ from planner.power.kernels import BLOCK, BLOCK_KERNEL
 from planner.power.limits import BRIEFLY, broken_in_block
 from planner.power.motion_row import empty_block, put_row, set_acceleration, set_motion, set_wind
 from planner.quantities import INDEX
-from planner.search.conditions import Circumstances
+from planner.search.conditions import OperatingConditions
 from planner.search.kernel_arguments import F1, F3, MODEL_ARRAYS, Steps
 from planner.search.resolution import EVENLY, LEVELS, STILL
 from planner.search.trajectory.speed_estimate import (
@@ -90,7 +90,7 @@ def _put_ramp(
         unit: (2,) velocity at unit speed.
         bend: m along the ground, rad of turn, 1/m of the arc, and change of slope to the next step.
         speeds: m/s at both ends.
-        limits: of Circumstances.
+        limits: of OperatingConditions.
         most_acceleration: m/s².
         shares, eases: of the Block, written.
     """
@@ -167,25 +167,25 @@ def relax(expected: Any, exact: Any, only: bool, fresh: Any, cost: Any, came: An
         cost: (steps + 1, LEVELS), brought up to date.
         came: (steps + 1, LEVELS) level at the sample before, brought up to date.
     """
-    ahead = np.empty(LEVELS)
+    next_cost = np.empty(LEVELS)
     same = True
     for j in range(expected.shape[0]):
         if same and not fresh[j]:
             continue
-        ahead[:] = np.inf
+        next_cost[:] = np.inf
         for a in range(LEVELS):
             if cost[j, a] == np.inf:
                 continue
             for b in range(max(0, a - REACH), min(LEVELS, a + REACH + 1)):
                 at = b - a + REACH
                 total = cost[j, a] + expected[j, a, at]
-                if total < ahead[b] and (exact[j, a, at] or not only):
-                    ahead[b] = total
+                if total < next_cost[b] and (exact[j, a, at] or not only):
+                    next_cost[b] = total
                     came[j + 1, b] = a
-        least = ahead.min()
+        least = next_cost.min()
         same = True
         for b in range(LEVELS):
-            over = ahead[b] - least if ahead[b] < np.inf else np.inf
+            over = next_cost[b] - least if next_cost[b] < np.inf else np.inf
             same &= over == cost[j + 1, b] or abs(over - cost[j + 1, b]) <= SAME_COST
             cost[j + 1, b] = over
 
@@ -347,7 +347,7 @@ def _speeds(
 
 
 def speed_profile(
-    around: Circumstances,
+    conditions: OperatingConditions,
     track: Track,
     yaw: YawProfile,
     steps: Steps,
@@ -359,7 +359,7 @@ def speed_profile(
     """Speed (n,) at every sample, or None and the sample where no speed leads further.
 
     Args:
-        around: model and conditions.
+        conditions: model and conditions.
         track, yaw, steps: samples of the path, yaw there, and the steps between.
         objective: 1 minimises time, anything else energy.
         beside: levels to either side of the best ones that the power model prices as well.
@@ -368,12 +368,15 @@ def speed_profile(
     stops = track.stops | (np.abs(yaw.leaving - yaw.arriving) > 1e-9)
     turns = yaw.arriving[1:] - yaw.leaving[:-1]
     speeds = np.zeros(len(track.points))
-    kernel, acceleration = around.model.limits_kernel, around.model.vehicle.limits.acceleration
+    kernel, acceleration = (
+        conditions.model.limits_kernel,
+        conditions.model.vehicle.limits.acceleration,
+    )
     middle = yaw.leaving[:-1] + 0.5 * turns
-    for first, last, top in _stretches(around, track, steps.slopes, stops, turns):
-        part, limits = slice(first, last), around.limits.copy()
+    for first, last, top in _stretches(conditions, track, steps.slopes, stops, turns):
+        part, limits = slice(first, last), conditions.limits.copy()
         limits[0] = top
-        arrays = around.arrays._replace(limits=limits)
+        arrays = conditions.arrays._replace(limits=limits)
         stretch = Stretch(
             steps.part(first, last),
             track.curvatures[part],
@@ -391,7 +394,7 @@ def speed_profile(
 
 
 def _stretches(
-    around: Circumstances,
+    conditions: OperatingConditions,
     track: Track,
     slopes: Array,
     stops: NDArray[np.bool_],
@@ -402,13 +405,13 @@ def _stretches(
     Usually one. Between two stops too close for the even grid of speeds, the robot cannot become
     fast. Such a stretch gets a grid of its own, up to the speed that it allows.
     """
-    top, acceleration = float(around.limits[0]), around.model.vehicle.limits.acceleration
+    top, acceleration = float(conditions.limits[0]), conditions.model.vehicle.limits.acceleration
     along = slopes[:, 0] * np.cos(track.directions) + slopes[:, 1] * np.sin(track.directions)
     surface = track.lengths * np.sqrt(1.0 + along * along)
     ends = np.flatnonzero(stops)
-    way = np.concatenate([[0.0], np.cumsum(surface)])
+    travelled = np.concatenate([[0.0], np.cumsum(surface)])
     # Half of the way to speed up, half of it to slow down.
-    reached = np.sqrt(acceleration * np.diff(way[ends]))
+    reached = np.sqrt(acceleration * np.diff(travelled[ends]))
     found: list[tuple[int, int, float]] = []
     begun = 0
     for k in np.flatnonzero(reached < EVENLY * top):
@@ -416,7 +419,7 @@ def _stretches(
         if begun < first:
             found.append((begun, first, top))
         turning = np.abs(turns[first:last]) / surface[first:last]
-        rate = float(around.limits[6]) / max(float(turning.max()), 1e-12)
+        rate = float(conditions.limits[6]) / max(float(turning.max()), 1e-12)
         found.append((first, last, min(float(reached[k]), rate)))
         begun = last
     if begun < len(surface):

@@ -1,6 +1,6 @@
 """Turning at one place, through every yaw that is asked for there.
 
-motion = turn_on_the_spot(field, around, place, yaws)       # or a Stuck that says why not
+motion = turn_on_the_spot(field, conditions, place, yaws)       # or Infeasible that says why not
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from numba import njit
 
 from planner.arrays import Array
 from planner.power.limits import BRIEFLY, broken_limit
-from planner.search.conditions import Circumstances
+from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
 from planner.search.resolution import ALL_YAWS
 from planner.search.trajectory.motion import Motion, assemble, motion_rows
@@ -25,7 +25,7 @@ from planner.terrain.footprint import touches
 
 
 @dataclass(frozen=True)
-class Stuck:
+class Infeasible:
     """Where along a path the robot cannot go on, and why."""
 
     x: float
@@ -60,10 +60,10 @@ def _contact(field: Any, frame: Any, x: Any, y: Any, yaw: Any) -> int:
 
 def turn_on_the_spot(
     field: CostField,
-    around: Circumstances,
+    conditions: OperatingConditions,
     place: Array,
     yaws: Sequence[float | None],
-) -> Motion | Stuck:
+) -> Motion | Infeasible:
     """The motion at a place (2,) alone: turns through every yaw asked for, in rad.
 
     Each turn goes the shorter way round, or the longer one where that is free.
@@ -72,22 +72,24 @@ def turn_on_the_spot(
     nothing = np.zeros(0)
     track = Track(place[None, :], nothing, nothing, nothing, np.ones(1, bool), (0, 0))
     wanted = [yaw for yaw in yaws if yaw is not None] or [0.0]
-    rate = around.model.vehicle.limits.yaw_rate
+    rate = conditions.model.vehicle.limits.yaw_rate
     arriving, leaving = [wanted[0]], [wanted[0]]
     for yaw in wanted[1:]:
         short = math.remainder(yaw - leaving[-1], 2.0 * math.pi)
         for turn in (short, short - math.copysign(2.0 * math.pi, short)):
             profile = YawProfile(np.array(leaving[-1:]), np.array([leaving[-1] + turn]), 0.0)
             motion = assemble(field, track, profile, np.zeros(1), yaw_rate=rate, spacing=spacing)
-            rows, _, _ = motion_rows(field, motion, around.class_rows, around.wind)
-            accounts, _ = around.model.evaluate(rows)
-            held = all(broken_limit(account, around.limits, BRIEFLY) < 0 for account in accounts)
+            rows, _, _ = motion_rows(field, motion, conditions.class_rows, conditions.wind)
+            accounts, _ = conditions.model.evaluate(rows)
+            held = all(
+                broken_limit(account, conditions.limits, BRIEFLY) < 0 for account in accounts
+            )
             if held and first_contact(field, motion) < 0:
                 break
         else:
             x, y = place
             what = "the body touches something" if held else "a limit is broken"
-            return Stuck(float(x), float(y), f"{what} in turning on the spot", held)
+            return Infeasible(float(x), float(y), f"{what} in turning on the spot", held)
         arriving.append(leaving[-1])
         leaving.append(leaving[-1] + turn)
     # One sample for each turn; the first one stands.

@@ -139,7 +139,7 @@ def _relax(
     span: float,
     priced_only: bool,
     cost: Any,
-    ahead: Any,
+    next_cost: Any,
     origin: Any,
 ) -> None:
     """Least cost of states at a waypoint, with one more change of the angle from those before it.
@@ -154,7 +154,7 @@ def _relax(
         span: m.
         priced_only: whether nothing is estimated.
         cost: of the states before.
-        ahead, origin: written: costs of the states after it, and the states that they come from.
+        next_cost, origin: written: costs of the states after it, and where they come from.
     """
     for n in range(STATES):
         guess = 0.5 * (steady[n] + steady_then[n]) + off
@@ -163,8 +163,8 @@ def _relax(
         known = float(price[n])
         total = guess if math.isnan(known) else known
         total += cost[n]
-        better = total < ahead[n]
-        ahead[n] = total if better else ahead[n]
+        better = total < next_cost[n]
+        next_cost[n] = total if better else next_cost[n]
         origin[n] = n if better else origin[n]
 
 
@@ -249,7 +249,7 @@ def _sweep(
     spans, bends, window = pieces.spans, pieces.bends, pieces.window
     last = driven.shape[0] - 1
     widest = price.shape[1] // 2
-    ahead, origin = np.empty(2 * STATES), np.empty(2 * STATES, np.int64)
+    next_cost, origin = np.empty(2 * STATES), np.empty(2 * STATES, np.int64)
     driven[:] = np.inf
     for s in range(STATES):
         if free[0, s] and (start_state < 0 or s == start_state):
@@ -259,7 +259,7 @@ def _sweep(
         spin_round(driven[k], free[k], spin[k], halt, cost[k], spun[k])
         if k == last:
             break
-        ahead[:] = np.inf
+        next_cost[:] = np.inf
         for w in range(-window[k], min(window[k] + 1, STATES // 2)):
             u, column = turn_place(turning, spans[k], wrap(bends[k] + w * WIDTH))
             turned = w % STATES
@@ -268,11 +268,11 @@ def _sweep(
             _relax(
                 *(price[k, w + widest], steady[k], steady_twice[k, onto], off[k]),
                 *(by_turn[column], by_turn[column + 1], u, spans[k], priced_only),
-                *(cost[k], ahead[onto], origin[onto]),
+                *(cost[k], next_cost[onto], origin[onto]),
             )
         for t in range(STATES):
-            again = ahead[t + STATES] < ahead[t]  # the same angle, once round
-            best = ahead[t + STATES] if again else ahead[t]
+            again = next_cost[t + STATES] < next_cost[t]  # the same angle, once round
+            best = next_cost[t + STATES] if again else next_cost[t]
             if free[k + 1, t] and best < np.inf:
                 driven[k + 1, t] = best
                 came[k + 1, t] = origin[t + STATES] if again else origin[t]
@@ -302,7 +302,7 @@ def _trace_back(reached: Any, goal_state: int, states: Any) -> float:
 
 @njit(cache=True, error_model="numpy")
 def _moves_near(
-    around: Any,
+    conditions: Any,
     lengths: Any,
     waypoints: Any,
     pieces: Any,
@@ -318,7 +318,7 @@ def _moves_near(
     """
     at, directions, stride, _, free, shift, _ = waypoints
     spans, bends, scale, _, window, narrow = pieces
-    blocked, frame, points, _ = around
+    blocked, frame, points, _ = conditions
     widest = price.shape[1] // 2
     asked, moves = np.empty(most, np.int64), np.empty((most, 3))
     pairs = np.empty(most, np.int64)
@@ -367,7 +367,7 @@ def best_states(
     kernel: Any,
     arrays: Any,
     objective: int,
-    around: Any,
+    conditions: Any,
     steps: Any,
     waypoints: Any,
     turning: Any,
@@ -382,7 +382,7 @@ def best_states(
 
     Args:
         kernel, arrays, objective: as for ``step_costs``.
-        around, steps, waypoints: Surroundings, Steps and Waypoints of the track.
+        conditions, steps, waypoints: Surroundings, Steps and Waypoints of the track.
         turning: Turning.
         start_state, goal_state: -1 leaves them free.
         beside: states to either side of the best path that are priced with it.
@@ -396,7 +396,7 @@ def best_states(
         np.empty((count, STATES), np.int64),
         np.empty((count, STATES), np.int64),
     )
-    pieces = _pieces(waypoints, steps.lengths, around.crowded, arrays.limits)
+    pieces = _pieces(waypoints, steps.lengths, conditions.crowded, arrays.limits)
     refused, far = np.zeros(last, np.int64), np.empty(last, np.int64)
     off = np.zeros(last)
     # By the change of the angle to the travel, and the state before it.
@@ -429,7 +429,7 @@ def best_states(
         if most == 0:
             return best
         asked, moves, pairs = _moves_near(
-            around, steps.lengths, waypoints, pieces, price, states, far, most
+            conditions, steps.lengths, waypoints, pieces, price, states, far, most
         )
         costs = np.empty(asked.shape[0])
         step_costs(kernel, arrays, objective, steps, asked, moves, costs)

@@ -20,11 +20,11 @@ from numba import njit
 from numpy.typing import NDArray
 
 from planner.arrays import Array
-from planner.search.conditions import Circumstances
+from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
 from planner.search.kernel_arguments import Steps
 from planner.search.resolution import ALL_YAWS, STATES, WIDTH
-from planner.search.steady import lean_for_yaw
+from planner.search.steady import crab_angle_for_yaw
 from planner.search.trajectory.track import GENTLE, Track
 from planner.search.trajectory.yaw_estimate import steady_costs_of
 from planner.search.trajectory.yaw_kernel import (
@@ -59,7 +59,7 @@ class YawProfile:
 
 
 def yaw_profile(
-    around: Circumstances,
+    conditions: OperatingConditions,
     field: CostField,
     track: Track,
     steps: Steps,
@@ -74,7 +74,7 @@ def yaw_profile(
     """Best yaw along a track, or the place (2,) beyond which no free yaw angles lead.
 
     Args:
-        around: model and conditions.
+        conditions: model and conditions.
         field: map and costs, for the free yaw angles.
         track: samples of the path.
         steps: between them.
@@ -96,9 +96,9 @@ def yaw_profile(
             k = int(apart.argmin())
             near = _state(angle, directions[k]) + np.arange(-1, 2)
             free[max(0, k - 1) : k + 2, near % STATES] = False
-    kernel, spin = around.model.limits_kernel, np.empty(free.shape)
+    kernel, spin = conditions.model.limits_kernel, np.empty(free.shape)
     spin_costs(
-        *(kernel, around.arrays, directions, steps.slopes[after], steps.ground[after]),
+        *(kernel, conditions.arrays, directions, steps.slopes[after], steps.ground[after]),
         *(objective, spin),
     )
     gentle = GENTLE * float(field.limit.min())
@@ -108,12 +108,12 @@ def yaw_profile(
     states = np.full(2 * len(at), -1, np.int64)
     cost = best_states(
         kernel,
-        around.arrays,
+        conditions.arrays,
         objective,
         Surroundings(field.blocked, field.body_frame(), track.points, crowded),
         steps,
         Waypoints(at, directions, stride, steady, free, shift, spin),
-        turning(around, objective),
+        turning(conditions, objective),
         _state(start_yaw, directions[0]),
         _state(goal_yaw, directions[-1]),
         beside,
@@ -218,7 +218,7 @@ def _add_crab_angles(
     slopes = steps.slopes
     crabbing = np.empty(STATES, np.bool_)
     for s in range(STATES):
-        crabbing[s] = np.any(field.lean[:, s] != 0.0)
+        crabbing[s] = np.any(field.crab_angle[:, s] != 0.0)
     last = slopes.shape[0] - 1
     ny, nx = field.heights.shape
     for k in range(at.shape[0]):
@@ -235,7 +235,9 @@ def _add_crab_angles(
             if not crabbing[s] or not free[k, s] or shift[k, s] != 0.0:
                 continue
             ground = steps.ground[after]
-            off = lean_for_yaw(field.lean, field.yaw_limit, ground, s, azimuth, steepness)
+            off = crab_angle_for_yaw(
+                field.crab_angle, field.yaw_limit, ground, s, azimuth, steepness
+            )
             if roomy or body_fits(field, x, y, directions[k] + s * WIDTH + off):
                 shift[k, s] = off
 

@@ -1,6 +1,6 @@
 """Costs of turning: on the spot, on the move, and on straight steps with an even turn.
 
-prices = turning(around, OBJECTIVES["energy"])           # Turning
+prices = turning(conditions, OBJECTIVES["energy"])           # Turning
 spin_costs(kernel, arrays, ..., spin); step_costs(kernel, arrays, ..., costs)
 """
 

@@ -1,16 +1,16 @@
 """Moves the waypoints of a path until it costs less: by the cost field, then by motions.
 
-[(path, cost)] = refine(field, path, tolls=[toll], knot_cells=4.0)
-better = polish(field, around, legs, yaws)               # Driven
+[(path, cost)] = refine(field, path, tolls=[toll], waypoint_cells=4.0)
+better = optimise_waypoints(field, conditions, legs, yaws)               # Driven
 """
 
 from planner.search.waypoints.path_smoothing import VARIANTS, even, refine
 from planner.search.waypoints.waypoint_descent import (
     Driven,
     drive_roughly,
-    hindered,
-    polish,
-    worth_polishing,
+    optimise_waypoints,
+    suggests_detour,
+    worth_optimising,
 )
 
 __all__ = [
@@ -18,8 +18,8 @@ __all__ = [
     "Driven",
     "drive_roughly",
     "even",
-    "hindered",
-    "polish",
+    "optimise_waypoints",
     "refine",
-    "worth_polishing",
+    "suggests_detour",
+    "worth_optimising",
 ]

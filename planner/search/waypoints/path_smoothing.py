@@ -1,6 +1,6 @@
 """Refinement: from a path on the grid, or from OMPL, to the best polyline in its neighbourhood.
 
-    [(path, cost)] = refine(field, path, tolls=[toll])
+    [(path, cost)] = refine(field, path, penalties=[toll])
 
     band        move every waypoint across the path, a row of offsets each, and choose the cheapest
                 combination (dynamic programming over the rows), with ever finer offsets
@@ -75,7 +75,7 @@ def _straight(field: Any, path: Any, reach: int, step: float) -> Any:
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _fewest(straight: Any, toll: float) -> Any:
+def _fewest(straight: Any, corner_penalty: float) -> Any:
     """The subset of waypoints of least cost, where each costs a corner penalty."""
     count, reach = straight.shape
     cost = np.full(count, np.inf)
@@ -83,7 +83,7 @@ def _fewest(straight: Any, toll: float) -> Any:
     cost[0] = 0.0
     for k in range(1, count):
         for back in range(min(reach, k)):
-            c = cost[k - 1 - back] + toll + straight[k, back]
+            c = cost[k - 1 - back] + corner_penalty + straight[k, back]
             if c < cost[k]:
                 cost[k], came[k] = c, k - 1 - back
     kept = np.empty(count, np.int64)
@@ -96,17 +96,17 @@ def _fewest(straight: Any, toll: float) -> Any:
     return kept[: size + 1][::-1].copy(), cost[count - 1]
 
 
-def shortcuts(field: CostField, path: Array, tolls: Sequence[float]) -> list[Array]:
+def shortcuts(field: CostField, path: Array, penalties: Sequence[float]) -> list[Array]:
     """The cheapest polylines over subsets of the waypoints, one for each corner penalty."""
     whole = polyline_cost(field, path, field.step)
     if not math.isfinite(whole):
-        return [path] * len(tolls)
+        return [path] * len(penalties)
     reach = MOST_SKIPPED if len(path) <= LONG_PATH else MOST_SKIPPED // 2
     straight = _straight(field, path, reach, COARSE_STEP * field.step)
     found = []
-    for toll in tolls:
+    for corner_penalty in penalties:
         # A tiny penalty at least: on even ground a straight line then has no inner waypoints.
-        kept, cost = _fewest(straight, max(toll, 1e-6 * whole))
+        kept, cost = _fewest(straight, max(corner_penalty, 1e-6 * whole))
         found.append(path[kept] if math.isfinite(cost) else path)
     return found
 
@@ -183,13 +183,13 @@ def _across(
     scale = 0.5 * (GENTLE - 1) / reach
     rows, columns = ground.shape
     total = 0.0
-    doubt = False
+    inexact = False
     for r in range(rows):
         w = (r + 0.5) / rows
         f = (1.0 - w) * first + w * last
         c = min(int(f), columns - 2)
         f -= c
-        doubt |= doubtful[r, c] | doubtful[r, c + 1]
+        inexact |= doubtful[r, c] | doubtful[r, c + 1]
         px = (1.0 - f) * slopes[r, c, 0] + f * slopes[r, c + 1, 0]
         py = (1.0 - f) * slopes[r, c, 1] + f * slopes[r, c + 1, 1]
         u = (px * ux + py * uy + reach) * scale
@@ -202,7 +202,7 @@ def _across(
             gentle[g, a, b + 1] * (1.0 - u) + gentle[g, a + 1, b + 1] * u
         ) * v
         total += max(cost + wind, 1e-3)
-    return total / rows, doubt
+    return total / rows, inexact
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -230,7 +230,7 @@ def band(field: Any, path: Any, delta: float, side: int, window: int, step: floa
     came = np.zeros((count, wide), np.int64)
     cost[0, side] = 0.0
     parts = int(math.ceil(delta / step - 1e-9))
-    total, doubt = np.empty(wide), np.empty(wide, np.bool_)
+    total, inexact = np.empty(wide), np.empty(wide, np.bool_)
     for k in range(count - 1):
         span = math.hypot(path[k + 1, 0] - path[k, 0], path[k + 1, 1] - path[k, 1])
         rows = max(1, int(math.ceil(span / step)))
@@ -243,22 +243,22 @@ def band(field: Any, path: Any, delta: float, side: int, window: int, step: floa
                 continue
             first, after = max(0, m - window), min(wide, m + window + 1)
             for q in range(first, after):
-                total[q], doubt[q] = np.inf, False
+                total[q], inexact[q] = np.inf, False
                 if cost[k, q] == np.inf:
                     continue
                 ex, ey = xs[k + 1, m] - xs[k, q], ys[k + 1, m] - ys[k, q]
                 length = math.sqrt(ex * ex + ey * ey) + 1e-12
                 if windy:
                     wind = wind_cost(field, math.atan2(ey, ex))
-                each, doubt[q] = _across(
+                each, inexact[q] = _across(
                     *(gentle, reach, slopes, ground, doubtful, float(q * parts), float(m * parts)),
                     *(ex / length, ey / length, wind),
                 )
                 total[q] = cost[k, q] + each * length
             # Only what seems to be the best is looked at closely where that is called for.
             q = first + int(np.argmin(total[first:after]))
-            while doubt[q]:
-                doubt[q] = False
+            while inexact[q]:
+                inexact[q] = False
                 total[q] = cost[k, q] + segment_cost(
                     field, xs[k, q], ys[k, q], xs[k + 1, m], ys[k + 1, m], step
                 )
@@ -290,8 +290,8 @@ def refine(
     field: CostField,
     path: Array,
     *,
-    tolls: Sequence[float] = (0.0,),
-    knot_cells: float = 8.0,
+    penalties: Sequence[float] = (0.0,),
+    waypoint_cells: float = 8.0,
     check: Callable[[], None] = lambda: None,
 ) -> list[tuple[Array, float]]:
     """The cheapest polyline found near a path for each corner penalty, with its cost without it.
@@ -299,25 +299,27 @@ def refine(
     Args:
         field: map and costs.
         path: (k, 2) polyline whose cost is finite.
-        tolls: corner penalties: what a corner costs, which the costs of a metre do not contain.
-        knot_cells: distance of the waypoints.
+        penalties: corner penalties: what a corner costs, which the costs of a metre do not contain.
+        waypoint_cells: distance of the waypoints.
         check: called between rounds; may raise to stop.
     """
     cell = min(field.dx, field.dy)
     step = field.step
-    starts = [even(path, knot_cells * cell)]
+    starts = [even(path, waypoint_cells * cell)]
     if not math.isfinite(polyline_cost(field, starts[0], step)):
         # Cutting corners led where nothing can be driven. The band may lead out of it again, or
         # not; with all corners kept the waypoints are too close to move far.
-        starts.append(resample(path, knot_cells * cell))
+        starts.append(resample(path, waypoint_cells * cell))
     _, waypoints = min(
         (moved_in_bands(field, start, cell, check) for start in starts), key=lambda m: m[0]
     )
     check()
     known = [(polyline_cost(field, candidate, step), candidate) for candidate in (path, waypoints)]
     found = []
-    for toll, shorter in zip(tolls, shortcuts(field, waypoints, tolls), strict=True):
+    for corner_penalty, shorter in zip(
+        penalties, shortcuts(field, waypoints, penalties), strict=True
+    ):
         candidates = [*known, (polyline_cost(field, shorter, step), shorter)]
-        cost, best = min(candidates, key=lambda pair: pair[0] + toll * len(pair[1]))
+        cost, best = min(candidates, key=lambda pair: pair[0] + corner_penalty * len(pair[1]))
         found.append((best, float(cost)))
     return found

@@ -1,6 +1,6 @@
 """Waypoint descent: moves the waypoints of a path while its motion gets cheaper.
 
-    better = polish(field, around, legs, yaws, steps=DESCENT_STEPS)
+    better = optimise_waypoints(field, conditions, legs, yaws, steps=DESCENT_STEPS)
     better.legs, better.energy
 
 Smoothing counts metres, each with the cheapest yaw there. On bends the body cannot turn that way,
@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from planner.arrays import Array
 from planner.quantities import STANDARD_GRAVITY
-from planner.search.conditions import Circumstances
+from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField, segment_cost
 from planner.search.resolution import OBJECTIVES
 from planner.search.results import energy_by_step
@@ -48,7 +48,7 @@ STEP_SHARES = (1.0, 0.6)
 """Shares of what the parabolas say: neighbours that move together do more than each alone."""
 SURPLUS = 0.025
 """Share that a motion dissipates over what its metres cost, from which descent is worth it."""
-HINDERED = 0.015
+DETOUR_EXCESS = 0.015
 """Share over its metres, start and stop, from which other paths are worth a look: the search counts
 metres with the body turned as these bends do not allow."""
 
@@ -75,9 +75,9 @@ class Driven:
         return math.inf if self.spent is None else float(self.spent[-1])
 
 
-def polish(
+def optimise_waypoints(
     field: CostField,
-    around: Circumstances,
+    conditions: OperatingConditions,
     legs: Sequence[Array],
     yaws: Sequence[Wanted],
     *,
@@ -89,7 +89,7 @@ def polish(
     """The path with its waypoints moved; its motion is worked out roughly.
 
     Args:
-        field, around, legs, yaws: as for ``planner.search.trajectory.drive.move``.
+        field, conditions, legs, yaws: as for ``planner.search.trajectory.drive.move``.
         steps: by how many cells waypoints are moved, round after round; may end whenever it likes.
         spacing: cells from one waypoint to the next, at most.
         both: works out several motions, two at once where there is another core.
@@ -110,7 +110,7 @@ def polish(
 
     def driven(waypoints: Array) -> Driven:
         parts = tuple(waypoints[a : b + 1] for a, b in itertools.pairwise(marks))
-        return drive_roughly(field, around, parts, yaws)
+        return drive_roughly(field, conditions, parts, yaws)
 
     def tried(*moves: Array) -> list[tuple[Driven, Array]]:
         check()
@@ -126,7 +126,7 @@ def polish(
         for half in halves:
             aside = across * half[:, None]
             low, high = tried(-aside, aside)
-            spent = [spent_beside(way, at, half) for way, at in (low, (best, waypoints), high)]
+            spent = [spent_beside(one, at, half) for one, at in (low, (best, waypoints), high)]
             shift[half] = to_least(*spent)
         whole = across * shift[:, None]
         for moves in (
@@ -140,28 +140,30 @@ def polish(
     return best
 
 
-def worth_polishing(dissipated: float, metres: float) -> bool:
+def worth_optimising(dissipated: float, metres: float) -> bool:
     """Whether a motion dissipates (J) enough beyond what its metres cost (J)."""
     return dissipated > (1.0 + SURPLUS) * metres
 
 
-def hindered(around: Circumstances, dissipated: float, metres: float) -> bool:
+def suggests_detour(conditions: OperatingConditions, dissipated: float, metres: float) -> bool:
     """Whether bends make a motion dissipate much (J) beside its metres (J), start and stop."""
-    return dissipated - turning(around, OBJECTIVES["energy"]).stop > (1.0 + HINDERED) * metres
+    return (
+        dissipated - turning(conditions, OBJECTIVES["energy"]).stop > (1.0 + DETOUR_EXCESS) * metres
+    )
 
 
 def drive_roughly(
     field: CostField,
-    around: Circumstances,
+    conditions: OperatingConditions,
     legs: tuple[Array, ...],
     yaws: Sequence[Wanted],
 ) -> Driven:
     """The motion along a path, roughly, with what it takes."""
-    motion = move(field, around, legs, yaws, objective=0, care=ROUGHLY, checked=False)
+    motion = move(field, conditions, legs, yaws, objective=0, care=ROUGHLY, checked=False)
     if not isinstance(motion, Motion):
         return Driven(legs)
-    joules = energy_by_step(field, around, motion)
-    weight = around.mass * STANDARD_GRAVITY
+    joules = energy_by_step(field, conditions, motion)
+    weight = conditions.mass * STANDARD_GRAVITY
     spent = np.append(0.0, np.cumsum(joules)) - weight * (motion.heights - motion.heights[0])
     return Driven(legs, motion, float(joules.sum()), spent)
 
@@ -194,14 +196,16 @@ def where_open(field: Any, waypoints: Any, shifts: Any) -> Any:
     return moved
 
 
-def spent_beside(way: Driven, waypoints: Array, some: NDArray[np.bool_]) -> Array:
+def spent_beside(driven: Driven, waypoints: Array, some: NDArray[np.bool_]) -> Array:
     """J that a motion spends from the waypoint before to the waypoint after each of ``some``."""
-    if way.motion is None or way.spent is None:
+    if driven.motion is None or driven.spent is None:
         return np.full(int(some.sum()), np.inf)
     stay = ~some
     along = np.append(0.0, np.cumsum(np.hypot(*np.diff(waypoints, axis=0).T)))
     spent = np.empty(len(waypoints))
-    spent[stay] = spent_at(way.motion.x, way.motion.y, way.spent, waypoints[stay], along[stay])
+    spent[stay] = spent_at(
+        driven.motion.x, driven.motion.y, driven.spent, waypoints[stay], along[stay]
+    )
     at = np.flatnonzero(some)
     return np.asarray(spent[at + 1] - spent[at - 1])
 

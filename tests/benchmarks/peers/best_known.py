@@ -32,11 +32,11 @@ def best_known(case: Case, paths: Sequence[Array], seconds: float) -> Route | No
     """
     best: Route | None = None
     begun = time.process_time()
-    for knots, toll in sorted(itertools.product(KNOTS, TOLLS), key=_order):
+    for knots, corner_penalty in sorted(itertools.product(KNOTS, TOLLS), key=_order):
         for path in paths:
             if time.process_time() - begun > seconds:
                 return best
-            route = case.refined(path, {knots: (toll,)})
+            route = case.refined(path, {knots: (corner_penalty,)})
             if route is not None and (best is None or route.energy_j < best.energy_j):
                 best = route
     return best

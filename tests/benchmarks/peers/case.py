@@ -56,7 +56,7 @@ class Case:
         ended[0], ended[-1] = self.start, self.goal
         apart = np.hypot(*np.diff(ended, axis=0).T) > 1e-9
         kept = ended[np.concatenate([[True], apart])]
-        route = drive(self.field, self.situation.around, [kept], (None, None), objective=0)
+        route = drive(self.field, self.situation.conditions, [kept], (None, None), objective=0)
         return route if isinstance(route, Route) else None
 
     def score(self, path: Array) -> float | None:
@@ -74,9 +74,11 @@ class Case:
             variants: shares of the toll by the distance of knots in cells.
         """
         routes = []
-        for knot_cells, shares in variants.items():
-            tolls = [share * self.situation.toll("energy") for share in shares]
-            near = refine(self.field, path[:, :2].copy(), tolls=tolls, knot_cells=knot_cells)
+        for waypoint_cells, shares in variants.items():
+            penalties = [share * self.situation.corner_penalty("energy") for share in shares]
+            near = refine(
+                self.field, path[:, :2].copy(), penalties=penalties, waypoint_cells=waypoint_cells
+            )
             routes += [self.drive(polyline) for polyline, _ in near]
         driven = [route for route in routes if route is not None]
         return min(driven, key=lambda route: route.energy_j, default=None)

@@ -40,7 +40,7 @@ Findings = list[dict[str, Any]]
 def budgets(options: argparse.Namespace) -> dict[str, float]:
     """CPU seconds by method."""
     poses = {**dict.fromkeys(POSES, options.others), POSES[0]: options.seconds}
-    return {"ours": LONG, **poses, REFINED: options.polish}
+    return {"ours": LONG, **poses, REFINED: options.optimise_waypoints}
 
 
 def find(task: dict[str, Any], paths: Sequence[Any] = ()) -> Findings:

@@ -29,8 +29,8 @@ ROUNDING = 1e-6
 
 def broken_limits(case: Case, route: Route) -> dict[str, int]:
     """How many samples of a route break each limit; empty where none does."""
-    field, around = case.field, case.situation.around
-    limits = around.model.vehicle.limits
+    field, conditions = case.field, case.situation.conditions
+    limits = conditions.model.vehicle.limits
     x, y, yaw, time, speed = (route.arrays[name] for name in ("x", "y", "yaw", "t", "speed"))
     lengths, seconds = np.hypot(np.diff(x), np.diff(y)), np.diff(time)
     turns = _turning(x, y, lengths)
@@ -49,7 +49,7 @@ def broken_limits(case: Case, route: Route) -> dict[str, int]:
     mean = np.maximum(way / seconds, 1e-12)
     rates = np.diff(yaw)[step] / seconds[step] * np.where(way[step] > 1e-9, here / mean[step], 1.0)
     _, slopes = sample_surface(field, points)
-    rows = around.class_rows[ground_classes(field, points)].copy()
+    rows = conditions.class_rows[ground_classes(field, points)].copy()
     for n, k in enumerate(step):
         moving = way[k] > 1e-9
         direction = math.atan2(y[k + 1] - y[k], x[k + 1] - x[k]) if moving else angles[n]
@@ -59,13 +59,13 @@ def broken_limits(case: Case, route: Route) -> dict[str, int]:
             sideways = here[n] ** 2 * turns[k]
             set_acceleration(rows[n], faster[k], sideways, vx, vy, max(here[n], 1e-12))
         rows[n, INDEX["wz"]] = rates[n]
-        set_wind(rows[n], around.wind, angles[n])
-    accounts, _ = around.model.evaluate(rows)
+        set_wind(rows[n], conditions.wind, angles[n])
+    accounts, _ = conditions.model.evaluate(rows)
     broken: Counter[str] = Counter()
     for n, account in enumerate(accounts):
         k = step[n]
         steady = abs(faster[k]) < ROUNDING and turns[k] == 0.0 and abs(rates[n]) < ROUNDING
-        number = broken_limit(account, around.limits, 1.0 if steady else BRIEFLY)
+        number = broken_limit(account, conditions.limits, 1.0 if steady else BRIEFLY)
         if number >= 0:
             broken[LIMIT_NAMES[number]] += 1
         if not rectangle_free(

@@ -65,12 +65,12 @@ def _path_alone(case: Case) -> Finding:
     """What compares with the others' times: search and refinement, without yaw and speed."""
     situation, field = case.situation, case.field
     situation.path("energy", field, case.goal, case.start)  # the lattice is there, the goal is not
-    toll = situation.toll("energy")
+    corner_penalty = situation.corner_penalty("energy")
     begun = time.process_time()
     path = situation.path("energy", field, case.start, case.goal)
     if path is None:
         return {"method": "ours, path alone", "seconds": 0.0, "energies": {}}
-    [(path, _)] = refine(field, path, tolls=[toll])
+    [(path, _)] = refine(field, path, penalties=[corner_penalty])
     worked = time.process_time() - begun
     return {
         "method": "ours, path alone",

@@ -55,7 +55,7 @@ class Work:
 
     def __init__(self, case: Case, costs: MotionCosts) -> None:
         self.field, self.feasible, self._ours = costs.field, costs.feasible, costs.between
-        self.weight = case.situation.around.mass * STANDARD_GRAVITY
+        self.weight = case.situation.conditions.mass * STANDARD_GRAVITY
 
     def between(self, a: State, b: State) -> float:
         """Work on every rise along the straight motion; infinity where it is infeasible."""
@@ -89,7 +89,7 @@ def plan(
     ou.setLogLevel(ou.LOG_NONE)
     ou.RNG.setSeed(seed + 1)
     lattice = case.situation.lattice("energy", case.field)
-    rates = turning_rates(case.situation.around, "energy")
+    rates = turning_rates(case.situation.conditions, "energy")
     costs = MotionCosts(case.field, lattice.cheapest, rates)
     # Compiled code is loaded before time counts.
     costs.between((*case.start, 0.0), (*case.start, 0.1))

@@ -24,8 +24,8 @@ def score_as_they_are(case: Case, poses: Array) -> float | None:
 
     None where a limit is broken. Corners are rounded as for every path.
     """
-    field, around = case.field, case.situation.around
-    limits = around.model.vehicle.limits
+    field, conditions = case.field, case.situation.conditions
+    limits = conditions.model.vehicle.limits
     spacing = pose_spacing(min(field.dx, field.dy))
     apart = np.hypot(*np.diff(poses[:, :2], axis=0).T) > 1e-9
     kept = poses[np.concatenate([[True], apart])]
@@ -42,7 +42,7 @@ def score_as_they_are(case: Case, poses: Array) -> float | None:
     track, yaw = room_to_move(track, YawProfile(angles, angles.copy(), 0.0))
     middle = 0.5 * (track.points[1:] + track.points[:-1])
     speeds, _ = speed_profile(
-        around,
+        conditions,
         track,
         yaw,
         Steps(
@@ -61,7 +61,7 @@ def score_as_they_are(case: Case, poses: Array) -> float | None:
     motion = assemble(field, track, yaw, speeds, yaw_rate=limits.yaw_rate, spacing=spacing)
     if first_contact(field, motion) >= 0:
         return None
-    return price(field, around, motion).energy_j
+    return price(field, conditions, motion).energy_j
 
 
 def _along(line: Array, points: Array) -> Array:

@@ -12,7 +12,7 @@ from planner.power.kinematics import mecanum, omni
 from planner.power.model import PowerModel
 from planner.power.vehicles import load_vehicle
 from planner.search.certificate.dual_power import PricedPower, priced_power
-from planner.search.conditions import Circumstances, circumstances
+from planner.search.conditions import OperatingConditions, operating_conditions
 from planner.search.field import CostField
 from planner.search.requests import PlanRequest
 from planner.search.situation.traversability import driving_ground
@@ -56,7 +56,7 @@ def windy() -> PowerModel:
     return changed(model, air_drag__drag_area=0.6)
 
 
-def around_of(model: PowerModel, payload: float = 0.0, **more: object) -> Circumstances:
+def around_of(model: PowerModel, payload: float = 0.0, **more: object) -> OperatingConditions:
     request = PlanRequest.from_json(
         {
             "map": "test",
@@ -66,18 +66,18 @@ def around_of(model: PowerModel, payload: float = 0.0, **more: object) -> Circum
             **more,
         }
     )
-    return circumstances(request, model, terrain(np.zeros((8, 8))))
+    return operating_conditions(request, model, terrain(np.zeros((8, 8))))
 
 
 @lru_cache
-def priced_of(name: str, payload: float) -> tuple[Circumstances, PricedPower]:
-    around = around_of(model_of(name), payload)
-    priced = priced_power(around, STEEPEST, turns=60)
+def priced_of(name: str, payload: float) -> tuple[OperatingConditions, PricedPower]:
+    conditions = around_of(model_of(name), payload)
+    priced = priced_power(conditions, STEEPEST, turns=60)
     assert priced is not None
-    return around, priced
+    return conditions, priced
 
 
-def field_of(ground: Terrain, model: PowerModel) -> tuple[CostField, Circumstances]:
-    around = around_of(model)
-    costs = steady_costs(around.model, around.class_rows)
-    return driving_ground(ground, model.vehicle).field(costs), around
+def field_of(ground: Terrain, model: PowerModel) -> tuple[CostField, OperatingConditions]:
+    conditions = around_of(model)
+    costs = steady_costs(conditions.model, conditions.class_rows)
+    return driving_ground(ground, model.vehicle).field(costs), conditions

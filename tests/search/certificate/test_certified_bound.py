@@ -32,9 +32,9 @@ def test_level_ground_is_bounded_by_the_cost_of_steady_driving() -> None:
     """On a plane the best motion is known: straight, at full speed, with both ramps."""
     model = model_of("minibalance")
     ground = terrain(np.zeros((40, 80)), cell=0.5)
-    field, around = field_of(ground, model)
+    field, conditions = field_of(ground, model)
     steady = float(field.best.min(axis=(0, 1))[0])
-    found = certify(field, around, (4.0, 10.0), (36.0, 10.0), seconds=600.0)
+    found = certify(field, conditions, (4.0, 10.0), (36.0, 10.0), seconds=600.0)
     assert found.how == "potential"
     assert 0.95 * 32.0 * steady < found.bound_j < 32.0 * steady + 1.0
 
@@ -50,10 +50,10 @@ def test_no_motion_at_random_undercuts_the_bound(kind: str, seconds: float) -> N
     }[kind]
     ground = terrain(heights)
     model = model_of("minibalance")
-    field, around = field_of(ground, model)
+    field, conditions = field_of(ground, model)
     far = 0.25 * len(heights) - 1.2
     start, goal = (1.2, 1.4), (far, far - 0.3)
-    found = certify(field, around, start, goal, seconds=seconds)
+    found = certify(field, conditions, start, goal, seconds=seconds)
     answer = plan_route(
         terrain=ground,
         model=model,
@@ -66,22 +66,22 @@ def test_no_motion_at_random_undercuts_the_bound(kind: str, seconds: float) -> N
     paths.append(np.array([start, goal]))
     least = min(r.energy_j for r in routes)
     assert found.bound_j < least
-    assert found.bound_j < energies(field, around, paths, 60, seed=3).min()
+    assert found.bound_j < energies(field, conditions, paths, 60, seed=3).min()
     z, _ = sample_surface(field, np.array([start, goal]))
-    quick = lower_bound(around, math.dist(start, goal), z[1] - z[0], float(field.limit.max()))
+    quick = lower_bound(conditions, math.dist(start, goal), z[1] - z[0], float(field.limit.max()))
     assert found.bound_j >= quick
 
 
 def test_a_coarse_grid_bounds_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
     """Several cells in one triangle: a lower bound again, and no better than the fine one."""
-    field, around = field_of(terrain(hills(56, rms_degrees=4.0)), model_of("minibalance"))
+    field, conditions = field_of(terrain(hills(56, rms_degrees=4.0)), model_of("minibalance"))
     start, goal = (1.2, 1.4), (12.5, 12.0)
-    fine = certify(field, around, start, goal, seconds=4.9)
+    fine = certify(field, conditions, start, goal, seconds=4.9)
     few = {True: 500, False: 500}
     monkeypatch.setattr("planner.search.certificate.certified_bound.MOST_NODES", few)
-    coarse = certify(field, around, start, goal, seconds=4.9)
+    coarse = certify(field, conditions, start, goal, seconds=4.9)
     path = np.array([start, goal])
-    assert coarse.bound_j < energies(field, around, [path], 40, seed=2).min()
+    assert coarse.bound_j < energies(field, conditions, [path], 40, seed=2).min()
     assert coarse.bound_j < 1.05 * fine.bound_j
 
 
@@ -96,14 +96,14 @@ def test_what_the_bound_cannot_follow_gets_the_floor() -> None:
             break
     models = [PowerModel.from_vehicle(vehicle, kind="printed/B"), worn]
     for model in models:
-        field, around = field_of(ground, model)
-        found = certify(field, around, (1.5, 1.5), (4.0, 4.0), seconds=2.0)
+        field, conditions = field_of(ground, model)
+        found = certify(field, conditions, (1.5, 1.5), (4.0, 4.0), seconds=2.0)
         assert found.how == "floor"
-        quick = lower_bound(around, math.hypot(2.5, 2.5), 0.0, float(field.limit.max()))
+        quick = lower_bound(conditions, math.hypot(2.5, 2.5), 0.0, float(field.limit.max()))
         assert found.bound_j == pytest.approx(quick)
 
 
 def test_cancelling_stops_it() -> None:
-    field, around = field_of(terrain(np.zeros((24, 24))), model_of("minibalance"))
+    field, conditions = field_of(terrain(np.zeros((24, 24))), model_of("minibalance"))
     with pytest.raises(Cancelled):
-        certify(field, around, (1.5, 1.5), (4.0, 4.0), token=CancellationToken(lambda: True))
+        certify(field, conditions, (1.5, 1.5), (4.0, 4.0), token=CancellationToken(lambda: True))

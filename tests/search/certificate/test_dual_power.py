@@ -13,7 +13,7 @@ from planner.quantities import INDEX, STANDARD_GRAVITY
 from planner.search.certificate.dual_power import PricedPower, rotor_share, slower_power
 from planner.search.certificate.price_table import even_table, even_watts, table_watts
 from planner.search.certificate.start_and_stop import SPEED_PARTS
-from planner.search.conditions import Circumstances
+from planner.search.conditions import OperatingConditions
 from tests.search.certificate.robots import STEEPEST, priced_of
 
 VEHICLES = ("minibalance", "robotino", "four omni wheels")
@@ -32,9 +32,11 @@ class States(NamedTuple):
     normal: np.ndarray
     bus: np.ndarray
 
-    def paid(self, around: Circumstances, priced: PricedPower, mu: float, nu: float) -> np.ndarray:
+    def paid(
+        self, conditions: OperatingConditions, priced: PricedPower, mu: float, nu: float
+    ) -> np.ndarray:
         """W that the forces of slope and acceleration are paid at the prices along and across."""
-        weight = around.mass * STANDARD_GRAVITY
+        weight = conditions.mass * STANDARD_GRAVITY
         robot = priced.robot
         rotors = float(rotor_share(np.array(mu), robot.efficiency))
         inertia = robot.moving * mu + robot.rotors * rotors
@@ -44,12 +46,14 @@ class States(NamedTuple):
         return paid + self.speed * (inertia * self.a + sideways / self.stretch * self.b)
 
 
-def random_states(around: Circumstances, share: np.ndarray, rng: np.random.Generator) -> States:
+def random_states(
+    conditions: OperatingConditions, share: np.ndarray, rng: np.random.Generator
+) -> States:
     """Any slope, yaw, yaw rate and acceleration, at the given shares of full speed (n,)."""
     count = len(share)
-    rows = np.repeat(around.class_rows[:1], count, axis=0)
-    rate, most = float(around.limits[6]), around.model.vehicle.limits.acceleration
-    speed = float(around.limits[0]) * share
+    rows = np.repeat(conditions.class_rows[:1], count, axis=0)
+    rate, most = float(conditions.limits[6]), conditions.model.vehicle.limits.acceleration
+    speed = float(conditions.limits[0]) * share
     steep = STEEPEST * np.sqrt(rng.random(count))
     azimuth, yaw = rng.uniform(-math.pi, math.pi, (2, count))
     special = rng.random(count) < 0.6
@@ -65,7 +69,7 @@ def random_states(around: Circumstances, share: np.ndarray, rng: np.random.Gener
         stretch[k] = set_motion(row, along[k], across[k], yaw[k], 0.0, speed[k])
         set_acceleration(row, a[k], b[k], row[INDEX["vx"]], row[INDEX["vy"]], speed[k])
     rows[:, INDEX["wz"]] = rate * rng.choice([0.0, 0.0, 1.0, -1.0, 0.3, -0.1], count)
-    bus = around.model.account(rows)["bus"]
+    bus = conditions.model.account(rows)["bus"]
     return States(rows, speed, along, across, a, b, stretch, np.sqrt(1.0 + steep**2), bus)
 
 
@@ -77,12 +81,12 @@ def test_no_state_undercuts_the_priced_power(name: str, payload: float) -> None:
     With prices μ along and ν across, power is at least the table's, plus what the forces of slope
     and acceleration are paid: m·g·ż and kinetic energy at μ, those across at ν.
     """
-    around, priced = priced_of(name, payload)
+    conditions, priced = priced_of(name, payload)
     table = even_table(priced)
     at_rest = np.repeat(table.standing[..., None], 2, axis=2)
     rng = np.random.default_rng(5)
     share = np.where(rng.random(6000) < 0.5, 1.0, rng.uniform(0.002, 1.0, 6000))
-    states = random_states(around, share, rng)
+    states = random_states(conditions, share, rng)
     factor = states.rows[:, INDEX["rolling_factor"]] / states.normal
     worst = math.inf
     for mu, nu in zip(
@@ -101,7 +105,7 @@ def test_no_state_undercuts_the_priced_power(name: str, payload: float) -> None:
             for watts in (table.watts, at_rest)
         )
         floor = share * full + (1.0 - share) * standing
-        left = states.bus - states.paid(around, priced, mu, nu) - floor
+        left = states.bus - states.paid(conditions, priced, mu, nu) - floor
         worst = min(worst, float(left.min()))
     assert worst > -1e-9
     assert worst < 4.0
@@ -110,13 +114,13 @@ def test_no_state_undercuts_the_priced_power(name: str, payload: float) -> None:
 @pytest.mark.parametrize("name", VEHICLES)
 def test_no_state_undercuts_the_power_below_full_speed(name: str) -> None:
     """At any speed between two parts of full speed, the straight line between their tables."""
-    around, priced = priced_of(name, 2.0)
+    conditions, priced = priced_of(name, 2.0)
     slower = slower_power(priced, SPEED_PARTS, turns=60)
     table = even_table(priced)
     parts = np.array(SPEED_PARTS)
     rng = np.random.default_rng(11)
     share = parts[-1] * rng.uniform(0.001, 1.0, 6000)
-    states = random_states(around, share, rng)
+    states = random_states(conditions, share, rng)
     factor = states.rows[:, INDEX["rolling_factor"]] / states.normal
     k = np.searchsorted(parts, share) - 1
     w = (share - parts[k]) / (parts[k + 1] - parts[k])
@@ -132,7 +136,7 @@ def test_no_state_undercuts_the_power_below_full_speed(name: str) -> None:
                 for n, u, c, f in at
             ]
         )
-        left = states.bus - states.paid(around, priced, mu, nu) - floor
+        left = states.bus - states.paid(conditions, priced, mu, nu) - floor
         worst = min(worst, float(left.min()))
     assert worst > -1e-9
     assert worst < 4.0

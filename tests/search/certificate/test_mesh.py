@@ -15,8 +15,8 @@ STEEP = 0.3
 
 @pytest.mark.parametrize("parts", [1, 2, 3])
 def test_slopes_and_heights_of_the_map_are_in_the_ranges_of_the_mesh(parts: int) -> None:
-    field, around = field_of(terrain(hills(30, rms_degrees=8.0)), model_of("minibalance"))
-    mesh = mesh_of(field, around, STEEP, parts)
+    field, conditions = field_of(terrain(hills(30, rms_degrees=8.0)), model_of("minibalance"))
+    mesh = mesh_of(field, conditions, STEEP, parts)
     x, y = np.random.default_rng(4).uniform(0.0, 29 * 0.25, (2, 3000))
     surface = interpolate_many(field.heights, field.x0, field.y0, field.dx, field.dy, x, y)
     column = np.floor((x - mesh.origin[0]) / mesh.cell[0]).astype(int)
@@ -29,8 +29,8 @@ def test_slopes_and_heights_of_the_map_are_in_the_ranges_of_the_mesh(parts: int)
 
 @pytest.mark.parametrize("parts", [1, 2, 3])
 def test_nodes_stand_where_the_map_has_that_height(parts: int) -> None:
-    field, around = field_of(terrain(hills(30)), model_of("minibalance"))
-    mesh = mesh_of(field, around, STEEP, parts)
+    field, conditions = field_of(terrain(hills(30)), model_of("minibalance"))
+    mesh = mesh_of(field, conditions, STEEP, parts)
     coarse = coarse_field(field, mesh)
     assert coarse.heights.shape == mesh.ground.heights.shape
     ny, nx = mesh.ground.heights.shape
@@ -46,10 +46,10 @@ def test_a_coarse_triangle_is_a_wall_only_where_all_of_it_is() -> None:
     """A block of obstacles wider than the robot: walls inside it, none on open ground."""
     blocked = np.zeros((40, 40), bool)
     blocked[10:30, 10:30] = True
-    field, around = field_of(
+    field, conditions = field_of(
         terrain(np.zeros((40, 40)), obstacles=blocked), model_of("minibalance")
     )
-    fine, coarse = (mesh_of(field, around, STEEP, parts).ground.wall for parts in (1, 3))
+    fine, coarse = (mesh_of(field, conditions, STEEP, parts).ground.wall for parts in (1, 3))
     assert fine[20, 20].all()
     assert not fine[:8].any()
     assert coarse.any()

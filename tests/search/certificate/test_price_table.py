@@ -10,7 +10,7 @@ import pytest
 from planner.search.certificate.dual_power import rotor_share
 from planner.search.certificate.price_table import (
     even_table,
-    least_standing,
+    least_at_rest,
     rotor_price,
     table_watts,
 )
@@ -54,8 +54,8 @@ def test_no_price_near_another_leaves_less_at_rest() -> None:
     share, size = 1.2, 0.15
     near = table.standing[np.ix_(np.abs(shares - share) < size, np.abs(cross) < size)]
     assert near.size > 10
-    assert least_standing(table, share, size) <= near.min()
-    assert least_standing(table, share, size) >= table.standing.min()
+    assert least_at_rest(table, share, size) <= near.min()
+    assert least_at_rest(table, share, size) >= table.standing.min()
 
 
 def test_the_rotors_price_is_the_same_for_one_share_as_for_many() -> None:

@@ -12,7 +12,7 @@ from planner import plan_route
 from planner.power.motion_row import set_motion, set_wind
 from planner.quantities import INDEX, STANDARD_GRAVITY
 from planner.search.certificate.quick_bound import floor_per_metre, lower_bound
-from planner.search.conditions import Circumstances
+from planner.search.conditions import OperatingConditions
 from planner.terrain.heightmap import Terrain
 from tests.power.states import changed
 from tests.search.certificate.robots import around_of, model_of, windy
@@ -23,11 +23,11 @@ VEHICLES = ("minibalance", "robotino", "four omni wheels", "steep rollers", "no 
 VEHICLES += ("giving rollers",)
 
 
-def random_states(around: Circumstances, count: int, steepest: float, seed: int):
+def random_states(conditions: OperatingConditions, count: int, steepest: float, seed: int):
     """Rows within the limits, metres along the surface for each horizontal one, and speeds."""
     rng = np.random.default_rng(seed)
-    rows = np.repeat(around.class_rows[:1], count, axis=0)
-    top = float(around.limits[0])
+    rows = np.repeat(conditions.class_rows[:1], count, axis=0)
+    top = float(conditions.limits[0])
     speed = rng.uniform(0.025 * top, top, count)
     azimuth, yaw, direction = (rng.uniform(-math.pi, math.pi, count) for _ in range(3))
     steepness = np.tan(rng.uniform(0.0, math.atan(steepest), count))
@@ -38,8 +38,8 @@ def random_states(around: Circumstances, count: int, steepest: float, seed: int)
     for k, row in enumerate(rows):
         slope = steepness[k] * math.cos(azimuth[k]), steepness[k] * math.sin(azimuth[k])
         stretch[k] = set_motion(row, *slope, yaw[k], direction[k], speed[k])
-        set_wind(row, around.wind, yaw[k])
-    rate = float(around.limits[6])
+        set_wind(row, conditions.wind, yaw[k])
+    rate = float(conditions.limits[6])
     rows[:, INDEX["wz"]] = rng.uniform(-rate, rate, count) * (rng.random(count) < 0.5)
     return rows, stretch, speed
 
@@ -56,14 +56,14 @@ def climbing(rows, mass: float):
 @pytest.mark.parametrize("name", VEHICLES)
 def test_no_state_undercuts_the_floor(name: str, payload: float) -> None:
     """Random motions within the limits: dissipation per horizontal metre above the floor."""
-    around = around_of(model_of(name), payload)
+    conditions = around_of(model_of(name), payload)
     steepest = math.tan(math.radians(18.0))
-    floor = floor_per_metre(around, steepest)
-    rows, stretch, speed = random_states(around, 10_000, steepest, seed=11)
-    account = around.model.account(rows)
+    floor = floor_per_metre(conditions, steepest)
+    rows, stretch, speed = random_states(conditions, 10_000, steepest, seed=11)
+    account = conditions.model.account(rows)
     assert account["least_load"].min() > 0.0
     # Bus power: a source that takes nothing back only adds to the losses.
-    dissipated = (account["bus"] - climbing(rows, around.mass)) * stretch / speed
+    dissipated = (account["bus"] - climbing(rows, conditions.mass)) * stretch / speed
     assert dissipated.min() >= floor
     # A floor of nothing would pass as well.
     assert floor > 0.3 * dissipated.min() > 1.0
@@ -71,8 +71,8 @@ def test_no_state_undercuts_the_floor(name: str, payload: float) -> None:
 
 def test_floor_of_the_reference_robot_by_hand() -> None:
     """13.3 J/m by hand with even wheel loads and the yaw fixed, docs/physics.md."""
-    around = around_of(model_of("minibalance"))
-    assert 10.0 < floor_per_metre(around, math.tan(math.radians(20.0))) < 13.3
+    conditions = around_of(model_of("minibalance"))
+    assert 10.0 < floor_per_metre(conditions, math.tan(math.radians(20.0))) < 13.3
 
 
 def test_wheel_drag_of_four_omni_wheels_by_hand() -> None:
@@ -97,17 +97,17 @@ def test_wheel_drag_of_four_omni_wheels_by_hand() -> None:
 
 def test_no_motion_gains_more_from_the_wind_than_the_bound_allows() -> None:
     """Every state in wind: the power above floor, climb and the wind's push on the way."""
-    around = around_of(windy(), conditions={"wind": WIND})
+    conditions = around_of(windy(), conditions={"wind": WIND})
     calm = around_of(windy())
     steepest = math.tan(math.radians(18.0))
-    rows, stretch, speed = random_states(around, 10_000, steepest, seed=12)
-    watts = around.model.account(rows)["bus"] - climbing(rows, around.mass)
-    least = lower_bound(around, 1.0, 0.0, steepest)
+    rows, stretch, speed = random_states(conditions, 10_000, steepest, seed=12)
+    watts = conditions.model.account(rows)["bus"] - climbing(rows, conditions.mass)
+    least = lower_bound(conditions, 1.0, 0.0, steepest)
     assert (watts * stretch / speed).min() >= least
     # The wind does push: some states do with less than in calm air they could.
     assert least < lower_bound(calm, 1.0, 0.0, steepest)
     rows[:, [INDEX["wind_x"], INDEX["wind_y"]]] = 0.0
-    still = around.model.account(rows)["bus"] - climbing(rows, around.mass)
+    still = conditions.model.account(rows)["bus"] - climbing(rows, conditions.mass)
     assert (watts < still - 0.1).any()
 
 
@@ -132,7 +132,7 @@ ROUTES = [
 def test_every_route_is_above_the_bound(name: str, payload: float, conditions: dict) -> None:
     """Routes across hills and over level ground, both ways, against the bound without a clip."""
     model = windy() if name == "windy" else model_of(name)
-    around = around_of(model, payload, conditions=conditions)
+    at = around_of(model, payload, conditions=conditions)
     ends = {"x": 2.0, "y": 2.0}, {"x": 12.0, "y": 11.0}
     for ground in (relief(), terrain(np.zeros((64, 64)))):
         for start, goal in (ends, ends[::-1]):
@@ -148,5 +148,5 @@ def test_every_route_is_above_the_bound(name: str, payload: float, conditions: d
             for route in (answer.routes[0], *(b.route for b in answer.baselines.values())):
                 height = route.arrays["z"]
                 climb = float(height[-1] - height[0])
-                bound = lower_bound(around, math.hypot(10.0, 9.0), climb, math.tan(0.3))
+                bound = lower_bound(at, math.hypot(10.0, 9.0), climb, math.tan(0.3))
                 assert bound < route.energy_j

@@ -95,8 +95,8 @@ def test_least_costs_are_those_of_an_independent_search(relief):
 def test_there_is_no_way_through_a_wall(relief):
     field, lattice = relief
     goal = (3.0, 15.0)
-    ahead = cost_to_go(field, lattice, goal)
-    path = grid_path(field, lattice, ahead, (3.0, 4.0))
+    to_go = cost_to_go(field, lattice, goal)
+    path = grid_path(field, lattice, to_go, (3.0, 4.0))
     assert path is not None
     # The gap is at the wall's eastern end.
     assert path[:, 0].max() > 14.5
@@ -107,8 +107,8 @@ def test_forwards_and_backwards_cost_the_same(relief):
     field, lattice = relief
     start, goal = (4.25, 4.25), (16.25, 15.75)
     there = cost_from(field, cost_to_go(field, lattice, goal), start)
-    onward = cost_from(field, cost_to_go(field, lattice, start, onward=True), goal)
-    assert onward == pytest.approx(there, rel=1e-4)
+    from_start = cost_from(field, cost_to_go(field, lattice, start, from_start=True), goal)
+    assert from_start == pytest.approx(there, rel=1e-4)
 
 
 def test_a_search_that_stops_at_its_start_knows_the_same_cost(relief):

@@ -12,7 +12,7 @@ from planner.search.grid import grid_path
 from planner.search.legs import EdgeRoutes, LegPlanner
 from planner.search.legs.single_leg import Leg
 from planner.search.results import price
-from planner.search.waypoints import waypoint_descent as polish
+from planner.search.waypoints import waypoint_descent as optimise_waypoints
 from planner.terrain.heightmap import Terrain
 from tests.search.maps import hills
 from tests.search.situations import situation_on
@@ -32,20 +32,20 @@ def test_a_route_to_an_edge_that_went_astray_follows_its_neighbours(hilly):
     start = (12.0, 12.0)
     angles = np.linspace(0.0, 2.0 * math.pi, 24, endpoint=False)
     places = [(12.0 + 8.0 * math.cos(a), 12.0 + 8.0 * math.sin(a)) for a in angles]
-    onward = situation.onward(field, start)
-    routes = EdgeRoutes(situation, field, [onward], None, CancellationToken())
+    from_start = situation.least_cost_from(field, start)
+    routes = EdgeRoutes(situation, field, [from_start], None, CancellationToken())
     nodes = routes.drive(places)
     assert len(nodes) == len(places)
     before, ratios = routes.ratios()
     node = nodes[0]
     spot = (field.x0 + node[1] * field.dx, field.y0 + node[0] * field.dy)
-    path = grid_path(field, situation.lattice("energy", field), onward, spot)
+    path = grid_path(field, situation.lattice("energy", field), from_start, spot)
     single = LegPlanner(situation, field, CancellationToken()).near(path)
-    expected = single.dissipated(routes.weight) / float(onward.values[node])
+    expected = single.dissipated(routes.weight) / float(from_start.values[node])
     assert routes.ratio(node) == pytest.approx(expected, rel=0.01)
     astray = np.array([start, (14.0, 4.0), spot])
-    motion = polish.drive_roughly(field, situation.around, (astray,), FREE).motion
-    routes.legs[node] = (Leg(price(field, situation.around, motion), astray),)
+    motion = optimise_waypoints.drive_roughly(field, situation.conditions, (astray,), FREE).motion
+    routes.legs[node] = (Leg(price(field, situation.conditions, motion), astray),)
     assert routes.ratio(node) > 1.2 * ratios.max()
     routes.drive([])
     after, found = routes.ratios()

@@ -9,7 +9,7 @@ from planner.cancellation import CancellationToken
 from planner.search.legs import LegPlanner
 from planner.search.legs.single_leg import Leg
 from planner.search.results import price
-from planner.search.waypoints import waypoint_descent as polish
+from planner.search.waypoints import waypoint_descent as optimise_waypoints
 from planner.terrain.heightmap import Terrain
 from tests.search.situations import situation_on
 
@@ -27,9 +27,9 @@ def test_a_leg_learns_from_a_neighbour_and_only_what_is_better(level):
     crooked = np.array([[3.0, 3.0], [9.0, 12.0], [20.0, 3.0]])
     legs = LegPlanner(situation, field, CancellationToken())
     assert legs.near(crooked) is not None
-    own = polish.drive_roughly(field, situation.around, (crooked,), FREE)
+    own = optimise_waypoints.drive_roughly(field, situation.conditions, (crooked,), FREE)
     straight = np.array([[3.0, 3.0], [20.0, 3.5]])
-    bad = Leg(price(field, situation.around, own.motion), crooked)
+    bad = Leg(price(field, situation.conditions, own.motion), crooked)
     better = legs.like_neighbour(bad, straight)
     assert better.route.energy_j < 0.8 * bad.route.energy_j
     for axis, ends in (("x", (3.0, 20.0)), ("y", (3.0, 3.0))):

@@ -61,12 +61,12 @@ def test_turning_on_the_spot_costs_in_proportion_to_the_angle(run):
 
 
 def test_the_rates_are_those_of_the_power_model(run):
-    rate = run.around.model.vehicle.limits.yaw_rate
-    time = turning_rates(run.around, "time")
+    rate = run.conditions.model.vehicle.limits.yaw_rate
+    time = turning_rates(run.conditions, "time")
     assert time.on_the_spot == pytest.approx(1.0 / rate)
     assert time.on_the_move == 0.0
-    energy = turning_rates(run.around, "energy")
-    still = run.around.model.watts(run.around.class_rows[:1])[0]
+    energy = turning_rates(run.conditions, "energy")
+    still = run.conditions.model.watts(run.conditions.class_rows[:1])[0]
     assert energy.on_the_spot - energy.on_the_move == pytest.approx(still / rate)
 
 
@@ -77,9 +77,9 @@ def test_a_straight_drive_dissipates_the_cost_and_its_ramps(run):
     yaw = math.atan2(b[1] - a[1], b[0] - a[0])
     cost = costs.between((*a, yaw), (*b, yaw))
     field = run.field("energy")
-    route = drive(field, run.around, [np.array([a, b])], (yaw, yaw), objective=0)
+    route = drive(field, run.conditions, [np.array([a, b])], (yaw, yaw), objective=0)
     assert isinstance(route, Route)
-    dissipated = route.energy_j - run.around.mass * STANDARD_GRAVITY * route.rise_m
+    dissipated = route.energy_j - run.conditions.mass * STANDARD_GRAVITY * route.rise_m
     assert dissipated == pytest.approx(cost, rel=0.06)
 
 

@@ -105,8 +105,8 @@ def test_no_cheaper_than_without_yaw():
     """What leaves turning out is a floor, and the difference is what a quarter turn can cost."""
     ground = bent_corridor(1.6)
     situation, field = asked(ground)
-    ahead = cost_to_go(field, situation.lattice("energy", field), EAST)
-    floor = cost_from(field, ahead, SOUTH)
+    to_go = cost_to_go(field, situation.lattice("energy", field), EAST)
+    floor = cost_from(field, to_go, SOUTH)
     way = way_through(ground)
     assert floor * 0.99 < way.cost < floor + 80.0
 

@@ -29,14 +29,16 @@ def nearest(route, x: float, y: float) -> float:
 def test_a_circle_is_driven_round(level):
     straight = plan_route(terrain=level, **WAY).routes[0]
     assert nearest(straight, 10.0, 5.0) < 0.1
-    around = plan_route(terrain=level, **WAY, avoid=[{"x": 10, "y": 5, "radius": 1.5}]).routes[0]
+    conditions = plan_route(terrain=level, **WAY, avoid=[{"x": 10, "y": 5, "radius": 1.5}]).routes[
+        0
+    ]
     half_width = 0.5 * load_vehicle("minibalance").width
-    assert nearest(around, 10.0, 5.0) > 1.5 + half_width
+    assert nearest(conditions, 10.0, 5.0) > 1.5 + half_width
     # The shortest way round a circle, from and to 8 m off, with a little for cells and corners.
     reach = 1.5 + half_width
     shortest = 2.0 * (math.sqrt(64.0 - reach**2) + reach * (math.pi / 2 - math.acos(reach / 8.0)))
-    assert shortest * 0.999 < around.length_m < shortest * 1.05
-    assert around.energy_j > straight.energy_j
+    assert shortest * 0.999 < conditions.length_m < shortest * 1.05
+    assert conditions.energy_j > straight.energy_j
 
 
 def test_a_polygon_that_bars_the_way_leaves_none(level):

@@ -55,10 +55,10 @@ def test_the_whole_map_is_searched_once_a_second_start_asks():
     situation = on(0.03)
     field = situation.field("energy")
     goal, one, other = (8.0, 8.0), (2.0, 2.0), (2.0, 8.0)
-    assert situation.ahead("energy", field, goal, one).start == one
-    again = situation.ahead("energy", field, goal, other)
+    assert situation.least_cost_to("energy", field, goal, one).start == one
+    again = situation.least_cost_to("energy", field, goal, other)
     assert again.start is None
-    assert situation.ahead("energy", field, goal, one) is again
+    assert situation.least_cost_to("energy", field, goal, one) is again
     assert np.isfinite(again.values[4:16, 4:16]).all()
 
 
@@ -67,4 +67,4 @@ def test_compiled_search_stops_for_the_flag():
     token = CancellationToken(lambda: True)
     assert token.cancelled()
     with pytest.raises(Cancelled):
-        situation.onward(situation.field("energy"), (1.0, 1.0), token)
+        situation.least_cost_from(situation.field("energy"), (1.0, 1.0), token)

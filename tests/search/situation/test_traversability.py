@@ -32,12 +32,12 @@ def test_every_yaw_fits_in_the_open_and_none_on_a_wall():
 
 def test_room_is_preferred_by_no_more_than_the_weight():
     walled = ground(wall=True)
-    factor = walled.preferring_room(0.7)
+    factor = walled.clearance_penalty(0.7)
     assert factor.min() == 1.0
     assert factor.max() == pytest.approx(1.7)
     assert (factor[walled.mask == ALL_YAWS] == 1.0).all()
     assert factor[walled.blocked] == pytest.approx(1.7)
-    assert (walled.preferring_room(0.0) == 1.0).all()
+    assert (walled.clearance_penalty(0.0) == 1.0).all()
 
 
 def test_coarse_cells_with_walls_are_divided_over_the_same_ground():

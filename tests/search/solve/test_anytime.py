@@ -49,7 +49,7 @@ def test_moving_knots_only_ever_makes_the_motion_cheaper(asked):
     assert energies == sorted(energies, reverse=True)
     assert energies[-1] < route.energy_j
     polished = found[-1].route
-    assert not broken_limits(field, run.around, polished.motion)
+    assert not broken_limits(field, run.conditions, polished.motion)
     for end, k in (("start", 0), ("goal", -1)):
         at = polished.arrays["x"][k], polished.arrays["y"][k]
         assert at == pytest.approx((ENDS[end]["x"], ENDS[end]["y"]), abs=1e-6)

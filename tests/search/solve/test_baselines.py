@@ -16,7 +16,7 @@ from planner.search.requests import PlanRequest
 from planner.search.situation import situation_of
 from planner.search.solve import portfolio as best_route
 from planner.search.solve.pipeline import ANSWER, BASELINE
-from planner.search.trajectory import Stuck, broken_limits
+from planner.search.trajectory import Infeasible, broken_limits
 from service.cli import as_tables
 from tests.service.cli.terminal import written
 
@@ -47,7 +47,7 @@ def test_baselines_keep_to_the_limits_and_no_answer_is_worse(name):
     for answer in answers.values():
         assert set(answer.baselines) == {"shortest", "fastest"}
         for route in (answer.routes[0], *(b.route for b in answer.baselines.values())):
-            broken = broken_limits(field, situation.around, route.motion)
+            broken = broken_limits(field, situation.conditions, route.motion)
             assert not broken, broken.what
     best = {objective: answer.routes[0] for objective, answer in answers.items()}
     for answer in answers.values():
@@ -65,7 +65,7 @@ def test_with_time_a_shortest_route_is_looked_for_patiently():
     shortest = unhurried.baselines["shortest"]
     assert shortest.length_m < at_once.baselines["shortest"].length_m - 1.0
     situation = situation_of(PlanRequest.from_json(asked("steep, over a ridge")))
-    assert not broken_limits(situation.field("energy"), situation.around, shortest.route.motion)
+    assert not broken_limits(situation.field("energy"), situation.conditions, shortest.route.motion)
 
 
 def test_where_nothing_keeps_to_the_limits_there_is_nothing_to_compare_with(monkeypatch):
@@ -74,7 +74,7 @@ def test_where_nothing_keeps_to_the_limits_there_is_nothing_to_compare_with(monk
 
     def never(run, field, objective, effort=ANSWER, *, patient=True):
         found = search(run, field, objective, effort, patient=patient)
-        stuck = Stuck(20.0, 30.0, "the limit of traction is broken")
+        stuck = Infeasible(20.0, 30.0, "the limit of traction is broken")
         route = None if effort is BASELINE else found.route
         return replace(found, route=route, infeasible=stuck)
 

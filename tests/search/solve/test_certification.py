@@ -56,7 +56,7 @@ def test_a_place_that_no_node_leads_to_has_a_bound_as_well():
     solid = np.argwhere(field.mask == 0)
     j, i = solid[len(solid) // 2]
     place = (field.x0 + i * field.dx, field.y0 + j * field.dy)
-    bound = certify(field, situation.around, (2.0, 2.0), place, seconds=1.0).bound_j
+    bound = certify(field, situation.conditions, (2.0, 2.0), place, seconds=1.0).bound_j
     assert 0.0 < bound < math.inf
 
 

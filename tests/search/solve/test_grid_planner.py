@@ -14,7 +14,7 @@ from planner.search.run import Run
 from planner.search.situation import situation_of
 from planner.search.solve import grid_planner
 from planner.search.trajectory import broken_limits
-from planner.search.waypoints import waypoint_descent as polish
+from planner.search.waypoints import waypoint_descent as optimise_waypoints
 from planner.terrain.catalogue import open_map
 from planner.terrain.heightmap import Terrain
 from tests.search.maps import hills
@@ -29,10 +29,10 @@ def test_answers_at_once_are_cheaper_for_it_and_keep_all_limits(monkeypatch, goa
         run = Run(request, situation_of(request, terrain=cone), silent, token)
         found = grid_planner.on_grid(run, run.field("energy"), "energy")
         monkeypatch.setattr(grid_planner, "DETOURS", 0)
-        monkeypatch.setattr(polish, "SURPLUS", math.inf)
+        monkeypatch.setattr(optimise_waypoints, "SURPLUS", math.inf)
         plain = grid_planner.on_grid(run, run.field("energy"), "energy")
     assert found.route.energy_j < 0.995 * plain.route.energy_j
-    assert not broken_limits(found.field, run.around, found.route.motion)
+    assert not broken_limits(found.field, run.conditions, found.route.motion)
 
 
 def test_ways_beside_one_whose_bends_cost_much_are_tried_but_never_taken_at_a_loss(monkeypatch):
@@ -49,7 +49,7 @@ def test_ways_beside_one_whose_bends_cost_much_are_tried_but_never_taken_at_a_lo
         return attempt
 
     monkeypatch.setattr(grid_planner, "cheapest_near", noted)
-    monkeypatch.setattr(polish, "HINDERED", -1.0)
+    monkeypatch.setattr(optimise_waypoints, "DETOUR_EXCESS", -1.0)
     found = plan_route(terrain=relief, **ends).routes[0].energy_j
     assert len(detours) == grid_planner.DETOURS
     monkeypatch.setattr(grid_planner, "DETOURS", 0)

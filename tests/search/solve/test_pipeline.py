@@ -52,7 +52,7 @@ def test_every_effort_keeps_all_limits(run, path, effort):
     field = run.field("energy")
     attempt = cheapest_near(run, field, [path], "energy", effort)
     assert attempt.feasible is attempt.route
-    assert not broken_limits(field, run.around, attempt.route.motion)
+    assert not broken_limits(field, run.conditions, attempt.route.motion)
     [(leg, cost)] = attempt.legs
     assert cost == pytest.approx(polyline_cost(field, leg, field.step))
     assert cost < polyline_cost(field, path, field.step)

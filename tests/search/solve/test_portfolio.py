@@ -63,16 +63,16 @@ def test_who_stops_before_gets_nothing(relief):
 def test_no_straight_way_dissipates_less_than_its_metres(relief):
     """Another aim's way whose metres alone cost more than the best route is not driven."""
     situation = situation_of(SituationRequest(map="hills"), terrain=relief)
-    field, around = situation.field("energy"), situation.around
+    field, conditions = situation.field("energy"), situation.conditions
     rng = np.random.default_rng(3)
     compared = 0
     for _ in range(12):
         way = rng.uniform(3.0, 17.0, (2, 2))
         metres = polyline_cost(field, way, field.step)
-        route = drive(field, around, [way], (None, None), objective=0)
+        route = drive(field, conditions, [way], (None, None), objective=0)
         if isinstance(route, Route) and np.isfinite(metres):
-            dissipated = route.energy_j - around.mass * STANDARD_GRAVITY * route.rise_m
-            assert metres < dissipated < 1.5 * metres + turning(around, 0).stop
+            dissipated = route.energy_j - conditions.mass * STANDARD_GRAVITY * route.rise_m
+            assert metres < dissipated < 1.5 * metres + turning(conditions, 0).stop
             compared += 1
     assert compared >= 8
 

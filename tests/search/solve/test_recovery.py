@@ -23,11 +23,11 @@ from planner.search.solve.recovery import (
     next_caution,
     past_the_place,
 )
-from planner.search.trajectory import Stuck
+from planner.search.trajectory import Infeasible
 from tests.search.maps import drawn, hills, terrain
 
-STEEP = Stuck(6.0, 5.0, "the limit of torque is broken")
-TIGHT = Stuck(6.0, 5.0, "the body touches something", True)
+STEEP = Infeasible(6.0, 5.0, "the limit of torque is broken")
+TIGHT = Infeasible(6.0, 5.0, "the body touches something", True)
 
 
 def run_on(relief) -> Run:

@@ -14,8 +14,8 @@ from tests.search.certificate.robots import around_of, model_of
 
 @pytest.fixture(scope="module")
 def costs():
-    around = around_of(model_of("minibalance"))
-    return steady_costs(around.model, around.class_rows)
+    conditions = around_of(model_of("minibalance"))
+    return steady_costs(conditions.model, conditions.class_rows)
 
 
 def test_a_look_up_at_a_node_is_the_table_there(costs) -> None:

@@ -22,8 +22,8 @@ AHEAD = 0
 @pytest.fixture(scope="module")
 def steady():
     """Tables of the paper's robot."""
-    around = around_of(model_of("minibalance"))
-    return steady_costs(around.model, around.class_rows), float(around.limits[0])
+    conditions = around_of(model_of("minibalance"))
+    return steady_costs(conditions.model, conditions.class_rows), float(conditions.limits[0])
 
 
 def joules_per_metre(across: float, yaw: float, speed: float) -> float:
@@ -48,11 +48,11 @@ def test_a_contour_is_driven_with_the_body_turned_a_little_downhill(steady, azim
         across = side * limit * level / (STEEPNESSES - 1)
         if not 0.07 < abs(across) < 0.16:
             continue
-        lean = float(costs.lean[0, AHEAD, azimuth, level])
-        assert 0.0 < side * lean < math.radians(2.0)
-        leaning = joules_per_metre(across, lean, speed)
+        crab_angle = float(costs.crab_angle[0, AHEAD, azimuth, level])
+        assert 0.0 < side * crab_angle < math.radians(2.0)
+        leaning = joules_per_metre(across, crab_angle, speed)
         assert leaning < 0.95 * joules_per_metre(across, 0.0, speed)
-        assert leaning < 0.85 * joules_per_metre(across, -lean, speed)
+        assert leaning < 0.85 * joules_per_metre(across, -crab_angle, speed)
         assert costs.by_yaw[0, AHEAD, azimuth, level] == pytest.approx(leaning, rel=0.02)
         seen += 1
     assert seen >= 3
@@ -61,17 +61,17 @@ def test_a_contour_is_driven_with_the_body_turned_a_little_downhill(steady, azim
 def test_nobody_leans_on_the_level_or_straight_up(steady):
     """Where no force is across the travel there is nothing to hold."""
     costs, _ = steady
-    assert not costs.lean[..., 0].any()
+    assert not costs.crab_angle[..., 0].any()
     for azimuth in (0, DIRECTIONS // 2):
-        assert not costs.lean[0, [AHEAD, YAWS // 2], azimuth].any()
+        assert not costs.crab_angle[0, [AHEAD, YAWS // 2], azimuth].any()
 
 
 def test_leans_are_mirrored_with_the_slope(steady):
     """A slope to the right is answered like one to the left."""
     costs, _ = steady
-    mirrored = -costs.lean[0][:, -np.arange(DIRECTIONS)][-np.arange(YAWS)]
-    assert np.abs(costs.lean[0] - mirrored).max() < 1e-9
-    assert costs.lean.any()
+    mirrored = -costs.crab_angle[0][:, -np.arange(DIRECTIONS)][-np.arange(YAWS)]
+    assert np.abs(costs.crab_angle[0] - mirrored).max() < 1e-9
+    assert costs.crab_angle.any()
 
 
 def test_a_route_along_a_slope_is_cheaper_than_one_that_heads_straight_along_it():

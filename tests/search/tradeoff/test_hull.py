@@ -9,14 +9,16 @@ import pytest
 
 from planner.search.results import Route
 from planner.search.tradeoff.hull import chord_price, lower_hull
-from planner.search.tradeoff.weighted_objective import Ridden
+from planner.search.tradeoff.weighted_objective import DrivenRoute
 
 
-def made(seconds: float, joules: float) -> Ridden:
+def made(seconds: float, joules: float) -> DrivenRoute:
     """A route of which only duration and energy count."""
     t = np.array([0.0, seconds])
     arrays = {"t": t, "watts": np.array([0.0, joules / seconds])}
-    return Ridden(Route(joules, 0.0, 0.0, seconds, 1.0, lambda: None, {}, arrays, {}), (), (), 1.0)
+    return DrivenRoute(
+        Route(joules, 0.0, 0.0, seconds, 1.0, lambda: None, {}, arrays, {}), (), (), 1.0
+    )
 
 
 def test_the_hull_leaves_out_what_no_price_asks_for():

@@ -21,13 +21,13 @@ def plain() -> Situation:
 
 def test_a_stop_costs_its_seconds_where_seconds_are_priced(plain):
     """Both ramps take v/a longer than going on; prices of the plain model are not taken for it."""
-    unpriced = turning(plain.around, 0)
-    priced = turning(PricedSituation.of(plain, 50.0).around, 0)
-    seconds = turning(plain.around, 1).stop
-    limits = plain.around.limits
-    assert seconds == limits[0] / plain.around.model.vehicle.limits.acceleration
+    unpriced = turning(plain.conditions, 0)
+    priced = turning(PricedSituation.of(plain, 50.0).conditions, 0)
+    seconds = turning(plain.conditions, 1).stop
+    limits = plain.conditions.limits
+    assert seconds == limits[0] / plain.conditions.model.vehicle.limits.acceleration
     assert priced.stop == pytest.approx(unpriced.stop + 50.0 * seconds)
-    assert turning(plain.around, 0) is unpriced
+    assert turning(plain.conditions, 0) is unpriced
 
 
 def test_energy_and_time_together_cost_no_less_than_the_least_of_each(plain):

@@ -20,16 +20,16 @@ def driven():
     """Field, circumstances and a motion with a bend across hills."""
     asked = {"start": {"x": 3.0, "y": 4.0}, "goal": {"x": 14.0, "y": 12.0}}
     case = case_of("test", asked, terrain(hills(64, rms_degrees=4.0)))
-    around = case.situation.around
+    conditions = case.situation.conditions
     path = np.array([[3.0, 4.0], [9.0, 5.0], [14.0, 12.0]])
-    motion = move(case.field, around, [path], [None, None], objective=0)
+    motion = move(case.field, conditions, [path], [None, None], objective=0)
     assert isinstance(motion, Motion)
-    return case.field, around, motion
+    return case.field, conditions, motion
 
 
 def test_rows_add_up_to_the_duration_and_to_the_way(driven) -> None:
-    field, around, motion = driven
-    rows, seconds, owner = motion_rows(field, motion, around.class_rows, around.wind)
+    field, conditions, motion = driven
+    rows, seconds, owner = motion_rows(field, motion, conditions.class_rows, conditions.wind)
     assert seconds.sum() == pytest.approx(motion.time[-1])
     steps = np.bincount(owner, weights=seconds, minlength=len(motion.time) - 1)
     np.testing.assert_allclose(steps, np.diff(motion.time), rtol=1e-9)

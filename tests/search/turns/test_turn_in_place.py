@@ -17,46 +17,46 @@ from tests.search.maps import terrain
 
 
 @pytest.fixture(scope="module")
-def around():
+def conditions():
     ground = terrain(np.zeros((20, 20)))
-    return situation_of(SituationRequest(map=ground.name), terrain=ground).around
+    return situation_of(SituationRequest(map=ground.name), terrain=ground).conditions
 
 
-def costs_of(around, slopes, objective=0):
+def costs_of(conditions, slopes, objective=0):
     """Cost per rad (slopes, STATES) for travel along x on slopes (n, 2)."""
     slopes = np.hstack([slopes, slopes]).astype(float)
     count = len(slopes)
     spin = np.empty((count, STATES))
     ground = np.zeros(count, np.int64)
-    kernel = around.model.limits_kernel
-    spin_costs(kernel, around.arrays, np.zeros(count), slopes, ground, objective, spin)
+    kernel = conditions.model.limits_kernel
+    spin_costs(kernel, conditions.arrays, np.zeros(count), slopes, ground, objective, spin)
     return spin
 
 
-def test_a_mirrored_robot_turns_the_other_way_for_the_same(around) -> None:
+def test_a_mirrored_robot_turns_the_other_way_for_the_same(conditions) -> None:
     """Yaw, slope across and yaw rate change sign together: the power model asked row by row."""
-    rate = around.model.vehicle.limits.yaw_rate
+    rate = conditions.model.vehicle.limits.yaw_rate
     along, across = 0.06, 0.1
     priced = np.arange(0, STATES, SPUN)
-    rows = np.repeat(around.class_rows[:1], len(priced), axis=0)
+    rows = np.repeat(conditions.class_rows[:1], len(priced), axis=0)
     for row, state in zip(rows, priced, strict=True):
         set_motion(row, along, -across, -state * WIDTH, 0.0, 0.0)
     rows[:, INDEX["wz"]] = -rate
-    spin = costs_of(around, np.array([[along, across], [0.0, 0.0]]))
-    np.testing.assert_allclose(spin[0, priced], around.model.watts(rows) / rate, rtol=1e-9)
+    spin = costs_of(conditions, np.array([[along, across], [0.0, 0.0]]))
+    np.testing.assert_allclose(spin[0, priced], conditions.model.watts(rows) / rate, rtol=1e-9)
     assert np.ptp(spin[0]) > 1e-3 * spin[0].mean(), "nothing is tested"
     # On the level no yaw is another.
     np.testing.assert_allclose(spin[1], spin[1, 0], rtol=1e-9)
 
 
-def test_a_rad_takes_the_time_that_the_yaw_rate_says(around) -> None:
-    spin = costs_of(around, np.zeros((1, 2)), objective=1)
-    np.testing.assert_allclose(spin, 1.0 / around.model.vehicle.limits.yaw_rate)
+def test_a_rad_takes_the_time_that_the_yaw_rate_says(conditions) -> None:
+    spin = costs_of(conditions, np.zeros((1, 2)), objective=1)
+    np.testing.assert_allclose(spin, 1.0 / conditions.model.vehicle.limits.yaw_rate)
 
 
-def test_nobody_turns_where_a_limit_breaks(around) -> None:
+def test_nobody_turns_where_a_limit_breaks(conditions) -> None:
     """On a slope that tips the robot over."""
-    assert np.isinf(costs_of(around, np.array([[3.0, 0.0]]))[0, ::SPUN]).all()
+    assert np.isinf(costs_of(conditions, np.array([[3.0, 0.0]]))[0, ::SPUN]).all()
 
 
 def test_the_cheapest_way_round_is_that_of_all_ways() -> None:

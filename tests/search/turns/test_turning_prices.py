@@ -13,28 +13,28 @@ from tests.search.maps import terrain
 
 
 @pytest.fixture(scope="module")
-def around():
+def conditions():
     ground = terrain(np.zeros((20, 20)))
-    return situation_of(SituationRequest(map=ground.name), terrain=ground).around
+    return situation_of(SituationRequest(map=ground.name), terrain=ground).conditions
 
 
 @pytest.mark.parametrize("objective", ["energy", "time"])
-def test_turning_costs_and_going_straight_does_not(around, objective) -> None:
-    table = turning(around, OBJECTIVES[objective]).table
+def test_turning_costs_and_going_straight_does_not(conditions, objective) -> None:
+    table = turning(conditions, OBJECTIVES[objective]).table
     assert table.shape[0] == STATES
     assert not table[:, 0].any()
     assert (table >= 0.0).all()
     assert (table[:, -1] > 0.0).all()
 
 
-def test_a_stop_takes_the_time_of_both_ramps(around) -> None:
+def test_a_stop_takes_the_time_of_both_ramps(conditions) -> None:
     """Speeding up and slowing down evenly lose v/2a each against full speed."""
-    limits = around.model.vehicle.limits
-    prices = turning(around, OBJECTIVES["time"])
+    limits = conditions.model.vehicle.limits
+    prices = turning(conditions, OBJECTIVES["time"])
     assert prices.stop == pytest.approx(limits.speed / limits.acceleration)
 
 
-def test_a_stop_costs_no_less_than_the_gear_keeps_of_the_motion(around) -> None:
+def test_a_stop_costs_no_less_than_the_gear_keeps_of_the_motion(conditions) -> None:
     """Part of the kinetic energy, of which braking does not return all, and not many times it."""
-    kinetic = 0.5 * around.mass * around.model.vehicle.limits.speed**2
-    assert 0.05 * kinetic < turning(around, OBJECTIVES["energy"]).stop < 3.0 * kinetic
+    kinetic = 0.5 * conditions.mass * conditions.model.vehicle.limits.speed**2
+    assert 0.05 * kinetic < turning(conditions, OBJECTIVES["energy"]).stop < 3.0 * kinetic

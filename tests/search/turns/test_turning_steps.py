@@ -20,22 +20,22 @@ from tests.search.maps import terrain
 
 
 @pytest.fixture(scope="module")
-def around():
+def conditions():
     """A robot in wind, on a map of its own."""
     ground = terrain(np.zeros((20, 20)))
     request = SituationRequest(map=ground.name, conditions={"wind": {"x": 3.0, "y": -2.0}})
-    return situation_of(request, terrain=ground).around
+    return situation_of(request, terrain=ground).conditions
 
 
-def one_by_one(around, objective, direction, slope, ground, move):
+def one_by_one(conditions, objective, direction, slope, ground, move):
     """The same cost by the model's account of single rows, looked at one after the other."""
-    model, limits = around.model, around.limits
+    model, limits = conditions.model, conditions.limits
     yaw, length, turn = move
     speed, cost = limits[0], math.inf
     places = [slope[:2]] if np.array_equal(slope[:2], slope[2:]) else [slope[2:], slope[:2]]
     for place in places:
-        row = around.class_rows[ground].copy()
-        set_wind(row, around.wind, yaw)
+        row = conditions.class_rows[ground].copy()
+        set_wind(row, conditions.wind, yaw)
         surface = length * set_motion(row, *place, yaw, direction, 1.0)
         unit = row[[INDEX["vx"], INDEX["vy"]]]
         if abs(turn) > STILL:
@@ -57,7 +57,7 @@ def one_by_one(around, objective, direction, slope, ground, move):
 
 
 @pytest.mark.parametrize("objective", [0, 1])
-def test_steps_cost_what_single_rows_say(around, objective) -> None:
+def test_steps_cost_what_single_rows_say(conditions, objective) -> None:
     random = np.random.default_rng(3)
     steps, moves = 40, 300  # several blocks, the last one not full
     directions = random.uniform(-math.pi, math.pi, steps)
@@ -74,21 +74,23 @@ def test_steps_cost_what_single_rows_say(around, objective) -> None:
     )
     costs = np.empty(moves)
     track = Steps(directions, np.ones(steps), slopes, ground)
-    step_costs(around.model.limits_kernel, around.arrays, objective, track, at, asked, costs)
+    step_costs(
+        conditions.model.limits_kernel, conditions.arrays, objective, track, at, asked, costs
+    )
     expected = [
-        one_by_one(around, objective, directions[j], slopes[j], ground[j], asked[n])
+        one_by_one(conditions, objective, directions[j], slopes[j], ground[j], asked[n])
         for n, j in enumerate(at)
     ]
     assert 20 < np.isinf(costs).sum() < moves - 100, "nothing is tested"
     np.testing.assert_allclose(costs, expected, rtol=1e-12)
 
 
-def test_power_and_limits_are_those_of_the_account(around) -> None:
-    rows = np.repeat(around.class_rows[:1], 150, axis=0)
+def test_power_and_limits_are_those_of_the_account(conditions) -> None:
+    rows = np.repeat(conditions.class_rows[:1], 150, axis=0)
     random = np.random.default_rng(4)
     for row in rows:
         slope = random.normal(0.0, 0.2, 2)
         set_motion(row, *slope, random.uniform(-3.0, 3.0), random.uniform(-3.0, 3.0), 0.4)
-    accounts, _ = around.model.evaluate(rows)
+    accounts, _ = conditions.model.evaluate(rows)
     columns = [0, *(ACCOUNT.index(name) for name in LIMITS)]
-    np.testing.assert_array_equal(around.model.power_and_limits(rows), accounts[:, columns])
+    np.testing.assert_array_equal(conditions.model.power_and_limits(rows), accounts[:, columns])

@@ -67,18 +67,18 @@ def test_no_band_makes_a_way_dearer(rough, monkeypatch):
 def test_a_refined_path_keeps_its_ends_and_costs_no_more(rough):
     for path in ways_across(rough, 12):
         before = polyline_cost(rough, path, rough.step)
-        for (found, cost), toll in zip(
-            refine(rough, path, tolls=(0.0, 5.0)), (0.0, 5.0), strict=True
+        for (found, cost), corner_penalty in zip(
+            refine(rough, path, penalties=(0.0, 5.0)), (0.0, 5.0), strict=True
         ):
             np.testing.assert_array_equal(found[[0, -1]], path[[0, -1]])
             assert cost == pytest.approx(polyline_cost(rough, found, rough.step))
-            assert cost + toll * len(found) <= before + toll * len(path)
+            assert cost + corner_penalty * len(found) <= before + corner_penalty * len(path)
 
 
 def test_on_even_ground_a_detour_becomes_a_straight_line():
     field = field_over(np.zeros((96, 96)))
     path = np.array([[3.0, 3.0], [8.0, 11.0], [14.0, 9.0], [20.0, 12.0]])
-    ((found, cost),) = refine(field, path, tolls=(1.0,))
+    ((found, cost),) = refine(field, path, penalties=(1.0,))
     straight = polyline_cost(field, path[[0, -1]], field.step)
     assert cost == pytest.approx(straight, rel=2e-3)
     assert len(found) <= 3

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from planner.search.waypoints import waypoint_descent as polish
+from planner.search.waypoints import waypoint_descent as optimise_waypoints
 from planner.terrain.heightmap import Terrain
 from tests.search.maps import drawn, hills
 from tests.search.situations import situation_on
@@ -32,7 +32,7 @@ def test_a_parabola_leads_to_where_it_is_least():
     rng = np.random.default_rng(5)
     least, bend = rng.uniform(-1.9, 1.9, 50), rng.uniform(0.1, 9.0, 50)
     values = [bend * (x - least) ** 2 + 3.0 for x in (-1.0, 0.0, 1.0)]
-    np.testing.assert_allclose(polish.to_least(*values), least, atol=1e-9)
+    np.testing.assert_allclose(optimise_waypoints.to_least(*values), least, atol=1e-9)
 
 
 def test_a_knot_on_a_crest_goes_down_and_one_in_a_trough_between_walls_stays():
@@ -40,15 +40,15 @@ def test_a_knot_on_a_crest_goes_down_and_one_in_a_trough_between_walls_stays():
     here = np.array([2.0, 4.0, 4.0, 4.0, 2.0, np.inf])
     high = np.array([2.5, 1.0, 3.0, 5.0, 2.0, np.inf])
     expected = [-1.0, 1.0, 1.0, 0.0, 0.0, 0.0]
-    np.testing.assert_array_equal(polish.to_least(low, here, high), expected)
+    np.testing.assert_array_equal(optimise_waypoints.to_least(low, here, high), expected)
 
 
 def test_what_is_spent_between_knots_adds_up_to_the_whole(hilly):
     situation, field = hilly
     knots = np.column_stack([np.linspace(3.0, 20.0, 9), 12.0 + np.sin(np.arange(9))])
-    way = polish.drive_roughly(field, situation.around, (knots,), FREE)
+    way = optimise_waypoints.drive_roughly(field, situation.conditions, (knots,), FREE)
     odd = np.arange(9) % 2 == 1
-    spent = polish.spent_beside(way, knots, odd)
+    spent = optimise_waypoints.spent_beside(way, knots, odd)
     assert len(spent) == 4
     assert spent.sum() == pytest.approx(way.dissipated, rel=1e-12)
     assert (spent > 0.0).all()
@@ -60,20 +60,22 @@ def test_what_is_spent_up_to_a_place_is_read_where_the_motion_is_nearest():
     spent = 0.5 * np.arange(len(x))
     places = np.array([[0.0, 0.0], [4.2, 0.1], [10.0, 0.0], [4.2, -0.1], [0.0, 0.0]])
     along = np.array([0.0, 4.2, 10.0, 15.8, 20.0])
-    found = polish.spent_at(x, np.zeros(len(x)), spent, places, along)
+    found = optimise_waypoints.spent_at(x, np.zeros(len(x)), spent, places, along)
     np.testing.assert_allclose(found, along, atol=1e-9)
 
 
 def test_on_level_ground_a_bent_way_becomes_straight(level):
     situation, field = level
     ends = np.array([[3.0, 3.0], [20.0, 14.0]])
-    straight = polish.drive_roughly(field, situation.around, (ends,), FREE)
+    straight = optimise_waypoints.drive_roughly(field, situation.conditions, (ends,), FREE)
     share = np.linspace(0.0, 1.0, 5)[:, None]
     across = np.array([-11.0, 17.0]) / math.hypot(11.0, 17.0)
     crooked = ends[0] + share * (ends[1] - ends[0])
     crooked[1:-1] += np.array([0.5, -0.6, 0.4])[:, None] * across
-    before = polish.drive_roughly(field, situation.around, (crooked,), FREE)
-    after = polish.polish(field, situation.around, [crooked], FREE, steps=(1.0, 0.5, 0.5, 0.25))
+    before = optimise_waypoints.drive_roughly(field, situation.conditions, (crooked,), FREE)
+    after = optimise_waypoints.optimise_waypoints(
+        field, situation.conditions, [crooked], FREE, steps=(1.0, 0.5, 0.5, 0.25)
+    )
     assert before.energy > 1.01 * straight.energy
     assert after.energy < straight.energy + 0.1 * (before.energy - straight.energy)
     [way] = after.legs
@@ -83,8 +85,12 @@ def test_on_level_ground_a_bent_way_becomes_straight(level):
 def test_ends_and_places_to_pass_stay_where_they_are(hilly):
     situation, field = hilly
     legs = [np.array([[3.0, 3.0], [9.0, 14.0]]), np.array([[9.0, 14.0], [20.0, 6.0]])]
-    given = polish.drive_roughly(field, situation.around, tuple(legs), (None, None, None))
-    found = polish.polish(field, situation.around, legs, (None, None, None))
+    given = optimise_waypoints.drive_roughly(
+        field, situation.conditions, tuple(legs), (None, None, None)
+    )
+    found = optimise_waypoints.optimise_waypoints(
+        field, situation.conditions, legs, (None, None, None)
+    )
     assert found.energy < given.energy
     for before, after in zip(legs, found.legs, strict=True):
         np.testing.assert_array_equal(after[[0, -1]], before[[0, -1]])
@@ -98,11 +104,11 @@ def test_no_knot_moves_to_where_nobody_can_drive():
     knots = np.column_stack([np.linspace(1.5, 8.5, 5), np.full(5, 4.0)])
     shifts = np.zeros((5, 2))
     shifts[1:-1, 1] = -1.2
-    moved = polish.where_open(field, knots, shifts)
-    found = polish.drive_roughly(field, situation.around, (moved,), FREE)
+    moved = optimise_waypoints.where_open(field, knots, shifts)
+    found = optimise_waypoints.drive_roughly(field, situation.conditions, (moved,), FREE)
     assert found.motion is not None
     np.testing.assert_array_equal(moved[2], knots[2])
-    free = polish.where_open(field, knots, -0.1 * shifts)
+    free = optimise_waypoints.where_open(field, knots, -0.1 * shifts)
     np.testing.assert_allclose(free, knots - 0.1 * shifts)
 
 
@@ -113,6 +119,6 @@ def test_nothing_is_polished_once_the_caller_wants_to_stop(hilly):
         raise InterruptedError
 
     with pytest.raises(InterruptedError):
-        polish.polish(
-            field, situation.around, [np.array([[3.0, 3.0], [20.0, 6.0]])], FREE, check=stop
+        optimise_waypoints.optimise_waypoints(
+            field, situation.conditions, [np.array([[3.0, 3.0], [20.0, 6.0]])], FREE, check=stop
         )
