@@ -2,11 +2,10 @@
 
     run = settled(run, "energy")           # its goal is now one place
 
-From the last fixed place before the goal the least-cost field leads to everywhere
-(Situation.least_cost_from). What a place takes is its cost there, and for energy the height that is gained:
-E = D + M·g·z. The cheapest places that lie apart from each other are looked at: the way to each is
-refined, its end slides to where it costs least, and the motion that costs least in full names the
-goal. The search for the request then goes there as it would to any other place.
+Situation.least_cost_from gives the least cost from the last fixed place to everywhere. For energy
+the climb is added: E = D + M·g·z. Candidates are the cheapest places that lie apart. The path to
+each is smoothed, and its end slides to where it costs least. The place whose motion costs least
+becomes the goal, and the search goes there as to any other place.
 """
 
 from __future__ import annotations

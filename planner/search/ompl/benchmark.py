@@ -202,7 +202,8 @@ def trials(frame: Frame, setup: Any, seconds: float, count: int) -> list[Trial]:
     bench.addPlanner(setup.getPlanner())
     request = tools.Request()
     request.maxTime, request.maxMem, request.runCount = seconds, MEMORY_MB, count
-    request.displayProgress = request.simplify = False
+    # Or OMPL writes a file of its own into the working folder.
+    request.saveConsoleOutput = request.displayProgress = request.simplify = False
     reader, found = frame.reader, list[Trial]()
 
     def ran(planner: Any, properties: Any) -> None:

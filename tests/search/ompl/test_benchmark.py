@@ -13,7 +13,8 @@ from planner.search.ompl.sampling import SAMPLERS
 from tests.search.ompl.problems import ENDS, RELIEF
 
 
-def test_planners_side_by_side():
+def test_planners_side_by_side(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     found = compare_planners(terrain=RELIEF, **ENDS, seconds=0.5, runs=2)
     assert [row["planner"] for row in found.rows] == ["least-energy", *SAMPLERS]
     least = found.runs[0]
@@ -25,6 +26,7 @@ def test_planners_side_by_side():
         assert (run.cost is None) == (run.energy_j is None) or run.cost > 0.0
     document = json.loads(json.dumps(found.to_json()))
     assert document["planners"][0]["extra_share"] == 0.0
+    assert not list(tmp_path.iterdir()), "OMPL's own files would litter the user's folder"
 
 
 def test_a_comparison_with_via_places_is_refused():
