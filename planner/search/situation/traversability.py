@@ -84,19 +84,20 @@ class DrivingGround:
         """What the compiled search reads, with these tables of steady costs."""
         # The limit is negative on ground that cannot be driven at all: no slope is safe then.
         safe = max(0.0, min(costs.reach, margin * float(costs.limit.min())))
+        same = ("heights", "mask", "blocked", "ground", "half_length", "half_width")
         return CostField(
-            self.heights,
-            self.mask,
-            self.blocked,
-            self.ground,
-            *(*self.origin, *self.cell, self.half_length, self.half_width),
+            **{name: getattr(self, name) for name in same},
+            **vars(costs),
+            x0=self.origin[0],
+            y0=self.origin[1],
+            dx=self.cell[0],
+            dy=self.cell[1],
             extra=np.zeros(DIRECTIONS) if extra is None else extra,
             factor=np.ones((1, 1)) if factor is None else factor,
             margin=margin,
             step=0.5 * min(self.cell),
             steep=self.steepest > NEAR_LIMIT * safe,
             safe=safe,
-            **vars(costs),
         )
 
 
