@@ -55,34 +55,33 @@ Metres = Annotated[
 class Part(BaseModel):
     """A part of a request: no unknown fields, and fixed once it is read."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
 
 
 class PoseRequest(Part):
     """A place, and the direction to stand in there."""
 
-    x: Metres = Field(description="metres in the map's frame, -1e9 to 1e9")
-    y: Metres = Field(description="metres in the map's frame, -1e9 to 1e9")
-    yaw: Number | None = Field(
-        default=None,
-        description="rad counter-clockwise from the map's x axis; left out, the planner chooses",
-    )
+    x: Metres
+    """metres in the map's frame, -1e9 to 1e9"""
+    y: Metres
+    """metres in the map's frame, -1e9 to 1e9"""
+    yaw: Number | None = None
+    """rad counter-clockwise from the map's x axis; left out, the planner chooses"""
 
 
 class Area(Part):
     """A circle, or a polygon, that the robot keeps out of."""
 
-    x: Metres | None = Field(default=None, description="m, the circle's centre, -1e9 to 1e9")
-    y: Metres | None = Field(default=None, description="m, the circle's centre, -1e9 to 1e9")
-    radius: Metres | None = Field(
-        default=None, gt=0, description="m, of the circle, above 0 up to 1e9"
-    )
+    x: Metres | None = None
+    """m, the circle's centre, -1e9 to 1e9"""
+    y: Metres | None = None
+    """m, the circle's centre, -1e9 to 1e9"""
+    radius: Metres | None = Field(default=None, gt=0)
+    """m, of the circle, above 0 up to 1e9"""
     polygon: tuple[tuple[Metres, Metres], ...] | None = Field(
-        default=None,
-        min_length=3,
-        max_length=1000,
-        description="corners as [x, y] in m, 3 to 1000, such as [[2, 2], [4, 2], [3, 5]]",
+        default=None, min_length=3, max_length=1000
     )
+    """corners as [x, y] in m, 3 to 1000, such as [[2, 2], [4, 2], [3, 5]]"""
 
     @model_validator(mode="after")
     def _of_one_kind(self) -> Self:

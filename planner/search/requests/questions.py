@@ -19,19 +19,16 @@ from planner.search.requests.scenario import SituationRequest, Whole
 class TripRequest(SituationRequest):
     """From where to where, over which ground, with which robot."""
 
-    start: PoseRequest = Field(
-        description='where the robot stands, such as {"x": 2, "y": 3, "yaw": 0}',
-        examples=[{"x": 4.0, "y": 4.0, "yaw": 0.0}],
-    )
+    start: PoseRequest = Field(examples=[{"x": 4.0, "y": 4.0, "yaw": 0.0}])
+    """where the robot stands, such as {"x": 2, "y": 3, "yaw": 0}"""
     goal: Goal = Field(
         description='where it shall go: {"x": 20, "y": 8}, anywhere in {"x": 20, "y": 8, '
         '"radius": 2} or in {"polygon": [[2, 2], [4, 2], [3, 5]]}, or one of {"any": [{"x": 20, '
         '"y": 8}, {"x": 4, "y": 9}]}',
         examples=[{"x": 28.0, "y": 30.0}],
     )
-    via: tuple[PoseRequest, ...] = Field(
-        default=(), max_length=50, description="up to 50 places to pass in this order"
-    )
+    via: tuple[PoseRequest, ...] = Field(default=(), max_length=50)
+    """up to 50 places to pass in this order"""
 
 
 class PlanRequest(TripRequest):
@@ -45,18 +42,12 @@ class PlanRequest(TripRequest):
         gt=0,
         description='s within which to arrive, above 0; only for the objective "energy"',
     )
-    alternatives: Whole = Field(
-        default=1, ge=1, le=5, description="how many different routes, a whole number from 1 to 5"
-    )
-    seed: Whole = Field(
-        default=0,
-        ge=0,
-        le=2**32 - 1,
-        description="of the random numbers, a whole number from 0 to 4294967295",
-    )
-    time_budget_s: Number = Field(
-        default=2.0, gt=0, le=600, description="seconds to search, above 0 up to 600"
-    )
+    alternatives: Whole = Field(default=1, ge=1, le=5)
+    """how many different routes, a whole number from 1 to 5"""
+    seed: Whole = Field(default=0, ge=0, le=2**32 - 1)
+    """of the random numbers, a whole number from 0 to 4294967295"""
+    time_budget_s: Number = Field(default=2.0, gt=0, le=600)
+    """seconds to search, above 0 up to 600"""
     iterations: Whole | None = Field(
         default=None,
         ge=1,
@@ -64,22 +55,15 @@ class PlanRequest(TripRequest):
         description="iterations to search instead of the time budget, which makes the answer "
         "reproducible; a whole number of at least 1",
     )
-    certify_s: Number | None = Field(
-        default=None,
-        gt=0,
-        le=600,
-        description="seconds for a closer lower bound, above 0 up to 600; left out, the quick one",
-    )
+    certify_s: Number | None = Field(default=None, gt=0, le=600)
+    """seconds for a closer lower bound, above 0 up to 600; left out, the quick one"""
     planner: Literal["least-energy", "bit*", "rrt*", "informed-rrt*"] = Field(
         default="least-energy",
         description="which of OMPL's planners: \"least-energy\" (joulepath's own) or one that "
         'samples, "bit*", "rrt*" or "informed-rrt*"',
     )
-    space: Literal["plane", "poses"] = Field(
-        default="plane",
-        description='where it plans: "plane" (x, y, with the yaw that costs least) or "poses" '
-        "(x, y, yaw)",
-    )
+    space: Literal["plane", "poses"] = "plane"
+    """where it plans: "plane" (x, y, with the yaw that costs least) or "poses" (x, y, yaw)"""
 
     @field_validator("max_duration_s")
     @classmethod
@@ -92,42 +76,25 @@ class PlanRequest(TripRequest):
 class FrontRequest(TripRequest):
     """A Pareto front of duration and energy: its ends and the number of routes."""
 
-    points: Whole = Field(
-        default=7,
-        ge=2,
-        le=30,
-        description="how many routes at most, a whole number from 2 to 30",
-    )
+    points: Whole = Field(default=7, ge=2, le=30)
+    """how many routes at most, a whole number from 2 to 30"""
 
 
 class MatrixRequest(SituationRequest):
     """The energy from each of some places to each of others."""
 
-    starts: tuple[PoseRequest, ...] = Field(
-        min_length=1,
-        max_length=1000,
-        description='1 to 1000 places to start from, such as [{"x": 2, "y": 3}, {"x": 8, "y": 1}]',
-    )
-    goals: tuple[PoseRequest, ...] | None = Field(
-        default=None,
-        min_length=1,
-        max_length=1000,
-        description="1 to 1000 places to go to; left out, the starts",
-    )
+    starts: tuple[PoseRequest, ...] = Field(min_length=1, max_length=1000)
+    """1 to 1000 places to start from, such as [{"x": 2, "y": 3}, {"x": 8, "y": 1}]"""
+    goals: tuple[PoseRequest, ...] | None = Field(default=None, min_length=1, max_length=1000)
+    """1 to 1000 places to go to; left out, the starts"""
 
 
 class ReachRequest(SituationRequest):
     """How far an energy takes the robot."""
 
-    start: PoseRequest = Field(
-        description='where the robot stands, such as {"x": 2, "y": 3}',
-        examples=[{"x": 4.0, "y": 4.0}],
-    )
-    energy_j: Number | None = Field(
-        default=None,
-        gt=0,
-        description="J to spend, above 0; left out, what is in the vehicle's battery",
-    )
-    and_back: bool = Field(
-        default=False, description="whether the energy has to last for the way back as well"
-    )
+    start: PoseRequest = Field(examples=[{"x": 4.0, "y": 4.0}])
+    """where the robot stands, such as {"x": 2, "y": 3}"""
+    energy_j: Number | None = Field(default=None, gt=0)
+    """J to spend, above 0; left out, what is in the vehicle's battery"""
+    and_back: bool = False
+    """whether the energy has to last for the way back as well"""

@@ -60,53 +60,40 @@ Name = Annotated[str, Field(min_length=1, max_length=1024), AfterValidator(_plai
 class Payload(Part):
     """What the robot carries, as one body."""
 
-    mass: Number = Field(default=0.0, ge=0, description="kg, a number of at least 0")
-    x: Number = Field(
-        default=0.0, description="m forward of the robot's geometric centre, a finite number"
-    )
-    y: Number = Field(
-        default=0.0, description="m left of the robot's geometric centre, a finite number"
-    )
-    height: Number | None = Field(
-        default=None,
-        ge=0,
-        description="m from the ground to the payload's centre of mass; "
-        "left out, that of the robot's own",
-    )
+    mass: Number = Field(default=0.0, ge=0)
+    """kg, a number of at least 0"""
+    x: Number = 0.0
+    """m forward of the robot's geometric centre, a finite number"""
+    y: Number = 0.0
+    """m left of the robot's geometric centre, a finite number"""
+    height: Number | None = Field(default=None, ge=0)
+    """m from the ground to the payload's centre of mass; left out, that of the robot's own"""
 
 
 class Wind(Part):
     """Velocity of the air over the ground."""
 
-    x: Number = Field(
-        default=0.0, ge=-100, le=100, description="m/s along the map's x, -100 to 100"
-    )
-    y: Number = Field(
-        default=0.0, ge=-100, le=100, description="m/s along the map's y, -100 to 100"
-    )
+    x: Number = Field(default=0.0, ge=-100, le=100)
+    """m/s along the map's x, -100 to 100"""
+    y: Number = Field(default=0.0, ge=-100, le=100)
+    """m/s along the map's y, -100 to 100"""
 
 
 class Conditions(Part):
     """Conditions that hold for the whole route; what is left out takes the model's reference."""
 
-    motor_temp: Number | None = Field(
-        default=None, ge=-60, le=250, description="motors at the start, °C, -60 to 250"
-    )
-    ambient_temp: Number | None = Field(
-        default=None, ge=-60, le=85, description="air, °C, -60 to 85"
-    )
-    wind: Wind = Field(
-        default=Wind(), description='the air\'s velocity in m/s, such as {"x": 3, "y": 0}'
-    )
-    sensor_rate: Number | None = Field(
-        default=None, ge=0, le=1e6, description="samples per second, Hz, 0 to 1000000"
-    )
-    battery_voltage: Number | None = Field(
-        default=None, gt=0, le=2000, description="V at the battery, above 0 up to 2000"
-    )
-    battery_charge: Number | None = Field(
-        default=None, ge=0, le=1, description="share of the battery's capacity, 0 to 1"
-    )
+    motor_temp: Number | None = Field(default=None, ge=-60, le=250)
+    """motors at the start, °C, -60 to 250"""
+    ambient_temp: Number | None = Field(default=None, ge=-60, le=85)
+    """air, °C, -60 to 85"""
+    wind: Wind = Wind()
+    """the air's velocity in m/s, such as {"x": 3, "y": 0}"""
+    sensor_rate: Number | None = Field(default=None, ge=0, le=1e6)
+    """samples per second, Hz, 0 to 1000000"""
+    battery_voltage: Number | None = Field(default=None, gt=0, le=2000)
+    """V at the battery, above 0 up to 2000"""
+    battery_charge: Number | None = Field(default=None, ge=0, le=1)
+    """share of the battery's capacity, 0 to 1"""
 
 
 class SituationRequest(Part):
@@ -115,26 +102,20 @@ class SituationRequest(Part):
     default_vehicle: ClassVar[str] = DEFAULT_VEHICLE
     """Of a request that names neither a vehicle nor a model."""
 
-    map: Name = Field(
-        description="a name out of the catalogue of maps, or the path of a map's file",
-        examples=["jacksboro-1to100"],
-    )
+    map: Name = Field(examples=["jacksboro-1to100"])
+    """a name out of the catalogue of maps, or the path of a map's file"""
     vehicle: Name | None = Field(
         default=None,
         description="a name out of the catalogue of vehicles, or the path of a vehicle's TOML; "
         f"{DEFAULT_VEHICLE} when neither vehicle nor model is given",
         examples=[DEFAULT_VEHICLE],
     )
-    model: Name | None = Field(
-        default=None, description="path of a saved power model, instead of a vehicle"
-    )
-    payload: Payload = Field(
-        default=Payload(), description='what it carries, such as {"mass": 5, "x": 0.1}'
-    )
-    conditions: Conditions = Field(
-        default=Conditions(),
-        description='circumstances, such as {"motor_temp": 60, "wind": {"x": 3}}',
-    )
+    model: Name | None = None
+    """path of a saved power model, instead of a vehicle"""
+    payload: Payload = Payload()
+    """what it carries, such as {"mass": 5, "x": 0.1}"""
+    conditions: Conditions = Conditions()
+    """circumstances, such as {"motor_temp": 60, "wind": {"x": 3}}"""
 
     avoid: tuple[Area, ...] = Field(
         default=(),
