@@ -3,8 +3,8 @@
     for candidate in further_candidates(run, attempt, begun): ...
 
 The grid searches again with perturbed edge costs, for paths that cost about the same and end in
-other homotopy classes once they are smoothed, and away from what was found. The best of these paths
-are smoothed with other waypoint distances and corner penalties. Then waypoint descent moves the
+other homotopy classes once they are smoothed. The best of these paths are smoothed with other
+waypoint distances and corner penalties. Then waypoint descent moves the
 waypoints of the best ones while their trajectories get cheaper.
 """
 
@@ -22,7 +22,6 @@ from planner.arrays import Array
 from planner.search.field import CostField
 from planner.search.results import Route
 from planner.search.run import Run
-from planner.search.solve.alternatives import nearness
 from planner.search.solve.grid_planner import near_path_of
 from planner.search.solve.pipeline import Attempt, Candidate, Legs, drive_legs, with_costs
 from planner.search.waypoints import optimise_waypoints, refine
@@ -30,12 +29,8 @@ from planner.search.waypoints import optimise_waypoints, refine
 PERTURBATION, GRAIN = 0.03, 3.0
 """Standard deviation of the logarithm of a perturbed cost, and its grain in cells: paths that cost
 about the same before they are smoothed come out in turn."""
-DETOURS, PERTURBED_BEFORE_EACH = 2, 3
-"""Searches away from what was found, at most, and searches with perturbed costs before each."""
-DETOUR_PENALTY = 0.1
-"""Share by which ground near a known route costs more in a search away from it."""
 SEARCHES = 6
-"""Searches of both kinds where iterations are given, which make an answer reproducible."""
+"""Searches where iterations are given, which make an answer reproducible."""
 SMOOTHED_AGAIN = 4
 """Paths that are smoothed otherwise."""
 WAYPOINT_CELLS, PENALTY_SHARES = (4.0, 8.0, 6.0, 12.0, 3.0, 16.0), (1.0, 0.3, 0.1, 3.0)
@@ -73,7 +68,7 @@ def further_candidates(run: Run, attempt: Attempt, begun: float) -> Iterator[Can
     found: list[tuple[Route, Legs, list[Array]]] = []
     if attempt.route is not None and attempt.legs is not None:
         found.append((attempt.route, attempt.legs, attempt.paths or []))
-    others = other_paths(run, attempt, [route for route, _, _ in found])
+    others = other_paths(run, attempt)
     for number in itertools.count():
         if counted and number == SEARCHES:
             return
@@ -92,27 +87,15 @@ def further_candidates(run: Run, attempt: Attempt, begun: float) -> Iterator[Can
     yield from with_waypoints_optimised(run, attempt.field, known, left)
 
 
-def other_paths(run: Run, attempt: Attempt, known: list[Route]) -> Iterator[tuple[str, Attempt]]:
-    """Attempts with perturbed costs without end, and now and then one away from what was found.
-
-    ``known`` gets every route that comes of them.
-    """
-    objective, own = run.request.objective, attempt.field
-    random = np.random.default_rng(run.request.seed)
-    penalty, detours = np.ones(own.heights.shape), 0
+def other_paths(run: Run, attempt: Attempt) -> Iterator[tuple[str, Attempt]]:
+    """Attempts with perturbed costs, without end, each with the name of its source."""
+    own, random = attempt.field, np.random.default_rng(run.request.seed)
     for number in itertools.count(1):
         run.step(0.6, "other homotopy classes")
         grain = gaussian_filter(random.standard_normal(own.heights.shape), GRAIN)
-        perturbed = own.factor * np.exp(PERTURBATION / grain.std() * grain)
-        searches = [(f"perturbed costs {number}", perturbed)]
-        if number % PERTURBED_BEFORE_EACH == 0 and detours < DETOURS and known:
-            detours += 1
-            penalty = penalty * (1.0 + DETOUR_PENALTY * nearness(known[-1], own))
-            searches.append((f"detour {detours}", own.factor * penalty))
-        for source, factor in searches:
-            other = near_path_of(run, own, factor, objective)
-            known += [] if other.route is None else [other.route]
-            yield source, other
+        factor = own.factor * np.exp(PERTURBATION / grain.std() * grain)
+        other = near_path_of(run, own, factor, run.request.objective)
+        yield f"perturbed costs {number}", other
 
 
 def smoothed_otherwise(
