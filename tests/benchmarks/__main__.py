@@ -33,6 +33,7 @@ MEASUREMENTS = {
     "service: CPU of an empty job": serving.empty_job,
     "service: clients that hang up": serving.hanging_up,
     "service: first starts side by side": serving.first_starts,
+    "OMPL's frame of an answer": routes.frame,
     "OMPL's samplers over least-energy, fixed maps": routes.measure,
     "planners side by side": side_by_side,
     "times of answers": lambda: planning.times(20),
