@@ -156,7 +156,7 @@ def test_cold_grease_falls_and_heat_rises_with_temperature() -> None:
     assert np.all(np.diff(heat) > 0.0)
 
 
-def test_twins_have_the_same_shape() -> None:
+def test_aliases_have_the_same_shape() -> None:
     # Where the catalogue says that two effects are one, their shares are in proportion.
     rows = rows_from(vx=np.linspace(0.3, 1.0, 8))
     bare = model_with()

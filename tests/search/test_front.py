@@ -106,7 +106,7 @@ def test_what_is_said_of_a_front(front):
     assert front._repr_html_().count("<circle") == len(front.points)
 
 
-def test_no_way_and_what_cannot_be_used():
+def test_no_path_and_what_cannot_be_used():
     obstacles = np.zeros((40, 40), bool)
     obstacles[20, :] = True
     barred = Terrain.from_arrays(np.zeros((40, 40)), cell=(0.5, 0.5), obstacles=obstacles)

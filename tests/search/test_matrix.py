@@ -55,7 +55,7 @@ def test_keywords_lie_over_a_request_that_is_ready(relief):
     assert loaded.energy_j[1, 0] > 1.1 * matrix.energy_j[1, 0]
 
 
-def test_no_way_is_said_in_a_matrix():
+def test_a_matrix_reports_a_missing_path():
     obstacles = np.zeros((40, 40), bool)
     obstacles[20, :] = True
     terrain = Terrain.from_arrays(np.zeros((40, 40)), cell=(0.5, 0.5), obstacles=obstacles)

@@ -48,7 +48,7 @@ def test_bars_of_energy_are_as_long_as_their_energies() -> None:
     )
 
 
-def test_heights_lie_along_the_way() -> None:
+def test_heights_lie_along_the_path() -> None:
     one = route()
     drawing = ElementTree.fromstring(height_chart({"route": one}))
     x0, x1, y0, y1 = map(float, drawing.attrib["data-range"].split(","))

@@ -62,7 +62,7 @@ def test_a_line_on_a_plane_costs_its_length(relief):
     assert segment_cost(field, 12.0, 12.0, 12.0, 12.0, field.step) == 0.0
 
 
-def test_ground_twice_as_dear_costs_twice(relief):
+def test_ground_at_twice_the_cost_costs_twice(relief):
     dear = relief._replace(factor=np.full(relief.heights.shape, 2.0))
     line = (4.0, 5.0, 19.0, 13.0)
     once = segment_cost(relief, *line, relief.step)

@@ -92,7 +92,7 @@ def test_least_costs_are_those_of_an_independent_search(relief):
     assert found[apart] == pytest.approx(expected[apart], rel=0.02)
 
 
-def test_there_is_no_way_through_a_wall(relief):
+def test_there_is_no_path_through_a_wall(relief):
     field, lattice = relief
     goal = (3.0, 15.0)
     to_go = cost_to_go(field, lattice, goal)
@@ -136,7 +136,7 @@ def test_cost_of_level_ground_is_that_of_its_metres():
         assert least < lost < most
 
 
-def test_ground_twice_as_dear_costs_twice(relief):
+def test_ground_at_twice_the_cost_costs_twice(relief):
     field, lattice = relief
     start, goal = (4.0, 4.0), (16.0, 6.0)
     dear = field._replace(factor=np.full(field.heights.shape, 2.0))

@@ -97,7 +97,7 @@ def test_wind_and_avoided_ground_cost_with_poses_too():
     assert doubled.between(a, b) == pytest.approx(2.0 * calm.between(a, b))
 
 
-def test_what_stands_in_the_way_is_infeasible():
+def test_what_stands_across_the_path_is_infeasible():
     heights = hills(48, rms_degrees=1.0)
     blocked = np.zeros(heights.shape, bool)
     blocked[20:28, 20:28] = True

@@ -85,7 +85,7 @@ def test_where_the_body_cannot_turn_is_named():
     assert x > 8.5, answer.reason
 
 
-def test_a_corner_without_room_is_no_way():
+def test_a_corner_without_room_is_no_path():
     """In a chamber of 0.9 m a body of 0.96 m does not turn from one corridor into the other."""
     assert way_through(bent_corridor(0.9)) is None
 
@@ -120,7 +120,7 @@ def test_yaw_at_the_ends_is_kept_and_paid_for():
     assert fixed.cost >= free.cost - 1e-3
 
 
-def test_refinement_keeps_to_the_yaw_of_the_way():
+def test_refinement_keeps_to_the_yaw_of_the_path():
     """Near the way and near obstacles some angles are left, far from it none, in the open all."""
     ground = bent_corridor(3.0)
     _, field = asked(ground)

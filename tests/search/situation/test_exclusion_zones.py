@@ -41,7 +41,7 @@ def test_a_circle_is_driven_round(level):
     assert conditions.energy_j > straight.energy_j
 
 
-def test_a_polygon_that_bars_the_way_leaves_none(level):
+def test_a_polygon_across_every_path_leaves_none(level):
     bar = [[9.5, -1.0], [10.5, -1.0], [10.5, 11.0], [9.5, 11.0]]
     answer = plan_route(terrain=level, **WAY, avoid=[{"polygon": bar}])
     assert answer.status == "no_route"

@@ -75,7 +75,9 @@ def test_order_and_limit_are_those_of_what_is_asked_for() -> None:
         (0.5, 150.0, 1.6, True),
     ],
 )
-def test_how_far_apart_two_ways_are(cell: float, scale: float, aside: float, differs: bool) -> None:
+def test_how_far_apart_two_paths_are(
+    cell: float, scale: float, aside: float, differs: bool
+) -> None:
     best = route(0.0, energy=100.0, scale=scale)
     other = route(aside, energy=101.0, scale=scale)
     routes, _ = find_alternatives(best, 2, found([other]), field(cell / min(scale, 1.0), scale))

@@ -40,7 +40,7 @@ def bent(run, attempt):
     return field, legs, drive_legs(run, field, legs, "energy")
 
 
-def test_moving_knots_only_ever_makes_the_motion_cheaper(asked):
+def test_waypoint_descent_only_ever_makes_the_motion_cheaper(asked):
     run, attempt = asked
     field, legs, route = bent(run, attempt)
     found = list(with_waypoints_optimised(run, field, [(route, legs)], lambda: 30.0))
@@ -55,13 +55,13 @@ def test_moving_knots_only_ever_makes_the_motion_cheaper(asked):
         assert at == pytest.approx((ENDS[end]["x"], ENDS[end]["y"]), abs=1e-6)
 
 
-def test_no_knot_moves_once_the_time_is_up(asked):
+def test_no_waypoint_moves_once_the_time_is_up(asked):
     run, attempt = asked
     field, legs, route = bent(run, attempt)
     assert not list(with_waypoints_optimised(run, field, [(route, legs)], lambda: 0.0))
 
 
-def test_shaken_costs_lead_elsewhere_and_are_not_what_a_route_is_priced_with(asked):
+def test_perturbed_costs_lead_elsewhere_and_are_not_what_a_route_is_priced_with(asked):
     run, attempt = asked
     random = np.random.default_rng(3)
     shape = attempt.field.heights.shape
@@ -77,7 +77,7 @@ def test_shaken_costs_lead_elsewhere_and_are_not_what_a_route_is_priced_with(ask
     assert other.route.energy_j == pytest.approx(own.energy_j, rel=1e-3)
 
 
-def test_other_ways_repeat_for_a_seed(asked):
+def test_other_paths_repeat_for_a_seed(asked):
     run, attempt = asked
 
     def first_two():

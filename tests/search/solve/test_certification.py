@@ -35,7 +35,7 @@ def test_the_certified_bound_is_closer_and_below_every_route(quick):
     assert closer.routes[0].gap < quick.routes[0].gap
 
 
-def test_legs_add_up_to_no_more_than_the_way():
+def test_legs_add_up_to_no_more_than_the_path():
     """A place on the way can only make it dearer, and so can the sum of two bounds."""
     via = plan_route(ASKED, certify_s=4.0, via=[{"x": 6.0, "y": 14.0}]).routes[0]
     assert via.lower_bound_j <= via.energy_j

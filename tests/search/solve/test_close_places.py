@@ -115,7 +115,7 @@ def test_goals_fractions_of_a_millimetre_to_a_decimetre_away(relief, yaws):
 
 
 @pytest.mark.parametrize("vehicle", ["minibalance", "robotino"])
-def test_a_via_a_millimetre_beside_the_way(relief, vehicle):
+def test_a_via_a_millimetre_beside_the_path(relief, vehicle):
     """To the side, so that the robot stops there and turns: the whole way costs little more."""
     beside = {"x": START["x"] - 6e-4, "y": START["y"] + 8e-4, "yaw": 1.0}
     route = route_of(relief, vehicle=vehicle, start=START, via=[beside], goal=GOAL)

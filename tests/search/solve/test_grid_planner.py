@@ -35,7 +35,7 @@ def test_answers_at_once_are_cheaper_for_it_and_keep_all_limits(monkeypatch, goa
     assert not broken_limits(found.field, run.conditions, found.route.motion)
 
 
-def test_ways_beside_one_whose_bends_cost_much_are_tried_but_never_taken_at_a_loss(monkeypatch):
+def test_detours_from_expensive_bends_are_tried_but_never_taken_at_a_loss(monkeypatch):
     relief = Terrain.from_arrays(hills(128, rms_degrees=9.0, seed=11), cell=(0.25, 0.25))
     ends = {"start": {"x": 2.0, "y": 3.0}, "goal": {"x": 29.0, "y": 27.0}}
     detours: list[float] = []
@@ -56,7 +56,7 @@ def test_ways_beside_one_whose_bends_cost_much_are_tried_but_never_taken_at_a_lo
     assert found <= plan_route(terrain=relief, **ends).routes[0].energy_j
 
 
-def test_where_bends_cost_much_a_way_beside_can_be_cheaper(monkeypatch):
+def test_where_bends_cost_much_a_detour_can_be_cheaper(monkeypatch):
     relief = open_map("fractal-512")
     ends = {"start": {"x": 60.0, "y": 60.0}, "goal": {"x": 75.69457456465163, "y": 24.125}}
     found = plan_route(terrain=relief, **ends).routes[0].energy_j

@@ -60,7 +60,7 @@ def test_who_stops_before_gets_nothing(relief):
         plan_route(terrain=relief, **ENDS, cancelled=lambda: True)
 
 
-def test_no_straight_way_dissipates_less_than_its_metres(relief):
+def test_no_straight_path_dissipates_less_than_its_metres(relief):
     """Another aim's way whose metres alone cost more than the best route is not driven."""
     situation = situation_of(SituationRequest(map="hills"), terrain=relief)
     field, conditions = situation.field("energy"), situation.conditions

@@ -58,7 +58,7 @@ def test_a_contour_is_driven_with_the_body_turned_a_little_downhill(steady, azim
     assert seen >= 3
 
 
-def test_nobody_leans_on_the_level_or_straight_up(steady):
+def test_no_crab_angle_on_the_level_or_straight_up(steady):
     """Where no force is across the travel there is nothing to hold."""
     costs, _ = steady
     assert not costs.crab_angle[..., 0].any()
@@ -66,7 +66,7 @@ def test_nobody_leans_on_the_level_or_straight_up(steady):
         assert not costs.crab_angle[0, [AHEAD, YAWS // 2], azimuth].any()
 
 
-def test_leans_are_mirrored_with_the_slope(steady):
+def test_crab_angles_are_mirrored_with_the_slope(steady):
     """A slope to the right is answered like one to the left."""
     costs, _ = steady
     mirrored = -costs.crab_angle[0][:, -np.arange(DIRECTIONS)][-np.arange(YAWS)]

@@ -27,7 +27,7 @@ def driven():
     return case.field, conditions, motion
 
 
-def test_rows_add_up_to_the_duration_and_to_the_way(driven) -> None:
+def test_rows_add_up_to_the_duration_and_to_the_length(driven) -> None:
     field, conditions, motion = driven
     rows, seconds, owner = motion_rows(field, motion, conditions.class_rows, conditions.wind)
     assert seconds.sum() == pytest.approx(motion.time[-1])
@@ -42,7 +42,7 @@ def test_rows_add_up_to_the_duration_and_to_the_way(driven) -> None:
     assert turned == pytest.approx(motion.yaw[-1] - motion.yaw[0], abs=1e-9)
 
 
-def test_stations_ride_on_the_surface_from_rest_to_rest(driven) -> None:
+def test_samples_lie_on_the_surface_from_rest_to_rest(driven) -> None:
     field, _, motion = driven
     heights, _ = sample_surface(field, np.column_stack([motion.x, motion.y]))
     np.testing.assert_allclose(motion.heights, heights)

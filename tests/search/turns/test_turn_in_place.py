@@ -59,7 +59,7 @@ def test_nobody_turns_where_a_limit_breaks(conditions) -> None:
     assert np.isinf(costs_of(conditions, np.array([[3.0, 0.0]]))[0, ::SPUN]).all()
 
 
-def test_the_cheapest_way_round_is_that_of_all_ways() -> None:
+def test_the_cheapest_path_round_is_that_of_all_paths() -> None:
     """Against a look at every pair of angles, both ways round."""
     random = np.random.default_rng(6)
     driven, spin_cost = random.uniform(0.0, 40.0, STATES), random.uniform(1.0, 5.0, STATES)

@@ -44,7 +44,7 @@ def ways_across(field, count=40):
     return found
 
 
-def test_no_band_makes_a_way_dearer(rough, monkeypatch):
+def test_no_band_makes_a_path_more_expensive(rough, monkeypatch):
     """A band prices pieces at fewer points, and once found the path itself impassable."""
 
     def deceived(field, path, *_):

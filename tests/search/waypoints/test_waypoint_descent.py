@@ -35,7 +35,7 @@ def test_a_parabola_leads_to_where_it_is_least():
     np.testing.assert_allclose(optimise_waypoints.to_least(*values), least, atol=1e-9)
 
 
-def test_a_knot_on_a_crest_goes_down_and_one_in_a_trough_between_walls_stays():
+def test_a_waypoint_on_a_crest_goes_down_and_one_in_a_trough_between_walls_stays():
     low = np.array([1.0, 3.0, np.inf, np.inf, 2.0, np.inf])
     here = np.array([2.0, 4.0, 4.0, 4.0, 2.0, np.inf])
     high = np.array([2.5, 1.0, 3.0, 5.0, 2.0, np.inf])
@@ -43,7 +43,7 @@ def test_a_knot_on_a_crest_goes_down_and_one_in_a_trough_between_walls_stays():
     np.testing.assert_array_equal(optimise_waypoints.to_least(low, here, high), expected)
 
 
-def test_what_is_spent_between_knots_adds_up_to_the_whole(hilly):
+def test_what_is_spent_between_waypoints_adds_up_to_the_whole(hilly):
     situation, field = hilly
     knots = np.column_stack([np.linspace(3.0, 20.0, 9), 12.0 + np.sin(np.arange(9))])
     way = optimise_waypoints.drive_roughly(field, situation.conditions, (knots,), FREE)
@@ -64,7 +64,7 @@ def test_what_is_spent_up_to_a_place_is_read_where_the_motion_is_nearest():
     np.testing.assert_allclose(found, along, atol=1e-9)
 
 
-def test_on_level_ground_a_bent_way_becomes_straight(level):
+def test_on_level_ground_a_bent_path_becomes_straight(level):
     situation, field = level
     ends = np.array([[3.0, 3.0], [20.0, 14.0]])
     straight = optimise_waypoints.drive_roughly(field, situation.conditions, (ends,), FREE)
@@ -96,7 +96,7 @@ def test_ends_and_places_to_pass_stay_where_they_are(hilly):
         np.testing.assert_array_equal(after[[0, -1]], before[[0, -1]])
 
 
-def test_no_knot_moves_to_where_nobody_can_drive():
+def test_no_waypoint_moves_to_where_nobody_can_drive():
     picture = "\n".join(
         "." * 40 if j < 12 or j > 14 else "." * 12 + "#" * 16 + "." * 12 for j in range(24)
     )
@@ -112,7 +112,7 @@ def test_no_knot_moves_to_where_nobody_can_drive():
     np.testing.assert_allclose(free, knots - 0.1 * shifts)
 
 
-def test_nothing_is_polished_once_the_caller_wants_to_stop(hilly):
+def test_no_waypoint_is_optimised_once_the_caller_wants_to_stop(hilly):
     situation, field = hilly
 
     def stop() -> None:

@@ -65,7 +65,7 @@ def test_nothing_missing_gives_way_to_much_less_error_only():
     assert more_credible(first, second := found(0.4)) is second
 
 
-def test_tameness_does_not_decide_where_a_sensor_is_blamed():
+def test_simplicity_does_not_decide_where_a_sensor_fault_is_named():
     # The two would be errors of different logs.
     first = found(1.0, ends=3, sensors=(object(),))
     assert more_credible(first, found(1.0)) is first

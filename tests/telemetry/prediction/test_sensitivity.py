@@ -35,7 +35,7 @@ def model(request):
     return model_with("air_drag", "yaw_scrub", "wheel_preload", air_drag__drag_area=0.3)
 
 
-def test_lean_power_is_the_full_model_bit_by_bit(model):
+def test_reduced_power_is_the_full_model_bit_by_bit(model):
     np.testing.assert_array_equal(predict(model, steady_nodes(model, ROWS)), model.watts(ROWS))
 
 

@@ -98,7 +98,9 @@ def test_a_contest_is_stopped_between_two_fits(examined):
 
 
 @pytest.mark.parametrize(("wrong", "stands"), [(0.0, False), (0.05, True)])
-def test_a_sensor_is_blamed_where_the_log_without_its_error_is_likelier(examined, wrong, stands):
+def test_a_sensor_fault_is_named_where_the_log_without_its_error_is_likelier(
+    examined, wrong, stands
+):
     """What the sums say for it is not enough, once everything is fitted in full."""
     log, fitted, examination = examined
     kind = "heading_misalignment"
@@ -112,7 +114,7 @@ def test_a_sensor_is_blamed_where_the_log_without_its_error_is_likelier(examined
     assert confirmed(replace(log, rows=rows), fitted, examination, blamed, kind) is stands
 
 
-def test_what_is_selected_is_among_the_rivals_however_low_it_scores(examined):
+def test_what_is_selected_is_among_the_competitors_however_low_it_scores(examined):
     scorer = SubsetScorer(examined[2])
     scorer.admit((0,))
     scorer.admit((1,))
