@@ -60,10 +60,7 @@ def front_view(front: Front) -> View:
         ]
         for k, (one, point) in enumerate(zip(drawn, front.points, strict=True))
     ]
-    sections = (
-        section("", content),
-        section("Routes, fastest first", table("", heads, rows)),
-    )
+    sections = (section("", content), section("Routes, fastest first", table("", heads, rows)))
     return View(title, {"front": both, "curve": curve, "map": ground}, sections, content)
 
 

@@ -15,12 +15,7 @@ from planner.report.markup import Markup, element, joined, paragraph, section
 from planner.report.markup import figure as figure_of
 from planner.report.view import View
 from planner.report.workbench import sections
-from planner.report.workbench.bars import (
-    candidates_chart,
-    errors_chart,
-    regimes_chart,
-    runs_chart,
-)
+from planner.report.workbench.bars import candidates_chart, errors_chart, regimes_chart, runs_chart
 from planner.report.workbench.history import history_chart, history_table
 from planner.report.workbench.parameter_tables import known_parameters, parameters
 from planner.report.workbench.residual_charts import (
@@ -45,11 +40,7 @@ _CLOUDS: dict[str, dict[str, str]] = {"predicted": {}, "distribution": _NOISE, "
 
 
 def _view(
-    title: str,
-    look: Look,
-    names: dict[str, str],
-    pictures: dict[str, str],
-    parts: list[Markup],
+    title: str, look: Look, names: dict[str, str], pictures: dict[str, str], parts: list[Markup]
 ) -> View:
     """With a card of the first section and the most telling pictures."""
     main = [name for name in ("shape", "candidates") if name in pictures][:1]
