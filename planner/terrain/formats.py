@@ -80,7 +80,10 @@ def load_terrain(path: str | Path, *, max_cells: int = MOST_CELLS) -> Terrain:
     file = Path(path)
     ending = file.suffix.lower()
     try:
-        _check_readable(file)
+        require(file, not file.is_dir(), "is a folder", ACCEPTED)
+        require(file, file.exists(), "does not exist", ACCEPTED)
+        require(file, file.is_file(), "is not a file", ACCEPTED)
+        require(file, file.stat().st_size > 0, "is empty", ACCEPTED)
         found = _kind_by_content(file)
         no_format = f"has the ending '{ending}' of no heightmap format"
         named = f"is {found}, not a heightmap" if found else no_format
@@ -95,13 +98,6 @@ def load_terrain(path: str | Path, *, max_cells: int = MOST_CELLS) -> Terrain:
             file, f"cannot be read: {reason}", "a readable file within the memory of this machine"
         ) from problem
     return add_layers(terrain, file)
-
-
-def _check_readable(file: Path) -> None:
-    require(file, not file.is_dir(), "is a folder", ACCEPTED)
-    require(file, file.exists(), "does not exist", ACCEPTED)
-    require(file, file.is_file(), "is not a file", ACCEPTED)
-    require(file, file.stat().st_size > 0, "is empty", ACCEPTED)
 
 
 def _kind_by_content(file: Path) -> str | None:

@@ -100,17 +100,11 @@ class Terrain:
         z = np.array(heights, dtype=np.float64, order="C")
         _check_grid(name, z, cell, origin)
         shape = z.shape
-        is_known = np.isfinite(z)
-        if known is not None:
-            is_known &= _layer(name, "known", known, shape).astype(np.bool_)
+        is_known = np.isfinite(z) & _layer(name, "known", known, shape, fill=1).astype(np.bool_)
         some = "a grid with at least one height that is neither nodata nor NaN"
         require(name, bool(is_known.any()), "holds no known height", some)
-        stands = np.zeros(shape, dtype=np.bool_)
-        if obstacles is not None:
-            stands |= _layer(name, "obstacles", obstacles, shape).astype(np.bool_)
-        kinds = np.zeros(shape, dtype=np.uint8)
-        if ground is not None:
-            kinds += _layer(name, "ground", ground, shape).astype(np.uint8)
+        stands = _layer(name, "obstacles", obstacles, shape).astype(np.bool_)
+        kinds = _layer(name, "ground", ground, shape).astype(np.uint8)
         _check_ground(name, kinds, ground_classes)
         if not is_known.all():
             # Only so that the interpolation beside a hole meets a number; nobody rides over it.
@@ -243,8 +237,10 @@ def _check_grid(
     require(name, point, "has an origin that is not a point", centre, value=origin)
 
 
-def _layer(name: str, what: str, values: ArrayLike, shape: tuple[int, ...]) -> NDArray[Any]:
-    layer = np.asarray(values)
+def _layer(
+    name: str, what: str, values: ArrayLike | None, shape: tuple[int, ...], fill: int = 0
+) -> NDArray[Any]:
+    layer = np.full(shape, fill, np.uint8) if values is None else np.asarray(values)
     given = f"has a layer '{what}' of shape {layer.shape}"
     require(name, layer.shape == shape, given, f"the shape of its heights, {shape}")
     require(

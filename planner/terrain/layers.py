@@ -44,12 +44,9 @@ def add_layers(terrain: Terrain, file: Path) -> Terrain:
     if not sidecar.is_file():
         return terrain
     rows, legend, ground = _parse(sidecar, read_toml(sidecar), terrain.heights.shape)
-    classes: dict[str, GroundClass] = {}
-    for meaning in legend.values():
-        if meaning not in ("obstacle", "hole") and meaning not in classes:
-            classes[meaning] = _ground_class(sidecar, meaning, ground.get(meaning, {}))
+    names = [m for m in dict.fromkeys(legend.values()) if m not in ("obstacle", "hole")]
+    classes = tuple(_ground_class(sidecar, name, ground.get(name, {})) for name in names)
     picture = np.array([list(row) for row in rows])[::-1]
-    order = list(classes)
     obstacles = terrain.obstacles.copy()
     known = terrain.known.copy()
     kinds = np.zeros(picture.shape, dtype=np.uint8)
@@ -60,7 +57,7 @@ def add_layers(terrain: Terrain, file: Path) -> Terrain:
         elif meaning == "hole":
             known &= ~here
         else:
-            kinds[here] = order.index(meaning)
+            kinds[here] = names.index(meaning)
     some = bool(known.any())
     require(sidecar, some, "makes every cell a hole", "at least one cell of known height")
     return dataclasses.replace(
@@ -68,7 +65,7 @@ def add_layers(terrain: Terrain, file: Path) -> Terrain:
         obstacles=obstacles,
         known=known,
         ground=kinds,
-        ground_classes=tuple(classes.values()) or PLAIN_GROUND,
+        ground_classes=classes or PLAIN_GROUND,
     )
 
 

@@ -5,6 +5,7 @@ Colours of power: blue gives energy back, then yellow, orange, red to violet for
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
@@ -96,15 +97,11 @@ def coloured_pieces(route: Route) -> Iterator[tuple[str, list[int]]]:
     watts = seen(route.arrays["watts"])
     low, high = power_range(watts)
 
-    def step(k: int) -> int:
-        return -1 if watts[k] < 0 else round((watts[k] - low) / (high - low) * _STEPS)
-
-    first = 1
-    for k in range(2, len(watts) + 1):
-        if k == len(watts) or step(k) != step(first):
-            middle = float(np.median(watts[first:k]))
-            yield hexadecimal(power_colour(middle, low, high)), [*range(first - 1, k)]
-            first = k
+    steps = np.where(watts < 0, -1.0, np.rint((watts - low) / (high - low) * _STEPS))
+    changes = np.flatnonzero(np.diff(steps[1:])) + 2
+    for first, end in itertools.pairwise(np.unique([1, *changes, len(watts)]).tolist()):
+        middle = float(np.median(watts[first:end]))
+        yield hexadecimal(power_colour(middle, low, high)), [*range(first - 1, end)]
 
 
 def map_svg(answer: Answer, *, width: int = 720) -> Markup:

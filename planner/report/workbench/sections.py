@@ -58,8 +58,8 @@ VERDICTS = {
     ),
     "sensor_error": (
         "A sensor is wrong",
-        "An error of a sensor explains the residual better than any effect. Fix or correct the "
-        "sensor first; everything below is of the log corrected for it.",
+        "An error of a sensor explains the residual better than any effect. Repair or correct "
+        "the sensor first; everything below is of the log corrected for it.",
     ),
 }
 """Verdict → heading, and what follows from it."""
@@ -277,25 +277,22 @@ def not_told(diagnosis: Diagnosis) -> Markup:
 def _experiment(experiment: Document) -> Markup:
     heads = ["part", "load (kg)", "motors (°C)", "vx (m/s)", "vy (m/s)", "yaw rate (rad/s)"]
     heads += ["pitch (°)", "roll (°)", "acceleration (m/s²)", "for (s)"]
-    rows: list[list[object]] = []
-    for run in experiment["settings"].get("runs", ()):
-        heat = run.get("motor_temp")
-        for part in run["segments"]:
-            angles = [f"{math.degrees(part[name]):.3g}" for name in ("pitch", "roll")]
-            rows.append(
-                [
-                    len(rows) + 1,
-                    number(run.get("payload")),
-                    "as it is" if heat is None else number(heat),
-                    *(number(part[name]) for name in ("vx", "vy", "wz")),
-                    *angles,
-                    number(part["acceleration"]),
-                    number(part["seconds"]),
-                ]
-            )
+    rows = [
+        [
+            number(run.get("payload")),
+            number(run.get("motor_temp")) or "as it is",
+            *(number(part[name]) for name in ("vx", "vy", "wz")),
+            *(f"{math.degrees(part[name]):.3g}" for name in ("pitch", "roll")),
+            number(part["acceleration"]),
+            number(part["seconds"]),
+        ]
+        for run in experiment["settings"].get("runs", ())
+        for part in run["segments"]
+    ]
+    numbered = table("", heads, [[k, *row] for k, row in enumerate(rows, start=1)])
     what = f"To tell {' and '.join(experiment['separates'])} apart: "
     drive = paragraph(joined(what, element("b", experiment["run"])), "experiment")
-    return joined(drive, folded("settings", table("", heads, rows)))
+    return joined(drive, folded("settings", numbered))
 
 
 def by_run(runs: Sequence[RunComparison], pictures: Pictures) -> Markup:
