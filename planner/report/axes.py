@@ -13,13 +13,14 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.arrays import Array
-from planner.report.drawing import chart, shortened, width_of
-from planner.report.markup import plain
+from planner.report.drawing import chart, circle, line, rectangle, shortened, text, width_of
+from planner.report.markup import Markup, element, joined
 
 Range = tuple[float, float]
 
@@ -128,14 +129,14 @@ class Axes:
         """Pixel at which the frame ends: numbers stand below."""
         return float(self.height - BOTTOM) if self.inner is None else self.inner[3]
 
-    def x(self, value: Array | float) -> Array:
-        """Pixels from the left."""
+    def x(self, value: Array | float) -> Any:
+        """Pixels from the left; a number for a number."""
         low, high = self.x_range
         inner = self.right - self.left
         return self.left + (np.asarray(value, float) - low) / (high - low or 1.0) * inner
 
-    def y(self, value: Array | float) -> Array:
-        """Pixels from the top."""
+    def y(self, value: Array | float) -> Any:
+        """Pixels from the top; a number for a number."""
         low, high = self.y_range
         inner = self.bottom - self.top
         return self.top + (high - np.asarray(value, float)) / (high - low or 1.0) * inner
@@ -146,92 +147,91 @@ class Axes:
 
     # Marks within the frame.
 
-    def line(self, xs: Array, ys: Array, kind: str) -> str:
+    def line(self, xs: Array, ys: Array, kind: str) -> Markup:
         """A line."""
-        return f'<polyline points="{self.points(xs, self._inside(ys))}" class="{kind}"/>'
+        return element("polyline", points=self.points(xs, self._inside(ys)), kind=kind)
 
-    def area(self, xs: Array, low: Array, high: Array, kind: str) -> str:
+    def area(self, xs: Array, low: Array, high: Array, kind: str = "", **further: Any) -> Markup:
         """What lies between two lines."""
         low, high = self._inside(low), self._inside(high)
         outline = f"{self.points(xs, high)} {self.points(xs[::-1], low[::-1])}"
-        return f'<polygon points="{outline}" class="{kind} area"/>'
+        return element("polygon", points=outline, kind=kind, **further)
 
-    def dots(self, xs: Array, ys: Array, kind: str, radius: float = 3.0) -> str:
+    def dots(self, xs: Array, ys: Array, kind: str, radius: float = 3.0) -> Markup:
         """Points large enough to be told apart."""
-        return "".join(
-            f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{radius}" class="{kind} solid"/>'
-            for x, y in zip(self.x(xs), self.y(self._inside(ys)), strict=True)
-        )
+        places = zip(self.x(xs), self.y(self._inside(ys)), strict=True)
+        return joined(*(circle(x, y, radius, f"{kind} solid") for x, y in places))
 
-    def cloud(self, xs: Array, ys: Array, kind: str) -> str:
+    def cloud(self, xs: Array, ys: Array, kind: str) -> Markup:
         """Thousands of points as one path, which stays small."""
         known = np.isfinite(xs) & np.isfinite(ys)
         places = zip(self.x(xs[known]), self.y(self._inside(ys[known])), strict=True)
         path = "".join(f"M{x:.1f} {y:.1f}h0" for x, y in places)
-        return f'<path d="{path}" class="{kind} points"/>'
+        return element("path", d=path, kind=f"{kind} points")
 
-    def whiskers(self, xs: Array, low: Array, high: Array, kind: str) -> str:
+    def whiskers(self, xs: Array, low: Array, high: Array, kind: str) -> Markup:
         """Intervals as upright lines."""
         ends = (self.y(self._inside(values)) for values in (low, high))
-        return "".join(
-            f'<line x1="{x:.1f}" x2="{x:.1f}" y1="{a:.1f}" y2="{b:.1f}" class="{kind} line"/>'
-            for x, a, b in zip(self.x(xs), *ends, strict=True)
-        )
+        places = zip(self.x(xs), *ends, strict=True)
+        return joined(*(line(x, a, x, b, f"{kind} line") for x, a, b in places))
 
     def bar(
-        self, start: float, end: float, y: float, height: float, kind: str, said: str = ""
-    ) -> str:
-        """A level bar from one number to another; ``y`` and ``height`` are pixels."""
-        a, b = float(self.x(start)), float(self.x(end))
-        title = f"<title>{plain(said)}</title>" if said else ""
-        return (
-            f'<rect x="{min(a, b):.1f}" y="{y:.1f}" width="{max(abs(b - a), 1.0):.1f}" '
-            f'height="{height}" rx="2" class="{kind}">{title}</rect>'
-        )
+        self,
+        start: float,
+        end: float,
+        y: float,
+        height: float,
+        kind: str,
+        rx: float = 2.0,
+        **further: Any,
+    ) -> Markup:
+        """A level bar from one number to another; ``y``, ``height`` and ``rx`` are pixels."""
+        a, b = sorted((self.x(start), self.x(end)))
+        return rectangle(a, y, max(b - a, 1.0), height, kind, rx=rx, **further)
 
-    def mark(self, value: float, top: float, bottom: float, kind: str) -> str:
+    def mark(self, value: float, top: float, bottom: float, kind: str) -> Markup:
         """An upright line at a number, between two pixels."""
-        x = float(self.x(value))
-        return f'<line x1="{x:.1f}" x2="{x:.1f}" y1="{top:.1f}" y2="{bottom:.1f}" class="{kind}"/>'
+        x = self.x(value)
+        return line(x, top, x, bottom, kind)
 
     def _inside(self, ys: Array) -> Array:
         return np.clip(ys, *self.y_range)
 
     # The frame.
 
-    def grid(self) -> str:
+    def grid(self) -> Markup:
         """Level lines with their numbers."""
         parts = []
         for value, words in self.y_ticks.items():
-            y = float(self.y(value))
-            parts.append(
-                f'<line x1="{self.left:.1f}" x2="{self.right:.1f}" y1="{y:.1f}" y2="{y:.1f}" '
-                f'class="{"zero" if value == 0 else "grid"}"/>'
-                f'<text x="{self.left - 6:.1f}" y="{y + 3.5:.1f}" text-anchor="end">{words}</text>'
-            )
-        return "".join(parts)
+            y = self.y(value)
+            parts.append(line(self.left, y, self.right, y, "grid" if value else "zero"))
+            parts.append(text(self.left - 6, y + 3.5, words, anchor="end"))
+        return joined(*parts)
 
-    def frame(self, x_label: str, y_label: str) -> str:
+    def frame(self, x_label: str, y_label: str) -> Markup:
         """Grid, numbers and labels."""
-        parts = [self.grid()]
-        for value, words in self.x_ticks.items():
-            x = float(self.x(value))
-            parts.append(
-                f'<text x="{x:.1f}" y="{self.height - 10}" text-anchor="middle">'
-                f"{plain(words)}</text>"
-            )
+        numbers = [
+            text(self.x(value), self.height - 10, words, anchor="middle")
+            for value, words in self.x_ticks.items()
+        ]
         middle = (self.top + self.bottom) / 2
-        parts.append(
-            f'<text class="label" transform="translate(11 {middle:.0f}) rotate(-90)" '
-            f'text-anchor="middle">{plain(y_label)}</text>'
-            f'<text class="label" x="{self.right:.1f}" y="{self.height + 3}" '
-            f'text-anchor="end">{plain(x_label)}</text>'
+        upright = f"translate(11 {middle:.0f}) rotate(-90)"
+        return joined(
+            self.grid(),
+            *numbers,
+            text(0, 0, y_label, "label", "middle", transform=upright),
+            text(self.right, self.height + 3, x_label, "label", "end"),
         )
-        return "".join(parts)
 
-    def svg(self, content: str, title: str, description: str = "") -> str:
+    def svg(self, content: str, title: str, description: str = "") -> Markup:
         """The finished chart; the description is for those who cannot see it."""
         (x0, x1), (y0, y1) = self.x_range, self.y_range
-        inner = f"{self.left:.1f},{self.top:.0f},{self.right:.1f},{self.bottom:.0f}"
-        placed = f'data-range="{x0},{x1},{y0},{y1}" data-inner="{inner}"'
-        return chart(self.width, self.height + 7, content, title, description, placed=placed)
+        return chart(
+            self.width,
+            self.height + 7,
+            content,
+            title,
+            description,
+            data_range=f"{x0},{x1},{y0},{y1}",
+            data_inner=f"{self.left:.1f},{self.top:.0f},{self.right:.1f},{self.bottom:.0f}",
+        )

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from typing import Any
 
-from planner.report.markup import plain
+from planner.report.markup import Markup, element
 
 _GAP = 12
 
@@ -23,8 +24,8 @@ def chart(
     description: str = "",
     *,
     kind: str = "chart",
-    placed: str = "",
-) -> str:
+    **placed: Any,
+) -> Markup:
     """A drawing as SVG, not drawn much larger than its numbers can be read.
 
     Args:
@@ -32,13 +33,18 @@ def chart(
         content: elements.
         title, description: for those who cannot see it; the title shows under the pointer too.
         kind: classes of the style sheet.
-        placed: further attributes.
+        placed: further attributes of the element.
     """
-    told = f"<desc>{plain(description)}</desc>" if description else ""
-    return (
-        f'<svg class="{kind}" viewBox="0 0 {width:.0f} {height:.0f}" role="img" '
-        f'style="max-width:{1.2 * width:.0f}px" {placed}>'
-        f"<title>{plain(title)}</title>{told}{content}</svg>"
+    return element(
+        "svg",
+        element("title", title),
+        element("desc", description) if description else "",
+        Markup(content),
+        kind=kind,
+        viewBox=f"0 0 {width:.0f} {height:.0f}",
+        role="img",
+        style=f"max-width:{1.2 * width:.0f}px",
+        **placed,
     )
 
 
@@ -49,25 +55,42 @@ def size_of(drawing: str) -> tuple[int, int]:
     return int(found[1]), int(found[2])
 
 
-def beside(columns: Sequence[Sequence[str]], title: str) -> str:
+def beside(columns: Sequence[Sequence[str]], title: str) -> Markup:
     """Several drawings as one: columns from left to right, each from top to bottom."""
     parts, x, bottom = [], 0, 0
     for column in columns:
         y, wide = 0, 0
         for drawing in column:
             width, height = size_of(drawing)
-            inner = drawing.split(">", 1)[1].removesuffix("</svg>")
-            parts.append(f'<g transform="translate({x} {y})">{inner}</g>')
+            inner = Markup(drawing.split(">", 1)[1].removesuffix("</svg>"))
+            parts.append(element("g", inner, transform=f"translate({x} {y})"))
             y, wide = y + height + _GAP, max(wide, width)
         x, bottom = x + wide + _GAP, max(bottom, y)
     return chart(x - _GAP, bottom - _GAP, "".join(parts), title)
 
 
-def text(x: float, y: float, words: str, kind: str = "", anchor: str = "start") -> str:
-    """Words of a drawing."""
-    of = f' class="{kind}"' if kind else ""
-    turned = "" if anchor == "start" else f' text-anchor="{anchor}"'
-    return f'<text x="{x:.1f}" y="{y:.1f}"{of}{turned}>{plain(words)}</text>'
+def text(
+    x: float, y: float, words: str, kind: str = "", anchor: str = "", **further: Any
+) -> Markup:
+    """Words of a drawing; they begin at x, or are anchored there by their "middle" or "end"."""
+    return element("text", words, x=x, y=y, kind=kind, text_anchor=anchor, **further)
+
+
+def line(x0: float, y0: float, x1: float, y1: float, kind: str) -> Markup:
+    """A straight line between two places."""
+    return element("line", x1=x0, x2=x1, y1=y0, y2=y1, kind=kind)
+
+
+def rectangle(
+    x: float, y: float, width: float, height: float, kind: str = "", **further: Any
+) -> Markup:
+    """A rectangle by its upper left corner."""
+    return element("rect", x=x, y=y, width=width, height=height, kind=kind, **further)
+
+
+def circle(x: float, y: float, radius: float, kind: str = "", **further: Any) -> Markup:
+    """A circle around a place."""
+    return element("circle", cx=x, cy=y, r=radius, kind=kind, **further)
 
 
 def short(words: str, most: int) -> str:

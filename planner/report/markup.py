@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import html
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 # What XML cannot hold: control characters, halves of surrogate pairs, the two non-characters.
 _UNPRINTABLE = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff\ufffe\uffff]")
@@ -19,6 +20,10 @@ _UNPRINTABLE = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff\ufffe\uf
 
 STYLES = ("charts.css", "card.css")
 """Style sheets of what may stand in other people's pages too; their rules are all for our own."""
+
+
+Attributes = dict[str, Any]
+"""Of an element, by name."""
 
 
 class Markup(str):
@@ -34,79 +39,126 @@ def plain(value: object) -> Markup:
     return Markup(html.escape(_UNPRINTABLE.sub("\ufffd", str(value))))
 
 
+def element(
+    name: str, *content: object, kind: str = "", tooltip: str = "", **attributes: Any
+) -> Markup:
+    """An element of HTML or SVG.
+
+    Args:
+        name: of the element.
+        content: escaped unless Markup.
+        kind: its class in the style sheet.
+        tooltip: words under the pointer, for SVG.
+        attributes: "_" stands for "-"; numbers keep two decimals; what is None or "" is left out.
+    """
+    given = {"class": kind, **attributes}
+    written = "".join(
+        f' {key.replace("_", "-")}="{plain(_number(value))}"'
+        for key, value in given.items()
+        if value is not None and value != ""
+    )
+    inside = [element("title", tooltip)] if tooltip else []
+    return Markup(f"<{name}{written}>{joined(*inside, *content)}</{name}>")
+
+
+def _number(value: object) -> str:
+    return f"{value:.2f}".rstrip("0").rstrip(".") if isinstance(value, float) else str(value)
+
+
+def joined(*parts: object) -> Markup:
+    """Parts one after the other."""
+    return Markup("".join(map(plain, parts)))
+
+
 def table(
     caption: str,
     heads: Sequence[str],
-    rows: Iterable[Sequence[str]],
+    rows: Sequence[Sequence[object]],
     *,
-    words: Iterable[int] = (),
-    strong: Iterable[int] = (),
+    foot: Sequence[object] = (),
+    words: Collection[int] = (),
+    strong: Collection[int] = (),
+    kind: str = "",
 ) -> Markup:
-    """A table whose first column names the rows.
+    """A table whose first column names the rows; nothing when there are no rows.
 
     Args:
         caption: what it shows; "" for none.
         heads: of the columns.
         rows: cells, escaped unless Markup.
+        foot: cells of a row of sums; empty for none.
         words: numbers of the columns that hold words rather than figures.
         strong: numbers of the rows to be emphasised.
+        kind: class of the style sheet.
     """
-    wordy, emphasised, emphasis = set(words), set(strong), " class='strong'"
-    kinds = [" class='words'" if k in wordy else "" for k in range(len(heads))]
-    head = "".join(f"<th scope='col'{kinds[k]}>{plain(h)}</th>" for k, h in enumerate(heads))
-    body = "".join(
-        f"<tr{emphasis if number in emphasised else ''}>"
-        f"<th scope='row'{kinds[0]}>{plain(row[0])}</th>"
-        + "".join(f"<td{kinds[k]}>{plain(row[k])}</td>" for k in range(1, len(row)))
-        + "</tr>"
-        for number, row in enumerate(rows)
+    if not rows:
+        return Markup("")
+
+    def row(cells: Sequence[object], scope: str = "", kind: str = "") -> Markup:
+        return element("tr", *(cell(k, cells[k], scope) for k in range(len(cells))), kind=kind)
+
+    def cell(column: int, content: object, scope: str) -> Markup:
+        scope = scope or ("" if column else "row")
+        wordy = "words" if column in words else ""
+        return element("th" if scope else "td", content, scope=scope, kind=wordy)
+
+    body = (row(cells, kind="strong" if k in strong else "") for k, cells in enumerate(rows))
+    made = element(
+        "table",
+        element("caption", caption) if caption else "",
+        element("thead", row(heads, "col")),
+        element("tbody", *body),
+        element("tfoot", row(foot)) if foot else "",
+        kind=kind,
     )
-    told = f"<caption>{plain(caption)}</caption>" if caption else ""
-    return Markup(
-        # Wide tables scroll by themselves; the keyboard reaches them.
-        f"<div class='wide' tabindex='0'><table>{told}<thead><tr>{head}</tr></thead>"
-        f"<tbody>{body}</tbody></table></div>"
-    )
+    # Wide tables scroll by themselves; the keyboard reaches them.
+    return element("div", made, kind="wide", tabindex=0)
 
 
-def bullets(items: Iterable[object]) -> Markup:
+def bullets(items: Iterable[object], kind: str = "") -> Markup:
     """A list; nothing when there are no items."""
-    entries = "".join(f"<li>{plain(item)}</li>" for item in items)
-    return Markup(f"<ul>{entries}</ul>" if entries else "")
+    entries = [element("li", item) for item in items]
+    return element("ul", *entries, kind=kind) if entries else Markup("")
 
 
 def paragraph(text: object, kind: str = "") -> Markup:
     """A paragraph; ``kind`` is a class of the style sheet."""
-    return Markup(f"<p class='{kind}'>{plain(text)}</p>" if kind else f"<p>{plain(text)}</p>")
+    return element("p", text, kind=kind)
 
 
 def figure(drawing: str, caption: object = "", kind: str = "") -> Markup:
     """A drawing with its caption; nothing when there is no drawing."""
-    if not drawing:
-        return Markup("")
-    below = f"<figcaption>{plain(caption)}</figcaption>" if caption else ""
-    return Markup(f"<figure class='{kind}'>{drawing}{below}</figure>")
+    below = element("figcaption", caption) if caption else ""
+    return element("figure", Markup(drawing), below, kind=kind) if drawing else Markup("")
+
+
+def pair(left: str, right: str) -> Markup:
+    """Two pieces beside each other where there is room."""
+    return element("div", Markup(left), Markup(right), kind="pair")
+
+
+def dot(colour: str) -> Markup:
+    """A dot of a colour, for legends and tables."""
+    return element("i", kind="dot", style=f"background:{colour}")
 
 
 def folded(summary: str, *parts: str) -> Markup:
     """What only some want to see; nothing when there is nothing."""
-    content = "".join(parts)
-    return Markup(
-        f"<details><summary>{plain(summary)}</summary>{content}</details>" * bool(content)
-    )
+    content = Markup("".join(parts))
+    return element("details", element("summary", summary), content) if content else content
 
 
-def section(heading: str, *parts: str) -> Markup:
+def section(heading: str, *parts: str, kind: str = "") -> Markup:
     """A part of a page, with a heading or without; nothing when it would be empty."""
-    content = "".join(parts)
-    told = f"<h2>{plain(heading)}</h2>" if heading else ""
-    return Markup(f"<section>{told}{content}</section>" if content else "")
+    content = Markup("".join(parts))
+    told = element("h2", heading) if heading else ""
+    return element("section", told, content, kind=kind) if content else content
 
 
-def asset(*names: str) -> str:
+def asset(*names: str) -> Markup:
     """Style sheets and scripts of this package, one after the other."""
     here = files("planner.report")
-    return "".join((here / name).read_text("utf-8") for name in names)
+    return Markup("".join((here / name).read_text("utf-8") for name in names))
 
 
 def document(title: str, body: str, *, script: str = "") -> str:

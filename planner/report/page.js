@@ -3,25 +3,23 @@
 
 const SVG = "http://www.w3.org/2000/svg";
 
-function element(parent, name, className) {
-  const made = document.createElementNS(SVG, name);
-  made.setAttribute("class", className);
-  made.setAttribute("visibility", "hidden");
-  return parent.appendChild(made);
+function set(node, attributes) {
+  for (const [name, value] of Object.entries(attributes)) node.setAttribute(name, value);
+}
+
+function add(parent, name, attributes) {
+  const made = parent.appendChild(document.createElementNS(SVG, name));
+  set(made, { visibility: "hidden", ...attributes });
+  return made;
 }
 
 function place(svg, event) {
   return new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
 }
 
-function nearest(values, wanted) {
-  let low = 0;
-  let high = values.length - 1;
-  while (high - low > 1) {
-    const middle = (low + high) >> 1;
-    if (values[middle] < wanted) low = middle; else high = middle;
-  }
-  return wanted - values[low] < values[high] - wanted ? low : high;
+// What rounds to zero has no sign.
+function fixed(value, digits) {
+  return (Number(value.toFixed(digits)) + 0).toFixed(digits);
 }
 
 function link(section) {
@@ -30,51 +28,42 @@ function link(section) {
   const poses = JSON.parse(holder.textContent);
   const readout = section.querySelector(".readout");
   const map = section.querySelector("svg.map");
-  const here = element(map, "circle", "here");
-  here.setAttribute("r", 6);
-  const charts = [...section.querySelectorAll("svg.chart[data-range]")].map((svg) => {
-    const [x0, x1] = svg.dataset.range.split(",").map(Number);
-    const [left, top, right, bottom] = svg.dataset.inner.split(",").map(Number);
-    const cursor = element(svg, "line", "cursor");
-    cursor.setAttribute("y1", top);
-    cursor.setAttribute("y2", bottom);
-    return { svg, cursor, toPixel: (d) => left + (d - x0) / (x1 - x0) * (right - left), toDistance: (p) => x0 + (p - left) / (right - left) * (x1 - x0) };
-  });
+  const here = add(map, "circle", { class: "here", r: 6 });
   const { x0, y1, scale } = map.dataset;
+  const x = (k) => (poses.x[k] - x0) * scale;
+  const y = (k) => (y1 - poses.y[k]) * scale;
+  const charts = [...section.querySelectorAll("svg.chart[data-range]")].map((svg) => {
+    const [d0, d1] = svg.dataset.range.split(",").map(Number);
+    const [left, top, right, bottom] = svg.dataset.inner.split(",").map(Number);
+    const cursor = add(svg, "line", { class: "cursor", y1: top, y2: bottom });
+    const toPixel = (d) => left + (d - d0) / (d1 - d0) * (right - left);
+    return { svg, cursor, toPixel };
+  });
 
   function show(k) {
-    const x = (poses.x[k] - x0) * scale;
-    const y = (y1 - poses.y[k]) * scale;
-    here.setAttribute("cx", x);
-    here.setAttribute("cy", y);
-    here.setAttribute("visibility", "visible");
-    for (const chart of charts) {
-      const p = chart.toPixel(poses.distance[k]);
-      chart.cursor.setAttribute("x1", p);
-      chart.cursor.setAttribute("x2", p);
-      chart.cursor.setAttribute("visibility", "visible");
+    set(here, { cx: x(k), cy: y(k), visibility: "visible" });
+    for (const { cursor, toPixel } of charts) {
+      const p = toPixel(poses.distance[k]);
+      set(cursor, { x1: p, x2: p, visibility: "visible" });
     }
-    // What rounds to zero has no sign.
-    const f = (value, digits) => (Number(value.toFixed(digits)) + 0).toFixed(digits);
-    readout.textContent = `${f(poses.distance[k], 2)} m · ${f(poses.t[k], 1)} s · height ${f(poses.z[k], 2)} m · ` +
-      `${f(poses.speed[k], 2)} m/s · ${f(poses.watts[k], 1)} W · ${f(poses.energy_j[k], 0)} J so far`;
+    const f = (name, digits) => fixed(poses[name][k], digits);
+    readout.textContent = `${f("distance", 2)} m · ${f("t", 1)} s · height ${f("z", 2)} m · ` +
+      `${f("speed", 2)} m/s · ${f("watts", 1)} W · ${f("energy_j", 0)} J so far`;
   }
 
-  for (const chart of charts) {
-    chart.svg.addEventListener("pointermove", (event) => {
-      show(nearest(poses.distance, chart.toDistance(place(chart.svg, event).x)));
+  // Shows the pose that is least away from the pointer over a drawing, in its pixels.
+  function follow(svg, away) {
+    svg.addEventListener("pointermove", (event) => {
+      const at = place(svg, event);
+      const all = poses.x.map((_, k) => away(k, at));
+      show(all.indexOf(Math.min(...all)));
     });
   }
-  map.addEventListener("pointermove", (event) => {
-    const at = place(map, event);
-    let best = 0;
-    let least = Infinity;
-    for (let k = 0; k < poses.x.length; k++) {
-      const away = Math.hypot((poses.x[k] - x0) * scale - at.x, (y1 - poses.y[k]) * scale - at.y);
-      if (away < least) { least = away; best = k; }
-    }
-    show(best);
-  });
+
+  follow(map, (k, at) => Math.hypot(x(k) - at.x, y(k) - at.y));
+  for (const { svg, toPixel } of charts) {
+    follow(svg, (k, at) => Math.abs(toPixel(poses.distance[k]) - at.x));
+  }
 }
 
 document.querySelectorAll("section").forEach(link);

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from planner.errors import RequestError
-from planner.report.markup import STYLES, asset, document, write
+from planner.report.markup import STYLES, Markup, asset, document, element, write
 from planner.report.standalone import Figure
 from planner.report.view import View
 
@@ -26,20 +26,24 @@ def write_report(
         RequestError: something given cannot be shown.
     """
     if isinstance(result, Mapping):
-        views = [_view(one, heading) for heading, one in result.items()]
+        headings, results = [*result], [*result.values()]
     elif isinstance(result, Sequence) and not isinstance(result, str):
-        views = [_view(one) for one in result]
+        headings, results = [], [*result]
     else:
-        views = [_view(result)]
-    body = "".join(section for view in views for section in view.sections)
+        headings, results = [""], [result]
+    views = [_view(one) for one in results]
+    titles = [view.title for view in views]
+    parts = []
+    for heading, view in zip(headings or titles, views, strict=True):
+        parts += [element("h2", heading) if heading else "", *view.sections]
     script = next((view.script for view in views if view.script), "")
-    write(document(title or next((v.title for v in views), ""), body, script=script), path)
+    write(document(title or next(iter(titles), ""), "".join(parts), script=script), path)
 
 
 def card(result: Any) -> str:
     """HTML for notebooks: the answer and the most telling pictures."""
-    content = _view(result).card
-    return f"<div class='joulepath card'><style>{asset(*STYLES)}</style>{content}</div>"
+    styles = element("style", asset(*STYLES))
+    return element("div", styles, Markup(_view(result).card), kind="joulepath card")
 
 
 def figure_names(result: Any) -> tuple[str, ...]:
@@ -60,36 +64,20 @@ def figure(result: Any, name: str) -> Figure:
     return Figure.of(name, view.pictures[name], view.legends.get(name, {}))
 
 
-def _view(result: Any, heading: str = "") -> View:
-    # By name: to load the class of another kind of result would compile kernels for nothing.
+# By name: to load the class of another kind of result would compile kernels for nothing.
+_ROUTES = ("Answer", "Front", "Matrix", "Reach", "PlannerComparison")
+_WORKBENCH = ("Comparison", "Diagnosis", "Adoption", "PowerModel")
+
+
+def _view(result: Any) -> View:
     kind = type(result).__name__
-    if kind == "Answer":
-        from planner.report.routes import answer_view
+    if kind in _ROUTES:
+        from planner.report import routes
 
-        return answer_view(result, heading)
-    if kind == "Front":
-        from planner.report.routes import front_view
+        return routes.VIEWS[kind](result)
+    if kind in _WORKBENCH:
+        from planner.report import workbench
 
-        return front_view(result)
-    if kind == "Matrix":
-        from planner.report.routes import matrix_view
-
-        return matrix_view(result)
-    if kind == "Reach":
-        from planner.report.routes import reach_view
-
-        return reach_view(result)
-    if kind == "PlannerComparison":
-        from planner.report.routes import planner_view
-
-        return planner_view(result)
-    if kind in ("Adoption", "Comparison", "Diagnosis", "PowerModel"):
-        from planner.report.workbench import workbench_view
-
-        return workbench_view(result)
-    raise RequestError(
-        "result",
-        "cannot be shown",
-        value=kind,
-        accepted="an Answer, Front, Matrix, Reach, Comparison, Diagnosis, Adoption or PowerModel",
-    )
+        return workbench.VIEWS[kind](result)
+    accepted = f"one of: {', '.join([*_ROUTES, *_WORKBENCH])}"
+    raise RequestError("result", "cannot be shown", value=kind, accepted=accepted)

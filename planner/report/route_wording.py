@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
-from planner.amounts import joules
+from planner.amounts import chance, joules
 
-# Energy that goes in and comes out again: signed, and no loss.
-EXCHANGE = ("gravity", "inertia")
+Document = Mapping[str, Any]
 
 
 def extra_cost(energy: float, best: float) -> str:
@@ -53,6 +52,78 @@ def width_from(parts: Sequence[Mapping[str, Any]], titles: Mapping[str, str], mo
             called = "noise of one drive"
         told.append(f"{called} {100.0 * float(part['share_of_variance']):.0f} %")
     return ", ".join(told)
+
+
+def compared(document: Document) -> dict[str, Document]:
+    """The best route of a ROUTE.json, its alternatives and the baselines, by name."""
+    numbered = enumerate(document["routes"])
+    routes = {f"alternative {k}" if k else "route": route for k, route in numbered}
+    return {**routes, **document.get("baselines", {})}
+
+
+class AccountRow(NamedTuple):
+    """Energy of one effect: the best route's, its share, and that of every other route."""
+
+    effect: str
+    exchanged: bool
+    """True where energy is stored and given back rather than lost."""
+    cells: list[str]
+
+
+def account(document: Document) -> tuple[list[str], list[AccountRow], list[str]]:
+    """Energy by physical effect, largest first, for the routes of a ROUTE.json.
+
+    What is exchanged rather than lost comes last; what rounds to nothing everywhere is left out.
+
+    Returns:
+        Headings of the cells, rows, and the cells of the sums.
+    """
+    # Loaded when asked for: it brings the compiler.
+    from planner.power.catalogue import all_effects
+
+    exchanged = {slug for slug, effect in all_effects().items() if effect.exchange}
+    routes = {name: r for name, r in compared(document).items() if r.get("breakdown_j")}
+    best, *others = routes.values()
+    energies, total = best["breakdown_j"], best["energy_j"]
+    rows = []
+    for slug in sorted(energies, key=lambda e: (e in exchanged, -abs(energies[e]))):
+        told = [joules(route["breakdown_j"].get(slug, 0.0)) for route in routes.values()]
+        if set(told) != {joules(0.0)}:
+            share = f"{100 * energies[slug] / total:z.1f} %" if total else ""
+            rows.append(AccountRow(slug, slug in exchanged, [told[0], share, *told[1:]]))
+    sums = [joules(total), "100 %", *(joules(route["energy_j"]) for route in others)]
+    return ["route", "share", *[*routes][1:]], rows, sums
+
+
+def remarks(document: Document, titles: Mapping[str, str]) -> Iterator[str]:
+    """What is known of the best route: its energy, the bound, the battery, the notes.
+
+    Args:
+        document: ROUTE.json with a route.
+        titles: what to call an effect, by slug.
+    """
+    best = document["routes"][0]
+    low, high = best["energy_interval_j"]
+    if goal := document.get("goal"):
+        yield arrival(goal)
+    yield f"Energy of one drive: {joules(low)} … {joules(high)} (95 %)."
+    if parts := best.get("sensitivity"):
+        yield f"The interval's width comes from {width_from(parts, titles)}."
+    yield (
+        f"No feasible route of this motion model costs less than {joules(best['lower_bound_j'])} "
+        f"(gap {100 * best['gap']:.1f} % of what is dissipated)."
+    )
+    if battery := best.get("battery"):
+        fits = "fits the battery" if battery["fits"] else "DOES NOT FIT the battery"
+        told = f"The route {fits}: it takes {100 * battery['share']:.2g} % of the "
+        told += f"{joules(battery['available_j'])} in it"
+        if "chance" in battery:
+            told += f"; the chance that it suffices is {chance(battery['chance'])}"
+        yield f"{told}."
+    for name, reason in document.get("baselines_absent", {}).items():
+        yield f"Nothing to compare with as the {name}: {reason}."
+    for note in document.get("notes", ()):
+        yield f"Note: {note}."
 
 
 def called(name: str, planner: Mapping[str, Any]) -> str:

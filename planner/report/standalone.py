@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from planner.report.drawing import size_of
-from planner.report.markup import asset, plain, write
+from planner.report.drawing import rectangle, size_of, text
+from planner.report.markup import asset, element, write
 
 _MARGIN, _LINE = 12, 17
 
@@ -41,18 +41,17 @@ class Figure:
         above = _LINE * len(legend)
         width, height = size_of(drawing)
         width, height = width + 2 * _MARGIN, height + 2 * _MARGIN + above
-        shown = "".join(
-            f'<rect x="0" y="{_LINE * k - above - 3}" width="22" height="9" rx="2" '
-            f'class="{kind} {"area" if kind == "measured" else "solid"}"/>'
-            f'<text x="30" y="{_LINE * k - above + 6}" class="ink">{plain(words)}</text>'
-            for k, (kind, words) in enumerate(legend.items())
-        )
+        shown = [element("style", asset("charts.css"))]
+        for k, (kind, words) in enumerate(legend.items()):
+            y, fill = _LINE * k - above, "area" if kind == "measured" else "solid"
+            shown.append(rectangle(0, y - 3, 22, 9, f"{kind} {fill}", rx=2))
+            shown.append(text(30, y + 6, words, "ink"))
         return cls(
             name,
             '<svg xmlns="http://www.w3.org/2000/svg" role="img" '
             f'class="joulepath alone {kinds[1]}" width="{width}" height="{height}" '
             f'viewBox="{-_MARGIN} {-_MARGIN - above} {width} {height}" {others.strip()}>'
-            + rest.replace("</title>", f"</title><style>{asset('charts.css')}</style>{shown}", 1),
+            + rest.replace("</title>", f"</title>{''.join(shown)}", 1),
         )
 
     def save(self, path: str | Path) -> None:

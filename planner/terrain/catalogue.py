@@ -25,6 +25,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import io
 import math
 import os
 import tomllib
@@ -72,9 +73,8 @@ def open_map(name_or_path: str | Path) -> Terrain:
                 "(.tif, .asc, .npz, .npy, .yaml, .png)",
             )
         return load_terrain(Path(text))
-    return {"file": _open_file, "fractal": _open_fractal, "jacksboro": _open_jacksboro}[
-        entry["kind"]
-    ](entry)
+    openers = {"file": _open_file, "fractal": _open_fractal, "jacksboro": _open_jacksboro}
+    return openers[entry["kind"]](entry)
 
 
 def list_maps() -> list[dict[str, Any]]:
@@ -96,43 +96,36 @@ def _entries() -> dict[str, dict[str, Any]]:
 def _open_file(entry: dict[str, Any]) -> Terrain:
     file = _MAPS / entry["file"]
     layers = file.with_name(file.stem + ".layers.toml")
-    try:
-        digest = hashlib.sha256(file.read_bytes())
-        if layers.exists():
-            digest.update(layers.read_bytes())
-    except OSError as problem:
-        raise _unreadable(entry, file) from problem
-    _verify(entry, digest.hexdigest())
+    content = _content(entry, file)
+    _verify(entry, content + (_content(entry, layers) if layers.exists() else b""))
     return _named(entry, load_terrain(file))
 
 
-def _unreadable(entry: dict[str, Any], file: Path) -> MapError:
-    return MapError(
-        "map",
-        f"{entry['name']} is listed, but its file {file.name} cannot be read",
-        accepted="a complete installation of joulepath",
-    )
+def _content(entry: dict[str, Any], file: Path) -> bytes:
+    try:
+        return file.read_bytes()
+    except OSError as problem:
+        raise MapError(
+            "map",
+            f"{entry['name']} is listed, but its file {file.name} cannot be read",
+            accepted="a complete installation of joulepath",
+        ) from problem
 
 
 def _open_fractal(entry: dict[str, Any]) -> Terrain:
     from maps.make_fixed_maps import FRACTAL_CELL, fractal_heights
 
     heights = fractal_heights()
-    millimetres = np.round(heights * 1000).astype("<i4")
-    _verify(entry, hashlib.sha256(millimetres.tobytes()).hexdigest())
+    _verify(entry, np.round(heights * 1000).astype("<i4").tobytes())
     return _centred(entry, heights, (FRACTAL_CELL, FRACTAL_CELL))
 
 
 def _open_jacksboro(entry: dict[str, Any]) -> Terrain:
-    file = _MAPS / entry["file"]
-    try:
-        with np.load(file, allow_pickle=False) as archive:
-            elevation = archive["elevation"]
-    except OSError as problem:
-        raise _unreadable(entry, file) from problem
-    _verify(entry, hashlib.sha256(elevation.astype("<i2").tobytes()).hexdigest())
-    ny = elevation.shape[0]
-    dx, dy = local_scale(_JACKSBORO_NORTH - 0.5 * ny * _ARC_SECONDS_3, _ARC_SECONDS_3)
+    with np.load(io.BytesIO(_content(entry, _MAPS / entry["file"])), allow_pickle=False) as archive:
+        elevation = archive["elevation"]
+    _verify(entry, elevation.astype("<i2").tobytes())
+    middle = _JACKSBORO_NORTH - 0.5 * elevation.shape[0] * _ARC_SECONDS_3
+    dx, dy = local_scale(middle, _ARC_SECONDS_3)
     reduction = float(entry["reduction"])
     heights = elevation[::-1].astype(np.float64) / reduction
     return _centred(entry, heights, (dx / reduction, dy / reduction))
@@ -167,7 +160,8 @@ def _named(entry: dict[str, Any], terrain: Terrain) -> Terrain:
     return dataclasses.replace(terrain, name=entry["name"], source=f"catalogue: {entry['source']}")
 
 
-def _verify(entry: dict[str, Any], found: str) -> None:
+def _verify(entry: dict[str, Any], content: bytes) -> None:
+    found = hashlib.sha256(content).hexdigest()
     if found != entry["sha256"]:
         raise MapError(
             "map",

@@ -14,15 +14,15 @@ metres. Source: Esri, ArcGIS help, "Esri ASCII raster format". Left out: binary 
 
 from __future__ import annotations
 
+import math
 import warnings
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.errors import MapError
-from planner.terrain.geotiff import checked_crs
-from planner.terrain.grid_checks import check_cells, check_heights, check_not_degrees, refused
+from planner.terrain.geotiff import raster_terrain
+from planner.terrain.grid_checks import check_cells, refused, require
 from planner.terrain.heightmap import Terrain
 
 _ORIGIN_KEYS = {"xllcorner", "xllcenter", "yllcorner", "yllcenter"}
@@ -48,25 +48,17 @@ def read_esri_ascii(file: Path, *, max_cells: int) -> Terrain:
     nx, ny = _count(file, header, "ncols"), _count(file, header, "nrows")
     check_cells(file, nx, ny, max_cells)
     cell = _cell(file, header)
-    corner_x = _origin(file, header, "x", cell[0])
-    corner_y = _origin(file, header, "y", cell[1])
-    prj, crs = file.with_suffix(".prj"), None
-    if prj.is_file():
-        centre = corner_x + 0.5 * nx * cell[0], corner_y + 0.5 * ny * cell[1]
-        crs = checked_crs(file, prj.read_text(encoding="utf-8", errors="replace"), centre)
-    else:
-        check_not_degrees(file, cell, (corner_x, corner_y), nx, ny)
     heights = _read_heights(file, start, nx, ny)
     nodata = header.get("nodata_value", _DEFAULT_NODATA)
-    heights[~np.isfinite(heights) | np.isclose(heights, nodata, rtol=1e-7, atol=0.0)] = np.nan
-    check_heights(file, heights, nodata_declared=True)
-    return Terrain.from_arrays(
+    heights[np.isclose(heights, nodata, rtol=1e-7, atol=0.0)] = np.nan
+    prj = file.with_suffix(".prj")
+    return raster_terrain(
+        file,
         heights[::-1],
         cell=cell,
-        origin=(corner_x, corner_y),
-        name=file.stem,
-        crs=crs,
-        source=str(file),
+        origin=(_origin(file, header, "x", cell[0]), _origin(file, header, "y", cell[1])),
+        crs=prj.read_text(encoding="utf-8", errors="replace") if prj.is_file() else None,
+        nodata_declared=True,
     )
 
 
@@ -91,26 +83,23 @@ def _read_header(file: Path) -> tuple[dict[str, float], int]:
                     f"an ESRI ASCII header: {_HEADER}, each with one number",
                     value=line.decode("ascii", "replace").strip(),
                 ) from problem
-    if not header:
-        raise refused(file, "does not begin with an ESRI ASCII header", f"the lines {_HEADER}")
+    require(file, bool(header), "does not begin with an ESRI ASCII header", f"the lines {_HEADER}")
     return header, start
 
 
 def _count(file: Path, header: dict[str, float], key: str) -> int:
     number = _required(file, header, key)
-    if number != number // 1 or number < 1:
-        raise refused(file, f"has a bad {key}", "a whole number, 1 or more", value=number)
+    whole = number == number // 1 and number >= 1
+    require(file, whole, f"has a bad {key}", "a whole number, 1 or more", value=number)
     return int(number)
 
 
 def _required(file: Path, header: dict[str, float], *keys: str) -> float:
-    for key in keys:
-        if key in header:
-            number = header[key]
-            if not np.isfinite(number):
-                raise refused(file, f"has a bad {key}", "a finite number", value=number)
-            return number
-    raise refused(file, f"has no {' or '.join(keys)} in its header", f"the lines {_HEADER}")
+    key = next((key for key in keys if key in header), "")
+    require(file, bool(key), f"has no {' or '.join(keys)} in its header", f"the lines {_HEADER}")
+    number = header[key]
+    require(file, math.isfinite(number), f"has a bad {key}", "a finite number", value=number)
+    return number
 
 
 def _cell(file: Path, header: dict[str, float]) -> tuple[float, float]:
@@ -119,8 +108,7 @@ def _cell(file: Path, header: dict[str, float]) -> tuple[float, float]:
     else:
         size = _required(file, header, "cellsize")
         cell = size, size
-    if min(cell) <= 0:
-        raise refused(file, "has a bad cellsize", "metres, above 0", value=cell)
+    require(file, min(cell) > 0, "has a bad cellsize", "metres, above 0", value=cell)
     return cell
 
 
@@ -132,11 +120,11 @@ def _origin(file: Path, header: dict[str, float], axis: str, size: float) -> flo
 
 def _read_heights(file: Path, start: int, nx: int, ny: int) -> NDArray[np.float64]:
     size = file.stat().st_size - start
-    if size > _MOST_BYTES_A_CELL * nx * ny + 4096:
-        raise _wrong_count(file, "many more heights than its header says", nx, ny)
+    accepted = f"nrows * ncols = {ny} * {nx} heights; the file may have been cut off"
+    most = _MOST_BYTES_A_CELL * nx * ny + 4096
+    require(file, size <= most, "holds many more heights than its header says", accepted)
     # Each number takes a digit and a blank; this refuses a lying header before any allocation.
-    if size < 2 * nx * ny - 1:
-        raise _wrong_count(file, "fewer heights than its header says", nx, ny)
+    require(file, size >= 2 * nx * ny - 1, "holds fewer heights than its header says", accepted)
     with file.open("rb") as stream:
         stream.seek(start)
         text = stream.read()
@@ -151,9 +139,8 @@ def _read_heights(file: Path, start: int, nx: int, ny: int) -> NDArray[np.float6
                 f"holds text that is not a number{_first_bad_word(text)}",
                 "heights as numbers with a point, parted by blanks",
             ) from problem
-    if values.size != nx * ny:
-        counts = f"{values.size:,} heights, its header says {nx * ny:,}"
-        raise _wrong_count(file, counts, nx, ny)
+    counts = f"holds {values.size:,} heights, its header says {nx * ny:,}"
+    require(file, values.size == nx * ny, counts, accepted)
     return values.reshape(ny, nx)
 
 
@@ -164,8 +151,3 @@ def _first_bad_word(text: bytes) -> str:
         except ValueError:
             return f" ('{word[:20].decode('ascii', 'replace')}')"
     return ""
-
-
-def _wrong_count(file: Path, holds: str, nx: int, ny: int) -> MapError:
-    count = f"nrows * ncols = {ny} * {nx} heights; the file may have been cut off"
-    return refused(file, f"holds {holds}", count)

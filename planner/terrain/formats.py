@@ -20,7 +20,7 @@ from pathlib import Path
 
 from planner.terrain.esri_ascii import read_esri_ascii
 from planner.terrain.geotiff import read_geotiff
-from planner.terrain.grid_checks import refused
+from planner.terrain.grid_checks import refused, require
 from planner.terrain.heightmap import Terrain
 from planner.terrain.layers import add_layers
 from planner.terrain.numpy_files import read_npy, read_npz
@@ -80,14 +80,17 @@ def load_terrain(path: str | Path, *, max_cells: int = MOST_CELLS) -> Terrain:
     file = Path(path)
     ending = file.suffix.lower()
     try:
-        _check_readable(file)
+        require(file, not file.is_dir(), "is a folder", ACCEPTED)
+        require(file, file.exists(), "does not exist", ACCEPTED)
+        require(file, file.is_file(), "is not a file", ACCEPTED)
+        require(file, file.stat().st_size > 0, "is empty", ACCEPTED)
         found = _kind_by_content(file)
-        if ending not in _READERS:
-            no_format = f"has the ending '{ending}' of no heightmap format"
-            raise refused(file, f"is {found}, not a heightmap" if found else no_format, ACCEPTED)
+        no_format = f"has the ending '{ending}' of no heightmap format"
+        named = f"is {found}, not a heightmap" if found else no_format
+        require(file, ending in _READERS, named, ACCEPTED)
         read, expected = _READERS[ending]
-        if found != expected:
-            raise refused(file, f"is named {ending} but is {found or 'something else'}", ACCEPTED)
+        other = f"is named {ending} but is {found or 'something else'}"
+        require(file, found == expected, other, ACCEPTED)
         terrain = read(file, max_cells=max_cells)
     except (OSError, MemoryError) as problem:
         reason = getattr(problem, "strerror", None) or "there is not enough memory"
@@ -97,22 +100,11 @@ def load_terrain(path: str | Path, *, max_cells: int = MOST_CELLS) -> Terrain:
     return add_layers(terrain, file)
 
 
-def _check_readable(file: Path) -> None:
-    if file.is_dir():
-        raise refused(file, "is a folder", ACCEPTED)
-    if not file.exists():
-        raise refused(file, "does not exist", ACCEPTED)
-    if not file.is_file():
-        raise refused(file, "is not a file", ACCEPTED)
-    if file.stat().st_size == 0:
-        raise refused(file, "is empty", ACCEPTED)
-
-
 def _kind_by_content(file: Path) -> str | None:
     with file.open("rb") as stream:
         start = stream.read(64)
     for name, signatures in _SIGNATURES.items():
-        for signature in signatures:
-            if start.startswith(signature) or start.lstrip().startswith(signature + b" "):
-                return name
+        marked = tuple(signature + b" " for signature in signatures)
+        if start.startswith(signatures) or start.lstrip().startswith(marked):
+            return name
     return None

@@ -1,4 +1,4 @@
-"""GeoTIFF through rasterio, with the format fixed to GTiff.
+"""GeoTIFF through rasterio, with the format fixed to GTiff; the place on Earth of any grid.
 
 Read: one band of heights (a second one may be alpha), north-up or south-up, cells of any two
 sizes, in a projected coordinate system in metres or in no coordinate system. Nodata, mask, scale
@@ -13,22 +13,23 @@ The driver is named because GDAL otherwise opens a VRT called .tif and follows i
 
 from __future__ import annotations
 
+import math
 import warnings
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from planner.terrain.grid_checks import (
-    check_cells,
-    check_heights,
-    check_not_degrees,
-    degrees_refused,
-    refused,
-    utm_code,
-)
+from planner.errors import MapError
+from planner.terrain.grid_checks import check_cells, refused, require
 from planner.terrain.heightmap import Terrain
 
+# A cell below this many metres is not a survey but a grid in degrees: 5 mm against 18" = 0.005.
+SMALLEST_PLAUSIBLE_CELL = 0.005
+# Ground on Earth lies between the Challenger Deep, -10,935 m, and Everest, 8,849 m.
+LOWEST_GROUND, HIGHEST_GROUND = -12_000.0, 10_000.0
+USUAL_NODATA = (-9999.0, -32768.0, -32767.0)
 # International foot: exactly 0.3048 m. US survey foot: exactly 1200/3937 m.
 _UNITS_BY_METRES = {
     1.0: {"", "m", "metre", "metres", "meter", "meters"},
@@ -67,71 +68,116 @@ def read_geotiff(file: Path, *, max_cells: int) -> Terrain:
 def _read(file: Path, dataset: Any, max_cells: int) -> Terrain:
     nx, ny = int(dataset.width), int(dataset.height)
     check_cells(file, nx, ny, max_cells)
-    _check_bands(file, dataset)
+    _check_grid(file, dataset)
     transform = dataset.transform
-    _check_transform(file, dataset)
     dx, dy = float(transform.a), abs(float(transform.e))
-    west, first_edge = float(transform.c), float(transform.f)
     north_up = transform.e < 0
-    south = first_edge - ny * dy if north_up else first_edge
-    centre = (west + 0.5 * nx * dx, south + 0.5 * ny * dy)
-    if dataset.crs is None:
-        crs = None
-        check_not_degrees(file, (dx, dy), (west, south), nx, ny)
-    else:
-        crs = checked_crs(file, dataset.crs, centre)
+    south = float(transform.f) - ny * dy if north_up else float(transform.f)
     factor, unit = _vertical_unit(file, dataset)
-    band = dataset.read(1, masked=True)
-    heights = band.astype(np.float64).filled(np.nan)
-    heights[~np.isfinite(heights)] = np.nan
+    heights = dataset.read(1, masked=True).astype(np.float64).filled(np.nan)
     heights = (heights * float(dataset.scales[0]) + float(dataset.offsets[0])) * factor
-    check_heights(file, heights, nodata_declared=dataset.nodata is not None)
-    source = str(file)
-    if factor != 1.0:
-        source += f" (heights converted from {unit} to metres, times {factor:.9g})"
-    return Terrain.from_arrays(
+    converted = f" (heights converted from {unit} to metres, times {factor:.9g})"
+    return raster_terrain(
+        file,
         heights[::-1] if north_up else heights,
         cell=(dx, dy),
-        origin=(west + 0.5 * dx, south + 0.5 * dy),
-        name=file.stem,
-        crs=crs,
-        source=source,
+        origin=(float(transform.c) + 0.5 * dx, south + 0.5 * dy),
+        crs=dataset.crs,
+        nodata_declared=dataset.nodata is not None,
+        note="" if factor == 1.0 else converted,
     )
 
 
-def _check_bands(file: Path, dataset: Any) -> None:
+def _check_grid(file: Path, dataset: Any) -> None:
+    """Refuse bands and grids that do not give one height a cell, west to east."""
     from rasterio.enums import ColorInterp
 
     has_alpha = dataset.count == 2 and dataset.colorinterp[1] == ColorInterp.alpha
-    if dataset.count != 1 and not has_alpha:
-        raise refused(
-            file,
-            f"has {dataset.count} bands; one must be the height",
-            f"one band of heights, for example after: gdal_translate -b 1 {file.name} "
-            f"{file.stem}_height.tif",
-        )
-    if dataset.dtypes[0].startswith("complex"):
-        raise refused(
-            file, "holds complex numbers", "heights as integers or floating-point numbers"
-        )
-
-
-def _check_transform(file: Path, dataset: Any) -> None:
+    require(
+        file,
+        dataset.count == 1 or has_alpha,
+        f"has {dataset.count} bands; one must be the height",
+        f"one band of heights, for example after: gdal_translate -b 1 {file.name} "
+        f"{file.stem}_height.tif",
+    )
+    real = not dataset.dtypes[0].startswith("complex")
+    numbers = "heights as integers or floating-point numbers"
+    require(file, real, "holds complex numbers", numbers)
     transform = dataset.transform
-    if transform.is_identity or dataset.gcps[0]:
-        raise refused(
-            file,
-            "does not say where its corners lie, so its cell size is unknown",
-            "a georeferenced GeoTIFF, for example after: gdal_translate -a_ullr WEST "
-            f"NORTH EAST SOUTH {file.name} {file.stem}_placed.tif (metres)",
-        )
-    if transform.b != 0 or transform.d != 0 or transform.a <= 0 or transform.e == 0:
-        raise refused(
-            file,
-            "has a rotated or mirrored grid",
-            "rows from west to east, for example after: "
-            f"gdalwarp -r cubic {file.name} {file.stem}_north_up.tif",
-        )
+    require(
+        file,
+        not transform.is_identity and not dataset.gcps[0],
+        "does not say where its corners lie, so its cell size is unknown",
+        "a georeferenced GeoTIFF, for example after: gdal_translate -a_ullr WEST "
+        f"NORTH EAST SOUTH {file.name} {file.stem}_placed.tif (metres)",
+    )
+    require(
+        file,
+        transform.b == 0 == transform.d and transform.a > 0 and transform.e != 0,
+        "has a rotated or mirrored grid",
+        "rows from west to east, for example after: "
+        f"gdalwarp -r cubic {file.name} {file.stem}_north_up.tif",
+    )
+
+
+def _vertical_unit(file: Path, dataset: Any) -> tuple[float, str]:
+    """Factor from the file's heights to metres, and their unit's name."""
+    unit = str(dataset.units[0] or "").strip()
+    if not unit and dataset.crs is not None:
+        for part in _crs_parts(dataset.crs)[1:]:
+            given = part.get("source_crs", part)["coordinate_system"]["axis"][0]["unit"]
+            unit = given if isinstance(given, str) else given["name"]
+    plain = unit.lower().replace("_", " ")
+    for metres, names in _UNITS_BY_METRES.items():
+        if plain in names:
+            return metres, unit
+    accepted = "metre, foot or US survey foot"
+    raise refused(file, "has heights in an unknown unit", accepted, value=unit)
+
+
+# What readers of other formats need too.
+
+
+def raster_terrain(
+    file: Path,
+    heights: NDArray[Any],
+    *,
+    cell: tuple[float, float],
+    origin: tuple[float, float],
+    crs: Any = None,
+    nodata_declared: bool = False,
+    note: str = "",
+    **layers: Any,
+) -> Terrain:
+    """The terrain of a grid that a file holds.
+
+    Args:
+        file: gives the terrain its name.
+        heights: (ny, nx) m, the south row first; what is not finite is unknown.
+        cell: dx, dy, m.
+        origin: x, y of node [0, 0], m.
+        crs: a rasterio CRS, or its text; None where the file names none.
+        nodata_declared: whether the file names a nodata value.
+        note: what was converted, for ``Terrain.source``.
+        layers: further arguments of ``Terrain.from_arrays``.
+
+    Raises:
+        MapError: the grid is in degrees or not in metres, a height can only be an undeclared
+            nodata value, or what ``Terrain.from_arrays`` raises.
+    """
+    ny, nx = heights.shape
+    centre = origin[0] + 0.5 * (nx - 1) * cell[0], origin[1] + 0.5 * (ny - 1) * cell[1]
+    if crs is not None:
+        crs = checked_crs(file, crs, centre)
+    elif 0 < min(cell) < SMALLEST_PLAUSIBLE_CELL:
+        why = f"has cells of {cell[0]:g} by {cell[1]:g}: that is degrees"
+        raise _degrees_refused(file, centre, why, undeclared=True)
+    metres = np.asarray(heights, np.float64)
+    _check_heights(file, metres, nodata_declared=nodata_declared)
+    source = f"{file}{note}"
+    return Terrain.from_arrays(
+        metres, cell=cell, origin=origin, name=file.stem, crs=crs, source=source, **layers
+    )
 
 
 def checked_crs(file: Path, given: Any, centre: tuple[float, float]) -> str:
@@ -164,51 +210,71 @@ def checked_crs(file: Path, given: Any, centre: tuple[float, float]) -> str:
         ) from problem
     if crs.is_geographic:
         name = crs.to_string() if crs.to_epsg() else "its coordinate system"
-        raise degrees_refused(file, centre[0], centre[1], f"is in degrees ({name})")
+        raise _degrees_refused(file, centre, f"is in degrees ({name})")
     unit, factor = crs.linear_units_factor if crs.is_projected else (crs.linear_units, 1.0)
     if abs(float(factor) - 1.0) > 1e-9:
-        longitude, latitude = transform(crs, CRS.from_epsg(4326), [centre[0]], [centre[1]])
-        code = utm_code(longitude[0], latitude[0])
+        (longitude,), (latitude,) = transform(crs, CRS.from_epsg(4326), *([x] for x in centre))
         raise refused(
             file,
             f"has x and y in {unit}, not in metres",
-            "metres, for example after: "
-            f"gdalwarp -t_srs EPSG:{code} -r cubic {file.name} {file.stem}_utm.tif",
+            _reprojected(file, longitude, latitude),
             value=crs.to_string()[:60],
         )
-    horizontal = CRS.from_wkt(_part_of_wkt(crs.to_wkt(), "PROJCS[") or crs.to_wkt())
+    parts = _crs_parts(crs)
+    horizontal = CRS.from_dict(parts[0]) if len(parts) > 1 else crs
     epsg = horizontal.to_epsg()
     return f"EPSG:{epsg}" if epsg else str(horizontal.to_wkt())
 
 
-def _vertical_unit(file: Path, dataset: Any) -> tuple[float, str]:
-    """Factor from the file's heights to metres, and their unit's name."""
-    unit = str(dataset.units[0] or "").strip()
-    if not unit and dataset.crs is not None:
-        unit = _unit_of_vertical_crs(dataset.crs.to_wkt())
-    plain = unit.lower().replace("_", " ")
-    for metres, names in _UNITS_BY_METRES.items():
-        if plain in names:
-            return metres, unit
-    raise refused(
-        file, "has heights in an unknown unit", "metre, foot or US survey foot", value=unit
+def _crs_parts(crs: Any) -> list[dict[str, Any]]:
+    """The horizontal part of a rasterio CRS, and of a compound one the vertical, as PROJJSON."""
+    whole: dict[str, Any] = crs.to_dict(projjson=True)
+    return list(whole.get("components", [whole]))
+
+
+def _degrees_refused(
+    file: Path, centre: tuple[float, float], why: str, *, undeclared: bool = False
+) -> MapError:
+    """The error for a grid in degrees, with the command that reprojects it.
+
+    Args:
+        file: the map's file.
+        centre: the map's longitude and latitude, degrees.
+        why: how it is known, "is in degrees (EPSG:4326)".
+        undeclared: the file names no coordinate system, so the command has to.
+    """
+    return refused(
+        file,
+        f"{why}; a degree of longitude is not a degree of latitude, so slopes would be wrong",
+        _reprojected(file, *centre, given="-s_srs EPSG:4326 " if undeclared else ""),
     )
 
 
-def _unit_of_vertical_crs(wkt: str) -> str:
-    """Name of the unit in the vertical part of a compound coordinate system's WKT 1, else ''."""
-    vertical = _part_of_wkt(wkt, "VERT_CS[")
-    return vertical.split('UNIT["')[1].split('"')[0] if 'UNIT["' in vertical else ""
+def _reprojected(file: Path, longitude: float, latitude: float, given: str = "") -> str:
+    """The command that brings a map to metres, in the UTM zone (WGS 84) of a point in degrees."""
+    zone = min(60, max(1, math.floor((longitude + 180.0) / 6.0) + 1))
+    code = (32600 if latitude >= 0 else 32700) + zone
+    command = f"gdalwarp {given}-t_srs EPSG:{code} -r cubic {file.name} {file.stem}_utm.tif"
+    return f"metres, for example after: {command}"
 
 
-def _part_of_wkt(wkt: str, opening: str) -> str:
-    """The part of a WKT text that begins with `opening` and ends with its bracket, else ''."""
-    start = wkt.find(opening)
-    if start < 0:
-        return ""
-    depth = 0
-    for position in range(start, len(wkt)):
-        depth += {"[": 1, "]": -1}.get(wkt[position], 0)
-        if depth == 0 and wkt[position] == "]":
-            return wkt[start : position + 1]
-    return ""
+def _check_heights(file: Path, heights: NDArray[np.float64], *, nodata_declared: bool) -> None:
+    """Refuse heights, (ny, nx) m, that can only be an undeclared nodata value.
+
+    Raises:
+        MapError: a height beyond any ground on Earth, or a usual nodata value undeclared.
+    """
+    known = np.isfinite(heights)
+    if not known.any():
+        return  # Terrain.from_arrays says that nothing is known.
+    lowest = float(heights.min(where=known, initial=np.inf))
+    highest = float(heights.max(where=known, initial=-np.inf))
+    undeclared = not nodata_declared and lowest in USUAL_NODATA
+    suspect = highest if lowest >= LOWEST_GROUND and highest > HIGHEST_GROUND else lowest
+    require(
+        file,
+        lowest >= LOWEST_GROUND and highest <= HIGHEST_GROUND and not undeclared,
+        f"holds heights of {suspect:g} m, a nodata value that it does not declare",
+        f"heights from {LOWEST_GROUND:g} to {HIGHEST_GROUND:g} m and the nodata value "
+        f"declared, for a GeoTIFF: gdal_edit.py -a_nodata {suspect:.9g} {file.name}",
+    )

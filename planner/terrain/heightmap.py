@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from planner.terrain.grid_checks import refused
+from planner.terrain.grid_checks import require
 from planner.terrain.interpolation import interpolate_many
 from planner.terrain.surface import PLAIN_GROUND, GroundClass, footprint_heights
 
@@ -100,21 +100,11 @@ class Terrain:
         z = np.array(heights, dtype=np.float64, order="C")
         _check_grid(name, z, cell, origin)
         shape = z.shape
-        is_known = np.isfinite(z)
-        if known is not None:
-            is_known &= _layer(name, "known", known, shape).astype(np.bool_)
-        if not is_known.any():
-            raise refused(
-                name,
-                "holds no known height",
-                "a grid with at least one height that is neither nodata nor NaN",
-            )
-        stands = np.zeros(shape, dtype=np.bool_)
-        if obstacles is not None:
-            stands |= _layer(name, "obstacles", obstacles, shape).astype(np.bool_)
-        kinds = np.zeros(shape, dtype=np.uint8)
-        if ground is not None:
-            kinds += _layer(name, "ground", ground, shape).astype(np.uint8)
+        is_known = np.isfinite(z) & _layer(name, "known", known, shape, fill=1).astype(np.bool_)
+        some = "a grid with at least one height that is neither nodata nor NaN"
+        require(name, bool(is_known.any()), "holds no known height", some)
+        stands = _layer(name, "obstacles", obstacles, shape).astype(np.bool_)
+        kinds = _layer(name, "ground", ground, shape).astype(np.uint8)
         _check_ground(name, kinds, ground_classes)
         if not is_known.all():
             # Only so that the interpolation beside a hole meets a number; nobody rides over it.
@@ -233,61 +223,50 @@ class Terrain:
 def _check_grid(
     name: str, z: NDArray[np.float64], cell: tuple[float, float], origin: tuple[float, float]
 ) -> None:
-    if z.ndim != 2 or min(z.shape) < SMALLEST_SIDE:
-        raise refused(
-            name,
-            f"has heights of shape {z.shape}",
-            f"two dimensions, at least {SMALLEST_SIDE} by {SMALLEST_SIDE} cells",
-        )
-    if len(cell) != 2 or not all(math.isfinite(d) and d > 0 for d in cell):
-        raise refused(
-            name,
-            "has a cell size that is not a length",
-            "dx, dy in metres, both above 0",
-            value=cell,
-        )
-    if len(origin) != 2 or not all(math.isfinite(c) for c in origin):
-        raise refused(
-            name,
-            "has an origin that is not a point",
-            "x, y of the south-west cell's centre in metres, both finite",
-            value=origin,
-        )
+    require(
+        name,
+        z.ndim == 2 and min(z.shape) >= SMALLEST_SIDE,
+        f"has heights of shape {z.shape}",
+        f"two dimensions, at least {SMALLEST_SIDE} by {SMALLEST_SIDE} cells",
+    )
+    lengths = len(cell) == 2 and all(math.isfinite(d) and d > 0 for d in cell)
+    above = "dx, dy in metres, both above 0"
+    require(name, lengths, "has a cell size that is not a length", above, value=cell)
+    point = len(origin) == 2 and all(math.isfinite(c) for c in origin)
+    centre = "x, y of the south-west cell's centre in metres, both finite"
+    require(name, point, "has an origin that is not a point", centre, value=origin)
 
 
-def _layer(name: str, what: str, values: ArrayLike, shape: tuple[int, ...]) -> NDArray[Any]:
-    layer = np.asarray(values)
-    if layer.shape != shape:
-        raise refused(
-            name,
-            f"has a layer '{what}' of shape {layer.shape}",
-            f"the shape of its heights, {shape}",
-        )
-    if layer.dtype.kind not in "biu" or layer.min() < 0 or layer.max() > 255:
-        raise refused(
-            name,
-            f"has a layer '{what}' that is not made of whole numbers from 0 to 255",
-            "true or false, for ground the index of a ground class",
-        )
+def _layer(
+    name: str, what: str, values: ArrayLike | None, shape: tuple[int, ...], fill: int = 0
+) -> NDArray[Any]:
+    layer = np.full(shape, fill, np.uint8) if values is None else np.asarray(values)
+    given = f"has a layer '{what}' of shape {layer.shape}"
+    require(name, layer.shape == shape, given, f"the shape of its heights, {shape}")
+    require(
+        name,
+        layer.dtype.kind in "biu" and layer.min() >= 0 and layer.max() <= 255,
+        f"has a layer '{what}' that is not made of whole numbers from 0 to 255",
+        "true or false, for ground the index of a ground class",
+    )
     return layer
 
 
 def _check_ground(
     name: str, ground: NDArray[np.uint8], ground_classes: tuple[GroundClass, ...]
 ) -> None:
-    highest = int(ground.max())
-    if highest >= len(ground_classes):
-        raise refused(
-            name,
-            f"names ground class {highest}",
-            f"indices below {len(ground_classes)}, the number of ground classes given",
-        )
+    count = len(ground_classes)
+    require(
+        name,
+        ground.max() < count,
+        f"names ground class {ground.max()}",
+        f"indices below {count}, the number of ground classes given",
+    )
     for kind in ground_classes:
-        rolling_ok = math.isfinite(kind.rolling) and kind.rolling >= 0
-        if not (rolling_ok and math.isfinite(kind.traction) and kind.traction > 0):
-            raise refused(
-                name,
-                "has a ground class with an impossible factor",
-                "rolling 0 or more, traction above 0, both finite",
-                value=kind,
-            )
+        require(
+            name,
+            0 <= kind.rolling < math.inf and 0 < kind.traction < math.inf,
+            "has a ground class with an impossible factor",
+            "rolling 0 or more, traction above 0, both finite",
+            value=kind,
+        )

@@ -73,13 +73,7 @@ def _continued(heights: NDArray[np.float64], j: int, i: int) -> float:
     cache=True,
 )
 def interpolate(
-    heights: NDArray[np.float64],
-    x0: float,
-    y0: float,
-    dx: float,
-    dy: float,
-    x: float,
-    y: float,
+    heights: NDArray[np.float64], x0: float, y0: float, dx: float, dy: float, x: float, y: float
 ) -> tuple[float, float, float]:
     """Height and gradient at one point, for use inside compiled loops.
 

@@ -27,9 +27,11 @@ from typing import Any
 import numpy as np
 
 from planner.reading import finite_number, parse_toml
-from planner.terrain.grid_checks import refused
+from planner.terrain.grid_checks import check_entries, refused, require
 from planner.terrain.heightmap import Terrain
 from planner.terrain.surface import PLAIN_GROUND, GroundClass
+
+_ENTRIES = ("rows", "legend", "ground")
 
 
 def add_layers(terrain: Terrain, file: Path) -> Terrain:
@@ -42,12 +44,9 @@ def add_layers(terrain: Terrain, file: Path) -> Terrain:
     if not sidecar.is_file():
         return terrain
     rows, legend, ground = _parse(sidecar, read_toml(sidecar), terrain.heights.shape)
-    classes: dict[str, GroundClass] = {}
-    for meaning in legend.values():
-        if meaning not in ("obstacle", "hole") and meaning not in classes:
-            classes[meaning] = _ground_class(sidecar, meaning, ground.get(meaning, {}))
+    names = [m for m in dict.fromkeys(legend.values()) if m not in ("obstacle", "hole")]
+    classes = tuple(_ground_class(sidecar, name, ground.get(name, {})) for name in names)
     picture = np.array([list(row) for row in rows])[::-1]
-    order = list(classes)
     obstacles = terrain.obstacles.copy()
     known = terrain.known.copy()
     kinds = np.zeros(picture.shape, dtype=np.uint8)
@@ -58,15 +57,15 @@ def add_layers(terrain: Terrain, file: Path) -> Terrain:
         elif meaning == "hole":
             known &= ~here
         else:
-            kinds[here] = order.index(meaning)
-    if not known.any():
-        raise refused(sidecar, "makes every cell a hole", "at least one cell of known height")
+            kinds[here] = names.index(meaning)
+    some = bool(known.any())
+    require(sidecar, some, "makes every cell a hole", "at least one cell of known height")
     return dataclasses.replace(
         terrain,
         obstacles=obstacles,
         known=known,
         ground=kinds,
-        ground_classes=tuple(classes.values()) or PLAIN_GROUND,
+        ground_classes=classes or PLAIN_GROUND,
     )
 
 
@@ -85,51 +84,39 @@ def read_toml(file: Path) -> dict[str, Any]:
 def _parse(
     sidecar: Path, content: dict[str, Any], shape: tuple[int, ...]
 ) -> tuple[list[str], dict[str, str], dict[str, Any]]:
-    unknown = set(content) - {"rows", "legend", "ground"}
-    if unknown:
-        raise refused(
-            sidecar, f"has the unknown entry '{min(unknown)}'", "'rows', 'legend' and 'ground'"
-        )
-    rows, legend, ground = (content.get(key) for key in ("rows", "legend", "ground"))
+    check_entries(sidecar, content, "'rows', 'legend' and 'ground'", known=_ENTRIES)
+    rows, legend, ground = (content.get(key) for key in _ENTRIES)
     ground = {} if ground is None else ground
     ny, nx = shape
     if not isinstance(rows, list) or not all(isinstance(row, str) for row in rows):
         raise refused(sidecar, "has no list of 'rows'", f"{ny} strings, the north row first")
-    if len(rows) != ny:
-        raise refused(sidecar, f"draws {len(rows)} rows", f"{ny} rows, as the heights have")
+    needed = f"{ny} rows, as the heights have"
+    require(sidecar, len(rows) == ny, f"draws {len(rows)} rows", needed)
+    columns = f"{nx} characters, one for each column of the heights"
     for number, row in enumerate(rows):
-        if len(row) != nx:
-            raise refused(
-                sidecar,
-                f"draws {len(row)} characters in row {number}",
-                f"{nx} characters, one for each column of the heights",
-            )
+        drawn = f"draws {len(row)} characters in row {number}"
+        require(sidecar, len(row) == nx, drawn, columns)
     if not isinstance(legend, dict) or not all(
         len(key) == 1 and isinstance(meaning, str) for key, meaning in legend.items()
     ):
         raise refused(sidecar, "has no [legend] of single characters", '"#" = "obstacle" and so on')
-    unexplained = set().union(*rows) - set(legend)
-    if unexplained:
-        raise refused(
-            sidecar,
-            f"draws the character '{min(unexplained)}'",
-            "characters of its legend: " + " ".join(sorted(legend)),
-        )
-    if not isinstance(ground, dict) or set(ground) - set(legend.values()):
-        raise refused(
-            sidecar, "has a [ground] class that its legend does not use", "classes of the legend"
-        )
+    first = min(set().union(*rows) - set(legend), default="")
+    characters = f"characters of its legend: {' '.join(sorted(legend))}"
+    require(sidecar, not first, f"draws the character '{first}'", characters)
+    used = isinstance(ground, dict) and set(ground) <= set(legend.values())
+    unused = "has a [ground] class that its legend does not use"
+    require(sidecar, used, unused, "classes of the legend")
     return rows, legend, ground
 
 
 def _ground_class(sidecar: Path, name: str, factors: Any) -> GroundClass:
     accepted = f"[ground.{name}] with rolling (0 or more) and traction (above 0)"
-    if not isinstance(factors, dict) or set(factors) - {"rolling", "traction"}:
-        raise refused(sidecar, f"has a ground class '{name}' with unknown entries", accepted)
+    known = isinstance(factors, dict) and set(factors) <= {"rolling", "traction"}
+    require(sidecar, known, f"has a ground class '{name}' with unknown entries", accepted)
     rolling = finite_number(factors.get("rolling", 1.0))
     traction = finite_number(factors.get("traction", 1.0))
     if rolling is None or traction is None:
         raise refused(sidecar, f"has a ground class '{name}' without finite numbers", accepted)
-    if rolling < 0.0 or traction <= 0.0:
-        raise refused(sidecar, f"has a ground class '{name}' with an impossible factor", accepted)
+    possible = rolling >= 0.0 and traction > 0.0
+    require(sidecar, possible, f"has a ground class '{name}' with an impossible factor", accepted)
     return GroundClass(name, rolling=rolling, traction=traction)

@@ -34,8 +34,8 @@ import numpy as np
 from numpy.lib import format as npy_format
 from numpy.typing import NDArray
 
-from planner.terrain.geotiff import checked_crs
-from planner.terrain.grid_checks import check_cells, check_heights, check_not_degrees, refused
+from planner.terrain.geotiff import raster_terrain
+from planner.terrain.grid_checks import check_cells, check_entries, refused, require
 from planner.terrain.heightmap import Terrain
 from planner.terrain.layers import read_toml
 from planner.terrain.surface import PLAIN_GROUND, GroundClass
@@ -56,20 +56,15 @@ def read_npy(file: Path, *, max_cells: int) -> Terrain:
         heights = _read_array(file, stream, "heights", file.stat().st_size, max_cells)
     sidecar = file.with_suffix(".toml")
     example = f"{sidecar.name} beside it with: cell = [0.5, 0.5]  (dx, dy in metres)"
-    if not sidecar.is_file():
-        raise refused(file, "does not say how large its cells are", example)
+    require(file, sidecar.is_file(), "does not say how large its cells are", example)
     content = read_toml(sidecar)
-    unknown = set(content) - {"cell", "origin", "first_row"}
-    if unknown:
-        raise refused(
-            sidecar, f"has the unknown entry '{min(unknown)}'", "cell, origin and first_row"
-        )
-    if "cell" not in content:
-        raise refused(sidecar, "has no 'cell'", "cell = [0.5, 0.5]  (dx, dy in metres)")
+    accepted = "cell = [0.5, 0.5]  (dx, dy in metres), and perhaps origin and first_row"
+    known = ("cell", "origin", "first_row")
+    check_entries(sidecar, content, accepted, known=known, required=["cell"])
     first_row = content.get("first_row", "south")
-    if first_row not in ("south", "north"):
-        raise refused(sidecar, "has a first_row that is no side", '"south" or "north"')
-    return _terrain(
+    sides = first_row in ("south", "north")
+    require(sidecar, sides, "has a first_row that is no side", '"south" or "north"')
+    return raster_terrain(
         file,
         heights[::-1] if first_row == "north" else heights,
         cell=_pair(sidecar, "cell", content["cell"]),
@@ -91,74 +86,41 @@ def read_npz(file: Path, *, max_cells: int) -> Terrain:
             file, "is damaged, cut off or locked", "an archive written by numpy.savez"
         ) from problem
     if "heights" in arrays:
-        north_first, heights = False, arrays["heights"]
-        if "cell" not in arrays:
-            raise refused(file, "has no array 'cell'", "cell = dx, dy in metres")
+        order, heights = slice(None), arrays["heights"]
+        require(file, "cell" in arrays, "has no array 'cell'", "cell = dx, dy in metres")
         cell = _pair(file, "cell", arrays["cell"])
     else:
-        north_first, heights = True, arrays["elevation"]
-        if "dx" not in arrays or "dy" not in arrays:
-            raise refused(file, "has no 'dx' and 'dy'", "dx and dy in metres beside 'elevation'")
+        order, heights = slice(None, None, -1), arrays["elevation"]
+        both = {"dx", "dy"} <= set(arrays)
+        require(file, both, "has no 'dx' and 'dy'", "dx and dy in metres beside 'elevation'")
         cell = _pair(file, "dx, dy", (arrays["dx"], arrays["dy"]))
-    order = slice(None, None, -1) if north_first else slice(None)
-    layers = {name: arrays[name][order] for name in _LAYERS if name in arrays}
-    return _terrain(
+    layers: dict[str, Any] = {name: arrays[name][order] for name in _LAYERS if name in arrays}
+    return raster_terrain(
         file,
         heights[order],
         cell=cell,
         origin=_pair(file, "origin", arrays.get("origin", (0.0, 0.0))),
-        ground_classes=_ground_classes(file, arrays),
         crs=str(arrays["crs"]) if "crs" in arrays else None,
-        **layers,
-    )
-
-
-def _terrain(
-    file: Path,
-    heights: NDArray[Any],
-    *,
-    cell: tuple[float, float],
-    origin: tuple[float, float],
-    ground_classes: tuple[GroundClass, ...] = PLAIN_GROUND,
-    crs: str | None = None,
-    **layers: NDArray[Any],
-) -> Terrain:
-    ny, nx = heights.shape
-    if crs is None:
-        check_not_degrees(file, cell, origin, nx, ny)
-    else:
-        centre = origin[0] + 0.5 * nx * cell[0], origin[1] + 0.5 * ny * cell[1]
-        crs = checked_crs(file, crs, centre)
-    metres = heights.astype(np.float64)
-    metres[~np.isfinite(metres)] = np.nan
-    check_heights(file, metres, nodata_declared=False)
-    return Terrain.from_arrays(
-        metres,
-        cell=cell,
-        origin=origin,
-        name=file.stem,
-        ground_classes=ground_classes,
-        crs=crs,
-        source=str(file),
+        ground_classes=_ground_classes(file, arrays),
         **layers,
     )
 
 
 def _read_members(file: Path, archive: zipfile.ZipFile, max_cells: int) -> dict[str, NDArray[Any]]:
     infos = {info.filename.removesuffix(".npy"): info for info in archive.infolist()}
-    if "heights" not in infos and "elevation" not in infos:
-        raise refused(
-            file,
-            "holds no array 'heights' or 'elevation'",
-            "heights (m, south row first) with cell = dx, dy, "
-            "or elevation (m, north row first) with dx, dy",
-        )
+    require(
+        file,
+        "heights" in infos or "elevation" in infos,
+        "holds no array 'heights' or 'elevation'",
+        "heights (m, south row first) with cell = dx, dy, "
+        "or elevation (m, north row first) with dx, dy",
+    )
     wanted = [name for name in ("heights", "elevation", *_LAYERS, *_SMALL) if name in infos]
     arrays: dict[str, NDArray[Any]] = {}
     for name in wanted:
         info = infos[name]
-        if name in _SMALL and info.file_size > _MOST_SMALL_BYTES:
-            raise refused(file, f"has an array '{name}' of {info.file_size:,} bytes", "a short one")
+        fits = name not in _SMALL or info.file_size <= _MOST_SMALL_BYTES
+        require(file, fits, f"has an array '{name}' of {info.file_size:,} bytes", "a short one")
         with archive.open(info) as stream:
             arrays[name] = _read_array(file, stream, name, info.file_size, max_cells)
     return arrays
@@ -182,15 +144,14 @@ def _read_array(
         ) from problem
     _check_header(file, name, shape, dtype, max_cells)
     count = math.prod(shape)
-    if count * dtype.itemsize != body:
-        raise refused(
-            file,
-            f"says that '{name}' takes {count * dtype.itemsize:,} bytes but holds {body:,}",
-            "an array as long as its header says; the file may have been cut off",
-        )
+    require(
+        file,
+        count * dtype.itemsize == body,
+        f"says that '{name}' takes {count * dtype.itemsize:,} bytes but holds {body:,}",
+        "an array as long as its header says; the file may have been cut off",
+    )
     data = stream.read(body)
-    if len(data) != body:
-        raise refused(file, f"ends within its array '{name}'", "a complete file")
+    require(file, len(data) == body, f"ends within its array '{name}'", "a complete file")
     array = np.frombuffer(data, dtype=dtype, count=count)
     return array.reshape(shape, order="F" if fortran_order else "C")
 
@@ -198,23 +159,16 @@ def _read_array(
 def _check_header(
     file: Path, name: str, shape: tuple[int, ...], dtype: np.dtype[Any], max_cells: int
 ) -> None:
-    if dtype.hasobject:
-        raise refused(
-            file,
-            f"holds Python objects in '{name}', which could run code when loaded",
-            "numbers or text",
-        )
+    code = f"holds Python objects in '{name}', which could run code when loaded"
+    require(file, not dtype.hasobject, code, "numbers or text")
     if name not in _SMALL:
-        if len(shape) != 2:
-            raise refused(file, f"has an array '{name}' of shape {shape}", "two dimensions")
+        flat = len(shape) == 2
+        require(file, flat, f"has an array '{name}' of shape {shape}", "two dimensions")
         check_cells(file, shape[1], shape[0], max_cells)
-    is_text = name in ("ground_classes", "crs")
-    if dtype.kind not in ("U" if is_text else "fiub"):
-        raise refused(
-            file,
-            f"has an array '{name}' of type {dtype}",
-            "text" if is_text else "integers, booleans or floating-point numbers",
-        )
+    kinds, accepted = "fiub", "integers, booleans or floating-point numbers"
+    if name in ("ground_classes", "crs"):
+        kinds, accepted = "U", "text"
+    require(file, dtype.kind in kinds, f"has an array '{name}' of type {dtype}", accepted)
 
 
 def _pair(file: Path, name: str, value: Any) -> tuple[float, float]:
@@ -224,10 +178,10 @@ def _pair(file: Path, name: str, value: Any) -> tuple[float, float]:
         numbers = np.empty(0)
     if numbers.size == 1 and name == "cell":
         numbers = np.repeat(numbers, 2)
-    if numbers.size != 2 or not np.isfinite(numbers).all():
-        raise refused(file, f"has a bad '{name}'", "two finite numbers in metres")
-    if name != "origin" and numbers.min() <= 0:
-        raise refused(file, f"has a bad '{name}'", "two lengths above 0 in metres")
+    finite = numbers.size == 2 and bool(np.isfinite(numbers).all())
+    require(file, finite, f"has a bad '{name}'", "two finite numbers in metres")
+    lengths = name == "origin" or numbers.min() > 0
+    require(file, lengths, f"has a bad '{name}'", "two lengths above 0 in metres")
     return float(numbers[0]), float(numbers[1])
 
 
@@ -236,12 +190,12 @@ def _ground_classes(file: Path, arrays: dict[str, NDArray[Any]]) -> tuple[Ground
         return PLAIN_GROUND
     names = [str(name) for name in arrays["ground_classes"].ravel()]
     factors = arrays.get("ground_factors", np.ones((len(names), 2)))
-    if factors.shape != (len(names), 2):
-        raise refused(
-            file,
-            f"has 'ground_factors' of shape {factors.shape}",
-            f"({len(names)}, 2): rolling and traction of each ground class",
-        )
+    require(
+        file,
+        factors.shape == (len(names), 2),
+        f"has 'ground_factors' of shape {factors.shape}",
+        f"({len(names)}, 2): rolling and traction of each ground class",
+    )
     return tuple(
         GroundClass(name, rolling=float(rolling), traction=float(traction))
         for name, (rolling, traction) in zip(names, factors, strict=True)

@@ -37,7 +37,7 @@ from numpy.typing import NDArray
 
 from planner.errors import short
 from planner.reading import finite_number
-from planner.terrain.grid_checks import check_cells, refused
+from planner.terrain.grid_checks import check_cells, check_entries, refused, require
 from planner.terrain.heightmap import Terrain
 
 _COMMON = {"image", "resolution", "origin"}
@@ -72,8 +72,7 @@ def read_picture_yaml(file: Path, *, max_cells: int) -> Terrain:
     """
     entries = _read_yaml(file)
     resolution = _number(file, entries, "resolution")
-    if resolution <= 0:
-        raise refused(file, "has a bad 'resolution'", "metres a pixel, above 0")
+    require(file, resolution > 0, "has a bad 'resolution'", "metres a pixel, above 0")
     west, south = _origin(file, entries)
     gray, white = _read_gray(file, _image_path(file, entries), max_cells)
     gray = gray[::-1]
@@ -104,20 +103,11 @@ def _read_yaml(file: Path) -> dict[str, Any]:
     accepted = _EXAMPLE.format("NAME.png")
     if not isinstance(entries, dict):
         raise refused(file, "holds no entries", accepted)
-    keys = {key if isinstance(key, str) else short(key) for key in entries}
-    unknown = keys - _COMMON - _OCCUPANCY - _HEIGHTS
-    if unknown:
-        raise refused(file, f"has the unknown entry '{min(unknown)}'", accepted)
-    for key in ("image", "resolution", "origin"):
-        if key not in entries:
-            raise refused(file, f"has no '{key}'", accepted)
-    both = sorted(_HEIGHTS & set(entries)), sorted(_OCCUPANCY & set(entries))
-    if both[0] and both[1]:
-        raise refused(
-            file,
-            f"has '{both[0][0]}' and '{both[1][0]}'",
-            "either a picture of heights or a floor plan",
-        )
+    known = _COMMON | _OCCUPANCY | _HEIGHTS
+    check_entries(file, entries, accepted, known=known, required=sorted(_COMMON))
+    heights, plan = (min(kind & set(entries), default="") for kind in (_HEIGHTS, _OCCUPANCY))
+    either = "either a picture of heights or a floor plan"
+    require(file, not (heights and plan), f"has '{heights}' and '{plan}'", either)
     return entries
 
 
@@ -134,8 +124,8 @@ def _origin(file: Path, entries: dict[str, Any]) -> tuple[float, float]:
     if not isinstance(origin, list) or len(origin) not in (2, 3):
         raise refused(file, "has a bad 'origin'", "[x, y, 0] of the lower left corner in metres")
     numbers = [_number(file, {"origin": value}, "origin") for value in origin]
-    if len(numbers) == 3 and numbers[2] != 0:
-        raise refused(file, "has a rotated 'origin'", "a yaw of 0; rotate the picture instead")
+    straight = numbers[2:] in ([], [0])
+    require(file, straight, "has a rotated 'origin'", "a yaw of 0; rotate the picture instead")
     return numbers[0], numbers[1]
 
 
@@ -143,13 +133,12 @@ def _image_path(file: Path, entries: dict[str, Any]) -> Path:
     image = entries["image"]
     name = PurePosixPath(image) if isinstance(image, str) else PurePosixPath()
     # A map from someone else must not be able to point at other files of this machine.
-    if not name.parts or name.is_absolute() or ".." in name.parts:
-        raise refused(file, "has a bad 'image'", "the name of a picture in the folder of the YAML")
-    path = file.parent / name
-    if not path.is_file():
-        raise refused(file, f"names the picture {name}, which is absent", "a picture beside it")
-    if not path.resolve().is_relative_to(file.parent.resolve()):
-        raise refused(file, "has an 'image' that leads elsewhere", "a picture beside it")
+    below = bool(name.parts) and not name.is_absolute() and ".." not in name.parts
+    require(file, below, "has a bad 'image'", "the name of a picture in the folder of the YAML")
+    path, accepted = file.parent / name, "a picture beside it"
+    require(file, path.is_file(), f"names the picture {name}, which is absent", accepted)
+    inside = path.resolve().is_relative_to(file.parent.resolve())
+    require(file, inside, "has an 'image' that leads elsewhere", accepted)
     return path
 
 
@@ -183,19 +172,19 @@ def _read_gray(file: Path, path: Path, max_cells: int) -> tuple[NDArray[np.float
 def _heights(
     file: Path, entries: dict[str, Any], gray: NDArray[np.float64], white: float
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    if ("height_max" in entries) == ("height_scale" in entries):
-        raise refused(
-            file,
-            "does not say once how high white is",
-            "'height_max' (m, white) or 'height_scale' (m a gray step)",
-        )
+    require(
+        file,
+        ("height_max" in entries) != ("height_scale" in entries),
+        "does not say once how high white is",
+        "'height_max' (m, white) or 'height_scale' (m a gray step)",
+    )
     lowest = _number(file, entries, "height_min", 0.0)
     if "height_max" in entries:
         scale = (_number(file, entries, "height_max") - lowest) / white
     else:
         scale = _number(file, entries, "height_scale")
-    if not 0.0 < scale * white < math.inf:
-        raise refused(file, "has white no higher than black", "a finite scale above 0")
+    rising = 0.0 < scale * white < math.inf
+    require(file, rising, "has white no higher than black", "a finite scale above 0")
     known = np.ones(gray.shape, dtype=np.bool_)
     if "unknown" in entries:
         known = gray != _number(file, entries, "unknown")
@@ -205,17 +194,13 @@ def _heights(
 def _occupancy(
     file: Path, entries: dict[str, Any], gray: NDArray[np.float64], white: float
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    if entries.get("mode", "trinary") != "trinary":
-        raise refused(file, f"has the mode {short(entries['mode'])}", "trinary")
+    mode, negate = entries.get("mode", "trinary"), entries.get("negate", 0)
+    require(file, mode == "trinary", f"has the mode {short(mode)}", "trinary")
     occupied = _number(file, entries, "occupied_thresh", 0.65)
     free = _number(file, entries, "free_thresh", 0.196)
-    if not 0 <= free < occupied <= 1:
-        raise refused(
-            file, "has thresholds out of order", "0 <= free_thresh < occupied_thresh <= 1"
-        )
-    negate = entries.get("negate", 0)
-    if negate not in (0, 1, False, True):
-        raise refused(file, "has a bad 'negate'", "0 or 1")
+    order = "0 <= free_thresh < occupied_thresh <= 1"
+    require(file, 0 <= free < occupied <= 1, "has thresholds out of order", order)
+    require(file, negate in (0, 1), "has a bad 'negate'", "0 or 1")
     probability = gray / white if negate else (white - gray) / white
     obstacles = probability > occupied
     # What is unknown is neither: an obstacle is known to stand on the floor.

@@ -2,25 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from planner.amounts import chance, joules, metres, seconds
-from planner.report.route_wording import EXCHANGE, arrival, called, extra_cost, width_from
+from planner.amounts import joules, metres, seconds
+from planner.report import route_wording
+from planner.report.route_wording import called, compared, extra_cost
 
 Document = Mapping[str, Any]
-
-
-def compared(document: Document) -> Iterator[tuple[str, Document]]:
-    """The best route, its alternatives and the baselines, each with what to call it."""
-    for number, route in enumerate(document["routes"]):
-        yield ("route" if number == 0 else f"alternative {number}"), route
-    for name, route in document.get("baselines", {}).items():
-        yield name, route
 
 
 def comparison(document: Document, title: str | None = None) -> Table:
@@ -30,7 +23,7 @@ def comparison(document: Document, title: str | None = None) -> Table:
     for heading in ("energy", "", "length", "duration", "mean power"):
         table.add_column(heading, justify="right")
     best = document["routes"][0]["energy_j"]
-    for number, (name, route) in enumerate(compared(document)):
+    for number, (name, route) in enumerate(compared(document).items()):
         energy, duration = route["energy_j"], route["duration_s"]
         table.add_row(
             called(name, document["planner"]),
@@ -44,73 +37,29 @@ def comparison(document: Document, title: str | None = None) -> Table:
     return table
 
 
-def account(document: Document, titles: Mapping[str, str] | None = None) -> Table:
-    """Energy by physical effect, largest first, for the route and its baselines.
-
-    What rounds to nothing everywhere is left out.
+def account(document: Document, titles: Mapping[str, str]) -> Table:
+    """Energy by physical effect for the route and its baselines.
 
     Args:
         document: ROUTE.json.
         titles: what to call an effect, by slug; the slug itself where it is missing.
     """
-    routes = [(n, r) for n, r in compared(document) if r.get("breakdown_j")]
+    heads, rows, sums = route_wording.account(document)
     table = Table(header_style="bold", show_footer=True)
     table.add_column("where the energy goes", footer="all")
-    best = routes[0][1]
-    total = best["energy_j"]
-    table.add_column("route", footer=joules(total), justify="right")
-    table.add_column("share", footer="100 %", justify="right")
-    for name, route in routes[1:]:
-        table.add_column(name, footer=joules(route["energy_j"]), justify="right")
-    slugs = sorted(best["breakdown_j"], key=lambda s: -abs(best["breakdown_j"][s]))
-    for slug in sorted(slugs, key=lambda s: s in EXCHANGE):
-        name = (titles or {}).get(slug, slug)
-        value = best["breakdown_j"][slug]
-        if all(joules(route["breakdown_j"].get(slug, 0.0)) == joules(0.0) for _, route in routes):
-            continue
-        cells = [joules(value), f"{100 * value / total:z.1f} %" if total else ""]
-        cells += [joules(route["breakdown_j"].get(slug, 0.0)) for _, route in routes[1:]]
-        exchange = slug in EXCHANGE
-        table.add_row(
-            f"{name} (exchange)" if exchange else name, *cells, style="dim" if exchange else ""
-        )
+    for heading, total in zip(heads, sums, strict=True):
+        table.add_column(heading, footer=total, justify="right")
+    for slug, exchanged, cells in rows:
+        name = titles.get(slug, slug) + (" (exchange)" if exchanged else "")
+        table.add_row(name, *cells, style="dim" if exchanged else "")
     return table
 
 
-def remarks(document: Document, titles: Mapping[str, str] | None = None) -> Iterator[str]:
-    """The battery, how good the route is known to be, what the model leaves open.
-
-    Args:
-        document: ROUTE.json.
-        titles: what to call an effect, by slug.
-    """
-    best = document["routes"][0]
-    low, high = best["energy_interval_j"]
-    if goal := document.get("goal"):
-        yield arrival(goal)
-    yield f"One drive takes {joules(low)} … {joules(high)} in 95 of 100 cases."
-    if parts := best.get("sensitivity"):
-        yield f"The interval's width comes from {width_from(parts, titles or {})}."
-    yield (
-        f"No feasible route of this motion model costs less than {joules(best['lower_bound_j'])}; "
-        f"the gap is {100 * best['gap']:.1f} % of the dissipated energy."
-    )
-    if battery := best.get("battery"):
-        share = f"{100 * battery['share']:.2g} % of the {joules(battery['available_j'])}"
-        fits = "fits the battery" if battery["fits"] else "DOES NOT FIT the battery"
-        likely = f"; chance {chance(battery['chance'])}" if "chance" in battery else ""
-        yield f"It {fits}: {share} that are in it{likely}."
-    for name, reason in document.get("baselines_absent", {}).items():
-        yield f"Nothing to compare with as the {name}: {reason}."
-    for note in document.get("notes", ()):
-        yield f"Note: {note}."
-
-
-def report(document: Document, titles: Mapping[str, str] | None = None) -> RenderableType:
+def report(document: Document, titles: Mapping[str, str]) -> RenderableType:
     """All that `joulepath plan` says about an answer."""
     if document["status"] != "ok":
         return Text(f"No route: {document.get('reason')}")
-    lines = [Text(remark) for remark in remarks(document, titles)]
+    lines = [Text(remark) for remark in route_wording.remarks(document, titles)]
     return Group(comparison(document), account(document, titles), *lines)
 
 

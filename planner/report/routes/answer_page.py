@@ -9,66 +9,76 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from planner.amounts import chance, joules, metres, seconds
+from planner.amounts import joules, metres, seconds
 from planner.power.catalogue import all_effects
 from planner.report.axes import thinned
 from planner.report.drawing import beside, size_of
-from planner.report.markup import plain
+from planner.report.markup import (
+    Markup,
+    bullets,
+    dot,
+    element,
+    figure,
+    joined,
+    paragraph,
+    section,
+    table,
+)
 from planner.report.route_wording import (
-    EXCHANGE,
-    arrival,
+    Document,
+    account,
     called,
+    compared,
     extra_cost,
     extra_share,
-    width_from,
+    remarks,
 )
 from planner.report.routes.effects import OTHER, colour_of, main_effects
 from planner.report.routes.profiles import energy_bars, height_chart, power_chart
 from planner.report.routes.route_map import (
     GIVEN_BACK,
     POWER_COLOURS,
+    hexadecimal,
     map_svg,
     power_range,
     routes_of,
     seen,
 )
 from planner.report.view import View
+from planner.report.workbench_wording import model_name
 
 if TYPE_CHECKING:
     from planner.search.results import Answer, Route
 
 
-def answer_view(answer: Answer, heading: str = "") -> View:
-    """An answer with its map, profiles and account.
-
-    Args:
-        answer: with or without a route.
-        heading: of its part of the page; by default the map with start and goal.
-    """
-    title = heading or _title(answer)
-    drawing = map_svg(answer)
-    opening = f"<section><h2>{plain(title)}</h2>"
+def answer_view(answer: Answer) -> View:
+    """An answer with its map, profiles and account."""
+    title, drawing = _title(answer), map_svg(answer)
     if not answer.routes:
-        reason = f'<p class="reason">No route: {plain(answer.reason or "")}</p>'
-        return View(title, {"map": drawing}, (f"{opening}{reason}{drawing}</section>",), reason)
+        reason = paragraph(f"No route: {answer.reason or ''}", "reason")
+        return View(title, {"map": drawing}, (section("", reason, drawing),), reason)
+    document = answer.to_json()
     titles = {slug: effect.title for slug, effect in all_effects().items()} | {OTHER: OTHER}
-    routes = routes_of(answer)
-    route = answer.routes[0]
+    routes, route = routes_of(answer), answer.routes[0]
     effects = main_effects(list(routes.values()))
     height, power = height_chart(routes), power_chart(route, effects)
     energy = energy_bars(routes, effects, titles)
-    lead = f"<p class='lead'>{_sentence(answer)}</p>"
-    figure = f"<figure>{drawing}{_power_legend(route)}</figure>"
-    table = _comparison(answer)
-    section = (
-        f"{opening}{lead}"
-        f'<div class="top">{figure}<div>{table}{_remarks(answer, titles)}</div></div>'
-        "<h3>Along the way</h3>"
-        f'<p class="readout" aria-live="polite">Move over the map or a chart.</p>'
-        f"{height}{power}{_legend([*effects, OTHER], titles)}"
-        "<h3>Where the energy goes</h3>"
-        f"{energy}{_account(routes, titles)}"
-        f'<script type="application/json" class="poses">{_poses(route)}</script></section>'
+    lead = paragraph(_sentence(answer), "lead")
+    shown = figure(drawing, _power_legend(route))
+    comparison = _comparison(document)
+    model = f"Model {model_name(answer.model)}, kind {answer.model['kind']}."
+    told = bullets([*remarks(document, titles), model])
+    readout = "Move over the map or a chart."
+    page = section(
+        "",
+        lead,
+        element("div", shown, element("div", comparison, told), kind="top"),
+        element("h3", "Along the way"),
+        element("p", readout, kind="readout", aria_live="polite"),
+        f"{height}{power}{_legend([*effects, OTHER], titles)}",
+        element("h3", "Where the energy goes"),
+        f"{energy}{_account(document, titles)}",
+        element("script", Markup(_poses(route)), kind="poses", type="application/json"),
     )
     pictures = {
         "overview": _overview(answer, drawing, effects),
@@ -77,7 +87,7 @@ def answer_view(answer: Answer, heading: str = "") -> View:
         "power": power,
         "energy": energy,
     }
-    return View(title, pictures, (section,), f"{lead}{figure}{table}", script="page.js")
+    return View(title, pictures, (page,), f"{lead}{shown}{comparison}", script="page.js")
 
 
 def _overview(answer: Answer, drawing: str, effects: Sequence[str]) -> str:
@@ -87,12 +97,9 @@ def _overview(answer: Answer, drawing: str, effects: Sequence[str]) -> str:
         height_chart(routes_of(answer), width=560, height=high),
         power_chart(answer.routes[0], effects, width=560, height=high),
     )
-    return beside([(drawing,), profiles], f"Route over {answer.terrain.name}: {_plain(answer)}")
-
-
-def _plain(answer: Answer) -> str:
     best = answer.routes[0]
-    return f"{joules(best.energy_j)}, {metres(best.length_m)}, {seconds(best.duration_s)}"
+    said = f"{joules(best.energy_j)}, {metres(best.length_m)}, {seconds(best.duration_s)}"
+    return beside([(drawing,), profiles], f"Route over {answer.terrain.name}: {said}")
 
 
 def _title(answer: Answer) -> str:
@@ -103,123 +110,57 @@ def _title(answer: Answer) -> str:
     return f"{answer.terrain.name}: {start} to {goal}"
 
 
-def _sentence(answer: Answer) -> str:
+def _sentence(answer: Answer) -> Markup:
     best = answer.routes[0]
     others = [
         f"the {name} route {extra_cost(b.energy_j, best.energy_j)}"
         for name, b in answer.baselines.items()
     ]
-    first = (
-        f"<b>{joules(best.energy_j)}</b> over {metres(best.length_m)} in {seconds(best.duration_s)}"
-    )
-    return f"{first}; {', '.join(others)}." if others else f"{first}."
+    way = f" over {metres(best.length_m)} in {seconds(best.duration_s)}"
+    compared = f"; {', '.join(others)}." if others else "."
+    return joined(element("b", joules(best.energy_j)), way, compared)
 
 
-def _comparison(answer: Answer) -> str:
-    rows = "".join(
-        f"<tr><th scope='row'><i class='line {row['name']}'></i>"
-        f"{plain(called(row['name'], answer.planner.to_json()))}</th>"
-        + "".join(f"<td>{plain(v)}</td>" for k, v in row.items() if k != "name")
-        + "</tr>"
-        for row in _rows(answer)
-    )
-    heads = "".join(
-        f"<th scope='col'>{h}</th>" for h in ("", "energy", "more", "length", "duration")
-    )
-    return f"<table><thead><tr>{heads}</tr></thead><tbody>{rows}</tbody></table>"
-
-
-def _rows(answer: Answer) -> list[Mapping[str, str]]:
-    """Name, energy, how it compares, length and duration of every route, in words."""
-    best = answer.routes[0].energy_j if answer.routes else 0.0
-    return [
-        {
-            "name": name,
-            "energy": joules(route.energy_j),
-            "more": "" if name == "route" else extra_share(route.energy_j, best),
-            "length": metres(route.length_m),
-            "duration": seconds(route.duration_s),
-        }
-        for name, route in routes_of(answer).items()
+def _comparison(document: Document) -> Markup:
+    """Energy, how it compares, length and duration of every route."""
+    routes = compared(document)
+    best = routes["route"]["energy_j"]
+    rows = [
+        [
+            joined(element("i", kind=f"line {name}"), called(name, document["planner"])),
+            joules(route["energy_j"]),
+            "" if name == "route" else extra_share(route["energy_j"], best),
+            metres(route["length_m"]),
+            seconds(route["duration_s"]),
+        ]
+        for name, route in routes.items()
     ]
+    return table("", ["", "energy", "more", "length", "duration"], rows)
 
 
-def _remarks(answer: Answer, titles: Mapping[str, str]) -> str:
-    route = answer.routes[0]
-    low, high = route.energy_interval_j
-    remarks = [
-        *([] if answer.goal is None else [arrival(answer.goal)]),
-        f"Energy of one drive: {joules(low)} … {joules(high)} (95 %).",
-        *_width(route, titles),
-        f"No feasible route of this motion model costs less than "
-        f"{joules(route.lower_bound_j)} (gap {100 * route.gap:.1f} % of what is dissipated).",
-    ]
-    if route.battery is not None and route.battery_chance is not None:
-        fits = "fits" if route.battery.fits else "does not fit"
-        remarks.append(
-            f"The battery holds {joules(route.battery.available_j)}: the route {fits} and takes "
-            f"{100 * route.battery.share:.2g} % of it; the chance that it suffices is "
-            f"{chance(route.battery_chance)}."
-        )
-    model = answer.model
-    remarks.append(f"Model {model['name']}, version {model['version']}, kind {model['kind']}.")
-    remarks += [f"Nothing to compare with as the {n}: {why}." for n, why in answer.absent.items()]
-    remarks += answer.notes
-    return "<ul>" + "".join(f"<li>{plain(r)}</li>" for r in remarks) + "</ul>"
-
-
-def _width(route: Route, titles: Mapping[str, str]) -> list[str]:
-    parts = [part.to_json() for part in route.sensitivity]
-    return [f"The interval's width comes from {width_from(parts, titles)}."] if parts else []
-
-
-def _power_legend(route: Route) -> str:
+def _power_legend(route: Route) -> Markup:
     watts = seen(route.arrays["watts"])
     low, high = power_range(watts)
-    stops = ", ".join("rgb({}, {}, {})".format(*colour) for colour in POWER_COLOURS)
-    back = "rgb({}, {}, {})".format(*GIVEN_BACK)
-    below = f"<i class='dot' style='background:{back}'></i> gives back" if (watts < 0).any() else ""
-    return (
-        f"<figcaption>{below} {low:.3g} W <i class='scale' style='background:"
-        f"linear-gradient(90deg, {stops})'></i> {high:.3g} W · arrowheads: where the front "
-        "points</figcaption>"
-    )
+    stops = ", ".join(map(hexadecimal, POWER_COLOURS))
+    scale = element("i", kind="scale", style=f"background:linear-gradient(90deg, {stops})")
+    back = [dot(hexadecimal(GIVEN_BACK)), " gives back "] if (watts < 0).any() else []
+    where = f" {high:.3g} W · arrowheads: where the front points"
+    return joined(*back, f"{low:.3g} W ", scale, where)
 
 
-def _legend(effects: Sequence[str], titles: Mapping[str, str]) -> str:
-    entries = "".join(
-        f"<li><i class='dot' style='background:{colour_of(e)}'></i>{plain(titles.get(e, e))}</li>"
-        for e in effects
-    )
-    return f"<ul class='legend'>{entries}<li><i class='line total'></i>total</li></ul>"
+def _legend(effects: Sequence[str], titles: Mapping[str, str]) -> Markup:
+    entries = [joined(dot(colour_of(e)), titles.get(e, e)) for e in effects]
+    return bullets([*entries, joined(element("i", kind="line total"), "total")], "legend")
 
 
-def _account(routes: Mapping[str, Route], titles: Mapping[str, str]) -> str:
-    best = routes["route"]
-    ordered = sorted(best.breakdown_j, key=lambda e: (e in EXCHANGE, -abs(best.breakdown_j[e])))
-    rows = []
-    for effect in ordered:
-        values = [route.breakdown_j.get(effect, 0.0) for route in routes.values()]
-        if all(joules(value) == joules(0.0) for value in values):
-            continue
-        name = plain(titles.get(effect, effect)) + (
-            " <small>(exchange)</small>" if effect in EXCHANGE else ""
-        )
-        share = 100 * values[0] / best.energy_j if best.energy_j else 0.0
-        cells = [joules(values[0]), f"{share:z.1f} %", *map(joules, values[1:])]
-        rows.append(
-            f"<tr><th scope='row'><i class='dot' style='background:{colour_of(effect)}'></i>"
-            f"{name}</th>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
-        )
-    heads = ["effect", "route", "share", *[name for name in routes if name != "route"]]
-    head = "".join(f"<th scope='col'>{h}</th>" for h in heads)
-    sums = [joules(best.energy_j), "100 %"]
-    sums += [joules(route.energy_j) for name, route in routes.items() if name != "route"]
-    foot = "<tr><th scope='row'>all</th>" + "".join(f"<td>{s}</td>" for s in sums) + "</tr>"
-    return (
-        f"<table class='account'><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody>"
-        f"<tfoot>{foot}</tfoot></table>"
-    )
+def _account(document: Document, titles: Mapping[str, str]) -> Markup:
+    heads, rows, sums = account(document)
+    cells = []
+    for effect, exchanged, told in rows:
+        kind = Markup(" <small>(exchange)</small>") if exchanged else ""
+        name = joined(dot(colour_of(effect)), titles.get(effect, effect), kind)
+        cells.append([name, *told])
+    return table("", ["effect", *heads], cells, foot=["all", *sums], kind="account")
 
 
 def _poses(route: Route) -> str:

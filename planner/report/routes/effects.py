@@ -63,7 +63,7 @@ def main_effects(routes: Sequence[Route], *, least_share: float = 0.012) -> list
     return [e for e in sorted(share, key=lambda e: -share[e]) if share[e] >= least_share]
 
 
-def grouped(values: Mapping[str, Array], effects: Sequence[str]) -> dict[str, Array]:
+def grouped(values: Mapping[str, Array | float], effects: Sequence[str]) -> dict[str, Array]:
     """The chosen effects' values, and the sum of all others as "other" where it is not zero."""
     result = {effect: np.asarray(values[effect], float) for effect in effects if effect in values}
     rest = [np.asarray(value, float) for effect, value in values.items() if effect not in result]

@@ -9,8 +9,7 @@ import numpy as np
 from planner.amounts import joules
 from planner.report.axes import Axes
 from planner.report.drawing import chart, text, width_of
-from planner.report.markup import plain
-from planner.report.routes.route_map import power_colour
+from planner.report.routes.route_map import hexadecimal, power_colour
 
 if TYPE_CHECKING:
     from planner.search.matrix import Matrix
@@ -53,27 +52,18 @@ def matrix_chart(matrix: Matrix) -> str:
     axes = Axes(width, height, (0.0, columns), (float(rows), 0.0), size=_LETTERS, inner=inner)
     parts = [text(0, 15, "start \\ goal")]
     if readable:
-        parts += [
-            text(float(axes.x(j + 0.5)), 15, goal, anchor="middle") for j, goal in enumerate(goals)
-        ]
+        parts += [text(axes.x(j + 0.5), 15, goal, anchor="middle") for j, goal in enumerate(goals)]
     for i, start in enumerate(starts):
-        middle = float(axes.y(i + 0.5)) + 4.5
+        top, middle = axes.y(i), axes.y(i + 0.5) + 4.5
         parts.append(text(left - 8, middle, start, anchor="end"))
         for j, goal in enumerate(goals):
-            energy = float(energies[i, j])
-            fill, ink = _colours(energy, low, high)
-            said = energy_words(energy)
-            x, y = float(axes.x(j)), float(axes.y(i))
-            parts.append(
-                f'<rect x="{x:.1f}" y="{y:.1f}" width="{cell:.1f}" height="{tall:.1f}" '
-                f'fill="{fill}" class="band"><title>{plain(f"{start} to {goal}: {said}")}</title>'
-                "</rect>"
-            )
+            fill, ink = _colours(float(energies[i, j]), low, high)
+            said = energy_words(float(energies[i, j]))
+            told = f"{start} to {goal}: {said}"
+            parts.append(axes.bar(j, j + 1, top, tall, "band", rx=0, fill=fill, tooltip=told))
             if readable:
-                parts.append(
-                    f'<text x="{x + cell / 2:.1f}" y="{middle:.1f}" text-anchor="middle" '
-                    f'style="fill:{ink};pointer-events:none">{said}</text>'
-                )
+                style = f"fill:{ink};pointer-events:none"
+                parts.append(text(axes.x(j + 0.5), middle, said, anchor="middle", style=style))
     title = "Energy from every start to every goal"
     told = f"From {joules(least)} to {joules(most)}." if len(known) else "No route at all."
     return chart(width, height + 2, "".join(parts), title, told, kind="chart bars")
@@ -83,6 +73,6 @@ def _colours(energy: float, low: float, high: float) -> tuple[str, str]:
     """Colour of a cell, and of the words upon it."""
     if not np.isfinite(energy):
         return "#9ca3af", "#111827"
-    red, green, blue = power_colour(energy, low, high)
-    dark = 0.299 * red + 0.587 * green + 0.114 * blue < 140
-    return f"#{red:02x}{green:02x}{blue:02x}", "#fff" if dark else "#111827"
+    colour = power_colour(energy, low, high)
+    dark = np.dot((0.299, 0.587, 0.114), colour) < 140
+    return hexadecimal(colour), "#fff" if dark else "#111827"

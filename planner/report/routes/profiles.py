@@ -15,7 +15,7 @@ from planner.amounts import joules
 from planner.arrays import Array
 from planner.report.axes import Axes, padded, thinned
 from planner.report.drawing import chart, text, width_of
-from planner.report.markup import plain
+from planner.report.markup import Markup, joined
 from planner.report.routes.effects import colour_of, grouped
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _BARS = 13.0  # pixels, size of the letters beside bars
 
 
-def height_chart(routes: Mapping[str, Route], *, width: int = 1000, height: int = 190) -> str:
+def height_chart(routes: Mapping[str, Route], *, width: int = 1000, height: int = 190) -> Markup:
     """Height along the way, of the route and of the others."""
     z = np.concatenate([route.arrays["z"] for route in routes.values()])
     low, high = float(z.min()), float(z.max())
@@ -35,16 +35,13 @@ def height_chart(routes: Mapping[str, Route], *, width: int = 1000, height: int 
     parts = [axes.frame("distance (m)", "height (m)")]
     for name, route in reversed([*routes.items()]):
         shown = thinned(len(route.distance_m))
-        line = axes.points(route.distance_m[shown], route.arrays["z"][shown])
+        xs, ys = route.distance_m[shown], route.arrays["z"][shown]
         if name == "route":
-            first, last = axes.x(0.0), axes.x(route.distance_m[-1])
-            floor = axes.bottom
-            area = f"{first:.1f},{floor:.0f} {line} {last:.1f},{floor:.0f}"
-            parts.append(f'<polygon points="{area}" class="ground"/>')
-            parts.append(f'<polyline points="{line}" class="route"/>')
+            floor = np.full(len(ys), axes.y_range[0])
+            parts += [axes.area(xs, floor, ys, "ground"), axes.line(xs, ys, "route")]
         else:
-            parts.append(f'<polyline points="{line}" class="other {name}"/>')
-    return axes.svg("".join(parts), "Height along the routes")
+            parts.append(axes.line(xs, ys, f"other {name}"))
+    return axes.svg(joined(*parts), "Height along the routes")
 
 
 def mean_power(route: Route, *, most: int = 360) -> tuple[Array, dict[str, Array]]:
@@ -78,48 +75,39 @@ def mean_power(route: Route, *, most: int = 360) -> tuple[Array, dict[str, Array
 
 def power_chart(
     route: Route, effects: Sequence[str], *, width: int = 1000, height: int = 270
-) -> str:
+) -> Markup:
     """Power along the way, stacked by effect, and its total as a line."""
     along, watts = mean_power(route, most=round(0.36 * width))
     shares = grouped(watts, effects)
-    above = {e: np.maximum(v, 0.0) for e, v in shares.items()}
-    below = {e: np.minimum(v, 0.0) for e, v in shares.items()}
     total = np.sum([*shares.values()], axis=0)
-    drawn, returned = (np.sum([*layer.values()], axis=0) for layer in (above, below))
+    drawn, returned = (
+        np.sum([f(v, 0.0) for v in shares.values()], axis=0) for f in (np.maximum, np.minimum)
+    )
     high = float(max(np.quantile(drawn, 0.995), total.max() * 0.8, 1e-6))
     low = float(np.quantile(returned, 0.005))
     axes = Axes(width, height, (0.0, float(along[-1])), padded(low, high, 0.04))
     parts = [axes.frame("distance (m)", "power (W)")]
-    for layers in (above, below):
-        base = np.zeros(len(total))
-        for effect, values in layers.items():
-            if not np.any(values):
-                continue
-            top = base + values
-            band = f"{_steps(axes, along, top)} {_steps(axes, along, base, backwards=True)}"
-            parts.append(
-                f'<polygon points="{band}" fill="{colour_of(effect)}">'
-                f"<title>{plain(effect)}</title></polygon>"
-            )
+    # A step line: each edge between two pieces is the place of both their values.
+    edges = np.repeat(along, 2)[1:-1]
+    for signed_part in (np.maximum, np.minimum):
+        base = np.zeros(len(edges))
+        for effect, values in shares.items():
+            top = base + np.repeat(signed_part(values, 0.0), 2)
+            if np.any(top != base):
+                colour = colour_of(effect)
+                parts.append(axes.area(edges, base, top, fill=colour, tooltip=effect))
             base = top
-    parts.append(f'<polyline points="{_steps(axes, along, total)}" class="total"/>')
-    return axes.svg("".join(parts), "Power along the route by effect")
-
-
-def _steps(axes: Axes, edges: Array, values: Array, *, backwards: bool = False) -> str:
-    """A step line of values between edges."""
-    xs = np.repeat(edges, 2)[1:-1]
-    ys = np.clip(np.repeat(values, 2), *axes.y_range)
-    return axes.points(xs[::-1], ys[::-1]) if backwards else axes.points(xs, ys)
+    parts.append(axes.line(edges, np.repeat(total, 2), "total"))
+    return axes.svg(joined(*parts), "Power along the route by effect")
 
 
 def energy_bars(
     routes: Mapping[str, Route], effects: Sequence[str], titles: Mapping[str, str]
-) -> str:
+) -> Markup:
     """Energy of every route as a bar of its effects; what is given back lies left of zero."""
     width, bar, gap = 1000, 34, 16
     left = max(110.0, 20.0 + max(width_of(name, _BARS) for name in routes))
-    stacks = {n: grouped(_as_arrays(r.breakdown_j), effects) for n, r in routes.items()}
+    stacks = {n: grouped(r.breakdown_j, effects) for n, r in routes.items()}
     most = max(sum(max(float(v), 0.0) for v in s.values()) for s in stacks.values())
     least = min(sum(min(float(v), 0.0) for v in s.values()) for s in stacks.values())
     right_room = max(90.0, 16.0 + max(width_of(joules(r.energy_j), _BARS) for r in routes.values()))
@@ -135,18 +123,11 @@ def energy_bars(
             value = float(amount)
             start = drawn if value > 0 else returned
             drawn, returned = drawn + max(value, 0.0), returned + min(value, 0.0)
-            x, end = sorted(float(axes.x(v)) for v in (start, start + value))
-            if end - x < 0.05:
-                continue
-            what = plain(f"{titles.get(effect, effect)}: {joules(value)}")
-            parts.append(
-                f'<rect x="{x:.1f}" y="{y}" width="{end - x:.1f}" height="{bar}" '
-                f'fill="{colour_of(effect)}" class="band"><title>{what}</title></rect>'
-            )
-        end = float(axes.x(drawn)) + 8
-        parts.append(text(end, y + bar / 2 + 4, joules(routes[name].energy_j), "strong"))
-    return chart(width, height, "".join(parts), "Energy by effect", kind="chart bars")
-
-
-def _as_arrays(values: Mapping[str, float]) -> dict[str, Array]:
-    return {name: np.asarray(value, float) for name, value in values.items()}
+            if abs(axes.x(start + value) - axes.x(start)) >= 0.05:
+                said, fill = f"{titles.get(effect, effect)}: {joules(value)}", colour_of(effect)
+                parts.append(
+                    axes.bar(start, start + value, y, bar, "band", rx=0, fill=fill, tooltip=said)
+                )
+        told = joules(routes[name].energy_j)
+        parts.append(text(axes.x(drawn) + 8, y + bar / 2 + 4, told, "strong"))
+    return chart(width, height, joined(*parts), "Energy by effect", kind="chart bars")

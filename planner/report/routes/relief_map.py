@@ -6,14 +6,14 @@ relief_map(terrain, ground, ground.line(xs, ys, "route"), "Relief with a route")
 
 from __future__ import annotations
 
-import html
 import math
 
 import numpy as np
 
 from planner.arrays import Array
 from planner.report.axes import Axes
-from planner.report.drawing import chart
+from planner.report.drawing import chart, circle, rectangle, text
+from planner.report.markup import Attributes, Markup, element, joined
 from planner.report.routes.relief_image import Window, as_data_url, relief_image
 from planner.terrain.heightmap import Terrain
 
@@ -53,7 +53,7 @@ def ground_axes(window: Window, width: int) -> Axes:
     return Axes(width, height, (x0, x1), (y0, y1), inner=(0.0, 0.0, float(width), height))
 
 
-def relief_map(terrain: Terrain, ground: Axes, content: str, title: str) -> str:
+def relief_map(terrain: Terrain, ground: Axes, content: str, title: str) -> Markup:
     """The part of a map that axes show, with marks upon it.
 
     Args:
@@ -63,47 +63,50 @@ def relief_map(terrain: Terrain, ground: Axes, content: str, title: str) -> str:
         title: for those who cannot see it.
     """
     (x0, x1), (y0, y1) = ground.x_range, ground.y_range
-    width, height = ground.width, ground.height
-    pixels = int(min(1000, 2 * width))
-    relief = as_data_url(relief_image(terrain, (x0, y0, x1, y1), pixels=pixels))
-    image = (
-        f'<image href="{relief}" width="{width}" height="{height:.1f}" preserveAspectRatio="none"/>'
+    size: Attributes = {"width": ground.width, "height": ground.height}
+    relief = as_data_url(
+        relief_image(terrain, (x0, y0, x1, y1), pixels=int(min(1000, 2 * ground.width)))
     )
-    placed = f'data-x0="{x0}" data-y1="{y1}" data-scale="{width / (x1 - x0)}"'
-    return chart(
-        width, height, image + content + _scale_bar(ground), title, kind="map", placed=placed
-    )
+    image = element("image", href=relief, preserveAspectRatio="none", **size)
+    parts = f"{image}{content}{_scale_bar(ground)}"
+    # Exact, for the cursor of the page.
+    scale: Attributes = {
+        "data_x0": str(x0),
+        "data_y1": str(y1),
+        "data_scale": str(ground.width / (x1 - x0)),
+    }
+    return chart(**size, content=parts, title=title, kind="map", **scale)
 
 
-def outlined(ground: Axes, xs: Array, ys: Array, stroke: str, width: float, rim: float) -> str:
+def outlined(
+    ground: Axes, xs: Array, ys: Array, colour: str, *, width: float = 2.5, dashes: str = ""
+) -> Markup:
     """A line on the ground with a white rim that parts it from the relief.
 
     Args:
         ground: from ``ground_axes``.
         xs, ys: (n,) m.
-        stroke: attributes of the line's stroke.
-        width, rim: pixels, of the line and of the line with its rim.
+        colour: of the line.
+        width: of the line without its rim, pixels.
+        dashes: as in stroke-dasharray; "" for a whole line.
     """
-    points = ground.points(xs, ys)
-    opaque = "" if rim - width > 2.5 else ' stroke-opacity=".55"'
-    return (
-        f'<polyline points="{points}" fill="none" stroke="#fff"{opaque} stroke-width="{rim}" '
-        'stroke-linejoin="round" stroke-linecap="round"/>'
-        f'<polyline points="{points}" fill="none" {stroke} stroke-width="{width}" '
-        'stroke-linejoin="round"/>'
+    shape = {"points": ground.points(xs, ys), "fill": "none", "stroke_linejoin": "round"}
+    rim: Attributes = {"stroke": "#fff", "stroke_opacity": 0.55, "stroke_linecap": "round"}
+    look = {"stroke": colour, "stroke_dasharray": dashes}
+    return joined(
+        element("polyline", **shape, **rim, stroke_width=width + 2),
+        element("polyline", **shape, **look, stroke_width=width),
     )
 
 
-def place_mark(ground: Axes, x: float, y: float, colour: str, words: str) -> str:
+def place_mark(ground: Axes, x: float, y: float, colour: str, words: str) -> Markup:
     """A dot at a place with words under the pointer."""
-    return (
-        f'<g><title>{html.escape(words)}</title><circle cx="{float(ground.x(x)):.1f}" '
-        f'cy="{float(ground.y(y)):.1f}" r="6.5" fill="{colour}" stroke="#fff" '
-        'stroke-width="2"/></g>'
+    return circle(
+        ground.x(x), ground.y(y), 6.5, tooltip=words, fill=colour, stroke="#fff", stroke_width=2
     )
 
 
-def _scale_bar(ground: Axes) -> str:
+def _scale_bar(ground: Axes) -> Markup:
     """A bar with its length, for the lower left corner."""
     x0, x1 = ground.x_range
     target = (x1 - x0) / 5
@@ -112,11 +115,14 @@ def _scale_bar(ground: Axes) -> str:
     size = length / (x1 - x0) * ground.width
     words = f"{length:g} m" if length < 1000 else f"{length / 1000:g} km"
     y = ground.height - 14
-    return (
-        f'<g><rect x="10" y="{y - 16:.1f}" width="{size + 16:.1f}" height="24" rx="4" '
-        'fill="#fff" fill-opacity=".8"/>'
-        f'<path d="M18,{y - 4:.1f}v6h{size:.1f}v-6" fill="none" stroke="#111827" '
-        'stroke-width="1.5"/>'
-        f'<text x="{18 + size / 2:.1f}" y="{y - 3:.1f}" text-anchor="middle" font-size="11" '
-        f'font-family="system-ui,sans-serif" style="fill:#111827">{words}</text></g>'
+    ink: Attributes = {
+        "font_size": 11,
+        "font_family": "system-ui,sans-serif",
+        "style": "fill:#111827",
+    }
+    bar = f"M18,{y - 4:.1f}v6h{size:.1f}v-6"
+    return joined(
+        rectangle(10, y - 16, size + 16, 24, rx=4, fill="#fff", fill_opacity=0.8),
+        element("path", d=bar, fill="none", stroke="#111827", stroke_width=1.5),
+        text(18 + size / 2, y - 3, words, anchor="middle", **ink),
     )

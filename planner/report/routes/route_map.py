@@ -5,14 +5,16 @@ Colours of power: blue gives energy back, then yellow, orange, red to violet for
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planner.arrays import Array
 from planner.report.axes import Axes
+from planner.report.markup import Markup, element, joined
 from planner.report.routes.relief_image import Window
 from planner.report.routes.relief_map import (
     ground_axes,
@@ -21,11 +23,13 @@ from planner.report.routes.relief_map import (
     relief_map,
     window_around,
 )
+from planner.terrain.heightmap import Terrain
 
 if TYPE_CHECKING:
     from planner.search.results import Answer, Route
 
-
+Colour = tuple[int, int, int]
+"""Red, green, blue, each 0 to 255."""
 POWER_COLOURS = ((255, 224, 138), (249, 142, 60), (214, 48, 79), (107, 26, 123))
 GIVEN_BACK = (38, 110, 220)
 START, GOAL = "#15803d", "#b91c1c"
@@ -51,15 +55,24 @@ def power_range(watts: Array) -> tuple[float, float]:
     return max(0.0, float(low)), max(float(high), max(0.0, float(low)) + 1e-9)
 
 
-def power_colour(watts: float, low: float, high: float) -> tuple[int, int, int]:
-    """Red, green, blue of a power between ``low`` and ``high`` W."""
+def mixed(first: Colour, last: Colour, share: float) -> Colour:
+    """The colour a share of the way from one to another."""
+    red, green, blue = (round(a + (b - a) * share) for a, b in zip(first, last, strict=True))
+    return red, green, blue
+
+
+def hexadecimal(colour: Colour) -> str:
+    """A colour as a page writes it."""
+    return "#{:02x}{:02x}{:02x}".format(*colour)
+
+
+def power_colour(watts: float, low: float, high: float) -> Colour:
+    """Colour of a power between ``low`` and ``high`` W."""
     if watts < 0:
         return GIVEN_BACK
     place = min(max((watts - low) / (high - low), 0.0), 1.0) * (len(POWER_COLOURS) - 1)
     k = min(int(place), len(POWER_COLOURS) - 2)
-    a, b = POWER_COLOURS[k], POWER_COLOURS[k + 1]
-    red, green, blue = (round(p + (q - p) * (place - k)) for p, q in zip(a, b, strict=True))
-    return red, green, blue
+    return mixed(POWER_COLOURS[k], POWER_COLOURS[k + 1], place - k)
 
 
 def routes_of(answer: Answer) -> dict[str, Route]:
@@ -70,13 +83,13 @@ def routes_of(answer: Answer) -> dict[str, Route]:
     return named | {name: baseline.route for name, baseline in answer.baselines.items()}
 
 
-def window_of(answer: Answer) -> Window:
-    """The part of the map that shows all routes of an answer."""
-    routes = routes_of(answer).values()
-    if not routes:
-        return answer.terrain.extent
-    xs, ys = (np.concatenate([route.arrays[k] for route in routes]) for k in ("x", "y"))
-    return window_around(answer.terrain, xs, ys)
+def window_of(terrain: Terrain, routes: Iterable[Route]) -> Window:
+    """The part of a map that shows all of some routes; the whole map where there are none."""
+    arrays = [route.arrays for route in routes]
+    if not arrays:
+        return terrain.extent
+    xs, ys = (np.concatenate([each[k] for each in arrays]) for k in ("x", "y"))
+    return window_around(terrain, xs, ys)
 
 
 def coloured_pieces(route: Route) -> Iterator[tuple[str, list[int]]]:
@@ -84,63 +97,57 @@ def coloured_pieces(route: Route) -> Iterator[tuple[str, list[int]]]:
     watts = seen(route.arrays["watts"])
     low, high = power_range(watts)
 
-    def step(k: int) -> int:
-        return -1 if watts[k] < 0 else round((watts[k] - low) / (high - low) * _STEPS)
-
-    first = 1
-    for k in range(2, len(watts) + 1):
-        if k == len(watts) or step(k) != step(first):
-            middle = float(np.median(watts[first:k]))
-            yield (
-                "#{:02x}{:02x}{:02x}".format(*power_colour(middle, low, high)),
-                [*range(first - 1, k)],
-            )
-            first = k
+    steps = np.where(watts < 0, -1.0, np.rint((watts - low) / (high - low) * _STEPS))
+    changes = np.flatnonzero(np.diff(steps[1:])) + 2
+    for first, end in itertools.pairwise(np.unique([1, *changes, len(watts)]).tolist()):
+        middle = float(np.median(watts[first:end]))
+        yield hexadecimal(power_colour(middle, low, high)), [*range(first - 1, end)]
 
 
-def map_svg(answer: Answer, *, width: int = 720) -> str:
+def map_svg(answer: Answer, *, width: int = 720) -> Markup:
     """The map with all routes as SVG, the best one coloured by its power.
 
     Args:
         answer: with or without a route.
         width: in pixels.
     """
-    ground = ground_axes(window_of(answer), width)
     named = routes_of(answer)
+    ground = ground_axes(window_of(answer.terrain, named.values()), width)
     parts = []
     for name, route in reversed(named.items()):
+        xs, ys = route.arrays["x"], route.arrays["y"]
         if name == "route":
-            continue
-        dashes = "7 5" if name == "shortest" else "2 4"
-        stroke = f'stroke="{BASELINE_COLOURS.get(name, "#5b3a8c")}" stroke-dasharray="{dashes}"'
-        parts.append(outlined(ground, route.arrays["x"], route.arrays["y"], stroke, 2, 4))
-    if "route" in named:
-        parts += _route_parts(named["route"], ground)
+            parts += _route_parts(route, ground)
+        else:
+            colour = BASELINE_COLOURS.get(name, "#5b3a8c")
+            dashes = "7 5" if name == "shortest" else "2 4"
+            parts.append(outlined(ground, xs, ys, colour, width=2, dashes=dashes))
     title = f"Relief of {answer.terrain.name} with the routes"
-    return relief_map(answer.terrain, ground, "".join(parts), title)
+    return relief_map(answer.terrain, ground, joined(*parts), title)
 
 
-def _route_parts(route: Route, ground: Axes) -> list[str]:
+def _route_parts(route: Route, ground: Axes) -> list[Markup]:
     xs, ys, yaw = (route.arrays[k] for k in ("x", "y", "yaw"))
+    round_ends = {"stroke_linejoin": "round", "stroke_linecap": "round", "fill": "none"}
+    lines = [("#fff", 7.5, [*range(len(xs))])]
+    lines += [(colour, 4.5, run) for colour, run in coloured_pieces(route)]
     parts = [
-        f'<polyline points="{ground.points(xs, ys)}" fill="none" stroke="#fff" '
-        'stroke-width="7.5" stroke-linejoin="round" stroke-linecap="round"/>'
-    ]
-    for colour, run in coloured_pieces(route):
-        parts.append(
-            f'<polyline points="{ground.points(xs[run], ys[run])}" fill="none" '
-            f'stroke="{colour}" stroke-width="4.5" stroke-linejoin="round" '
-            'stroke-linecap="round"/>'
+        element(
+            "polyline",
+            points=ground.points(xs[run], ys[run]),
+            stroke=colour,
+            stroke_width=width,
+            **round_ends,
         )
+        for colour, width, run in lines
+    ]
     # Where the front of the robot points: it need not be where it goes.
+    arrow = {"d": "M7,0L-3.5,-3.6L-1.5,0L-3.5,3.6Z", "fill": "#111827", "stroke": "#fff"}
     along = route.distance_m
     for k in np.searchsorted(along, np.linspace(0, along[-1], 14)[1:-1]):
-        x, y = float(ground.x(xs[k])), float(ground.y(ys[k]))
-        parts.append(
-            '<path d="M7,0L-3.5,-3.6L-1.5,0L-3.5,3.6Z" fill="#111827" stroke="#fff" '
-            f'stroke-width=".8" transform="translate({x:.1f} {y:.1f}) '
-            f'rotate({-math.degrees(float(yaw[k])):.1f})"/>'
-        )
+        place = f"translate({ground.x(xs[k]):.1f} {ground.y(ys[k]):.1f})"
+        turn = f"rotate({-math.degrees(yaw[k]):.1f})"
+        parts.append(element("path", **arrow, stroke_width=0.8, transform=f"{place} {turn}"))
     for k, colour, what in ((0, START, "start"), (-1, GOAL, "goal")):
-        parts.append(place_mark(ground, float(xs[k]), float(ys[k]), colour, what))
+        parts.append(place_mark(ground, xs[k], ys[k], colour, what))
     return parts

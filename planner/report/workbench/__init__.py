@@ -1,5 +1,5 @@
 """Views of the workbench's results: comparisons, diagnoses, adoptions, models."""
 
-from planner.report.workbench.pages import workbench_view
+from planner.report.workbench.pages import VIEWS
 
-__all__ = ["workbench_view"]
+__all__ = ["VIEWS"]

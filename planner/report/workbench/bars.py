@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 
 from planner.amounts import share, signed, watts
 from planner.report.axes import Axes
-from planner.report.drawing import chart, short, text, width_of
-from planner.report.markup import plain
+from planner.report.drawing import chart, circle, line, short, text, width_of
+from planner.report.markup import joined
 from planner.report.workbench.residuals import SURE
 from planner.telemetry.comparison import RunComparison
 from planner.telemetry.diagnosis import Candidate
@@ -33,16 +33,17 @@ def errors_chart(errors: Mapping[str, float], floor: float) -> str:
     for number, (name, value) in enumerate(errors.items()):
         y, kind = 12 + row * number, "after" if number else "before"
         parts.append(text(4, y + 11, short(name, 76), "ink halo"))
-        parts.append(axes.bar(0.0, value, y + 17, 16, f"{kind} solid", f"{name}: {watts(value)}"))
-        parts.append(text(float(axes.x(value)) + 8, y + 30, watts(value), "strong halo"))
+        parts.append(
+            axes.bar(0.0, value, y + 17, 16, f"{kind} solid", tooltip=f"{name}: {watts(value)}")
+        )
+        parts.append(text(axes.x(value) + 8, y + 30, watts(value), "strong halo"))
     parts.append(axes.mark(floor, 8, end + 6, "noise dashed"))
     told = f"the log's own noise, about {watts(floor)}"
-    place = float(axes.x(floor))
-    right = place > 0.6 * width
-    parts.append(text(place, end + 20, told, anchor="end" if right else "start"))
+    anchor = "end" if axes.x(floor) > 0.6 * width else ""
+    parts.append(text(axes.x(floor), end + 20, told, anchor=anchor))
     said = "; ".join(f"{name} {watts(value)}" for name, value in errors.items())
     title = "Error on held-out runs against the log's own noise"
-    return chart(width, end + 28, "".join(parts), title, f"{said}; {told}.", kind="chart bars")
+    return chart(width, end + 28, joined(*parts), title, f"{said}; {told}.", kind="chart bars")
 
 
 def regimes_chart(regimes: Sequence[Regime]) -> str:
@@ -55,28 +56,23 @@ def regimes_chart(regimes: Sequence[Regime]) -> str:
     end = 24 + row * len(regimes)
     axes = Axes(width, end, (low, high), inner=(6.0, 24.0, split - 84.0, end))
     shares = Axes(width, end, (0.0, 1.0), inner=(split, 24.0, split + 150.0, end))
-    parts = [
-        text(0, 12, "measured − predicted"),
-        text(split, 12, "share of the squared error"),
-    ]
+    parts = [text(0, 12, "measured − predicted"), text(split, 12, "share of the squared error")]
     for number, r in enumerate(regimes):
         y = 24 + row * number
         parts.append(text(0, y + 14, short(r.where, 96), "ink halo"))
-        parts.append(axes.bar(0.0, r.bias_w, y + 20, 14, "before solid", r.sentence))
+        parts.append(axes.bar(0.0, r.bias_w, y + 20, 14, "before solid", tooltip=r.sentence))
         parts.append(axes.mark(0.0, y + 17, y + 37, "zero"))
         reach = SURE * r.stderr_w
-        a, b = (float(axes.x(r.bias_w + side * reach)) for side in (-1.0, 1.0))
-        middle = y + 27
-        parts.append(f'<path d="M{a:.1f} {middle}H{b:.1f}" class="measured thin"/>')
-        parts.append(text(max(b, float(axes.x(0.0))) + 6, y + 32, signed(r.bias_w), "strong halo"))
+        a, b = (axes.x(r.bias_w + side * reach) for side in (-1.0, 1.0))
+        parts.append(line(a, y + 27, b, y + 27, "measured thin"))
+        parts.append(text(max(b, axes.x(0.0)) + 6, y + 32, signed(r.bias_w), "strong halo"))
         part = min(max(r.share_of_squared_error, 0.0), 1.0)
         parts.append(shares.bar(0.0, 1.0, y + 20, 14, "noise area"))
         parts.append(shares.bar(0.0, part, y + 20, 14, "noise solid"))
         parts.append(text(split + 158, y + 32, share(r.share_of_squared_error), "strong"))
     said = "; ".join(r.sentence for r in regimes) + "."
-    return chart(
-        width, end + 4, "".join(parts), "Where the model is wrong", said, kind="chart bars"
-    )
+    title = "Where the model is wrong"
+    return chart(width, end + 4, joined(*parts), title, said, kind="chart bars")
 
 
 def candidates_chart(
@@ -115,8 +111,8 @@ def candidates_chart(
             axes.mark(floor, 20, end, "noise dashed"),
             axes.mark(before, 20, end, "before dashed"),
             text(middle, 12, "held-out error with it"),
-            text(float(axes.x(floor)), end + 14, f"noise {watts(floor)}", anchor="middle"),
-            text(float(axes.x(before)), end + 30, f"without any {watts(before)}", anchor="end"),
+            text(axes.x(floor), end + 14, f"noise {watts(floor)}", anchor="middle"),
+            text(axes.x(before), end + 30, f"without any {watts(before)}", anchor="end"),
         ]
     for number, c in enumerate(shown):
         y = 28 + row * number
@@ -124,19 +120,17 @@ def candidates_chart(
         parts.append(text(0, y + 14, short(c.effect, 26), "strong" if chosen else "ink"))
         hue = "after" if chosen else "noise"
         if likely:
-            at = float(chances.x(c.probability))
             mark = " · tied" if c.effect in tied else ""
             parts.append(chances.bar(0.0, c.probability, y + 3, 14, f"{hue} solid"))
-            parts.append(text(at + 6, y + 15, share(c.probability) + mark, "ink"))
+            told = share(c.probability) + mark
+            parts.append(text(chances.x(c.probability) + 6, y + 15, told, "ink"))
         if c.heldout_rmse_w is not None:
-            said = f"<title>{plain(c.effect)}: {watts(c.heldout_rmse_w)}</title>"
-            parts.append(
-                f'<circle cx="{float(axes.x(c.heldout_rmse_w)):.1f}" cy="{y + 10}" r="5.5" '
-                f'class="{hue} {"solid" if chosen else "hollow"}">{said}</circle>'
-            )
+            kind = f"{hue} {'solid' if chosen else 'hollow'}"
+            told = f"{c.effect}: {watts(c.heldout_rmse_w)}"
+            parts.append(circle(axes.x(c.heldout_rmse_w), y + 10, 5.5, kind, tooltip=told))
     said = "; ".join(f"{c.effect} {share(c.probability) if likely else ''}" for c in shown) + "."
     title = "What could be missing"
-    return chart(width, end + 38, "".join(parts), title, said, kind="chart bars")
+    return chart(width, end + 38, joined(*parts), title, said, kind="chart bars")
 
 
 def runs_chart(runs: Sequence[RunComparison]) -> str:
@@ -159,12 +153,11 @@ def runs_chart(runs: Sequence[RunComparison]) -> str:
     ]
     for number, (r, error) in enumerate(zip(shown, errors, strict=True)):
         off, y = r.error_share or 0.0, 22 + row * number
-        end_of_bar = float(axes.x(off))
         parts.append(text(names - 8, y + 12, short(r.run, 18), "ink", "end"))
-        parts.append(axes.bar(0.0, off, y + 2, 12, "before solid", f"{r.run}: {error}"))
-        beside, anchor = (end_of_bar - 6, "end") if off < 0 else (end_of_bar + 6, "start")
-        parts.append(text(beside, y + 12, error, anchor=anchor))
+        parts.append(axes.bar(0.0, off, y + 2, 12, "before solid", tooltip=f"{r.run}: {error}"))
+        side, anchor = (-6, "end") if off < 0 else (6, "")
+        parts.append(text(axes.x(off) + side, y + 12, error, anchor=anchor))
     parts.append(axes.mark(0.0, 18, end, "zero"))
     title = "Error of the predicted energy by run"
     said = "; ".join(f"{r.run} {error}" for r, error in zip(shown, errors, strict=True)) + "."
-    return chart(width, end + 4, "".join(parts), title, said, kind="chart bars")
+    return chart(width, end + 4, joined(*parts), title, said, kind="chart bars")

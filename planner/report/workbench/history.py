@@ -12,8 +12,8 @@ from typing import Any
 
 from planner.amounts import watts
 from planner.report.axes import Axes
-from planner.report.drawing import chart, short, text
-from planner.report.markup import Markup, bullets, table
+from planner.report.drawing import chart, circle, line, rectangle, short, text
+from planner.report.markup import Markup, bullets, joined, table
 
 MOST_VERSIONS = 12
 """Of a longer history the picture shows the last ones; the table has all."""
@@ -34,10 +34,6 @@ def history_chart(entries: Sequence[Mapping[str, Any]]) -> str:
     width = left + column * len(told) + 12
     axes = replace(draft, width=width, inner=(left, top, width, top + height))
     parts, words = [axes.grid()], []
-
-    def y(value: float) -> float:
-        return float(axes.y(value))
-
     past: tuple[float, float, Any] | None = None
     for place, entry in enumerate(told):
         x0 = left + column * place
@@ -47,36 +43,29 @@ def history_chart(entries: Sequence[Mapping[str, Any]]) -> str:
             before = None  # of the version before, perhaps on another log
         assert after is not None  # chosen so
         log = (entry.get("log") or {}).get("sha256")
-        floor = entry.get("noise_floor_w")
-        if floor is not None:
-            parts.append(
-                f'<rect x="{x0}" y="{y(floor):.1f}" width="{column}" '
-                f'height="{y(0.0) - y(floor):.1f}" class="noise area"/>'
-                f'<path d="M{x0} {y(floor):.1f}h{column}" class="noise dashed"/>'
-            )
+        end = axes.y(after)
+        start = end if before is None else axes.y(before)
+        if entry.get("noise_floor_w") is not None:
+            floor = axes.y(float(entry["noise_floor_w"]))
+            parts.append(rectangle(x0, floor, column, axes.y(0.0) - floor, "noise area"))
+            parts.append(line(x0, floor, x0 + column, floor, "noise dashed"))
         # Errors on different logs are not to be compared: no line joins them.
         if past is not None and past[2] == log:
-            parts.append(
-                f'<line x1="{past[0]:.1f}" y1="{past[1]:.1f}" x2="{x:.1f}" '
-                f'y2="{y(before if before is not None else after):.1f}" class="after thin"/>'
-            )
+            parts.append(line(past[0], past[1], x, start, "after thin"))
         if before is not None:
-            parts.append(
-                f'<line x1="{x:.1f}" x2="{x:.1f}" y1="{y(before):.1f}" y2="{y(after):.1f}" '
-                f'class="after line"/><circle cx="{x:.1f}" cy="{y(before):.1f}" r="5" '
-                'class="before hollow"/>'
-            )
-        parts.append(f'<circle cx="{x:.1f}" cy="{y(after):.1f}" r="6" class="after solid"/>')
-        words.append(text(x + 9, y(after) - 6, watts(after), "strong halo"))
-        for line, said in enumerate(_what(entry)):
-            at = top + height + 20 + 17 * line
-            words.append(text(x, at, short(said, 18), "" if line else "strong", "middle"))
-        past = (x, y(after), log)
+            parts.append(line(x, start, x, end, "after line"))
+            parts.append(circle(x, start, 5, "before hollow"))
+        parts.append(circle(x, end, 6, "after solid"))
+        words.append(text(x + 9, end - 6, watts(after), "strong halo"))
+        for number, said in enumerate(_what(entry)):
+            at = top + height + 20 + 17 * number
+            words.append(text(x, at, short(said, 18), "" if number else "strong", "middle"))
+        past = (x, end, log)
     lines = max(len(_what(e)) for e in told)
     said = "; ".join(f"version {e['version']} {watts(_heldout(e, 'after'))}" for e in told) + "."
     title = "Error on held-out runs, version by version"
     high = top + height + 12 + 17 * lines
-    return chart(width, high, "".join(parts + words), title, said, kind="chart bars")
+    return chart(width, high, joined(*parts, *words), title, said, kind="chart bars")
 
 
 def _heldout(entry: Mapping[str, Any], when: str) -> float | None:
@@ -123,4 +112,4 @@ def history_table(entries: Sequence[Mapping[str, Any]]) -> Markup:
         for warning in dict.fromkeys(entry.get("warnings") or ())
     ]
     made = table("Error on held-out runs, W", heads, rows, words=(1, 2, 3, 8))
-    return Markup(made + bullets(warnings))
+    return joined(made, bullets(warnings))

@@ -5,23 +5,17 @@ Their pages run no script. They are light or dark as the reader's screen is.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from functools import singledispatch
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 from planner.amounts import joules, share, signed, watts
 from planner.power.model import PowerModel
-from planner.report.markup import Markup, plain, section
+from planner.report.markup import Markup, element, joined, paragraph, section
 from planner.report.markup import figure as figure_of
 from planner.report.view import View
 from planner.report.workbench import sections
-from planner.report.workbench.bars import (
-    candidates_chart,
-    errors_chart,
-    regimes_chart,
-    runs_chart,
-)
+from planner.report.workbench.bars import candidates_chart, errors_chart, regimes_chart, runs_chart
 from planner.report.workbench.history import history_chart, history_table
 from planner.report.workbench.parameter_tables import known_parameters, parameters
 from planner.report.workbench.residual_charts import (
@@ -36,7 +30,7 @@ from planner.report.workbench.residuals import Look, lacking, look_of
 from planner.report.workbench_wording import how_far, how_it_came_about, model_name, what_came_of_it
 from planner.telemetry.adoption import Adoption, history
 from planner.telemetry.comparison import Comparison
-from planner.telemetry.diagnosis import Diagnosis
+from planner.telemetry.diagnosis import Diagnosis, Errors
 
 _START = "model as it is"
 _NOISE, _MEASURED = {"noise": "the log's own noise"}, {"measured": "measured"}
@@ -45,10 +39,17 @@ _CLOUDS: dict[str, dict[str, str]] = {"predicted": {}, "distribution": _NOISE, "
 """Pictures of single rows, and what they show beside the models."""
 
 
-@singledispatch
-def workbench_view(result: Any) -> View:
-    """A Comparison, Diagnosis, Adoption, or a PowerModel with its history."""
-    raise TypeError(f"no view of {type(result).__name__}")
+def _view(
+    title: str, look: Look, names: dict[str, str], pictures: dict[str, str], parts: list[Markup]
+) -> View:
+    """With a card of the first section and the most telling pictures."""
+    main = [name for name in ("shape", "candidates") if name in pictures][:1]
+    shown = [*main, *[*look.curves][: 2 if main else 3]]
+    grid = [figure_of(pictures[name], kind="main" if name in main else "") for name in shown]
+    # Labels of bars say what their colours mean.
+    legends = {name: {**names, **_CLOUDS.get(name, {})} for name in (*_CLOUDS, *look.curves)}
+    card = joined(parts[0], element("div", *grid, kind="cards"))
+    return View(title, pictures, tuple(parts), card, legends)
 
 
 def _pictures(
@@ -62,49 +63,23 @@ def _pictures(
         "distribution": distribution(look, floor or 0.0),
         "time": "" if look.stretch is None else over_time(look.stretch),
         **more,
-        **{axis: residual_chart(curve, most) for axis, curve in look.curves.items()},
+        **{axis: residual_chart(axis, curve, most) for axis, curve in look.curves.items()},
     }
     return {name: drawing for name, drawing in pictures.items() if drawing}
 
 
-def _view(
-    title: str,
-    look: Look,
-    pictures: dict[str, str],
-    names: dict[str, str],
-    parts: list[Markup],
-) -> View:
-    """With a card of the first section and the most telling pictures."""
-    main = [name for name in ("shape", "candidates") if name in pictures][:1]
-    shown = [*main, *[*look.curves][: 2 if main else 3]]
-    grid = "".join(figure_of(pictures[name], kind="main" if name in main else "") for name in shown)
-    # Labels of bars say what their colours mean.
-    legends = {name: {**names, **_CLOUDS.get(name, {})} for name in (*_CLOUDS, *look.curves)}
-    card = f"{parts[0]}<div class='cards'>{grid}</div>"
-    return View(title, pictures, tuple(parts), card, legends)
-
-
-# A comparison.
-
-
-@workbench_view.register
-def _(result: Comparison) -> View:
+def _comparison(result: Comparison) -> View:
     said, look, names = result.to_json(), look_of(result), {"before": "model"}
-    errors = {
-        "model, on held-out runs" if result.fitted else "model, on all rows": result.heldout_rmse_w
-    }
+    rows = "model, on held-out runs" if result.fitted else "model, on all rows"
     pictures = _pictures(
         look,
         result.noise_floor_w,
-        errors,
+        {rows: result.heldout_rmse_w},
         regimes=regimes_chart(result.regimes),
         runs=runs_chart(result.runs),
     )
-    off = result.whole.error_share
-    energy = (
-        f"Energy: measured {joules(result.whole.measured_j)}, predicted "
-        f"{joules(result.whole.predicted_j)}"
-    )
+    whole, off = result.whole, result.whole.error_share
+    energy = f"Energy: measured {joules(whole.measured_j)}, predicted {joules(whole.predicted_j)}"
     facts = [
         energy + ("" if off is None else f", {share(abs(off))} too {'high' if off > 0 else 'low'}"),
         f"Mean error {watts(result.mae_w)}, bias {signed(result.bias_w)}"
@@ -120,30 +95,25 @@ def _(result: Comparison) -> View:
         parameters(result.parameters, result.model, None),
         sections.about_log(said["log"], said["model"]),
     ]
-    return _view(f"Comparison with {_source(result.log)}", look, pictures, names, parts)
+    return _view(f"Comparison with {_source(result.log)}", look, names, pictures, parts)
 
 
-# A diagnosis.
-
-
-@workbench_view.register
-def _(result: Diagnosis) -> View:
+def _diagnosis(result: Diagnosis) -> View:
     look, names = look_of(result), _names(result.proposed)
-    errors = {_START: result.baseline.heldout_rmse_w}
+    before, after, found = result.baseline, result.after, result.outside
+    errors, facts = {_START: before.heldout_rmse_w}, []
     if result.proposed:
-        errors[_with(result.proposed)] = result.after.heldout_rmse_w
-    floor = result.baseline.noise_floor_w
-    testable = [c for c in result.candidates if c.why_not is None]
-    found = result.outside
+        errors[_with(result.proposed)] = after.heldout_rmse_w
+        facts = [*_less(before, after), f"To adopt: {', '.join(result.proposed)}"]
     pictures = _pictures(
         look,
-        floor,
+        before.noise_floor_w,
         errors,
         candidates=candidates_chart(
-            testable,
+            [c for c in result.candidates if c.why_not is None],
             result.selected,
-            result.baseline.heldout_rmse_w,
-            floor or 0.0,
+            before.heldout_rmse_w,
+            before.noise_floor_w or 0.0,
             likely=sections.likely(result),
         ),
         shape=""
@@ -151,18 +121,7 @@ def _(result: Diagnosis) -> View:
         else shape_chart(found.quantities[0], found.curve, lacking(result)),
         regimes=regimes_chart(result.regimes),
     )
-
-    before, after = result.baseline, result.after
-    facts = []
-    if result.proposed:
-        gone = sections.taken_away(
-            before.heldout_rmse_w, after.heldout_rmse_w, before.noise_floor_w
-        )
-        facts += [
-            f"Rows that were fitted: {watts(before.rmse_w)} → {watts(after.rmse_w)}",
-            *filter(None, [gone]),
-            f"To adopt: {', '.join(result.proposed)}",
-        ]
+    without = result.base if result.proposed else None
     parts = [
         sections.headline(
             result.sentence,
@@ -178,69 +137,56 @@ def _(result: Diagnosis) -> View:
         sections.where(result.regimes, pictures),
         sections.axes(look, pictures, names),
         sections.agreement(look, pictures, {**names, **_MORE}),
-        parameters(
-            result.fitted.parameters, result.model, result.base if result.proposed else None
-        ),
+        parameters(result.fitted.parameters, result.model, without),
         sections.not_told(result),
         sections.about_log(result.log, result.base.describe()),
     ]
-    return _view(f"Diagnosis of {_source(result.log)}", look, pictures, names, parts)
+    return _view(f"Diagnosis of {_source(result.log)}", look, names, pictures, parts)
 
 
-# An adoption.
-
-
-@workbench_view.register
-def _(result: Adoption) -> View:
-    look, names = look_of(result), _names(result.adopted)
-    errors = {
-        _START: result.before.heldout_rmse_w,
-        _with(result.adopted): result.after.heldout_rmse_w,
-    }
-    pictures = _pictures(
-        look,
-        result.before.noise_floor_w,
-        errors,
-        history=history_chart(history(result.model)),
-    )
+def _adoption(result: Adoption) -> View:
+    look, names, found = look_of(result), _names(result.adopted), result.diagnosis
     before, after = result.before, result.after
-    gone = sections.taken_away(before.heldout_rmse_w, after.heldout_rmse_w, before.noise_floor_w)
-    facts = [
-        f"Rows that were fitted: {watts(before.rmse_w)} → {watts(after.rmse_w)}",
-        *filter(None, [gone]),
-        f"The diagnosis of this log: {result.diagnosis.sentence}",
-    ]
+    errors = {_START: before.heldout_rmse_w, _with(result.adopted): after.heldout_rmse_w}
+    versions = history_chart(history(result.model))
+    pictures = _pictures(look, before.noise_floor_w, errors, history=versions)
+    facts = [*_less(before, after), f"The diagnosis of this log: {found.sentence}"]
     lead = what_came_of_it(result.to_json())
     warnings = [f"Warning: {warning}" for warning in result.warnings]
     parts = [
         sections.headline(lead, pictures["errors"], facts, warnings=warnings),
-        parameters(result.parameters, result.model, result.diagnosis.base),
-        _history(result.model, pictures),
+        parameters(result.parameters, result.model, found.base),
+        _history(result.model, versions),
         sections.axes(look, pictures, names),
         sections.agreement(look, pictures, {**names, **_MORE}),
-        sections.about_log(result.diagnosis.log, result.model.describe()),
+        sections.about_log(found.log, result.model.describe()),
     ]
-    return _view(f"Adopted from {_source(result.diagnosis.log)}", look, pictures, names, parts)
+    return _view(f"Adopted from {_source(found.log)}", look, names, pictures, parts)
 
 
-# A model and its history.
+def _less(before: Errors, after: Errors) -> list[str]:
+    """By how much the error has fallen."""
+    gone = sections.taken_away(before.heldout_rmse_w, after.heldout_rmse_w, before.noise_floor_w)
+    fitted = f"Rows that were fitted: {watts(before.rmse_w)} → {watts(after.rmse_w)}"
+    return [fitted, gone] if gone else [fitted]
 
 
-@workbench_view.register
-def _(result: PowerModel) -> View:
-    entries = history(result)
+def _model(result: PowerModel) -> View:
+    entries, described = history(result), result.describe()
     drawing = history_chart(entries)
-    pictures = {"history": drawing} if drawing else {}
-    lead = how_it_came_about(result.describe(), entries)
+    lead = paragraph(how_it_came_about(described, entries), "lead")
     effects = ", ".join(effect.slug for effect in result.effects)
-    first = section("", f"<p class='lead'>{plain(lead)}</p>", f"<p>Effects: {plain(effects)}.</p>")
-    parts = (first, _history(result, pictures), known_parameters(result))
-    title = f"History of {model_name(result.describe())}"
-    card = f"{first}{figure_of(drawing)}"
-    return View(title, pictures, parts, card, absent="this model has no history")
+    first = section("", lead, paragraph(f"Effects: {effects}."))
+    return View(
+        f"History of {model_name(described)}",
+        {"history": drawing} if drawing else {},
+        (first, _history(result, drawing), known_parameters(result)),
+        joined(first, figure_of(drawing)),
+        absent="this model has no history",
+    )
 
 
-def _history(model: PowerModel, pictures: Mapping[str, str]) -> Markup:
+def _history(model: PowerModel, drawing: str) -> Markup:
     entries = history(model)
     if not entries:
         return Markup("")
@@ -248,8 +194,7 @@ def _history(model: PowerModel, pictures: Mapping[str, str]) -> Markup:
         "Rings: before, dots: after, shaded: the log's own noise. Lines join versions that were "
         "measured on the same log; errors on different logs are not to be compared."
     )
-    drawing = figure_of(pictures.get("history", ""), caption)
-    return section("Version by version", drawing, history_table(entries))
+    return section("Version by version", figure_of(drawing, caption), history_table(entries))
 
 
 def _names(added: tuple[str, ...]) -> dict[str, str]:
@@ -262,3 +207,12 @@ def _with(added: tuple[str, ...]) -> str:
 
 def _source(log: Mapping[str, Any]) -> str:
     return Path(str(log["source"])).name or "a log"
+
+
+VIEWS: dict[str, Callable[[Any], View]] = {
+    "Adoption": _adoption,
+    "Comparison": _comparison,
+    "Diagnosis": _diagnosis,
+    "PowerModel": _model,
+}
+"""Kind of a result → what makes its view."""

@@ -4,73 +4,73 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from planner.amounts import number
 from planner.power.model import PowerModel
 from planner.report.markup import Markup, section, table
 from planner.telemetry.estimation import FittedParameter
 
+_Place = tuple[str, str, int]
+"""Of a parameter: slug of its effect, its name, the number of its element."""
+
 
 def parameters(
     fitted: Sequence[FittedParameter], model: PowerModel, before: PowerModel | None
 ) -> Markup:
     """Fitted parameters with their uncertainty, and what they were without the new effects."""
-    slots = {(e.slug, name, k): (p, place) for place, (e, name, p, k) in enumerate(model.slots)}
-    old = {} if before is None else _values(before)
-    several = Counter((p.effect, p.name) for p in fitted)
-    rows, new = [], []
-    for k, p in enumerate(fitted):
-        if old and (p.effect, p.name, p.element) not in old:
-            new.append(k)
-        declared, _ = slots[p.effect, p.name, p.element]
-        element = _element(declared.per, p.element, model) if several[p.effect, p.name] > 1 else ""
-        unit = "" if p.unit == "1" else p.unit
-        notes = " ".join(filter(None, [declared.doc, f"{p.note.capitalize()}." if p.note else ""]))
-        row = [
-            f"{p.effect}.{p.name}{element}",
-            number(p.value, p.stderr),
-            "" if not math.isfinite(p.stderr) else f"{p.stderr:.2g}",
-            unit,
-            number(old.get((p.effect, p.name, p.element))),
-            notes,
-        ]
-        rows.append(row)
-    heads = ["parameter", "value", "± (standard error)", "unit", "without what is new", "meaning"]
-    wordy = (0, 3, 5)
-    if not old:
-        rows = [[*row[:4], row[5]] for row in rows]
-        heads, wordy = [*heads[:4], heads[5]], (0, 3, 4)
-    return section("Parameters", table("", heads, rows, words=wordy, strong=new) if rows else "")
+    known = {(p.effect, p.name, p.element): (p.value, p.stderr) for p in fitted}
+    notes = {
+        place: f"{p.note.capitalize()}." for place, p in zip(known, fitted, strict=True) if p.note
+    }
+    rows = [
+        [*row[:4], " ".join(filter(None, [row[4], notes.get(place)]))]
+        for place, row in zip(known, _rows(known, model), strict=True)
+    ]
+    heads, words, new = [*_HEADS], [0, 3, 4], []
+    if before is not None:
+        old = dict(zip(_places(before), before.parameters.tolist(), strict=True))
+        heads.insert(4, "without what is new")
+        words = [0, 3, 5]
+        new = [k for k, place in enumerate(known) if place not in old]
+        for place, row in zip(known, rows, strict=True):
+            row.insert(4, number(old.get(place)))
+    return section("Parameters", table("", heads, rows, words=words, strong=new))
 
 
 def known_parameters(model: PowerModel) -> Markup:
     """All parameters of a model."""
-    errors = [math.nan] * len(model.parameters) if model.stderr is None else model.stderr.tolist()
-    several = Counter((effect.slug, name) for effect, name, _, _ in model.slots)
+    values = model.parameters.tolist()
+    errors = [math.nan] * len(values) if model.stderr is None else model.stderr.tolist()
+    known = dict(zip(_places(model), zip(values, errors, strict=True), strict=True))
+    return section("Parameters", table("", _HEADS, _rows(known, model), words=(0, 3, 4)))
+
+
+_HEADS = ["parameter", "value", "± (standard error)", "unit", "meaning"]
+
+
+def _rows(known: dict[_Place, tuple[float, float]], model: PowerModel) -> list[list[str]]:
+    """Cells of every parameter, from its value and standard error."""
+    declared = dict(zip(_places(model), (slot[2] for slot in model.slots), strict=True))
+    several = Counter(place[:2] for place in known)
     rows = []
-    for (effect, name, declared, k), value, error in zip(
-        model.slots, model.parameters.tolist(), errors, strict=True
-    ):
-        element = _element(declared.per, k, model) if several[effect.slug, name] > 1 else ""
+    for (effect, name, k), (value, error) in known.items():
+        what = declared[effect, name, k]
+        element = _element(what.per, k, model) if several[effect, name] > 1 else ""
         rows.append(
             [
-                f"{effect.slug}.{name}{element}",
+                f"{effect}.{name}{element}",
                 number(value, error),
                 f"{error:.2g}" if math.isfinite(error) else "",
-                "" if declared.unit == "1" else declared.unit,
-                declared.doc,
+                "" if what.unit == "1" else what.unit,
+                what.doc,
             ]
         )
-    heads = ["parameter", "value", "± (standard error)", "unit", "meaning"]
-    return section("Parameters", table("", heads, rows, words=(0, 3, 4)))
+    return rows
 
 
-def _values(model: PowerModel) -> dict[tuple[str, str, int], float]:
-    return {
-        (e.slug, name, k): float(v)
-        for (e, name, _, k), v in zip(model.slots, model.parameters, strict=True)
-    }
+def _places(model: PowerModel) -> Iterable[_Place]:
+    return ((effect.slug, name, k) for effect, name, _, k in model.slots)
 
 
 def _element(per: str | None, element: int, model: PowerModel) -> str:

@@ -1,8 +1,8 @@
 """What pictures of a result need: measured and predicted power, and the residual over each axis.
 
     look = look_of(diagnosis)
-    look.measured, look.before, look.after        # rows spread over the log
-    look.curves["speed"].before                   # mean residual by bins of the speed
+    look.measured, look.predicted["before"]       # rows spread over the log
+    look.curves["speed"]["before"]                # mean residual by bins of the speed
 
 "Before" is the model that the result starts from, "after" the one that it proposes or has made;
 a comparison has no "after". Residuals are measured minus predicted.
@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import singledispatch
 from typing import Any
 
 import numpy as np
@@ -96,6 +95,12 @@ class Bins:
         return cls(tuple(lists["x"]), bias, np.array(stderr, float), rows)
 
     @property
+    def interval(self) -> tuple[Array, Array]:
+        """W, both ends of 95 %; the mean itself where the error cannot be told."""
+        reach = SURE * np.nan_to_num(self.stderr)
+        return self.bias - reach, self.bias + reach
+
+    @property
     def structure(self) -> float:
         """W², mean square of the residual that the axis tells, its own uncertainty taken off.
 
@@ -105,13 +110,8 @@ class Bins:
         return float(self.rows @ np.nan_to_num(clear) / max(self.rows.sum(), 1.0))
 
 
-@dataclass(frozen=True)
-class Curve:
-    """The residual over one axis, without and with what was proposed."""
-
-    axis: str
-    before: Bins
-    after: Bins | None
+Curve = dict[str, Bins]
+"""The residual over one axis, "before" and, where there is a second model, "after"."""
 
 
 @dataclass(frozen=True)
@@ -121,15 +121,14 @@ class Stretch:
     Attributes:
         run: its label.
         time: (n,) s since the run's first row.
-        measured, before: (n,) W.
-        after: (n,) W, or None.
+        measured: (n,) W.
+        predicted: "before" and perhaps "after" → (n,) W.
     """
 
     run: str
     time: Array
     measured: Array
-    before: Array
-    after: Array | None
+    predicted: dict[str, Array]
 
 
 @dataclass(frozen=True)
@@ -137,63 +136,51 @@ class Look:
     """What is drawn of a log.
 
     Attributes:
-        measured, before: (k,) W of rows spread over the log.
-        after: (k,) W, or None.
+        measured: (k,) W of rows spread over the log.
+        predicted: "before" and perhaps "after" → (k,) W of the same rows.
         curves: axis → residual, most telling first.
         stretch: a minute to look at; None where the rows in a row are not known.
-        residual_before, residual_after: W of all rows that are known.
+        residuals: "before" and perhaps "after" → W of all rows that are known.
     """
 
     measured: Array
-    before: Array
-    after: Array | None
+    predicted: dict[str, Array]
     curves: dict[str, Curve]
     stretch: Stretch | None
-    residual_before: Array
-    residual_after: Array | None
+    residuals: dict[str, Array]
 
 
-@singledispatch
-def look_of(result: object) -> Look:
+def look_of(result: Comparison | Diagnosis | Adoption) -> Look:
     """What is drawn of a comparison, a diagnosis or an adoption."""
-    raise TypeError(f"no picture of {type(result).__name__}")
+    if isinstance(result, Adoption):
+        found = result.diagnosis
+        return _look(found.corrected, {"before": found.base, "after": result.model})
+    if isinstance(result, Diagnosis):
+        proposed = {"after": result.model} if result.proposed else {}
+        return _look(result.corrected, {"before": result.base, **proposed})
+    curves = {axis: {"before": Bins.of(lists)} for axis, lists in result.curves.items()}
+    residuals = {"before": result.measured - result.predicted}
+    return Look(result.measured, {"before": result.predicted}, _ordered(curves), None, residuals)
 
 
-@look_of.register
-def _(result: Comparison) -> Look:
-    curves = {axis: Curve(axis, Bins.of(lists), None) for axis, lists in result.curves.items()}
-    residual = result.measured - result.predicted
-    return Look(result.measured, result.predicted, None, _ordered(curves), None, residual, None)
-
-
-@look_of.register
-def _(result: Diagnosis) -> Look:
-    after = result.model if result.proposed else None
-    return _look(result.corrected, result.base, after)
-
-
-@look_of.register
-def _(result: Adoption) -> Look:
-    return _look(result.diagnosis.corrected, result.diagnosis.base, result.model)
-
-
-def _look(log: Telemetry, base: PowerModel, new: PowerModel | None) -> Look:
-    before = predict(base, log)
-    after = None if new is None else predict(new, log)
-    known = np.isfinite(before if after is None else before + after)
+def _look(log: Telemetry, models: Mapping[str, PowerModel]) -> Look:
+    watts = {kind: predict(model, log) for kind, model in models.items()}
+    known = np.isfinite(np.sum([*watts.values()], axis=0))
     if not known.all():
-        log, before = log.take(known), before[known]
-        after = None if after is None else after[known]
+        log = log.take(known)
+        watts = {kind: values[known] for kind, values in watts.items()}
+    found = {kind: _curves(log, values) for kind, values in watts.items()}
+    curves = {
+        axis: {kind: bins[axis] for kind, bins in found.items() if axis in bins}
+        for axis in found["before"]
+    }
     shown = thinned(len(log), CLOUD)
-    old, young = _curves(log, before), {} if after is None else _curves(log, after)
     return Look(
         log.power[shown],
-        before[shown],
-        None if after is None else after[shown],
-        _ordered({axis: Curve(axis, bins, young.get(axis)) for axis, bins in old.items()}),
-        _stretch(log, before, after),
-        log.power - before,
-        None if after is None else log.power - after,
+        {kind: values[shown] for kind, values in watts.items()},
+        _ordered(curves),
+        _stretch(log, watts),
+        {kind: log.power - values for kind, values in watts.items()},
     )
 
 
@@ -220,12 +207,12 @@ def lacking(diagnosis: Diagnosis) -> Bins | None:
 
 
 def _ordered(curves: Mapping[str, Curve]) -> dict[str, Curve]:
-    told = {axis: curve for axis, curve in curves.items() if len(curve.before.x) > 1}
-    return dict(sorted(told.items(), key=lambda entry: -entry[1].before.structure))
+    told = {axis: curve for axis, curve in curves.items() if len(curve["before"].x) > 1}
+    return dict(sorted(told.items(), key=lambda entry: -entry[1]["before"].structure))
 
 
-def _stretch(log: Telemetry, before: Array, after: Array | None) -> Stretch | None:
-    squares = np.concatenate([[0.0], np.cumsum((log.power - before) ** 2)])
+def _stretch(log: Telemetry, predicted: Mapping[str, Array]) -> Stretch | None:
+    squares = np.concatenate([[0.0], np.cumsum((log.power - predicted["before"]) ** 2)])
     best, place = -1.0, slice(0, 0)
     for start, stop in log.segments():
         length = min(STRETCH, stop - start)
@@ -240,10 +227,5 @@ def _stretch(log: Telemetry, before: Array, after: Array | None) -> Stretch | No
         return None
     run = int(log.run[place.start])
     time = log.time[place] - float(log.time[np.argmax(log.run == run)])
-    return Stretch(
-        log.run_names[run],
-        time,
-        log.power[place],
-        before[place],
-        None if after is None else after[place],
-    )
+    shown = {kind: values[place] for kind, values in predicted.items()}
+    return Stretch(log.run_names[run], time, log.power[place], shown)

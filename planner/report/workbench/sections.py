@@ -11,7 +11,19 @@ from typing import Any
 
 from planner.amounts import estimate, joules, number, share, signed, watts
 from planner.power.catalogue import all_effects
-from planner.report.markup import Markup, bullets, figure, folded, paragraph, plain, section, table
+from planner.report.markup import (
+    Markup,
+    bullets,
+    element,
+    figure,
+    folded,
+    joined,
+    pair,
+    paragraph,
+    plain,
+    section,
+    table,
+)
 from planner.report.workbench.bars import MOST_CANDIDATES
 from planner.report.workbench.residuals import Look, axis_of
 from planner.report.workbench_wording import Document, model_name, not_testable
@@ -46,8 +58,8 @@ VERDICTS = {
     ),
     "sensor_error": (
         "A sensor is wrong",
-        "An error of a sensor explains the residual better than any effect. Mend or correct the "
-        "sensor first; everything below is of the log corrected for it.",
+        "An error of a sensor explains the residual better than any effect. Repair or correct "
+        "the sensor first; everything below is of the log corrected for it.",
     ),
 }
 """Verdict → heading, and what follows from it."""
@@ -65,13 +77,12 @@ def headline(
 ) -> Markup:
     """The answer: badge, sentence, the errors as a picture, and the few figures beside it."""
     heading, meaning = VERDICTS.get(verdict, ("", ""))
-    badge = f"<p class='badge {verdict}'>{plain(heading)}</p>" if heading else ""
+    badge = paragraph(heading, f"badge {verdict}") if heading else ""
     meant = paragraph(meaning) if meaning else ""
-    meant += "".join(paragraph(warning, "warning") for warning in dict.fromkeys(warnings))
-    return Markup(
-        f"<section class='verdict'>{badge}<p class='lead'>{plain(lead)}</p>"
-        f"<div class='pair'>{figure(drawing)}<div>{meant}{bullets(facts)}</div></div></section>"
-    )
+    warned = [paragraph(warning, "warning") for warning in dict.fromkeys(warnings)]
+    beside = element("div", meant, *warned, bullets(facts))
+    content = pair(figure(drawing), beside)
+    return section("", badge, paragraph(lead, "lead"), content, kind="verdict")
 
 
 def taken_away(before: float, after: float, floor: float | None) -> str:
@@ -88,50 +99,43 @@ def taken_away(before: float, after: float, floor: float | None) -> str:
 
 def legend(names: Mapping[str, str]) -> Markup:
     """What the colours mean: class → words."""
-    entries = "".join(f"<li><i class='swatch {k}'></i>{plain(w)}</li>" for k, w in names.items())
-    return Markup(f"<ul class='legend'>{entries}</ul>")
+    entries = [joined(element("i", kind=f"swatch {k}"), words) for k, words in names.items()]
+    return bullets(entries, "legend")
 
 
 def agreement(look: Look, pictures: Pictures, names: Mapping[str, str]) -> Markup:
     """Prediction beside measurement."""
-    parts = [
-        legend(names),
-        Markup(
-            "<div class='pair'>"
-            + figure(pictures["predicted"], "Rows spread over the log; on the line both agree.")
-            + figure(
-                pictures["distribution"],
-                "All errors; the dashed line is the log's own noise, beyond which no model gets.",
-            )
-            + "</div>"
-        ),
-    ]
+    noise = "All errors; the dashed line is the log's own noise, beyond which no model gets."
+    both = pair(
+        figure(pictures["predicted"], "Rows spread over the log; on the line both agree."),
+        figure(pictures["distribution"], noise),
+    )
+    time = ""
     if look.stretch is not None:
         told = f"{look.stretch.run}: the stretch in which the model at the start errs most."
-        parts.append(figure(pictures["time"], told))
-    return section("Prediction and measurement", *parts)
+        time = figure(pictures["time"], told)
+    return section("Prediction and measurement", legend(names), both, time)
 
 
 def axes(look: Look, pictures: Pictures, names: Mapping[str, str]) -> Markup:
     """The residual over every axis that varies."""
-    total = float((look.residual_before**2).mean())
+    total = float((look.residuals["before"] ** 2).mean())
     drawn = []
     for axis, curve in look.curves.items():
-        told = share(curve.before.structure / total) if total else ""
-        if curve.after is not None and total:
-            told += f" → {share(curve.after.structure / total)}"
-        words = Markup(f"<b>{plain(axis_of(axis).words)}</b> tells {told} of the squared error")
+        shares = [share(bins.structure / total) for bins in curve.values()] if total else []
+        told = f" tells {' → '.join(shares)} of the squared error"
+        words = joined(element("b", axis_of(axis).words), told)
         drawn.append(figure(pictures[axis], words, "tall" if axis == "heading" else ""))
-    first, rest = (f"<div class='cards'>{''.join(d)}</div>" for d in (drawn[:9], drawn[9:]))
+    if not drawn:
+        return Markup("")
     told_below = paragraph(
         "Mean of measured minus predicted in bins, with 95 % intervals, most telling first; all "
         "charts have the same scale of watts. Axes go together in a log: one that is told by "
         "another is not a cause.",
         "note",
     )
-    if not drawn:
-        return Markup("")
-    more = folded(f"{len(drawn) - 9} that tell less", rest) if len(drawn) > 9 else ""
+    first, rest = (element("div", *part, kind="cards") for part in (drawn[:9], drawn[9:]))
+    more = folded(f"{len(drawn) - 9} that tell less", rest) if drawn[9:] else ""
     return section("The residual over what varied", legend(names), first, more, told_below)
 
 
@@ -163,32 +167,27 @@ def ranking(diagnosis: Diagnosis, pictures: Pictures) -> Markup:
     testable = [c for c in diagnosis.candidates if c.why_not is None]
     if not testable:
         return Markup("")
-    chosen = [k for k, c in enumerate(testable) if c.effect in diagnosis.selected]
     told = likely(diagnosis)
     columns = ["probability"] * told + ["size / noise", "z", "p", "held-out error"]
-    words = ["parameters"]
-    words += ["cannot be told from"] * any(bool(c.indistinguishable_from) for c in testable)
-    heads = ["effect", *columns, *words]
+    further = ["parameters"]
+    further += ["cannot be told from"] * any(bool(c.indistinguishable_from) for c in testable)
+    heads = ["effect", *columns, *further]
     rows = [[cells[head] for head in heads] for cells in map(_candidate, testable)]
-    wordy = (0, *range(1 + len(columns), len(heads)))
+    words = (0, *range(1 + len(columns), len(heads)))
     first, rest = rows[:MOST_CANDIDATES], rows[MOST_CANDIDATES:]
-    strong = [k for k in chosen if k < len(first)]
+    strong = [k for k, c in enumerate(testable) if c.effect in diagnosis.selected]
+    probability = (
+        "Probability: that the effect is missing, if one to three of these may be. "
+        if told
+        else "No probabilities: none of these explains what is left over. "
+    )
+    size = "Size: what it adds to the power, rms, over the noise. z and p: of its test alone."
     return section(
         "What could be missing",
         figure(pictures["candidates"]),
-        table("", heads, first, words=wordy, strong=strong),
-        folded(f"{len(rest)} less likely ones", table("", heads, rest, words=wordy))
-        if rest
-        else "",
-        paragraph(
-            (
-                "Probability: that the effect is missing, if one to three of these may be. "
-                if told
-                else "No probabilities: none of these explains what is left over. "
-            )
-            + "Size: what it adds to the power, rms, over the noise. z and p: of its test alone.",
-            "note",
-        ),
+        table("", heads, first, words=words, strong=strong),
+        folded(f"{len(rest)} less likely ones", table("", heads, rest, words=words)),
+        paragraph(probability + size, "note"),
     )
 
 
@@ -207,27 +206,22 @@ def likely(diagnosis: Diagnosis) -> bool:
     return diagnosis.outside is None or bool(diagnosis.selected)
 
 
-def _candidate(c: Candidate) -> dict[str, str]:
+def _candidate(c: Candidate) -> dict[str, object]:
+    effect = all_effects().get(c.effect)
+    title = joined(" ", element("small", effect.title)) if effect else ""
     fitted = [
         f"{n} = {estimate(p.value, _finite(p.stderr), p.unit)}" for n, p in c.parameters.items()
     ]
     return {
-        "effect": titled(c.effect),
+        "effect": joined(element("b", c.effect), title),
         "probability": share(c.probability),
         "size / noise": f"{c.rho:.2g}",
         "z": f"{c.z:.1f}",
         "p": "< 1e-12" if c.p_value < 1e-12 else f"{c.p_value:.2g}",
         "held-out error": watts(c.heldout_rmse_w),
-        "parameters": Markup("<br/>".join(plain(entry) for entry in fitted)),
+        "parameters": Markup("<br/>".join(map(plain, fitted))),
         "cannot be told from": ", ".join(c.indistinguishable_from),
     }
-
-
-def titled(slug: str) -> Markup:
-    """An effect by its slug, and what that is."""
-    effect = all_effects().get(slug)
-    title = f"<small>{plain(effect.title)}</small>" if effect else ""
-    return Markup(f"<b>{plain(slug)}</b> {title}")
 
 
 def outside(diagnosis: Diagnosis, pictures: Pictures) -> Markup:
@@ -241,20 +235,19 @@ def outside(diagnosis: Diagnosis, pictures: Pictures) -> Markup:
         for p in diagnosis.fitted.parameters
         if p.effect == found.name
     ]
-    said = (
+    told = "Dots: what the model lacks without the formula, with 95 % intervals. Line: the formula."
+    said = element(
+        "div",
         paragraph(f"Over {over}, in watts:"),
-        Markup(f"<p><code>{plain(found.formula)}</code></p>"),
+        paragraph(element("code", found.formula)),
         table("", ["fitted", "value"], fitted),
         paragraph(
             f"It can be adopted as {found.name}. It stands out of the noise with z = "
             f"{found.z:.1f}; its size over the noise is {found.rho:.2g}."
         ),
     )
-    told = "Dots: what the model lacks without the formula, with 95 % intervals. Line: the formula."
-    drawing = figure(pictures["shape"], told)
     return section(
-        "A shape that the catalogue does not have",
-        Markup(f"<div class='pair'>{drawing}<div>{''.join(said)}</div></div>"),
+        "A shape that the catalogue does not have", pair(figure(pictures["shape"], told), said)
     )
 
 
@@ -265,7 +258,7 @@ def sensors(diagnosis: Diagnosis) -> Markup:
         [s.kind.replace("_", " "), estimate(s.value, _finite(s.stderr), s.unit), s.sentence]
         for s in diagnosis.sensors
     ]
-    return section("Sensors", table("", heads, rows, words=(0, 2)) if rows else "")
+    return section("Sensors", table("", heads, rows, words=(0, 2)))
 
 
 def experiments(diagnosis: Diagnosis) -> Markup:
@@ -278,34 +271,28 @@ def not_told(diagnosis: Diagnosis) -> Markup:
     heads = ["effects", "why this log cannot tell", "what would help"]
     alike = not_testable(n.to_json() for n in diagnosis.not_testable)
     rows = [[", ".join(effects), why, help_] for (why, help_), effects in alike.items()]
-    made = table("", heads, rows, words=(0, 1, 2)) if rows else ""
-    return section("What this log cannot tell", made)
+    return section("What this log cannot tell", table("", heads, rows, words=(0, 1, 2)))
 
 
 def _experiment(experiment: Document) -> Markup:
     heads = ["part", "load (kg)", "motors (°C)", "vx (m/s)", "vy (m/s)", "yaw rate (rad/s)"]
     heads += ["pitch (°)", "roll (°)", "acceleration (m/s²)", "for (s)"]
-    rows: list[list[str]] = []
-    for run in experiment["settings"].get("runs", ()):
-        heat = run.get("motor_temp")
-        for part in run["segments"]:
-            angles = [f"{math.degrees(part[name]):.3g}" for name in ("pitch", "roll")]
-            rows.append(
-                [
-                    str(len(rows) + 1),
-                    number(run.get("payload")),
-                    "as it is" if heat is None else number(heat),
-                    *(number(part[name]) for name in ("vx", "vy", "wz")),
-                    *angles,
-                    number(part["acceleration"]),
-                    number(part["seconds"]),
-                ]
-            )
+    rows = [
+        [
+            number(run.get("payload")),
+            number(run.get("motor_temp")) or "as it is",
+            *(number(part[name]) for name in ("vx", "vy", "wz")),
+            *(f"{math.degrees(part[name]):.3g}" for name in ("pitch", "roll")),
+            number(part["acceleration"]),
+            number(part["seconds"]),
+        ]
+        for run in experiment["settings"].get("runs", ())
+        for part in run["segments"]
+    ]
+    numbered = table("", heads, [[k, *row] for k, row in enumerate(rows, start=1)])
     what = f"To tell {' and '.join(experiment['separates'])} apart: "
-    return Markup(
-        f"<p class='experiment'>{plain(what)}<b>{plain(experiment['run'])}</b></p>"
-        + folded("settings", table("", heads, rows) if rows else "")
-    )
+    drive = paragraph(joined(what, element("b", experiment["run"])), "experiment")
+    return joined(drive, folded("settings", numbered))
 
 
 def by_run(runs: Sequence[RunComparison], pictures: Pictures) -> Markup:
@@ -327,28 +314,22 @@ def by_run(runs: Sequence[RunComparison], pictures: Pictures) -> Markup:
     if len(rows) > MOST_RUNS:
         made = folded(f"all {len(rows)} runs", made)
     drawing = figure(pictures.get("runs", ""))
-    if not drawing:
-        return section("Energy by run", made)
-    return section("Energy by run", Markup(f"<div class='pair'>{drawing}<div>{made}</div></div>"))
+    return section("Energy by run", pair(drawing, made) if drawing else made)
 
 
 def about_log(log: Document, model: Document) -> Markup:
     """Which log this was, what was found in it, derived from it and taken for granted."""
     digest = f", SHA-256 {log['sha256']}" if log.get("sha256") else ""
-    parts: list[str] = [
-        paragraph(
-            f"{log['source'] or 'A log in memory'}: {log['rows']:,} rows in {log['runs']:,} "
-            f"runs{digest}. Model {model_name(model)}, of kind {model['kind']}."
-        )
-    ]
+    said = (
+        f"{log['source'] or 'A log in memory'}: {log['rows']:,} rows in {log['runs']:,} "
+        f"runs{digest}. Model {model_name(model)}, of kind {model['kind']}."
+    )
+    parts = [paragraph(said)]
     findings = [finding["sentence"] for finding in log.get("report", ())]
-    for heading, items in (
-        ("Found", findings),
-        ("Derived", log.get("derived", ())),
-        ("Assumed", log.get("assumed", ())),
-    ):
+    lists = {"Found": findings, "Derived": log.get("derived"), "Assumed": log.get("assumed")}
+    for heading, items in lists.items():
         if items:
-            parts.append(Markup(f"<h3>{heading}</h3>{bullets(items)}"))
+            parts += [element("h3", heading), bullets(items)]
     return section("The log", *parts)
 
 

@@ -55,7 +55,7 @@ def test_what_is_known_of_the_energy_is_told(page: str) -> None:
 
 
 def test_poses_for_the_cursor_are_json(page: str) -> None:
-    found = re.findall(r'<script type="application/json" class="poses">(.*?)</script>', page)
+    found = re.findall(r'<script class="poses" type="application/json">(.*?)</script>', page)
     poses = json.loads(found[0])
     assert len({len(column) for column in poses.values()}) == 1
     assert (poses["energy_j"][-1], poses["distance"][0]) == (320.0, 0.0)
@@ -86,4 +86,4 @@ def test_an_effect_that_shows_as_nothing_is_left_out(tmp_path: Path) -> None:
     one = replace(route(), breakdown_j={**route().breakdown_j, "gear_loss": -1e-6})
     write_report({"there": answer(routes=(one,))}, tmp_path / "page.html", "A route")
     page = (tmp_path / "page.html").read_text(encoding="utf-8")
-    assert "-0.0" not in page.partition("class='account'")[2].partition("</table>")[0]
+    assert "-0.0" not in page.partition('class="account"')[2].partition("</table>")[0]

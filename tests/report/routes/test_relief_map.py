@@ -38,7 +38,7 @@ def test_a_metre_is_as_long_to_the_north_as_to_the_east() -> None:
 
 def test_a_map_says_where_its_metres_lie() -> None:
     ground = ground_axes((2.0, 1.0, 12.0, 5.0), 500)
-    line = outlined(ground, np.array([2.0, 12.0]), np.array([1.0, 5.0]), 'stroke="red"', 2.0, 4.0)
+    line = outlined(ground, np.array([2.0, 12.0]), np.array([1.0, 5.0]), "red")
     content = line + place_mark(ground, 7.0, 3.0, "red", "start")
     drawing = ElementTree.fromstring(relief_map(terrain(), ground, content, "A & B"))
     scale, x0, y1 = (float(drawing.attrib[f"data-{k}"]) for k in ("scale", "x0", "y1"))

@@ -11,6 +11,7 @@ from planner.report.routes.route_map import (
     coloured_pieces,
     map_svg,
     power_colour,
+    routes_of,
     window_of,
 )
 from tests.report.synthetic import answer, route, terrain
@@ -35,7 +36,7 @@ def test_more_power_is_darker() -> None:
 
 
 def test_the_window_holds_the_route_and_stays_on_the_map() -> None:
-    west, south, east, north = window_of(answer())
+    west, south, east, north = window_of(terrain(), routes_of(answer()).values())
     assert west <= 2.0
     assert east >= 18.0
     xmin, ymin, xmax, ymax = terrain().extent

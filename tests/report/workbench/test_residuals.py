@@ -12,19 +12,19 @@ from tests.telemetry.diagnosis.synthetic_results import RIPPLE_W, Material
 
 def test_what_is_looked_at(made: Material) -> None:
     look = look_of(results.diagnosis(made))
-    assert look.after is not None
+    assert set(look.predicted) == set(look.residuals) == {"before", "after"}
     assert look.stretch is not None
-    assert look.measured - look.before == pytest.approx(look.residual_before[: len(look.before)])
+    before = look.predicted["before"]
+    assert look.measured - before == pytest.approx(look.residuals["before"][: len(before)])
     # The ripple is the largest thing that is missing, and the heading shows it.
     assert next(iter(look.curves)) == "heading"
     curve = look.curves["heading"]
-    angles = np.array(curve.before.x, float)
-    assert np.corrcoef(np.cos(3 * angles), curve.before.bias)[0, 1] > 0.85
-    assert curve.after is not None
-    assert np.abs(curve.after.bias).max() < 0.25
+    angles = np.array(curve["before"].x, float)
+    assert np.corrcoef(np.cos(3 * angles), curve["before"].bias)[0, 1] > 0.85
+    assert np.abs(curve["after"].bias).max() < 0.25
     # The stretch is the worst of all that have its length.
     log, rows = made.log, len(look.stretch.time)
-    worst = float(((look.stretch.measured - look.stretch.before) ** 2).sum())
+    worst = float(((look.stretch.measured - look.stretch.predicted["before"]) ** 2).sum())
     for run in range(len(log.run_names)):
         squares = (log.power - made.base.watts)[log.run == run] ** 2
         assert np.convolve(squares, np.ones(rows), "valid").max() <= worst * (1 + 1e-9)
