@@ -26,9 +26,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from planner.arrays import Array
+from planner.arrays import Array, Integers
 from planner.power.catalogue import all_effects
 from planner.power.effect import Effect
 from planner.power.rows import gravity_columns, rows_from
@@ -312,7 +311,7 @@ class Advice:
         return (effect or Effect).how_to_measure
 
 
-def _left(gram: Array, base: NDArray[np.intp], at: NDArray[np.intp]) -> Array:
+def _left(gram: Array, base: Integers, at: Integers) -> Array:
     """Gram matrix of columns `at` (A, A) after what the columns `base` explain of them."""
     inner = gram[np.ix_(base, base)]
     scale = np.sqrt(np.maximum(np.diag(inner), 1e-300))

@@ -44,9 +44,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from planner.arrays import Array, Integers
+from planner.arrays import Array, Integers, Mask
 from planner.power.model import PowerModel
 from planner.power.saved import EnergyError, ParameterCovariance
 from planner.telemetry.estimation.model_fit import Fit
@@ -128,7 +127,7 @@ class _Sums:
             for fold in np.unique(self.folds)
         }
 
-    def _normal(self, kept: NDArray[np.bool_]) -> tuple[Array, Array]:
+    def _normal(self, kept: Mask) -> tuple[Array, Array]:
         """Inverse of H, and what an error of the considered parameters does to the free ones."""
         folds = np.unique(self.fold_of[kept])
         gram = np.sum([self.grams[int(fold)] for fold in folds], axis=0)
@@ -136,7 +135,7 @@ class _Sums:
         inverse = inverse_of(full, 1e-12)
         return inverse, -inverse @ gram[:, self.free :]
 
-    def covariance(self, kept: NDArray[np.bool_]) -> Array:
+    def covariance(self, kept: Mask) -> Array:
         """(k, k) of ``places``, from the rows of some blocks."""
         inverse, follows = self._normal(kept)
         sums = self.scores[kept]

@@ -17,9 +17,8 @@ from collections.abc import Mapping as AnyMapping
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import NDArray
 
-from planner.arrays import Array, Integers
+from planner.arrays import Array, Integers, Mask
 from planner.errors import LogError
 from planner.power.rows import gravity_columns
 from planner.quantities import DEFAULT_ROW, INDEX, QUANTITIES, ROW_LENGTH, STANDARD_GRAVITY
@@ -117,7 +116,7 @@ class Assembler:
             values["power"] = values["battery_voltage"] * values["battery_current"]
         return values
 
-    def _usable(self, values: dict[str, Array], rows: Integers) -> NDArray[np.bool_]:
+    def _usable(self, values: dict[str, Array], rows: Integers) -> Mask:
         keep = values["run"] >= 0
         self.checks.leave_out("missing", "run", rows[~keep])
         for name in list(values):

@@ -16,9 +16,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from planner.arrays import Array
+from planner.arrays import Array, Integers
 from planner.power.model import PowerModel
 from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
@@ -41,7 +40,7 @@ class Nodes(NamedTuple):
     """
 
     rows: Array
-    first: NDArray[np.int64]
+    first: Integers
     weight: Array
 
     @classmethod

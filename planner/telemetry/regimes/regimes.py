@@ -21,9 +21,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from planner.arrays import Array, Mask
+from planner.arrays import Array, Integers, Mask
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.quantities_of_motion import all_axes
 from planner.telemetry.regimes.conditions import Condition, conditions_on, refined
@@ -120,7 +120,7 @@ def regimes_of(
 def find_regimes(
     axes: Mapping[str, Array],
     residual: Array,
-    run: NDArray[np.int64],
+    run: Integers,
     noise: ArrayLike = 1.0,
     *,
     surfaces: Sequence[str] = (),

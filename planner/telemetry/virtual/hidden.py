@@ -25,8 +25,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from planner.arrays import Array
 from planner.errors import InputError
 from planner.power.catalogue import all_effects, find_effect
 from planner.power.effect import Effect
@@ -232,9 +232,7 @@ def strengths(settings: Settings, wheels: int, surfaces: Sequence[str]) -> Any:
     return Hidden(**numbers)
 
 
-def by_element(
-    slug: str, name: str, value: Any, wheels: int, surfaces: Sequence[str]
-) -> NDArray[np.float64]:
+def by_element(slug: str, name: str, value: Any, wheels: int, surfaces: Sequence[str]) -> Array:
     """A strength as an array: of one number, of one for each surface, or for each wheel less mean.
 
     Raises:
@@ -243,7 +241,7 @@ def by_element(
     per = EFFECTS[slug][name].per
     if per == "surface":
         return np.array([float(value.get(s, 0.0)) for s in surfaces] or [0.0])
-    found: NDArray[np.float64] = np.atleast_1d(np.asarray(value, dtype=np.float64))
+    found: Array = np.atleast_1d(np.asarray(value, dtype=np.float64))
     if per is None:
         return found
     if found.shape != (wheels,):

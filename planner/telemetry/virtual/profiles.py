@@ -20,9 +20,8 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from planner.arrays import Array
+from planner.arrays import Array, Integers
 from planner.errors import InputError
 from planner.power.vehicles import Vehicle
 from planner.telemetry.virtual.dynamics import BIN, CONDITIONS, MOTION, START
@@ -268,7 +267,7 @@ def _ramps(pieces: list[tuple[int, int]], values: Array, bins: int) -> Array:
     return curve
 
 
-def _steps(pieces: list[tuple[int, int]], values: NDArray[np.int64], bins: int) -> Array:
+def _steps(pieces: list[tuple[int, int]], values: Integers, bins: int) -> Array:
     curve = np.zeros(bins)
     for (start, _), value in zip(pieces, values, strict=True):
         curve[start:] = value

@@ -24,7 +24,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from planner.arrays import Array
 from planner.errors import InputError
@@ -171,9 +170,7 @@ class VirtualRobot:
         """A profile for this vehicle with the robot's seed; see ``virtual.profiles.profile``."""
         return profile(design, self.vehicle, seed=options.pop("seed", self.seed), **options)
 
-    def simulate(
-        self, drive: Profile, settings: Settings | None = None
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def simulate(self, drive: Profile, settings: Settings | None = None) -> tuple[Array, Array]:
         """Means over 0.1 s (runs, bins, columns) and energies (runs, len(BOOK)) of a profile.
 
         Args:

@@ -18,9 +18,8 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from planner.arrays import Array
+from planner.arrays import Array, Integers
 from planner.errors import InputError
 from planner.telemetry.virtual.dynamics import BIN, CONDITIONS, MOTION, START
 from planner.telemetry.virtual.profiles import (
@@ -136,7 +135,7 @@ def footprint_slopes(
     return p, q
 
 
-def _ground(terrain: Terrain, x: Array, y: Array) -> NDArray[np.int64]:
+def _ground(terrain: Terrain, x: Array, y: Array) -> Integers:
     """Index of the ground class at each point."""
     rows, columns = terrain.ground.shape
     column = np.rint((x - terrain.origin[0]) / terrain.cell[0]).astype(np.int64)

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.arrays import Array
+from planner.arrays import Array, Mask
 from planner.errors import InputError
 from planner.telemetry.virtual.dynamics import BIN, CONDITIONS, MEANS, START
 from planner.telemetry.virtual.profiles import Profile
@@ -168,7 +168,7 @@ def exact_columns(drive: Profile, means: Array) -> Columns:
 
 def measured_columns(
     exact: Columns, drive: Profile, means: Array, noise: Noise, sensors: Sensors, seed: int
-) -> tuple[Columns, NDArray[np.bool_]]:
+) -> tuple[Columns, Mask]:
     """The log that these sensors write, and which rows of ``exact`` it kept.
 
     Raises:
