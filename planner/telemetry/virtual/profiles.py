@@ -20,6 +20,7 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from planner.arrays import Array, Integers
 from planner.errors import InputError
@@ -182,18 +183,7 @@ def steady(
     for column, values in enumerate(given):
         motion[:, :, column] = np.broadcast_to(values, (runs,))[:, None]
     conditions, starts = still_air(runs, bins), unladen(runs)
-    for name, values in extra.items():
-        if name in CONDITIONS:
-            conditions[:, :, CONDITIONS.index(name)] = np.broadcast_to(values, (runs,))[:, None]
-        elif name in START:
-            starts[:, START.index(name)] = values
-        else:
-            raise InputError(
-                "settings",
-                "no such quantity",
-                value=name,
-                accepted=", ".join((*CONDITIONS, *START)),
-            )
+    set_quantities(extra, conditions, starts)
     labels = tuple(f"run{k:02d}" for k in range(runs))
     return Profile("steady", motion, conditions, starts, SURFACES, labels, (), row)
 
@@ -243,6 +233,27 @@ def unladen(runs: int) -> Array:
     starts[:, 3:6] = 25.0
     starts[:, 6] = 1.0
     return starts
+
+
+def set_quantities(settings: Mapping[str, ArrayLike], conditions: Array, starts: Array) -> None:
+    """Set surroundings and starts of all runs.
+
+    Args:
+        settings: names of ``CONDITIONS`` or ``START`` → value, one for all runs or one a run.
+        conditions: (runs, bins, len(CONDITIONS)), changed.
+        starts: (runs, len(START)), changed.
+
+    Raises:
+        InputError: no such quantity.
+    """
+    for name, value in settings.items():
+        if name in CONDITIONS:
+            conditions[:, :, CONDITIONS.index(name)] = np.reshape(value, (-1, 1))
+        elif name in START:
+            starts[:, START.index(name)] = value
+        else:
+            accepted = ", ".join((*CONDITIONS, *START))
+            raise InputError("settings", "no such quantity", value=name, accepted=accepted)
 
 
 def _segments(rng: np.random.Generator, bins: int, row: int) -> list[tuple[int, int]]:

@@ -20,6 +20,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -44,7 +45,6 @@ from planner.telemetry.virtual.sensors import (
     Columns,
     Noise,
     Sensors,
-    columns_of,
     exact_columns,
     measured_columns,
     rows_of,
@@ -225,8 +225,7 @@ class VirtualRobot:
             "noise": scatter,
             "sensors": faults,
         }
-        order = columns_of(list(columns), self.wheels)
-        return VirtualLog({name: columns[name] for name in order}, truth)
+        return VirtualLog(columns, truth)
 
     def drive_route(
         self,
@@ -274,22 +273,18 @@ class VirtualRobot:
                 few = drive.runs([int(k * step) for k in range(_FEW_RUNS)])
                 stages.append((few, self._row_power(few, bare), 5.0 * _SIZE_TOLERANCE))
             stages.append((drive, self._row_power(drive, bare), _SIZE_TOLERANCE))
+
+        def share_of(
+            slug: str, plain: dict[str, Any], part: Profile, before: Array, scale: float
+        ) -> float:
+            change = self._row_power(part, {**bare, slug: scaled(plain, slug, scale)}) - before
+            return float(np.sqrt(np.mean(change * change)) / abs(np.mean(before)))
+
         for slug, values in self.hidden.items():
             plain = {name: value for name, value in values.items() if name != "size"}
             scale = 1.0
             for part, before, tolerance in stages if "size" in values else ():
-
-                def share(
-                    scale: float,
-                    slug: str = slug,
-                    plain: dict[str, Any] = plain,
-                    part: Profile = part,
-                    before: Array = before,
-                ) -> float:
-                    with_it: Settings = {**bare, slug: scaled(plain, slug, scale)}
-                    change = self._row_power(part, with_it) - before
-                    return float(np.sqrt(np.mean(change * change)) / abs(np.mean(before)))
-
+                share = partial(share_of, slug, plain, part, before)
                 scale, sizes[slug] = _sized(share, slug, values["size"], scale, tolerance)
             settings[slug] = scaled(plain, slug, scale) if slug in sizes else plain
         self._last = drive, (settings, sizes)

@@ -21,7 +21,7 @@ import numpy as np
 
 from planner.arrays import Array, Integers
 from planner.errors import InputError
-from planner.telemetry.virtual.dynamics import BIN, CONDITIONS, MOTION, START
+from planner.telemetry.virtual.dynamics import BIN, MOTION
 from planner.telemetry.virtual.profiles import (
     ROW,
     SURFACES,
@@ -29,6 +29,7 @@ from planner.telemetry.virtual.profiles import (
     attitude,
     axes,
     bins_of,
+    set_quantities,
     still_air,
     tilting,
     unladen,
@@ -105,11 +106,7 @@ def planned_route(
         kinds = _ground(terrain, np.interp(middle, t, x), np.interp(middle, t, y))
         conditions[0, :, 4] = kinds
         conditions[0, :, 6] = np.array([kind.rolling for kind in terrain.ground_classes])[kinds]
-    for name, value in (settings or {}).items():
-        if name in CONDITIONS:
-            conditions[0, :, CONDITIONS.index(name)] = value
-        else:
-            starts[0, START.index(name)] = value
+    set_quantities(settings or {}, conditions, starts)
     return Profile("planned_route", motion, conditions, starts, surfaces, ("route",), (), row)
 
 
