@@ -209,8 +209,7 @@ class Advice:
         weight = interval / max(usual, 1e-6) * (1.0 - noise.correlation) / (1.0 + noise.correlation)
         hard = np.any(rows[:, [INDEX["ax"], INDEX["ay"]]] != 0.0, axis=1)
         weight = np.where(hard, ROUGH * weight, weight)
-        scaled: Array = columns * (np.sqrt(np.maximum(weight, 0.0)) / spread)[:, None]
-        return scaled
+        return columns * (np.sqrt(np.maximum(weight, 0.0)) / spread)[:, None]
 
     @cached_property
     def _alone(self) -> Array:
@@ -317,8 +316,7 @@ def _left(gram: Array, base: Integers, at: Integers) -> Array:
     scale = np.sqrt(np.maximum(np.diag(inner), 1e-300))
     inner = inner / np.outer(scale, scale) + 1e-9 * np.eye(len(base))
     cross = gram[np.ix_(base, at)] / scale[:, None]
-    left: Array = gram[np.ix_(at, at)] - cross.T @ np.linalg.solve(inner, cross)
-    return left
+    return gram[np.ix_(at, at)] - cross.T @ np.linalg.solve(inner, cross)
 
 
 def _rows(run: Run, log: Telemetry) -> tuple[Array, Array]:

@@ -334,5 +334,4 @@ class Checks:
 
 def _bin_of(interval: Array | float) -> Integers:
     """Place of intervals in s in the histogram."""
-    place: Integers = np.floor((np.log10(interval) - _DECADES[0]) * _BINS_PER_DECADE).astype(int)
-    return place
+    return np.asarray(np.floor((np.log10(interval) - _DECADES[0]) * _BINS_PER_DECADE).astype(int))

@@ -102,19 +102,15 @@ class Regime:
         }
 
 
-def regimes_of(
-    log: Telemetry, residual: Array, noise: ArrayLike = 1.0, *, most: int = MOST_REGIMES
-) -> list[Regime]:
+def regimes_of(log: Telemetry, residual: Array, noise: ArrayLike) -> list[Regime]:
     """Regimes of a log over all axes of its rows; see find_regimes.
 
     Args:
         log: n rows.
         residual: (n,) W, measured minus model.
         noise: W, (n,) or one number: spread of the noise.
-        most: how many regimes at most.
     """
-    axes = all_axes(log.rows)
-    return find_regimes(axes, residual, log.run, noise, surfaces=log.surfaces, most=most)
+    return find_regimes(all_axes(log.rows), residual, log.run, noise, surfaces=log.surfaces)
 
 
 def find_regimes(
@@ -124,8 +120,6 @@ def find_regimes(
     noise: ArrayLike = 1.0,
     *,
     surfaces: Sequence[str] = (),
-    most: int = MOST_REGIMES,
-    seed: int = 0,
 ) -> list[Regime]:
     """Find the regimes in which a residual has structure.
 
@@ -136,8 +130,6 @@ def find_regimes(
         run: (n,) which run a row belongs to; rows of a run stand together, in time's order.
         noise: W, (n,) or one number: spread of the noise. Rows with less say more.
         surfaces: names of the grounds.
-        most: how many regimes at most.
-        seed: of the random signs that tell what chance does.
 
     Returns:
         Regimes, that with the largest share of the squared error first; none when there is no
@@ -162,13 +154,13 @@ def find_regimes(
     left = residual.copy()
     squares = np.inf
     # What a large bias hid from the tests stands out once that is taken off: search again.
-    while len(found) < most and float(left @ left) < HIDDEN_SHARE * squares:
+    while len(found) < MOST_REGIMES and float(left @ left) < HIDDEN_SHARE * squares:
         squares = float(left @ left)
-        search = Search(known, left, weight, units, seed=seed)
+        search = Search(known, left, weight, units)
         candidates = _Candidates(search, left, total)
-        for _ in range(_TRIES_PER_REGIME * most):
+        for _ in range(_TRIES_PER_REGIME * MOST_REGIMES):
             conditions = candidates.best(left, total)
-            if conditions is None or len(found) == most:
+            if conditions is None or len(found) == MOST_REGIMES:
                 break
             conditions = _refined(conditions, axes, left)
             met = _met(conditions, axes)
@@ -214,8 +206,7 @@ def _weight(noise: ArrayLike, rows: int) -> Array:
     if not middle > 0.0:
         return np.ones(rows)
     # Rows that seem to have next to no noise must not decide everything.
-    weight: Array = (middle / np.maximum(spread, middle / 2.0)) ** 2
-    return weight
+    return np.asarray((middle / np.maximum(spread, middle / 2.0)) ** 2)
 
 
 class _Candidates:
@@ -290,8 +281,7 @@ class _Candidates:
         first, second = (
             np.array([c.plain for c in self.axes[k].sets])[self.axes[k].paired] for k in (a, b)
         )
-        both: Array = ONE_CONDITION_FACTOR * TWO_CONDITIONS_FACTOR * first[:, None] * second
-        return both
+        return np.asarray(ONE_CONDITION_FACTOR * TWO_CONDITIONS_FACTOR * first[:, None] * second)
 
     def _box(self, values: Array, pair: tuple[int, int]) -> Array:
         cell, shape = cells(self.axes, pair)

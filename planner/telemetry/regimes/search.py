@@ -84,7 +84,6 @@ class Search:
         residual: (n,) W.
         weight: (n,) how much a row's error says, about 1.
         units: from units_of.
-        seed: of what chance does.
 
     Attributes:
         pairs: indices of the axes, (a, b); b = -1 for one axis alone.
@@ -94,7 +93,7 @@ class Search:
     """
 
     def __init__(
-        self, axes: Sequence[AxisBins], residual: Floats, weight: Floats, units: Units, *, seed: int
+        self, axes: Sequence[AxisBins], residual: Floats, weight: Floats, units: Units
     ) -> None:
         self.axes = axes
         self.units = units
@@ -102,7 +101,7 @@ class Search:
         self._weight = weight
         self._run_weight = np.bincount(units.run, weight, units.runs)
         parts = self._parts(residual)
-        chance = np.random.default_rng(seed)
+        chance = np.random.default_rng(0)
         signs = chance.integers(0, 2, (SHUFFLES, units.clusters)) * 2.0 - 1.0
         shuffled = chance.permuted(np.tile(parts.means, (SHUFFLES, 1)), axis=1)
         # Single precision is enough to count how often chance passes, and twice as fast.
@@ -216,8 +215,7 @@ class Search:
             max(0, len(means) - 2) * -np.log(np.maximum(1.0 - rho * rho, LEAST_UNEXPLAINED))
         )
         both = np.sqrt(sets.inner + sets.outer)
-        z: Floats = _over(inner * np.sqrt(sets.inner) + outer * np.sqrt(sets.outer), both)
-        return z
+        return _over(inner * np.sqrt(sets.inner) + outer * np.sqrt(sets.outer), both)
 
     def _z_of(self, met: Mask, residual: Floats, units: Units | None = None) -> tuple[float, int]:
         units, parts = units or self.units, self._parts(residual)
@@ -285,11 +283,9 @@ def box_sums(axes: Sequence[AxisBins], sums: Floats, pair: tuple[int, int]) -> F
     a, b = pair
     kind = sums.dtype
     if b < 0:
-        alone: Floats = sums @ axes[a].member.T.astype(kind)
-        return alone
+        return sums @ axes[a].member.T.astype(kind)
     first, second = (axes[k].member[axes[k].paired].astype(kind) for k in pair)
-    both: Floats = np.matmul(first, sums @ second.T)
-    return both
+    return np.asarray(np.matmul(first, sums @ second.T))
 
 
 def _mixed(factors: Floats, sums: Floats) -> Floats:

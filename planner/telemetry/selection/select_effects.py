@@ -11,7 +11,7 @@ full_refit_comparison finds ties.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -83,7 +83,6 @@ def select(
     examination: Examination,
     members: Sequence[Member] | None = None,
     sizes: Mapping[str, float] = MappingProxyType({}),
-    check: Callable[[], None] = lambda: None,
 ) -> Selection:
     """Choose among all competing terms.
 
@@ -92,16 +91,13 @@ def select(
         members: take these instead of the best subset, as far as they pass the tests. Where they
             blame no sensor, none is blamed instead of a shape either: it has lost already.
         sizes: of members that were fitted in full.
-        check: called between the parts; raises when the caller was cancelled.
     """
     scorer = SubsetScorer(examination)
     best = scorer.search()
     if members is not None:
         best = tuple(sorted(scorer.members.index(m) for m in members))
-    check()
     chosen, tests = scorer.checked(best, sizes)
     scorer.admit(chosen)
-    check()
     shape = shape_beyond(examination, scorer, chosen)
     honest = members is not None and not any(m.sensor for m in members)
     if shape is not None and not honest:

@@ -101,8 +101,9 @@ def rows_of(means: Array, row: float) -> Array:
     """Means over rows of (runs, bins, k), shape (runs, rows, k)."""
     each = round(row / BIN)
     runs, bins, k = means.shape
-    rows: Array = means[:, : bins // each * each].reshape(runs, bins // each, each, k).mean(axis=2)
-    return rows
+    return np.asarray(
+        means[:, : bins // each * each].reshape(runs, bins // each, each, k).mean(axis=2)
+    )
 
 
 def delayed_power(power: Array, row: float, delay: float) -> Array:
@@ -207,5 +208,4 @@ def _power_noise(
     result += np.repeat(noise.run_offset * usual * rng.standard_normal(runs), count)
     hit = rng.random(runs * count) < noise.outliers
     size = rng.uniform(6.0, 20.0, runs * count) * rng.choice([-1.0, 1.0], runs * count)
-    scatter: Array = result + hit * size * spread
-    return scatter
+    return np.asarray(result + hit * size * spread)
