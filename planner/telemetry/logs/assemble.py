@@ -14,7 +14,9 @@ known, and one emitted row stays as its predecessor. The result does not depend 
 from __future__ import annotations
 
 from collections.abc import Mapping as AnyMapping
-from dataclasses import dataclass, fields
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -34,6 +36,9 @@ LEAST_GRAVITY_SQUARED = 1e-6
 _NEEDED = ("time", "vx", "vy", "wz", "power", "roll", "pitch", "payload")
 
 
+Some = TypeVar("Some", bound="Rows")
+
+
 @dataclass(frozen=True, eq=False)
 class Rows:
     """Finished rows of a log, see log.Telemetry for the units."""
@@ -48,6 +53,16 @@ class Rows:
     def arrays(self) -> dict[str, Array | None]:
         """The arrays that have an entry for every row, by name."""
         return {one.name: getattr(self, one.name) for one in fields(Rows)}
+
+    @staticmethod
+    def joined(parts: Sequence[Rows], last: Some) -> Some:
+        """Parts of a log as one; ``last`` is its last chunk, whose labels are complete."""
+        together = {}
+        for name in last.arrays():
+            known = [part.arrays()[name] for part in parts]
+            arrays = [one for one in known if one is not None]
+            together[name] = np.concatenate(arrays) if arrays else None
+        return replace(last, **together)  # type: ignore[arg-type]
 
 
 class Assembler:
@@ -286,8 +301,7 @@ class Assembler:
         place = np.maximum.accumulate(np.where(begins, np.arange(end - first), -1))
         since = np.where(place >= 0, starts[np.maximum(place, 0)], self._start)
         self._start = float(since[-1])
-        result: Array = time - since
-        return result
+        return time - since
 
     def _currents(self, inside: AnyMapping[str, Array]) -> Array | None:
         if not self.wheels:
@@ -319,14 +333,12 @@ class _Steps:
         slope_ahead[:-1] = slope_back[1:]
         both = (self.back * slope_ahead + self.ahead * slope_back) / (self.back + self.ahead)
         one = np.where(self.use_back, slope_back, np.where(self.use_ahead, slope_ahead, 0.0))
-        result: Array = np.where(self.use_back & self.use_ahead, both, one)
-        return result
+        return np.where(self.use_back & self.use_ahead, both, one)
 
     def interval(self) -> Array:
         """Length of the interval that a row stands for, s; 0 where a run has one row."""
-        result: Array = np.where(
+        return np.where(
             self.use_back,
             self.back,
             np.where(self.leads, self.ahead, np.where(self.follows, self.back, 0.0)),
         )
-        return result
