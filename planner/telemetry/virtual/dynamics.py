@@ -194,14 +194,14 @@ def _electronics(chassis: Any, hidden: Any, v: Any, g: Any, conditions: Any, tim
     watts = (chassis.supply.electronics + hidden.energy_per_sample * rate) / hidden.efficiency
     off = (speed - hidden.resonance_speed) / hidden.resonance_width
     watts += hidden.resonance_power * math.exp(-0.5 * off * off)
-    heading = math.atan2(v[1], v[0])
-    moving = math.tanh(speed / 0.03)
-    watts += hidden.ripple_power * moving * math.cos(hidden.ripple_harmonic * heading)
-    watts += hidden.decay_power * math.exp(-time / hidden.decay_time)
+    wave = math.cos(hidden.heading_ripple_harmonic * math.atan2(v[1], v[0]))
+    watts += hidden.heading_ripple_power * math.tanh(speed / 0.03) * wave
+    watts += hidden.start_decay_power * math.exp(-time / hidden.start_decay_time_constant)
     if speed > 1e-6:
         climb = math.asin(-(g[0] * v[0] + g[1] * v[1]) / (speed * STANDARD_GRAVITY))
-        watts += hidden.threshold_power * max(climb - hidden.threshold_slope, 0.0)
-    return float(watts + hidden.yaw_speed_power * abs(v[2]) * speed)
+        above = max(climb - hidden.slope_threshold_threshold, 0.0)
+        watts += hidden.slope_threshold_power_per_rad * above
+    return float(watts + hidden.yaw_speed_coefficient * abs(v[2]) * speed)
 
 
 @njit(cache=True)

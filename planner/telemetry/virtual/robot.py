@@ -157,10 +157,10 @@ class VirtualRobot:
         known = self.vehicle.parameters
         own: dict[str, Mapping[str, Any]] = {}
         if effects == "active":
-            own = {slug: known.get(slug, {}) for slug in self.vehicle.active if slug in EFFECTS}
             own = {
-                slug: {n: v for n, v in values.items() if n in EFFECTS[slug]}
-                for slug, values in own.items()
+                slug: {n: v for n, v in known.get(slug, {}).items() if n in EFFECTS[slug]}
+                for slug in self.vehicle.active
+                if slug in EFFECTS
             }
         self._own = check_settings(own, known, self.wheels)
         self.hidden = check_settings(hidden or {}, known, self.wheels)

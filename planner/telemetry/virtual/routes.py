@@ -29,10 +29,9 @@ from planner.telemetry.virtual.profiles import (
     attitude,
     axes,
     bins_of,
+    level_calm,
     set_quantities,
-    still_air,
     tilting,
-    unladen,
 )
 from planner.terrain.heightmap import Terrain
 
@@ -97,7 +96,7 @@ def planned_route(
     motion[0, :, 1] = np.sum(along * left, axis=0)
     motion[0, :, 2] = _rounded(np.interp(edges + 0.5 * BIN, edges[1:], np.diff(yaws) / BIN))
     motion[0, :, 3], motion[0, :, 4] = attitude(p, q, yaws)
-    conditions, starts = still_air(1, bins), unladen(1)
+    conditions, starts = level_calm(1, bins)
     conditions[0, :, 0] = tilting(p, q)
     surfaces: tuple[str, ...] = SURFACES
     if terrain is not None:
