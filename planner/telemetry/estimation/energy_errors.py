@@ -79,17 +79,10 @@ def energy_error(log: Telemetry, fitted: Fit) -> tuple[ParameterCovariance, Ener
     names = fitted.model.parameter_names
     covariance = ParameterCovariance(tuple(names[place] for place in sums.places), values)
     noise = fitted.noise
-    share = np.sqrt(np.maximum(np.diag(noise.by_run), 0.0))
-    unscaled = EnergyError(
-        tuple(noise.powers.tolist()),
-        tuple((noise.spreads * _outlying(fitted)).tolist()),
-        _correlation_time(noise, float(np.median(log.interval))),
-        float(share[0]),
-        float(share[1]),
-        1.0,
-        PRIOR_RUNS,
-        0,
-    )
+    curve = tuple(noise.powers.tolist()), tuple((noise.spreads * _outlying(fitted)).tolist())
+    offset, gain = np.sqrt(np.maximum(np.diag(noise.by_run), 0.0)).tolist()
+    time = _correlation_time(noise, float(np.median(log.interval)))
+    unscaled = EnergyError(*curve, time, offset, gain, 1.0, PRIOR_RUNS, 0)
     return covariance, _calibrated(unscaled, log, fitted, sums)
 
 

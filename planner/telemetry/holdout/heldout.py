@@ -7,8 +7,7 @@
 A fold is a fifth of the runs. Its parameters are those of one Gauss-Newton step from the fit to all
 runs towards the fit without the fold, with the same bounds and the same prior: a parameter that
 only the fold determines stays where it is. That is as good as refitting when folds change them
-little; tests/telemetry/test_identification_fit.py compares it with
-fits to what each fold leaves.
+little (tests/telemetry/holdout/test_cross_validation.py compares it with such fits).
 """
 
 from __future__ import annotations

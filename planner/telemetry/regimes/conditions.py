@@ -175,14 +175,8 @@ def within(
     plain = 0.85 if name in FURTHER else 1.0
     if low is not None and high is not None and low != STANDSTILL:
         plain *= 0.9
-    return Condition(
-        name,
-        said(name, low, high, magnitude),
-        None if low is None else float(low * unit),
-        None if high is None else float(high * unit),
-        magnitude,
-        plain=plain,
-    )
+    begin, end = (None if bound is None else float(bound * unit) for bound in (low, high))
+    return Condition(name, said(name, low, high, magnitude), begin, end, magnitude, plain=plain)
 
 
 def refined(condition: Condition, values: Array, residual: Array) -> Condition:
@@ -267,15 +261,9 @@ def _heading_sets() -> Iterator[Condition]:
                     words, plain = named, 1.0
                 else:
                     words, plain = f"{named} (±{half:.0f}°)", 0.95
-                low, high = np.radians(centre - half), np.radians(centre + half)
-                yield Condition(
-                    "heading",
-                    words,
-                    float(low),
-                    float(high),
-                    period=float(np.radians(period)),
-                    plain=plain,
-                )
+                sector = (centre - half, centre + half, period)
+                low, high, turn = (float(np.radians(angle)) for angle in sector)
+                yield Condition("heading", words, low, high, period=turn, plain=plain)
 
 
 def _surfaces(values: Array, labels: Sequence[str]) -> AxisBins | None:

@@ -175,13 +175,8 @@ class Search:
             shares = np.add.reduceat(counts, np.searchsorted(units.of, np.arange(units.runs)))
         shares /= self._run_weight.reshape(-1, *[1] * len(shape)).astype(np.float32)
         share = box_sums(self.axes, shares, pair)
-        sets = self._sets(
-            box_sums(self.axes, by_cluster, pair),
-            box_sums(self.axes, counts, pair),
-            share,
-            parts.means,
-            units.of,
-        )
+        inside, known = (box_sums(self.axes, table, pair) for table in (by_cluster, counts))
+        sets = self._sets(inside, known, share, parts.means, units.of)
         return by_cluster, shares - shares.mean(axis=0), sets
 
     def _sets(
