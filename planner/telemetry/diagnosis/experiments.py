@@ -328,17 +328,15 @@ def _rows(run: Run, log: Telemetry) -> tuple[Array, Array]:
     }
     usual |= {name: 0.0 for name in ("com_x", "com_y") if name in log.present}
     far = float(np.nanmax(log.rows[:, INDEX["odometer"]]))
-    driven: list[dict[str, float]] = []
+    driven: list[dict[str, Any]] = []
     seconds = []
     for one in run.settings["runs"]:
         clock = 0.0
         for s in one["segments"]:
             speed = max(float(np.hypot(s["vx"], s["vy"])), 1e-9)
-            columns: dict[str, float] = {
+            columns: dict[str, Any] = {
                 **usual,
-                "vx": s["vx"],
-                "vy": s["vy"],
-                "wz": s["wz"],
+                **{name: s[name] for name in ("vx", "vy", "wz")},
                 "ax": s["acceleration"] * s["vx"] / speed,
                 "ay": s["acceleration"] * s["vy"] / speed,
                 "payload": one["payload"],
@@ -347,10 +345,7 @@ def _rows(run: Run, log: Telemetry) -> tuple[Array, Array]:
             }
             if one["motor_temp"] is not None:
                 columns["motor_temp"] = one["motor_temp"]
-            columns |= {
-                k: float(v)
-                for k, v in gravity_columns(s["roll"], s["pitch"], gravity=STANDARD_GRAVITY).items()
-            }
+            columns |= gravity_columns(s["roll"], s["pitch"], gravity=STANDARD_GRAVITY)
             driven.append(columns)
             seconds.append(s["seconds"])
             clock += s["seconds"]

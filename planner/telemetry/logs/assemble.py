@@ -36,6 +36,7 @@ LEAST_GRAVITY_SQUARED = 1e-6
 _NEEDED = ("time", "vx", "vy", "wz", "power", "roll", "pitch", "payload")
 
 
+Channels = AnyMapping[str, Array]
 Some = TypeVar("Some", bound="Rows")
 
 
@@ -234,16 +235,11 @@ class Assembler:
                 values.get("roll", zero), values.get("pitch", zero), gravity=STANDARD_GRAVITY
             )
         gravity = computed | {k: v for k, v in values.items() if k.startswith("gravity")}
+        x, y = gravity["gravity_x"], gravity.get("gravity_y", zero)
         if "gravity_normal" not in gravity:
-            flat = gravity["gravity_x"] ** 2 + gravity.get("gravity_y", zero) ** 2
-            computed["gravity_normal"] = np.sqrt(
-                np.maximum(STANDARD_GRAVITY**2 - flat, LEAST_GRAVITY_SQUARED)
-            )
-            gravity["gravity_normal"] = computed["gravity_normal"]
-        angle = np.arctan2(
-            np.hypot(gravity["gravity_x"], gravity.get("gravity_y", zero)),
-            gravity["gravity_normal"],
-        )
+            normal = np.sqrt(np.maximum(STANDARD_GRAVITY**2 - (x**2 + y**2), LEAST_GRAVITY_SQUARED))
+            computed["gravity_normal"] = gravity["gravity_normal"] = normal
+        angle = np.arctan2(np.hypot(x, y), gravity["gravity_normal"])
         computed["slope_rate"] = np.abs(step.derivative(angle))
         computed = {name: column[first:end] for name, column in computed.items()}
         inside = {name: column[first:end] for name, column in values.items()}
@@ -270,13 +266,7 @@ class Assembler:
             wheel_currents=self._currents(inside),
         )
 
-    def _fill(
-        self,
-        target: Array,
-        name: str,
-        measured: AnyMapping[str, Array],
-        computed: AnyMapping[str, Array],
-    ) -> None:
+    def _fill(self, target: Array, name: str, measured: Channels, computed: Channels) -> None:
         if name not in measured:
             if name in computed:
                 target[:] = computed[name]
@@ -303,7 +293,7 @@ class Assembler:
         self._start = float(since[-1])
         return time - since
 
-    def _currents(self, inside: AnyMapping[str, Array]) -> Array | None:
+    def _currents(self, inside: Channels) -> Array | None:
         if not self.wheels:
             return None
         nothing = np.full(len(inside["time"]), np.nan)

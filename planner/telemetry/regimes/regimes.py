@@ -21,7 +21,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from planner.arrays import Array, Integers, Mask
 from planner.telemetry.logs import Telemetry
@@ -91,35 +90,23 @@ class Regime:
 
     def to_json(self) -> dict[str, Any]:
         """Ready for strict JSON."""
-        return {
-            "where": self.where,
-            "rows": self.rows,
-            "bias_w": self.bias_w,
-            "rmse_w": self.rmse_w,
-            "share_of_squared_error": self.share_of_squared_error,
-            "stderr_w": self.stderr_w,
-            "conditions": [condition.to_json() for condition in self.conditions],
-        }
+        document = {k: v for k, v in vars(self).items() if k not in ("explained", "chance")}
+        return {**document, "conditions": [condition.to_json() for condition in self.conditions]}
 
 
-def regimes_of(log: Telemetry, residual: Array, noise: ArrayLike) -> list[Regime]:
+def regimes_of(log: Telemetry, residual: Array, noise: Array) -> list[Regime]:
     """Regimes of a log over all axes of its rows; see find_regimes.
 
     Args:
         log: n rows.
         residual: (n,) W, measured minus model.
-        noise: W, (n,) or one number: spread of the noise.
+        noise: (n,) W, spread of the noise.
     """
-    return find_regimes(all_axes(log.rows), residual, log.run, noise, surfaces=log.surfaces)
+    return find_regimes(all_axes(log.rows), residual, log.run, noise, log.surfaces)
 
 
 def find_regimes(
-    axes: Mapping[str, Array],
-    residual: Array,
-    run: Integers,
-    noise: ArrayLike = 1.0,
-    *,
-    surfaces: Sequence[str] = (),
+    axes: Mapping[str, Array], residual: Array, run: Integers, noise: Array, surfaces: Sequence[str]
 ) -> list[Regime]:
     """Find the regimes in which a residual has structure.
 
@@ -128,7 +115,7 @@ def find_regimes(
             holds numbers of ``surfaces``.
         residual: (n,) W, measured minus model; rows that are not finite are left out.
         run: (n,) which run a row belongs to; rows of a run stand together, in time's order.
-        noise: W, (n,) or one number: spread of the noise. Rows with less say more.
+        noise: (n,) W, spread of the noise. Rows with less say more.
         surfaces: names of the grounds.
 
     Returns:
@@ -138,8 +125,7 @@ def find_regimes(
     kept = np.isfinite(residual)
     if not kept.all():
         axes = {name: values[kept] for name, values in axes.items()}
-        residual, run = residual[kept], run[kept]
-        noise = np.broadcast_to(np.asarray(noise, float), kept.shape)[kept]
+        residual, run, noise = residual[kept], run[kept], noise[kept]
     total = float(residual @ residual)
     if len(residual) < 2 * LEAST_CLUSTERS or total == 0.0:
         return []
@@ -148,7 +134,7 @@ def find_regimes(
         return []
     bins = [conditions_on(name, values, labels=surfaces) for name, values in axes.items()]
     known = [axis for axis in bins if axis is not None]
-    weight = _weight(noise, len(residual))
+    weight = _weight(noise)
     found: list[Regime] = []
     masks: list[Mask] = []
     left = residual.copy()
@@ -200,13 +186,12 @@ def _refined(
     return tuple(done)
 
 
-def _weight(noise: ArrayLike, rows: int) -> Array:
-    spread = np.broadcast_to(np.asarray(noise, float), (rows,))
-    middle = float(np.median(spread))
+def _weight(noise: Array) -> Array:
+    middle = float(np.median(noise))
     if not middle > 0.0:
-        return np.ones(rows)
+        return np.ones(len(noise))
     # Rows that seem to have next to no noise must not decide everything.
-    return np.asarray((middle / np.maximum(spread, middle / 2.0)) ** 2)
+    return np.asarray((middle / np.maximum(noise, middle / 2.0)) ** 2)
 
 
 class _Candidates:

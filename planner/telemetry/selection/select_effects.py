@@ -98,10 +98,10 @@ def select(
         best = tuple(sorted(scorer.members.index(m) for m in members))
     chosen, tests = scorer.checked(best, sizes)
     scorer.admit(chosen)
-    shape = shape_beyond(examination, scorer, chosen)
+    shape = shape_beyond(scorer, chosen)
     honest = members is not None and not any(m.sensor for m in members)
     if shape is not None and not honest:
-        chosen, tests, shape = prefer_sensor_fault(examination, scorer, chosen, tests, shape)
+        chosen, tests, shape = prefer_sensor_fault(scorer, chosen, tests, shape)
     if shape is not None and shape.alone:
         chosen, tests = (), {}
     scorer.admit(chosen)  # a sensor may have taken the place of a shape
@@ -136,19 +136,9 @@ def _standings(
         strongest = max(float(z[c]) for c in member.columns)
         if test is not None:
             found, strongest = test.coefficients, test.z
-        probability = sum(
-            w for s, w in weights.items() if any(scorer.members[q].name == name for q in s)
-        )
-        standings.append(
-            RankedTerm(
-                name,
-                gain,
-                strongest,
-                test.p_value if test else two_sided(strongest),
-                scorer.evidence.size(list(member.columns), found),
-                float(probability / total),
-                member,
-                found,
-            )
-        )
+        p_value = test.p_value if test else two_sided(strongest)
+        size = scorer.evidence.size(list(member.columns), found)
+        having = (s for s in weights if any(scorer.members[q].name == name for q in s))
+        share = float(sum(weights[s] for s in having) / total)
+        standings.append(RankedTerm(name, gain, strongest, p_value, size, share, member, found))
     return tuple(sorted(standings, key=lambda s: (s.name not in picked, -s.probability, -s.gain)))

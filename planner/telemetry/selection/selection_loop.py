@@ -33,6 +33,8 @@ MOST_REFITS = 3
 """Rounds of refitting and laying out anew."""
 MOST_SENSOR_ROUNDS = 8
 """Searches of one log, each with other corrections of sensors."""
+Extra = Sequence[type[Effect]]
+"""Custom effects that compete with the catalogue."""
 REPEATED_FAULT_SHARE = 0.35
 """Share of a correction by which the same sensor may be off again; more is another effect."""
 
@@ -76,12 +78,7 @@ class Found:
 
 
 def investigate(
-    sample: Telemetry,
-    start: PowerModel,
-    extra: Sequence[type[Effect]],
-    watch: Progress,
-    *,
-    as_stated: bool = False,
+    sample: Telemetry, start: PowerModel, extra: Extra, watch: Progress, *, as_stated: bool = False
 ) -> Found:
     """Search rows in memory.
 
