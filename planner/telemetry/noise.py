@@ -119,14 +119,10 @@ def _filter(columns: Any, reflections: Any, shrink: Any, white: Any) -> None:
     last = reflections.shape[0] - 1
     for k in range(columns.shape[0]):
         order = min(k, last)
-        for j in range(columns.shape[1]):
-            white[k, j] = columns[k, j]
+        white[k] = columns[k]
         for lag in range(order):
-            factor = reflections[order, lag]
-            for j in range(columns.shape[1]):
-                white[k, j] -= factor * columns[k - 1 - lag, j]
-        for j in range(columns.shape[1]):
-            white[k, j] /= shrink[order]
+            white[k] -= reflections[order, lag] * columns[k - 1 - lag]
+        white[k] /= shrink[order]
 
 
 @njit(cache=True, nogil=True)

@@ -12,9 +12,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from planner.arrays import Array
+from planner.arrays import Array, Integers
 from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.quantities import INDEX
@@ -114,7 +113,7 @@ def sizes(model: PowerModel) -> Array:
     return result
 
 
-def _bounds(model: PowerModel, index: NDArray[np.int64]) -> tuple[Array, Array]:
+def _bounds(model: PowerModel, index: Integers) -> tuple[Array, Array]:
     bounds = np.array([model.slots[place][2].bounds for place in index], float).reshape(-1, 2)
     for k, place in enumerate(index):
         if grid := model.slots[place][2].grid:
@@ -124,14 +123,14 @@ def _bounds(model: PowerModel, index: NDArray[np.int64]) -> tuple[Array, Array]:
     return bounds[:, 0], bounds[:, 1]
 
 
-def _weights(model: PowerModel, index: NDArray[np.int64]) -> Array:
+def _weights(model: PowerModel, index: Integers) -> Array:
     """One over the prior's standard deviation of every free parameter."""
     size = sizes(model)[index]
     spread = np.array([model.slots[place][2].spread for place in index])
     return 1.0 / np.maximum(PRIOR_SPREADS * spread * size, 1e-300)
 
 
-def _gauge(model: PowerModel, index: NDArray[np.int64]) -> Array:
+def _gauge(model: PowerModel, index: Integers) -> Array:
     """(p, p) weights that hold the sum of the wheels' own factors at zero: it changes nothing."""
     groups: dict[tuple[str, str], list[int]] = {}
     for k, place in enumerate(index):

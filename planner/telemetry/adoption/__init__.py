@@ -7,10 +7,4 @@ model, revert brings one back.
 from planner.telemetry.adoption.adopt_effects import DIAGNOSED, Adoption, adopt
 from planner.telemetry.adoption.versions import history, revert
 
-__all__ = [
-    "DIAGNOSED",
-    "Adoption",
-    "adopt",
-    "history",
-    "revert",
-]
+__all__ = ["DIAGNOSED", "Adoption", "adopt", "history", "revert"]

@@ -110,7 +110,7 @@ def adopt(
         lambda share, sentence: report(0.9 * share, sentence)
     )
     source = open_source(log, mapping, watch)
-    diagnosis = diagnose_source(source, start, extra=custom, watch=watch)
+    diagnosis = diagnose_source(source, start, custom, watch)
     names = _names(wanted, diagnosis)
     additions = [diagnosis.additions[name] for name in names]
     watch(1.0, "fitting the new version")

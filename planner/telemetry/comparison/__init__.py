@@ -7,11 +7,4 @@ log passes by.
 from planner.telemetry.comparison.compare_log import CLOUD, Comparison, compare
 from planner.telemetry.comparison.sums import RunComparison, Sums, curve_bins
 
-__all__ = [
-    "CLOUD",
-    "Comparison",
-    "RunComparison",
-    "Sums",
-    "compare",
-    "curve_bins",
-]
+__all__ = ["CLOUD", "Comparison", "RunComparison", "Sums", "compare", "curve_bins"]

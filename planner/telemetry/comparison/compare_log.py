@@ -213,7 +213,7 @@ def _settle(
     watch(0.6, "looking for regimes")
     temperature = temperature_of(sample.rows)
     axes = all_axes(sample.rows, temperature=temperature)
-    regimes = find_regimes(axes, residual, sample.run, spread, surfaces=sample.surfaces)
+    regimes = find_regimes(axes, residual, sample.run, spread, sample.surfaces)
     bins = tuple(curve_bins(axes, sample.surfaces))
     sums = Sums(len(source.run_rows), regimes, bins, temperature, sample.run, residual)
     cloud = np.unique(np.linspace(0, len(sample) - 1, CLOUD).astype(int))

@@ -234,21 +234,18 @@ class Sums:
     def regimes(self) -> list[Regime]:
         """The regimes with the figures of the whole log."""
         total = float(self._by_run[:, 2].sum())
-        found = []
-        for regime, (rows, plain, squares) in zip(self._regimes, self._of_regime, strict=True):
-            if rows == 0.0 or total == 0.0:
-                continue
-            found.append(
-                replace(
-                    regime,
-                    rows=int(rows),
-                    bias_w=float(plain / rows),
-                    rmse_w=float(np.sqrt(squares / rows)),
-                    share_of_squared_error=float(squares / total),
-                    explained=float(plain * plain / rows / total),
-                )
+        return [
+            replace(
+                regime,
+                rows=int(rows),
+                bias_w=float(plain / rows),
+                rmse_w=float(np.sqrt(squares / rows)),
+                share_of_squared_error=float(squares / total),
+                explained=float(plain * plain / rows / total),
             )
-        return found
+            for regime, (rows, plain, squares) in zip(self._regimes, self._of_regime, strict=True)
+            if rows > 0.0 and total > 0.0
+        ]
 
     def curves(self) -> dict[str, dict[str, list[Any]]]:
         """Mean residual over every axis, see Comparison.curves."""

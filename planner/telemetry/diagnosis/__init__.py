@@ -7,10 +7,4 @@ tell more.
 from planner.telemetry.diagnosis.diagnose_log import diagnose, diagnose_source
 from planner.telemetry.diagnosis.results import Candidate, Diagnosis, Errors
 
-__all__ = [
-    "Candidate",
-    "Diagnosis",
-    "Errors",
-    "diagnose",
-    "diagnose_source",
-]
+__all__ = ["Candidate", "Diagnosis", "Errors", "diagnose", "diagnose_source"]

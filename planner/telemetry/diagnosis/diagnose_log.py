@@ -30,7 +30,7 @@ from planner.power.catalogue import all_effects
 from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.power.vehicles import Vehicle
-from planner.progress import Progress, silent
+from planner.progress import Progress
 from planner.telemetry.diagnosis.experiments import Advice
 from planner.telemetry.diagnosis.reconcile import more_credible
 from planner.telemetry.diagnosis.results import (
@@ -86,15 +86,11 @@ def diagnose(
     watch(0.0, "reading the log")
     start = starting_model(model)
     source = open_source(log, mapping, watch)
-    return diagnose_source(source, start, extra=extra, watch=watch)
+    return diagnose_source(source, start, extra, watch)
 
 
 def diagnose_source(
-    source: LogSource,
-    start: PowerModel,
-    *,
-    extra: Sequence[type[Effect]] = (),
-    watch: Progress = silent,
+    source: LogSource, start: PowerModel, extra: Sequence[type[Effect]], watch: Progress
 ) -> Diagnosis:
     """As ``diagnose``, for a log that is open."""
     source = source.steady()

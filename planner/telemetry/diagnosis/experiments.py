@@ -26,9 +26,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from planner.arrays import Array
+from planner.arrays import Array, Integers
 from planner.power.catalogue import all_effects
 from planner.power.effect import Effect
 from planner.power.rows import gravity_columns, rows_from
@@ -210,8 +209,7 @@ class Advice:
         weight = interval / max(usual, 1e-6) * (1.0 - noise.correlation) / (1.0 + noise.correlation)
         hard = np.any(rows[:, [INDEX["ax"], INDEX["ay"]]] != 0.0, axis=1)
         weight = np.where(hard, ROUGH * weight, weight)
-        scaled: Array = columns * (np.sqrt(np.maximum(weight, 0.0)) / spread)[:, None]
-        return scaled
+        return columns * (np.sqrt(np.maximum(weight, 0.0)) / spread)[:, None]
 
     @cached_property
     def _alone(self) -> Array:
@@ -312,14 +310,13 @@ class Advice:
         return (effect or Effect).how_to_measure
 
 
-def _left(gram: Array, base: NDArray[np.intp], at: NDArray[np.intp]) -> Array:
+def _left(gram: Array, base: Integers, at: Integers) -> Array:
     """Gram matrix of columns `at` (A, A) after what the columns `base` explain of them."""
     inner = gram[np.ix_(base, base)]
     scale = np.sqrt(np.maximum(np.diag(inner), 1e-300))
     inner = inner / np.outer(scale, scale) + 1e-9 * np.eye(len(base))
     cross = gram[np.ix_(base, at)] / scale[:, None]
-    left: Array = gram[np.ix_(at, at)] - cross.T @ np.linalg.solve(inner, cross)
-    return left
+    return gram[np.ix_(at, at)] - cross.T @ np.linalg.solve(inner, cross)
 
 
 def _rows(run: Run, log: Telemetry) -> tuple[Array, Array]:
@@ -331,17 +328,15 @@ def _rows(run: Run, log: Telemetry) -> tuple[Array, Array]:
     }
     usual |= {name: 0.0 for name in ("com_x", "com_y") if name in log.present}
     far = float(np.nanmax(log.rows[:, INDEX["odometer"]]))
-    driven: list[dict[str, float]] = []
+    driven: list[dict[str, Any]] = []
     seconds = []
     for one in run.settings["runs"]:
         clock = 0.0
         for s in one["segments"]:
             speed = max(float(np.hypot(s["vx"], s["vy"])), 1e-9)
-            columns: dict[str, float] = {
+            columns: dict[str, Any] = {
                 **usual,
-                "vx": s["vx"],
-                "vy": s["vy"],
-                "wz": s["wz"],
+                **{name: s[name] for name in ("vx", "vy", "wz")},
                 "ax": s["acceleration"] * s["vx"] / speed,
                 "ay": s["acceleration"] * s["vy"] / speed,
                 "payload": one["payload"],
@@ -350,10 +345,7 @@ def _rows(run: Run, log: Telemetry) -> tuple[Array, Array]:
             }
             if one["motor_temp"] is not None:
                 columns["motor_temp"] = one["motor_temp"]
-            columns |= {
-                k: float(v)
-                for k, v in gravity_columns(s["roll"], s["pitch"], gravity=STANDARD_GRAVITY).items()
-            }
+            columns |= gravity_columns(s["roll"], s["pitch"], gravity=STANDARD_GRAVITY)
             driven.append(columns)
             seconds.append(s["seconds"])
             clock += s["seconds"]

@@ -8,11 +8,4 @@ from planner.telemetry.estimation.energy_errors import energy_error
 from planner.telemetry.estimation.gauss_newton import bounded_step
 from planner.telemetry.estimation.model_fit import Fit, FittedParameter, RefusedFit, fit
 
-__all__ = [
-    "Fit",
-    "FittedParameter",
-    "RefusedFit",
-    "bounded_step",
-    "energy_error",
-    "fit",
-]
+__all__ = ["Fit", "FittedParameter", "RefusedFit", "bounded_step", "energy_error", "fit"]

@@ -44,9 +44,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from planner.arrays import Array, Integers
+from planner.arrays import Array, Integers, Mask
 from planner.power.model import PowerModel
 from planner.power.saved import EnergyError, ParameterCovariance
 from planner.telemetry.estimation.model_fit import Fit
@@ -80,17 +79,10 @@ def energy_error(log: Telemetry, fitted: Fit) -> tuple[ParameterCovariance, Ener
     names = fitted.model.parameter_names
     covariance = ParameterCovariance(tuple(names[place] for place in sums.places), values)
     noise = fitted.noise
-    share = np.sqrt(np.maximum(np.diag(noise.by_run), 0.0))
-    unscaled = EnergyError(
-        tuple(noise.powers.tolist()),
-        tuple((noise.spreads * _outlying(fitted)).tolist()),
-        _correlation_time(noise, float(np.median(log.interval))),
-        float(share[0]),
-        float(share[1]),
-        1.0,
-        PRIOR_RUNS,
-        0,
-    )
+    curve = tuple(noise.powers.tolist()), tuple((noise.spreads * _outlying(fitted)).tolist())
+    offset, gain = np.sqrt(np.maximum(np.diag(noise.by_run), 0.0)).tolist()
+    time = _correlation_time(noise, float(np.median(log.interval)))
+    unscaled = EnergyError(*curve, time, offset, gain, 1.0, PRIOR_RUNS, 0)
     return covariance, _calibrated(unscaled, log, fitted, sums)
 
 
@@ -128,7 +120,7 @@ class _Sums:
             for fold in np.unique(self.folds)
         }
 
-    def _normal(self, kept: NDArray[np.bool_]) -> tuple[Array, Array]:
+    def _normal(self, kept: Mask) -> tuple[Array, Array]:
         """Inverse of H, and what an error of the considered parameters does to the free ones."""
         folds = np.unique(self.fold_of[kept])
         gram = np.sum([self.grams[int(fold)] for fold in folds], axis=0)
@@ -136,7 +128,7 @@ class _Sums:
         inverse = inverse_of(full, 1e-12)
         return inverse, -inverse @ gram[:, self.free :]
 
-    def covariance(self, kept: NDArray[np.bool_]) -> Array:
+    def covariance(self, kept: Mask) -> Array:
         """(k, k) of ``places``, from the rows of some blocks."""
         inverse, follows = self._normal(kept)
         sums = self.scores[kept]

@@ -17,10 +17,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
-from planner.arrays import Array
+from planner.arrays import Array, Integers
 from planner.power.model import PowerModel
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import Noise, clipped, huber
@@ -63,7 +62,7 @@ class Problem:
 
     log: Telemetry
     nodes: Nodes
-    index: NDArray[np.int64]
+    index: Integers
     start: Array
     prior: Prior
 
@@ -145,7 +144,7 @@ def problem_of(log: Telemetry, nodes: Nodes, model: PowerModel, places: Sequence
     return Problem(log, nodes, index, model.parameters[index], Prior.of(model, places))
 
 
-def with_values(model: PowerModel, index: NDArray[np.int64], value: Array) -> PowerModel:
+def with_values(model: PowerModel, index: Integers, value: Array) -> PowerModel:
     """The model with other values of some parameters."""
     values = model.parameters.copy()
     values[index] = value

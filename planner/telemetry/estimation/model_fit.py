@@ -184,16 +184,8 @@ def _finished(
             note = FittedParameter.AT_THE_END
         numbers = value, float(stderr[place]), parameter.unit, bool(known[k])
         fitted.append(FittedParameter(effect.slug, name, element, *numbers, note))
-    return Fit(
-        # What was known of the energy belonged to the values that the fit started from.
-        replace(model, stderr=stderr, covariance=None, energy_error=None),
-        tuple(index.tolist()),
-        problem.start,
-        covariance,
-        watts,
-        residual,
-        spread,
-        noise,
-        float(np.sqrt(np.mean(residual**2))),
-        tuple(fitted),
-    )
+    # What was known of the energy belonged to the values that the fit started from.
+    model = replace(model, stderr=stderr, covariance=None, energy_error=None)
+    free = tuple(index.tolist()), problem.start, covariance
+    rmse = float(np.sqrt(np.mean(residual**2)))
+    return Fit(model, *free, watts, residual, spread, noise, rmse, tuple(fitted))

@@ -21,9 +21,8 @@ from __future__ import annotations
 from collections.abc import Callable, Collection
 
 import numpy as np
-from numpy.typing import NDArray
 
-from planner.arrays import Array
+from planner.arrays import Array, Integers, Mask
 from planner.power.model import PowerModel
 from planner.quantities import INDEX
 from planner.telemetry.estimation.gauss_newton import Problem, Solution, with_values
@@ -71,7 +70,7 @@ def run_errors(model: PowerModel, nodes: Nodes, watts: Array, known: Collection[
     return np.column_stack(columns) if columns else np.empty((len(watts), 0))
 
 
-def covariance_of(problem: Problem, white: Array) -> tuple[Array, NDArray[np.bool_]]:
+def covariance_of(problem: Problem, white: Array) -> tuple[Array, Mask]:
     """Sandwich covariance, and which parameters the log determines better than the prior.
 
     What the rows tell scatters together within blocks, and may within whole runs: the wider of the
@@ -109,7 +108,7 @@ def covariance_of(problem: Problem, white: Array) -> tuple[Array, NDArray[np.boo
     return np.asarray(covariance), np.asarray(known)
 
 
-def without_each(full: Array, own: Array, scores: Array, number: NDArray[np.int64]) -> Array:
+def without_each(full: Array, own: Array, scores: Array, number: Integers) -> Array:
     """(blocks, p) change of the parameters when each block in turn is left out, to first order.
 
     ``full`` is (p, p), of all rows and the prior; ``own`` (n, p) whitened derivatives.
@@ -124,7 +123,7 @@ def without_each(full: Array, own: Array, scores: Array, number: NDArray[np.int6
     return np.asarray(np.linalg.solve(rest, -sums[:, :, None])[:, :, 0] * scale)
 
 
-def _sums_by(number: NDArray[np.int64], values: Array) -> Array:
+def _sums_by(number: Integers, values: Array) -> Array:
     sums = np.zeros((int(number.max()) + 1, values.shape[1]))
     np.add.at(sums, number, values)
     return sums

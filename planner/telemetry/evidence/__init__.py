@@ -8,11 +8,4 @@ from planner.telemetry.evidence.design_matrix import DesignColumns, Examination,
 from planner.telemetry.evidence.evidence import Test, solve
 from planner.telemetry.evidence.streaming import examine_all
 
-__all__ = [
-    "DesignColumns",
-    "Examination",
-    "Test",
-    "examine",
-    "examine_all",
-    "solve",
-]
+__all__ = ["DesignColumns", "Examination", "Test", "examine", "examine_all", "solve"]

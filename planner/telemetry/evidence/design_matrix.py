@@ -46,19 +46,14 @@ PROBE_ROWS = 3000
 """Rows on which disturbed inputs are compared with the logged ones."""
 
 SENSOR_ERRORS: dict[str, tuple[float, float]] = {
-    "vx": (0.002, 0.005),
-    "vy": (0.002, 0.005),
+    **dict.fromkeys(("vx", "vy"), (0.002, 0.005)),
     "wz": (0.003, 0.005),
-    "ax": (0.01, 0.0),
-    "ay": (0.01, 0.0),
-    "gravity_x": (0.017, 0.0),
-    "gravity_y": (0.017, 0.0),
-    "motor_temp": (0.5, 0.0),
-    "ambient_temp": (0.5, 0.0),
+    **dict.fromkeys(("ax", "ay"), (0.01, 0.0)),
+    **dict.fromkeys(("gravity_x", "gravity_y"), (0.017, 0.0)),
+    **dict.fromkeys(("motor_temp", "ambient_temp"), (0.5, 0.0)),
     "battery_voltage": (0.02, 0.0),
     "slope_rate": (0.003, 0.0),
-    "wind_x": (0.1, 0.0),
-    "wind_y": (0.1, 0.0),
+    **dict.fromkeys(("wind_x", "wind_y"), (0.1, 0.0)),
 }
 """Usual errors of single rows, SI and relative (odometry, 0.1° of slope, MEMS accelerometers)."""
 SPEED_OF = {"vx": "vx", "vy": "vy", "wz": "wz", "ax": "vx", "ay": "vy"}
@@ -74,8 +69,8 @@ class DesignColumns:
         dictionary: shapes over the axes of motion.
         sensors: errors of sensors that compete.
         exact: take the inputs for exact: a column that their errors would drown counts as well.
-        told: effects that an earlier round could tell and chose, or found tied with its choice:
-            around another model they do not fall out of the race for a border of what can be told.
+        testable_before: effects that an earlier round could tell and chose, or found tied with its
+            choice. Around another model they stay in the race with smaller margins.
     """
 
     library: CandidateLibrary

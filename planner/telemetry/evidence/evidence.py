@@ -207,15 +207,10 @@ class Evidence:
         total = float((one - other).sum())
         return total, total / scatter
 
-    def collinearity(self, first: int, second: int, given: Sequence[int] = ()) -> float:
-        """|cosine| between two columns once tangent and ``given`` are taken out."""
+    def collinearity(self, first: int, second: int) -> float:
+        """|cosine| between two columns once the tangent is taken out."""
         at = [first, second]
-        rest = list(given)
-        inner = self.partial[np.ix_(at, at)].copy()
-        if rest:
-            inner -= self.partial[np.ix_(at, rest)] @ solve(
-                self.partial[np.ix_(rest, rest)], self.partial[np.ix_(rest, at)]
-            )
+        inner = self.partial[np.ix_(at, at)]
         size = inner[0, 0] * inner[1, 1]
         return float(abs(inner[0, 1]) / np.sqrt(size)) if size > 0 else 0.0
 

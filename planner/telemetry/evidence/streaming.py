@@ -17,9 +17,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from planner.arrays import Array
+from planner.arrays import Array, Integers
 from planner.progress import Progress
 from planner.telemetry.evidence.design_matrix import DesignColumns, Examination
 from planner.telemetry.evidence.evidence import Evidence
@@ -64,7 +63,7 @@ def examine_all(
     columns = [kept.index(column) for column in explained]
     clusters = ClusterCounter(source.rows)
 
-    def summed(part: Telemetry, numbers: NDArray[np.int64]) -> _Sums:
+    def summed(part: Telemetry, numbers: Integers) -> _Sums:
         part = correct(part)
         watts, raw = reduced.raw(part)
         model = reduced.library.held_model

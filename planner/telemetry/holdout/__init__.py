@@ -7,11 +7,4 @@ held-out runs refute. LinearHeldout does the same for many candidates from Gram 
 from planner.telemetry.holdout.heldout import base_fit, falls, heldout_residual, heldout_rmse, rms
 from planner.telemetry.holdout.linear_heldout import LinearHeldout
 
-__all__ = [
-    "LinearHeldout",
-    "base_fit",
-    "falls",
-    "heldout_residual",
-    "heldout_rmse",
-    "rms",
-]
+__all__ = ["LinearHeldout", "base_fit", "falls", "heldout_residual", "heldout_rmse", "rms"]

@@ -7,8 +7,7 @@
 A fold is a fifth of the runs. Its parameters are those of one Gauss-Newton step from the fit to all
 runs towards the fit without the fold, with the same bounds and the same prior: a parameter that
 only the fold determines stays where it is. That is as good as refitting when folds change them
-little; tests/telemetry/test_identification_fit.py compares it with
-fits to what each fold leaves.
+little (tests/telemetry/holdout/test_cross_validation.py compares it with such fits).
 """
 
 from __future__ import annotations
@@ -61,13 +60,13 @@ def base_fit(log: Telemetry, start: PowerModel) -> Fit:
     return replace(fit(log, start, free=()), refused=RefusedFit(error, stated))
 
 
-def fold_numbers(log: Telemetry, folds: int = FOLDS) -> Integers:
+def fold_numbers(log: Telemetry) -> Integers:
     """(n,) fold of every row: by run, or by stretches of rows when there are too few runs."""
     runs, rank = np.unique(log.run, return_inverse=True)
     if len(runs) >= LEAST_RUNS:
-        return rank % min(folds, len(runs))
-    stretch = np.arange(len(log)) * (4 * folds) // max(len(log), 1)
-    return stretch % folds
+        return rank % min(FOLDS, len(runs))
+    stretch = np.arange(len(log)) * (4 * FOLDS) // max(len(log), 1)
+    return stretch % FOLDS
 
 
 def heldout_rmse(log: Telemetry, fitted: Fit) -> float:

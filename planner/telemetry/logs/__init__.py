@@ -6,8 +6,4 @@ is missing. A log knows its runs and its stretches without gaps.
 
 from planner.telemetry.logs.log import Finding, Telemetry, pieces_of
 
-__all__ = [
-    "Finding",
-    "Telemetry",
-    "pieces_of",
-]
+__all__ = ["Finding", "Telemetry", "pieces_of"]

@@ -14,12 +14,13 @@ known, and one emitted row stays as its predecessor. The result does not depend 
 from __future__ import annotations
 
 from collections.abc import Mapping as AnyMapping
-from dataclasses import dataclass, fields
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from planner.arrays import Array, Integers
+from planner.arrays import Array, Integers, Mask
 from planner.errors import LogError
 from planner.power.rows import gravity_columns
 from planner.quantities import DEFAULT_ROW, INDEX, QUANTITIES, ROW_LENGTH, STANDARD_GRAVITY
@@ -33,6 +34,10 @@ LOPSIDED = 3.0
 LEAST_GRAVITY_SQUARED = 1e-6
 """m²/s⁴ along the body's z, where logged gravity leaves none for it."""
 _NEEDED = ("time", "vx", "vy", "wz", "power", "roll", "pitch", "payload")
+
+
+Channels = AnyMapping[str, Array]
+Some = TypeVar("Some", bound="Rows")
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +54,16 @@ class Rows:
     def arrays(self) -> dict[str, Array | None]:
         """The arrays that have an entry for every row, by name."""
         return {one.name: getattr(self, one.name) for one in fields(Rows)}
+
+    @staticmethod
+    def joined(parts: Sequence[Rows], last: Some) -> Some:
+        """Parts of a log as one; ``last`` is its last chunk, whose labels are complete."""
+        together = {}
+        for name in last.arrays():
+            known = [part.arrays()[name] for part in parts]
+            arrays = [one for one in known if one is not None]
+            together[name] = np.concatenate(arrays) if arrays else None
+        return replace(last, **together)  # type: ignore[arg-type]
 
 
 class Assembler:
@@ -117,7 +132,7 @@ class Assembler:
             values["power"] = values["battery_voltage"] * values["battery_current"]
         return values
 
-    def _usable(self, values: dict[str, Array], rows: Integers) -> NDArray[np.bool_]:
+    def _usable(self, values: dict[str, Array], rows: Integers) -> Mask:
         keep = values["run"] >= 0
         self.checks.leave_out("missing", "run", rows[~keep])
         for name in list(values):
@@ -220,16 +235,11 @@ class Assembler:
                 values.get("roll", zero), values.get("pitch", zero), gravity=STANDARD_GRAVITY
             )
         gravity = computed | {k: v for k, v in values.items() if k.startswith("gravity")}
+        x, y = gravity["gravity_x"], gravity.get("gravity_y", zero)
         if "gravity_normal" not in gravity:
-            flat = gravity["gravity_x"] ** 2 + gravity.get("gravity_y", zero) ** 2
-            computed["gravity_normal"] = np.sqrt(
-                np.maximum(STANDARD_GRAVITY**2 - flat, LEAST_GRAVITY_SQUARED)
-            )
-            gravity["gravity_normal"] = computed["gravity_normal"]
-        angle = np.arctan2(
-            np.hypot(gravity["gravity_x"], gravity.get("gravity_y", zero)),
-            gravity["gravity_normal"],
-        )
+            normal = np.sqrt(np.maximum(STANDARD_GRAVITY**2 - (x**2 + y**2), LEAST_GRAVITY_SQUARED))
+            computed["gravity_normal"] = gravity["gravity_normal"] = normal
+        angle = np.arctan2(np.hypot(x, y), gravity["gravity_normal"])
         computed["slope_rate"] = np.abs(step.derivative(angle))
         computed = {name: column[first:end] for name, column in computed.items()}
         inside = {name: column[first:end] for name, column in values.items()}
@@ -256,13 +266,7 @@ class Assembler:
             wheel_currents=self._currents(inside),
         )
 
-    def _fill(
-        self,
-        target: Array,
-        name: str,
-        measured: AnyMapping[str, Array],
-        computed: AnyMapping[str, Array],
-    ) -> None:
+    def _fill(self, target: Array, name: str, measured: Channels, computed: Channels) -> None:
         if name not in measured:
             if name in computed:
                 target[:] = computed[name]
@@ -287,10 +291,9 @@ class Assembler:
         place = np.maximum.accumulate(np.where(begins, np.arange(end - first), -1))
         since = np.where(place >= 0, starts[np.maximum(place, 0)], self._start)
         self._start = float(since[-1])
-        result: Array = time - since
-        return result
+        return time - since
 
-    def _currents(self, inside: AnyMapping[str, Array]) -> Array | None:
+    def _currents(self, inside: Channels) -> Array | None:
         if not self.wheels:
             return None
         nothing = np.full(len(inside["time"]), np.nan)
@@ -320,14 +323,12 @@ class _Steps:
         slope_ahead[:-1] = slope_back[1:]
         both = (self.back * slope_ahead + self.ahead * slope_back) / (self.back + self.ahead)
         one = np.where(self.use_back, slope_back, np.where(self.use_ahead, slope_ahead, 0.0))
-        result: Array = np.where(self.use_back & self.use_ahead, both, one)
-        return result
+        return np.where(self.use_back & self.use_ahead, both, one)
 
     def interval(self) -> Array:
         """Length of the interval that a row stands for, s; 0 where a run has one row."""
-        result: Array = np.where(
+        return np.where(
             self.use_back,
             self.back,
             np.where(self.leads, self.ahead, np.where(self.follows, self.back, 0.0)),
         )
-        return result

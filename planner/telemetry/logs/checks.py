@@ -11,9 +11,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-from planner.arrays import Array, Integers
+from planner.arrays import Array, Integers, Mask
 from planner.errors import LogError
 from planner.telemetry.logs.columns import OFTEN_MISTAKEN, POSSIBLE, unit_of
 
@@ -134,7 +133,7 @@ class Checks:
         if intervals[at] > self.longest[0]:
             self.longest = (float(intervals[at]), int(rows[at]))
 
-    def add_rows(self, values: dict[str, Array], same: NDArray[np.bool_]) -> None:
+    def add_rows(self, values: dict[str, Array], same: Mask) -> None:
         """Kept rows; ``same`` tells whether the row before is in the block and of the same run."""
         power = values["power"]
         self.kept += len(power)
@@ -335,5 +334,4 @@ class Checks:
 
 def _bin_of(interval: Array | float) -> Integers:
     """Place of intervals in s in the histogram."""
-    place: Integers = np.floor((np.log10(interval) - _DECADES[0]) * _BINS_PER_DECADE).astype(int)
-    return place
+    return np.asarray(np.floor((np.log10(interval) - _DECADES[0]) * _BINS_PER_DECADE).astype(int))

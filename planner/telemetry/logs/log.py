@@ -22,7 +22,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import ClassVar, TypeVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -51,7 +51,6 @@ __all__ = ["Finding", "Telemetry", "pieces_of"]
 MOST_ROWS = 5_000_000
 """Rows that ``read`` takes into memory (240 bytes each); longer logs are read in chunks."""
 _RECORDINGS = (".db3", ".mcap")
-Some = TypeVar("Some", bound=Rows)
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,26 +131,19 @@ class Telemetry(Rows):
 
             headings, block, notes = read_recording(path, used)
             file = LogFile(path, "recording", headings, notes)
-            source: Iterable[Block] = (block,)
+            blocks: Iterable[Block] = (block,)
         else:
-            file = open_log(path)
-            source = ()
-        yield from cls._assembled(file, used, rows, source)
-
-    @classmethod
-    def _assembled(
-        cls, file: LogFile, mapping: Mapping, rows: int, source: Iterable[Block]
-    ) -> Iterator[Telemetry]:
-        where = str(file.path)
-        resolved = mapping.resolve(file.columns, where)
-        given = {*resolved, *mapping.constants}
+            file, blocks = open_log(path), ()
+        where = str(path)
+        resolved = used.resolve(file.columns, where)
+        given = {*resolved, *used.constants}
         _require(given, file.columns, where)
         checks = Checks(where, ragged=file.ragged, notes=_format_notes(file, resolved))
-        if not source:
+        if not blocks:
             numeric = [c.heading for name, c in resolved.items() if name not in TEXT]
             text = [c.heading for name, c in resolved.items() if name in TEXT]
-            source = file.blocks(numeric, text, rows)
-        assembler = Assembler(mapping, resolved, checks)
+            blocks = file.blocks(numeric, text, rows)
+        assembler = Assembler(used, resolved, checks)
         derived, assumed = _sentences(given)
 
         def chunk(part: Rows) -> Telemetry:
@@ -164,11 +156,11 @@ class Telemetry(Rows):
                 assumed=assumed,
                 report=tuple(checks.findings()),
                 source=where,
-                power_at=mapping.power_at,
+                power_at=used.power_at,
             )
 
         waiting: list[Rows] = []
-        for block in source:
+        for block in blocks:
             part = assembler.feed(block)
             checks.refuse(finished=False)
             if part is not None:
@@ -178,12 +170,7 @@ class Telemetry(Rows):
         checks.refuse(finished=True)
         # The last row of a log would be a chunk of its own otherwise.
         waiting += [] if last is None else [last]
-        yield chunk(waiting[0] if len(waiting) == 1 else _joined(waiting, waiting[-1]))
-
-    @staticmethod
-    def joined(parts: Sequence[Telemetry], last: Telemetry) -> Telemetry:
-        """Parts of a log as one; ``last`` is its last chunk, whose labels are complete."""
-        return _joined(parts, last)
+        yield chunk(waiting[0] if len(waiting) == 1 else Rows.joined(waiting, waiting[-1]))
 
     def segments(self) -> list[tuple[int, int]]:
         """Stretches of consecutive rows: the same run, no gap in time."""
@@ -229,15 +216,6 @@ class Telemetry(Rows):
         return digest.hexdigest()
 
 
-def _joined(parts: Sequence[Rows], last: Some) -> Some:
-    together = {}
-    for name in last.arrays():
-        known = [part.arrays()[name] for part in parts]
-        arrays = [one for one in known if one is not None]
-        together[name] = np.concatenate(arrays) if arrays else None
-    return replace(last, **together)  # type: ignore[arg-type]
-
-
 def pieces_of(values: Integers) -> list[tuple[int, int]]:
     """Start and stop of every stretch of equal neighbours in values (n,)."""
     return _between(np.diff(values) != 0, len(values))
@@ -281,23 +259,23 @@ def _format_notes(file: LogFile, resolved: dict[str, Column]) -> list[Finding]:
     return notes
 
 
+_DERIVED = {
+    "power": "battery_voltage · battery_current",
+    "ax": "d(vx)/dt - wz·vy",
+    "ay": "d(vy)/dt + wz·vx",
+    "yaw_acceleration": "d(wz)/dt",
+    "slope_rate": "change of the angle between body and vertical",
+}
+"""Quantities that are computed where a log does not have them."""
+
+
 def _sentences(given: set[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    derived, assumed = [], []
-    if "power" not in given:
-        derived.append("power: battery_voltage · battery_current")
-    for axis, rule in (("ax", "d(vx)/dt - wz·vy"), ("ay", "d(vy)/dt + wz·vx")):
-        if axis not in given:
-            derived.append(f"{axis}: {rule}")
-    if "yaw_acceleration" not in given:
-        derived.append("yaw_acceleration: d(wz)/dt")
-    slopes = {"roll", "pitch"} & given
-    if slopes or "gravity_x" in given:
-        if "slope_rate" not in given:
-            derived.append("slope_rate: change of the angle between body and vertical")
-        for name in sorted({"roll", "pitch"} - slopes) if slopes else ():
-            assumed.append(f"no {name}: taken as 0")
-    else:
-        assumed.append("no roll and pitch: the ground is taken as flat")
+    angles = given & {"roll", "pitch"}
+    sloped = bool(angles) or "gravity_x" in given
+    missing = [name for name in _DERIVED if name not in given and (sloped or name != "slope_rate")]
+    assumed = [] if sloped else ["no roll and pitch: the ground is taken as flat"]
+    if angles:
+        assumed += [f"no {name}: taken as 0" for name in ("pitch", "roll") if name not in given]
     if "payload" not in given:
         assumed.append("no payload: taken as 0 kg")
     if not {"wind_x", "wind_y"} <= given:
@@ -309,4 +287,4 @@ def _sentences(given: set[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
         assumed.append("no surface: one ground everywhere")
     if not any(wheel_number(name) for name in given):
         assumed.append("no wheel currents: resistance and torque constant stay one number, R/k_t²")
-    return tuple(derived), tuple(assumed)
+    return tuple(f"{name}: {_DERIVED[name]}" for name in missing), tuple(assumed)

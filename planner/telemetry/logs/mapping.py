@@ -75,12 +75,8 @@ class Mapping:
                 f"names the column {heading!r}, which {log} does not have{hint}",
                 accepted=", ".join(headings[:40]),
             )
-        found = {
-            heading: Column(heading)
-            for heading in headings
-            if is_quantity(heading) and heading not in taken
-        }
-        return {k: v for k, v in found.items() if k not in self.constants} | self.columns
+        own = [name for name in headings if is_quantity(name) and name not in taken]
+        return {name: Column(name) for name in own if name not in self.constants} | self.columns
 
 
 def read_mapping(path: str | Path) -> Mapping:

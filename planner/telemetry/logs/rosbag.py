@@ -19,7 +19,6 @@ Left out
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -114,14 +113,12 @@ def _topics(reader: Any, mapping: Mapping, where: str) -> dict[str, str]:
 def _samples(reader: Any, part: str, topic: str) -> Array:
     """(n, 1 + channels): time in s and values of every message."""
     extract = {"odometry": _of_odometry, "imu": _of_imu, "battery": _of_battery}[part]
-
-    def rows() -> Iterator[tuple[float, ...]]:
-        connections = [c for c in reader.connections if c.topic == topic]
-        for connection, stamp, raw in reader.messages(connections=connections):
-            message = reader.deserialize(raw, connection.msgtype)
-            yield ((stamp - reader.start_time) * 1e-9, *extract(message))
-
-    return np.array(list(rows()), float).reshape(-1, 1 + len(_COLUMNS[part]))
+    connections = [c for c in reader.connections if c.topic == topic]
+    rows = [
+        ((stamp - reader.start_time) * 1e-9, *extract(reader.deserialize(raw, connection.msgtype)))
+        for connection, stamp, raw in reader.messages(connections=connections)
+    ]
+    return np.array(rows, float).reshape(-1, 1 + len(_COLUMNS[part]))
 
 
 def _of_odometry(message: Any) -> tuple[float, ...]:

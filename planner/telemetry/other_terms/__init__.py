@@ -7,10 +7,4 @@ SENSORS lists the errors, each corrects a log. Dictionary.of gives the shapes th
 from planner.telemetry.other_terms.sensor_errors import SENSORS, Sensor, seen_after
 from planner.telemetry.other_terms.shapes import Dictionary, Shape
 
-__all__ = [
-    "SENSORS",
-    "Dictionary",
-    "Sensor",
-    "Shape",
-    "seen_after",
-]
+__all__ = ["SENSORS", "Dictionary", "Sensor", "Shape", "seen_after"]

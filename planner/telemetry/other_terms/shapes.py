@@ -16,7 +16,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -105,9 +104,7 @@ class Dictionary:
             low, high = np.percentile(known, [1, 99])
             if high - low >= LEAST_RANGE[name] and levels(known) >= LEAST_LEVELS:
                 ranges[name] = (float(low), float(high))
-        shapes: list[Shape] = []
-        for name, (low, high) in ranges.items():
-            shapes += _OF_AXIS[name](low, high)
+        shapes = [shape for name, ends in ranges.items() for shape in shapes_over(name, *ends)]
         return cls(tuple(shapes), temperature, ranges)
 
     def columns(self, rows: Array) -> Array:
@@ -141,81 +138,37 @@ def levels(values: Array) -> float:
     return len(widths) if max(widths) <= LEVEL_WIDTH * (high - low) else np.inf
 
 
-def _times(shapes: list[Shape], powers: tuple[int, ...] = (0, 1)) -> list[Shape]:
-    return [replace(s, times_speed=p) for s in shapes for p in powers]
-
-
-def _speed(low: float, high: float) -> list[Shape]:
-    del low
-    shapes = [Shape("speed", "power", float(p)) for p in (1, 2, 3)]
-    for count in (6, 12):
-        step = high / count
-        shapes += [Shape("speed", "bump", (k + 0.5) * step, 0.7 * step) for k in range(count)]
-    return shapes
-
-
-def _heading(low: float, high: float) -> list[Shape]:
-    del low, high
-    shapes = [Shape("heading", kind, float(n)) for n in HARMONICS for kind in ("cos", "sin")]
-    return _times(shapes, (0, 1, 2))
-
-
-def _slope(axis: str, low: float, high: float) -> list[Shape]:
-    most = max(abs(low), abs(high))
-    shapes = [Shape(axis, "power", 1.0), Shape(axis, "size", 1.0), Shape(axis, "power", 2.0)]
-    for part in (0.25, 0.45, 0.65):
-        shapes.append(Shape(axis, "outside", part * most))
-        if high > part * most:
-            shapes.append(Shape(axis, "above", part * most))
-        if -low > part * most:
-            shapes.append(Shape(axis, "below", -part * most))
-    shapes += [Shape(axis, "above", 0.0)]
-    return _times(shapes)
-
-
-def _yaw(low: float, high: float) -> list[Shape]:
-    most = max(abs(low), abs(high))
-    shapes = [Shape("yaw_rate", "power", 1.0), Shape("yaw_rate", "power", 2.0)]
-    shapes += [Shape("yaw_rate", "size", 1.0), Shape("yaw_rate", "outside", 0.4 * most)]
-    return _times(shapes)
-
-
-def _acceleration(low: float, high: float) -> list[Shape]:
-    del low, high
-    shapes = [Shape("acceleration", "size", 1.0), Shape("acceleration", "power", 2.0)]
-    shapes += [Shape("acceleration", "above", 0.0), Shape("acceleration", "below", 0.0)]
-    return _times(shapes)
-
-
-def _load(low: float, high: float) -> list[Shape]:
-    shapes = [Shape("load", "power", 1.0), Shape("load", "power", 2.0)]
-    shapes += [Shape("load", "above", low + 0.5 * (high - low))]
-    return _times(shapes)
-
-
-def _temperature(low: float, high: float) -> list[Shape]:
-    shapes = [Shape("temperature", "above", low + part * (high - low)) for part in (0.0, 0.35, 0.7)]
-    return _times(shapes)
-
-
-def _time(low: float, high: float) -> list[Shape]:
-    shapes = [Shape("time_since_start", "power", 1.0)]
-    constants = np.geomspace(max(0.02 * (high - low), 1.0), 0.6 * (high - low), 6)
-    shapes += [Shape("time_since_start", "decay", float(tau)) for tau in constants]
-    return _times(shapes)
-
-
-_OF_AXIS: dict[str, Callable[[float, float], list[Shape]]] = {
-    "speed": _speed,
-    "heading": _heading,
-    "slope_along": partial(_slope, "slope_along"),
-    "slope_across": partial(_slope, "slope_across"),
-    "yaw_rate": _yaw,
-    "acceleration": _acceleration,
-    "load": _load,
-    "temperature": _temperature,
-    "time_since_start": _time,
-}
+def shapes_over(axis: str, low: float, high: float) -> list[Shape]:
+    """Shapes over an axis that ranges from ``low`` to ``high`` in a log."""
+    span, most = high - low, max(abs(low), abs(high))
+    powers: tuple[int, ...] = (0, 1)
+    wanted: list[tuple[str, float]]
+    match axis:
+        case "speed":
+            shapes = [Shape(axis, "power", float(p)) for p in (1, 2, 3)]
+            steps = [(k, high / count) for count in (6, 12) for k in range(count)]
+            return shapes + [Shape(axis, "bump", (k + 0.5) * step, 0.7 * step) for k, step in steps]
+        case "heading":
+            wanted, powers = [(kind, n) for n in HARMONICS for kind in ("cos", "sin")], (0, 1, 2)
+        case "slope_along" | "slope_across":
+            wanted = [("power", 1), ("size", 1), ("power", 2)]
+            for place in (0.25 * most, 0.45 * most, 0.65 * most):
+                wanted.append(("outside", place))
+                wanted += [("above", place)] if high > place else []
+                wanted += [("below", -place)] if -low > place else []
+            wanted.append(("above", 0))
+        case "yaw_rate":
+            wanted = [("power", 1), ("power", 2), ("size", 1), ("outside", 0.4 * most)]
+        case "acceleration":
+            wanted = [("size", 1), ("power", 2), ("above", 0), ("below", 0)]
+        case "load":
+            wanted = [("power", 1), ("power", 2), ("above", low + 0.5 * span)]
+        case "temperature":
+            wanted = [("above", low + part * span) for part in (0.0, 0.35, 0.7)]
+        case "time_since_start":
+            constants = np.geomspace(max(0.02 * span, 1.0), 0.6 * span, 6)
+            wanted = [("power", 1), *(("decay", tau) for tau in constants)]
+    return [Shape(axis, kind, float(at), times_speed=p) for kind, at in wanted for p in powers]
 
 
 _FUNCTIONS: dict[str, Callable[[Array, Shape], Array]] = {

@@ -7,10 +7,4 @@ last an interval. doubt_of says how far inputs may mislead single rows.
 from planner.telemetry.prediction.nodes import Nodes
 from planner.telemetry.prediction.sensitivity import doubt_of, predict, secants, tangent
 
-__all__ = [
-    "Nodes",
-    "doubt_of",
-    "predict",
-    "secants",
-    "tangent",
-]
+__all__ = ["Nodes", "doubt_of", "predict", "secants", "tangent"]

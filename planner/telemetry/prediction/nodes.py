@@ -8,7 +8,7 @@ share, friction changes side: the power at the mean speed is then not the mean o
 row is taken at three moments of its interval (Gauss and Legendre's nodes) with the velocity that
 its mean acceleration says; all others at their mean. On virtual logs with half-second rows this
 takes away half of what an exact model would otherwise miss
-(tests/telemetry/test_identification_sensitivity.py).
+(tests/telemetry/prediction/test_nodes.py).
 """
 
 from __future__ import annotations
@@ -16,9 +16,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from planner.arrays import Array
+from planner.arrays import Array, Integers
 from planner.power.model import PowerModel
 from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
@@ -41,7 +40,7 @@ class Nodes(NamedTuple):
     """
 
     rows: Array
-    first: NDArray[np.int64]
+    first: Integers
     weight: Array
 
     @classmethod

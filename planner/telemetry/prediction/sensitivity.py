@@ -7,7 +7,7 @@
 A variant is a whole parameter array. A small step gives a derivative, a step of the size that an
 effect is thought to have gives the *secant*, which says what the effect does at that size.
 Differences of the real kernel are used, not complex steps: with a relative step of 1e-6 they agree
-with those to 1e-5 and cost a tenth (tests/telemetry/test_identification_sensitivity.py).
+with those to 1e-5 and cost a tenth (tests/telemetry/prediction/test_sensitivity.py).
 
 The rows are shared out among the processor's cores; the compiled loop holds no lock of Python's.
 """

@@ -7,10 +7,4 @@ from planner.telemetry.regimes.regimes import Regime, find_regimes, regimes_of
 from planner.telemetry.regimes.units import cluster_length
 from planner.telemetry.regimes.words import WORDS
 
-__all__ = [
-    "WORDS",
-    "Regime",
-    "cluster_length",
-    "find_regimes",
-    "regimes_of",
-]
+__all__ = ["WORDS", "Regime", "cluster_length", "find_regimes", "regimes_of"]

@@ -67,8 +67,7 @@ class Condition:
         if self.period is not None:
             assert self.low is not None
             assert self.high is not None
-            turned: Mask = np.mod(values - self.low, self.period) < self.high - self.low
-            return turned
+            return np.mod(values - self.low, self.period) < self.high - self.low
         size = np.abs(values) if self.magnitude else values
         met = np.isfinite(values)
         if self.low is not None:
@@ -139,21 +138,22 @@ def conditions_on(name: str, values: Array, *, labels: Sequence[str] = ()) -> Ax
         sets = [*_plain_sets(name, bounds)]
         edges = bounds * unit
     # Half-open to the right: -0.3 itself is not below -0.3.
-    return _binned(name, values, edges, sets)
-
-
-def _binned(
-    name: str, values: Array, edges: Array, sets: list[tuple[Condition, bool]]
-) -> AxisBins | None:
     if not len(edges):
         return None
     code = np.searchsorted(edges, values, side="right")
     code[~np.isfinite(values)] = len(edges) + 1
     # A value inside every bin tells which sets it belongs to; magnitudes are symmetrical.
     inside = np.concatenate([[edges[0] - 1.0], (edges[:-1] + edges[1:]) / 2.0, [edges[-1] + 1.0]])
-    member = np.array([np.append(c.holds(inside), False) for c, _ in sets], dtype=float)
-    paired = np.array([p for _, p in sets])
-    return AxisBins(name, code, len(edges) + 2, tuple(c for c, _ in sets), member, paired)
+    return _binned(name, code, inside, sets)
+
+
+def _binned(
+    name: str, code: Integers, inside: Array, sets: Sequence[tuple[Condition, bool]]
+) -> AxisBins:
+    """An axis by the bins of its rows (n,), a value inside every bin (k,), sets and their use."""
+    conditions, paired = zip(*sets, strict=True)
+    member = np.array([np.append(c.holds(inside), False) for c in conditions], dtype=float)
+    return AxisBins(name, code, len(inside) + 1, conditions, member, np.array(paired))
 
 
 # Conditions
@@ -175,14 +175,8 @@ def within(
     plain = 0.85 if name in FURTHER else 1.0
     if low is not None and high is not None and low != STANDSTILL:
         plain *= 0.9
-    return Condition(
-        name,
-        said(name, low, high, magnitude),
-        None if low is None else float(low * unit),
-        None if high is None else float(high * unit),
-        magnitude,
-        plain=plain,
-    )
+    begin, end = (None if bound is None else float(bound * unit) for bound in (low, high))
+    return Condition(name, said(name, low, high, magnitude), begin, end, magnitude, plain=plain)
 
 
 def refined(condition: Condition, values: Array, residual: Array) -> Condition:
@@ -247,10 +241,8 @@ def _sectors(values: Array) -> AxisBins | None:
     code = np.where(np.isfinite(values), np.mod(place, bins), bins).astype(np.int64)
     if len(np.unique(code[code < bins])) < 2:
         return None
-    sets = [*_heading_sets()]
     middles = np.radians(np.arange(bins) * SECTOR_DEGREES)
-    member = np.array([np.append(c.holds(middles), False) for c in sets], dtype=float)
-    return AxisBins("heading", code, bins + 1, tuple(sets), member, np.ones(len(sets), bool))
+    return _binned("heading", code, middles, [(sector, True) for sector in _heading_sets()])
 
 
 def _heading_sets() -> Iterator[Condition]:
@@ -269,15 +261,9 @@ def _heading_sets() -> Iterator[Condition]:
                     words, plain = named, 1.0
                 else:
                     words, plain = f"{named} (±{half:.0f}°)", 0.95
-                low, high = np.radians(centre - half), np.radians(centre + half)
-                yield Condition(
-                    "heading",
-                    words,
-                    float(low),
-                    float(high),
-                    period=float(np.radians(period)),
-                    plain=plain,
-                )
+                sector = (centre - half, centre + half, period)
+                low, high, turn = (float(np.radians(angle)) for angle in sector)
+                yield Condition("heading", words, low, high, period=turn, plain=plain)
 
 
 def _surfaces(values: Array, labels: Sequence[str]) -> AxisBins | None:
@@ -287,9 +273,8 @@ def _surfaces(values: Array, labels: Sequence[str]) -> AxisBins | None:
     code = np.full(len(values), len(numbers))
     for place, number in enumerate(numbers):
         code[values == number] = place
-    sets = tuple(
-        Condition("surface", f"on {labels[number]}", label=labels[number], number=number)
+    sets = [
+        (Condition("surface", f"on {labels[number]}", label=labels[number], number=number), True)
         for number in numbers
-    )
-    member = np.eye(len(numbers), len(numbers) + 1)
-    return AxisBins("surface", code, len(numbers) + 1, sets, member, np.ones(len(sets), bool))
+    ]
+    return _binned("surface", code, np.array(numbers, float), sets)

@@ -53,7 +53,7 @@ def largest_z(
 ) -> None:
     """Raise ``largest`` (kinds, rounds) to the largest |z| of sums (rounds, sets) by chance.
 
-    The names are those of regime_search.Sets; ``size`` is √Σ of the squared means of runs.
+    The names are those of search._Sets; ``size`` is √Σ of the squared means of runs.
     """
     freedom = max(0, runs - 2)
     for k in range(within.shape[0]):

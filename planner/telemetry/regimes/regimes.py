@@ -21,9 +21,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
-from planner.arrays import Array, Mask
+from planner.arrays import Array, Integers, Mask
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.quantities_of_motion import all_axes
 from planner.telemetry.regimes.conditions import Condition, conditions_on, refined
@@ -91,41 +90,23 @@ class Regime:
 
     def to_json(self) -> dict[str, Any]:
         """Ready for strict JSON."""
-        return {
-            "where": self.where,
-            "rows": self.rows,
-            "bias_w": self.bias_w,
-            "rmse_w": self.rmse_w,
-            "share_of_squared_error": self.share_of_squared_error,
-            "stderr_w": self.stderr_w,
-            "conditions": [condition.to_json() for condition in self.conditions],
-        }
+        document = {k: v for k, v in vars(self).items() if k not in ("explained", "chance")}
+        return {**document, "conditions": [condition.to_json() for condition in self.conditions]}
 
 
-def regimes_of(
-    log: Telemetry, residual: Array, noise: ArrayLike = 1.0, *, most: int = MOST_REGIMES
-) -> list[Regime]:
+def regimes_of(log: Telemetry, residual: Array, noise: Array) -> list[Regime]:
     """Regimes of a log over all axes of its rows; see find_regimes.
 
     Args:
         log: n rows.
         residual: (n,) W, measured minus model.
-        noise: W, (n,) or one number: spread of the noise.
-        most: how many regimes at most.
+        noise: (n,) W, spread of the noise.
     """
-    axes = all_axes(log.rows)
-    return find_regimes(axes, residual, log.run, noise, surfaces=log.surfaces, most=most)
+    return find_regimes(all_axes(log.rows), residual, log.run, noise, log.surfaces)
 
 
 def find_regimes(
-    axes: Mapping[str, Array],
-    residual: Array,
-    run: NDArray[np.int64],
-    noise: ArrayLike = 1.0,
-    *,
-    surfaces: Sequence[str] = (),
-    most: int = MOST_REGIMES,
-    seed: int = 0,
+    axes: Mapping[str, Array], residual: Array, run: Integers, noise: Array, surfaces: Sequence[str]
 ) -> list[Regime]:
     """Find the regimes in which a residual has structure.
 
@@ -134,10 +115,8 @@ def find_regimes(
             holds numbers of ``surfaces``.
         residual: (n,) W, measured minus model; rows that are not finite are left out.
         run: (n,) which run a row belongs to; rows of a run stand together, in time's order.
-        noise: W, (n,) or one number: spread of the noise. Rows with less say more.
+        noise: (n,) W, spread of the noise. Rows with less say more.
         surfaces: names of the grounds.
-        most: how many regimes at most.
-        seed: of the random signs that tell what chance does.
 
     Returns:
         Regimes, that with the largest share of the squared error first; none when there is no
@@ -146,8 +125,7 @@ def find_regimes(
     kept = np.isfinite(residual)
     if not kept.all():
         axes = {name: values[kept] for name, values in axes.items()}
-        residual, run = residual[kept], run[kept]
-        noise = np.broadcast_to(np.asarray(noise, float), kept.shape)[kept]
+        residual, run, noise = residual[kept], run[kept], noise[kept]
     total = float(residual @ residual)
     if len(residual) < 2 * LEAST_CLUSTERS or total == 0.0:
         return []
@@ -156,19 +134,19 @@ def find_regimes(
         return []
     bins = [conditions_on(name, values, labels=surfaces) for name, values in axes.items()]
     known = [axis for axis in bins if axis is not None]
-    weight = _weight(noise, len(residual))
+    weight = _weight(noise)
     found: list[Regime] = []
     masks: list[Mask] = []
     left = residual.copy()
     squares = np.inf
     # What a large bias hid from the tests stands out once that is taken off: search again.
-    while len(found) < most and float(left @ left) < HIDDEN_SHARE * squares:
+    while len(found) < MOST_REGIMES and float(left @ left) < HIDDEN_SHARE * squares:
         squares = float(left @ left)
-        search = Search(known, left, weight, units, seed=seed)
+        search = Search(known, left, weight, units)
         candidates = _Candidates(search, left, total)
-        for _ in range(_TRIES_PER_REGIME * most):
+        for _ in range(_TRIES_PER_REGIME * MOST_REGIMES):
             conditions = candidates.best(left, total)
-            if conditions is None or len(found) == most:
+            if conditions is None or len(found) == MOST_REGIMES:
                 break
             conditions = _refined(conditions, axes, left)
             met = _met(conditions, axes)
@@ -208,14 +186,12 @@ def _refined(
     return tuple(done)
 
 
-def _weight(noise: ArrayLike, rows: int) -> Array:
-    spread = np.broadcast_to(np.asarray(noise, float), (rows,))
-    middle = float(np.median(spread))
+def _weight(noise: Array) -> Array:
+    middle = float(np.median(noise))
     if not middle > 0.0:
-        return np.ones(rows)
+        return np.ones(len(noise))
     # Rows that seem to have next to no noise must not decide everything.
-    weight: Array = (middle / np.maximum(spread, middle / 2.0)) ** 2
-    return weight
+    return np.asarray((middle / np.maximum(noise, middle / 2.0)) ** 2)
 
 
 class _Candidates:
@@ -290,8 +266,7 @@ class _Candidates:
         first, second = (
             np.array([c.plain for c in self.axes[k].sets])[self.axes[k].paired] for k in (a, b)
         )
-        both: Array = ONE_CONDITION_FACTOR * TWO_CONDITIONS_FACTOR * first[:, None] * second
-        return both
+        return np.asarray(ONE_CONDITION_FACTOR * TWO_CONDITIONS_FACTOR * first[:, None] * second)
 
     def _box(self, values: Array, pair: tuple[int, int]) -> Array:
         cell, shape = cells(self.axes, pair)

@@ -84,7 +84,6 @@ class Search:
         residual: (n,) W.
         weight: (n,) how much a row's error says, about 1.
         units: from units_of.
-        seed: of what chance does.
 
     Attributes:
         pairs: indices of the axes, (a, b); b = -1 for one axis alone.
@@ -94,7 +93,7 @@ class Search:
     """
 
     def __init__(
-        self, axes: Sequence[AxisBins], residual: Floats, weight: Floats, units: Units, *, seed: int
+        self, axes: Sequence[AxisBins], residual: Floats, weight: Floats, units: Units
     ) -> None:
         self.axes = axes
         self.units = units
@@ -102,7 +101,7 @@ class Search:
         self._weight = weight
         self._run_weight = np.bincount(units.run, weight, units.runs)
         parts = self._parts(residual)
-        chance = np.random.default_rng(seed)
+        chance = np.random.default_rng(0)
         signs = chance.integers(0, 2, (SHUFFLES, units.clusters)) * 2.0 - 1.0
         shuffled = chance.permuted(np.tile(parts.means, (SHUFFLES, 1)), axis=1)
         # Single precision is enough to count how often chance passes, and twice as fast.
@@ -176,13 +175,8 @@ class Search:
             shares = np.add.reduceat(counts, np.searchsorted(units.of, np.arange(units.runs)))
         shares /= self._run_weight.reshape(-1, *[1] * len(shape)).astype(np.float32)
         share = box_sums(self.axes, shares, pair)
-        sets = self._sets(
-            box_sums(self.axes, by_cluster, pair),
-            box_sums(self.axes, counts, pair),
-            share,
-            parts.means,
-            units.of,
-        )
+        inside, known = (box_sums(self.axes, table, pair) for table in (by_cluster, counts))
+        sets = self._sets(inside, known, share, parts.means, units.of)
         return by_cluster, shares - shares.mean(axis=0), sets
 
     def _sets(
@@ -216,8 +210,7 @@ class Search:
             max(0, len(means) - 2) * -np.log(np.maximum(1.0 - rho * rho, LEAST_UNEXPLAINED))
         )
         both = np.sqrt(sets.inner + sets.outer)
-        z: Floats = _over(inner * np.sqrt(sets.inner) + outer * np.sqrt(sets.outer), both)
-        return z
+        return _over(inner * np.sqrt(sets.inner) + outer * np.sqrt(sets.outer), both)
 
     def _z_of(self, met: Mask, residual: Floats, units: Units | None = None) -> tuple[float, int]:
         units, parts = units or self.units, self._parts(residual)
@@ -285,11 +278,9 @@ def box_sums(axes: Sequence[AxisBins], sums: Floats, pair: tuple[int, int]) -> F
     a, b = pair
     kind = sums.dtype
     if b < 0:
-        alone: Floats = sums @ axes[a].member.T.astype(kind)
-        return alone
+        return sums @ axes[a].member.T.astype(kind)
     first, second = (axes[k].member[axes[k].paired].astype(kind) for k in pair)
-    both: Floats = np.matmul(first, sums @ second.T)
-    return both
+    return np.asarray(np.matmul(first, sums @ second.T))
 
 
 def _mixed(factors: Floats, sums: Floats) -> Floats:

@@ -6,113 +6,90 @@ from dataclasses import dataclass
 
 from planner.telemetry.quantities_of_motion import STANDSTILL
 
+_AMOUNT = "more than {}", "less than {}", "{} to {}"
+_RATE = "faster than {}", "slower than {}", "at {} to {}"
+
 
 @dataclass(frozen=True)
 class Words:
-    """Templates of an axis; {} is a figure with its unit.
+    """Sentences of an axis; # is a bound in words.
 
-    ``least`` is what a sensor can tell apart: smaller spreads and thresholds mean nothing.
+    Attributes:
+        least: what a sensor can tell apart: smaller spreads and thresholds mean nothing.
+        unit: of a figure, with the blank before it.
+        positive: of values; on an axis with a sign, of those above zero.
+        negative, size: of values below zero, and of magnitudes; "" on an axis without a sign.
+        small: of magnitudes below a bound, where ``size`` does not read well.
+        bounds: a bound from below, one from above, and both; {} is a figure with its unit.
     """
 
     least: float
     unit: str
-    above: str
-    below: str
-    between: str
-    negative_above: str = ""
-    size_above: str = ""
-    size_below: str = ""
-    negative_between: str = ""
-    degrees: bool = False
+    positive: str
+    negative: str = ""
+    size: str = ""
+    small: str = ""
+    bounds: tuple[str, str, str] = _AMOUNT
+
+    @property
+    def degrees(self) -> bool:
+        """Whether figures are degrees; the axis itself is in rad."""
+        return self.unit == "°"
 
 
+_MASS = "with the centre of mass #"
+_RISING = "with the slope rising # to the"
 WORDS: dict[str, Words] = {
-    "speed": Words(0.02, " m/s", "faster than {}", "slower than {}", "at {} to {}"),
-    "slope_along": Words(
-        0.3, "°",
-        "climbing more than {}",
-        "",
-        "climbing {} to {}",
-        "descending more than {}",
-        "climbing or descending more than {}",
-        "climbing or descending less than {}",
-        "descending {} to {}",
-        degrees=True,
-    ),
+    "speed": Words(0.02, " m/s", "#", bounds=_RATE),
+    "slope_along": Words(0.3, "°", "climbing #", "descending #", "climbing or descending #"),
     "slope_across": Words(
-        0.3, "°",
-        "with the slope rising more than {} to the left of the travel",
-        "",
-        "with the slope rising {} to {} to the left of the travel",
-        "with the slope rising more than {} to the right of the travel",
-        "across a slope of more than {}",
-        "across a slope of less than {}",
-        "with the slope rising {} to {} to the right of the travel",
-        degrees=True,
+        0.3,
+        "°",
+        f"{_RISING} left of the travel",
+        f"{_RISING} right of the travel",
+        "across a slope of #",
     ),
     "yaw_rate": Words(
-        0.02, " rad/s",
-        "turning left faster than {}",
-        "",
-        "turning left at {} to {}",
-        "turning right faster than {}",
-        "turning faster than {}",
-        "turning slower than {}",
-        "turning right at {} to {}",
+        0.02, " rad/s", "turning left #", "turning right #", "turning #", bounds=_RATE
     ),
     "acceleration": Words(
-        0.03, " m/s²",
-        "speeding up by more than {}",
-        "",
-        "speeding up by {} to {}",
-        "braking by more than {}",
-        "speeding up or braking by more than {}",
-        "speeding up or braking by less than {}",
-        "braking by {} to {}",
+        0.03, " m/s²", "speeding up by #", "braking by #", "speeding up or braking by #"
     ),
-    "load": Words(0.1, " kg", "with more than {} of load", "with less than {} of load",
-                   "with {} to {} of load"),
-    "temperature": Words(1.0, " °C", "warmer than {}", "colder than {}", "at {} to {}"),
-    "time_since_start": Words(1.0, " s", "later than {} after the start", "in the first {}",
-                               "{} to {} after the start"),
+    "load": Words(0.1, " kg", "with # of load"),
+    "temperature": Words(
+        1.0, " °C", "#", bounds=("warmer than {}", "colder than {}", "at {} to {}")
+    ),
+    "time_since_start": Words(
+        1.0,
+        " s",
+        "#",
+        bounds=("later than {} after the start", "in the first {}", "{} to {} after the start"),
+    ),
     "headwind": Words(
-        0.2, " m/s",
-        "against a wind of more than {}",
-        "",
-        "against a wind of {} to {}",
-        "with more than {} of wind from behind",
-        "with more than {} of wind along the travel",
-        "with less than {} of wind along the travel",
-        "with {} to {} of wind from behind",
+        0.2,
+        " m/s",
+        "against a wind of #",
+        "with # of wind from behind",
+        "with # of wind along the travel",
     ),
-    "sensor_rate": Words(0.5, " Hz", "sampling faster than {}", "sampling slower than {}",
-                          "sampling at {} to {}"),
-    "com_x": Words(
-        0.004, " m",
-        "with the centre of mass more than {} forward",
-        "",
-        "with the centre of mass {} to {} forward",
-        "with the centre of mass more than {} back",
-        "with the centre of mass more than {} forward or back",
-        "with the centre of mass less than {} forward or back",
-        "with the centre of mass {} to {} back",
-    ),
+    "sensor_rate": Words(0.5, " Hz", "sampling #", bounds=_RATE),
+    "com_x": Words(0.004, " m", f"{_MASS} forward", f"{_MASS} back", f"{_MASS} forward or back"),
     "com_y": Words(
-        0.004, " m",
-        "with the centre of mass more than {} to the left",
-        "",
-        "with the centre of mass {} to {} to the left",
-        "with the centre of mass more than {} to the right",
-        "with the centre of mass more than {} to one side",
-        "with the centre of mass less than {} to either side",
-        "with the centre of mass {} to {} to the right",
+        0.004,
+        " m",
+        f"{_MASS} to the left",
+        f"{_MASS} to the right",
+        f"{_MASS} to one side",
+        f"{_MASS} to either side",
     ),
-    "slope_rate": Words(0.005, " rad/s", "where the slope changes faster than {}",
-                         "where the slope changes slower than {}",
-                         "where the slope changes at {} to {}"),
-    "odometer": Words(1.0, " m", "after more than {} of driving", "in the first {} of driving",
-                       "after {} to {} of driving"),
-}  # fmt: skip
+    "slope_rate": Words(0.005, " rad/s", "where the slope changes #", bounds=_RATE),
+    "odometer": Words(
+        1.0,
+        " m",
+        "# of driving",
+        bounds=("after more than {}", "in the first {}", "after {} to {}"),
+    ),
+}
 
 ONCE = {
     0: "forward",
@@ -147,19 +124,16 @@ def said(axis: str, low: float | None, high: float | None, magnitude: bool = Fal
         return "in motion" if high is None else f"moving slower than {figure_of(high)}{say.unit}"
     if axis == "speed" and high == STANDSTILL and low is None:
         return "standing still"
-    if low is not None and high is not None:
-        if high <= 0.0 and say.negative_between:
-            low, high = -high, -low
-            return say.negative_between.format(figure_of(low), figure_of(high) + say.unit)
-        return say.between.format(figure_of(low), figure_of(high) + say.unit)
-    if low is not None:
-        template = say.size_above if magnitude else say.above
-        return template.format(figure_of(low) + say.unit)
-    assert high is not None
-    if say.negative_above and not magnitude:
-        return say.negative_above.format(figure_of(-high) + say.unit)
-    template = say.size_below if magnitude else say.below
-    return template.format(figure_of(high) + say.unit)
+    template = say.size if magnitude else say.positive
+    if magnitude and low is None:
+        template = say.small or say.size
+    if say.negative and not magnitude and high is not None and high <= 0.0:
+        template, low, high = say.negative, -high, None if low is None else -low
+    above, below, between = say.bounds
+    bound = below if low is None else above if high is None else between
+    figures = [figure_of(value) for value in (low, high) if value is not None]
+    figures[-1] += say.unit
+    return template.replace("#", bound.format(*figures))
 
 
 def figure_of(value: float) -> str:

@@ -8,8 +8,8 @@ for chunk in chunks: number = counter.of(chunk)
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from planner.arrays import Integers
 from planner.telemetry.logs import Telemetry
 
 LEAST_CLUSTER_ROWS = 30
@@ -18,7 +18,7 @@ MOST_CLUSTERS = 200
 """Clusters of a log; more do not sharpen a standard error that scatters by 5 % already."""
 
 
-def cluster_numbers(log: Telemetry, most: int = MOST_CLUSTERS) -> NDArray[np.int64]:
+def cluster_numbers(log: Telemetry, most: int = MOST_CLUSTERS) -> Integers:
     """(n,) number of every row's cluster, counting from 0.
 
     A cluster has at least LEAST_CLUSTER_ROWS rows of one run, more in a long log. Shorter runs are
@@ -55,7 +55,7 @@ class ClusterCounter:
         self.rows = max(-(-rows // MOST_CLUSTERS), 1)
         self.next = 0
 
-    def of(self, chunk: Telemetry) -> NDArray[np.int64]:
+    def of(self, chunk: Telemetry) -> Integers:
         """(n,) number of every row's cluster, going on from the chunk before."""
         number = np.empty(len(chunk), np.int64)
         for start, stop in chunk.run_pieces():

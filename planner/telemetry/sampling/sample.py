@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from planner.arrays import Integers
 from planner.errors import LogError
 from planner.progress import Progress, silent
 from planner.telemetry.logs import Telemetry, pieces_of
@@ -40,7 +40,7 @@ class LogSource:
 
     sample: Telemetry
     rows: int
-    run_rows: NDArray[np.int64]
+    run_rows: Integers
     complete: bool
     log: Telemetry | None
     path: Path | None
@@ -92,9 +92,7 @@ class LogSource:
 
 
 def open_source(
-    log: Telemetry | str | Path,
-    mapping: str | Path | None = None,
-    watch: Progress = silent,
+    log: Telemetry | str | Path, mapping: str | Path | None = None, watch: Progress = silent
 ) -> LogSource:
     """Open a log that was read already or stands on disk.
 
@@ -180,7 +178,7 @@ def _whole_runs(chunks: Iterator[Telemetry]) -> Iterator[Telemetry]:
     yield from waiting
 
 
-def _pieces(run: NDArray[np.int64]) -> Iterator[tuple[int, int]]:
+def _pieces(run: Integers) -> Iterator[tuple[int, int]]:
     for start, stop in pieces_of(run):
         for at in range(start, stop, LogSource.PIECE_ROWS):
             yield at, min(at + LogSource.PIECE_ROWS, stop)

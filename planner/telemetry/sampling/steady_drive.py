@@ -35,8 +35,8 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from planner.arrays import Integers, Mask
 from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
 
@@ -80,9 +80,7 @@ def at_steady_speeds(log: Telemetry) -> Telemetry:
     return replace(log, rows=rows)
 
 
-def stretches(
-    log: Telemetry, speed: str
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.bool_]]:
+def stretches(log: Telemetry, speed: str) -> tuple[Integers, Integers, Mask]:
     """Which rows share a speed: what odometry errs by is averaged over these.
 
     Args:

@@ -10,11 +10,4 @@ from planner.telemetry.selection.selection_loop import Found
 from planner.telemetry.selection.subset_search import Member
 from planner.telemetry.selection.whole_search import find_missing_effects
 
-__all__ = [
-    "Found",
-    "Member",
-    "RankedTerm",
-    "Selection",
-    "ShapeFound",
-    "find_missing_effects",
-]
+__all__ = ["Found", "Member", "RankedTerm", "Selection", "ShapeFound", "find_missing_effects"]

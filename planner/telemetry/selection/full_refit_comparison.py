@@ -1,6 +1,6 @@
 """Model comparison: competing sets of effects, fitted in full and ranked.
 
-    ranked = compare_refits(log, base, examination, selection)
+    ranked = FullFits(log, base, examination).compare(selection)
     ranked[0].names, ranked[0].ties
 
 Gram matrices are linear around one model. Far from it, one strong effect can look like two or three
@@ -68,55 +68,104 @@ class Refit:
         return self.alternative.names
 
 
-def compare_refits(
-    log: Telemetry,
-    base: Fit,
-    examination: Examination,
-    selection: Selection,
-    known: Sequence[CompetingModel] = (),
-    check: Callable[[], None] = lambda: None,
-) -> list[Refit]:
-    """Fit competing models in full and rank them, best first.
+@dataclass(frozen=True)
+class FullFits:
+    """Fits of competing models with all parameters free.
 
-    Args:
+    Attributes:
         log: the rows.
         base: the model without additions, fitted.
         examination: of the same rows.
-        selection: the best set around one linearisation, and its alternatives.
-        known: alternatives of earlier rounds, which this linearisation may misjudge.
         check: called before every fit; raises when the caller was cancelled.
-
-    Returns:
-        Those that do not trail far; later rounds may try them again.
     """
-    competing = _competing(selection, known)
-    if len(competing) == 1:
-        return [Refit(competing[0], competing[0].score, np.zeros(0))]
-    clusters = cluster_numbers(log)
-    entries = []
-    for alternative in competing:
-        check()
-        rows, surprise = row_likelihood(log, base, examination, alternative)
-        by_cluster = np.bincount(clusters, rows).astype(float)
-        entries.append(
-            Refit(alternative, float(by_cluster.sum()) - alternative.penalty - surprise, by_cluster)
+
+    log: Telemetry
+    base: Fit
+    examination: Examination
+    check: Callable[[], None] = lambda: None
+
+    def compare(self, selection: Selection, known: Sequence[CompetingModel] = ()) -> list[Refit]:
+        """Fit competing models and rank them, best first.
+
+        Args:
+            selection: the best set around one linearisation, and its alternatives.
+            known: alternatives of earlier rounds, which this linearisation may misjudge.
+
+        Returns:
+            Those that do not trail far; later rounds may try them again.
+        """
+        competing = _competing(selection, known)
+        if len(competing) == 1:
+            return [Refit(competing[0], competing[0].score, np.zeros(0))]
+        clusters = cluster_numbers(self.log)
+        entries = []
+        for model in competing:
+            rows, surprise = self.row_likelihood(model)
+            by_cluster = np.bincount(clusters, rows).astype(float)
+            score = float(by_cluster.sum()) - model.penalty - surprise
+            entries.append(Refit(model, score, by_cluster))
+
+        def rank(entry: Refit) -> float:
+            # A sensor fault is named only when it is clearly ahead of everything without one.
+            return entry.score - SURE_GAIN * any(m.sensor for m in entry.alternative.members)
+
+        entries.sort(key=rank, reverse=True)
+        entries = [e for e in entries if entries[0].score - e.score < FAR_BEHIND]
+        rows, _ = self.row_likelihood(CompetingModel((), ()))
+        nothing, count = np.bincount(clusters, rows).astype(float), len(self.log)
+        return simpler_first(
+            [
+                replace(e, ties=ties_of(e, entries), sizes=sizes_of(e, entries, nothing, count))
+                for e in entries
+            ]
         )
 
-    def rank(entry: Refit) -> float:
-        # A sensor fault is named only when it is clearly ahead of everything without one.
-        return entry.score - SURE_GAIN * any(m.sensor for m in entry.alternative.members)
+    def confirmed(self, selection: Selection, kind: str) -> bool:
+        """Whether a sensor fault makes the log likelier once everything else is fitted in full.
 
-    entries.sort(key=rank, reverse=True)
-    entries = [e for e in entries if entries[0].score - e.score < FAR_BEHIND]
-    check()
-    rows, _ = row_likelihood(log, base, examination, CompetingModel((), ()))
-    nothing = np.bincount(clusters, rows).astype(float)
-    return simpler_first(
-        [
-            replace(e, ties=ties_of(e, entries), sizes=sizes_of(e, entries, nothing, len(log)))
-            for e in entries
-        ]
-    )
+        ``kind`` is a member of the selection.
+        """
+        rest = tuple(m for m in selection.members if m.name != kind)
+        scores = []
+        for some in (selection.members, rest):
+            sizes = tuple(selection.standing(m.name).coefficients for m in some)
+            rows, surprise = self.row_likelihood(CompetingModel(some, sizes))
+            scores.append(float(rows.sum()) - surprise)
+        return scores[0] - scores[1] > SURE_GAIN
+
+    def row_likelihood(self, alternative: CompetingModel) -> tuple[Array, float]:
+        """(n,) log-likelihood of every row under a competing model, up to a constant.
+
+        The second value is the log-likelihood that its sensors' errors cost, by how unusual their
+        sizes are.
+        """
+        self.check()
+        log, examination = self.log, self.examination
+        additions = []
+        library = examination.competitors.library
+        corrected, factor, delay, surprise = log, 1.0, 0.0, 0.0
+        for member, values in zip(alternative.members, alternative.coefficients, strict=True):
+            if not member.sensor:
+                additions.append(Addition.of(library, member.term, values))
+                continue
+            sensor = next(s for s in examination.competitors.sensors if s.kind == member.name)
+            size = float(values[0])
+            corrected = sensor.correct(corrected, size)
+            surprise += 0.5 * (size / sensor.usual) ** 2
+            if sensor.kind == "power_scale":
+                factor *= 1.0 + size  # residuals count in the watts that were measured
+            elif sensor.kind == "power_delay":
+                delay = size
+        noise, within = examination.noise, library.model
+        fitted = fit_with(self.base.model, corrected, additions, noise=noise, within=within)
+        residual = factor * fitted.residual
+        if delay:
+            # Against the power as it was measured: between two rows, noise would average out.
+            modelled = factor * (corrected.power - fitted.residual)
+            residual = log.power - seen_after(log, modelled, -delay)
+        spread = examination.spread
+        white = noise.whiten(log, examination.watts, spread, clipped(residual, spread)[:, None])
+        return np.asarray(-0.5 * white[:, 0] ** 2), surprise
 
 
 def simpler_first(entries: list[Refit]) -> list[Refit]:
@@ -193,63 +242,3 @@ def _competing(selection: Selection, known: Sequence[CompetingModel]) -> list[Co
     for alternative in known:
         competing.setdefault(alternative.names, alternative)
     return list(competing.values())
-
-
-def confirmed(
-    log: Telemetry,
-    base: Fit,
-    examination: Examination,
-    selection: Selection,
-    kind: str,
-    check: Callable[[], None] = lambda: None,
-) -> bool:
-    """Whether a sensor fault makes the log likelier once everything else is fitted in full.
-
-    Arguments as ``compare_refits``; ``kind`` is a member of the selection.
-    """
-    members = selection.members
-    rest = tuple(m for m in members if m.name != kind)
-    scores = []
-    for some in (members, rest):
-        check()
-        sizes = tuple(selection.standing(m.name).coefficients for m in some)
-        rows, surprise = row_likelihood(log, base, examination, CompetingModel(some, sizes))
-        scores.append(float(rows.sum()) - surprise)
-    return scores[0] - scores[1] > SURE_GAIN
-
-
-def row_likelihood(
-    log: Telemetry, base: Fit, examination: Examination, alternative: CompetingModel
-) -> tuple[Array, float]:
-    """(n,) log-likelihood of every row under a competing model, up to a constant.
-
-    All parameters are fitted. The second value is the log-likelihood that its sensors' errors cost,
-    by how unusual their sizes are.
-    """
-    additions = []
-    library = examination.competitors.library
-    corrected, factor, delay, surprise = log, 1.0, 0.0, 0.0
-    for member, values in zip(alternative.members, alternative.coefficients, strict=True):
-        if member.sensor:
-            sensor = next(s for s in examination.competitors.sensors if s.kind == member.name)
-            size = float(values[0])
-            corrected = sensor.correct(corrected, size)
-            surprise += 0.5 * (size / sensor.usual) ** 2
-            if sensor.kind == "power_scale":
-                factor *= 1.0 + size  # residuals count in the watts that were measured
-            elif sensor.kind == "power_delay":
-                delay = size
-        else:
-            additions.append(Addition.of(library, member.term, values))
-    fitted = fit_with(
-        base.model, corrected, additions, noise=examination.noise, within=library.model
-    )
-    residual = factor * fitted.residual
-    if delay:
-        # Against the power as it was measured: between two rows, noise would average out.
-        modelled = factor * (corrected.power - fitted.residual)
-        residual = log.power - seen_after(log, modelled, -delay)
-    spread = examination.spread
-    counted = clipped(residual, spread)[:, None]
-    white = examination.noise.whiten(log, examination.watts, spread, counted)
-    return np.asarray(-0.5 * white[:, 0] ** 2), surprise

@@ -1,6 +1,6 @@
 """Shapes beyond a selection: evidence for an effect outside the catalogue.
 
-    found = shape_beyond(examination, scorer, chosen)      # a ShapeFound, or None
+    found = shape_beyond(scorer, chosen)      # a ShapeFound, or None
 
 The evidence is a shape of the dictionary that is significant beyond the chosen effects, or alone
 explains more than they do. Three explanations come first: a sensor fault that does the same,
@@ -60,11 +60,10 @@ def two_sided(z: float) -> float:
     return float(2.0 * norm.sf(z))
 
 
-def shape_beyond(
-    examination: Examination, scorer: SubsetScorer, chosen: tuple[int, ...]
-) -> ShapeFound | None:
+def shape_beyond(scorer: SubsetScorer, chosen: tuple[int, ...]) -> ShapeFound | None:
     """The strongest shape of the dictionary beyond the selection, if it means something."""
-    evidence, competitors = examination.evidence, examination.competitors
+    examination, evidence = scorer.examination, scorer.evidence
+    competitors = examination.competitors
     columns = [competitors.first_shape + k for k in examination.shapes]
     if not columns:
         return None
@@ -95,30 +94,26 @@ def shape_beyond(
         return None
     near = _collinear_effects(examination, columns[best])
     if not chosen:
-        near = tuple(dict.fromkeys((*near, *_as_good(examination, scorer, columns[best]))))
+        near = tuple(dict.fromkeys((*near, *_as_good(scorer, columns[best]))))
     number = examination.shapes[best]
     return ShapeFound(number, columns[best], float(z[best]), size, not chosen, near)
 
 
-def _as_good(examination: Examination, scorer: SubsetScorer, column: int) -> list[str]:
+def _as_good(scorer: SubsetScorer, column: int) -> list[str]:
     """Effects of the catalogue that alone do what a shape does, though too weakly for a name."""
-    shape = examination.evidence.gain([column])[0]
+    shape = scorer.evidence.gain([column])[0]
     found = [(m.name, scorer.gain((k,))) for k, m in enumerate(scorer.members) if not m.sensor]
     return [name for name, gain in found if gain is not None and gain[0] > shape - LEAST_GAIN_AHEAD]
 
 
 def prefer_sensor_fault(
-    examination: Examination,
-    scorer: SubsetScorer,
-    chosen: tuple[int, ...],
-    tests: dict[str, Test],
-    shape: ShapeFound,
+    scorer: SubsetScorer, chosen: tuple[int, ...], tests: dict[str, Test], shape: ShapeFound
 ) -> tuple[tuple[int, ...], dict[str, Test], ShapeFound | None]:
     """An error of a sensor that does what a shape does is the likelier explanation."""
     kept = () if shape.alone else chosen
     start = scorer.gains[kept][0] if kept in scorer.gains else 0.0
     mine = scorer.columns(kept)
-    by_shape = examination.evidence.gain([*mine, shape.column])[0] - start
+    by_shape = scorer.evidence.gain([*mine, shape.column])[0] - start
     best: tuple[float, tuple[int, ...]] | None = None
     for k, member in enumerate(scorer.members):
         both = tuple(sorted({*kept, k}))

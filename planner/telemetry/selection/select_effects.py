@@ -11,7 +11,7 @@ full_refit_comparison finds ties.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -83,7 +83,6 @@ def select(
     examination: Examination,
     members: Sequence[Member] | None = None,
     sizes: Mapping[str, float] = MappingProxyType({}),
-    check: Callable[[], None] = lambda: None,
 ) -> Selection:
     """Choose among all competing terms.
 
@@ -92,20 +91,17 @@ def select(
         members: take these instead of the best subset, as far as they pass the tests. Where they
             blame no sensor, none is blamed instead of a shape either: it has lost already.
         sizes: of members that were fitted in full.
-        check: called between the parts; raises when the caller was cancelled.
     """
     scorer = SubsetScorer(examination)
     best = scorer.search()
     if members is not None:
         best = tuple(sorted(scorer.members.index(m) for m in members))
-    check()
     chosen, tests = scorer.checked(best, sizes)
     scorer.admit(chosen)
-    check()
-    shape = shape_beyond(examination, scorer, chosen)
+    shape = shape_beyond(scorer, chosen)
     honest = members is not None and not any(m.sensor for m in members)
     if shape is not None and not honest:
-        chosen, tests, shape = prefer_sensor_fault(examination, scorer, chosen, tests, shape)
+        chosen, tests, shape = prefer_sensor_fault(scorer, chosen, tests, shape)
     if shape is not None and shape.alone:
         chosen, tests = (), {}
     scorer.admit(chosen)  # a sensor may have taken the place of a shape
@@ -140,19 +136,9 @@ def _standings(
         strongest = max(float(z[c]) for c in member.columns)
         if test is not None:
             found, strongest = test.coefficients, test.z
-        probability = sum(
-            w for s, w in weights.items() if any(scorer.members[q].name == name for q in s)
-        )
-        standings.append(
-            RankedTerm(
-                name,
-                gain,
-                strongest,
-                test.p_value if test else two_sided(strongest),
-                scorer.evidence.size(list(member.columns), found),
-                float(probability / total),
-                member,
-                found,
-            )
-        )
+        p_value = test.p_value if test else two_sided(strongest)
+        size = scorer.evidence.size(list(member.columns), found)
+        having = (s for s in weights if any(scorer.members[q].name == name for q in s))
+        share = float(sum(weights[s] for s in having) / total)
+        standings.append(RankedTerm(name, gain, strongest, p_value, size, share, member, found))
     return tuple(sorted(standings, key=lambda s: (s.name not in picked, -s.probability, -s.gain)))

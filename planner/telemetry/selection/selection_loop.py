@@ -10,7 +10,7 @@ the log, and the search starts again.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -24,7 +24,7 @@ from planner.telemetry.evidence import DesignColumns, Examination, examine
 from planner.telemetry.holdout import base_fit, heldout_rmse
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.other_terms import SENSORS, Dictionary, Sensor
-from planner.telemetry.selection.full_refit_comparison import compare_refits, confirmed
+from planner.telemetry.selection.full_refit_comparison import FullFits
 from planner.telemetry.selection.select_effects import RankedTerm, Selection, select
 from planner.telemetry.selection.subset_search import CompetingModel, Member, members_of
 from planner.telemetry.terms import Addition, CandidateLibrary, candidate_library, fit_with
@@ -33,6 +33,8 @@ MOST_REFITS = 3
 """Rounds of refitting and laying out anew."""
 MOST_SENSOR_ROUNDS = 8
 """Searches of one log, each with other corrections of sensors."""
+Extra = Sequence[type[Effect]]
+"""Custom effects that compete with the catalogue."""
 REPEATED_FAULT_SHARE = 0.35
 """Share of a correction by which the same sensor may be off again; more is another effect."""
 
@@ -76,12 +78,7 @@ class Found:
 
 
 def investigate(
-    sample: Telemetry,
-    start: PowerModel,
-    extra: Sequence[type[Effect]],
-    watch: Progress,
-    *,
-    as_stated: bool = False,
+    sample: Telemetry, start: PowerModel, extra: Extra, watch: Progress, *, as_stated: bool = False
 ) -> Found:
     """Search rows in memory.
 
@@ -126,8 +123,8 @@ def investigate(
         }
         # Around another linearisation an error may look plain that corrects next to nothing.
         check = partial(watch, 0.45, "fitting without the error of a sensor")
-        found_in = log, base, found.examination, found.selection
-        wandering |= {kind for kind in faults if not confirmed(*found_in, kind, check)}
+        fits = FullFits(log, base, found.examination, check)
+        wandering |= {kind for kind in faults if not fits.confirmed(found.selection, kind)}
         if wandering:
             believed -= wandering
             corrections = {k: v for k, v in corrections.items() if k in believed}
@@ -174,7 +171,7 @@ def _settled(
         noise = examination.noise
         return wanted, fit_with(base.model, log, wanted, noise=noise, within=library.model)
 
-    selection = _chosen(log, base, examination, known, check)
+    selection = _chosen(FullFits(log, base, examination, check), known)
     fitted = base
     additions: tuple[Addition, ...] = ()
     chosen: tuple[tuple[str, tuple[int, ...]], ...] = ()
@@ -202,7 +199,7 @@ def _settled(
         if selection.shape is not None:
             explained.append(selection.shape.column)
         examination = examine(log, competitors, tuple(explained) or None)
-        selection = _chosen(log, base, examination, known, check)
+        selection = _chosen(FullFits(log, base, examination, check), known)
     # Around stated values that are far off, later rounds may wander; the best one counts.
     settled = tuple((m.name, m.columns) for m in selection.members if not m.sensor) == chosen
     if best is not None and not (settled and heldout_rmse(log, fitted) <= best[0]):
@@ -223,25 +220,19 @@ def additions_of(examination: Examination, selection: Selection) -> tuple[Additi
     )
 
 
-def _chosen(
-    log: Telemetry,
-    base: Fit,
-    examination: Examination,
-    known: list[CompetingModel],
-    check: Callable[[], None],
-) -> Selection:
+def _chosen(fits: FullFits, known: list[CompetingModel]) -> Selection:
     """The best subset, after a comparison with competing models fitted in full.
 
-    ``known`` are alternatives of earlier rounds; those of this round replace them. ``check`` is
-    called before every fit; it raises when the caller cancelled.
+    ``known`` are alternatives of earlier rounds; those of this round replace them.
     """
+    examination = fits.examination
     selection = select(examination)
     if not selection.members:
         return selection
     # An effect that was identifiable around other parameters need not be so here.
     there = members_of(examination)
     able = [alternative for alternative in known if all(m in there for m in alternative.members)]
-    ranked = compare_refits(log, base, examination, selection, able, check)
+    ranked = fits.compare(selection, able)
     known[:] = [outcome.alternative for outcome in ranked]
     names = {m.name for m in selection.members}
     first: Selection | None = None

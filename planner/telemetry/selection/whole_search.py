@@ -6,11 +6,9 @@ found.selection, found.additions, found.fitted, found.searched
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
-from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.progress import Progress
 from planner.telemetry.evidence import examine_all
@@ -18,16 +16,17 @@ from planner.telemetry.sampling import LogSource
 from planner.telemetry.selection.backward_elimination import without_unsupported
 from planner.telemetry.selection.known_aliases import with_known_aliases
 from planner.telemetry.selection.select_effects import select
-from planner.telemetry.selection.selection_loop import Found, additions_of, corrected, investigate
+from planner.telemetry.selection.selection_loop import (
+    Extra,
+    Found,
+    additions_of,
+    corrected,
+    investigate,
+)
 
 
 def find_missing_effects(
-    source: LogSource,
-    start: PowerModel,
-    extra: Sequence[type[Effect]],
-    watch: Progress,
-    *,
-    as_stated: bool = False,
+    source: LogSource, start: PowerModel, extra: Extra, watch: Progress, *, as_stated: bool = False
 ) -> Found:
     """Search a log for what a model lacks.
 

@@ -7,11 +7,4 @@ effect to a model, and fit_with fits both.
 from planner.telemetry.terms.augmented_fit import Addition, fit_with, trimmed
 from planner.telemetry.terms.candidate_terms import CandidateLibrary, Term, candidate_library
 
-__all__ = [
-    "Addition",
-    "CandidateLibrary",
-    "Term",
-    "candidate_library",
-    "fit_with",
-    "trimmed",
-]
+__all__ = ["Addition", "CandidateLibrary", "Term", "candidate_library", "fit_with", "trimmed"]

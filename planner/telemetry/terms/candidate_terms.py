@@ -148,11 +148,7 @@ class CandidateLibrary:
 
 
 def candidate_library(
-    model: PowerModel,
-    log: Telemetry,
-    *,
-    extra: Sequence[type[Effect]] = (),
-    only: Collection[str] | None = None,
+    model: PowerModel, log: Telemetry, *, extra: Sequence[type[Effect]] = ()
 ) -> CandidateLibrary:
     """The catalogue's columns for a log.
 
@@ -160,15 +156,10 @@ def candidate_library(
         model: the model that may lack something.
         log: says which quantities are known and vary.
         extra: custom effects to count as candidates.
-        only: slugs to take; None takes all that the model does not have.
     """
     has = {effect.slug for effect in model.effects}
-    wanted: list[type[Effect]] = [
-        effect
-        for slug, effect in all_effects().items()
-        if not effect.base and slug not in has and (only is None or slug in only)
-    ]
-    wanted += [effect for effect in extra if effect.slug not in has]
+    catalogue = [effect for effect in all_effects().values() if not effect.base]
+    wanted = [effect for effect in (*catalogue, *extra) if effect.slug not in has]
     full = with_effects(model, wanted, log)
     columns, absent = _columns(full, {e.slug for e in wanted}, log)
     places = _own_places(model, full, log)

@@ -8,11 +8,4 @@ from planner.telemetry.virtual.profiles import Profile
 from planner.telemetry.virtual.robot import VirtualLog, VirtualRobot
 from planner.telemetry.virtual.sensors import QUIET, Noise, Sensors
 
-__all__ = [
-    "QUIET",
-    "Noise",
-    "Profile",
-    "Sensors",
-    "VirtualLog",
-    "VirtualRobot",
-]
+__all__ = ["QUIET", "Noise", "Profile", "Sensors", "VirtualLog", "VirtualRobot"]

@@ -21,7 +21,7 @@ from planner.power.model import PowerModel
 from planner.power.rows import gravity_columns, rows_from
 from planner.power.vehicles import Vehicle
 from planner.quantities import INDEX, STANDARD_GRAVITY
-from planner.telemetry.virtual.dynamics import BIN, BOOK, CONDITIONS, MEANS, START
+from planner.telemetry.virtual.dynamics import BIN, BOOK, MEANS, by_name
 from planner.telemetry.virtual.hidden import EQUATIONS, OUTSIDE, Settings, by_element
 from planner.telemetry.virtual.profiles import Profile
 
@@ -78,17 +78,11 @@ def add_by_formula(
 def _rows(drive: Profile, means: Array) -> Array:
     """(runs · bins, ROW_LENGTH) states of all bins, one run after the other."""
     runs, bins = means.shape[:2]
-    names = ("vx", "vy", "wz", "ax", "ay", "motor_temp", "battery_voltage")
-    columns = {name: means[:, :, MEANS.index(name)] for name in names}
-    conditions = ("slope_rate", "wind_x", "wind_y", "sensor_rate", "surface", "rolling_factor")
-    columns |= {name: drive.conditions[:, :, CONDITIONS.index(name)] for name in conditions}
-    loads = {"payload": "payload", "com_x": "com_x", "com_y": "com_y", "ambient_temp": "ambient"}
-    for name, start in loads.items():
-        columns[name] = np.repeat(drive.starts[:, START.index(start), None], bins, axis=1)
-    roll, pitch = (means[:, :, MEANS.index(name)] for name in ("roll", "pitch"))
-    columns |= gravity_columns(roll, pitch, gravity=STANDARD_GRAVITY)
+    columns = by_name(means, drive.conditions, drive.starts)
+    columns["ambient_temp"] = columns["ambient"]
+    columns |= gravity_columns(columns["roll"], columns["pitch"], gravity=STANDARD_GRAVITY)
     columns["yaw_acceleration"] = np.gradient(columns["wz"], BIN, axis=1)
     driven = np.cumsum(np.hypot(columns["vx"], columns["vy"]), axis=1) * BIN
-    columns["odometer"] = drive.starts[:, START.index("odometer"), None] + driven
+    columns["odometer"] = columns["odometer"] + driven
     columns["time_since_start"] = np.tile((np.arange(bins) + 0.5) * BIN, (runs, 1))
-    return rows_from(**{name: np.ravel(values) for name, values in columns.items()})
+    return rows_from(**{name: columns[name].ravel() for name in INDEX if name in columns})

@@ -213,8 +213,7 @@ def _wheels(table: dict[str, Any]) -> tuple[Array, Array, Array]:
 
 
 def _cross(u: Array, v: Array) -> Array:
-    product: Array = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
-    return product
+    return u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
 
 
 def _fighting_pattern(pull: Array, on_rim: Array) -> Array:

@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from planner.arrays import Array
 from planner.quantities import STANDARD_GRAVITY
 from planner.telemetry.virtual import motors
 from planner.telemetry.virtual.motors import battery_state, drive_wheel
@@ -34,42 +35,17 @@ BIN = STEP * STEPS_PER_BIN
 # Columns of the commands, per run and bin edge.
 MOTION: tuple[str, ...] = ("vx", "vy", "wz", "roll", "pitch")
 # Columns of the surroundings, per run and bin.
-CONDITIONS: tuple[str, ...] = (
-    "slope_rate",
-    "wind_x",
-    "wind_y",
-    "sensor_rate",
-    "surface",
-    "motor_temp",
-)
-CONDITIONS += ("rolling_factor",)
+CONDITIONS: tuple[str, ...] = ("slope_rate", "wind_x", "wind_y", "sensor_rate", "surface")
+CONDITIONS += ("motor_temp", "rolling_factor")
 # Columns of what a run carries and starts with.
-START: tuple[str, ...] = (
-    "payload",
-    "com_x",
-    "com_y",
-    "ambient",
-    "winding",
-    "housing",
-    "charge",
-    "odometer",
-)
+START = ("payload", "com_x", "com_y", "ambient", "winding", "housing", "charge", "odometer")
 # Columns of the means over a bin, before one current a wheel.
 MEANS: tuple[str, ...] = ("vx", "vy", "wz", "power", "roll", "pitch", "ax", "ay", "motor_temp")
 MEANS += ("battery_voltage", "battery_current")
 # Energies of a run, J: from the supply, into height and motion, into heat by place.
-BOOK: tuple[str, ...] = (
-    "supply",
-    "gravity",
-    "kinetic",
-    "body",
-    "rolling",
-    "rollers",
-    "slip",
-    "mesh",
-    "friction",
-)
-BOOK += ("copper", "driver", "refused", "electronics", "battery", "stored", "given_off")
+BOOK: tuple[str, ...] = ("supply", "gravity", "kinetic", "body", "rolling", "rollers", "slip")
+BOOK += ("mesh", "friction", "copper", "driver", "refused", "electronics", "battery", "stored")
+BOOK += ("given_off",)
 
 (_SUPPLY, _GRAVITY, _KINETIC, _BODY, _ROLLING, _ROLLERS, _SLIP, _MESH, _FRICTION) = range(9)
 (_COPPER, _DRIVER, _REFUSED, _ELECTRONICS, _BATTERY, _STORED, _GIVEN_OFF) = range(9, 16)
@@ -85,6 +61,19 @@ _FRICTION_OF, _DRIVER_OF, _REFUSED_OF = motors.FRICTION, motors.DRIVER, motors.R
 _CURRENT, _VOLTAGE, _DRAWS = motors.CURRENT, motors.VOLTAGE, motors.DRAWS
 _C_WINDING, _C_HOUSING = motors.WINDING_CAPACITY, motors.HOUSING_CAPACITY
 _R_WINDING, _R_HOUSING = motors.WINDING_TO_HOUSING, motors.HOUSING_TO_AIR
+
+
+def by_name(means: Array, conditions: Array, starts: Array) -> dict[str, Array]:
+    """Values (runs, k) of every column of MEANS, CONDITIONS and START.
+
+    Args:
+        means: (runs, k, len(MEANS) or more); a name that conditions have too is taken from here.
+        conditions: (runs, k, len(CONDITIONS)).
+        starts: (runs, len(START)).
+    """
+    kept = np.repeat(starts[:, None], means.shape[1], axis=1)
+    tables = (conditions, CONDITIONS), (kept, START), (means, MEANS)
+    return {name: table[:, :, k] for table, names in tables for k, name in enumerate(names)}
 
 
 @njit(cache=True)
@@ -205,14 +194,14 @@ def _electronics(chassis: Any, hidden: Any, v: Any, g: Any, conditions: Any, tim
     watts = (chassis.supply.electronics + hidden.energy_per_sample * rate) / hidden.efficiency
     off = (speed - hidden.resonance_speed) / hidden.resonance_width
     watts += hidden.resonance_power * math.exp(-0.5 * off * off)
-    heading = math.atan2(v[1], v[0])
-    moving = math.tanh(speed / 0.03)
-    watts += hidden.ripple_power * moving * math.cos(hidden.ripple_harmonic * heading)
-    watts += hidden.decay_power * math.exp(-time / hidden.decay_time)
+    wave = math.cos(hidden.heading_ripple_harmonic * math.atan2(v[1], v[0]))
+    watts += hidden.heading_ripple_power * math.tanh(speed / 0.03) * wave
+    watts += hidden.start_decay_power * math.exp(-time / hidden.start_decay_time_constant)
     if speed > 1e-6:
         climb = math.asin(-(g[0] * v[0] + g[1] * v[1]) / (speed * STANDARD_GRAVITY))
-        watts += hidden.threshold_power * max(climb - hidden.threshold_slope, 0.0)
-    return float(watts + hidden.yaw_speed_power * abs(v[2]) * speed)
+        above = max(climb - hidden.slope_threshold_threshold, 0.0)
+        watts += hidden.slope_threshold_power_per_rad * above
+    return float(watts + hidden.yaw_speed_coefficient * abs(v[2]) * speed)
 
 
 @njit(cache=True)

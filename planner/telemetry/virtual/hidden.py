@@ -25,8 +25,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from planner.arrays import Array
 from planner.errors import InputError
 from planner.power.catalogue import all_effects, find_effect
 from planner.power.effect import Effect
@@ -41,10 +41,6 @@ class Strength(NamedTuple):
     scaled: bool = True
     per: str | None = None
     """"wheel" or "surface" where each has a value of its own."""
-
-
-def _shape(field: str, usual: float) -> Strength:
-    return Strength(field, usual, usual, scaled=False)
 
 
 EQUATIONS = frozenset(
@@ -81,25 +77,20 @@ CATALOGUE: dict[str, dict[str, Strength]] = {
     slug: _strengths_of(effect) for slug, effect in all_effects().items() if not effect.base
 }
 
+_OUTSIDE = {
+    "resonance": {"power": 1.0, "speed": 0.5, "width": 0.06},
+    "heading_ripple": {"power": 1.0, "harmonic": 3.0},
+    "start_decay": {"power": 2.0, "time_constant": 25.0},
+    "slope_threshold": {"power_per_rad": 40.0, "threshold": 0.05},
+    "yaw_speed": {"coefficient": 5.0},
+}
+"""Usual values of their parameters. The first is the strength, the others give the shape."""
 OUTSIDE: dict[str, dict[str, Strength]] = {
-    "resonance": {
-        "power": Strength("resonance_power", 1.0),
-        "speed": _shape("resonance_speed", 0.5),
-        "width": _shape("resonance_width", 0.06),
-    },
-    "heading_ripple": {
-        "power": Strength("ripple_power", 1.0),
-        "harmonic": _shape("ripple_harmonic", 3.0),
-    },
-    "start_decay": {
-        "power": Strength("decay_power", 2.0),
-        "time_constant": _shape("decay_time", 25.0),
-    },
-    "slope_threshold": {
-        "power_per_rad": Strength("threshold_power", 40.0),
-        "threshold": _shape("threshold_slope", 0.05),
-    },
-    "yaw_speed": {"coefficient": Strength("yaw_speed_power", 5.0)},
+    slug: {
+        name: Strength(f"{slug}_{name}", value, value if place else 0.0, place == 0)
+        for place, (name, value) in enumerate(given.items())
+    }
+    for slug, given in _OUTSIDE.items()
 }
 
 EFFECTS: dict[str, dict[str, Strength]] = {**CATALOGUE, **OUTSIDE}
@@ -232,9 +223,7 @@ def strengths(settings: Settings, wheels: int, surfaces: Sequence[str]) -> Any:
     return Hidden(**numbers)
 
 
-def by_element(
-    slug: str, name: str, value: Any, wheels: int, surfaces: Sequence[str]
-) -> NDArray[np.float64]:
+def by_element(slug: str, name: str, value: Any, wheels: int, surfaces: Sequence[str]) -> Array:
     """A strength as an array: of one number, of one for each surface, or for each wheel less mean.
 
     Raises:
@@ -243,7 +232,7 @@ def by_element(
     per = EFFECTS[slug][name].per
     if per == "surface":
         return np.array([float(value.get(s, 0.0)) for s in surfaces] or [0.0])
-    found: NDArray[np.float64] = np.atleast_1d(np.asarray(value, dtype=np.float64))
+    found: Array = np.atleast_1d(np.asarray(value, dtype=np.float64))
     if per is None:
         return found
     if found.shape != (wheels,):

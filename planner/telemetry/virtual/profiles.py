@@ -20,9 +20,9 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
-from planner.arrays import Array
+from planner.arrays import Array, Integers
 from planner.errors import InputError
 from planner.power.vehicles import Vehicle
 from planner.telemetry.virtual.dynamics import BIN, CONDITIONS, MOTION, START
@@ -69,7 +69,7 @@ class Profile:
     def plain(cls, name: str, motion: Array, labels: Sequence[str]) -> Profile:
         """Commands (runs, bins + 1, len(MOTION)) in level calm, without load, nothing held out."""
         runs, edges = motion.shape[:2]
-        conditions, starts = still_air(runs, edges - 1), unladen(runs)
+        conditions, starts = level_calm(runs, edges - 1)
         return cls(name, motion, conditions, starts, SURFACES, tuple(labels))
 
     def runs(self, chosen: Sequence[int]) -> Profile:
@@ -114,8 +114,7 @@ def profile(
     bins = rows * bins_of(row)
     top = 0.65 * vehicle.limits.speed
     motion = np.zeros((runs, bins + 1, len(MOTION)))
-    conditions = still_air(runs, bins)
-    starts = unladen(runs)
+    conditions, starts = level_calm(runs, bins)
     turn = 0.6 * vehicle.limits.yaw_rate
     for k in range(runs):
         pieces = _segments(rng, bins, bins_of(row))
@@ -182,19 +181,8 @@ def steady(
     motion = np.zeros((runs, bins + 1, len(MOTION)))
     for column, values in enumerate(given):
         motion[:, :, column] = np.broadcast_to(values, (runs,))[:, None]
-    conditions, starts = still_air(runs, bins), unladen(runs)
-    for name, values in extra.items():
-        if name in CONDITIONS:
-            conditions[:, :, CONDITIONS.index(name)] = np.broadcast_to(values, (runs,))[:, None]
-        elif name in START:
-            starts[:, START.index(name)] = values
-        else:
-            raise InputError(
-                "settings",
-                "no such quantity",
-                value=name,
-                accepted=", ".join((*CONDITIONS, *START)),
-            )
+    conditions, starts = level_calm(runs, bins)
+    set_quantities(extra, conditions, starts)
     labels = tuple(f"run{k:02d}" for k in range(runs))
     return Profile("steady", motion, conditions, starts, SURFACES, labels, (), row)
 
@@ -230,20 +218,38 @@ def bins_of(row: float) -> int:
     return count
 
 
-def still_air(runs: int, bins: int) -> Array:
-    """Surroundings (runs, bins, len(CONDITIONS)) of level calm, left to themselves."""
-    conditions = np.zeros((runs, bins, len(CONDITIONS)))
+def level_calm(runs: int, bins: int) -> tuple[Array, Array]:
+    """Surroundings (runs, bins, len(CONDITIONS)) and starts (runs, len(START)) of an empty robot.
+
+    It is left to itself in still air, at 25 °C, with a full battery.
+    """
+    conditions, starts = np.zeros((runs, bins, len(CONDITIONS))), np.zeros((runs, len(START)))
     conditions[:, :, 3] = conditions[:, :, 5] = np.nan
     conditions[:, :, 6] = 1.0
-    return conditions
-
-
-def unladen(runs: int) -> Array:
-    """Starts (runs, len(START)) without load, at 25 °C, with a full battery."""
-    starts = np.zeros((runs, len(START)))
     starts[:, 3:6] = 25.0
     starts[:, 6] = 1.0
-    return starts
+    return conditions, starts
+
+
+def set_quantities(settings: Mapping[str, ArrayLike], conditions: Array, starts: Array) -> None:
+    """Set surroundings and starts of all runs.
+
+    Args:
+        settings: names of ``CONDITIONS`` or ``START`` → value, one for all runs or one a run.
+        conditions: (runs, bins, len(CONDITIONS)), changed.
+        starts: (runs, len(START)), changed.
+
+    Raises:
+        InputError: no such quantity.
+    """
+    for name, value in settings.items():
+        if name in CONDITIONS:
+            conditions[:, :, CONDITIONS.index(name)] = np.reshape(value, (-1, 1))
+        elif name in START:
+            starts[:, START.index(name)] = value
+        else:
+            accepted = ", ".join((*CONDITIONS, *START))
+            raise InputError("settings", "no such quantity", value=name, accepted=accepted)
 
 
 def _segments(rng: np.random.Generator, bins: int, row: int) -> list[tuple[int, int]]:
@@ -268,7 +274,7 @@ def _ramps(pieces: list[tuple[int, int]], values: Array, bins: int) -> Array:
     return curve
 
 
-def _steps(pieces: list[tuple[int, int]], values: NDArray[np.int64], bins: int) -> Array:
+def _steps(pieces: list[tuple[int, int]], values: Integers, bins: int) -> Array:
     curve = np.zeros(bins)
     for (start, _), value in zip(pieces, values, strict=True):
         curve[start:] = value

@@ -20,11 +20,11 @@ from __future__ import annotations
 import csv
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from planner.arrays import Array
 from planner.errors import InputError
@@ -45,7 +45,6 @@ from planner.telemetry.virtual.sensors import (
     Columns,
     Noise,
     Sensors,
-    columns_of,
     exact_columns,
     measured_columns,
     rows_of,
@@ -158,10 +157,10 @@ class VirtualRobot:
         known = self.vehicle.parameters
         own: dict[str, Mapping[str, Any]] = {}
         if effects == "active":
-            own = {slug: known.get(slug, {}) for slug in self.vehicle.active if slug in EFFECTS}
             own = {
-                slug: {n: v for n, v in values.items() if n in EFFECTS[slug]}
-                for slug, values in own.items()
+                slug: {n: v for n, v in known.get(slug, {}).items() if n in EFFECTS[slug]}
+                for slug in self.vehicle.active
+                if slug in EFFECTS
             }
         self._own = check_settings(own, known, self.wheels)
         self.hidden = check_settings(hidden or {}, known, self.wheels)
@@ -171,9 +170,7 @@ class VirtualRobot:
         """A profile for this vehicle with the robot's seed; see ``virtual.profiles.profile``."""
         return profile(design, self.vehicle, seed=options.pop("seed", self.seed), **options)
 
-    def simulate(
-        self, drive: Profile, settings: Settings | None = None
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def simulate(self, drive: Profile, settings: Settings | None = None) -> tuple[Array, Array]:
         """Means over 0.1 s (runs, bins, columns) and energies (runs, len(BOOK)) of a profile.
 
         Args:
@@ -228,8 +225,7 @@ class VirtualRobot:
             "noise": scatter,
             "sensors": faults,
         }
-        order = columns_of(list(columns), self.wheels)
-        return VirtualLog({name: columns[name] for name in order}, truth)
+        return VirtualLog(columns, truth)
 
     def drive_route(
         self,
@@ -277,22 +273,18 @@ class VirtualRobot:
                 few = drive.runs([int(k * step) for k in range(_FEW_RUNS)])
                 stages.append((few, self._row_power(few, bare), 5.0 * _SIZE_TOLERANCE))
             stages.append((drive, self._row_power(drive, bare), _SIZE_TOLERANCE))
+
+        def share_of(
+            slug: str, plain: dict[str, Any], part: Profile, before: Array, scale: float
+        ) -> float:
+            change = self._row_power(part, {**bare, slug: scaled(plain, slug, scale)}) - before
+            return float(np.sqrt(np.mean(change * change)) / abs(np.mean(before)))
+
         for slug, values in self.hidden.items():
             plain = {name: value for name, value in values.items() if name != "size"}
             scale = 1.0
             for part, before, tolerance in stages if "size" in values else ():
-
-                def share(
-                    scale: float,
-                    slug: str = slug,
-                    plain: dict[str, Any] = plain,
-                    part: Profile = part,
-                    before: Array = before,
-                ) -> float:
-                    with_it: Settings = {**bare, slug: scaled(plain, slug, scale)}
-                    change = self._row_power(part, with_it) - before
-                    return float(np.sqrt(np.mean(change * change)) / abs(np.mean(before)))
-
+                share = partial(share_of, slug, plain, part, before)
                 scale, sizes[slug] = _sized(share, slug, values["size"], scale, tolerance)
             settings[slug] = scaled(plain, slug, scale) if slug in sizes else plain
         self._last = drive, (settings, sizes)

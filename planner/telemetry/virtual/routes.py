@@ -18,11 +18,10 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from planner.arrays import Array
+from planner.arrays import Array, Integers
 from planner.errors import InputError
-from planner.telemetry.virtual.dynamics import BIN, CONDITIONS, MOTION, START
+from planner.telemetry.virtual.dynamics import BIN, MOTION
 from planner.telemetry.virtual.profiles import (
     ROW,
     SURFACES,
@@ -30,9 +29,9 @@ from planner.telemetry.virtual.profiles import (
     attitude,
     axes,
     bins_of,
-    still_air,
+    level_calm,
+    set_quantities,
     tilting,
-    unladen,
 )
 from planner.terrain.heightmap import Terrain
 
@@ -97,7 +96,7 @@ def planned_route(
     motion[0, :, 1] = np.sum(along * left, axis=0)
     motion[0, :, 2] = _rounded(np.interp(edges + 0.5 * BIN, edges[1:], np.diff(yaws) / BIN))
     motion[0, :, 3], motion[0, :, 4] = attitude(p, q, yaws)
-    conditions, starts = still_air(1, bins), unladen(1)
+    conditions, starts = level_calm(1, bins)
     conditions[0, :, 0] = tilting(p, q)
     surfaces: tuple[str, ...] = SURFACES
     if terrain is not None:
@@ -106,11 +105,7 @@ def planned_route(
         kinds = _ground(terrain, np.interp(middle, t, x), np.interp(middle, t, y))
         conditions[0, :, 4] = kinds
         conditions[0, :, 6] = np.array([kind.rolling for kind in terrain.ground_classes])[kinds]
-    for name, value in (settings or {}).items():
-        if name in CONDITIONS:
-            conditions[0, :, CONDITIONS.index(name)] = value
-        else:
-            starts[0, START.index(name)] = value
+    set_quantities(settings or {}, conditions, starts)
     return Profile("planned_route", motion, conditions, starts, surfaces, ("route",), (), row)
 
 
@@ -136,7 +131,7 @@ def footprint_slopes(
     return p, q
 
 
-def _ground(terrain: Terrain, x: Array, y: Array) -> NDArray[np.int64]:
+def _ground(terrain: Terrain, x: Array, y: Array) -> Integers:
     """Index of the ground class at each point."""
     rows, columns = terrain.ground.shape
     column = np.rint((x - terrain.origin[0]) / terrain.cell[0]).astype(np.int64)

@@ -12,39 +12,36 @@ constant in a run, as its sensor would have it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.arrays import Array
+from planner.arrays import Array, Mask
 from planner.errors import InputError
-from planner.telemetry.virtual.dynamics import BIN, CONDITIONS, MEANS, START
+from planner.telemetry.virtual.dynamics import BIN, MEANS, by_name
 from planner.telemetry.virtual.profiles import Profile
 
 Columns = dict[str, NDArray[np.generic]]
 
 # Standard deviations in the column's unit; True = one error a run, False = one a row.
 CHANNEL_ERRORS: dict[str, tuple[float, bool]] = {
-    "vx": (0.002, False),
-    "vy": (0.002, False),
+    **dict.fromkeys(("vx", "vy"), (0.002, False)),
     "wz": (0.003, False),
-    "roll": (0.001, False),
-    "pitch": (0.001, False),
-    "ax": (0.01, False),
-    "ay": (0.01, False),
+    **dict.fromkeys(("roll", "pitch"), (0.001, False)),
+    **dict.fromkeys(("ax", "ay"), (0.01, False)),
     "payload": (0.02, True),
-    "com_x": (0.001, True),
-    "com_y": (0.001, True),
+    **dict.fromkeys(("com_x", "com_y"), (0.001, True)),
     "motor_temp": (0.5, False),
     "ambient_temp": (0.3, True),
     "battery_voltage": (0.01, False),
     "battery_current": (0.005, False),
-    "wind_x": (0.05, False),
-    "wind_y": (0.05, False),
+    **dict.fromkeys(("wind_x", "wind_y"), (0.05, False)),
 }
 _WHEEL_CURRENT_ERROR = 0.005  # A
+_ORDER = ["run", "time", "vx", "vy", "wz", "power", "roll", "pitch", "ax", "ay", "payload"]
+_ORDER += ["com_x", "com_y", "motor_temp", "ambient_temp", "battery_voltage", "battery_current"]
+_ORDER += ["surface", "wind_x", "wind_y", "sensor_rate"]
 
 
 @dataclass(frozen=True)
@@ -104,8 +101,9 @@ def rows_of(means: Array, row: float) -> Array:
     """Means over rows of (runs, bins, k), shape (runs, rows, k)."""
     each = round(row / BIN)
     runs, bins, k = means.shape
-    rows: Array = means[:, : bins // each * each].reshape(runs, bins // each, each, k).mean(axis=2)
-    return rows
+    return np.asarray(
+        means[:, : bins // each * each].reshape(runs, bins // each, each, k).mean(axis=2)
+    )
 
 
 def delayed_power(power: Array, row: float, delay: float) -> Array:
@@ -129,38 +127,18 @@ def delayed_power(power: Array, row: float, delay: float) -> Array:
 
 
 def exact_columns(drive: Profile, means: Array) -> Columns:
-    """The log of perfect sensors, one row after the other."""
+    """The log of perfect sensors, one row after the other, columns in their order."""
     rows = rows_of(means, drive.row)
     runs, count, width = rows.shape
-    time = np.tile((np.arange(count) + 1) * drive.row, runs)
-    conditions = rows_of(drive.conditions, drive.row)
-    columns: Columns = {"run": np.repeat(np.array(drive.labels), count), "time": time}
-
-    def mean(name: str) -> Array:
-        flat: Array = rows[:, :, MEANS.index(name)].ravel()
-        return flat
-
-    def nearby(name: str) -> Array:
-        flat: Array = conditions[:, :, CONDITIONS.index(name)].ravel()
-        return flat
-
-    def loaded(name: str) -> Array:
-        return np.repeat(drive.starts[:, START.index(name)], count)
-
-    for name in ("vx", "vy", "wz", "power", "roll", "pitch", "ax", "ay"):
-        columns[name] = mean(name)
-    for name in ("payload", "com_x", "com_y"):
-        columns[name] = loaded(name)
-    columns["motor_temp"] = mean("motor_temp")
-    columns["ambient_temp"] = loaded("ambient")
-    columns["battery_voltage"] = mean("battery_voltage")
-    columns["battery_current"] = mean("battery_current")
-    surface = np.rint(nearby("surface")).astype(np.int64)
-    columns["surface"] = np.array(drive.surfaces)[surface]
-    columns["wind_x"], columns["wind_y"] = nearby("wind_x"), nearby("wind_y")
-    rate = nearby("sensor_rate")
-    if not np.isnan(rate).any():
-        columns["sensor_rate"] = rate
+    values = by_name(rows, rows_of(drive.conditions, drive.row), drive.starts)
+    known: Columns = {name: table.ravel() for name, table in values.items()}
+    known["run"] = np.repeat(np.array(drive.labels), count)
+    known["time"] = np.tile((np.arange(count) + 1) * drive.row, runs)
+    known["ambient_temp"] = known["ambient"]
+    known["surface"] = np.array(drive.surfaces)[np.rint(_number(known, "surface")).astype(int)]
+    if np.isnan(_number(known, "sensor_rate")).any():
+        del known["sensor_rate"]
+    columns = {name: known[name] for name in _ORDER if name in known}
     for wheel in range(width - len(MEANS)):
         columns[f"wheel_current_{wheel + 1}"] = rows[:, :, len(MEANS) + wheel].ravel()
     return columns
@@ -168,7 +146,7 @@ def exact_columns(drive: Profile, means: Array) -> Columns:
 
 def measured_columns(
     exact: Columns, drive: Profile, means: Array, noise: Noise, sensors: Sensors, seed: int
-) -> tuple[Columns, NDArray[np.bool_]]:
+) -> tuple[Columns, Mask]:
     """The log that these sensors write, and which rows of ``exact`` it kept.
 
     Raises:
@@ -230,14 +208,4 @@ def _power_noise(
     result += np.repeat(noise.run_offset * usual * rng.standard_normal(runs), count)
     hit = rng.random(runs * count) < noise.outliers
     size = rng.uniform(6.0, 20.0, runs * count) * rng.choice([-1.0, 1.0], runs * count)
-    scatter: Array = result + hit * size * spread
-    return scatter
-
-
-def columns_of(names: Sequence[str], wheels: int) -> list[str]:
-    """The order of a log's columns, those of ``names`` that are present."""
-    order = ["run", "time", "vx", "vy", "wz", "power", "roll", "pitch", "ax", "ay", "payload"]
-    order += ["com_x", "com_y", "motor_temp", "ambient_temp", "battery_voltage"]
-    order += ["battery_current", "surface", "wind_x", "wind_y", "sensor_rate"]
-    order += [f"wheel_current_{k + 1}" for k in range(wheels)]
-    return [name for name in order if name in names]
+    return np.asarray(result + hit * size * spread)

@@ -25,7 +25,7 @@ SIDEWAYS = np.abs(np.abs(AXES_OF_DRIVE["heading"]) - np.pi / 2) < np.radians(22.
 
 
 def regimes(residual, axes=AXES_OF_DRIVE, run=RUN, noise=0.5):
-    return find_regimes(axes, residual, run, noise, surfaces=GROUNDS)
+    return find_regimes(axes, residual, run, np.broadcast_to(noise, residual.shape), GROUNDS)
 
 
 def noisy(effect, seed=1, sigma=0.5):

@@ -36,7 +36,7 @@ def test_every_axis_with_numbers_has_words() -> None:
     assert set(WORDS) == set(axes) - {"heading", "surface"}
     for name, words in WORDS.items():
         # What has a sign says so for both sides, and for the size.
-        signed = bool(words.negative_above and words.size_above and words.size_below)
+        signed = bool(words.negative and words.size)
         assert signed == axes[name].signed
 
 

@@ -13,10 +13,8 @@ from planner.telemetry.estimation import fit
 from planner.telemetry.evidence import DesignColumns, examine
 from planner.telemetry.other_terms import SENSORS, Dictionary
 from planner.telemetry.selection.full_refit_comparison import (
+    FullFits,
     Refit,
-    compare_refits,
-    confirmed,
-    row_likelihood,
     simpler_first,
     sizes_of,
     ties_of,
@@ -48,9 +46,10 @@ def test_noise_that_averages_out_between_two_rows_speaks_for_no_delay(examined, 
     number = list(SENSORS).index("power_delay")
     column = examination.competitors.sensor(number)
     delay = Member("power_delay", (column,))
-    nothing, _ = row_likelihood(log, fitted, examination, CompetingModel((), ()))
+    fits = FullFits(log, fitted, examination)
+    nothing, _ = fits.row_likelihood(CompetingModel((), ()))
     late = CompetingModel((delay,), (np.array([rows * STEP]),))
-    found, _ = row_likelihood(log, fitted, examination, late)
+    found, _ = fits.row_likelihood(late)
     assert found.sum() < nothing.sum() + 3.0
 
 
@@ -93,7 +92,7 @@ def test_a_contest_is_stopped_between_two_fits(examined):
             raise Cancelled("stop")
 
     with pytest.raises(Cancelled):
-        compare_refits(log, fitted, examination, selection, known, check)
+        FullFits(log, fitted, examination, check).compare(selection, known)
     assert len(asked) == 2
 
 
@@ -111,7 +110,8 @@ def test_a_sensor_fault_is_named_where_the_log_without_its_error_is_likelier(
     rows = log.rows.copy()
     motion = (rows[:, 0] + 1j * rows[:, 1]) * np.exp(1j * wrong)
     rows[:, 0], rows[:, 1] = motion.real, motion.imag
-    assert confirmed(replace(log, rows=rows), fitted, examination, blamed, kind) is stands
+    fits = FullFits(replace(log, rows=rows), fitted, examination)
+    assert fits.confirmed(blamed, kind) is stands
 
 
 def test_what_is_selected_is_among_the_competitors_however_low_it_scores(examined):
