@@ -158,7 +158,7 @@ class Ordinary:
 
 
 EXCEPTIONS = (
-    Ordinary("around", "planner/telemetry/terms/", "the linearisation's point"),
+    Ordinary("around", "planner/telemetry/", "the linearisation's point"),
     Ordinary("window_around", "planner/", "a window round a place"),
     Ordinary("ahead", "planner/power/", "the direction of travel"),
     Ordinary("ahead", "planner/telemetry/", "the direction of travel, or rows further on"),

@@ -9,7 +9,7 @@ Three layers, each estimated robustly from the residual after the model and a fe
 
     spread       standard deviation as a function of |P| (medians of absolute deviations in bins),
                  combined with the uncertainty of the model's inputs in single rows
-                 (planner.telemetry.prediction.sensitivity.doubt_of)
+                 (planner.telemetry.prediction.sensitivity.input_uncertainty)
     correlation  an autoregression within consecutive rows, pooled over all of them
     runs         an offset and a gain of every run, random with a covariance
 

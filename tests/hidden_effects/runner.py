@@ -23,7 +23,7 @@ from typing import Any
 
 from tests.hidden_effects.cases import SMALLEST_RHO, TWINS, Case
 from tests.hidden_effects.logs import VEHICLE, Made, make
-from tests.hidden_effects.scoring import RIGHT, not_testable, score, sensors_of, ties_of
+from tests.hidden_effects.scoring import RIGHT, aliases_of, not_testable, score, sensors_of
 
 DIAGNOSE = "planner.telemetry.diagnosis.diagnose_log:diagnose"
 APART = 5.0  # standard deviations below which a rival of the truth counts as its twin on this log
@@ -89,7 +89,7 @@ def run_case(
     row["sensor_found"] = sensors_of(found)
     row["ties"] = {
         slug: sorted(tie)
-        for slug, tie in ties_of(found).items()
+        for slug, tie in aliases_of(found).items()
         if tie and (slug in found["selected"] or slug in case.truth)
     }
     row["shape"] = (found.get("outside_catalogue") or {}).get("quantities")

@@ -38,7 +38,7 @@ RIGHT: dict[str, frozenset[str]] = {
 }
 
 
-def ties_of(found: Mapping[str, Any]) -> dict[str, frozenset[str]]:
+def aliases_of(found: Mapping[str, Any]) -> dict[str, frozenset[str]]:
     """Candidate → those that it cannot be told from on this log."""
     return {
         candidate["effect"]: frozenset(candidate.get("indistinguishable_from", ()))
@@ -57,11 +57,11 @@ def score(case: Case, found: Mapping[str, Any]) -> str:
     """The outcome of one diagnosis, a word of the module's list."""
     truth = frozenset(case.truth)
     selected = frozenset(found["selected"])
-    ties = ties_of(found)
+    aliases = aliases_of(found)
     verdict = found["verdict"]
 
     def meets(member: str) -> frozenset[str]:
-        return truth & (ties.get(member, frozenset()) | {member})
+        return truth & (aliases.get(member, frozenset()) | {member})
 
     if any(not meets(member) for member in selected):
         return "wrong" if truth or case.outside or case.sensor else "false_alarm"
@@ -79,16 +79,16 @@ def score(case: Case, found: Mapping[str, Any]) -> str:
         return "exact"
     if selected:
         return "tied" if met == truth else "part"
-    best = _best_tie(found, ties)
+    best = _best_tie(found, aliases)
     if best and truth <= best and verdict == "not_identifiable":
         return "tied"
     return "not_testable" if truth <= not_testable(found) else "missed"
 
 
-def _best_tie(found: Mapping[str, Any], ties: Mapping[str, frozenset[str]]) -> frozenset[str]:
+def _best_tie(found: Mapping[str, Any], aliases: Mapping[str, frozenset[str]]) -> frozenset[str]:
     """The first candidate with all that it cannot be told from."""
     for candidate in found.get("candidates", ())[:1]:
-        tie = ties[candidate["effect"]]
+        tie = aliases[candidate["effect"]]
         return tie | {candidate["effect"]} if tie else frozenset()
     return frozenset()
 

@@ -24,7 +24,7 @@ from planner.power.vehicles import Vehicle
 from planner.telemetry.virtual import Noise, Profile, VirtualLog, VirtualRobot
 from tests.hidden_effects.cases import Case
 from tests.hidden_effects.logs import VEHICLE, Made
-from tests.hidden_effects.scoring import ties_of
+from tests.hidden_effects.scoring import aliases_of
 
 Array = NDArray[np.float64]
 
@@ -121,14 +121,14 @@ def tie_broken(
         answer = diagnose(path, VEHICLE, mapping=made.mapping)
         path.unlink()
         again = answer if isinstance(answer, dict) else answer.to_json()
-        ties = ties_of(again)
-        left = {rival for member in again["selected"] for rival in ties.get(member, ())}
+        aliases = aliases_of(again)
+        left = {rival for member in again["selected"] for rival in aliases.get(member, ())}
         return {
             "separates": sorted(separates),
             "run": experiment["run"],
             "broken": set(again["selected"]) == truth and not left & separates,
             "verdict": again["verdict"],
             "selected": again["selected"],
-            "ties": {member: sorted(ties.get(member, ())) for member in again["selected"]},
+            "ties": {member: sorted(aliases.get(member, ())) for member in again["selected"]},
         }
     return None

@@ -12,15 +12,15 @@ BUMP = Case("outside", "resonance", 0, {"resonance": {"size": 0.05}}, "resonance
 TILT = Case("hard", "slope_offset", 0, sensor="slope_offset")
 
 
-def answer(*selected, verdict="", ties=None, hidden=(), quantities=(), sensors=()):
+def answer(*selected, verdict="", aliases=None, hidden=(), quantities=(), sensors=()):
     """A diagnosis as JSON."""
-    ties = ties or {}
-    listed = dict.fromkeys([*selected, *ties])
+    aliases = aliases or {}
+    listed = dict.fromkeys([*selected, *aliases])
     return {
         "verdict": verdict or ("missing_effect" if selected else "complete"),
         "selected": list(selected),
         "candidates": [
-            {"effect": slug, "indistinguishable_from": ties.get(slug, [])} for slug in listed
+            {"effect": slug, "indistinguishable_from": aliases.get(slug, [])} for slug in listed
         ],
         "not_testable": [{"effect": slug, "why": "", "what_would_help": ""} for slug in hidden],
         "outside_catalogue": {"quantities": list(quantities)} if quantities else None,
@@ -34,9 +34,9 @@ def answer(*selected, verdict="", ties=None, hidden=(), quantities=(), sensors=(
         (DRAG, answer("air_drag"), "exact"),
         (DRAG, answer("wear"), "wrong"),
         (DRAG, answer("air_drag", "wear"), "wrong"),
-        (DRAG, answer("wear", ties={"wear": ["air_drag"]}), "tied"),
-        (DRAG, answer("wear", ties={"wear": ["sinkage"]}), "wrong"),
-        (DRAG, answer(verdict="not_identifiable", ties={"wear": ["air_drag"]}), "tied"),
+        (DRAG, answer("wear", aliases={"wear": ["air_drag"]}), "tied"),
+        (DRAG, answer("wear", aliases={"wear": ["sinkage"]}), "wrong"),
+        (DRAG, answer(verdict="not_identifiable", aliases={"wear": ["air_drag"]}), "tied"),
         (DRAG, answer(), "missed"),
         (DRAG, answer(hidden=["air_drag"]), "not_testable"),
         (DRAG, answer(verdict="outside_catalogue", quantities=["speed"]), "wrong_outside"),
@@ -44,10 +44,10 @@ def answer(*selected, verdict="", ties=None, hidden=(), quantities=(), sensors=(
         (PAIR, answer("wear", "air_drag"), "exact"),
         (PAIR, answer("wear"), "part"),
         (PAIR, answer("wear", "sinkage"), "wrong"),
-        (PAIR, answer("wear", "sinkage", ties={"sinkage": ["air_drag"]}), "tied"),
+        (PAIR, answer("wear", "sinkage", aliases={"sinkage": ["air_drag"]}), "tied"),
         (NOTHING, answer(), "complete"),
         (NOTHING, answer("wear"), "false_alarm"),
-        (NOTHING, answer("wear", ties={"wear": ["sinkage"]}), "false_alarm"),
+        (NOTHING, answer("wear", aliases={"wear": ["sinkage"]}), "false_alarm"),
         (NOTHING, answer(verdict="not_identifiable"), "false_alarm"),
         (NOTHING, answer(verdict="outside_catalogue", quantities=["speed"]), "false_alarm"),
         (NOTHING, answer(verdict="sensor_error", sensors=["speed_scale"]), "wrong_sensor"),

@@ -173,8 +173,8 @@ def _warnings(names: Sequence[str], diagnosis: Diagnosis, after: Errors, fitted:
         candidate = candidates.get(name)
         if name in diagnosis.proposed:
             if candidate is not None and candidate.indistinguishable_from:
-                rivals = ", ".join(candidate.indistinguishable_from)
-                warnings.append(f"{name}: this log cannot tell it from {rivals}")
+                aliases = ", ".join(candidate.indistinguishable_from)
+                warnings.append(f"{name}: this log cannot tell it from {aliases}")
         elif candidate is None or candidate.why_not is not None:
             why = candidate.why_not if candidate else "it was not among the candidates"
             warnings.append(f"{name}: this log cannot support it: {why}")

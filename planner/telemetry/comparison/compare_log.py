@@ -46,7 +46,7 @@ from planner.telemetry.logs import Finding, Telemetry
 from planner.telemetry.noise import Noise, noise_of, strongest_columns
 from planner.telemetry.other_terms import Dictionary
 from planner.telemetry.parameters import free_places
-from planner.telemetry.prediction import Nodes, doubt_of, predict, tangent
+from planner.telemetry.prediction import Nodes, input_uncertainty, predict, tangent
 from planner.telemetry.quantities_of_motion import FURTHER, all_axes, temperature_of
 from planner.telemetry.regimes import Regime, find_regimes
 from planner.telemetry.sampling import LogSource, at_steady_speeds, open_source
@@ -243,7 +243,7 @@ def _noise(sample: Telemetry, model: PowerModel, watts: Array) -> tuple[Noise, A
     grounds = [ground == number for number in range(len(sample.surfaces))]
     others = np.column_stack([shapes, *_further(sample.rows), *grounds]).astype(float)
     others = others[:, np.isfinite(others).all(axis=0)]
-    residual, input_error = sample.power - watts, doubt_of(model, rows)
+    residual, input_error = sample.power - watts, input_uncertainty(model, rows)
     columns = np.column_stack([own, others[:, strongest_columns(residual, own, others)]])
     noise, _ = noise_of(sample, residual, watts, input_error, columns)
     return noise, noise.spread(watts, input_error)

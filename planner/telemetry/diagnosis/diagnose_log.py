@@ -162,7 +162,7 @@ def _report(source: LogSource, found: Found) -> Diagnosis:
         baseline=Errors(found.base.rmse_w, rms(before), examination.noise.floor_w),
         after=Errors(models.fitted.rmse_w, rms(left)),
         candidates=_candidates(found, selected, fitted, members),
-        not_testable=advice.not_told(selected),
+        not_testable=advice.not_testable(selected),
         regimes=tuple(regimes_of(found.log, found.base.residual, found.base.spread)),
         outside=proposal.outside if proposal else None,
         sensors=sensors,
@@ -195,10 +195,10 @@ def _additions(
     for slug, effect in all_effects().items():
         if not effect.base and slug not in library.own:
             additions[slug] = Addition.usual(effect, library.model)
-    for standing, where in _standings(found):
+    for ranked, where in _ranking(found):
         known = where.competitors.library
-        addition = Addition.of(known, standing.member.term, standing.coefficients)
-        additions[standing.name] = addition.completed(known)
+        addition = Addition.of(known, ranked.member.term, ranked.coefficients)
+        additions[ranked.name] = addition.completed(known)
     for member, addition in zip(members, found.additions, strict=False):
         additions[member.name] = addition
     if proposal is not None:
@@ -206,10 +206,10 @@ def _additions(
     return additions
 
 
-def _standings(found: Found) -> list[tuple[RankedTerm, Examination]]:
+def _ranking(found: Found) -> list[tuple[RankedTerm, Examination]]:
     """Competing effects, and the examination that their members are counted in."""
-    all_rows = [(standing, found.examination) for standing in found.selection.standings]
-    refuted = [(standing, found.local) for standing in found.refuted]
+    all_rows = [(ranked, found.examination) for ranked in found.selection.ranking]
+    refuted = [(ranked, found.local) for ranked in found.refuted]
     return [entry for entry in [*all_rows, *refuted] if not entry[0].member.sensor]
 
 
@@ -217,9 +217,9 @@ def _sensor_faults(found: Found) -> tuple[SensorFault, ...]:
     values = dict(found.corrections)
     for member in found.selection.members:
         if member.sensor:
-            standing = found.selection.standing(member.name)
+            ranked = found.selection.ranked(member.name)
             before = values.get(member.name, (0.0, 0.0))[0]
-            values[member.name] = (before + float(standing.coefficients[0]), standing.stderr)
+            values[member.name] = (before + float(ranked.coefficients[0]), ranked.stderr)
     faults = []
     for kind, (value, stderr) in values.items():
         sensor = SENSORS[kind]
@@ -236,23 +236,23 @@ def _candidates(
     # The statistics of a long log do not keep its rows: the sample's errors stand for it.
     linear = LinearHeldout(found.log, found.local)
     own = _columns_in(found.local, examination, members)
-    for standing, where in _standings(found):
-        chosen = standing.name in selected
+    for ranked, where in _ranking(found):
+        chosen = ranked.name in selected
         if chosen:
-            parameters = _fitted_estimates(fitted, standing.name)
+            parameters = _fitted_estimates(fitted, ranked.name)
         else:
-            parameters = _linear_estimates(where, standing)
+            parameters = _linear_estimates(where, ranked)
         # An effect alone; a selected one with all that were selected.
-        columns = _columns_in(found.local, where, [standing.member])
+        columns = _columns_in(found.local, where, [ranked.member])
         heldout = linear.rmse(own if chosen else columns)
-        known = standing.name, standing.probability, heldout, parameters
-        test = standing.z, standing.p_value, standing.size, standing.gain
-        aliases = found.selection.ties.get(standing.name, ()) if chosen else ()
-        entries.append(Candidate(*known, *test, len(standing.member.columns), aliases))
-    told = {entry.effect for entry in entries}
+        known = ranked.name, ranked.probability, heldout, parameters
+        test = ranked.z, ranked.p_value, ranked.size, ranked.gain
+        aliases = found.selection.aliases.get(ranked.name, ()) if chosen else ()
+        entries.append(Candidate(*known, *test, len(ranked.member.columns), aliases))
+    listed = {entry.effect for entry in entries}
     rest = sorted(examination.testable.items(), key=lambda item: (item[1] is not None, item[0]))
     for slug, why in rest:
-        if slug not in told:
+        if slug not in listed:
             # Testable and not ranked: the log asks for a sign or size that the effect cannot have.
             entries.append(Candidate(slug, 0.0, None, {}, 0.0, 1.0, 0.0, 0.0, 0, (), why))
     return tuple(entries)
@@ -269,12 +269,12 @@ def _fitted_estimates(fitted: Fit, slug: str) -> dict[str, Estimate]:
     return estimates
 
 
-def _linear_estimates(examination: Examination, standing: RankedTerm) -> dict[str, Estimate]:
+def _linear_estimates(examination: Examination, ranked: RankedTerm) -> dict[str, Estimate]:
     library = examination.competitors.library
     estimates = {}
     clear = examination.evidence.partial
-    member = standing.member
-    each = zip(member.term.columns, member.columns, standing.coefficients, strict=True)
+    member = ranked.member
+    each = zip(member.term.columns, member.columns, ranked.coefficients, strict=True)
     for number, column, value in each:
         candidate = library.candidates[number]
         _, _, parameter, _ = library.model.slots[candidate.place]

@@ -35,7 +35,7 @@ from planner.quantities import INDEX, STANDARD_GRAVITY
 from planner.telemetry.diagnosis.results import Experiment, NotTestable
 from planner.telemetry.evidence import Examination
 from planner.telemetry.logs import Telemetry
-from planner.telemetry.prediction import doubt_of
+from planner.telemetry.prediction import input_uncertainty
 from planner.telemetry.selection import Selection
 
 SECONDS = 600.0
@@ -203,7 +203,7 @@ class Advice:
         watts, columns = competitors.raw(fake)
         columns[:, -1] = 0.0
         model = competitors.library.model
-        spread = noise.spread(watts, doubt_of(model, rows))
+        spread = noise.spread(watts, input_uncertainty(model, rows))
         # Rows of one steady segment share their noise as neighbouring rows do.
         usual = float(np.median(self.log.interval))
         weight = interval / max(usual, 1e-6) * (1.0 - noise.correlation) / (1.0 + noise.correlation)
@@ -222,17 +222,15 @@ class Advice:
     def experiments(self) -> tuple[Experiment, ...]:
         """One experiment for every selected effect that has aliases."""
         advice = []
-        standings = {s.name: s for s in self.selection.standings}
-        for name, aliases in self.selection.ties.items():
-            known = [r for r in aliases if r in standings]
-            if not known or name not in standings:
+        ranking = {s.name: s for s in self.selection.ranking}
+        for name, aliases in self.selection.aliases.items():
+            known = [r for r in aliases if r in ranking]
+            if not known or name not in ranking:
                 continue
-            mine = standings[name].member.columns
-            strength = standings[name].coefficients
+            mine = ranking[name].member.columns
+            strength = ranking[name].coefficients
             distances = [
-                min(
-                    self._distance(gram, mine, strength, standings[r].member.columns) for r in known
-                )
+                min(self._distance(gram, mine, strength, ranking[r].member.columns) for r in known)
                 for _, gram in self._runs
             ]
             enough = [k for k, d in enumerate(distances) if d >= AS_GOOD * max(distances)]
@@ -265,7 +263,7 @@ class Advice:
         reads = effect.reads if effect else frozenset[str]()
         return sorted(n for n in reads if n not in self.log.present and n not in derived)
 
-    def not_told(self, selected: Collection[str]) -> tuple[NotTestable, ...]:
+    def not_testable(self, selected: Collection[str]) -> tuple[NotTestable, ...]:
         """Effects that are not identifiable from this log, or hardly, and what would help.
 
         Args:
@@ -274,18 +272,18 @@ class Advice:
         testable, chosen = self.examination.testable, {m.name for m in self.selection.members}
         reasons = {slug: why for slug, why in testable.items() if why is not None}
         for slug in self.examination.unnoticed:
-            if (why := self.examination.hardly_told(slug)) is not None:
+            if (why := self.examination.barely_testable(slug)) is not None:
                 reasons[slug] = why
-        for standing in self.selection.standings:
-            if standing.z > HINT and not standing.member.sensor:
-                but = "held-out rows do not" if standing.name in chosen else "too little to name it"
-                hint = f"the log hints at it, {standing.z:.1f} standard errors, {but}"
-                reasons[standing.name] = hint
-        tied = {alias for name in selected for alias in self.selection.ties.get(name, ())}
+        for ranked in self.selection.ranking:
+            if ranked.z > HINT and not ranked.member.sensor:
+                but = "held-out rows do not" if ranked.name in chosen else "too little to name it"
+                hint = f"the log hints at it, {ranked.z:.1f} standard errors, {but}"
+                reasons[ranked.name] = hint
+        aliased = {alias for name in selected for alias in self.selection.aliases.get(name, ())}
         return tuple(
             NotTestable(slug, why, self.what_would_help(slug))
             for slug, why in sorted(reasons.items())
-            if slug not in {*selected, *tied}
+            if slug not in {*selected, *aliased}
         )
 
     def what_would_help(self, slug: str) -> str:

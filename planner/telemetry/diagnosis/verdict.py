@@ -86,20 +86,20 @@ def _verdict_in_words(diagnosis: Diagnosis, near: Sequence[str]) -> str:
             f"{diagnosis.outside.formula} ({errors})."
         )
     if diagnosis.verdict == "missing_effect":
-        ties = {
-            rival
+        aliases = {
+            alias
             for c in diagnosis.candidates
             if c.effect in diagnosis.selected
-            for rival in c.indistinguishable_from
+            for alias in c.indistinguishable_from
         }
-        tied = f"; this log cannot tell it from {', '.join(sorted(ties))}" if ties else ""
+        aliased = f"; this log cannot tell it from {', '.join(sorted(aliases))}" if aliases else ""
         # Named all the same, so the loss of single rows fell.
         unsure = (
             "; rows that a little error of the speeds decides hide that most rows are closer"
             if after.heldout_rmse_w >= before.heldout_rmse_w
             else ""
         )
-        return f"Missing: {names} ({errors}){tied}{unsure}."
+        return f"Missing: {names} ({errors}){aliased}{unsure}."
     if diagnosis.verdict == "not_identifiable":
         structure = _structure(diagnosis)
         where = f", most of all {structure.sentence}" if structure else ""

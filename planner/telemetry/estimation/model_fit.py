@@ -30,7 +30,7 @@ from planner.telemetry.estimation.parameter_errors import covariance_of, profile
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import Noise, clipped, noise_of
 from planner.telemetry.parameters import free_places
-from planner.telemetry.prediction import Nodes, doubt_of, predict, tangent
+from planner.telemetry.prediction import Nodes, input_uncertainty, predict, tangent
 
 FIRST_STEP_GAIN = 10.0
 """Twice the log-likelihood that a step of the first fit must promise, see LEAST_STEP_GAIN."""
@@ -131,21 +131,21 @@ def fit(
         tried: numbers of the free parameters whose intervals are tried out at both ends.
     """
     rows = log.rows_for(model.surfaces)
-    nodes, input_error = Nodes.of(log, model), doubt_of(model, rows)
+    nodes, input_error = Nodes.of(log, model), input_uncertainty(model, rows)
     places = free_places(model, log) if free is None else tuple(free)
     problem = problem_of(log, nodes, model, places)
     watts, columns = tangent(model, nodes, places)
     found = Solution(model, watts, columns)
 
-    def scatter_around(found: Solution) -> Noise:
+    def scatter_of(found: Solution) -> Noise:
         residual = log.power - found.watts
         return noise or noise_of(log, residual, found.watts, input_error, found.columns)[0]
 
     # A first fit only has to show the noise.
     for least_gain in [LEAST_STEP_GAIN] if noise else [FIRST_STEP_GAIN, LEAST_STEP_GAIN]:
-        scatter = scatter_around(found)
+        scatter = scatter_of(found)
         found = problem.solve(found, scatter, scatter.spread(found.watts, input_error), least_gain)
-    scatter = scatter_around(found)
+    scatter = scatter_of(found)
     given = run_errors(found.model, nodes, found.watts, log.present)
     finely = Nodes.of(log, found.model, finely=True)
     given = np.column_stack([predict(found.model, finely) - found.watts, given])

@@ -26,7 +26,7 @@ from planner.telemetry.evidence.gram_matrices import RowClusters
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import Noise, clipped, noise_of, strongest_columns
 from planner.telemetry.other_terms import SENSORS, Dictionary, Sensor
-from planner.telemetry.prediction import Nodes, doubt_of
+from planner.telemetry.prediction import Nodes, input_uncertainty
 from planner.telemetry.sampling import cluster_numbers, stretches
 from planner.telemetry.terms import CandidateLibrary, Term
 
@@ -148,7 +148,7 @@ class Examination:
     shapes: tuple[int, ...]
     mean_watts: float
 
-    def hardly_told(self, slug: str) -> str | None:
+    def barely_testable(self, slug: str) -> str | None:
         """A sentence on an identifiable effect of which much would go unnoticed, else None."""
         watts = self.unnoticed.get(slug, 0.0)
         return _unnoticed(watts, self) if watts > REPORTED_UNNOTICED * self.mean_watts else None
@@ -169,7 +169,7 @@ def examine(
     own = raw[:, : competitors.tangent]
     helpers = _helpers(watts, raw, competitors.tangent) if explained is None else list(explained)
     model = competitors.library.held_model
-    input_error = doubt_of(model, log.rows_for(model.surfaces))
+    input_error = input_uncertainty(model, log.rows_for(model.surfaces))
     noise, left = noise_of(
         log, residual, watts, input_error, np.column_stack([own, raw[:, helpers]])
     )
@@ -237,10 +237,10 @@ def _with_testable(log: Telemetry, plain: Examination) -> Examination:
                 terms.append(replace(term, columns=usable))
         elif all(good[n] for n in term.columns) and _separate(plain, term):
             terms.append(term)
-    told = {term.effect for term in terms}
+    known = {term.effect for term in terms}
     for column in library.candidates:
         slug = column.effect
-        testable[slug] = None if slug in told else reasons[slug][0]
+        testable[slug] = None if slug in known else reasons[slug][0]
     watts: dict[str, list[float]] = {}
     for term in terms:
         at = [competitors.candidate(n) for n in term.columns]
@@ -259,10 +259,10 @@ def _with_testable(log: Telemetry, plain: Examination) -> Examination:
 def _why_not_identifiable(plain: Examination, number: int, over: Array) -> str | None:
     evidence, candidate = plain.evidence, plain.competitors.library.candidates[number]
     column = plain.competitors.candidate(number)
-    told = candidate.effect in plain.competitors.testable_before
-    if evidence.tolerance(column) < LEAST_TOLERANCE * (KNOWN_EFFECT_SHARE if told else 1.0):
+    known = candidate.effect in plain.competitors.testable_before
+    if evidence.tolerance(column) < LEAST_TOLERANCE * (KNOWN_EFFECT_SHARE if known else 1.0):
         return "refitting the model's own parameters does the same to the power in this log"
-    if over[column] < LEAST_OVER_SENSOR_ERROR * (KNOWN_EFFECT_SHARE if told else 1.0):
+    if over[column] < LEAST_OVER_SENSOR_ERROR * (KNOWN_EFFECT_SHARE if known else 1.0):
         return (
             "what refitting the model's parameters leaves of it is no larger than the errors of "
             "the sensors"

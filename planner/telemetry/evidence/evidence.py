@@ -139,8 +139,8 @@ class Evidence:
     def test(self, columns: Sequence[int], given: Sequence[int] = ()) -> Test:
         """Are the coefficients of some columns zero, once ``given`` ones are fitted?"""
         at = np.array(columns, int)
-        active, lean, cluster_scores = self._scores(at, given)
-        cluster_information = self.clusters.partial_grams(at, active, lean)
+        active, beta, cluster_scores = self._scores(at, given)
+        cluster_information = self.clusters.partial_grams(at, active, beta)
         total, information = cluster_scores.sum(axis=0), cluster_information.sum(axis=0)
         found = solve(information, total)
         left = cluster_scores - np.einsum("bkl,l->bk", cluster_information, found)
@@ -151,9 +151,9 @@ class Evidence:
     def _scores(self, at: Integers, given: Sequence[int]) -> tuple[Integers, Array, Array]:
         """Fitted columns, what they explain of some others, and the scores of these by cluster."""
         active = np.array([*self.tangent.tolist(), *given], int)
-        lean = solve(self.total[np.ix_(active, active)], self.total[np.ix_(active, at)])
+        beta = solve(self.total[np.ix_(active, active)], self.total[np.ix_(active, at)])
         scores = self.clusters.times(self._fit(given))
-        return active, lean, scores[:, at] - scores[:, active] @ lean
+        return active, beta, scores[:, at] - scores[:, active] @ beta
 
     def _judge(
         self, total: Array, information: Array, left: Array, slow: float
@@ -176,8 +176,8 @@ class Evidence:
     ) -> tuple[Array, Array, Array]:
         """``test`` of every column alone, at once: z, coefficient and information, each (k,)."""
         at = np.array(columns, int)
-        active, lean, cluster_scores = self._scores(at, given)
-        info = self.clusters.partial_diagonals(at, active, lean)
+        active, beta, cluster_scores = self._scores(at, given)
+        info = self.clusters.partial_diagonals(at, active, beta)
         total, information = cluster_scores.sum(axis=0), info.sum(axis=0)
         raw = self.total[at, at]
         dead = information < 2e-3 * raw

@@ -4,7 +4,7 @@
     clusters = GramClusters(grams, runs)             # Gram matrices of a log that streamed past
     clusters.total()                         # (columns, columns), all rows
     clusters.times(v)                        # (clusters, columns), every cluster's ZᵀZ·v
-    clusters.partial_grams(at, own, lean)    # (clusters, k, k), what ``own`` leaves of columns
+    clusters.partial_grams(at, own, beta)    # (clusters, k, k), what ``own`` leaves of columns
 
 Both answer the same. Rows that are in memory take a fiftieth of the room that a Gram matrix of
 every cluster takes, and a column's products are formed when they are asked for.
@@ -52,18 +52,18 @@ class RowClusters:
         pieces = zip(self.starts, self.stops, strict=True)
         return np.stack([along[start:stop] @ self.white[start:stop] for start, stop in pieces])
 
-    def partial_grams(self, at: Integers, own: Integers, lean: Array) -> Array:
-        """(clusters, k, k) Gram matrices of Z[:, at] - Z[:, own]·lean, ``lean`` being (own, k)."""
-        left = self._left(at, own, lean)
+    def partial_grams(self, at: Integers, own: Integers, beta: Array) -> Array:
+        """(clusters, k, k) Gram matrices of Z[:, at] - Z[:, own]·beta, ``beta`` being (own, k)."""
+        left = self._left(at, own, beta)
         pieces = zip(self.starts, self.stops, strict=True)
         return np.stack([left[start:stop].T @ left[start:stop] for start, stop in pieces])
 
-    def partial_diagonals(self, at: Integers, own: Integers, lean: Array) -> Array:
+    def partial_diagonals(self, at: Integers, own: Integers, beta: Array) -> Array:
         """(clusters, k) the diagonals of ``partial_grams``."""
-        return np.asarray(np.add.reduceat(self._left(at, own, lean) ** 2, self.starts, axis=0))
+        return np.asarray(np.add.reduceat(self._left(at, own, beta) ** 2, self.starts, axis=0))
 
-    def _left(self, at: Integers, own: Integers, lean: Array) -> Array:
-        return np.asarray(self.white[:, at] - self.white[:, own] @ lean)
+    def _left(self, at: Integers, own: Integers, beta: Array) -> Array:
+        return np.asarray(self.white[:, at] - self.white[:, own] @ beta)
 
 
 class GramClusters:
@@ -90,19 +90,19 @@ class GramClusters:
         """(clusters, columns) ZᵀZ·v of every cluster; ``v`` is (columns,)."""
         return np.asarray(self.grams @ v)
 
-    def partial_grams(self, at: Integers, own: Integers, lean: Array) -> Array:
-        """(clusters, k, k) Gram matrices of Z[:, at] - Z[:, own]·lean, ``lean`` being (own, k)."""
+    def partial_grams(self, at: Integers, own: Integers, beta: Array) -> Array:
+        """(clusters, k, k) Gram matrices of Z[:, at] - Z[:, own]·beta, ``beta`` being (own, k)."""
         inner = self.grams[:, at[:, None], at]
-        mixed = np.einsum("ak,bal->bkl", lean, self.grams[:, own[:, None], at])
-        both = np.einsum("ak,bac,cl->bkl", lean, self.grams[:, own[:, None], own], lean)
+        mixed = np.einsum("ak,bal->bkl", beta, self.grams[:, own[:, None], at])
+        both = np.einsum("ak,bac,cl->bkl", beta, self.grams[:, own[:, None], own], beta)
         return np.asarray(inner - mixed - mixed.transpose(0, 2, 1) + both)
 
-    def partial_diagonals(self, at: Integers, own: Integers, lean: Array) -> Array:
+    def partial_diagonals(self, at: Integers, own: Integers, beta: Array) -> Array:
         """(clusters, k) the diagonals of ``partial_grams``."""
         cross = self.grams[:, own[:, None], at]
-        info = self.grams[:, at, at] - 2.0 * np.einsum("ak,bak->bk", lean, cross)
-        inner = self.grams[:, own[:, None], own] @ lean
-        return np.asarray(info + np.einsum("ak,bak->bk", lean, inner))
+        info = self.grams[:, at, at] - 2.0 * np.einsum("ak,bak->bk", beta, cross)
+        inner = self.grams[:, own[:, None], own] @ beta
+        return np.asarray(info + np.einsum("ak,bak->bk", beta, inner))
 
 
 Clusters = RowClusters | GramClusters

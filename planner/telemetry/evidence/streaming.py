@@ -25,7 +25,7 @@ from planner.telemetry.evidence.evidence import Evidence
 from planner.telemetry.evidence.gram_matrices import GramClusters
 from planner.telemetry.logs import Telemetry, pieces_of
 from planner.telemetry.noise import clipped
-from planner.telemetry.prediction import doubt_of
+from planner.telemetry.prediction import input_uncertainty
 from planner.telemetry.sampling import ClusterCounter, LogSource
 from planner.telemetry.terms import Term
 
@@ -67,7 +67,7 @@ def examine_all(
         part = correct(part)
         watts, raw = reduced.raw(part)
         model = reduced.library.held_model
-        spread = sample.noise.spread(watts, doubt_of(model, part.rows_for(model.surfaces)))
+        spread = sample.noise.spread(watts, input_uncertainty(model, part.rows_for(model.surfaces)))
         expected = raw[:, columns] @ coefficients
         raw[:, -1] = expected + clipped(raw[:, -1] - expected, spread)
         white = sample.noise.whiten(part, watts, spread, raw)

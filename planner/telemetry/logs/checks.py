@@ -134,7 +134,7 @@ class Checks:
             self.longest = (float(intervals[at]), int(rows[at]))
 
     def add_rows(self, values: dict[str, Array], same: Mask) -> None:
-        """Kept rows; ``same`` tells whether the row before is in the block and of the same run."""
+        """Kept rows; ``same`` is whether the row before is in the block and of the same run."""
         power = values["power"]
         self.kept += len(power)
         for name, column in values.items():

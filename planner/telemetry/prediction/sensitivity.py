@@ -146,7 +146,7 @@ UNSURE_RIM_SPEED = 0.03
 """m/s; a wheel whose rim is slower may stand: three times the usual error of odometry."""
 
 
-def doubt_of(model: PowerModel, rows: Array) -> Array:
+def input_uncertainty(model: PowerModel, rows: Array) -> Array:
     """Uncertainty of the power in single rows where a wheel may stand or turn.
 
     A robot that stands on a slope may be held by friction or by its motors, a wheel that hardly

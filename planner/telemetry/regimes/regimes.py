@@ -159,10 +159,10 @@ def find_regimes(
                 continue
             left[met] -= left[met].mean()
             regime = _regime(conditions, met, residual, total, search)
-            told = any(
-                _tells_the_same(regime, met, *other) for other in zip(found, masks, strict=True)
+            repeated = any(
+                _says_the_same(regime, met, *other) for other in zip(found, masks, strict=True)
             )
-            if regime.explained >= LEAST_EXPLAINED and not told:
+            if regime.explained >= LEAST_EXPLAINED and not repeated:
                 found.append(regime)
                 masks.append(met)
     return sorted(found, key=lambda regime: -regime.share_of_squared_error)
@@ -293,7 +293,7 @@ def _regime(
     )
 
 
-def _tells_the_same(regime: Regime, met: Mask, other: Regime, other_met: Mask) -> bool:
+def _says_the_same(regime: Regime, met: Mask, other: Regime, other_met: Mask) -> bool:
     shared = np.count_nonzero(met & other_met)
     if shared <= MOST_OVERLAP * min(regime.rows, other.rows):
         return False

@@ -144,8 +144,8 @@ def figure_of(value: float) -> str:
 
 def heading_words(centre: int, period: int, half: float) -> str:
     """A sector without a name of its own; degrees, repeated after ``period``."""
-    around = sorted((_half_turn(centre + k * period) for k in range(360 // period)), key=abs)
-    names = [_bearing(angle) for angle in around]
+    angles = sorted((_half_turn(centre + k * period) for k in range(360 // period)), key=abs)
+    names = [_bearing(angle) for angle in angles]
     listed = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"
     return f"heading {listed} (±{half:.0f}°)"
 

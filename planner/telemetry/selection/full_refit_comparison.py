@@ -34,9 +34,9 @@ MOST_OTHERS = 3
 """Best single effects, and as many best pairs, that are fitted beside a larger set."""
 MOST_NEIGHBOURS = 4
 """Sets in which one member is replaced that are fitted."""
-TIE_GAIN = 2.0
+ALIAS_GAIN = 2.0
 """Log-likelihood; an alternative that trails by less is tied whatever its z."""
-TIE_Z = 1.64
+ALIAS_Z = 1.64
 """z of the difference over clusters, below which an alternative within SURE_GAIN is tied."""
 SURE_GAIN = 8.0
 """Log-likelihood of a clear lead; a sensor fault needs it over everything without one."""
@@ -59,7 +59,7 @@ class Refit:
     alternative: CompetingModel
     score: float
     by_cluster: Array
-    ties: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    aliases: dict[str, tuple[str, ...]] = field(default_factory=dict)
     sizes: dict[str, float] = field(default_factory=dict)
 
     @property
@@ -115,7 +115,9 @@ class FullFits:
         nothing, count = np.bincount(clusters, rows).astype(float), len(self.log)
         return simpler_first(
             [
-                replace(e, ties=ties_of(e, entries), sizes=sizes_of(e, entries, nothing, count))
+                replace(
+                    e, aliases=aliases_of(e, entries), sizes=sizes_of(e, entries, nothing, count)
+                )
                 for e in entries
             ]
         )
@@ -128,7 +130,7 @@ class FullFits:
         rest = tuple(m for m in selection.members if m.name != kind)
         scores = []
         for some in (selection.members, rest):
-            sizes = tuple(selection.standing(m.name).coefficients for m in some)
+            sizes = tuple(selection.ranked(m.name).coefficients for m in some)
             rows, surprise = self.row_likelihood(CompetingModel(some, sizes))
             scores.append(float(rows.sum()) - surprise)
         return scores[0] - scores[1] > SURE_GAIN
@@ -173,21 +175,21 @@ def simpler_first(entries: list[Refit]) -> list[Refit]:
 
     One faulty sensor is likelier than two missing effects that look like it.
     """
-    tied = [set(names) for names in entries[0].ties.values()]
-    if len(tied) < 2:
+    aliased = [set(names) for names in entries[0].aliases.values()]
+    if len(aliased) < 2:
         return entries
     for number, entry in enumerate(entries):
         members = entry.alternative.members
         alone = len(members) == 1 and members[0].sensor
         near = entries[0].score - entry.score < SURE_GAIN
-        if alone and near and all(members[0].name in names for names in tied):
+        if alone and near and all(members[0].name in names for names in aliased):
             return [entry, *entries[:number], *entries[number + 1 :]]
     return entries
 
 
-def ties_of(winner: Refit, entries: Sequence[Refit]) -> dict[str, tuple[str, ...]]:
+def aliases_of(winner: Refit, entries: Sequence[Refit]) -> dict[str, tuple[str, ...]]:
     """By member, what explains the log as well in its place."""
-    ties: dict[str, list[str]] = {name: [] for name in winner.names}
+    aliases: dict[str, list[str]] = {name: [] for name in winner.names}
     for other in entries:
         gone, come = winner.names - other.names, other.names - winner.names
         if len(gone) != 1 or len(come) != 1:
@@ -195,9 +197,9 @@ def ties_of(winner: Refit, entries: Sequence[Refit]) -> dict[str, tuple[str, ...
         difference = winner.by_cluster - other.by_cluster
         scatter = float(difference.std()) * np.sqrt(len(difference)) + 1e-12
         gain, z = winner.score - other.score, float(difference.sum()) / scatter
-        if gain < TIE_GAIN or (z < TIE_Z and gain < SURE_GAIN):
-            ties[next(iter(gone))].append(next(iter(come)))
-    return {name: tuple(alternatives) for name, alternatives in ties.items()}
+        if gain < ALIAS_GAIN or (z < ALIAS_Z and gain < SURE_GAIN):
+            aliases[next(iter(gone))].append(next(iter(come)))
+    return {name: tuple(alternatives) for name, alternatives in aliases.items()}
 
 
 def sizes_of(

@@ -19,22 +19,22 @@ from scipy.stats import chi2
 from planner.telemetry.estimation import Fit
 from planner.telemetry.logs import Telemetry
 
-Ties = Mapping[str, tuple[str, ...]]
+Aliases = Mapping[str, tuple[str, ...]]
 
 UNEVEN, OFFSET = "wheel_imbalance", "com_offset"
 REAL_PATTERN_P = 0.01
 """p-value below which a pattern that no offset has counts as real."""
 
 
-def with_known_aliases(ties: Ties, fitted: Fit, log: Telemetry) -> dict[str, tuple[str, ...]]:
-    """The ties of a selection, and com_offset for wheel_imbalance where the two are aliased.
+def with_known_aliases(aliases: Aliases, fitted: Fit, log: Telemetry) -> dict[str, tuple[str, ...]]:
+    """The aliases of a selection, and com_offset for wheel_imbalance where the two are aliased.
 
     Args:
-        ties: slug of a selected effect → those that explain the log as well.
+        aliases: slug of a selected effect → those that explain the log as well.
         fitted: the model with the selected effects.
         log: says whether the centre of mass was measured.
     """
-    known = dict(ties)
+    known = dict(aliases)
     measured = {"com_x", "com_y"} <= log.present
     if UNEVEN in known and OFFSET not in known and not measured and _fits_an_offset(fitted):
         known[UNEVEN] = tuple(dict.fromkeys((*known[UNEVEN], OFFSET)))

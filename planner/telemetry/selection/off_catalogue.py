@@ -30,7 +30,7 @@ SENSOR_GAIN_SHARE = 0.8
 """Share of a shape's gain from which an error of a sensor explains the same."""
 ALONE_Z = 1.64
 """z, by clusters, from which a shape alone explains more than the selection."""
-LEAST_GAIN_AHEAD = 3.0
+LEAST_LEAD = 3.0
 """Log-likelihood by which a shape must beat the catalogue."""
 
 
@@ -81,7 +81,7 @@ def shape_beyond(scorer: SubsetScorer, chosen: tuple[int, ...]) -> ShapeFound | 
         strongest = int(np.argmax(gains))
         gain, vuong = evidence.compare([columns[strongest]], mine)
         member_like = max((evidence.collinearity(c, columns[strongest]) for c in mine), default=0.0)
-        better = gain > LEAST_GAIN_AHEAD and vuong > ALONE_Z and member_like < 0.9
+        better = gain > LEAST_LEAD and vuong > ALONE_Z and member_like < 0.9
         simpler = len(chosen) >= 2 and gain > -0.5 * np.log(
             max(evidence.cluster_count, 2)
         ) - np.log(scorer.name_count)
@@ -103,7 +103,7 @@ def _as_good(scorer: SubsetScorer, column: int) -> list[str]:
     """Effects of the catalogue that alone do what a shape does, though too weakly for a name."""
     shape = scorer.evidence.gain([column])[0]
     found = [(m.name, scorer.gain((k,))) for k, m in enumerate(scorer.members) if not m.sensor]
-    return [name for name, gain in found if gain is not None and gain[0] > shape - LEAST_GAIN_AHEAD]
+    return [name for name, gain in found if gain is not None and gain[0] > shape - LEAST_LEAD]
 
 
 def prefer_sensor_fault(

@@ -2,7 +2,7 @@
 
     selection = select(examination)
     selection.members        # strongest first; () when nothing is missing
-    selection.standings      # ranking of all effects
+    selection.ranking      # ranking of all effects
     selection.shape          # what the catalogue does not explain, or None
 
 The search is subset_search; off_catalogue looks for shapes outside the catalogue, and
@@ -63,20 +63,20 @@ class Selection:
     Attributes:
         members: selected, strongest first.
         ties: name → names of alternatives that explain as much.
-        standings: every identifiable effect, best first.
+        ranking: every identifiable effect, best first.
         shape: what remains, or None.
         alternatives: subsets that were scored, best first, the members' own among them.
     """
 
     members: tuple[Member, ...]
-    ties: dict[str, tuple[str, ...]]
-    standings: tuple[RankedTerm, ...]
+    aliases: dict[str, tuple[str, ...]]
+    ranking: tuple[RankedTerm, ...]
     shape: ShapeFound | None
     alternatives: tuple[CompetingModel, ...]
 
-    def standing(self, name: str) -> RankedTerm:
+    def ranked(self, name: str) -> RankedTerm:
         """The entry in the ranking of an effect or a sensor."""
-        return next(standing for standing in self.standings if standing.name == name)
+        return next(ranked for ranked in self.ranking if ranked.name == name)
 
 
 def select(
@@ -107,29 +107,29 @@ def select(
     scorer.admit(chosen)  # a sensor may have taken the place of a shape
     order = sorted(chosen, key=lambda k: -scorer.gains.get((k,), (0.0,))[0])
     strongest_first = tuple(scorer.members[k] for k in order)
-    standings = _standings(scorer, chosen, tests)
-    return Selection(strongest_first, {}, standings, shape, scorer.alternatives(chosen))
+    ranking = _ranking(scorer, chosen, tests)
+    return Selection(strongest_first, {}, ranking, shape, scorer.alternatives(chosen))
 
 
-def _standings(
+def _ranking(
     scorer: SubsetScorer, chosen: tuple[int, ...], tests: dict[str, Test]
 ) -> tuple[RankedTerm, ...]:
     highest = max(scorer.scored.values())
     weights = {s: np.exp(v - highest) for s, v in scorer.scored.items()}
     total = sum(weights.values())
-    best_way: dict[str, int] = {}
+    best_subset: dict[str, int] = {}
     for k, member in enumerate(scorer.members):
         if (k,) not in scorer.gains:
             continue
-        known = best_way.get(member.name)
+        known = best_subset.get(member.name)
         if known is None or scorer.scored[k,] > scorer.scored[known,]:
-            best_way[member.name] = k
+            best_subset[member.name] = k
     picked = {scorer.members[k].name: k for k in chosen}
-    best_way |= picked
+    best_subset |= picked
     singles = sorted({c for m in scorer.members for c in m.columns})
     z = dict(zip(singles, scorer.evidence.test_each(singles)[0], strict=True)) if singles else {}
-    standings = []
-    for name, k in best_way.items():
+    ranking = []
+    for name, k in best_subset.items():
         member = scorer.members[k]
         gain, found = scorer.gains.get((k,), (0.0, np.zeros(len(member.columns))))
         test = tests.get(name)
@@ -140,5 +140,5 @@ def _standings(
         size = scorer.evidence.size(list(member.columns), found)
         having = (s for s in weights if any(scorer.members[q].name == name for q in s))
         share = float(sum(weights[s] for s in having) / total)
-        standings.append(RankedTerm(name, gain, strongest, p_value, size, share, member, found))
-    return tuple(sorted(standings, key=lambda s: (s.name not in picked, -s.probability, -s.gain)))
+        ranking.append(RankedTerm(name, gain, strongest, p_value, size, share, member, found))
+    return tuple(sorted(ranking, key=lambda s: (s.name not in picked, -s.probability, -s.gain)))

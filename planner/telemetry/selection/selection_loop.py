@@ -112,8 +112,8 @@ def investigate(
         faults = [m.name for m in found.selection.members if m.sensor]
         if not faults:
             break
-        standings = {kind: found.selection.standing(kind) for kind in faults}
-        sizes = {kind: float(standing.coefficients[0]) for kind, standing in standings.items()}
+        ranking = {kind: found.selection.ranked(kind) for kind in faults}
+        sizes = {kind: float(ranked.coefficients[0]) for kind, ranked in ranking.items()}
         # A true error is gone once it was corrected. One that asks for more, or for its opposite,
         # stands for something else that the model lacks.
         wandering = {
@@ -131,7 +131,7 @@ def investigate(
         else:
             for kind, value in sizes.items():
                 before = corrections.get(kind, (0.0, 0.0))[0]
-                corrections[kind] = (before + value, standings[kind].stderr)
+                corrections[kind] = (before + value, ranking[kind].stderr)
         log = corrected(sample, corrections)
     return found
 
@@ -189,11 +189,11 @@ def _settled(
             error = heldout_rmse(log, fitted)
             if best is None or error < best[0]:
                 best = error, state()
-        tied = {name for ties in selection.ties.values() for name in ties}
+        aliased = {name for aliases in selection.aliases.values() for name in aliases}
         competitors = replace(
             competitors,
             library=_relinearised(competitors, selection, members, fitted),
-            testable_before=competitors.testable_before | tied | {m.name for m in members},
+            testable_before=competitors.testable_before | aliased | {m.name for m in members},
         )
         explained = [c for m in selection.members for c in m.columns]
         if selection.shape is not None:
@@ -214,7 +214,7 @@ def additions_of(examination: Examination, selection: Selection) -> tuple[Additi
     """The selected effects of the catalogue, as additions to a model."""
     library = examination.competitors.library
     return tuple(
-        Addition.of(library, m.term, selection.standing(m.name).coefficients)
+        Addition.of(library, m.term, selection.ranked(m.name).coefficients)
         for m in selection.members
         if not m.sensor
     )
@@ -241,8 +241,8 @@ def _chosen(fits: FullFits, known: list[CompetingModel]) -> Selection:
         stands = selection
         if wanted != names:
             stands = select(examination, outcome.alternative.members, outcome.sizes)
-        ties = {m.name: outcome.ties.get(m.name, ()) for m in stands.members}
-        stands = replace(stands, ties=ties)
+        aliases = {m.name: outcome.aliases.get(m.name, ()) for m in stands.members}
+        stands = replace(stands, aliases=aliases)
         if stands.shape is not None or {m.name for m in stands.members} == wanted:
             return stands
         first = first or stands
@@ -256,10 +256,10 @@ def _relinearised(
     """The library around the refitted parameters, each effect at the size that it seems to have."""
     library = competitors.library
     amplitudes = library.amplitudes.copy()
-    for standing in selection.standings:
-        if standing.member.sensor or standing.z < 3.0:
+    for ranked in selection.ranking:
+        if ranked.member.sensor or ranked.z < 3.0:
             continue
-        for number, value in zip(standing.member.term.columns, standing.coefficients, strict=True):
+        for number, value in zip(ranked.member.term.columns, ranked.coefficients, strict=True):
             column = library.candidates[number]
             possible = float(np.clip(value, column.low, column.high))
             if abs(possible) > 0.05 * abs(amplitudes[number]):

@@ -42,8 +42,8 @@ def find_missing_effects(
         found = _with_all_rows(source, found, watch)
     watch(0.9, "weighing what was found")
     found = without_unsupported(found, watch)
-    ties = with_known_aliases(found.selection.ties, found.fitted, found.log)
-    selection = replace(found.selection, ties=ties)
+    aliases = with_known_aliases(found.selection.aliases, found.fitted, found.log)
+    selection = replace(found.selection, aliases=aliases)
     return _with_everything_free(replace(found, selection=selection, searched=found.fitted))
 
 
@@ -51,14 +51,14 @@ def _with_all_rows(source: LogSource, found: Found, watch: Progress) -> Found:
     """Choose again with the statistics of the whole log, around the result of the sample."""
     correct = partial(corrected, corrections=found.corrections)
     members = [c for m in found.selection.members for c in m.columns]
-    alternatives = {name for tied in found.selection.ties.values() for name in tied}
+    alternatives = {name for aliased in found.selection.aliases.values() for name in aliased}
     examination = examine_all(source, found.examination, members, alternatives, correct, watch)
     selection = select(examination)
-    told = {standing.name for standing in selection.standings}
-    refuted = tuple(s for s in found.selection.standings if s.name not in told)
+    ranked = {ranked.name for ranked in selection.ranking}
+    refuted = tuple(s for s in found.selection.ranking if s.name not in ranked)
     # Ties of the sample stay: alternatives were fitted there in full.
-    ties = {m.name: found.selection.ties.get(m.name, ()) for m in selection.members}
-    selection = replace(selection, ties=ties)
+    aliases = {m.name: found.selection.aliases.get(m.name, ()) for m in selection.members}
+    selection = replace(selection, aliases=aliases)
     additions = additions_of(examination, selection)
     found = replace(found, examination=examination, selection=selection, refuted=refuted)
     return replace(found, additions=additions, fitted=found.refit(additions))

@@ -159,12 +159,12 @@ def fit_with(
 
 def trimmed(fitted: Fit, model: PowerModel, log: Telemetry, additions: Sequence[Addition]) -> Fit:
     """A fit made ``within`` a larger model, as one of the model with its additions alone."""
-    lean, _ = extended(model, log, additions)
+    reduced, _ = extended(model, log, additions)
     found = fitted.model
     place_of = {key: place for place, key in enumerate(found.parameter_names)}
-    from_places = [place_of[key] for key in lean.parameter_names]
+    from_places = [place_of[key] for key in reduced.parameter_names]
     back = {place: k for k, place in enumerate(from_places)}
     assert found.stderr is not None  # every fit has standard errors
     values, stderr = found.parameters[from_places], found.stderr[from_places]
     places = tuple(back[place] for place in fitted.places)
-    return replace(fitted, model=replace(lean, parameters=values, stderr=stderr), places=places)
+    return replace(fitted, model=replace(reduced, parameters=values, stderr=stderr), places=places)

@@ -12,7 +12,7 @@ from planner.telemetry.prediction.nodes import interval_nodes
 from planner.telemetry.prediction.sensitivity import (
     UNSURE_RIM_SPEED,
     differences,
-    doubt_of,
+    input_uncertainty,
     predict,
     tangent,
 )
@@ -88,7 +88,7 @@ def test_only_rows_with_a_slow_wheel_are_doubtful():
         vy=[0.0, 0.0, 0.3, 0.0],
         gravity_x=[1.0, 1.0, 0.0, 1.0],
     )
-    input_error = doubt_of(base, rows)
+    input_error = input_uncertainty(base, rows)
     # Straight on the diagonal two of four wheels stand.
     assert np.all(input_error[[0, 2, 3]] > 0.0)
     assert input_error[1] == 0.0

@@ -29,9 +29,9 @@ def scrubbing(motion, base):
 
 @pytest.mark.parametrize("idle", ["load_dependent_rolling", "gear_asymmetry"])
 def test_an_effect_that_is_not_there_goes_and_the_true_one_stays(scrubbing, idle):
-    standing = next(s for s in scrubbing.selection.standings if s.name == idle)
+    ranked = next(s for s in scrubbing.selection.ranking if s.name == idle)
     library = scrubbing.examination.competitors.library
-    extra = Addition.of(library, standing.member.term, standing.coefficients)
+    extra = Addition.of(library, ranked.member.term, ranked.coefficients)
     additions = (extra, *scrubbing.additions)
     library = scrubbing.local.competitors.library
     fitted = fit_with(
@@ -41,7 +41,7 @@ def test_an_effect_that_is_not_there_goes_and_the_true_one_stays(scrubbing, idle
         noise=scrubbing.local.noise,
         within=library.model,
     )
-    members = (standing.member, *scrubbing.selection.members)
+    members = (ranked.member, *scrubbing.selection.members)
     both = replace(
         scrubbing,
         selection=replace(scrubbing.selection, members=members),

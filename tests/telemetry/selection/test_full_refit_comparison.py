@@ -15,9 +15,9 @@ from planner.telemetry.other_terms import SENSORS, Dictionary
 from planner.telemetry.selection.full_refit_comparison import (
     FullFits,
     Refit,
+    aliases_of,
     simpler_first,
     sizes_of,
-    ties_of,
 )
 from planner.telemetry.selection.select_effects import RankedTerm, select
 from planner.telemetry.selection.subset_search import CompetingModel, Member, SubsetScorer
@@ -56,17 +56,17 @@ def test_noise_that_averages_out_between_two_rows_speaks_for_no_delay(examined, 
 EFFECT = Term("effect", (0,))
 
 
-def entry(names: str, by_cluster, ties=None, *, sensor: bool = False) -> Refit:
+def entry(names: str, by_cluster, aliases=None, *, sensor: bool = False) -> Refit:
     gains = np.asarray(by_cluster, float)
     members = tuple(Member(name, (0,), None if sensor else EFFECT) for name in names)
-    return Refit(CompetingModel(members, ()), float(gains.sum()), gains, ties or {})
+    return Refit(CompetingModel(members, ()), float(gains.sum()), gains, aliases or {})
 
 
 def test_what_explains_as_much_is_a_tie_and_what_trails_in_every_block_is_none():
     even = entry("ab", [10.0] * 20)
     other = entry("ac", 10.0 + np.tile([3.0, -3.0], 10))
     behind = entry("ad", [9.0] * 20)
-    assert ties_of(even, [even, other, behind]) == {"a": (), "b": ("c",)}
+    assert aliases_of(even, [even, other, behind]) == {"a": (), "b": ("c",)}
 
 
 def test_size_of_a_member_is_what_the_others_lack_without_it():
@@ -106,7 +106,7 @@ def test_a_sensor_fault_is_named_where_the_log_without_its_error_is_likelier(
     number = list(SENSORS).index(kind)
     turned = Member(kind, (examination.competitors.sensor(number),))
     said = RankedTerm(kind, 500.0, 30.0, 0.0, 1.0, 1.0, turned, np.array([0.05]))
-    blamed = replace(select(examination), members=(turned,), standings=(said,))
+    blamed = replace(select(examination), members=(turned,), ranking=(said,))
     rows = log.rows.copy()
     motion = (rows[:, 0] + 1j * rows[:, 1]) * np.exp(1j * wrong)
     rows[:, 0], rows[:, 1] = motion.real, motion.imag

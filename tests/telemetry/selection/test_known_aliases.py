@@ -47,8 +47,8 @@ def test_patterns_that_an_offset_can_have(
         if effect.slug == UNEVEN:
             values[place] = excess[wheel]
     there = replace(fitted, model=replace(fitted.model, parameters=values))
-    ties = with_known_aliases({UNEVEN: ()}, there, log)
-    assert (OFFSET in ties[UNEVEN]) == alike
+    aliases = with_known_aliases({UNEVEN: ()}, there, log)
+    assert (OFFSET in aliases[UNEVEN]) == alike
     weighed = replace(log, present=log.present | {"com_x", "com_y"})
     assert with_known_aliases({UNEVEN: ()}, there, weighed) == {UNEVEN: ()}
     assert with_known_aliases({"air_drag": ()}, there, log) == {"air_drag": ()}

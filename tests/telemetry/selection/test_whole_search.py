@@ -55,9 +55,9 @@ def streamed(monkeypatch, log, whole, sample_rows: int, chunk_rows: int):
 
 def of_scrub(examination, selection):
     """Estimate and standard error."""
-    standing = next(s for s in selection.standings if s.name == "yaw_scrub")
-    column = standing.member.columns[0]
-    return float(standing.coefficients[0]), 1.0 / np.sqrt(
+    ranked = next(s for s in selection.ranking if s.name == "yaw_scrub")
+    column = ranked.member.columns[0]
+    return float(ranked.coefficients[0]), 1.0 / np.sqrt(
         examination.evidence.partial[column, column]
     )
 
