@@ -12,11 +12,13 @@ from __future__ import annotations
 import errno
 import uuid
 from http import HTTPStatus
-from typing import Any
+from typing import Any, TypeVar
 
 import structlog
 
 from planner.errors import InputError, JoulepathError
+
+T = TypeVar("T")
 
 _log = structlog.get_logger("joulepath.service")
 
@@ -75,6 +77,17 @@ class NoSuch(JoulepathError):
 
     def __init__(self, what: str, identity: str) -> None:
         super().__init__(f"there is no {what} {identity[:40]!r}")
+
+
+def found(value: T | None, what: str, identity: str) -> T:
+    """The value of a look-up.
+
+    Raises:
+        NoSuch: it is None.
+    """
+    if value is None:
+        raise NoSuch(what, identity)
+    return value
 
 
 def document(status: int, kind: str, detail: str, **members: Any) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, BinaryIO, TypeVar
 
 from fastapi import HTTPException, Request
 from pydantic import BaseModel, ValidationError
@@ -58,12 +58,9 @@ def read_json(kind: type[T], body: bytes) -> T:
         return kind.model_validate_json(body)
     except ValidationError as error:
         first = first_complaint(error.errors(include_url=False))
+    problem = first.message[:1].lower() + first.message[1:]
     accepted = accepted_at(kind, first.location)
-    raise RequestError(first.place or "request", _lower(first.message), accepted=accepted)
-
-
-def _lower(sentence: str) -> str:
-    return sentence[:1].lower() + sentence[1:]
+    raise RequestError(first.place or "request", problem, accepted=accepted)
 
 
 @dataclass
@@ -100,7 +97,8 @@ async def receive_log(request: Request, place: Path, most: int) -> AsyncIterator
     """
     upload = Upload(place, request.query_params.get("name") or "log")
     try:
-        with _Sink(place, most) as sink:
+        with place.open("wb") as file:
+            sink = _Sink(file, most)
             kind, options = parse_options_header(request.headers.get("content-type"))
             boundary = options.get(b"boundary")
             if kind == b"multipart/form-data" and boundary:
@@ -121,18 +119,11 @@ async def receive_log(request: Request, place: Path, most: int) -> AsyncIterator
 class _Sink:
     """A file that is written in large pieces, away from the event loop."""
 
-    def __init__(self, path: Path, most: int) -> None:
-        self._file = path.open("wb")
-        self._most = most
+    def __init__(self, file: BinaryIO, most: int) -> None:
+        self._file, self._most = file, most
         self._waiting = bytearray()
         self.count = 0
         self.digest = hashlib.sha256()
-
-    def __enter__(self) -> _Sink:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._file.close()
 
     def take(self, data: bytes) -> None:
         self.count += len(data)
@@ -156,30 +147,28 @@ class _Form:
     def __init__(self, sink: _Sink, upload: Upload) -> None:
         self._sink = sink
         self._upload = upload
-        self._header = b""
-        self._disposition = b""
-        self._field = b""
+        self._header = self._disposition = self._field = b""
         self._small: dict[bytes, bytearray] = {}
         self._parts = 0
         self.finished = False
 
-    def part_begin(self) -> None:
+    def on_part_begin(self) -> None:
         self._parts += 1
         if self._parts > _MOST_PARTS:
             raise LogError("form", "has too many parts", accepted=_ACCEPTED)
         self._disposition = self._field = b""
 
-    def header_field(self, data: bytes, start: int, end: int) -> None:
+    def on_header_field(self, data: bytes, start: int, end: int) -> None:
         self._header += data[start:end]
 
-    def header_value(self, data: bytes, start: int, end: int) -> None:
+    def on_header_value(self, data: bytes, start: int, end: int) -> None:
         if self._header.lower() == b"content-disposition":
             self._disposition += data[start:end]
 
-    def header_end(self) -> None:
+    def on_header_end(self) -> None:
         self._header = b""
 
-    def headers_finished(self) -> None:
+    def on_headers_finished(self) -> None:
         _, options = parse_options_header(self._disposition)
         self._field = options.get(b"name", b"")
         if self._field == b"log":
@@ -188,7 +177,7 @@ class _Form:
             name = options.get(b"filename", b"").decode("utf-8", "replace")
             self._upload.name = name or self._upload.name
 
-    def part_data(self, data: bytes, start: int, end: int) -> None:
+    def on_part_data(self, data: bytes, start: int, end: int) -> None:
         if self._field == b"log":
             self._sink.take(data[start:end])
             return
@@ -197,7 +186,7 @@ class _Form:
         if sum(len(part) for part in self._small.values()) > _MOST_SMALL_FIELDS:
             raise TooLarge(f"what comes beside the log is larger than {_MOST_SMALL_FIELDS} bytes")
 
-    def end(self) -> None:
+    def on_end(self) -> None:
         self.finished = True
 
     def mapping(self) -> bytes | None:
@@ -208,19 +197,9 @@ class _Form:
 
 async def _read_form(request: Request, boundary: bytes, sink: _Sink, upload: Upload) -> None:
     form = _Form(sink, upload)
+    callbacks: Any = {name: getattr(form, name) for name in dir(form) if name.startswith("on_")}
     try:
-        parser = MultipartParser(
-            boundary,
-            {
-                "on_part_begin": form.part_begin,
-                "on_header_field": form.header_field,
-                "on_header_value": form.header_value,
-                "on_header_end": form.header_end,
-                "on_headers_finished": form.headers_finished,
-                "on_part_data": form.part_data,
-                "on_end": form.end,
-            },
-        )
+        parser = MultipartParser(boundary, callbacks)
         async for chunk in request.stream():
             parser.write(chunk)
             await sink.drain()

@@ -11,51 +11,33 @@ from fastapi.responses import JSONResponse
 
 from service.http.bodies import Upload, receive_log
 from service.http.endpoints.answers import job_response
-from service.http.schemas import problem_responses
+from service.http.schemas import described, problem_responses
 from service.http.state import Running, Service
 from service.http.workbench_schemas import Job, Log, LogSummary
-from service.problems import Conflict, NoSuch, Unavailable
+from service.problems import Conflict, NoSuch, Unavailable, found
 from service.store import log_id
 
 router = APIRouter(prefix="/v1/logs", tags=["logs"])
 
-_FORM = {
-    "type": "object",
-    "properties": {
-        "log": {"type": "string", "format": "binary"},
-        "mapping": {
-            "type": "string",
-            "format": "binary",
-            "description": "TOML: which columns are which quantities",
-        },
-    },
-    "required": ["log"],
+_BYTES = {"type": "string", "format": "binary"}
+_MAPPING = {**_BYTES, "description": "TOML: which columns are which quantities"}
+_PARTS = {"log": _BYTES, "mapping": _MAPPING}
+_FORM = {"type": "object", "properties": _PARTS, "required": ["log"]}
+_CONTENT = {
+    "multipart/form-data": {"schema": _FORM},
+    "text/csv": {"schema": _BYTES},
+    "application/vnd.apache.parquet": {"schema": _BYTES},
+    "application/octet-stream": {"schema": _BYTES},
 }
-_BYTES = {"schema": {"type": "string", "format": "binary"}}
+_ANSWERS = {
+    200: {"model": Log, "description": "The same log is already stored."},
+    201: {"model": Log, "description": "The log was read and stored."},
+    202: {"model": Job, "description": "The unfinished job; its result is the log."},
+}
+_PROBLEMS = (409, 413, 422, 500, 503, 504, 507)
 
 
-@router.post(
-    "",
-    response_class=Response,
-    status_code=201,
-    responses={
-        200: {"model": Log, "description": "The same log is here already."},
-        201: {"model": Log, "description": "The log was read and can be used."},
-        202: {"model": Job, "description": "It is still being read; the job's result is the log."},
-        **problem_responses(409, 413, 422, 500, 503, 504, 507),
-    },
-    openapi_extra={
-        "requestBody": {
-            "required": True,
-            "content": {
-                "multipart/form-data": {"schema": _FORM},
-                "text/csv": _BYTES,
-                "application/vnd.apache.parquet": _BYTES,
-                "application/octet-stream": _BYTES,
-            },
-        }
-    },
-)
+@router.post("", **described(_CONTENT, _ANSWERS, *_PROBLEMS, status_code=201))
 async def upload_log(
     request: Request,
     service: Running,
@@ -123,10 +105,7 @@ def logs(service: Running) -> list[dict[str, Any]]:
 @router.get("/{log}", response_model=Log, responses=problem_responses(404))
 def log(log: str, service: Running) -> dict[str, Any]:
     """One log with what was found, derived and assumed."""
-    found = service.store.logs.get(log)
-    if found is None:
-        raise NoSuch("log", log)
-    return found
+    return found(service.store.logs.get(log), "log", log)
 
 
 @router.delete("/{log}", status_code=204, responses=problem_responses(404, 409))
