@@ -13,7 +13,7 @@ import errno
 import sqlite3
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TypeVar
 
 from sqlalchemy import Connection, Engine, create_engine, event, insert, inspect, select, update
 from sqlalchemy.exc import (
@@ -24,11 +24,14 @@ from sqlalchemy.exc import (
     SQLAlchemyError,
 )
 from sqlalchemy.exc import TimeoutError as NoConnection
-from sqlalchemy.orm import Session, sessionmaker
+from sqlalchemy.orm import InstrumentedAttribute, Session, sessionmaker
 
 from planner.errors import InputError
 from service.problems import DatabaseLocked
 from service.store.tables import SCHEMA, Base, SchemaRow
+
+Row = TypeVar("Row", bound=Base)
+T = TypeVar("T")
 
 FIELD = "JOULEPATH_DATABASE_URL"
 _ACCEPTED = "an address such as sqlite:////path/joulepath.db or postgresql+psycopg://host/name"
@@ -71,10 +74,10 @@ class Database:
 
     @contextmanager
     def session(self) -> Iterator[Session]:
-        """A session whose work is kept as a whole or not at all.
+        """A session that is committed as a whole or rolled back.
 
         Raises:
-            DatabaseLocked: the database is not to be had at the moment.
+            DatabaseLocked: the database is not available at the moment.
             OSError: its disk is full.
         """
         try:
@@ -83,13 +86,28 @@ class Database:
         except (OperationalError, NoConnection) as error:
             raise _meaning(error) from error
 
+    def look_up(self, table: type[Row], identity: str, shown: Callable[[Row], T]) -> T | None:
+        """One row as ``shown`` gives it, or None."""
+        with self.session() as session:
+            row = session.get(table, identity)
+            return None if row is None else shown(row)
+
+    def newest(
+        self, time: InstrumentedAttribute[str], shown: Callable[[Any], T], most: int | None = None
+    ) -> list[T]:
+        """Rows as ``shown`` gives them, newest first by a column of their table."""
+        table = time.class_
+        with self.session() as session:
+            rows = select(table).order_by(time.desc(), table.id).limit(most)
+            return [shown(row) for row in session.scalars(rows)]
+
     def close(self) -> None:
         """Close all connections."""
         self._engine.dispose()
 
 
 def _meaning(error: SQLAlchemyError) -> Exception:
-    """What a failure outside of the service's hands means to who asked."""
+    """The error for the caller of a failure that the service did not cause."""
     reason = getattr(error, "orig", None)
     if isinstance(reason, sqlite3.Error):
         # Of an extended code, such as SQLITE_BUSY_SNAPSHOT, the last byte is the plain one.

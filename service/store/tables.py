@@ -20,6 +20,11 @@ class Base(DeclarativeBase):
 
     type_annotation_map = {dict[str, Any]: JSON, list[str]: JSON}  # noqa: RUF012
 
+    def values(self, *omitted: str) -> dict[str, Any]:
+        """Values by column, without some of them."""
+        columns = [column.key for column in self.__table__.columns]
+        return {key: getattr(self, key) for key in columns if key not in omitted}
+
 
 class SchemaRow(Base):
     """One row: which version of the tables this database has."""
