@@ -33,10 +33,7 @@ _ROWS_A_RUN = 300
 
 
 def measure(
-    rows: int,
-    *,
-    progress: Progress | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    rows: int, *, progress: Progress | None = None, cancelled: Callable[[], bool] | None = None
 ) -> dict[str, Any]:
     """Time the power model, a plan, and what the workbench does with a log.
 

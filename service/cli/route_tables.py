@@ -11,6 +11,7 @@ from rich.text import Text
 
 from planner.amounts import chance, joules, metres, seconds
 from planner.report.route_wording import EXCHANGE, arrival, called, extra_cost, width_from
+from service.cli.grids import grid
 
 Document = Mapping[str, Any]
 
@@ -23,56 +24,58 @@ def compared(document: Document) -> Iterator[tuple[str, Document]]:
         yield name, route
 
 
-def comparison(document: Document, title: str | None = None) -> Table:
+def comparison(document: Document) -> Table:
     """Energy, length and duration of every route in the document."""
-    table = Table(title=title, title_justify="left", header_style="bold")
-    table.add_column("")
-    for heading in ("energy", "", "length", "duration", "mean power"):
-        table.add_column(heading, justify="right")
+    table = grid(("", "energy", "", "length", "duration", "mean power"))
     best = document["routes"][0]["energy_j"]
     for number, (name, route) in enumerate(compared(document)):
-        energy, duration = route["energy_j"], route["duration_s"]
         table.add_row(
             called(name, document["planner"]),
-            joules(energy),
-            "" if number == 0 else extra_cost(energy, best),
+            joules(route["energy_j"]),
+            "" if number == 0 else extra_cost(route["energy_j"], best),
             metres(route["length_m"]),
-            seconds(duration),
-            f"{energy / duration:z.1f} W" if duration > 0 else "",
+            seconds(route["duration_s"]),
+            _mean_power(route),
             style="bold" if number == 0 else "",
         )
     return table
 
 
+def _mean_power(route: Document) -> str:
+    duration = route["duration_s"]
+    return f"{route['energy_j'] / duration:z.1f} W" if duration > 0 else ""
+
+
 def account(document: Document, titles: Mapping[str, str] | None = None) -> Table:
     """Energy by physical effect, largest first, for the route and its baselines.
 
-    What rounds to nothing everywhere is left out.
+    Effects that round to zero in all routes are left out.
 
     Args:
         document: ROUTE.json.
         titles: what to call an effect, by slug; the slug itself where it is missing.
     """
-    routes = [(n, r) for n, r in compared(document) if r.get("breakdown_j")]
-    table = Table(header_style="bold", show_footer=True)
-    table.add_column("where the energy goes", footer="all")
-    best = routes[0][1]
-    total = best["energy_j"]
-    table.add_column("route", footer=joules(total), justify="right")
-    table.add_column("share", footer="100 %", justify="right")
-    for name, route in routes[1:]:
-        table.add_column(name, footer=joules(route["energy_j"]), justify="right")
-    slugs = sorted(best["breakdown_j"], key=lambda s: -abs(best["breakdown_j"][s]))
-    for slug in sorted(slugs, key=lambda s: s in EXCHANGE):
-        name = (titles or {}).get(slug, slug)
-        value = best["breakdown_j"][slug]
-        if all(joules(route["breakdown_j"].get(slug, 0.0)) == joules(0.0) for _, route in routes):
+    routes = {name: route for name, route in compared(document) if route.get("breakdown_j")}
+    totals = [route["energy_j"] for route in routes.values()]
+    best, *others = routes
+    table = grid(("where the energy goes", best, "share", *others))
+    table.show_footer = True
+    footers = ("all", joules(totals[0]), "100 %", *map(joules, totals[1:]))
+    for column, footer in zip(table.columns, footers, strict=True):
+        column.footer = footer
+    energies = routes[best]["breakdown_j"]
+    for slug in sorted(energies, key=lambda slug: (slug in EXCHANGE, -abs(energies[slug]))):
+        cells = [joules(route["breakdown_j"].get(slug, 0.0)) for route in routes.values()]
+        if set(cells) == {joules(0.0)}:
             continue
-        cells = [joules(value), f"{100 * value / total:z.1f} %" if total else ""]
-        cells += [joules(route["breakdown_j"].get(slug, 0.0)) for _, route in routes[1:]]
+        name = (titles or {}).get(slug, slug)
         exchange = slug in EXCHANGE
         table.add_row(
-            f"{name} (exchange)" if exchange else name, *cells, style="dim" if exchange else ""
+            f"{name} (exchange)" if exchange else name,
+            cells[0],
+            f"{100 * energies[slug] / totals[0]:z.1f} %" if totals[0] else "",
+            *cells[1:],
+            style="dim" if exchange else "",
         )
     return table
 
@@ -122,12 +125,8 @@ def catalogue(entries: list[dict[str, Any]], columns: Mapping[str, str], title: 
         columns: key in an entry -> heading.
         title: above the table.
     """
-    table = Table(title=title, title_justify="left", header_style="bold")
-    for heading in columns.values():
-        table.add_column(heading)
-    for entry in entries:
-        table.add_row(*(_cell(entry.get(key)) for key in columns))
-    return table
+    rows = [[_cell(entry.get(key)) for key in columns] for entry in entries]
+    return grid(list(columns.values()), rows, left=range(len(columns)), title=title)
 
 
 def _cell(value: Any) -> str:
@@ -142,18 +141,19 @@ def _cell(value: Any) -> str:
 
 def matrix(document: Document) -> Group:
     """Energies between places, a row for each start."""
-    table = Table(header_style="bold")
-    table.add_column("from \\ to")
-    for place in document["goals"]:
-        table.add_column(f"{place['x']:g}, {place['y']:g}", justify="right")
+    table = grid(("from \\ to", *map(_place, document["goals"])))
     for place, row in zip(document["starts"], document["energy_j"], strict=True):
-        cells = ["no way" if value is None else joules(value) for value in row]
-        table.add_row(f"{place['x']:g}, {place['y']:g}", *cells)
+        cells = ("no route" if value is None else joules(value) for value in row)
+        table.add_row(_place(place), *cells)
     pairs = sum(value is not None for row in document["energy_j"] for value in row)
-    said = f"{document['driven']} of {pairs} motions worked out in full"
+    said = f"{document['driven']} of {pairs} motions computed in full"
     if document["error_share"]:
-        said += f"; the others are right within {document['error_share']:.1%} in nine of ten"
+        said += f"; nine in ten of the others are within {document['error_share']:.1%}"
     return Group(table, Text(said))
+
+
+def _place(place: Document) -> str:
+    return f"{place['x']:g}, {place['y']:g}"
 
 
 def reach(document: Document) -> Group:
@@ -161,28 +161,41 @@ def reach(document: Document) -> Group:
     back = "there and back" if document["and_back"] else "there"
     lines = [
         f"{joules(document['energy_j'])} reach {document['area_m2']:,.0f} m², {back}.",
-        f"{document['checked']} routes to the edge were worked out in full.",
+        f"{document['checked']} routes to the edge were computed in full.",
     ]
     return Group(*(Text(line) for line in lines))
 
 
 def front(document: Document) -> RenderableType:
-    """Routes from the fastest to that of least energy, and what a second costs between them."""
+    """Routes from the fastest to that of least energy, each with its price of time."""
     if document["status"] != "ok":
         return Text(f"No route: {document.get('reason')}")
-    table = Table(header_style="bold")
-    for heading in ("duration", "energy", "length", "mean power", "best at a price of time of"):
-        table.add_column(heading, justify="right")
+    headings = ("duration", "energy", "length", "mean power", "best at a price of time of")
+    table = grid(headings, left=())
     for point in document["points"]:
-        (low, high), duration = point["price_w"], point["duration_s"]
+        low, high = point["price_w"]
         table.add_row(
-            seconds(duration),
+            seconds(point["duration_s"]),
             joules(point["energy_j"]),
             metres(point["length_m"]),
-            f"{point['energy_j'] / duration:z.1f} W" if duration > 0 else "",
+            _mean_power(point),
             f"{low:.3g} W and more" if high is None else f"{low:.3g} to {high:.3g} W",
         )
-    said = (
-        "Each second that is saved costs the joules by which the row below gives way to the next."
-    )
+    return Group(table, Text("The price of time is the extra energy for each second saved."))
+
+
+def planners(document: Document) -> Group:
+    """One row per planner."""
+    table = grid(("planner", "runs", "with a route", "time", "energy", "over least-energy"))
+    for row in document["planners"]:
+        extra = row["extra_share"]
+        table.add_row(
+            row["planner"],
+            str(row["runs"]),
+            str(row["solved"]),
+            seconds(row["seconds"]),
+            "" if row["energy_j"] is None else joules(row["energy_j"]),
+            "" if extra is None else f"{100 * extra:+.2f} %",
+        )
+    said = f"Medians, in the {document['space']} space; samplers had {document['seconds']:g} s."
     return Group(table, Text(said))

@@ -18,7 +18,7 @@ from rich.table import Table
 from planner import Answer, plan_route
 from planner.amounts import joules
 from planner.report import write_report
-from service.cli import as_tables
+from service.cli import as_tables, grid
 from service.demo.closing_the_loop import ERRANDS, ClosedLoop, close_the_loop
 
 REPORT = Path("demo") / "report.html"
@@ -52,22 +52,18 @@ RELIEF = (
     ),
 )
 
+_DOCK = {"map": "warehouse", "start": {"x": 1.5, "y": 2}, "goal": {"x": 27, "y": 17}}
 WAREHOUSE = (
     Question(
         "Through a warehouse, up to the dock",
         "Shelves, a passage narrower than the robot is long, carpet, a wet patch and two ramps of "
         "different steepness.",
-        {"map": "warehouse", "start": {"x": 1.5, "y": 2}, "goal": {"x": 27, "y": 17}},
+        _DOCK,
     ),
     Question(
         "The same with 10 kg on board",
         "The load presses on the wheels, and the hill takes it at its full price.",
-        {
-            "map": "warehouse",
-            "start": {"x": 1.5, "y": 2},
-            "goal": {"x": 27, "y": 17},
-            "payload": {"mass": 10},
-        },
+        {**_DOCK, "payload": {"mass": 10}},
     ),
 )
 
@@ -131,11 +127,10 @@ def _off(error: float) -> str:
 
 
 def _errands(told: ClosedLoop) -> Table:
-    table = Table(header_style="bold")
-    table.add_column("errand")
-    for heading in ("base model says", "robot takes", "", "corrected says", "robot takes", ""):
-        table.add_column(heading, justify="right")
-    table.add_column("saved")
+    both = ("robot takes", "")
+    table = grid(
+        ("errand", "base model says", *both, "corrected says", *both, "saved"), left=(0, 7)
+    )
     for drive in told.drives:
         table.add_row(
             drive.errand.name,

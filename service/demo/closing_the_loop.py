@@ -38,10 +38,7 @@ class Errand:
 
 
 def _errand(name: str, start: tuple[float, float], goal: tuple[float, float]) -> Errand:
-    ends = {
-        "start": {"x": start[0], "y": start[1]},
-        "goal": {"x": goal[0], "y": goal[1]},
-    }
+    ends = {"start": {"x": start[0], "y": start[1]}, "goal": {"x": goal[0], "y": goal[1]}}
     return Errand(name, {"map": "jacksboro-1to100", **ends})
 
 

@@ -43,10 +43,8 @@ def install(app: FastAPI) -> None:
 
 
 async def _described(request: Request, error: Exception) -> JSONResponse:
-    headers = None
-    if isinstance(error, Unavailable):
-        headers = {"Retry-After": str(error.retry_after_s)}
-    return respond(describe(error), headers)
+    retry = {"Retry-After": str(error.retry_after_s)} if isinstance(error, Unavailable) else None
+    return respond(describe(error), retry)
 
 
 async def _bad_parameter(request: Request, error: Exception) -> JSONResponse:

@@ -13,7 +13,7 @@ Name = Annotated[str, Field(min_length=1, max_length=1024)]
 Wait = Annotated[
     float,
     Query(
-        ge=0, le=600, description="seconds to wait for the result; by default the job is returned"
+        ge=0, le=600, description="seconds to wait for the result; after that, the job is returned"
     ),
 ]
 

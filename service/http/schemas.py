@@ -58,10 +58,7 @@ def problem_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
 
 
 def described(
-    content: Mapping[str, Any],
-    responses: Mapping[int, Any],
-    *problems: int,
-    status_code: int = 200,
+    content: Mapping[str, Any], responses: Mapping[int, Any], *problems: int, status_code: int = 200
 ) -> dict[str, Any]:
     """Options of a route whose endpoint reads the body and writes the response itself.
 

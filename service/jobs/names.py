@@ -64,9 +64,8 @@ class Names:
             return str(path)
         if name in self.files(field) and self.folder is not None:
             return str(self.folder.resolve() / name)
-        known = [*self.catalogue[field], *self.files(field)]
-        if field == "model":
-            known.append("an id out of GET /v1/models")
+        ids = ["an id from GET /v1/models"] if field == "model" else []
+        known = [*self.catalogue[field], *self.files(field), *ids]
         raise RequestError(
             field, f"no such {field} in this service", value=name, accepted=", ".join(known)
         )
@@ -76,7 +75,7 @@ class Names:
         if self.folder is None:
             return []
         folder = self.folder.resolve()
-        # Links that lead out of the folder are no files of the folder.
+        # Links that lead out of the folder are not files of the folder.
         return sorted(
             str(path.relative_to(folder))
             for path in folder.rglob("*")

@@ -14,6 +14,7 @@ import asyncio
 import multiprocessing
 import time
 from concurrent.futures import Future, wait
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 from pebble import ProcessExpired, ProcessPool
@@ -45,32 +46,34 @@ class Workers(Protocol):
         """How busy the workers are."""
 
 
+@dataclass(kw_only=True, eq=False)
 class WorkerPool:
-    """Fresh processes from a fork server that has everything loaded."""
+    """Fresh processes from a fork server that has everything loaded.
 
-    def __init__(
-        self,
-        *,
-        workers: int,
-        queue: int,
-        time_limit_s: float,
-        memory_limit_mb: int,
-        advice: str = "ask for a smaller time_budget_s or fewer iterations",
-        module: str = WORKER_MODULE,
-    ) -> None:
+    Attributes:
+        workers: number of processes.
+        queue: number of further jobs that may wait.
+        time_limit_s: s from a job's arrival to its end.
+        memory_limit_mb: address space of a process, MiB.
+        advice: what to do about a job that takes too long.
+        module: module of the jobs' functions.
+    """
+
+    workers: int
+    queue: int
+    time_limit_s: float
+    memory_limit_mb: int
+    advice: str = "ask for a smaller time_budget_s or fewer iterations"
+    module: str = WORKER_MODULE
+
+    def __post_init__(self) -> None:
         context = multiprocessing.get_context("forkserver")
-        context.set_forkserver_preload([module, *_PRELOADED])
-        self._module = module
+        context.set_forkserver_preload([self.module, *_PRELOADED])
         self._pool = ProcessPool(
-            max_workers=workers, max_tasks=1, initializer=settle_in, context=context
+            max_workers=self.workers, max_tasks=1, initializer=settle_in, context=context
         )
-        self._workers = workers
-        self._queue = queue
-        self._time_limit_s = time_limit_s
-        self._memory_limit_mb = memory_limit_mb
-        self._advice = advice
         self._taken = 0
-        self._places = asyncio.Semaphore(workers)
+        self._places = asyncio.Semaphore(self.workers)
         self._leaving: set[asyncio.Task[None]] = set()
 
     async def start(self) -> None:
@@ -97,16 +100,16 @@ class WorkerPool:
                 ended.
             WorkerLost: its process ended by itself.
         """
-        if self._taken >= self._workers + self._queue:
-            raise Busy(retry_after_s=max(1, round(self._queue / self._workers)))
+        if self._taken >= self.workers + self.queue:
+            raise Busy(retry_after_s=max(1, round(self.queue / self.workers)))
         self._taken += 1
         arrived = time.monotonic()
         try:
-            async with asyncio.timeout(self._time_limit_s):
+            async with asyncio.timeout(self.time_limit_s):
                 result = await self._in_its_turn(job, arrived, arguments)
         except TimeoutError:
             raise TookTooLong(
-                f"no answer within the service's limit of {self._time_limit_s:g} s; {self._advice}"
+                f"no answer within the service's limit of {self.time_limit_s:g} s; {self.advice}"
             ) from None
         except (ProcessExpired, MemoryError):
             raise WorkerLost(
@@ -128,7 +131,7 @@ class WorkerPool:
         future = None
         try:
             future = self._pool.schedule(
-                perform, (self._module, job, arrived, self._memory_limit_mb, arguments)
+                perform, (self.module, job, arrived, self.memory_limit_mb, arguments)
             )
             return await asyncio.wrap_future(future)
         finally:
@@ -149,7 +152,7 @@ class WorkerPool:
         """Number of workers, how many plan and how many requests wait."""
         return {
             "alive": bool(self._pool.active),
-            "workers": self._workers,
-            "busy": min(self._taken, self._workers),
-            "waiting": max(0, self._taken - self._workers),
+            "workers": self.workers,
+            "busy": min(self._taken, self.workers),
+            "waiting": max(0, self._taken - self.workers),
         }

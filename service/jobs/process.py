@@ -18,7 +18,7 @@ import time
 from multiprocessing.connection import wait
 from typing import Any
 
-from planner.errors import JoulepathError
+from planner.errors import InputError, JoulepathError
 
 _arrived: float | None = None
 
@@ -65,6 +65,9 @@ def perform(
         memory_limit_mb: address space that it may use, in MiB.
         arguments: of the function.
 
+    Returns:
+        its result, or the InputError that it raised.
+
     Raises:
         RuntimeError: the function failed with an error of a class that the service's own process
             would have to load a package for, or could not rebuild.
@@ -74,6 +77,9 @@ def perform(
     _bound_memory(memory_limit_mb)
     try:
         return getattr(importlib.import_module(module), job)(*arguments)
+    except InputError as error:
+        # Returned, so that it arrives without a traceback.
+        return error
     except JoulepathError:
         raise
     except Exception as error:

@@ -10,6 +10,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from service.documents import write_whole
+
 _PAUSE_S = 0.1
 
 
@@ -19,7 +21,6 @@ def reporter(path: Path) -> Callable[[float, str], None]:
     Reports that follow the last one within a tenth of a second are left out, but for the end.
     """
     last = -_PAUSE_S
-    unfinished = path.with_name(path.name + ".unfinished")
 
     def report(share: float, sentence: str) -> None:
         nonlocal last
@@ -27,8 +28,7 @@ def reporter(path: Path) -> Callable[[float, str], None]:
         if moment - last < _PAUSE_S and share < 1.0:
             return
         last = moment
-        unfinished.write_text(json.dumps([float(share), str(sentence)]), encoding="utf-8")
-        unfinished.replace(path)
+        write_whole(path, json.dumps([float(share), str(sentence)]))
 
     return report
 

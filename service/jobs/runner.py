@@ -28,7 +28,7 @@ from service.jobs import progress
 from service.jobs.names import Names
 from service.jobs.pool import Workers
 from service.jobs.tasks import Task, prepare
-from service.problems import Busy, DatabaseLocked, NoSuch
+from service.problems import Busy, DatabaseLocked, found
 from service.store import LEASE_S, UNFINISHED, Store, now
 
 STOPPED = "the service was stopped while this job ran; start it again"
@@ -128,19 +128,16 @@ class Runner:
         Raises:
             NoSuch: there is no such job.
         """
-        found = await asyncio.to_thread(self._store.jobs.get, job)
-        if found is None:
-            raise NoSuch("job", job)
-        return found
+        return found(await asyncio.to_thread(self._store.jobs.get, job), "job", job)
 
     async def wait(self, job: str, seconds: float) -> dict[str, Any]:
         """The job when it is finished, or as it is after so many seconds."""
         deadline = time.monotonic() + seconds
         while True:
-            found = await self.get(job)
+            row = await self.get(job)
             left = deadline - time.monotonic()
-            if found["state"] not in UNFINISHED or left <= 0:
-                return found
+            if row["state"] not in UNFINISHED or left <= 0:
+                return row
             if task := self._tasks.get(job):
                 await asyncio.wait({task}, timeout=left)
             else:
@@ -164,14 +161,11 @@ class Runner:
             finish: Callable[[], Any] | None = None
             try:
                 task = await self._patiently(
-                    lambda: prepare(job, request, self._store, self._names)
+                    partial(prepare, job, request, self._store, self._names)
                 )
                 outcome = await self._work(job, kind, task)
-                finish = partial(
-                    jobs.finish,
-                    job,
-                    lambda session: self._complete(session, kind, request, outcome),
-                )
+                complete = partial(self._complete, kind, request, outcome)
+                finish = partial(jobs.finish, job, complete)
                 await self._patiently(finish)
             except asyncio.CancelledError:
                 # Cancelled by a user or taken from us: the row says so already.
@@ -224,10 +218,8 @@ class Runner:
                 work.cancel()
                 return
 
-    def _complete(
-        self, session: Session, kind: str, request: dict[str, Any], outcome: Any
-    ) -> dict[str, Any]:
-        """Rows that come of a finished job, and its result."""
+    def _complete(self, kind: str, request: dict[str, Any], outcome: Any, session: Session) -> Any:
+        """Add rows for a finished job; returns its result."""
         if kind == "check":
             return self._store.logs.add(session, request, outcome, now())
         if kind == "adopt":
@@ -235,8 +227,7 @@ class Runner:
             known = parent is not None and self._store.models.get(parent) is not None
             made = self._store.models.add(session, outcome.model, parent if known else None, now())
             return {**outcome.document, "model_id": made["id"]}
-        result: dict[str, Any] = outcome
-        return result
+        return outcome
 
     def _tidy(self, kind: str, request: dict[str, Any]) -> None:
         """Remove an upload that did not become a log."""

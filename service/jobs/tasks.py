@@ -55,7 +55,7 @@ def prepare(job: str, request: Mapping[str, Any], store: Store, names: Names) ->
     known = request if "name" in request else store.logs.get(log)
     if known is None:
         raise RequestError(
-            "log", "no such log in this service", value=log, accepted="an id out of GET /v1/logs"
+            "log", "no such log in this service", value=log, accepted="an id from GET /v1/logs"
         )
     vehicle, model = request.get("vehicle"), request.get("model")
     return Task(
@@ -75,8 +75,8 @@ def _saved(model: str, names: Names) -> str:
     if model in names.catalogue["model"]:
         raise RequestError(
             "model",
-            "is no saved model",
+            "is not a saved model",
             value=model,
-            accepted="an id out of GET /v1/models, or a file of the service's folder",
+            accepted="an id from GET /v1/models, or a file of the service's folder",
         )
     return names.find("model", model)

@@ -11,6 +11,7 @@ from fastapi.responses import JSONResponse
 
 from service.http.bodies import Upload, receive_log
 from service.http.endpoints.answers import job_response
+from service.http.requests import Wait
 from service.http.schemas import described, problem_responses
 from service.http.state import Running, Service
 from service.http.workbench_schemas import Job, Log, LogSummary
@@ -41,12 +42,8 @@ _PROBLEMS = (409, 413, 422, 500, 503, 504, 507)
 async def upload_log(
     request: Request,
     service: Running,
-    wait: Annotated[
-        float, Query(ge=0, le=600, description="seconds to wait until the log was read")
-    ] = 60.0,
-    name: Annotated[
-        str, Query(max_length=1024, description="what to call a log that is the whole body")
-    ] = "log",
+    wait: Wait = 60.0,
+    name: Annotated[str, Query(max_length=1024, description="name of a log sent as body")] = "log",
 ) -> Response:
     """Upload a log: as a form with `log` and perhaps `mapping`, or as the body alone.
 

@@ -24,7 +24,9 @@ MOST_MODEL = 1 << 20
 
 _SCHEMA = {"type": "object", "description": "a file written by joulepath adopt"}
 _SAVED = {"application/json": {"schema": _SCHEMA}}
+_REVERT = json_content(RevertRequest, {"version": 2})
 _STORED = {201: {"model": ModelSummary, "description": "The stored version."}}
+_PROBLEMS = (413, 415, 422, 500, 503)
 _NOT_FOUND = problem_responses(404)
 
 
@@ -34,7 +36,7 @@ def models(service: Running) -> list[dict[str, Any]]:
     return service.store.models.all()
 
 
-@router.post("", **described(_SAVED, _STORED, 413, 415, 422, 500, 503, status_code=201))
+@router.post("", **described(_SAVED, _STORED, *_PROBLEMS, status_code=201))
 async def upload_model(request: Request, service: Running) -> Response:
     """Upload a saved model, such as one from `joulepath adopt`."""
     body = await json_body(request, MOST_MODEL)
@@ -59,15 +61,7 @@ def history(model: str, service: Running) -> list[dict[str, Any]]:
     return found(service.store.models.history(model), "model", model)
 
 
-@router.post(
-    "/{model}/revert",
-    **described(
-        json_content(RevertRequest, {"version": 2}),
-        _STORED,
-        *(404, 413, 415, 422, 500, 503),
-        status_code=201,
-    ),
-)
+@router.post("/{model}/revert", **described(_REVERT, _STORED, 404, *_PROBLEMS, status_code=201))
 async def revert(model: str, request: Request, service: Running) -> Response:
     """Revert to an earlier version; the result is a new version."""
     asked = read_json(RevertRequest, await json_body(request, service.settings.max_body_bytes))

@@ -212,7 +212,7 @@ def test_input_that_cannot_be_used_is_one_sentence(
     ("text", "word"),
     [
         ("{", "JSON"),
-        ("[]", "no object"),
+        ("[]", "not an object"),
         ('{"name": "tow"}', "incomplete"),
         (json.dumps({**TOW, "formula": "__import__('os')"}), "formula"),
         (json.dumps({**TOW, "name": "other"}), "does not name the effect"),
