@@ -103,12 +103,7 @@ def _command(
 VERBS: tuple[Callable[..., None], ...] = (
     plan,
     _command("matrix", "energy_matrix", MatrixRequest, "Energies from each start to each goal."),
-    _command(
-        "reach",
-        "reachable_area",
-        ReachRequest,
-        "Area that the robot can reach with an energy, one way or there and back.",
-    ),
+    _command("reach", "reachable_area", ReachRequest, "Area within range of an energy."),
     _command("front", "energy_time_front", FrontRequest, "Pareto front of duration and energy."),
 )
 

@@ -81,7 +81,7 @@ def account(document: Document, titles: Mapping[str, str] | None = None) -> Tabl
 
 
 def remarks(document: Document, titles: Mapping[str, str] | None = None) -> Iterator[str]:
-    """The battery, how good the route is known to be, what the model leaves open.
+    """Sentences on the battery, the optimality of the route, and the uncertainty of its energy.
 
     Args:
         document: ROUTE.json.
@@ -102,15 +102,15 @@ def remarks(document: Document, titles: Mapping[str, str] | None = None) -> Iter
         share = f"{100 * battery['share']:.2g} % of the {joules(battery['available_j'])}"
         fits = "fits the battery" if battery["fits"] else "DOES NOT FIT the battery"
         likely = f"; chance {chance(battery['chance'])}" if "chance" in battery else ""
-        yield f"It {fits}: {share} that are in it{likely}."
+        yield f"It {fits}: {share} available{likely}."
     for name, reason in document.get("baselines_absent", {}).items():
-        yield f"Nothing to compare with as the {name}: {reason}."
+        yield f"No {name} route for comparison: {reason}."
     for note in document.get("notes", ()):
         yield f"Note: {note}."
 
 
 def report(document: Document, titles: Mapping[str, str] | None = None) -> RenderableType:
-    """All that `joulepath plan` says about an answer."""
+    """Output of `joulepath plan`."""
     if document["status"] != "ok":
         return Text(f"No route: {document.get('reason')}")
     lines = [Text(remark) for remark in remarks(document, titles)]

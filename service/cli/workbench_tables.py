@@ -24,12 +24,12 @@ from service.cli.grids import grid
 
 _MOST_RUNS = 10
 _MOST_CANDIDATES = 8
-# Of the report on a log, what is about its format is of no interest beside a result.
+# Findings about the format of a log are not shown with a result.
 _SILENT = ("format", "not used")
 
 
 def comparison(document: Document) -> RenderableType:
-    """All that `joulepath compare` says."""
+    """Output of `joulepath compare`."""
     log, energy = document["log"], document["energy"]
     error = excess(energy)
     off = "" if error is None else f", {share(abs(error))} too {'high' if error > 0 else 'low'}"
@@ -50,7 +50,7 @@ def comparison(document: Document) -> RenderableType:
 
 
 def diagnosis(document: Document) -> RenderableType:
-    """All that `joulepath diagnose` says."""
+    """Output of `joulepath diagnose`."""
     before, after = document["baseline"], document.get("after") or {}
     errors = grid(("", "rms", "held-out rms"))
     errors.add_row("model as it is", watts(before["rmse_w"]), watts(before["heldout_rmse_w"]))
@@ -69,7 +69,7 @@ def diagnosis(document: Document) -> RenderableType:
 
 
 def adoption(document: Document) -> RenderableType:
-    """All that `joulepath adopt` says."""
+    """Output of `joulepath adopt`."""
     different = dict.fromkeys(document["warnings"])
     warnings = [Text(f"Warning: {warning}", style="yellow") for warning in different]
     return _group(
@@ -78,19 +78,19 @@ def adoption(document: Document) -> RenderableType:
 
 
 def reversion(document: Document) -> RenderableType:
-    """All that `joulepath revert` says."""
+    """Output of `joulepath revert`."""
     return _group(f"Reverted; this is {model_name(document['model'])}.", versions(document))
 
 
 def history(document: Document) -> RenderableType:
-    """All that `joulepath history` says."""
+    """Output of `joulepath history`."""
     entries = document["history"]
     sentence = how_it_came_about(document["model"], entries)
     return _group(sentence, versions(document)) if entries else Text(sentence)
 
 
 def timings(document: Document) -> RenderableType:
-    """All that `joulepath bench` says."""
+    """Output of `joulepath bench`."""
     rows = [(row["name"], _time(row["seconds"]), row["what"]) for row in document["timings"]]
     return grid(("on this machine", "time", "what"), rows, left=(0, 2))
 

@@ -1,4 +1,4 @@
-"""The chapters of the demonstration.
+"""Chapters of the demonstration.
 
 Each chapter prints what it finds and adds its answers to one page, demo/report.html. The last one
 is about a robot that is not as its model says; what its log tells is on demo/diagnosis.html.
@@ -31,7 +31,7 @@ Answers = Mapping[str, Answer]
 
 @dataclass(frozen=True)
 class Question:
-    """One route to plan: what to call it, what to say first, what to ask."""
+    """One route to plan: its heading, its introduction and its request."""
 
     heading: str
     story: str
@@ -47,7 +47,7 @@ RELIEF = (
     ),
     Question(
         "The same fault at its own scale",
-        "Kilometres of hills on cells of 75 m by 92 m: does one charge of the battery last?",
+        "Kilometres of hills on cells of 75 m by 92 m: is one charge of the battery enough?",
         {"map": "jacksboro", "start": {"x": 18000, "y": 14000}, "goal": {"x": 28000, "y": 26000}},
     ),
 )
@@ -62,7 +62,7 @@ WAREHOUSE = (
     ),
     Question(
         "The same with 10 kg on board",
-        "The load presses on the wheels, and the hill takes it at its full price.",
+        "The load presses on the wheels, and lifting it up the hill costs its full weight.",
         {**_DOCK, "payload": {"mass": 10}},
     ),
 )
@@ -87,8 +87,8 @@ def hidden_effect(console: Console, folder: Path = REPORT.parent) -> Answers:
     """A robot drives, is diagnosed from its log alone, and drives again with what was learnt."""
     console.rule("[bold]The robot is not as its model says")
     console.print(
-        "A simulated robot drives three errands over the same relief. It hides something from the "
-        "model, which plans the routes without it; all that is known of the robot is its log.\n"
+        "A simulated robot drives four errands over the same relief. It has an effect that the "
+        "model lacks. The model plans the routes; only the robot's log is known.\n"
     )
     begun = time.perf_counter()
     told = close_the_loop(ERRANDS, "minibalance", {HIDDEN: {}}, folder)
@@ -111,7 +111,7 @@ def hidden_effect(console: Console, folder: Path = REPORT.parent) -> Answers:
 
 
 def summary(told: ClosedLoop) -> str:
-    """What adopting has brought: smaller errors of the plans, and energy."""
+    """Benefit of adopting: smaller errors of the plans, and less energy."""
     old, new = (sum(d.took_before_j for d in told.drives), sum(d.took_after_j for d in told.drives))
     said_old = sum(d.before.routes[0].energy_j for d in told.drives)
     said_new = sum(d.after.routes[0].energy_j for d in told.drives)

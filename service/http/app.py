@@ -141,7 +141,7 @@ def create_app(
 
 
 def _describe(app: FastAPI) -> None:
-    """Put the requests, which the endpoints read by themselves, into the OpenAPI document."""
+    """Add the requests to the OpenAPI document, since endpoints read their own bodies."""
 
     build = app.openapi
 

@@ -1,10 +1,10 @@
-"""Bodies of requests: JSON of bounded size, and uploads that go to the disk as they come.
+"""Bodies of requests: JSON of bounded size, and uploads streamed to the disk.
 
     asked = read_json(CompareRequest, await json_body(request, most=65536))
     async with receive_log(request, place, most=2**32) as upload: ...
 
 An upload is either the log alone (any media type, its name in ``?name=``) or a form
-(multipart/form-data) with the file ``log`` and, if wanted, ``mapping``. Neither is ever whole in
+(multipart/form-data) with the file ``log`` and optionally ``mapping``. Neither is ever whole in
 memory.
 """
 
@@ -30,13 +30,13 @@ from service.problems import TooLarge
 _MOST_SMALL_FIELDS = 65_536  # bytes of all other fields of a form
 _MOST_PARTS = 20
 _WRITTEN_AT_ONCE = 1 << 20
-_ACCEPTED = "the log alone as the body, or a form with the file 'log' and, if wanted, 'mapping'"
+_ACCEPTED = "the log as the body, or a form with the file 'log' and optionally 'mapping'"
 
 T = TypeVar("T", bound=BaseModel)
 
 
 async def json_body(request: Request, most: int) -> bytes:
-    """A request's body, refused as soon as it is too large or not JSON."""
+    """The body of a request, refused as soon as it is too large or not JSON."""
     media_type = request.headers.get("content-type", "").split(";")[0].strip().lower()
     if media_type != "application/json":
         raise HTTPException(415, "the body must be JSON, sent with Content-Type: application/json")
@@ -49,7 +49,7 @@ async def json_body(request: Request, most: int) -> bytes:
 
 
 def read_json(kind: type[T], body: bytes) -> T:
-    """A request of the workbench out of JSON text.
+    """A request of the workbench from JSON text.
 
     Raises:
         RequestError: the first field that cannot be used.
@@ -65,13 +65,13 @@ def read_json(kind: type[T], body: bytes) -> T:
 
 @dataclass
 class Upload:
-    """A log as it came.
+    """A received log.
 
     Attributes:
-        path: where it lies.
-        name: what the sender calls it.
+        path: of its file.
+        name: given by the sender.
         sha256, size: of its content; size in bytes.
-        mapping: the mapping file that came with it.
+        mapping: the mapping file sent with it.
     """
 
     path: Path
@@ -83,7 +83,7 @@ class Upload:
 
 @asynccontextmanager
 async def receive_log(request: Request, place: Path, most: int) -> AsyncIterator[Upload]:
-    """Receive an upload; its file is removed at the end if nobody moved it away.
+    """Receive an upload; its file is removed at the end unless it was moved.
 
     Args:
         request: whose body it is.
@@ -92,8 +92,8 @@ async def receive_log(request: Request, place: Path, most: int) -> AsyncIterator
 
     Raises:
         TooLarge: it is larger.
-        LogError: the body is no upload.
-        ClientDisconnect: the sender hung up.
+        LogError: the body is not an upload.
+        ClientDisconnect: the sender disconnected.
     """
     upload = Upload(place, request.query_params.get("name") or "log")
     try:
@@ -142,7 +142,7 @@ class _Sink:
 
 
 class _Form:
-    """What the parser of a form calls; the file ``log`` goes to the sink, the rest is small."""
+    """Callbacks of the form parser; the file ``log`` goes to the sink, the rest is small."""
 
     def __init__(self, sink: _Sink, upload: Upload) -> None:
         self._sink = sink
@@ -173,7 +173,7 @@ class _Form:
         self._field = options.get(b"name", b"")
         if self._field == b"log":
             if self._sink.count:
-                raise LogError("form", "holds two logs", accepted=_ACCEPTED)
+                raise LogError("form", "contains two logs", accepted=_ACCEPTED)
             name = options.get(b"filename", b"").decode("utf-8", "replace")
             self._upload.name = name or self._upload.name
 
@@ -184,13 +184,13 @@ class _Form:
         small = self._small.setdefault(self._field[:100], bytearray())
         small += data[start:end]
         if sum(len(part) for part in self._small.values()) > _MOST_SMALL_FIELDS:
-            raise TooLarge(f"what comes beside the log is larger than {_MOST_SMALL_FIELDS} bytes")
+            raise TooLarge(f"the fields beside the log are larger than {_MOST_SMALL_FIELDS} bytes")
 
     def on_end(self) -> None:
         self.finished = True
 
     def mapping(self) -> bytes | None:
-        """The mapping file; one without a letter in it counts as none."""
+        """The mapping file; None if it is missing or blank."""
         mapping = bytes(self._small.get(b"mapping", b""))
         return mapping if mapping.strip() else None
 
@@ -207,5 +207,5 @@ async def _read_form(request: Request, boundary: bytes, sink: _Sink, upload: Upl
     except FormParserError as error:
         raise LogError("form", f"cannot be read: {error}", accepted=_ACCEPTED) from None
     if not form.finished:
-        raise LogError("form", "breaks off", accepted=_ACCEPTED)
+        raise LogError("form", "is incomplete", accepted=_ACCEPTED)
     upload.mapping = form.mapping()

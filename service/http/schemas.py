@@ -1,4 +1,4 @@
-"""What the service answers, as models for the OpenAPI document.
+"""Answers of the service, as models for the OpenAPI document.
 
 Routes come out of a worker as finished JSON text and are passed on as they are; these models
 describe them, and the tests hold the text against them.
@@ -50,7 +50,7 @@ _PROBLEMS = {
 
 
 def problem_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
-    """How a route's problems are described in the OpenAPI document."""
+    """OpenAPI descriptions of problem documents."""
     return {
         status: {"model": Problem, "content": {MEDIA_TYPE: {}}, "description": _PROBLEMS[status]}
         for status in statuses
@@ -240,7 +240,7 @@ class Entry(Described):
 
 
 class Relief(Described):
-    """Heights of a map, thinned out for a picture."""
+    """Heights of a map for a picture, at reduced resolution."""
 
     name: str
     columns: int

@@ -1,4 +1,4 @@
-"""What the workbench's endpoints answer, as models for the OpenAPI document."""
+"""Answers of the workbench's endpoints, as models for the OpenAPI document."""
 
 from __future__ import annotations
 

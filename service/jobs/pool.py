@@ -4,8 +4,7 @@
     await workers.start()
     text = await workers.run("plan_route", request)  # runs service.jobs.worker.plan_route(request)
 
-A job that is cancelled or overdue takes its process with it and nothing else. One that ends
-because its process was killed fails alone.
+A cancelled or overdue job ends its own process only. If a process is killed, only its job fails.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ _TICK_S = 0.02
 
 
 class Workers(Protocol):
-    """What the service needs of its workers; tests bring their own."""
+    """Interface of the workers; tests have their own."""
 
     async def start(self) -> None:
         """Be ready for work."""
@@ -113,7 +112,7 @@ class WorkerPool:
             ) from None
         except (ProcessExpired, MemoryError):
             raise WorkerLost(
-                "the process that worked on this request was ended, perhaps for lack of memory"
+                "the worker process of this request ended, perhaps for lack of memory"
             ) from None
         finally:
             self._taken -= 1
@@ -122,7 +121,7 @@ class WorkerPool:
         return result
 
     async def _in_its_turn(self, job: str, arrived: float, arguments: tuple[Any, ...]) -> Any:
-        """Wait for a free worker, first come first served, and for what it answers.
+        """Wait for a free worker, first come first served, and for its result.
 
         Only then is pebble asked, which starts and ends a process for a job that was cancelled in
         its queue.
@@ -143,13 +142,13 @@ class WorkerPool:
                 self._places.release()
 
     async def _leave(self, future: Future[Any]) -> None:
-        """Free the place of a cancelled job once pebble has ended its process."""
+        """Free the place of a cancelled job after pebble has ended its process."""
         while self._pool.active and not wait([future], timeout=0).done:
             await asyncio.sleep(_TICK_S)
         self._places.release()
 
     def state(self) -> dict[str, Any]:
-        """Number of workers, how many plan and how many requests wait."""
+        """Numbers of workers, of busy ones and of waiting requests."""
         return {
             "alive": bool(self._pool.active),
             "workers": self.workers,

@@ -1,8 +1,8 @@
-"""Jobs in the database: the row is the truth, whoever runs it.
+"""Jobs in the database; their rows hold their only state.
 
-A service that runs a job owns its row and renews a lease on it. Every change of a running job asks
-for the owner, so that a job that was cancelled, or given up for dead by another service, is found
-out at the next renewal.
+A service that runs a job owns its row and renews a lease on it. Every change of a running job
+checks the owner. So a job that was cancelled, or failed by another service, is noticed at the next
+renewal.
 
     queued ──begin──► running ──finish──► done
        │                 ├──────fail────► failed
@@ -29,9 +29,9 @@ from service.store.database import Database
 from service.store.tables import JobRow
 
 LEASE_S = 15.0
-"""Seconds after which a running job whose lease was not renewed is given up for dead."""
+"""Seconds after which a running job without a renewed lease is marked as failed."""
 KEPT = 1_000
-"""Finished jobs that are kept; older ones are forgotten."""
+"""Number of finished jobs that are stored; older ones are deleted."""
 
 UNFINISHED = ("queued", "running")
 
@@ -39,12 +39,12 @@ DIED = "the service ended while this job ran; start it again"
 
 
 def now() -> str:
-    """This moment, as all tables have it."""
+    """The current time in the format of all tables."""
     return datetime.now(UTC).isoformat(timespec="microseconds")
 
 
 def new_owner() -> str:
-    """A name for this service: host, process, and what tells it from an earlier one."""
+    """A name for this service: host, process, and a random part."""
     return f"{socket.gethostname()[:200]}/{os.getpid()}/{secrets.token_hex(4)}"
 
 
@@ -54,7 +54,7 @@ class Jobs:
 
     Attributes:
         database: where they are.
-        owner: name of the service that asks, see ``new_owner``.
+        owner: name of this service, see ``new_owner``.
     """
 
     database: Database
@@ -86,7 +86,7 @@ class Jobs:
         return self.database.newest(JobRow.created_at, shown, most)
 
     def queued(self) -> list[str]:
-        """Jobs that wait, oldest first."""
+        """Ids of queued jobs, oldest first."""
         with self.database.session() as session:
             waiting = select(JobRow.id).where(JobRow.state == "queued").order_by(JobRow.created_at)
             return list(session.scalars(waiting))
@@ -117,7 +117,7 @@ class Jobs:
     def finish(
         self, job: str, complete: Callable[[Session], dict[str, Any]]
     ) -> dict[str, Any] | None:
-        """Keep a job's result and what came of it, all of it or nothing.
+        """Store a job's result and rows in one transaction.
 
         Args:
             job: which.
@@ -145,10 +145,10 @@ class Jobs:
         return self._move(job, UNFINISHED, None, **_ended("cancelled", "cancelled"))
 
     def give_up_dead(self, at: float) -> list[str]:
-        """Mark running jobs as failed whose service is gone.
+        """Mark running jobs of services that are gone as failed.
 
         Args:
-            at: s since 1970; leases that ended before are over, whoever lives.
+            at: s since 1970; leases that ended before this time are over.
 
         Returns:
             the jobs concerned.
@@ -156,8 +156,7 @@ class Jobs:
         dead = []
         failed = _ended("failed", DIED, error=problems.document(500, "worker-lost", DIED))
         with self.database.session() as session:
-            # Changes nothing and waits as a change does: who holds the database is found out, and
-            # what is read next is not from before.
+            # Changes nothing but waits for the lock, so that the next query reads current rows.
             session.execute(update(JobRow).where(false()).values(sentence=DIED))
             rows = session.execute(
                 select(JobRow.id, JobRow.owner, JobRow.lease_until).where(
@@ -190,7 +189,7 @@ def _ended(state: str, sentence: str, **values: Any) -> dict[str, Any]:
 def _moved(
     session: Session, job: str, states: tuple[str, ...], whose: str | None, **values: Any
 ) -> bool:
-    """Change a row if it is in one of the states and, where an owner is given, that one's."""
+    """Change a row if its state is one of these and its owner, if given, is this one."""
     wanted = update(JobRow).where(JobRow.id == job, JobRow.state.in_(states)).values(**values)
     if whose is not None:
         wanted = wanted.where(JobRow.owner == whose)
@@ -199,12 +198,12 @@ def _moved(
 
 
 def may_live(owner: str | None) -> bool:
-    """False when the owner ran on this host and its process is gone."""
+    """False if the owner ran on this host and its process is gone."""
     host, _, rest = (owner or "").rpartition("/")[0].partition("/")
     if host != socket.gethostname()[:200] or not rest.isdigit():
         return True
     if int(rest) == os.getpid():
-        # The same number and another name: an earlier process, as in a restarted container.
+        # Same number, other name: an earlier process, as in a restarted container.
         return False
     try:
         os.kill(int(rest), 0)
@@ -216,7 +215,7 @@ def may_live(owner: str | None) -> bool:
 
 
 def document(row: JobRow, *, result: bool = True) -> dict[str, Any]:
-    """A job as the service answers it."""
+    """A job as the service returns it."""
     plain = row.values("share", "sentence", "result", "owner", "lease_until")
     plain["progress"] = {"share": row.share, "sentence": row.sentence}
     if result:

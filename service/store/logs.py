@@ -15,7 +15,7 @@ from service.store.tables import LogRow
 
 
 def log_id(sha256: str, mapping: bytes | None) -> str:
-    """The same for the same bytes read by the same mapping, whenever they come."""
+    """Id of a log: equal for equal bytes with the same mapping."""
     text = sha256 if mapping is None else f"{sha256} {hashlib.sha256(mapping).hexdigest()}"
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
@@ -41,13 +41,13 @@ class Logs:
     def add(
         self, session: Session, upload: Mapping[str, Any], read: Mapping[str, Any], at: str
     ) -> dict[str, Any]:
-        """Add a log inside a session; one that is there already stays as it is.
+        """Add a log inside a session; a stored one is unchanged.
 
         Args:
             session: in which the row is added.
             upload: ``log`` (its id), ``name``, ``sha256``, ``mapped``, ``bytes``.
-            read: ``rows``, ``runs``, and what else was found in it.
-            at: when.
+            read: ``rows``, ``runs`` and other findings.
+            at: the time.
         """
         counts = ("rows", "runs")
         row = session.get(LogRow, upload["log"])

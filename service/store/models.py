@@ -36,7 +36,7 @@ class Models:
         return self.database.look_up(ModelRow, model, lambda row: row.document)
 
     def history(self, model: str) -> list[dict[str, Any]] | None:
-        """The saved model's history; each entry with the ``id`` of its version, if it is here."""
+        """A saved model's history; each entry with the ``id`` of its version, if stored here."""
         with self.database.session() as session:
             row = session.get(ModelRow, model)
             if row is None:
@@ -47,7 +47,7 @@ class Models:
             while above is not None:
                 known.setdefault(above.version, above.id)
                 above = session.get(ModelRow, above.parent_id) if above.parent_id else None
-            # Snapshots are what a version is brought back from, and nothing to read.
+            # Snapshots serve to restore a version and are not shown.
             shown = [{k: v for k, v in entry.items() if k != "snapshot"} for entry in entries]
             return [{**entry, "id": known.get(entry.get("version"))} for entry in shown]
 

@@ -35,7 +35,7 @@ def vehicles(service: Running) -> list[dict[str, Any]]:
 
 @router.get("/effects", response_model=list[Entry])
 def effects(service: Running) -> list[dict[str, Any]]:
-    """Physical effects that a power model can hold, with their parameters."""
+    """Physical effects of power models, with their parameters."""
     return service.catalogues.effects
 
 
@@ -47,7 +47,7 @@ def effects(service: Running) -> list[dict[str, Any]]:
 async def relief(
     name: str, request: Request, service: Running, most: Annotated[int, Query(ge=16, le=1024)] = 320
 ) -> Response:
-    """Heights of a map for a picture, thinned out to at most `most` columns and rows."""
+    """Heights of a map for a picture, reduced to at most `most` columns and rows."""
     try:
         found = service.names.find("map", name)
     except RequestError as error:

@@ -45,14 +45,14 @@ async def upload_log(
     wait: Wait = 60.0,
     name: Annotated[str, Query(max_length=1024, description="name of a log sent as body")] = "log",
 ) -> Response:
-    """Upload a log: as a form with `log` and perhaps `mapping`, or as the body alone.
+    """Upload a log, as a form with `log` and optionally `mapping`, or as the body.
 
-    The log is read from end to end before it is accepted. The same bytes with the same mapping
-    are the same log, under the name that it first came with.
+    The log is read completely before it is accepted. The same bytes with the same mapping are
+    the same log; its first name is kept.
     """
     if request.headers.get("sec-fetch-site") == "cross-site":
-        # A form of a foreign page could send this without asking.
-        raise Conflict("logs are not taken from pages of other sites")
+        # A form on another site's page could send this without consent.
+        raise Conflict("logs are not accepted from pages of other sites")
     place = service.store.files.incoming()
     async with receive_log(request, place, service.settings.max_log_bytes) as received:
         return await _take_in(service, received, wait)
@@ -87,7 +87,7 @@ async def _take_in(service: Service, received: Upload, wait: float) -> Response:
 
 
 def _put_away(service: Service, log: str) -> None:
-    """Remove an upload that no job reads, unless the same log came in another way meanwhile."""
+    """Remove an upload that no job reads, unless the same log was stored meanwhile."""
     with suppress(Unavailable):
         if service.store.logs.get(log) is None and service.store.jobs.reading(log) is None:
             service.store.files.drop_log(log)
@@ -101,15 +101,15 @@ def logs(service: Running) -> list[dict[str, Any]]:
 
 @router.get("/{log}", response_model=Log, responses=problem_responses(404))
 def log(log: str, service: Running) -> dict[str, Any]:
-    """One log with what was found, derived and assumed."""
+    """One log with its findings, derived quantities and assumptions."""
     return found(service.store.logs.get(log), "log", log)
 
 
 @router.delete("/{log}", status_code=204, responses=problem_responses(404, 409))
 def delete_log(log: str, service: Running) -> Response:
-    """Remove a log. What was adopted from it stays."""
+    """Remove a log; models adopted from it stay."""
     if service.store.jobs.uses_log(log):
-        raise Conflict("a job that is not finished reads this log; cancel it first")
+        raise Conflict("an unfinished job reads this log; cancel it first")
     if not service.store.logs.remove(log):
         raise NoSuch("log", log)
     service.store.files.drop_log(log)
