@@ -13,9 +13,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self
 
 import httpx
@@ -23,10 +22,11 @@ import httpx
 Progress = Callable[[float, str], None]
 
 _PAUSE_S = 0.3
+_CANCELLED = {"title": "Conflict", "status": 409, "detail": "the job was cancelled"}
 
 
 class ServiceProblem(Exception):
-    """The service answered with a problem document (RFC 9457).
+    """A problem document (RFC 9457) from the service.
 
     Attributes:
         problem: the document: type, title, status, detail and, where it applies, field, accepted.
@@ -57,11 +57,7 @@ class JoulepathClient:
     """
 
     def __init__(
-        self,
-        base_url: str,
-        *,
-        timeout: float = 180.0,
-        transport: httpx.BaseTransport | None = None,
+        self, base_url: str, *, timeout: float = 180.0, transport: httpx.BaseTransport | None = None
     ) -> None:
         self._http = httpx.Client(base_url=base_url, timeout=timeout, transport=transport)
 
@@ -76,22 +72,18 @@ class JoulepathClient:
             ROUTE.json; its ``status`` may be "no_route".
 
         Raises:
-            ServiceProblem: the service could not use or not answer the request.
-            httpx.HTTPError: the service could not be reached.
+            ServiceProblem: the request cannot be used, or the service cannot answer it.
+            httpx.HTTPError: the service cannot be reached.
         """
-        response = self._http.post("/v1/routes", json={**(request or {}), **fields})
-        result: dict[str, Any] = _document(response)
-        return result
+        return self._one("POST", "/v1/routes", {**(request or {}), **fields})
 
     def front(self, request: Mapping[str, Any] | None = None, **fields: Any) -> dict[str, Any]:
-        """Routes from the fastest to that of least energy; arguments as for ``plan``.
+        """Pareto front of duration and energy; arguments as for ``plan``.
 
         Returns:
             a document with ``points``, each a route as in ROUTE.json with its ``price_w``.
         """
-        response = self._http.post("/v1/fronts", json={**(request or {}), **fields})
-        result: dict[str, Any] = _document(response)
-        return result
+        return self._one("POST", "/v1/fronts", {**(request or {}), **fields})
 
     def upload_log(
         self,
@@ -133,7 +125,7 @@ class JoulepathClient:
         return self._list("/v1/logs")
 
     def delete_log(self, log: str) -> None:
-        """Remove a log; what was adopted from it stays."""
+        """Remove a log; models adopted from it stay."""
         _document(self._http.delete(f"/v1/logs/{log}"))
 
     def compare(
@@ -153,7 +145,7 @@ class JoulepathClient:
             progress: called with the share done and a sentence.
 
         Raises:
-            ServiceProblem: it cannot be done, or the job was cancelled.
+            ServiceProblem: the request cannot be used, or the job failed or was cancelled.
         """
         return self._verb("compare", progress, log=log, vehicle=vehicle, model=model)
 
@@ -165,7 +157,7 @@ class JoulepathClient:
         model: str | None = None,
         progress: Progress | None = None,
     ) -> dict[str, Any]:
-        """Name the effects that a model lacks; arguments as for ``compare``."""
+        """Name the effects missing from a model; arguments as for ``compare``."""
         return self._verb("diagnose", progress, log=log, vehicle=vehicle, model=model)
 
     def adopt(
@@ -178,7 +170,7 @@ class JoulepathClient:
         formula: Mapping[str, Any] | None = None,
         progress: Progress | None = None,
     ) -> dict[str, Any]:
-        """Take effects into a model; the new version's id is in ``model_id``.
+        """Add effects to a model; the new version's id is in ``model_id``.
 
         Args:
             effects: names, or "diagnosed" for everything that the diagnosis selects.
@@ -186,15 +178,9 @@ class JoulepathClient:
             formula: definition of a custom effect, adopted under its name.
         """
         named = [effects] if isinstance(effects, str) else list(effects)
-        return self._verb(
-            "adopt",
-            progress,
-            log=log,
-            vehicle=vehicle,
-            model=model,
-            effects=named,
-            formula=None if formula is None else dict(formula),
-        )
+        start = {"log": log, "vehicle": vehicle, "model": model}
+        definition = None if formula is None else dict(formula)
+        return self._verb("adopt", progress, **start, effects=named, formula=definition)
 
     def models(self) -> list[dict[str, Any]]:
         """Versions of models, newest first."""
@@ -202,23 +188,19 @@ class JoulepathClient:
 
     def model(self, model: str) -> dict[str, Any]:
         """A saved model; written to a file, the command line and Python read it."""
-        result: dict[str, Any] = _document(self._http.get(f"/v1/models/{model}"))
-        return result
+        return self._one("GET", f"/v1/models/{model}")
 
     def upload_model(self, document: Mapping[str, Any]) -> dict[str, Any]:
-        """Upload a saved model; returns what the list of models says of it."""
-        result: dict[str, Any] = _document(self._http.post("/v1/models", json=dict(document)))
-        return result
+        """Upload a saved model; returns its entry in the list of models."""
+        return self._one("POST", "/v1/models", dict(document))
 
     def history(self, model: str) -> list[dict[str, Any]]:
-        """What was adopted into a model, oldest first."""
+        """Changes of a model, oldest first."""
         return self._list(f"/v1/models/{model}/history")
 
     def revert(self, model: str, version: int) -> dict[str, Any]:
-        """Go back to an earlier version; returns the new one."""
-        response = self._http.post(f"/v1/models/{model}/revert", json={"version": version})
-        result: dict[str, Any] = _document(response)
-        return result
+        """Revert to an earlier version; returns the new one."""
+        return self._one("POST", f"/v1/models/{model}/revert", {"version": version})
 
     def jobs(self) -> list[dict[str, Any]]:
         """The newest jobs, without their results."""
@@ -226,16 +208,14 @@ class JoulepathClient:
 
     def job(self, job: str) -> dict[str, Any]:
         """State, progress and result of a job."""
-        result: dict[str, Any] = _document(self._http.get(f"/v1/jobs/{job}"))
-        return result
+        return self._one("GET", f"/v1/jobs/{job}")
 
     def cancel(self, job: str) -> dict[str, Any]:
         """End a job; returns it."""
-        result: dict[str, Any] = _document(self._http.delete(f"/v1/jobs/{job}"))
-        return result
+        return self._one("DELETE", f"/v1/jobs/{job}")
 
     def wait(self, job: str, progress: Progress | None = None) -> dict[str, Any]:
-        """The result of a job, when it is there. An interrupt cancels the job.
+        """Wait for the result of a job; an interrupt cancels the job.
 
         Args:
             job: its id.
@@ -252,15 +232,13 @@ class JoulepathClient:
                 if progress is not None and now != told:
                     progress(*now)
                     told = now
-                if found["state"] == "done":
-                    result: dict[str, Any] = found["result"]
-                    return result
-                if found["state"] == "failed":
-                    raise ServiceProblem(found["error"])
-                if found["state"] == "cancelled":
-                    raise ServiceProblem(
-                        {"title": "Conflict", "status": 409, "detail": "the job was cancelled"}
-                    )
+                match found["state"]:
+                    case "done":
+                        return dict(found["result"])
+                    case "failed":
+                        raise ServiceProblem(found["error"])
+                    case "cancelled":
+                        raise ServiceProblem(_CANCELLED)
                 time.sleep(_PAUSE_S)
         except KeyboardInterrupt:
             self.cancel(job)
@@ -290,7 +268,10 @@ class JoulepathClient:
 
     def health(self) -> dict[str, Any]:
         """Version of the service and state of its workers."""
-        result: dict[str, Any] = _document(self._http.get("/healthz"))
+        return self._one("GET", "/healthz")
+
+    def _one(self, method: str, path: str, body: Any = None) -> dict[str, Any]:
+        result: dict[str, Any] = _document(self._http.request(method, path, json=body))
         return result
 
     def _list(self, path: str) -> list[dict[str, Any]]:
@@ -304,22 +285,16 @@ class JoulepathClient:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 
 def _document(response: httpx.Response) -> Any:
     if response.is_success:
         return response.json() if response.content else None
-    try:
+    problem: Any = None
+    with suppress(ValueError):
         problem = response.json()
-    except ValueError:
-        problem = None
     if not isinstance(problem, dict):
-        problem = {"title": response.reason_phrase, "status": response.status_code}
+        problem = {"title": response.reason_phrase}
     raise ServiceProblem({"status": response.status_code, **problem})

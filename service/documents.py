@@ -1,4 +1,4 @@
-"""Results as JSON documents, strictly: what JSON cannot say is left empty.
+"""Results as strict JSON documents: what JSON cannot represent is null.
 
 A capacity that is not limited or a bound that does not exist is an infinity in Python and null in
 JSON. Numbers of a route are finite; an infinity among them would be an error, so a route is
@@ -14,14 +14,14 @@ from typing import Any
 
 
 def finite(document: Any) -> Any:
-    """The same document with null for every number that is not finite."""
+    """The same document with lists for arrays, and null for every number that is not finite."""
     if isinstance(document, float):
         return document if math.isfinite(document) else None
     if isinstance(document, dict):
         return {key: finite(value) for key, value in document.items()}
     if isinstance(document, list | tuple):
         return [finite(value) for value in document]
-    return document
+    return finite(document.tolist()) if hasattr(document, "tolist") else document
 
 
 def strict(document: Any) -> str:
@@ -33,13 +33,14 @@ def strict(document: Any) -> str:
     return json.dumps(document, allow_nan=False, ensure_ascii=False)
 
 
-def route_text(document: dict[str, Any]) -> str:
-    """ROUTE.json as text; what its planner says of itself may hold infinities, the route may not.
+def route_document(document: dict[str, Any]) -> dict[str, Any]:
+    """ROUTE.json for ``strict``; its ``planner`` may hold infinities, the route may not."""
+    return {**document, "planner": finite(document["planner"])}
 
-    Raises:
-        ValueError: a number of the route is not finite.
-    """
-    return strict({**document, "planner": finite(document["planner"])})
+
+def model_text(model: Any) -> str:
+    """A power model as PowerModel.save writes it into a file."""
+    return json.dumps(model.document(), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def write_whole(path: Path, text: str) -> None:

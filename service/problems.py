@@ -1,4 +1,4 @@
-"""What can go wrong in the service, and every error as an RFC 9457 problem document.
+"""Errors of the service, and every error as an RFC 9457 problem document.
 
     {"type": "urn:joulepath:problem:bad-input", "title": "…", "status": 422,
      "detail": "start.x: is not a finite number; accepted: …", "field": "start.x", "accepted": "…"}
@@ -12,17 +12,19 @@ from __future__ import annotations
 import errno
 import uuid
 from http import HTTPStatus
-from typing import Any
+from typing import Any, TypeVar
 
 import structlog
 
 from planner.errors import InputError, JoulepathError
 
+T = TypeVar("T")
+
 _log = structlog.get_logger("joulepath.service")
 
 
 class Unavailable(JoulepathError):
-    """What was asked for cannot be done now, and can be later; nothing was changed.
+    """The request cannot be carried out now, but later; nothing was changed.
 
     Args:
         sentence: why.
@@ -46,7 +48,7 @@ class Busy(Unavailable):
 
 
 class DatabaseLocked(Unavailable):
-    """Another program holds the database, or it cannot be reached, for longer than is waited."""
+    """The database stayed locked by another program, or unreachable, beyond the waiting time."""
 
     kind = "database-locked"
 
@@ -55,26 +57,37 @@ class DatabaseLocked(Unavailable):
 
 
 class TookTooLong(JoulepathError):
-    """A request was ended because it reached the service's time limit."""
+    """A request exceeded the service's time limit and was ended."""
 
 
 class WorkerLost(JoulepathError):
-    """The process that worked on a request ended before it could answer."""
+    """The worker process of a request ended before it answered."""
 
 
 class Conflict(JoulepathError):
-    """What was asked for cannot be done in the state that things are in."""
+    """The request conflicts with the current state."""
 
 
 class TooLarge(JoulepathError):
-    """What was sent is larger than the service takes."""
+    """The body of the request is too large."""
 
 
 class NoSuch(JoulepathError):
-    """Nothing has the id that was asked for."""
+    """Nothing has the requested id."""
 
     def __init__(self, what: str, identity: str) -> None:
         super().__init__(f"there is no {what} {identity[:40]!r}")
+
+
+def found(value: T | None, what: str, identity: str) -> T:
+    """The value of a look-up.
+
+    Raises:
+        NoSuch: it is None.
+    """
+    if value is None:
+        raise NoSuch(what, identity)
+    return value
 
 
 def document(status: int, kind: str, detail: str, **members: Any) -> dict[str, Any]:
@@ -82,7 +95,7 @@ def document(status: int, kind: str, detail: str, **members: Any) -> dict[str, A
 
     Args:
         status: HTTP status.
-        kind: last part of the type URN; stable, for programs.
+        kind: last part of the type URN, which is stable.
         detail: one sentence for people.
         members: further members; those that are None are left out.
     """
@@ -118,5 +131,5 @@ def describe(error: Exception) -> dict[str, Any]:
         return document(507, "no-space", "the service's disk is full")
     number = str(uuid.uuid4())
     _log.error("failed", id=number, exc_info=error)
-    detail = f"something failed inside the service; its log has id {number}"
+    detail = f"internal error, logged by the service with id {number}"
     return document(500, "unexpected", detail, id=number)

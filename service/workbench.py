@@ -1,4 +1,4 @@
-"""What the workbench's verbs are asked with, the same on the command line and in a worker.
+"""Arguments of the workbench's verbs, the same on the command line and in a worker.
 
     compare(log, starting_model(vehicle="minibalance", model=None))
     adopt(effects_to_adopt(["tow"], definition), log, …)
@@ -15,11 +15,11 @@ from typing import Any
 from planner.errors import RequestError
 
 DIAGNOSED = "diagnosed"
-"""In place of effects: everything that the diagnosis selects and proposes."""
+"""Stands for all effects that the diagnosis selects and proposes."""
 
 
 def starting_model(vehicle: str | None, model: str | Path | None, *, prefix: str = "") -> Any:
-    """What a verb starts from: a vehicle's name or TOML as it is, or a saved model, loaded.
+    """The initial model of a verb: a vehicle's name or TOML unchanged, or a loaded model.
 
     Args:
         vehicle: name of a vehicle, or its TOML.
@@ -33,7 +33,7 @@ def starting_model(vehicle: str | None, model: str | Path | None, *, prefix: str
     if (vehicle is None) == (model is None):
         raise RequestError(
             f"{prefix}vehicle",
-            "is missing" if vehicle is None else f"is given beside {prefix}model",
+            "is missing" if vehicle is None else f"is given together with {prefix}model",
             accepted=f"either {prefix}vehicle (a name or a TOML file; the base model is then "
             f"fitted to the log) or {prefix}model (a saved model)",
         )
@@ -63,7 +63,7 @@ def effects_to_adopt(
         if len(named) > 1 or definition is not None:
             raise RequestError(
                 "effects",
-                f"{DIAGNOSED!r} is given beside others",
+                f"{DIAGNOSED!r} is given together with others",
                 accepted=f"{DIAGNOSED!r} alone, or names of effects",
             )
         return DIAGNOSED

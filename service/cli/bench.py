@@ -1,4 +1,4 @@
-"""How fast this machine plans and diagnoses: what ``joulepath bench`` measures.
+"""Speed of planning and diagnosis on this machine, for ``joulepath bench``.
 
 The log is that of the virtual robot with one hidden effect, so it needs no file and is the same
 everywhere. Code is compiled before the clock starts.
@@ -33,10 +33,7 @@ _ROWS_A_RUN = 300
 
 
 def measure(
-    rows: int,
-    *,
-    progress: Progress | None = None,
-    cancelled: Callable[[], bool] | None = None,
+    rows: int, *, progress: Progress | None = None, cancelled: Callable[[], bool] | None = None
 ) -> dict[str, Any]:
     """Time the power model, a plan, and what the workbench does with a log.
 

@@ -1,7 +1,6 @@
-"""Files that the workbench's commands read and write: definitions of custom effects, saved models.
+"""Definitions of custom effects in files.
 
 definition = read_definition(Path("tow.toml"))
-save_model(model, Path("M2.json"))
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ _DEFINITION = (
 
 
 def read_definition(path: Path) -> Mapping[str, Any]:
-    """The definition of a custom effect out of a JSON or TOML file.
+    """The definition of a custom effect from a JSON or TOML file.
 
     Raises:
         ModelError: the file cannot be read or holds no definition.
@@ -43,13 +42,5 @@ def read_definition(path: Path) -> Mapping[str, Any]:
         kind = "TOML" if toml else "JSON"
         raise ModelError(where, f"is not {kind}: {error}", accepted=_DEFINITION) from None
     if not isinstance(definition, Mapping):
-        raise ModelError(where, "is no object", accepted=_DEFINITION)
+        raise ModelError(where, "is not an object", accepted=_DEFINITION)
     return definition
-
-
-def save_model(model: Any, path: Path) -> None:
-    """Write a model so that a reader sees all of it or none of it."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = path.with_name(path.name + ".unfinished")
-    model.save(unfinished)
-    unfinished.replace(path)

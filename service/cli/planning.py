@@ -15,48 +15,50 @@ from typing import Annotated, Any, TypeVar
 
 import typer
 
+import planner
 from planner.errors import RequestError
-from planner.search.requests import SituationRequest
+from planner.search.requests import (
+    FrontRequest,
+    MatrixRequest,
+    PlanRequest,
+    ReachRequest,
+    SituationRequest,
+)
 from service import documents
-from service.cli.tables import as_tables
-from service.cli.terminal import Json, Verbose, interruptible, progress_bar, show, tell_written
+from service.cli.tables import tell
+from service.cli.terminal import Json, Report, Verbose, working
 
 Asked = TypeVar("Asked", bound=SituationRequest)
 
-RequestFile = Annotated[
-    Path, typer.Argument(metavar="REQUEST.json", help="The request; - reads it from stdin.")
-]
+_STDIN = "The request; - reads it from stdin."
+_POSE = "X,Y[,YAW]"
+RequestFile = Annotated[Path, typer.Argument(metavar="REQUEST.json", help=_STDIN)]
 Out = Annotated[Path | None, typer.Option(help="Write the answer to this JSON file.")]
 
 
 def plan(
-    request: Annotated[
-        Path | None,
-        typer.Argument(metavar="[REQUEST.json]", help="The request; - reads it from stdin."),
-    ] = None,
+    request: Annotated[Path | None, typer.Argument(metavar="[REQUEST.json]", help=_STDIN)] = None,
     map_: Annotated[
         str | None, typer.Option("--map", help="Name of a map, or a file of heights.")
     ] = None,
-    vehicle: Annotated[str | None, typer.Option(help="Name of a vehicle, or its TOML.")] = None,
+    vehicle: Annotated[str | None, typer.Option(help="Name or TOML file of a vehicle.")] = None,
     model: Annotated[str | None, typer.Option(help="A saved model, instead of a vehicle.")] = None,
     start: Annotated[
-        str | None, typer.Option(metavar="X,Y[,YAW]", help="Where the robot stands; m, rad.")
+        str | None, typer.Option(metavar=_POSE, help="Start pose in m and rad.")
     ] = None,
-    goal: Annotated[
-        str | None, typer.Option(metavar="X,Y[,YAW]", help="Where it shall go; m, rad.")
-    ] = None,
+    goal: Annotated[str | None, typer.Option(metavar=_POSE, help="Goal pose in m and rad.")] = None,
     objective: Annotated[str | None, typer.Option(help="energy, time or length.")] = None,
-    seed: Annotated[int | None, typer.Option(help="Of the random numbers.")] = None,
-    time_budget: Annotated[float | None, typer.Option(help="Seconds to search.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Seed of the random numbers.")] = None,
+    time_budget: Annotated[float | None, typer.Option(help="Time to search, s.")] = None,
     iterations: Annotated[
-        int | None, typer.Option(help="Iterations to search instead: a reproducible answer.")
+        int | None, typer.Option(help="Iterations instead of a time: a reproducible answer.")
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="Write the answer to this ROUTE.json.")] = None,
-    report: Annotated[Path | None, typer.Option(help="Write a page with pictures here.")] = None,
+    out: Out = None,
+    report: Report = None,
     json_: Json = False,
     verbose: Verbose = False,
 ) -> None:
-    """Plan the route that costs the least energy; options override the file's fields."""
+    """Plan the route of least energy; options override fields of the file."""
     given = {
         "map": map_,
         "vehicle": vehicle,
@@ -68,88 +70,58 @@ def plan(
         "time_budget_s": time_budget,
         "iterations": iterations,
     }
-    asked = _read_request(request, {k: v for k, v in given.items() if v is not None})
-    with interruptible() as cancelled, progress_bar() as progress:
-        from planner import plan_route
-
-        answer = plan_route(asked, progress=progress, cancelled=cancelled)
-    document = answer.to_json()
-    if out is not None:
-        documents.write_whole(out, documents.route_text(document) + "\n")
+    asked = _plan_request(request, {k: v for k, v in given.items() if v is not None})
+    with working() as how:
+        answer = planner.plan_route(asked, **how)
+    document = documents.route_document(answer.to_json())
+    write_document(document, out)
     if report is not None:
         from planner.report import write_report
 
         write_report([answer], report, f"Route over {asked.map}")
-    if json_:
-        typer.echo(documents.route_text(document))
-        return
-    show(as_tables("plan", document))
-    tell_written(out, report)
+    tell("plan", document, json_, out, report)
 
 
-def matrix(
-    request: RequestFile, out: Out = None, json_: Json = False, verbose: Verbose = False
-) -> None:
-    """Energies from each of some places to each of others."""
-    from planner import energy_matrix
-    from planner.search.requests import MatrixRequest
+def _command(
+    name: str, function: str, kind: type[SituationRequest], help_: str
+) -> Callable[..., None]:
+    """A command that answers the request in a file by a function of the planner."""
 
-    asked = request_from(request, MatrixRequest)
-    with interruptible() as cancelled, progress_bar() as progress:
-        found = energy_matrix(asked, progress=progress, cancelled=cancelled)
-    _tell(found.to_json(), out, json_, "matrix")
+    def ask(
+        request: RequestFile, out: Out = None, json_: Json = False, verbose: Verbose = False
+    ) -> None:
+        asked = request_from(request, kind)
+        with working() as how:
+            document = getattr(planner, function)(asked, **how).to_json()
+        write_document(document, out)
+        tell(name, document, json_, out)
 
-
-def reach(
-    request: RequestFile, out: Out = None, json_: Json = False, verbose: Verbose = False
-) -> None:
-    """How far an energy takes the robot, there or there and back."""
-    from planner import reachable_area
-    from planner.search.requests import ReachRequest
-
-    asked = request_from(request, ReachRequest)
-    with interruptible() as cancelled, progress_bar() as progress:
-        found = reachable_area(asked, progress=progress, cancelled=cancelled)
-    _tell(found.to_json(), out, json_, "reach")
+    ask.__name__, ask.__doc__ = name, help_
+    return ask
 
 
-def front(
-    request: RequestFile, out: Out = None, json_: Json = False, verbose: Verbose = False
-) -> None:
-    """What a second costs: routes from the fastest to that of least energy."""
-    from planner import energy_time_front
-    from planner.search.requests import FrontRequest
-
-    asked = request_from(request, FrontRequest)
-    with interruptible() as cancelled, progress_bar() as progress:
-        found = energy_time_front(asked, progress=progress, cancelled=cancelled)
-    _tell(found.to_json(), out, json_, "front")
+VERBS: tuple[Callable[..., None], ...] = (
+    plan,
+    _command("matrix", "energy_matrix", MatrixRequest, "Energies from each start to each goal."),
+    _command("reach", "reachable_area", ReachRequest, "Area within range of an energy."),
+    _command("front", "energy_time_front", FrontRequest, "Pareto front of duration and energy."),
+)
 
 
-VERBS: tuple[Callable[..., None], ...] = (plan, matrix, reach, front)
+def write_document(document: Mapping[str, Any], path: Path | None) -> None:
+    """Write an answer as JSON, if a file is given."""
+    if path is not None:
+        documents.write_whole(path, documents.strict(document) + "\n")
 
 
-def _tell(document: dict[str, Any], out: Path | None, as_json: bool, command: str) -> None:
-    if out is not None:
-        documents.write_whole(out, documents.strict(document) + "\n")
-    if as_json:
-        typer.echo(documents.strict(document))
-        return
-    show(as_tables(command, document))
-    tell_written(out, None)
-
-
-def _read_request(path: Path | None, given: dict[str, Any]) -> Any:
-    """The request out of a file or stdin, with the options laid over it."""
-    from planner.search.requests import PlanRequest
-
-    if path is None:
-        if not given:
-            raise RequestError(
-                "request", "is missing", accepted="REQUEST.json, or --map, --start and --goal"
-            )
+def _plan_request(path: Path | None, given: dict[str, Any]) -> PlanRequest:
+    """The request from a file or stdin, overridden by the options."""
+    if path is not None:
+        return request_from(path, PlanRequest, given)
+    if given:
         return PlanRequest.from_json(given)
-    return request_from(path, PlanRequest, given)
+    accepted = "REQUEST.json, or --map, --start and --goal"
+    raise RequestError("request", "is missing", accepted=accepted)
 
 
 def request_from(
@@ -176,7 +148,7 @@ def _pose(option: str, text: str | None) -> dict[str, float] | None:
     if len(values) not in (2, 3):
         raise RequestError(
             option,
-            "is no position",
+            "is not a position",
             value=text,
             accepted="X,Y or X,Y,YAW in metres and rad, such as 2.5,3 or 2.5,3,1.57",
         )

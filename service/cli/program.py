@@ -1,4 +1,4 @@
-"""The program ``joulepath``: its commands, how it ends, and what it says when it cannot go on.
+"""The program ``joulepath``: its commands, exit statuses and error messages.
 
     joulepath plan | matrix | reach | front …     see service.cli.planning
     joulepath compare-planners …                  see service.cli.planners
@@ -95,14 +95,14 @@ def run(arguments: Sequence[str]) -> int:
         _say("cancelled; nothing was written")
         return 1
     except BrokenPipeError:
-        # The reader, such as `head`, has enough. Python would complain again at exit.
+        # The reader, such as `head`, is closed. Python would complain again at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except Exception as error:
         if VERBOSE in arguments:
             raise
         what = f"{type(error).__name__}: {error}".splitlines()[0]
-        _say(f"unexpected failure: {what} (run again with {VERBOSE} to see where)")
+        _say(f"unexpected failure: {what} (run again with {VERBOSE} for the traceback)")
         return 1
 
 

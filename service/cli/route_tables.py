@@ -12,43 +12,47 @@ from rich.text import Text
 from planner.amounts import joules, metres, seconds
 from planner.report import route_wording
 from planner.report.route_wording import called, compared, extra_cost
+from service.cli.grids import grid
 
 Document = Mapping[str, Any]
 
 
-def comparison(document: Document, title: str | None = None) -> Table:
+def comparison(document: Document) -> Table:
     """Energy, length and duration of every route in the document."""
-    table = Table(title=title, title_justify="left", header_style="bold")
-    table.add_column("")
-    for heading in ("energy", "", "length", "duration", "mean power"):
-        table.add_column(heading, justify="right")
+    table = grid(("", "energy", "", "length", "duration", "mean power"))
     best = document["routes"][0]["energy_j"]
     for number, (name, route) in enumerate(compared(document).items()):
-        energy, duration = route["energy_j"], route["duration_s"]
         table.add_row(
             called(name, document["planner"]),
-            joules(energy),
-            "" if number == 0 else extra_cost(energy, best),
+            joules(route["energy_j"]),
+            "" if number == 0 else extra_cost(route["energy_j"], best),
             metres(route["length_m"]),
-            seconds(duration),
-            f"{energy / duration:z.1f} W" if duration > 0 else "",
+            seconds(route["duration_s"]),
+            _mean_power(route),
             style="bold" if number == 0 else "",
         )
     return table
 
 
+def _mean_power(route: Document) -> str:
+    duration = route["duration_s"]
+    return f"{route['energy_j'] / duration:z.1f} W" if duration > 0 else ""
+
+
 def account(document: Document, titles: Mapping[str, str]) -> Table:
-    """Energy by physical effect for the route and its baselines.
+    """Energy by physical effect, largest first, for the route and its baselines.
+
+    Effects that round to zero in all routes are left out.
 
     Args:
         document: ROUTE.json.
         titles: what to call an effect, by slug; the slug itself where it is missing.
     """
     heads, rows, sums = route_wording.account(document)
-    table = Table(header_style="bold", show_footer=True)
-    table.add_column("where the energy goes", footer="all")
-    for heading, total in zip(heads, sums, strict=True):
-        table.add_column(heading, footer=total, justify="right")
+    table = grid(("where the energy goes", *heads))
+    table.show_footer = True
+    for column, footer in zip(table.columns, ("all", *sums), strict=True):
+        column.footer = footer
     for slug, exchanged, cells in rows:
         name = titles.get(slug, slug) + (" (exchange)" if exchanged else "")
         table.add_row(name, *cells, style="dim" if exchanged else "")
@@ -71,12 +75,8 @@ def catalogue(entries: list[dict[str, Any]], columns: Mapping[str, str], title: 
         columns: key in an entry -> heading.
         title: above the table.
     """
-    table = Table(title=title, title_justify="left", header_style="bold")
-    for heading in columns.values():
-        table.add_column(heading)
-    for entry in entries:
-        table.add_row(*(_cell(entry.get(key)) for key in columns))
-    return table
+    rows = [[_cell(entry.get(key)) for key in columns] for entry in entries]
+    return grid(list(columns.values()), rows, left=range(len(columns)), title=title)
 
 
 def _cell(value: Any) -> str:
@@ -91,18 +91,19 @@ def _cell(value: Any) -> str:
 
 def matrix(document: Document) -> Group:
     """Energies between places, a row for each start."""
-    table = Table(header_style="bold")
-    table.add_column("from \\ to")
-    for place in document["goals"]:
-        table.add_column(f"{place['x']:g}, {place['y']:g}", justify="right")
+    table = grid(("from \\ to", *map(_place, document["goals"])))
     for place, row in zip(document["starts"], document["energy_j"], strict=True):
-        cells = ["no way" if value is None else joules(value) for value in row]
-        table.add_row(f"{place['x']:g}, {place['y']:g}", *cells)
+        cells = ("no route" if value is None else joules(value) for value in row)
+        table.add_row(_place(place), *cells)
     pairs = sum(value is not None for row in document["energy_j"] for value in row)
-    said = f"{document['driven']} of {pairs} motions worked out in full"
+    said = f"{document['driven']} of {pairs} motions computed in full"
     if document["error_share"]:
-        said += f"; the others are right within {document['error_share']:.1%} in nine of ten"
+        said += f"; nine in ten of the others are within {document['error_share']:.1%}"
     return Group(table, Text(said))
+
+
+def _place(place: Document) -> str:
+    return f"{place['x']:g}, {place['y']:g}"
 
 
 def reach(document: Document) -> Group:
@@ -110,28 +111,41 @@ def reach(document: Document) -> Group:
     back = "there and back" if document["and_back"] else "there"
     lines = [
         f"{joules(document['energy_j'])} reach {document['area_m2']:,.0f} m², {back}.",
-        f"{document['checked']} routes to the edge were worked out in full.",
+        f"{document['checked']} routes to the edge were computed in full.",
     ]
     return Group(*(Text(line) for line in lines))
 
 
 def front(document: Document) -> RenderableType:
-    """Routes from the fastest to that of least energy, and what a second costs between them."""
+    """Routes from the fastest to that of least energy, each with its price of time."""
     if document["status"] != "ok":
         return Text(f"No route: {document.get('reason')}")
-    table = Table(header_style="bold")
-    for heading in ("duration", "energy", "length", "mean power", "best at a price of time of"):
-        table.add_column(heading, justify="right")
+    headings = ("duration", "energy", "length", "mean power", "best at a price of time of")
+    table = grid(headings, left=())
     for point in document["points"]:
-        (low, high), duration = point["price_w"], point["duration_s"]
+        low, high = point["price_w"]
         table.add_row(
-            seconds(duration),
+            seconds(point["duration_s"]),
             joules(point["energy_j"]),
             metres(point["length_m"]),
-            f"{point['energy_j'] / duration:z.1f} W" if duration > 0 else "",
+            _mean_power(point),
             f"{low:.3g} W and more" if high is None else f"{low:.3g} to {high:.3g} W",
         )
-    said = (
-        "Each second that is saved costs the joules by which the row below gives way to the next."
-    )
+    return Group(table, Text("The price of time is the extra energy for each second saved."))
+
+
+def planners(document: Document) -> Group:
+    """One row per planner."""
+    table = grid(("planner", "runs", "with a route", "time", "energy", "over least-energy"))
+    for row in document["planners"]:
+        extra = row["extra_share"]
+        table.add_row(
+            row["planner"],
+            str(row["runs"]),
+            str(row["solved"]),
+            seconds(row["seconds"]),
+            "" if row["energy_j"] is None else joules(row["energy_j"]),
+            "" if extra is None else f"{100 * extra:+.2f} %",
+        )
+    said = f"Medians, in the {document['space']} space; samplers had {document['seconds']:g} s."
     return Group(table, Text(said))

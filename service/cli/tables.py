@@ -8,7 +8,13 @@ rich is loaded when tables are asked for: a program that reads JSON does not wai
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import typer
+
+from service import documents
+from service.cli.terminal import show
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -35,6 +41,7 @@ def as_tables(command: str, document: Mapping[str, Any]) -> RenderableType:
         "matrix": route_tables.matrix,
         "reach": route_tables.reach,
         "front": route_tables.front,
+        "compare-planners": route_tables.planners,
         "compare": workbench_tables.comparison,
         "diagnose": workbench_tables.diagnosis,
         "adopt": workbench_tables.adoption,
@@ -43,3 +50,13 @@ def as_tables(command: str, document: Mapping[str, Any]) -> RenderableType:
         "bench": workbench_tables.timings,
     }
     return shown[command](document)
+
+
+def tell(command: str, document: Mapping[str, Any], as_json: bool, *written: Path | None) -> None:
+    """Print one JSON document, or tables; then the written files are listed on stderr."""
+    if as_json:
+        typer.echo(documents.strict(document))
+        return
+    show(as_tables(command, document))
+    for path in filter(None, written):
+        typer.echo(f"wrote {path}", err=True)

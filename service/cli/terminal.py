@@ -1,4 +1,4 @@
-"""What the commands share: options, an interruptible section, a line of progress, tables."""
+"""Parts that commands share: options, interruptible work, a line of progress, output."""
 
 from __future__ import annotations
 
@@ -6,12 +6,20 @@ import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-Json = Annotated[bool, typer.Option("--json", help="One JSON document on stdout, nothing else.")]
-Verbose = Annotated[bool, typer.Option("--verbose", help="Show where an error came from.")]
+Json = Annotated[
+    bool, typer.Option("--json", help="Print one JSON document to stdout and nothing else.")
+]
+Report = Annotated[
+    Path | None, typer.Option(metavar="PAGE.html", help="Write a page with pictures to this file.")
+]
+Verbose = Annotated[
+    bool, typer.Option("--verbose", help="Show the traceback of an unexpected error.")
+]
 
 
 def show(renderable: Any) -> None:
@@ -23,11 +31,11 @@ def show(renderable: Any) -> None:
     Console(width=None if console.is_terminal else 140).print(renderable)
 
 
-def tell_written(*paths: Any) -> None:
-    """Say on stderr which files were written; None stands for a file nobody asked for."""
-    for path in paths:
-        if path is not None:
-            typer.echo(f"wrote {path}", err=True)
+@contextmanager
+def working() -> Iterator[dict[str, Any]]:
+    """Keyword arguments for long work: its progress is shown, and Ctrl-C cancels it."""
+    with interruptible() as cancelled, progress_bar() as progress:
+        yield {"progress": progress, "cancelled": cancelled}
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""The workbench on the command line: where the model fails, what is missing, and what comes of it.
+"""The workbench on the command line: compare, diagnose, adopt, revert, history, bench.
 
     joulepath compare LOG --vehicle V | --model M.json
     joulepath diagnose LOG --vehicle V | --model M.json
@@ -14,18 +14,18 @@ as there.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+import planner
 from planner.errors import RequestError
 from service import documents
-from service.cli.model_files import read_definition, save_model
-from service.cli.tables import as_tables
-from service.cli.terminal import Json, Verbose, interruptible, progress_bar, show, tell_written
+from service.cli.model_files import read_definition
+from service.cli.tables import tell
+from service.cli.terminal import Json, Report, Verbose, working
 from service.workbench import effects_to_adopt, starting_model
 
 Log = Annotated[
@@ -33,59 +33,53 @@ Log = Annotated[
 ]
 Vehicle = Annotated[
     str | None,
-    typer.Option(help="Start from this vehicle's base model, fitted; a name or a TOML file."),
+    typer.Option(help="Start from this vehicle's fitted base model; a name or TOML file."),
 ]
 Model = Annotated[str | None, typer.Option(metavar="M.json", help="Start from this saved model.")]
 Mapping = Annotated[
-    Path | None,
-    typer.Option(metavar="F.toml", help="Says which columns of the log are which quantities."),
-]
-Report = Annotated[
-    Path | None, typer.Option(metavar="PAGE.html", help="Write a page with pictures here.")
+    Path | None, typer.Option(metavar="F.toml", help="Mapping of the log's columns to quantities.")
 ]
 ModelFile = Annotated[Path, typer.Argument(metavar="M.json", help="A saved model.")]
-Out = Annotated[Path, typer.Option(metavar="M.json", help="Write the new version of the model.")]
+Out = Annotated[Path, typer.Option(metavar="M.json", help="Write the new version to this file.")]
 
 
-def compare(
-    log: Log,
-    vehicle: Vehicle = None,
-    model: Model = None,
-    mapping: Mapping = None,
-    report: Report = None,
-    json_: Json = False,
-    verbose: Verbose = False,
-) -> None:
-    """Compare measured power with a model's: how far apart, where, and how much is noise."""
-    _check_places(report)
-    with _working() as (start, how):
-        from planner import compare as compare_log
+def _examining(verb: str, title: str, help_: str) -> Callable[..., None]:
+    """A command that examines a log and changes nothing."""
 
-        found = compare_log(log, start(vehicle, model), mapping=mapping, **how)
-    _give(found, json_, report, f"Comparison with {log.name}", "compare")
+    def examine(
+        log: Log,
+        vehicle: Vehicle = None,
+        model: Model = None,
+        mapping: Mapping = None,
+        report: Report = None,
+        json_: Json = False,
+        verbose: Verbose = False,
+    ) -> None:
+        from planner.report.workbench_wording import proposed
+
+        _check_places(report)
+        found = _found(verb, log, vehicle=vehicle, model=model, mapping=mapping)
+        _write_report(found, report, f"{title} {log.name}")
+        document = found.to_json()
+        tell(verb, document, json_, report)
+        if verb == "diagnose" and proposed(document) and not json_:
+            start = f"--model {model}" if model else f"--vehicle {vehicle}"
+            typer.echo(f"Next: joulepath adopt diagnosed {log} {start} --out M2.json")
+
+    examine.__name__, examine.__doc__ = verb, help_
+    return examine
 
 
-def diagnose(
-    log: Log,
-    vehicle: Vehicle = None,
-    model: Model = None,
-    mapping: Mapping = None,
-    report: Report = None,
-    json_: Json = False,
-    verbose: Verbose = False,
-) -> None:
-    """Name the physical effects that a model lacks, or say honestly that it cannot be told."""
-    from planner.report.workbench_wording import proposed
-
-    _check_places(report)
-    with _working() as (start, how):
-        from planner import diagnose as diagnose_log
-
-        found = diagnose_log(log, start(vehicle, model), mapping=mapping, **how)
-    _give(found, json_, report, f"Diagnosis of {log.name}", "diagnose")
-    if not json_ and proposed(found.to_json()):
-        start_with = f"--model {model}" if model else f"--vehicle {vehicle}"
-        typer.echo(f"Next: joulepath adopt diagnosed {log} {start_with} --out M2.json")
+compare = _examining(
+    "compare",
+    "Comparison with",
+    "Compare measured with predicted power: error, where it occurs, and share of noise.",
+)
+diagnose = _examining(
+    "diagnose",
+    "Diagnosis of",
+    "Name the physical effects missing from a model, or say that they cannot be identified.",
+)
 
 
 def adopt(
@@ -102,61 +96,51 @@ def adopt(
     model: Model = None,
     mapping: Mapping = None,
     formula: Annotated[
-        Path | None,
-        typer.Option(metavar="F.json", help="A custom effect's definition, JSON or TOML."),
+        Path | None, typer.Option(metavar="F.json", help="Custom effect in a JSON or TOML file.")
     ] = None,
     report: Report = None,
     json_: Json = False,
     verbose: Verbose = False,
 ) -> None:
-    """Take effects into the model, fit it to the log, and write it as a new version."""
+    """Add effects to the model, fit it to the log, and write it as a new version."""
     _check_places(out, report)
     definition = None if formula is None else read_definition(formula)
-    named = [name.strip() for name in effect.split(",")]
-    with _working() as (start, how):
-        from planner import adopt as adopt_effects
-
-        model_before = start(vehicle, model)
-        effects = effects_to_adopt(named, definition)
-        found = adopt_effects(effects, log, model_before, mapping=mapping, **how)
-    save_model(found.model, out)
-    _give(found, json_, report, f"Adopted from {log.name}", "adopt", out)
+    effects = effects_to_adopt([name.strip() for name in effect.split(",")], definition)
+    found = _found("adopt", effects, log, vehicle=vehicle, model=model, mapping=mapping)
+    documents.write_whole(out, documents.model_text(found.model))
+    _write_report(found, report, f"Adopted from {log.name}")
+    tell("adopt", found.to_json(), json_, out, report)
 
 
 def revert(
     model: ModelFile,
-    to: Annotated[int, typer.Option(metavar="VERSION", help="The version to go back to.")],
+    to: Annotated[int, typer.Option(metavar="VERSION", help="The version to revert to.")],
     out: Out,
     json_: Json = False,
     verbose: Verbose = False,
 ) -> None:
-    """Go back to an earlier version of a model; that is a new version too."""
+    """Revert a model to an earlier version; the result is a new version."""
     _check_places(out)
-    before = _load(model)
-    from planner import revert as revert_model
-    from planner.telemetry.adoption import history as versions_of
-
-    after = revert_model(before, to)
-    save_model(after, out)
-    document = {"model": after.describe(), "history": versions_of(after)}
-    _print(document, json_, "revert")
-    if not json_:
-        tell_written(out)
+    after = planner.revert(planner.PowerModel.load(model), to)
+    documents.write_whole(out, documents.model_text(after))
+    tell("revert", _with_history(after), json_, out)
 
 
 def history(
     model: ModelFile, report: Report = None, json_: Json = False, verbose: Verbose = False
 ) -> None:
-    """Show how a model came about: what was adopted, from which log, and what it was worth."""
+    """Show a model's history: adopted effects, their logs, and the change in error."""
     _check_places(report)
-    loaded = _load(model)
+    loaded = planner.PowerModel.load(model)
+    document = _with_history(loaded)
+    _write_report(loaded, report, f"History of {model.name}")
+    tell("history", document, json_, report)
+
+
+def _with_history(model: planner.PowerModel) -> dict[str, Any]:
     from planner.telemetry.adoption import history as versions_of
 
-    document = {"model": loaded.describe(), "history": versions_of(loaded)}
-    _write_report(loaded, report, f"History of {model.name}")
-    _print(document, json_, "history")
-    if not json_:
-        tell_written(report)
+    return {"model": model.describe(), "history": versions_of(model)}
 
 
 def bench(
@@ -167,47 +151,23 @@ def bench(
     verbose: Verbose = False,
 ) -> None:
     """Time the power model, a plan and a diagnosis on this machine."""
-    with interruptible() as cancelled, progress_bar() as progress:
-        from service.cli.bench import measure
+    from service.cli.bench import measure
 
-        document = measure(rows, progress=progress, cancelled=cancelled)
-    _print(document, json_, "bench")
+    with working() as how:
+        document = measure(rows, **how)
+    tell("bench", document, json_)
 
 
 VERBS: tuple[Callable[..., None], ...] = (compare, diagnose, adopt, revert, history, bench)
 
 
-@contextmanager
-def _working() -> Iterator[tuple[Callable[[str | None, str | None], Any], dict[str, Any]]]:
-    """What a long verb needs: how to load the model to start from, and progress and cancel."""
-
-    def start(vehicle: str | None, model: str | None) -> Any:
-        return starting_model(vehicle, model, prefix="--")
-
-    with interruptible() as cancelled, progress_bar() as progress:
-        yield start, {"progress": progress, "cancelled": cancelled}
-
-
-def _give(
-    found: Any,
-    as_json: bool,
-    report: Path | None,
-    title: str,
-    command: str,
-    *written: Path,
-) -> None:
-    """Answer with a result of the workbench: page first, then document or tables."""
-    _write_report(found, report, title)
-    _print(found.to_json(), as_json, command)
-    if not as_json:
-        tell_written(*written, report)
-
-
-def _print(document: Any, as_json: bool, command: str) -> None:
-    if as_json:
-        typer.echo(documents.strict(document))
-    else:
-        show(as_tables(command, document))
+def _found(
+    verb: str, *given: Any, vehicle: str | None, model: str | None, mapping: Path | None
+) -> Any:
+    """Result of a function of the planner that starts from a vehicle or a saved model."""
+    with working() as how:
+        start = starting_model(vehicle, model, prefix="--")
+        return getattr(planner, verb)(*given, start, mapping=mapping, **how)
 
 
 def _write_report(found: Any, report: Path | None, title: str) -> None:
@@ -215,12 +175,6 @@ def _write_report(found: Any, report: Path | None, title: str) -> None:
         from planner.report import write_report
 
         write_report(found, report, title)
-
-
-def _load(path: Path) -> Any:
-    from planner.power.model import PowerModel
-
-    return PowerModel.load(path)
 
 
 def _check_places(*paths: Path | None) -> None:

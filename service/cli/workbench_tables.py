@@ -7,7 +7,6 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from rich.console import Group, RenderableType
-from rich.table import Table
 from rich.text import Text
 
 from planner.amounts import estimate, joules, number, share, signed, watts
@@ -21,15 +20,16 @@ from planner.report.workbench_wording import (
     proposed,
     what_came_of_it,
 )
+from service.cli.grids import grid
 
 _MOST_RUNS = 10
 _MOST_CANDIDATES = 8
-# Of the report on a log, what is about its format is of no interest beside a result.
+# Findings about the format of a log are not shown with a result.
 _SILENT = ("format", "not used")
 
 
 def comparison(document: Document) -> RenderableType:
-    """All that `joulepath compare` says."""
+    """Output of `joulepath compare`."""
     log, energy = document["log"], document["energy"]
     error = excess(energy)
     off = "" if error is None else f", {share(abs(error))} too {'high' if error > 0 else 'low'}"
@@ -50,16 +50,13 @@ def comparison(document: Document) -> RenderableType:
 
 
 def diagnosis(document: Document) -> RenderableType:
-    """All that `joulepath diagnose` says."""
+    """Output of `joulepath diagnose`."""
     before, after = document["baseline"], document.get("after") or {}
-    errors = Table(header_style="bold")
-    for heading in ("", "rms", "held-out rms"):
-        errors.add_column(heading, justify="right" if heading else "left")
+    errors = grid(("", "rms", "held-out rms"))
     errors.add_row("model as it is", watts(before["rmse_w"]), watts(before["heldout_rmse_w"]))
     if (named := proposed(document)) and after:
-        errors.add_row(
-            f"with {' + '.join(named)}", watts(after["rmse_w"]), watts(after["heldout_rmse_w"])
-        )
+        title = f"with {' + '.join(named)}"
+        errors.add_row(title, watts(after["rmse_w"]), watts(after["heldout_rmse_w"]))
     errors.add_row("the log's own noise, about", watts(before["noise_floor_w"]), "")
     return _group(
         document.get("sentence") or document["verdict"].replace("_", " "),
@@ -72,7 +69,7 @@ def diagnosis(document: Document) -> RenderableType:
 
 
 def adoption(document: Document) -> RenderableType:
-    """All that `joulepath adopt` says."""
+    """Output of `joulepath adopt`."""
     different = dict.fromkeys(document["warnings"])
     warnings = [Text(f"Warning: {warning}", style="yellow") for warning in different]
     return _group(
@@ -81,36 +78,29 @@ def adoption(document: Document) -> RenderableType:
 
 
 def reversion(document: Document) -> RenderableType:
-    """All that `joulepath revert` says."""
+    """Output of `joulepath revert`."""
     return _group(f"Reverted; this is {model_name(document['model'])}.", versions(document))
 
 
 def history(document: Document) -> RenderableType:
-    """All that `joulepath history` says."""
+    """Output of `joulepath history`."""
     entries = document["history"]
     sentence = how_it_came_about(document["model"], entries)
     return _group(sentence, versions(document)) if entries else Text(sentence)
 
 
 def timings(document: Document) -> RenderableType:
-    """All that `joulepath bench` says."""
-    table = Table(header_style="bold")
-    table.add_column("on this machine")
-    table.add_column("time", justify="right")
-    table.add_column("what")
-    for entry in document["timings"]:
-        table.add_row(entry["name"], _time(entry["seconds"]), entry["what"])
-    return table
+    """Output of `joulepath bench`."""
+    rows = [(row["name"], _time(row["seconds"]), row["what"]) for row in document["timings"]]
+    return grid(("on this machine", "time", "what"), rows, left=(0, 2))
 
 
 def regimes(entries: Sequence[Document]) -> RenderableType | None:
     """Where the model fails, worst first as the document has it."""
     if not entries:
-        return Text("The residual has no structure that stands out of the noise.")
-    table = Table(title="Where the model fails", title_justify="left", header_style="bold")
-    table.add_column("where")
-    for heading in ("rows", "measured − predicted", "rms", "of the squared error"):
-        table.add_column(heading, justify="right")
+        return Text("The residual has no structure that stands out from the noise.")
+    headings = ("where", "rows", "measured − predicted", "rms", "of the squared error")
+    table = grid(headings, title="Where the model fails")
     for entry in entries:
         table.add_row(
             entry["where"],
@@ -131,10 +121,8 @@ def runs(entries: Sequence[Document]) -> RenderableType | None:
     title = "Energy by run"
     if len(entries) > len(shown):
         title += f", the {len(shown)} of {len(entries)} with the largest error"
-    table = Table(title=title, title_justify="left", header_style="bold")
-    table.add_column("run")
-    for heading in ("rows", "measured", "predicted", "error", "rms", "bias"):
-        table.add_column(heading, justify="right")
+    headings = ("run", "rows", "measured", "predicted", "error", "rms", "bias")
+    table = grid(headings, title=title)
     for entry in shown:
         error = excess(entry)
         table.add_row(
@@ -154,12 +142,8 @@ def ranking(candidates: Sequence[Document], selected: Sequence[str]) -> Renderab
     testable = [c for c in candidates if c.get("testable", True)]
     if not testable:
         return None
-    table = Table(title="What could be missing", title_justify="left", header_style="bold")
-    table.add_column("effect")
-    for heading in ("probability", "held-out rms", "z"):
-        table.add_column(heading, justify="right")
-    table.add_column("parameters")
-    table.add_column("cannot be told from")
+    headings = ("effect", "probability", "held-out rms", "z", "parameters", "cannot be told from")
+    table = grid(headings, left=(0, 4, 5), title="What could be missing")
     for candidate in testable[:_MOST_CANDIDATES]:
         fitted = [
             f"{name} {estimate(p['value'], p.get('stderr'), p.get('unit') or '')}"
@@ -183,9 +167,8 @@ def parameters(entries: Sequence[Document]) -> RenderableType | None:
     """Fitted parameters with their uncertainty."""
     if not entries:
         return None
-    table = Table(title="Fitted parameters", title_justify="left", header_style="bold")
-    for heading in ("effect", "parameter", "value", "note"):
-        table.add_column(heading, justify="right" if heading == "value" else "left")
+    headings = ("effect", "parameter", "value", "note")
+    table = grid(headings, left=(0, 1, 3), title="Fitted parameters")
     several = Counter((entry["effect"], entry["name"]) for entry in entries)
     for entry in entries:
         name = entry["name"]
@@ -205,13 +188,8 @@ def versions(document: Document) -> RenderableType | None:
     entries = document["history"]
     if not entries:
         return None
-    table = Table(title="History", title_justify="left", header_style="bold")
-    table.add_column("version", justify="right")
-    for heading in ("from", "what", "log"):
-        table.add_column(heading, justify="right" if heading == "from" else "left")
-    for heading in ("held-out before", "after", "noise"):
-        table.add_column(heading, justify="right")
-    table.add_column("when")
+    headings = ("version", "from", "what", "log", "held-out before", "after", "noise", "when")
+    table = grid(headings, left=(2, 3, 7), title="History")
     for entry in entries:
         before, after = entry.get("before") or {}, entry.get("after") or {}
         table.add_row(

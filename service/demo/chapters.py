@@ -1,4 +1,4 @@
-"""The chapters of the demonstration.
+"""Chapters of the demonstration.
 
 Each chapter prints what it finds and adds its answers to one page, demo/report.html. The last one
 is about a robot that is not as its model says; what its log tells is on demo/diagnosis.html.
@@ -18,7 +18,7 @@ from rich.table import Table
 from planner import Answer, plan_route
 from planner.amounts import joules
 from planner.report import write_report
-from service.cli import as_tables
+from service.cli import as_tables, grid
 from service.demo.closing_the_loop import ERRANDS, ClosedLoop, close_the_loop
 
 REPORT = Path("demo") / "report.html"
@@ -31,7 +31,7 @@ Answers = Mapping[str, Answer]
 
 @dataclass(frozen=True)
 class Question:
-    """One route to plan: what to call it, what to say first, what to ask."""
+    """One route to plan: its heading, its introduction and its request."""
 
     heading: str
     story: str
@@ -47,27 +47,23 @@ RELIEF = (
     ),
     Question(
         "The same fault at its own scale",
-        "Kilometres of hills on cells of 75 m by 92 m: does one charge of the battery last?",
+        "Kilometres of hills on cells of 75 m by 92 m: is one charge of the battery enough?",
         {"map": "jacksboro", "start": {"x": 18000, "y": 14000}, "goal": {"x": 28000, "y": 26000}},
     ),
 )
 
+_DOCK = {"map": "warehouse", "start": {"x": 1.5, "y": 2}, "goal": {"x": 27, "y": 17}}
 WAREHOUSE = (
     Question(
         "Through a warehouse, up to the dock",
         "Shelves, a passage narrower than the robot is long, carpet, a wet patch and two ramps of "
         "different steepness.",
-        {"map": "warehouse", "start": {"x": 1.5, "y": 2}, "goal": {"x": 27, "y": 17}},
+        _DOCK,
     ),
     Question(
         "The same with 10 kg on board",
-        "The load presses on the wheels, and the hill takes it at its full price.",
-        {
-            "map": "warehouse",
-            "start": {"x": 1.5, "y": 2},
-            "goal": {"x": 27, "y": 17},
-            "payload": {"mass": 10},
-        },
+        "The load presses on the wheels, and lifting it up the hill costs its full weight.",
+        {**_DOCK, "payload": {"mass": 10}},
     ),
 )
 
@@ -91,8 +87,8 @@ def hidden_effect(console: Console, folder: Path = REPORT.parent) -> Answers:
     """A robot drives, is diagnosed from its log alone, and drives again with what was learnt."""
     console.rule("[bold]The robot is not as its model says")
     console.print(
-        "A simulated robot drives three errands over the same relief. It hides something from the "
-        "model, which plans the routes without it; all that is known of the robot is its log.\n"
+        "A simulated robot drives four errands over the same relief. It has an effect that the "
+        "model lacks. The model plans the routes; only the robot's log is known.\n"
     )
     begun = time.perf_counter()
     told = close_the_loop(ERRANDS, "minibalance", {HIDDEN: {}}, folder)
@@ -115,7 +111,7 @@ def hidden_effect(console: Console, folder: Path = REPORT.parent) -> Answers:
 
 
 def summary(told: ClosedLoop) -> str:
-    """What adopting has brought: smaller errors of the plans, and energy."""
+    """Benefit of adopting: smaller errors of the plans, and less energy."""
     old, new = (sum(d.took_before_j for d in told.drives), sum(d.took_after_j for d in told.drives))
     said_old = sum(d.before.routes[0].energy_j for d in told.drives)
     said_new = sum(d.after.routes[0].energy_j for d in told.drives)
@@ -131,11 +127,10 @@ def _off(error: float) -> str:
 
 
 def _errands(told: ClosedLoop) -> Table:
-    table = Table(header_style="bold")
-    table.add_column("errand")
-    for heading in ("base model says", "robot takes", "", "corrected says", "robot takes", ""):
-        table.add_column(heading, justify="right")
-    table.add_column("saved")
+    both = ("robot takes", "")
+    table = grid(
+        ("errand", "base model says", *both, "corrected says", *both, "saved"), left=(0, 7)
+    )
     for drive in told.drives:
         table.add_row(
             drive.errand.name,

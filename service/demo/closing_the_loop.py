@@ -1,4 +1,4 @@
-"""A robot that is not as its model says, and a model that learns it from the robot's own log.
+"""A robot with an effect that its model lacks, and a model that adopts it from the robot's log.
 
     told = close_the_loop(ERRANDS, "minibalance", {"regeneration_limit": {}}, Path("demo"))
     told.adoption.diagnosis.sentence
@@ -38,10 +38,7 @@ class Errand:
 
 
 def _errand(name: str, start: tuple[float, float], goal: tuple[float, float]) -> Errand:
-    ends = {
-        "start": {"x": start[0], "y": start[1]},
-        "goal": {"x": goal[0], "y": goal[1]},
-    }
+    ends = {"start": {"x": start[0], "y": start[1]}, "goal": {"x": goal[0], "y": goal[1]}}
     return Errand(name, {"map": "jacksboro-1to100", **ends})
 
 
@@ -61,7 +58,7 @@ class Drive:
         errand: which.
         before, after: the answers.
         took_before_j, took_after_j: J that the robot needed.
-        corrected_before_j, corrected_after_j: J that the corrected model says for these drives.
+        corrected_before_j, corrected_after_j: J that the corrected model predicts for these drives.
     """
 
     errand: Errand
@@ -79,7 +76,7 @@ class Drive:
 
     @property
     def error_after(self) -> float:
-        """The same of the corrected model, on a route that it had never been fitted to."""
+        """The same for the corrected model, on a route that it was not fitted to."""
         return self.took_after_j / self.after.routes[0].energy_j - 1.0
 
     @property
@@ -89,13 +86,13 @@ class Drive:
 
     @property
     def promised(self) -> float:
-        """What the corrected model says of that."""
+        """The same share, predicted by the corrected model."""
         return 1.0 - self.corrected_after_j / self.corrected_before_j
 
 
 @dataclass(frozen=True)
 class ClosedLoop:
-    """What came of it.
+    """The drives and the adoption.
 
     Attributes:
         adoption: with the diagnosis of the first drives' log.
@@ -121,9 +118,9 @@ def close_the_loop(
     Args:
         errands: what to drive.
         vehicle: name of the robot's vehicle.
-        hidden: what it hides, as VirtualRobot takes it.
-        folder: where its log goes.
-        seed: of the routes, and of the robot's noise.
+        hidden: the hidden effects, as VirtualRobot takes them.
+        folder: for the log.
+        seed: for the routes and the robot's noise.
 
     Raises:
         RequestError: an errand has no route.
@@ -134,9 +131,8 @@ def close_the_loop(
     driven = [_drive(robot, e, answer) for e, answer in zip(errands, first, strict=True)]
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / "robot.csv"
-    VirtualLog.joined({e.name: log for e, (_, log) in zip(errands, driven, strict=True)}).write_csv(
-        path
-    )
+    logs = {errand.name: log for errand, (_, log) in zip(errands, driven, strict=True)}
+    VirtualLog.joined(logs).write_csv(path)
     adoption = adopt("diagnosed", path, model)
     second = [_plan(errand, adoption.model, seed) for errand in errands]
     again = [_drive(robot, e, answer) for e, answer in zip(errands, second, strict=True)]
@@ -149,7 +145,7 @@ def close_the_loop(
 
 
 def _predicted(model: PowerModel, log: VirtualLog, folder: Path) -> float:
-    """J that a model says for a drive as it was logged."""
+    """J that a model predicts for a logged drive."""
     path = folder / "drive.csv"
     log.write_csv(path)
     measured = Telemetry.read(path)

@@ -9,34 +9,29 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import AsyncExitStack, asynccontextmanager
 from importlib.metadata import version
 from typing import Any
 
 from fastapi import FastAPI
-from fastapi.openapi.utils import get_openapi
 from pydantic.json_schema import models_json_schema
 from starlette.datastructures import MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from planner.search.requests import FrontRequest, MatrixRequest, PlanRequest, ReachRequest
 from service.http import error_handlers
-from service.http.endpoints import (
-    catalogues,
-    health,
-    jobs,
-    logs,
-    models,
-    page,
-    planning,
-    workbench,
-)
+from service.http.endpoints import catalogues, health, jobs, logs, models, page, planning, workbench
 from service.http.requests import AdoptRequest, CompareRequest, DiagnoseRequest, RevertRequest
 from service.http.state import Service
 from service.jobs import Names, Runner, WorkerPool, Workers
 from service.settings import Settings
 from service.store import Store
 
+_DESCRIPTION = """
+Lowest-energy routes on real terrain, with the energy by physical effect.
+All quantities are in SI units, positions in metres in the map's frame, angles in rad.
+Every error is an RFC 9457 problem document.
+""".strip()
 # The page runs its own modules only: nothing inline, nothing evaluated, nothing from elsewhere.
 _HEADERS = {
     "Content-Security-Policy": (
@@ -46,6 +41,10 @@ _HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
 }
+_REQUESTS = (
+    *(PlanRequest, MatrixRequest, ReachRequest, FrontRequest),
+    *(CompareRequest, DiagnoseRequest, AdoptRequest, RevertRequest),
+)
 
 
 class _SafeHeaders:
@@ -68,57 +67,38 @@ async def _running(
     settings: Settings, workers: Workers | None, job_workers: Workers | None
 ) -> AsyncIterator[Service]:
     """Store, workers and jobs, as long as the application lives."""
-    store = await asyncio.to_thread(Store.open, settings)
-    pool = workers or WorkerPool(
-        workers=settings.workers,
-        queue=settings.queue,
-        time_limit_s=settings.time_limit_s,
-        memory_limit_mb=settings.memory_limit_mb,
-    )
-    job_pool = job_workers or WorkerPool(
-        workers=settings.job_workers,
-        queue=settings.job_workers,
-        time_limit_s=settings.job_time_limit_s,
-        memory_limit_mb=settings.memory_limit_mb,
-        advice="send a shorter log, or raise JOULEPATH_JOB_TIME_LIMIT_S",
-    )
-    try:
-        await pool.start()
-        await job_pool.start()
+    async with AsyncExitStack() as stack:
+        store = await asyncio.to_thread(Store.open, settings)
+        stack.push_async_callback(asyncio.to_thread, store.close)
+        pool = workers or WorkerPool(
+            workers=settings.workers,
+            queue=settings.queue,
+            time_limit_s=settings.time_limit_s,
+            memory_limit_mb=settings.memory_limit_mb,
+        )
+        job_pool = job_workers or WorkerPool(
+            workers=settings.job_workers,
+            queue=settings.job_workers,
+            time_limit_s=settings.job_time_limit_s,
+            memory_limit_mb=settings.memory_limit_mb,
+            advice="send a shorter log, or raise JOULEPATH_JOB_TIME_LIMIT_S",
+        )
+        for processes in (pool, job_pool):
+            stack.push_async_callback(processes.stop)
+            await processes.start()
         # The first job waits until a worker has everything loaded: ready means ready.
         known = await pool.run("catalogues")
-        names = Names(
-            catalogue={
-                "map": [entry["name"] for entry in known.maps],
-                "vehicle": [entry["name"] for entry in known.vehicles],
-                "model": known.kinds,
-            },
-            folder=settings.data_dir,
-            stored=store.model_file,
-        )
-        runner = Runner(
-            store, job_pool, names, slots=settings.job_workers, queue=settings.job_queue
-        )
+        catalogue = {
+            "map": [entry["name"] for entry in known.maps],
+            "vehicle": [entry["name"] for entry in known.vehicles],
+            "model": known.kinds,
+        }
+        names = Names(catalogue, settings.data_dir, store.model_file)
+        slots, queue = settings.job_workers, settings.job_queue
+        runner = Runner(store, job_pool, names, slots=slots, queue=queue)
+        stack.push_async_callback(runner.stop)
         await runner.start()
-        try:
-            yield Service(
-                settings=settings,
-                workers=pool,
-                catalogues={
-                    "maps": known.maps,
-                    "vehicles": known.vehicles,
-                    "effects": known.effects,
-                },
-                names=names,
-                store=store,
-                jobs=runner,
-            )
-        finally:
-            await runner.stop()
-    finally:
-        await job_pool.stop()
-        await pool.stop()
-        await asyncio.to_thread(store.close)
+        yield Service(settings, pool, known, names, store, runner)
 
 
 def create_app(
@@ -144,9 +124,7 @@ def create_app(
     app = FastAPI(
         title="joulepath",
         version=version("joulepath"),
-        description="Lowest-energy routes on real terrain, with the energy accounted for by "
-        "physical effect. Metres in a map's frame, rad, SI throughout; every error is an "
-        "RFC 9457 problem document.",
+        description=_DESCRIPTION,
         lifespan=lifespan,
         generate_unique_id_function=lambda route: route.name,
         # Their pages load scripts from elsewhere.
@@ -163,26 +141,17 @@ def create_app(
 
 
 def _describe(app: FastAPI) -> None:
-    """Put the requests, which the endpoints read by themselves, into the OpenAPI document."""
+    """Add the requests to the OpenAPI document, since endpoints read their own bodies."""
+
+    build = app.openapi
 
     def openapi() -> dict[str, Any]:
         if app.openapi_schema is None:
-            document = get_openapi(
-                title=app.title,
-                version=app.version,
-                description=app.description,
-                routes=app.routes,
-            )
-            asked = (
-                *(PlanRequest, MatrixRequest, ReachRequest, FrontRequest),
-                *(CompareRequest, DiagnoseRequest, AdoptRequest, RevertRequest),
-            )
             _, requests = models_json_schema(
-                [(model, "validation") for model in asked],
+                [(model, "validation") for model in _REQUESTS],
                 ref_template="#/components/schemas/{model}",
             )
-            document["components"]["schemas"] |= requests["$defs"]
-            app.openapi_schema = document
-        return app.openapi_schema
+            build()["components"]["schemas"] |= requests["$defs"]
+        return build()
 
     app.openapi = openapi  # type: ignore[method-assign]

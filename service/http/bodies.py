@@ -1,10 +1,10 @@
-"""Bodies of requests: JSON of bounded size, and uploads that go to the disk as they come.
+"""Bodies of requests: JSON of bounded size, and uploads streamed to the disk.
 
     asked = read_json(CompareRequest, await json_body(request, most=65536))
     async with receive_log(request, place, most=2**32) as upload: ...
 
 An upload is either the log alone (any media type, its name in ``?name=``) or a form
-(multipart/form-data) with the file ``log`` and, if wanted, ``mapping``. Neither is ever whole in
+(multipart/form-data) with the file ``log`` and optionally ``mapping``. Neither is ever whole in
 memory.
 """
 
@@ -16,7 +16,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, BinaryIO, TypeVar
 
 from fastapi import HTTPException, Request
 from pydantic import BaseModel, ValidationError
@@ -30,13 +30,13 @@ from service.problems import TooLarge
 _MOST_SMALL_FIELDS = 65_536  # bytes of all other fields of a form
 _MOST_PARTS = 20
 _WRITTEN_AT_ONCE = 1 << 20
-_ACCEPTED = "the log alone as the body, or a form with the file 'log' and, if wanted, 'mapping'"
+_ACCEPTED = "the log as the body, or a form with the file 'log' and optionally 'mapping'"
 
 T = TypeVar("T", bound=BaseModel)
 
 
 async def json_body(request: Request, most: int) -> bytes:
-    """A request's body, refused as soon as it is too large or not JSON."""
+    """The body of a request, refused as soon as it is too large or not JSON."""
     media_type = request.headers.get("content-type", "").split(";")[0].strip().lower()
     if media_type != "application/json":
         raise HTTPException(415, "the body must be JSON, sent with Content-Type: application/json")
@@ -49,7 +49,7 @@ async def json_body(request: Request, most: int) -> bytes:
 
 
 def read_json(kind: type[T], body: bytes) -> T:
-    """A request of the workbench out of JSON text.
+    """A request of the workbench from JSON text.
 
     Raises:
         RequestError: the first field that cannot be used.
@@ -58,23 +58,20 @@ def read_json(kind: type[T], body: bytes) -> T:
         return kind.model_validate_json(body)
     except ValidationError as error:
         first = first_complaint(error.errors(include_url=False))
+    problem = first.message[:1].lower() + first.message[1:]
     accepted = accepted_at(kind, first.location)
-    raise RequestError(first.place or "request", _lower(first.message), accepted=accepted)
-
-
-def _lower(sentence: str) -> str:
-    return sentence[:1].lower() + sentence[1:]
+    raise RequestError(first.place or "request", problem, accepted=accepted)
 
 
 @dataclass
 class Upload:
-    """A log as it came.
+    """A received log.
 
     Attributes:
-        path: where it lies.
-        name: what the sender calls it.
+        path: of its file.
+        name: given by the sender.
         sha256, size: of its content; size in bytes.
-        mapping: the mapping file that came with it.
+        mapping: the mapping file sent with it.
     """
 
     path: Path
@@ -86,7 +83,7 @@ class Upload:
 
 @asynccontextmanager
 async def receive_log(request: Request, place: Path, most: int) -> AsyncIterator[Upload]:
-    """Receive an upload; its file is removed at the end if nobody moved it away.
+    """Receive an upload; its file is removed at the end unless it was moved.
 
     Args:
         request: whose body it is.
@@ -95,12 +92,13 @@ async def receive_log(request: Request, place: Path, most: int) -> AsyncIterator
 
     Raises:
         TooLarge: it is larger.
-        LogError: the body is no upload.
-        ClientDisconnect: the sender hung up.
+        LogError: the body is not an upload.
+        ClientDisconnect: the sender disconnected.
     """
     upload = Upload(place, request.query_params.get("name") or "log")
     try:
-        with _Sink(place, most) as sink:
+        with place.open("wb") as file:
+            sink = _Sink(file, most)
             kind, options = parse_options_header(request.headers.get("content-type"))
             boundary = options.get(b"boundary")
             if kind == b"multipart/form-data" and boundary:
@@ -121,18 +119,11 @@ async def receive_log(request: Request, place: Path, most: int) -> AsyncIterator
 class _Sink:
     """A file that is written in large pieces, away from the event loop."""
 
-    def __init__(self, path: Path, most: int) -> None:
-        self._file = path.open("wb")
-        self._most = most
+    def __init__(self, file: BinaryIO, most: int) -> None:
+        self._file, self._most = file, most
         self._waiting = bytearray()
         self.count = 0
         self.digest = hashlib.sha256()
-
-    def __enter__(self) -> _Sink:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._file.close()
 
     def take(self, data: bytes) -> None:
         self.count += len(data)
@@ -151,76 +142,64 @@ class _Sink:
 
 
 class _Form:
-    """What the parser of a form calls; the file ``log`` goes to the sink, the rest is small."""
+    """Callbacks of the form parser; the file ``log`` goes to the sink, the rest is small."""
 
     def __init__(self, sink: _Sink, upload: Upload) -> None:
         self._sink = sink
         self._upload = upload
-        self._header = b""
-        self._disposition = b""
-        self._field = b""
+        self._header = self._disposition = self._field = b""
         self._small: dict[bytes, bytearray] = {}
         self._parts = 0
         self.finished = False
 
-    def part_begin(self) -> None:
+    def on_part_begin(self) -> None:
         self._parts += 1
         if self._parts > _MOST_PARTS:
             raise LogError("form", "has too many parts", accepted=_ACCEPTED)
         self._disposition = self._field = b""
 
-    def header_field(self, data: bytes, start: int, end: int) -> None:
+    def on_header_field(self, data: bytes, start: int, end: int) -> None:
         self._header += data[start:end]
 
-    def header_value(self, data: bytes, start: int, end: int) -> None:
+    def on_header_value(self, data: bytes, start: int, end: int) -> None:
         if self._header.lower() == b"content-disposition":
             self._disposition += data[start:end]
 
-    def header_end(self) -> None:
+    def on_header_end(self) -> None:
         self._header = b""
 
-    def headers_finished(self) -> None:
+    def on_headers_finished(self) -> None:
         _, options = parse_options_header(self._disposition)
         self._field = options.get(b"name", b"")
         if self._field == b"log":
             if self._sink.count:
-                raise LogError("form", "holds two logs", accepted=_ACCEPTED)
+                raise LogError("form", "contains two logs", accepted=_ACCEPTED)
             name = options.get(b"filename", b"").decode("utf-8", "replace")
             self._upload.name = name or self._upload.name
 
-    def part_data(self, data: bytes, start: int, end: int) -> None:
+    def on_part_data(self, data: bytes, start: int, end: int) -> None:
         if self._field == b"log":
             self._sink.take(data[start:end])
             return
         small = self._small.setdefault(self._field[:100], bytearray())
         small += data[start:end]
         if sum(len(part) for part in self._small.values()) > _MOST_SMALL_FIELDS:
-            raise TooLarge(f"what comes beside the log is larger than {_MOST_SMALL_FIELDS} bytes")
+            raise TooLarge(f"the fields beside the log are larger than {_MOST_SMALL_FIELDS} bytes")
 
-    def end(self) -> None:
+    def on_end(self) -> None:
         self.finished = True
 
     def mapping(self) -> bytes | None:
-        """The mapping file; one without a letter in it counts as none."""
+        """The mapping file; None if it is missing or blank."""
         mapping = bytes(self._small.get(b"mapping", b""))
         return mapping if mapping.strip() else None
 
 
 async def _read_form(request: Request, boundary: bytes, sink: _Sink, upload: Upload) -> None:
     form = _Form(sink, upload)
+    callbacks: Any = {name: getattr(form, name) for name in dir(form) if name.startswith("on_")}
     try:
-        parser = MultipartParser(
-            boundary,
-            {
-                "on_part_begin": form.part_begin,
-                "on_header_field": form.header_field,
-                "on_header_value": form.header_value,
-                "on_header_end": form.header_end,
-                "on_headers_finished": form.headers_finished,
-                "on_part_data": form.part_data,
-                "on_end": form.end,
-            },
-        )
+        parser = MultipartParser(boundary, callbacks)
         async for chunk in request.stream():
             parser.write(chunk)
             await sink.drain()
@@ -228,5 +207,5 @@ async def _read_form(request: Request, boundary: bytes, sink: _Sink, upload: Upl
     except FormParserError as error:
         raise LogError("form", f"cannot be read: {error}", accepted=_ACCEPTED) from None
     if not form.finished:
-        raise LogError("form", "breaks off", accepted=_ACCEPTED)
+        raise LogError("form", "is incomplete", accepted=_ACCEPTED)
     upload.mapping = form.mapping()

@@ -37,16 +37,14 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(RequestValidationError, _bad_parameter)
     app.add_exception_handler(HTTPException, _http)
     app.add_exception_handler(ClientDisconnect, _nobody)
-    # One that is expected must have a handler of its own: the last one logs and raises again.
+    # Expected errors need their own handlers: the one for Exception logs and raises again.
     for kind in (InputError, Unavailable, *STATUS, Exception):
         app.add_exception_handler(kind, _described)
 
 
 async def _described(request: Request, error: Exception) -> JSONResponse:
-    headers = None
-    if isinstance(error, Unavailable):
-        headers = {"Retry-After": str(error.retry_after_s)}
-    return respond(describe(error), headers)
+    retry = {"Retry-After": str(error.retry_after_s)} if isinstance(error, Unavailable) else None
+    return respond(describe(error), retry)
 
 
 async def _bad_parameter(request: Request, error: Exception) -> JSONResponse:
@@ -57,7 +55,7 @@ async def _bad_parameter(request: Request, error: Exception) -> JSONResponse:
 
 
 async def _nobody(request: Request, error: Exception) -> Response:
-    # Nobody reads this answer.
+    # The client is gone and does not read this.
     return Response(status_code=499)
 
 

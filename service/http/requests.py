@@ -1,4 +1,4 @@
-"""What the workbench's endpoints are asked with."""
+"""Requests of the workbench's endpoints."""
 
 from __future__ import annotations
 
@@ -12,53 +12,44 @@ Name = Annotated[str, Field(min_length=1, max_length=1024)]
 
 Wait = Annotated[
     float,
-    Query(ge=0, le=600, description="seconds to wait for the result; without it a job is answered"),
+    Query(
+        ge=0, le=600, description="seconds to wait for the result; after that, the job is returned"
+    ),
 ]
 
 
 class _Asked(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
 
 
 class CompareRequest(_Asked):
-    """A log, and what to start from: a vehicle's base model, fitted, or a saved model."""
+    """A log and the initial model: a vehicle's fitted base model, or a saved model."""
 
-    log: Name = Field(description="id of a log, out of GET /v1/logs", examples=["5f2d0c1b7a9e4433"])
-    vehicle: Name | None = Field(
-        default=None,
-        description="a name out of GET /v1/vehicles; its base model is fitted to the log",
-        examples=["minibalance"],
-    )
-    model: Name | None = Field(
-        default=None, description="id of a saved model, out of GET /v1/models, instead of a vehicle"
-    )
+    log: Name = Field(examples=["5f2d0c1b7a9e4433"])
+    """id of a log from GET /v1/logs"""
+    vehicle: Name | None = Field(None, examples=["minibalance"])
+    """name from GET /v1/vehicles; its base model is fitted to the log"""
+    model: Name | None = None
+    """id of a saved model from GET /v1/models, instead of a vehicle"""
 
     @model_validator(mode="after")
     def _one_start(self) -> CompareRequest:
         if (self.vehicle is None) == (self.model is None):
-            raise ValueError("exactly one of vehicle and model has to be given")
+            raise ValueError("exactly one of vehicle and model is required")
         return self
 
 
 class DiagnoseRequest(CompareRequest):
-    """The same as for a comparison."""
+    """The same fields as for a comparison."""
 
 
 class AdoptRequest(CompareRequest):
-    """Beside log and start, what to adopt."""
+    """A log, the initial model, and the effects to adopt."""
 
-    effects: tuple[Name, ...] = Field(
-        default=(),
-        max_length=40,
-        description='names of effects, or ["diagnosed"] for all that the diagnosis selects and '
-        "proposes",
-        examples=[["air_drag"]],
-    )
-    formula: dict[str, Any] | None = Field(
-        default=None,
-        description="definition of a custom effect (name, formula, unit, parameters); adopted "
-        "under its name, which is among the effects or stands alone",
-    )
+    effects: tuple[Name, ...] = Field((), max_length=40, examples=[["air_drag"]])
+    """names of effects, or ["diagnosed"] for all effects that the diagnosis selects or proposes"""
+    formula: dict[str, Any] | None = None
+    """definition (name, formula, unit, parameters) of a custom effect, adopted under its name"""
 
     @field_validator("effects", mode="before")
     @classmethod
@@ -71,17 +62,18 @@ class AdoptRequest(CompareRequest):
         try:
             json.dumps(value, allow_nan=False, ensure_ascii=False).encode()
         except ValueError:
-            raise ValueError("holds what strict JSON cannot say") from None
+            raise ValueError("holds values that strict JSON cannot represent") from None
         return value
 
     @model_validator(mode="after")
     def _something(self) -> AdoptRequest:
         if not self.effects and self.formula is None:
-            raise ValueError("effects or formula has to be given")
+            raise ValueError("effects or formula is required")
         return self
 
 
 class RevertRequest(_Asked):
-    """Which version to go back to."""
+    """The version to go back to."""
 
-    version: int = Field(ge=1, description="a version in the model's history", examples=[2])
+    version: int = Field(ge=1, examples=[2])
+    """version in the model's history"""

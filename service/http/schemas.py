@@ -1,4 +1,4 @@
-"""What the service answers, as models for the OpenAPI document.
+"""Answers of the service, as models for the OpenAPI document.
 
 Routes come out of a worker as finished JSON text and are passed on as they are; these models
 describe them, and the tests hold the text against them.
@@ -6,14 +6,22 @@ describe them, and the tests hold the text against them.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Literal
 
+from fastapi import Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from service.http.error_handlers import MEDIA_TYPE
 
 
-class Problem(BaseModel):
+class Described(BaseModel):
+    """Base of all models here; docstrings of fields describe them in the OpenAPI document."""
+
+    model_config = ConfigDict(use_attribute_docstrings=True)
+
+
+class Problem(Described):
     """An error, after RFC 9457."""
 
     type: str = Field(examples=["urn:joulepath:problem:bad-input"])
@@ -24,82 +32,116 @@ class Problem(BaseModel):
     )
     field: str | None = Field(default=None, examples=["start.x"])
     accepted: str | None = Field(default=None, examples=["metres in the map's frame"])
-    id: str | None = Field(default=None, description="of an unexpected failure in the log")
+    id: str | None = None
+    """id of an unexpected failure in the service's log"""
 
 
 _PROBLEMS = {
     404: "Nothing has this id.",
-    409: "It cannot be done in the state that things are in.",
-    413: "The body is larger than the service takes.",
-    415: "The body is not said to be JSON.",
-    422: "Something in the request cannot be used; `field` says what.",
-    500: "Something failed inside the service.",
-    503: "All workers are busy; `Retry-After` says when to try again.",
-    504: "The service's time limit was reached.",
+    409: "Conflicts with the current state.",
+    413: "The body is too large.",
+    415: "The content type is not JSON.",
+    422: "Invalid input; `field` names the field.",
+    500: "Internal error.",
+    503: "All workers are busy; retry after `Retry-After` seconds.",
+    504: "The service's time limit was exceeded.",
     507: "The service's disk is full.",
 }
 
 
 def problem_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
-    """How a route's problems are described in the OpenAPI document."""
+    """OpenAPI descriptions of problem documents."""
     return {
         status: {"model": Problem, "content": {MEDIA_TYPE: {}}, "description": _PROBLEMS[status]}
         for status in statuses
     }
 
 
-class Pose(BaseModel):
-    """Position, yaw and speed change evenly in t from one pose to the next."""
+def described(
+    content: Mapping[str, Any], responses: Mapping[int, Any], *problems: int, status_code: int = 200
+) -> dict[str, Any]:
+    """Options of a route whose endpoint reads the body and writes the response itself.
 
-    x: float = Field(description="m, the map's frame")
-    y: float = Field(description="m, the map's frame")
-    z: float = Field(description="m, height at which the robot rides")
-    yaw: float = Field(description="rad, counter-clockwise from the map's x axis")
-    t: float = Field(description="s since the start")
-    speed: float = Field(description="m/s along the surface")
-    energy_j: float = Field(description="J drawn since the start")
+    Args:
+        content: OpenAPI description of the body by media type.
+        responses: OpenAPI descriptions by status.
+        problems: statuses of problem documents.
+        status_code: usual status.
+    """
+    return {
+        "response_class": Response,
+        "status_code": status_code,
+        "responses": {**responses, **problem_responses(*problems)},
+        "openapi_extra": {"requestBody": {"required": True, "content": content}},
+    }
 
 
-class Battery(BaseModel):
+def json_content(model: type[BaseModel], example: Mapping[str, Any]) -> dict[str, Any]:
+    """OpenAPI description of a JSON body."""
+    schema = {"$ref": f"#/components/schemas/{model.__name__}"}
+    return {"application/json": {"schema": schema, "example": example}}
+
+
+class Pose(Described):
+    """Position, yaw and speed; linear in t between poses."""
+
+    x: float
+    """m, the map's frame"""
+    y: float
+    """m, the map's frame"""
+    z: float
+    """m, height at which the robot rides"""
+    yaw: float
+    """rad, counter-clockwise from the map's x axis"""
+    t: float
+    """s since the start"""
+    speed: float
+    """m/s along the surface"""
+    energy_j: float
+    """J drawn since the start"""
+
+
+class Battery(Described):
     """Whether the route's energy fits the battery."""
 
     available_j: float
-    share: float = Field(description="of what is available")
+    share: float
+    """share of the available energy"""
     fits: bool
-    chance: float | None = Field(default=None, description="that it suffices, 0 to 1")
+    chance: float | None = None
+    """probability that the energy suffices, 0 to 1"""
 
 
-class Contribution(BaseModel):
+class Contribution(Described):
     """What one parameter adds to the uncertainty of the energy."""
 
-    effect: str = Field(description='slug; "noise" for the scatter of one measured drive')
+    effect: str
+    """slug; "noise" for the scatter of one measured drive"""
     parameter: str
-    joules_per_sd: float = Field(
-        description="J more when it is one standard deviation higher, correlated ones following"
-    )
-    share_of_variance: float = Field(description="0 to 1; all add up to 1")
-    elasticity: float | None = Field(
-        description="relative change of the energy over that of this parameter alone"
-    )
+    joules_per_sd: float
+    """J more when it is one standard deviation higher, correlated ones following"""
+    share_of_variance: float
+    """0 to 1; all add up to 1"""
+    elasticity: float | None
+    """relative change of the energy over that of this parameter alone"""
 
 
-class RouteSummary(BaseModel):
+class RouteSummary(Described):
     """Energy of a route and its account."""
 
     energy_j: float
-    lower_bound_j: float = Field(description="no feasible route of the motion model costs less")
-    gap: float = Field(description="(energy - bound) as a share of the dissipated energy")
+    lower_bound_j: float
+    """lower bound of the energy of any feasible route of the motion model, J"""
+    gap: float
+    """(energy - bound) as a share of the dissipated energy"""
     duration_s: float
     length_m: float
-    energy_interval_j: tuple[float, float] = Field(
-        description="95 %, of the energy that one drive is measured to take"
-    )
-    sensitivity: list[Contribution] = Field(
-        default=[], description="what the interval's width comes from, largest first"
-    )
-    breakdown_j: dict[str, float] = Field(
-        description="J by effect; adds up to energy_j; gravity and inertia are exchange"
-    )
+    energy_interval_j: tuple[float, float]
+    """95 % interval of the measured energy of one drive, J"""
+    sensitivity: list[Contribution] = []
+    """contributions to the interval's width, largest first"""
+    breakdown_j: dict[str, float]
+    """J by effect; adds up to energy_j; gravity and inertia are exchange"""
     battery: Battery | None = None
 
 
@@ -112,103 +154,110 @@ class Route(RouteSummary):
 class BaselineSummary(RouteSummary):
     """The shortest or the fastest route, priced by the same model."""
 
-    extra_share: float = Field(description="energy beyond the answer's: 0.23 costs 23 % more")
+    extra_share: float
+    """energy beyond the answer's: 0.23 costs 23 % more"""
 
 
-class RouteAnswer(BaseModel):
-    """ROUTE.json."""
+class RouteAnswer(Described):
+    """ROUTE.json: a route, or why there is none."""
 
     status: Literal["ok", "no_route"]
-    reason: str | None = Field(default=None, description="what blocks, when there is no route")
-    goal: dict[str, float] | None = Field(
-        default=None,
-        description="x, y, yaw where the best route ends, where the request left that open; of "
-        "several places, the number of the one, from 0",
-    )
-    routes: list[Route] = Field(description="best first")
-    baselines: dict[str, BaselineSummary] = Field(
-        description="shortest and fastest, within the same limits as the route"
-    )
-    baselines_absent: dict[str, str] = Field(
-        default={}, description="why a baseline is missing, by its name"
-    )
-    planner: dict[str, Any] = Field(description="how the route was found")
-    model: dict[str, Any] = Field(description="name, version and effects of the power model")
-    notes: list[str] = Field(default=[], description="what was assumed or could not be done")
+    reason: str | None = None
+    """why there is no route"""
+    goal: dict[str, float] | None = None
+    """x, y, yaw where the best route ends if left open; number of the place among several"""
+    routes: list[Route]
+    """best first"""
+    baselines: dict[str, BaselineSummary]
+    """shortest and fastest, within the same limits as the route"""
+    baselines_absent: dict[str, str] = {}
+    """why a baseline is missing, by its name"""
+    planner: dict[str, Any]
+    """how the route was found"""
+    model: dict[str, Any]
+    """name, version and effects of the power model"""
+    notes: list[str] = []
+    """assumptions, and what could not be done"""
 
 
 class FrontRoute(Route):
     """A route of a front, and the prices of time at which it is the best of them."""
 
-    price_w: tuple[float, float | None] = Field(
-        description="W: what each second costs that it saves against the next slower route, and "
-        "what each would cost to the next faster one; null for the fastest"
-    )
+    price_w: tuple[float, float | None]
+    """W, price per second saved against the next slower and next faster route; null if fastest"""
 
 
-class FrontAnswer(BaseModel):
-    """What a second costs."""
+class FrontAnswer(Described):
+    """Pareto front of duration and energy, or why there is none."""
 
     status: Literal["ok", "no_route"]
-    reason: str | None = Field(default=None, description="what blocks, when there is no route")
-    points: list[FrontRoute] = Field(description="fastest first, so energy falls")
-    searches: int = Field(description="prices of time that were searched at between the ends")
-    model: dict[str, Any] = Field(description="name, version and effects of the power model")
+    reason: str | None = None
+    """why there is no route"""
+    points: list[FrontRoute]
+    """fastest first, so energy falls"""
+    searches: int
+    """number of prices of time searched between the ends"""
+    model: dict[str, Any]
+    """name, version and effects of the power model"""
 
 
-class MatrixAnswer(BaseModel):
+class MatrixAnswer(Described):
     """Energies between places."""
 
     starts: list[dict[str, float]]
     goals: list[dict[str, float]]
-    energy_j: list[list[float | None]] = Field(
-        description="a row for each start, a column for each goal; null where there is no way"
-    )
-    driven: int = Field(description="pairs whose motion was worked out in full")
-    error_share: float | None = Field(
-        description="relative error that nine of ten of the other pairs keep to, as far as known"
-    )
+    energy_j: list[list[float | None]]
+    """J, a row for each start, a column for each goal; null where there is no route"""
+    driven: int
+    """number of pairs with a fully computed motion"""
+    error_share: float | None
+    """relative error that nine in ten of the other pairs stay within, if known"""
 
 
-class ReachAnswer(BaseModel):
-    """What can be reached with an energy."""
+class ReachAnswer(Described):
+    """Area that can be reached with an energy."""
 
     start: dict[str, float]
     energy_j: float
     and_back: bool
     area_m2: float
-    outlines: list[list[tuple[float, float]]] = Field(
-        description="closed lines of x, y around the area and around holes in it, m"
-    )
-    error_share: float | None = Field(
-        description="largest relative error at the edge, before the last round of checks"
-    )
-    checked: int = Field(description="places whose routes were worked out in full")
+    outlines: list[list[tuple[float, float]]]
+    """closed lines of x, y around the area and around holes in it, m"""
+    error_share: float | None
+    """largest relative error at the edge, before the last round of checks"""
+    checked: int
+    """number of places with a fully computed route"""
 
 
-class Entry(BaseModel):
+class Entry(Described):
     """An entry of a catalogue."""
 
     model_config = ConfigDict(extra="allow")
 
-    name: str = Field(description="what a request calls it")
+    name: str
+    """name for requests"""
     title: str | None = None
 
 
-class Relief(BaseModel):
-    """Heights of a map, thinned out for a picture."""
+class Relief(Described):
+    """Heights of a map for a picture, at reduced resolution."""
 
     name: str
     columns: int
     rows: int
-    origin: tuple[float, float] = Field(description="x, y of the first height, m")
-    cell: tuple[float, float] = Field(description="dx, dy between heights, m")
-    extent: tuple[float, float, float, float] = Field(description="xmin, ymin, xmax, ymax, m")
-    heights: list[float | None] = Field(description="m, row by row from the south")
-    blocked: list[int] = Field(description="1 where an obstacle stands")
+    origin: tuple[float, float]
+    """x, y of the first height, m"""
+    cell: tuple[float, float]
+    """dx, dy between heights, m"""
+    extent: tuple[float, float, float, float]
+    """xmin, ymin, xmax, ymax, m"""
+    heights: list[float | None]
+    """m, row by row from the south"""
+    blocked: list[int]
+    """1 at obstacles, 0 elsewhere"""
 
 
-class WorkersHealth(BaseModel):
+class WorkersHealth(Described):
     """How busy the workers are."""
 
     alive: bool
@@ -217,7 +266,7 @@ class WorkersHealth(BaseModel):
     waiting: int
 
 
-class Health(BaseModel):
+class Health(Described):
     """Whether the service can plan."""
 
     status: Literal["ok", "failing"]

@@ -20,7 +20,7 @@ def serve(*, host: str | None = None, port: int | None = None) -> None:
         InputError: the store's folder or its database cannot be used.
     """
     settings = Settings()
-    # Said here in one sentence, and not by the server amid its start.
+    # Fails here with one sentence instead of during the start of the server.
     Store.open(settings).close()
     level = logging.getLevelNamesMapping()[settings.log_level.upper()]
     structlog.configure(

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, cast
+from typing import Annotated, cast
 
 from fastapi import Depends, Request
 
-from service.jobs import Names, Runner, Workers
+from service.jobs import Catalogues, Names, Runner, Workers
 from service.settings import Settings
 from service.store import Store
 
@@ -19,7 +19,7 @@ class Service:
     Attributes:
         settings: how it runs.
         workers: where requests are carried out.
-        catalogues: lists of maps, vehicles and effects, ready for JSON.
+        catalogues: what is installed, ready for JSON.
         names: what requests may name.
         store: logs, versions of models, jobs.
         jobs: runs what takes long.
@@ -27,7 +27,7 @@ class Service:
 
     settings: Settings
     workers: Workers
-    catalogues: dict[str, list[dict[str, Any]]]
+    catalogues: Catalogues
     names: Names
     store: Store
     jobs: Runner

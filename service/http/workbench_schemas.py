@@ -1,20 +1,22 @@
-"""What the workbench's endpoints answer, as models for the OpenAPI document."""
+"""Answers of the workbench's endpoints, as models for the OpenAPI document."""
 
 from __future__ import annotations
 
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import ConfigDict, Field
+
+from service.http.schemas import Described
 
 
-class _Open(BaseModel):
-    """The planner's documents may say more than is described here."""
+class _Open(Described):
+    """A document of the planner, which may hold further members."""
 
     model_config = ConfigDict(extra="allow")
 
 
-class Finding(BaseModel):
-    """One thing that a user should know about a log."""
+class Finding(Described):
+    """One finding about a log."""
 
     kind: str = Field(examples=["gap"])
     column: str
@@ -22,13 +24,14 @@ class Finding(BaseModel):
     sentence: str
 
 
-class LogSummary(BaseModel):
-    """A log that was uploaded and can be read."""
+class LogSummary(Described):
+    """An uploaded log."""
 
     id: str = Field(examples=["5f2d0c1b7a9e4433"])
     name: str = Field(examples=["drive.csv"])
     sha256: str
-    mapped: bool = Field(description="a mapping file came with it")
+    mapped: bool
+    """whether it has a mapping file"""
     bytes: int
     rows: int
     runs: int
@@ -36,12 +39,13 @@ class LogSummary(BaseModel):
 
 
 class Log(LogSummary):
-    """The same with what was found in it."""
+    """A log with the findings in it."""
 
     model_config = ConfigDict(extra="allow")
 
     duration_s: float
-    present: list[str] = Field(description="quantities that were measured")
+    present: list[str]
+    """quantities that were measured"""
     report: list[Finding]
     derived: list[str]
     assumed: list[str]
@@ -52,16 +56,19 @@ class Regime(_Open):
 
     where: str = Field(examples=["sideways faster than 0.4 m/s"])
     rows: int
-    bias_w: float = Field(description="measured minus predicted")
+    bias_w: float
+    """measured minus predicted"""
     rmse_w: float
     share_of_squared_error: float
 
 
-class RefusedFit(BaseModel):
+class RefusedFit(Described):
     """A fit of the base model that held-out runs refute; the model as stated is used."""
 
-    heldout_rmse_w: float = Field(description="of the fit, on runs that it has not seen")
-    stated_rmse_w: float = Field(description="of the model as stated")
+    heldout_rmse_w: float
+    """error of the fit on held-out runs"""
+    stated_rmse_w: float
+    """error of the model as stated"""
     sentence: str
 
 
@@ -74,18 +81,18 @@ class Comparison(_Open):
     r2: float | None
     heldout_rmse_w: float
     refused_fit: RefusedFit | None = None
-    noise_floor_w: float = Field(description="what no model can go below")
-    energy: dict[str, Any] = Field(description="measured_j, predicted_j, error_share")
+    noise_floor_w: float
+    """lowest error that a model can reach"""
+    energy: dict[str, Any]
+    """measured_j, predicted_j, error_share"""
     runs: list[dict[str, Any]]
     regimes: list[Regime]
-    pictures: dict[str, Any] = Field(
-        description="curves: mean residual over each quantity; cloud: thinned measured_w, "
-        "predicted_w"
-    )
+    pictures: dict[str, Any]
+    """curves: mean residual over each quantity; cloud: thinned measured_w, predicted_w"""
 
 
 class Candidate(_Open):
-    """One effect of the catalogue, and what speaks for it."""
+    """One effect of the catalogue, with the evidence for it."""
 
     effect: str
     probability: float
@@ -101,22 +108,26 @@ class Diagnosis(_Open):
     verdict: Literal[
         "missing_effect", "complete", "not_identifiable", "outside_catalogue", "sensor_error"
     ]
-    selected: list[str] = Field(description="every effect to adopt, in order")
+    selected: list[str]
+    """every effect to adopt, in order"""
     sentence: str
     baseline: dict[str, float]
     after: dict[str, float | None]
-    candidates: list[Candidate] = Field(description="best first")
+    candidates: list[Candidate]
+    """best first"""
     regimes: list[Regime]
     outside_catalogue: dict[str, Any] | None
-    experiments: list[dict[str, Any]] = Field(description="runs that would separate ties")
+    experiments: list[dict[str, Any]]
+    """runs that would separate tied effects"""
     refused_fit: RefusedFit | None = None
 
 
 class Adoption(_Open):
-    """What an adoption was worth."""
+    """Result of an adoption."""
 
     model: dict[str, Any]
-    model_id: str = Field(description="of the new version, for GET /v1/models/{id}")
+    model_id: str
+    """id of the new version, for GET /v1/models/{id}"""
     adopted: list[str]
     before: dict[str, Any]
     after: dict[str, Any]
@@ -126,43 +137,46 @@ class Adoption(_Open):
     history: list[dict[str, Any]]
 
 
-class Progress(BaseModel):
-    """How far a job is."""
+class Progress(Described):
+    """Progress of a job."""
 
     share: float = Field(ge=0, le=1)
     sentence: str
 
 
-class JobSummary(BaseModel):
-    """Long work."""
+class JobSummary(Described):
+    """A job without its result."""
 
     id: str
     kind: Literal["check", "compare", "diagnose", "adopt"]
     state: Literal["queued", "running", "done", "failed", "cancelled"]
     progress: Progress
     request: dict[str, Any]
-    error: dict[str, Any] | None = Field(description="a problem document, when it failed")
+    error: dict[str, Any] | None
+    """problem document of a failed job"""
     created_at: str
     started_at: str | None
     finished_at: str | None
 
 
 class Job(JobSummary):
-    """The same with its result, which is what the verb answers."""
+    """A job with its result."""
 
     result: dict[str, Any] | None
 
 
-class ModelSummary(BaseModel):
+class ModelSummary(Described):
     """One version of a model."""
 
     id: str
     name: str
     version: int
-    parent_id: str | None = Field(description="the version it was made from, if it is here")
+    parent_id: str | None
+    """id of the version before, if stored here"""
     vehicle: str
     effects: list[str]
-    adopted: list[str] = Field(description="what this version took in")
+    adopted: list[str]
+    """effects that this version added"""
     heldout_rmse_w: float | None
     noise_floor_w: float | None
     created_at: str
@@ -171,10 +185,11 @@ class ModelSummary(BaseModel):
 class HistoryEntry(_Open):
     """One change of a model."""
 
-    id: str | None = Field(description="of that version, if it is here")
+    id: str | None
+    """id of that version, if stored here"""
     version: int
     action: str
-    adopted: list[str] = []
+    adopted: list[str] = Field([])
     before: dict[str, Any] | None = None
     after: dict[str, Any] | None = None
     noise_floor_w: float | None = None

@@ -1,8 +1,7 @@
-"""Names in a request that comes from outside: catalogue entries, stored models, files of a folder.
+"""Names in requests from outside: catalogue entries, stored models, files of a folder.
 
-On the command line a map, a vehicle or a model may be any path. Over HTTP it may be a name of the
-catalogue, the id of a stored model, or a file inside the folder that JOULEPATH_DATA_DIR names, and
-nothing else on the disk.
+On the command line a map, a vehicle or a model may be any path. Over HTTP it is a name in the
+catalogue, the id of a stored model, or a file inside the folder JOULEPATH_DATA_DIR.
 """
 
 from __future__ import annotations
@@ -30,8 +29,8 @@ class Names:
     """What requests may name, by field of the request.
 
     Attributes:
-        catalogue: names that the planner knows by itself.
-        folder: where further files lie; None for none.
+        catalogue: built-in names of the planner.
+        folder: with further files, or None.
         stored: path of the file of a stored model by its id, or None.
     """
 
@@ -53,7 +52,7 @@ class Names:
         return request.model_copy(update=paths)
 
     def find(self, field: str, name: str) -> str:
-        """A catalogue's name as it is, or the path of a stored model or a file in the folder.
+        """A name in the catalogue unchanged, or the path of a stored model or a file in the folder.
 
         Raises:
             RequestError: it is neither.
@@ -64,9 +63,8 @@ class Names:
             return str(path)
         if name in self.files(field) and self.folder is not None:
             return str(self.folder.resolve() / name)
-        known = [*self.catalogue[field], *self.files(field)]
-        if field == "model":
-            known.append("an id out of GET /v1/models")
+        ids = ["an id from GET /v1/models"] if field == "model" else []
+        known = [*self.catalogue[field], *self.files(field), *ids]
         raise RequestError(
             field, f"no such {field} in this service", value=name, accepted=", ".join(known)
         )
@@ -76,7 +74,7 @@ class Names:
         if self.folder is None:
             return []
         folder = self.folder.resolve()
-        # Links that lead out of the folder are no files of the folder.
+        # Links that lead out of the folder are not files of the folder.
         return sorted(
             str(path.relative_to(folder))
             for path in folder.rglob("*")

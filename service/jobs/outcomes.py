@@ -1,4 +1,4 @@
-"""What jobs give back that is more than text.
+"""Results of jobs that are more than text.
 
 The service's own process unpickles it and so loads this module: nothing of the planner stands here.
 """

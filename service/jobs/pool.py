@@ -4,8 +4,7 @@
     await workers.start()
     text = await workers.run("plan_route", request)  # runs service.jobs.worker.plan_route(request)
 
-A job that is cancelled or overdue takes its process with it and nothing else. One that ends
-because its process was killed fails alone.
+A cancelled or overdue job ends its own process only. If a process is killed, only its job fails.
 """
 
 from __future__ import annotations
@@ -14,6 +13,7 @@ import asyncio
 import multiprocessing
 import time
 from concurrent.futures import Future, wait
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 from pebble import ProcessExpired, ProcessPool
@@ -30,7 +30,7 @@ _TICK_S = 0.02
 
 
 class Workers(Protocol):
-    """What the service needs of its workers; tests bring their own."""
+    """Interface of the workers; tests have their own."""
 
     async def start(self) -> None:
         """Be ready for work."""
@@ -45,32 +45,34 @@ class Workers(Protocol):
         """How busy the workers are."""
 
 
+@dataclass(kw_only=True, eq=False)
 class WorkerPool:
-    """Fresh processes from a fork server that has everything loaded."""
+    """Fresh processes from a fork server that has everything loaded.
 
-    def __init__(
-        self,
-        *,
-        workers: int,
-        queue: int,
-        time_limit_s: float,
-        memory_limit_mb: int,
-        advice: str = "ask for a smaller time_budget_s or fewer iterations",
-        module: str = WORKER_MODULE,
-    ) -> None:
+    Attributes:
+        workers: number of processes.
+        queue: number of further jobs that may wait.
+        time_limit_s: s from a job's arrival to its end.
+        memory_limit_mb: address space of a process, MiB.
+        advice: what to do about a job that takes too long.
+        module: module of the jobs' functions.
+    """
+
+    workers: int
+    queue: int
+    time_limit_s: float
+    memory_limit_mb: int
+    advice: str = "ask for a smaller time_budget_s or fewer iterations"
+    module: str = WORKER_MODULE
+
+    def __post_init__(self) -> None:
         context = multiprocessing.get_context("forkserver")
-        context.set_forkserver_preload([module, *_PRELOADED])
-        self._module = module
+        context.set_forkserver_preload([self.module, *_PRELOADED])
         self._pool = ProcessPool(
-            max_workers=workers, max_tasks=1, initializer=settle_in, context=context
+            max_workers=self.workers, max_tasks=1, initializer=settle_in, context=context
         )
-        self._workers = workers
-        self._queue = queue
-        self._time_limit_s = time_limit_s
-        self._memory_limit_mb = memory_limit_mb
-        self._advice = advice
         self._taken = 0
-        self._places = asyncio.Semaphore(workers)
+        self._places = asyncio.Semaphore(self.workers)
         self._leaving: set[asyncio.Task[None]] = set()
 
     async def start(self) -> None:
@@ -97,20 +99,20 @@ class WorkerPool:
                 ended.
             WorkerLost: its process ended by itself.
         """
-        if self._taken >= self._workers + self._queue:
-            raise Busy(retry_after_s=max(1, round(self._queue / self._workers)))
+        if self._taken >= self.workers + self.queue:
+            raise Busy(retry_after_s=max(1, round(self.queue / self.workers)))
         self._taken += 1
         arrived = time.monotonic()
         try:
-            async with asyncio.timeout(self._time_limit_s):
+            async with asyncio.timeout(self.time_limit_s):
                 result = await self._in_its_turn(job, arrived, arguments)
         except TimeoutError:
             raise TookTooLong(
-                f"no answer within the service's limit of {self._time_limit_s:g} s; {self._advice}"
+                f"no answer within the service's limit of {self.time_limit_s:g} s; {self.advice}"
             ) from None
         except (ProcessExpired, MemoryError):
             raise WorkerLost(
-                "the process that worked on this request was ended, perhaps for lack of memory"
+                "the worker process of this request ended, perhaps for lack of memory"
             ) from None
         finally:
             self._taken -= 1
@@ -119,7 +121,7 @@ class WorkerPool:
         return result
 
     async def _in_its_turn(self, job: str, arrived: float, arguments: tuple[Any, ...]) -> Any:
-        """Wait for a free worker, first come first served, and for what it answers.
+        """Wait for a free worker, first come first served, and for its result.
 
         Only then is pebble asked, which starts and ends a process for a job that was cancelled in
         its queue.
@@ -128,7 +130,7 @@ class WorkerPool:
         future = None
         try:
             future = self._pool.schedule(
-                perform, (self._module, job, arrived, self._memory_limit_mb, arguments)
+                perform, (self.module, job, arrived, self.memory_limit_mb, arguments)
             )
             return await asyncio.wrap_future(future)
         finally:
@@ -140,16 +142,16 @@ class WorkerPool:
                 self._places.release()
 
     async def _leave(self, future: Future[Any]) -> None:
-        """Free the place of a cancelled job once pebble has ended its process."""
+        """Free the place of a cancelled job after pebble has ended its process."""
         while self._pool.active and not wait([future], timeout=0).done:
             await asyncio.sleep(_TICK_S)
         self._places.release()
 
     def state(self) -> dict[str, Any]:
-        """Number of workers, how many plan and how many requests wait."""
+        """Numbers of workers, of busy ones and of waiting requests."""
         return {
             "alive": bool(self._pool.active),
-            "workers": self._workers,
-            "busy": min(self._taken, self._workers),
-            "waiting": max(0, self._taken - self._workers),
+            "workers": self.workers,
+            "busy": min(self._taken, self.workers),
+            "waiting": max(0, self._taken - self.workers),
         }

@@ -1,4 +1,4 @@
-"""What every worker process does before its job and round it.
+"""What every worker process does before and around its job.
 
 The pool sends ``perform`` to a worker by name. This module is light, and the fork server has it
 loaded, so that a fresh worker imports nothing before it begins.
@@ -18,13 +18,13 @@ import time
 from multiprocessing.connection import wait
 from typing import Any
 
-from planner.errors import JoulepathError
+from planner.errors import InputError, JoulepathError
 
 _arrived: float | None = None
 
 
 def settle_in() -> None:
-    """Prepare a new process: a signal ends it at once, and so does the end of its service.
+    """Prepare a new process: SIGTERM and the end of its service end it at once.
 
     Pebble sets a handler in Python for SIGTERM. Such a handler waits until compiled code returns
     to the interpreter, which takes seconds in a kernel or in OMPL, and pebble stops nothing else
@@ -35,7 +35,7 @@ def settle_in() -> None:
 
 
 def _end_with_service() -> None:
-    """Let the system kill this process when the service's own process is gone.
+    """Let the system kill this process when the service's process ends.
 
     Only the service holds the other end of this pipe. The signal comes from the system, since a
     thread that watches the pipe would wait for compiled code too. Elsewhere than on Linux a worker
@@ -49,7 +49,7 @@ def _end_with_service() -> None:
     fcntl.fcntl(pipe, fcntl.F_SETSIG, signal.SIGKILL)
     fcntl.fcntl(pipe, fcntl.F_SETFL, fcntl.fcntl(pipe, fcntl.F_GETFL) | os.O_ASYNC)
     if wait([pipe], timeout=0):
-        # It was gone before this took effect.
+        # It ended before this took effect.
         os._exit(1)
 
 
@@ -59,11 +59,14 @@ def perform(
     """Carry out one job in this process.
 
     Args:
-        module: where the job's function stands; the service's own process never loads it.
+        module: of the job's function; the service's own process never loads it.
         job: the function's name.
         arrived: time.monotonic() when the job was asked for; the clock is the whole system's.
         memory_limit_mb: address space that it may use, in MiB.
         arguments: of the function.
+
+    Returns:
+        its result, or the InputError that it raised.
 
     Raises:
         RuntimeError: the function failed with an error of a class that the service's own process
@@ -74,6 +77,9 @@ def perform(
     _bound_memory(memory_limit_mb)
     try:
         return getattr(importlib.import_module(module), job)(*arguments)
+    except InputError as error:
+        # Returned, so that it arrives without a traceback.
+        return error
     except JoulepathError:
         raise
     except Exception as error:

@@ -1,6 +1,6 @@
-"""How far a job is, from its worker to the service: a small file, replaced as a whole.
+"""Progress of a job, from its worker to the service: a small file, replaced as a whole.
 
-A worker that is killed leaves nothing half written, and the service reads whenever it likes.
+A killed worker leaves no incomplete file, and the service may read at any time.
 """
 
 from __future__ import annotations
@@ -10,16 +10,17 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from service.documents import write_whole
+
 _PAUSE_S = 0.1
 
 
 def reporter(path: Path) -> Callable[[float, str], None]:
-    """What a worker calls with the share done, 0 to 1, and a sentence.
+    """Callback of a worker for the finished share, 0 to 1, and a sentence.
 
-    Reports that follow the last one within a tenth of a second are left out, but for the end.
+    Reports within 0.1 s of the last one are skipped, except the final one.
     """
     last = -_PAUSE_S
-    unfinished = path.with_name(path.name + ".unfinished")
 
     def report(share: float, sentence: str) -> None:
         nonlocal last
@@ -27,14 +28,13 @@ def reporter(path: Path) -> Callable[[float, str], None]:
         if moment - last < _PAUSE_S and share < 1.0:
             return
         last = moment
-        unfinished.write_text(json.dumps([float(share), str(sentence)]), encoding="utf-8")
-        unfinished.replace(path)
+        write_whole(path, json.dumps([float(share), str(sentence)]))
 
     return report
 
 
 def read(path: Path) -> tuple[float, str] | None:
-    """The last report, or None when there is none."""
+    """The last report, or None."""
     try:
         share, sentence = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):

@@ -1,4 +1,4 @@
-"""A map thinned out for a picture: heights, holes and obstacles at a size that a page can draw."""
+"""A map at reduced resolution for a picture: heights, holes and obstacles."""
 
 from __future__ import annotations
 

@@ -6,8 +6,8 @@
     await runner.wait(job["id"], seconds=10)
     await runner.cancel(job["id"])
 
-The row in the database is the truth. Whoever runs a job renews its lease every second and stops
-when the row is not its own any more; jobs of services that are gone are marked as failed, and
+The row in the database is the truth. The service that runs a job renews its lease every second and
+stops when the row is no longer its own; jobs of services that are gone are marked as failed, and
 queued ones are taken by whoever has a worker free. While the database is locked work goes on, and
 results wait for it; afterwards leases, which nobody could renew, count from anew.
 """
@@ -28,7 +28,7 @@ from service.jobs import progress
 from service.jobs.names import Names
 from service.jobs.pool import Workers
 from service.jobs.tasks import Task, prepare
-from service.problems import Busy, DatabaseLocked, NoSuch
+from service.problems import Busy, DatabaseLocked, found
 from service.store import LEASE_S, UNFINISHED, Store, now
 
 STOPPED = "the service was stopped while this job ran; start it again"
@@ -72,7 +72,7 @@ class Runner:
         self._clock = clock
         self._tasks: dict[str, asyncio.Task[None]] = {}
         self._stopping = False
-        # Before, the database may have been locked for who owns a job.
+        # Before that, the database may have been locked for the owner of a job.
         self._leases_count_from = clock() + LEASE_S
         self._sweeper: asyncio.Task[None] | None = None
 
@@ -113,7 +113,7 @@ class Runner:
         return job
 
     async def cancel(self, job: str) -> dict[str, Any]:
-        """End a job; a finished one stays what it is.
+        """Cancel a job; a finished job is unchanged.
 
         Raises:
             NoSuch: there is no such job.
@@ -128,19 +128,16 @@ class Runner:
         Raises:
             NoSuch: there is no such job.
         """
-        found = await asyncio.to_thread(self._store.jobs.get, job)
-        if found is None:
-            raise NoSuch("job", job)
-        return found
+        return found(await asyncio.to_thread(self._store.jobs.get, job), "job", job)
 
     async def wait(self, job: str, seconds: float) -> dict[str, Any]:
         """The job when it is finished, or as it is after so many seconds."""
         deadline = time.monotonic() + seconds
         while True:
-            found = await self.get(job)
+            row = await self.get(job)
             left = deadline - time.monotonic()
-            if found["state"] not in UNFINISHED or left <= 0:
-                return found
+            if row["state"] not in UNFINISHED or left <= 0:
+                return row
             if task := self._tasks.get(job):
                 await asyncio.wait({task}, timeout=left)
             else:
@@ -164,20 +161,17 @@ class Runner:
             finish: Callable[[], Any] | None = None
             try:
                 task = await self._patiently(
-                    lambda: prepare(job, request, self._store, self._names)
+                    partial(prepare, job, request, self._store, self._names)
                 )
                 outcome = await self._work(job, kind, task)
-                finish = partial(
-                    jobs.finish,
-                    job,
-                    lambda session: self._complete(session, kind, request, outcome),
-                )
+                complete = partial(self._complete, kind, request, outcome)
+                finish = partial(jobs.finish, job, complete)
                 await self._patiently(finish)
             except asyncio.CancelledError:
-                # Cancelled by a user or taken from us: the row says so already.
+                # Cancelled by a user or lost to another service: the row already says so.
                 if self._stopping:
                     stopped = problems.document(500, "worker-lost", STOPPED)
-                    # Where that is not to be had, the next service marks it as failed.
+                    # If the database is locked, the next service marks it as failed.
                     with suppress(DatabaseLocked):
                         (finish or partial(jobs.fail, job, stopped))()
                 raise
@@ -189,7 +183,7 @@ class Runner:
                     self._tidy(kind, request)
 
     async def _patiently(self, change: Callable[[], T]) -> T:
-        """What a change in the database gives, however long the database is locked."""
+        """Result of a change in the database, retried while the database is locked."""
         while True:
             try:
                 return await asyncio.to_thread(change)
@@ -197,7 +191,7 @@ class Runner:
                 await asyncio.sleep(RENEWAL_S)
 
     async def _work(self, job: str, kind: str, task: Task) -> Any:
-        """The worker's outcome, with its progress told to the row meanwhile."""
+        """The worker's outcome; meanwhile its progress is written to the row."""
         work = asyncio.ensure_future(self._workers.run(kind, task))
         watch = asyncio.ensure_future(self._watch(job, work))
         try:
@@ -224,10 +218,8 @@ class Runner:
                 work.cancel()
                 return
 
-    def _complete(
-        self, session: Session, kind: str, request: dict[str, Any], outcome: Any
-    ) -> dict[str, Any]:
-        """Rows that come of a finished job, and its result."""
+    def _complete(self, kind: str, request: dict[str, Any], outcome: Any, session: Session) -> Any:
+        """Add rows for a finished job; returns its result."""
         if kind == "check":
             return self._store.logs.add(session, request, outcome, now())
         if kind == "adopt":
@@ -235,8 +227,7 @@ class Runner:
             known = parent is not None and self._store.models.get(parent) is not None
             made = self._store.models.add(session, outcome.model, parent if known else None, now())
             return {**outcome.document, "model_id": made["id"]}
-        result: dict[str, Any] = outcome
-        return result
+        return outcome
 
     def _tidy(self, kind: str, request: dict[str, Any]) -> None:
         """Remove an upload that did not become a log."""
@@ -259,7 +250,7 @@ class Runner:
         try:
             await self._sweep()
         except Exception as error:
-            # A database that is away for a moment must not end the sweeping.
+            # A database that is unreachable for a moment must not end the sweeping.
             problems.describe(error)
             self._leases_count_from = self._clock() + LEASE_S
 

@@ -1,7 +1,7 @@
-"""What a worker is given to do for a job; plain data that crosses a process border.
+"""A worker's task for a job: plain data that crosses a process border.
 
-A job's row holds the request as it came, names and all. The task is made from it when the job
-begins, so that a job that waited over a restart finds its files where they are then.
+A job's row holds the original request with its names. The task is made from it when the job
+begins, so that a job that waited over a restart finds the current paths of its files.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from service.store import MAPPING, Store
 
 @dataclass(frozen=True)
 class Task:
-    """A log, a model to start from, and where to leave the progress.
+    """A log, an initial model, and a file for progress.
 
     Attributes:
-        folder: the log's folder, in which the worker works: so every sentence about the log calls
-            it by its own name.
+        folder: the log's folder and the worker's working directory, so that sentences about the
+            log give its plain name.
         log: name of the log's file.
         mapping: name of its mapping file.
         progress: path of the file for progress.
@@ -44,18 +44,18 @@ def prepare(job: str, request: Mapping[str, Any], store: Store, names: Names) ->
 
     Args:
         job: its id.
-        request: as in its row; that of a new log says name and mapping itself.
+        request: as in its row; that of a new log includes its name and mapping.
         store: where logs and models are.
         names: what requests may name.
 
     Raises:
-        RequestError: there is no such log, vehicle or model (any more).
+        RequestError: the log, vehicle or model does not exist (any more).
     """
     log = request["log"]
     known = request if "name" in request else store.logs.get(log)
     if known is None:
         raise RequestError(
-            "log", "no such log in this service", value=log, accepted="an id out of GET /v1/logs"
+            "log", "no such log in this service", value=log, accepted="an id from GET /v1/logs"
         )
     vehicle, model = request.get("vehicle"), request.get("model")
     return Task(
@@ -71,12 +71,12 @@ def prepare(job: str, request: Mapping[str, Any], store: Store, names: Names) ->
 
 
 def _saved(model: str, names: Names) -> str:
-    """Path of a saved model; the planner's own kinds of models are no start for a fit."""
+    """Path of a saved model; a built-in kind of model is not allowed."""
     if model in names.catalogue["model"]:
         raise RequestError(
             "model",
-            "is no saved model",
+            "is not a saved model",
             value=model,
-            accepted="an id out of GET /v1/models, or a file of the service's folder",
+            accepted="an id from GET /v1/models, or a file of the service's folder",
         )
     return names.find("model", model)

@@ -1,7 +1,7 @@
 """The workbench inside a worker process: thin calls of planner.telemetry.
 
-Every function takes a Task and returns a document, or the refusal. The worker changes into the
-log's folder: what it says of the log names the file and not the service's disk.
+Most functions take a Task and return a document. The worker changes into the log's folder, so that
+its sentences name the file without the service's folders.
 """
 
 from __future__ import annotations
@@ -10,45 +10,27 @@ import json
 import os
 from collections.abc import Callable
 from dataclasses import asdict
-from functools import wraps
 from pathlib import Path
-from typing import Any, ParamSpec, TypeVar
+from typing import Any
 
 import planner
 
 # Loaded with the fork server, so that a fresh worker has it.
 import planner.telemetry.adoption
 import planner.telemetry.comparison
-from planner.errors import InputError, ModelError
+from planner.errors import ModelError
 from planner.power.model import PowerModel
 from planner.power.saved import ACCEPTED
 from planner.telemetry.logs import Telemetry
-from service.documents import finite
+from service.documents import finite, model_text
 from service.jobs import progress
 from service.jobs.outcomes import Adopted
 from service.jobs.tasks import Task
 from service.workbench import effects_to_adopt, starting_model
 
-P = ParamSpec("P")
-T = TypeVar("T")
 
-
-def _refusing(work: Callable[P, T]) -> Callable[P, T | InputError]:
-    """Return a refusal instead of raising it, so that it arrives without a traceback."""
-
-    @wraps(work)
-    def wrapped(*arguments: P.args, **named: P.kwargs) -> T | InputError:
-        try:
-            return work(*arguments, **named)
-        except InputError as error:
-            return error
-
-    return wrapped
-
-
-@_refusing
 def check(task: Task) -> dict[str, Any]:
-    """Read a log from end to end; what was found, derived and assumed."""
+    """Read a whole log: findings, derived quantities and assumptions."""
     os.chdir(task.folder)
     say = progress.reporter(Path(task.progress))
     rows, seconds = 0, 0.0
@@ -68,73 +50,45 @@ def check(task: Task) -> dict[str, Any]:
     }
 
 
-@_refusing
 def compare(task: Task) -> dict[str, Any]:
-    """Comparison.to_json(), with what pictures need beside it."""
-    found = planner.compare(*_log_and_model(task), **_options(task))
-    return {**found.to_json(), "pictures": _pictures(found)}
+    """Comparison.to_json() with data for charts: mean residuals and a thinned point cloud."""
+    found = _asked(planner.compare, task)
+    cloud = {"measured_w": found.measured, "predicted_w": found.predicted}
+    return {**found.to_json(), "pictures": finite({"curves": found.curves, "cloud": cloud})}
 
 
-@_refusing
-def diagnose(task: Task) -> dict[str, Any]:
+def diagnose(task: Task) -> Any:
     """Diagnosis.to_json()."""
-    document: dict[str, Any] = planner.diagnose(*_log_and_model(task), **_options(task)).to_json()
-    return document
+    return _asked(planner.diagnose, task).to_json()
 
 
-@_refusing
 def adopt(task: Task) -> Adopted:
     """Adoption.to_json() and the new version."""
     effects = effects_to_adopt(task.effects, task.definition)
-    found = planner.adopt(effects, *_log_and_model(task), **_options(task))
-    return Adopted(found.to_json(), _saved(found.model))
+    found = _asked(planner.adopt, task, effects)
+    return Adopted(found.to_json(), model_text(found.model))
 
 
-@_refusing
 def revert(path: str, version: int) -> str:
     """The new version that goes back to an earlier one."""
-    return _saved(planner.revert(PowerModel.load(path), version))
+    return model_text(planner.revert(PowerModel.load(path), version))
 
 
-@_refusing
 def check_model(content: bytes) -> str:
-    """A saved model that came from outside, read and written again."""
+    """An uploaded model, read and written again."""
     try:
-        text = _saved(PowerModel.from_document(json.loads(content.decode("utf-8-sig"))))
+        text = model_text(PowerModel.from_document(json.loads(content.decode("utf-8-sig"))))
         text.encode()
     except (ValueError, OverflowError, RecursionError) as error:
-        # Such as a number that is none, or text that is none.
+        # Such as an infinite number, or text that UTF-8 cannot encode.
         problem = str(error).splitlines()[0]
         raise ModelError("model", f"cannot be read: {problem}", accepted=ACCEPTED) from None
     return text
 
 
-def _log_and_model(task: Task) -> tuple[str, Any]:
+def _asked(function: Callable[..., Any], task: Task, *given: Any) -> Any:
+    """Result of a function of the planner for a task's log and initial model."""
     os.chdir(task.folder)
-    return task.log, starting_model(task.vehicle, task.model)
-
-
-def _options(task: Task) -> dict[str, Any]:
-    return {"mapping": task.mapping, "progress": progress.reporter(Path(task.progress))}
-
-
-def _saved(model: PowerModel) -> str:
-    """What PowerModel.save writes into a file."""
-    return json.dumps(model.document(), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-
-
-def _pictures(found: Any) -> dict[str, Any]:
-    """Mean residual over each quantity that varies, and a thinned cloud of points."""
-    curves = {name: _plain(curve) for name, curve in found.curves.items()}
-    cloud = {"measured_w": _plain(found.measured), "predicted_w": _plain(found.predicted)}
-    pictures: dict[str, Any] = finite({"curves": curves, "cloud": cloud})
-    return pictures
-
-
-def _plain(values: Any) -> Any:
-    """Arrays as lists, in mappings too."""
-    if isinstance(values, dict):
-        return {key: _plain(value) for key, value in values.items()}
-    if isinstance(values, list | tuple):
-        return [_plain(value) for value in values]
-    return values.tolist() if hasattr(values, "tolist") else values
+    start = starting_model(task.vehicle, task.model)
+    say = progress.reporter(Path(task.progress))
+    return function(*given, task.log, start, mapping=task.mapping, progress=say)

@@ -2,8 +2,8 @@
 
 Every job gets a process of its own: OMPL's random numbers are seeded once for a process, so only a
 fresh one repeats an answer. Functions here take and return plain data that crosses a process
-border cheaply; a refusal is returned and not raised, so that it arrives without a traceback. What
-answers a question has the name of the planner's function that it calls.
+border cheaply, and raise InputError for input that cannot be used. A function that answers a
+question has the name of the planner's function that it calls.
 """
 
 from __future__ import annotations
@@ -14,40 +14,22 @@ import planner
 import planner.search.front
 import planner.search.matrix
 import planner.search.reach
-from planner.errors import InputError
 from planner.power.catalogue import list_effects
 from planner.power.vehicles import list_vehicles
 from planner.search.plan import warm_up
 from planner.search.requests import FrontRequest, MatrixRequest, PlanRequest, ReachRequest
 from planner.search.situation import KINDS
 from planner.terrain.catalogue import list_maps
-from service.documents import finite, route_text, strict
+from service.documents import finite, route_document, strict
 from service.jobs.outcomes import Catalogues
 from service.jobs.process import waited_s
 from service.jobs.relief import relief_of
-from service.jobs.telemetry import (
-    adopt,
-    check,
-    check_model,
-    compare,
-    diagnose,
-    revert,
-)
-
-__all__ = [
-    "adopt",
-    "catalogues",
-    "check",
-    "check_model",
-    "compare",
-    "diagnose",
-    "energy_matrix",
-    "energy_time_front",
-    "plan_route",
-    "reachable_area",
-    "relief",
-    "revert",
-]
+from service.jobs.telemetry import adopt as adopt
+from service.jobs.telemetry import check as check
+from service.jobs.telemetry import check_model as check_model
+from service.jobs.telemetry import compare as compare
+from service.jobs.telemetry import diagnose as diagnose
+from service.jobs.telemetry import revert as revert
 
 LEAST_BUDGET_S = 1e-3
 """What is left of a time budget, s, when all of it was spent waiting: the grid still answers."""
@@ -62,52 +44,34 @@ def catalogues() -> Catalogues:
     )
 
 
-def plan_route(request: PlanRequest) -> str | InputError:
-    """ROUTE.json of a request, or why the request cannot be used.
-
-    Seconds that it was given to search count from its arrival.
-    """
-    try:
-        return route_text(planner.plan_route(less_waiting(request, waited_s())).to_json())
-    except InputError as error:
-        return error
+def plan_route(request: PlanRequest) -> str:
+    """ROUTE.json of a request; its time budget counts from its arrival."""
+    return strict(route_document(planner.plan_route(less_waiting(request, waited_s())).to_json()))
 
 
 def less_waiting(request: PlanRequest, waited_s: float) -> PlanRequest:
-    """The request with what it waited taken off its time budget, if it came with one."""
+    """The request with the time it waited subtracted from its time budget, if it came with one."""
     if "time_budget_s" not in request.model_fields_set:
         return request
     left = max(request.time_budget_s - waited_s, LEAST_BUDGET_S)
     return request.model_copy(update={"time_budget_s": left})
 
 
-def energy_matrix(request: MatrixRequest) -> str | InputError:
-    """Energies between places as JSON, or why the request cannot be used."""
-    try:
-        return strict(planner.energy_matrix(request).to_json())
-    except InputError as error:
-        return error
+def energy_matrix(request: MatrixRequest) -> str:
+    """Energies between places as JSON."""
+    return strict(planner.energy_matrix(request).to_json())
 
 
-def reachable_area(request: ReachRequest) -> str | InputError:
-    """The reachable area as JSON, or why the request cannot be used."""
-    try:
-        return strict(planner.reachable_area(request).to_json())
-    except InputError as error:
-        return error
+def reachable_area(request: ReachRequest) -> str:
+    """The reachable area as JSON."""
+    return strict(planner.reachable_area(request).to_json())
 
 
-def energy_time_front(request: FrontRequest) -> str | InputError:
-    """The front of duration against energy as JSON, or why the request cannot be used."""
-    try:
-        return strict(planner.energy_time_front(request).to_json())
-    except InputError as error:
-        return error
+def energy_time_front(request: FrontRequest) -> str:
+    """The Pareto front of duration and energy as JSON."""
+    return strict(planner.energy_time_front(request).to_json())
 
 
-def relief(name: str, most: int) -> str | InputError:
+def relief(name: str, most: int) -> str:
     """Heights of a map for a picture, as JSON; see service.jobs.relief."""
-    try:
-        return strict(relief_of(name, most))
-    except InputError as error:
-        return error
+    return strict(relief_of(name, most))

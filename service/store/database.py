@@ -3,8 +3,8 @@
     database = Database("sqlite:////var/lib/joulepath/joulepath.db")
     with database.session() as session: ...      # commits at its end, rolls back on an error
 
-Nothing here is for SQLite alone but the settings of a connection, the way its tables are made by
-one service at a time, and what its failures mean.
+Only three things are specific to SQLite: the settings of a connection, the creation of tables by
+one service at a time, and the meaning of failures.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import errno
 import sqlite3
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TypeVar
 
 from sqlalchemy import Connection, Engine, create_engine, event, insert, inspect, select, update
 from sqlalchemy.exc import (
@@ -24,20 +24,23 @@ from sqlalchemy.exc import (
     SQLAlchemyError,
 )
 from sqlalchemy.exc import TimeoutError as NoConnection
-from sqlalchemy.orm import Session, sessionmaker
+from sqlalchemy.orm import InstrumentedAttribute, Session, sessionmaker
 
 from planner.errors import InputError
 from service.problems import DatabaseLocked
 from service.store.tables import SCHEMA, Base, SchemaRow
 
+Row = TypeVar("Row", bound=Base)
+T = TypeVar("T")
+
 FIELD = "JOULEPATH_DATABASE_URL"
 _ACCEPTED = "an address such as sqlite:////path/joulepath.db or postgresql+psycopg://host/name"
 
 PATIENCE_S = 5
-"""Seconds that a change waits for whoever holds an SQLite file; Python's own default."""
+"""Seconds that a change waits for a locked SQLite file; Python's own default."""
 
 MIGRATIONS: Mapping[int, Callable[[Connection], None]] = {}
-"""Version of the tables -> what makes the next version of them."""
+"""Version of the tables -> function that migrates them to the next version."""
 
 
 class Database:
@@ -54,7 +57,7 @@ class Database:
         try:
             self._engine = create_engine(url, pool_pre_ping=True)
         except (ArgumentError, ModuleNotFoundError) as error:
-            # The address may hold a password: it is not repeated.
+            # The address may contain a password, so it is not repeated.
             raise InputError(FIELD, f"cannot be used: {error}", accepted=_ACCEPTED) from None
         if self._engine.dialect.name == "sqlite":
             event.listen(self._engine, "connect", _settle_sqlite)
@@ -71,10 +74,10 @@ class Database:
 
     @contextmanager
     def session(self) -> Iterator[Session]:
-        """A session whose work is kept as a whole or not at all.
+        """A session that is committed as a whole or rolled back.
 
         Raises:
-            DatabaseLocked: the database is not to be had at the moment.
+            DatabaseLocked: the database is not available at the moment.
             OSError: its disk is full.
         """
         try:
@@ -83,13 +86,28 @@ class Database:
         except (OperationalError, NoConnection) as error:
             raise _meaning(error) from error
 
+    def look_up(self, table: type[Row], identity: str, shown: Callable[[Row], T]) -> T | None:
+        """One row as ``shown`` gives it, or None."""
+        with self.session() as session:
+            row = session.get(table, identity)
+            return None if row is None else shown(row)
+
+    def newest(
+        self, time: InstrumentedAttribute[str], shown: Callable[[Any], T], most: int | None = None
+    ) -> list[T]:
+        """Rows as ``shown`` gives them, newest first by a column of their table."""
+        table = time.class_
+        with self.session() as session:
+            rows = select(table).order_by(time.desc(), table.id).limit(most)
+            return [shown(row) for row in session.scalars(rows)]
+
     def close(self) -> None:
         """Close all connections."""
         self._engine.dispose()
 
 
 def _meaning(error: SQLAlchemyError) -> Exception:
-    """What a failure outside of the service's hands means to who asked."""
+    """The error for the caller of a failure that the service did not cause."""
     reason = getattr(error, "orig", None)
     if isinstance(reason, sqlite3.Error):
         # Of an extended code, such as SQLITE_BUSY_SNAPSHOT, the last byte is the plain one.
@@ -111,19 +129,19 @@ def _settle_sqlite(connection: Any, _: Any) -> None:
 
 
 def _bring_up_to_date(engine: Engine) -> None:
-    """Make the tables, or bring them to this version, while other services may do the same."""
+    """Create or migrate the tables, while other services may do the same."""
     with engine.connect() as connection:
         if _version(connection) == SCHEMA:
             return
     try:
         _make_or_migrate(engine)
     except (IntegrityError, ProgrammingError):
-        # Another service made them between the look and the making; SQLite waits, others fail.
+        # Another service created them since the check; SQLite waits, other databases fail.
         _make_or_migrate(engine)
 
 
 def _version(connection: Connection) -> int | None:
-    """Version of the tables, None where they are not all there; the row stays locked meanwhile."""
+    """Version of the tables, None if they do not exist; locks its row in the transaction."""
     if not inspect(connection).has_table(SchemaRow.__tablename__):
         return None
     return connection.execute(select(SchemaRow.version).with_for_update()).scalar_one_or_none()
@@ -132,7 +150,7 @@ def _version(connection: Connection) -> int | None:
 def _make_or_migrate(engine: Engine) -> None:
     with engine.begin() as connection:
         if engine.dialect.name == "sqlite":
-            # Its driver begins no transaction for a look or for a new table.
+            # Its driver begins no transaction for a query or a new table.
             connection.exec_driver_sql("BEGIN IMMEDIATE")
         version = _version(connection)
         if version is None:

@@ -1,10 +1,10 @@
 """Where the store keeps its files.
 
 STORE/joulepath.db                    the database, unless its address says otherwise
-STORE/incoming/                       uploads that are still coming in
-STORE/logs/<id>/<name>, mapping.toml  logs, under the names they came with
-STORE/models/<id>.json                versions of models, written out of the database
-STORE/progress/<job>                  what the worker of a job says of itself
+STORE/incoming/                       unfinished uploads
+STORE/logs/<id>/<name>, mapping.toml  logs, under their original names
+STORE/models/<id>.json                versions of models, copied from the database
+STORE/progress/<job>                  progress reported by the worker of a job
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def default_folder() -> Path:
 
 
 def safe_name(name: str) -> str:
-    """A name that came from outside as the plain name of a file."""
+    """A name from outside as a plain file name."""
     last = re.split(r"[/\\]", name)[-1]
     plain = "".join(c if c.isalnum() or c in "._- ()+" else "_" for c in last).strip(". ")
     stem, dot, suffix = plain.rpartition(".")
@@ -46,7 +46,7 @@ def safe_name(name: str) -> str:
 
 
 def _cut(text: str, most: int) -> str:
-    """The beginning of a text that takes at most so many bytes."""
+    """The beginning of a text, of at most ``most`` bytes."""
     return text.encode()[:most].decode(errors="ignore")
 
 
@@ -61,7 +61,7 @@ class Files:
     folder: Path
 
     def prepare(self) -> None:
-        """Make the folders, and clear away uploads that broke off with their service.
+        """Create the folders, and remove abandoned uploads.
 
         Raises:
             InputError: the folder cannot be written.
@@ -71,7 +71,7 @@ class Files:
             for name in _FOLDERS:
                 (self.folder / name).mkdir(exist_ok=True)
             for left in (self.folder / "incoming").iterdir():
-                # Another service may clear away too, or move an upload to its place.
+                # Another service may remove or move the upload meanwhile.
                 with suppress(FileNotFoundError):
                     if time.time() - left.stat().st_mtime > _ABANDONED_S:
                         left.unlink()
@@ -83,11 +83,11 @@ class Files:
                 "JOULEPATH_STORE_DIR",
                 f"cannot be written: {error.strerror}",
                 value=str(self.folder),
-                accepted="a folder in which logs, models and jobs are kept",
+                accepted="a folder for logs, models and jobs",
             ) from None
 
     def incoming(self) -> Path:
-        """A new place for an upload."""
+        """Path for a new upload."""
         return self.folder / "incoming" / secrets.token_hex(8)
 
     def log_folder(self, log: str) -> Path:
@@ -95,10 +95,10 @@ class Files:
         return self.folder / "logs" / log
 
     def take_in(self, upload: Path, log: str, name: str, mapping: bytes | None) -> str:
-        """Move an upload to its log's folder; the same log may be there already.
+        """Move an upload to its log's folder, which may exist already.
 
         Returns:
-            the name that its file has there, a plain one.
+            the plain name of its file.
         """
         folder = self.log_folder(log)
         folder.mkdir(parents=True, exist_ok=True)
@@ -113,12 +113,12 @@ class Files:
         shutil.rmtree(self.log_folder(log), ignore_errors=True)
 
     def model(self, model: str, document: str) -> Path:
-        """Path of a model's file, written now if it is not there."""
+        """Path of a model's file, which is written if it is missing."""
         path = self.folder / "models" / f"{model}.json"
         if not path.exists():
             write_whole(path, document)
         return path
 
     def progress(self, job: str) -> Path:
-        """Where the worker of a job leaves its progress."""
+        """Path of a job's progress file."""
         return self.folder / "progress" / job

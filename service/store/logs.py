@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import delete, select
+from sqlalchemy import delete
 from sqlalchemy.orm import Session
 
 from service.store.database import Database
@@ -14,77 +15,59 @@ from service.store.tables import LogRow
 
 
 def log_id(sha256: str, mapping: bytes | None) -> str:
-    """The same for the same bytes read by the same mapping, whenever they come."""
+    """Id of a log: equal for equal bytes with the same mapping."""
     text = sha256 if mapping is None else f"{sha256} {hashlib.sha256(mapping).hexdigest()}"
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
+@dataclass(frozen=True)
 class Logs:
     """Finds, adds and removes logs.
 
-    Args:
+    Attributes:
         database: where they are.
     """
 
-    def __init__(self, database: Database) -> None:
-        self._database = database
+    database: Database
 
     def all(self) -> list[dict[str, Any]]:
-        """All logs, newest first, without what was found in them."""
-        with self._database.session() as session:
-            newest = select(LogRow).order_by(LogRow.uploaded_at.desc(), LogRow.id)
-            return [_summary(row) for row in session.scalars(newest)]
+        """All logs without their findings, newest first."""
+        return self.database.newest(LogRow.uploaded_at, lambda row: row.values("found"))
 
     def get(self, log: str) -> dict[str, Any] | None:
-        """One log with what was found in it, or None."""
-        with self._database.session() as session:
-            row = session.get(LogRow, log)
-            return None if row is None else {**_summary(row), **row.found}
+        """One log with its findings, or None."""
+        return self.database.look_up(LogRow, log, _with_findings)
 
     def add(
         self, session: Session, upload: Mapping[str, Any], read: Mapping[str, Any], at: str
     ) -> dict[str, Any]:
-        """Add a log inside a session; one that is there already stays as it is.
+        """Add a log inside a session; a stored one is unchanged.
 
         Args:
             session: in which the row is added.
             upload: ``log`` (its id), ``name``, ``sha256``, ``mapped``, ``bytes``.
-            read: ``rows``, ``runs``, and what else was found in it.
-            at: when.
+            read: ``rows``, ``runs`` and other findings.
+            at: the time.
         """
+        counts = ("rows", "runs")
         row = session.get(LogRow, upload["log"])
         if row is None:
             row = LogRow(
                 id=upload["log"],
-                name=upload["name"],
-                sha256=upload["sha256"],
-                mapped=upload["mapped"],
-                bytes=upload["bytes"],
-                rows=read["rows"],
-                runs=read["runs"],
-                found={k: v for k, v in read.items() if k not in ("rows", "runs")},
+                **{key: upload[key] for key in ("name", "sha256", "mapped", "bytes")},
+                **{key: read[key] for key in counts},
+                found={key: value for key, value in read.items() if key not in counts},
                 uploaded_at=at,
             )
             session.add(row)
-        return {**_summary(row), **row.found}
+        return _with_findings(row)
 
     def remove(self, log: str) -> bool:
         """Remove a log's row; False when there is none."""
-        with self._database.session() as session:
-            removed = session.scalars(
-                delete(LogRow).where(LogRow.id == log).returning(LogRow.id)
-            ).all()
-            return bool(removed)
+        with self.database.session() as session:
+            removed = delete(LogRow).where(LogRow.id == log).returning(LogRow.id)
+            return session.scalar(removed) is not None
 
 
-def _summary(row: LogRow) -> dict[str, Any]:
-    return {
-        "id": row.id,
-        "name": row.name,
-        "sha256": row.sha256,
-        "mapped": row.mapped,
-        "bytes": row.bytes,
-        "rows": row.rows,
-        "runs": row.runs,
-        "uploaded_at": row.uploaded_at,
-    }
+def _with_findings(row: LogRow) -> dict[str, Any]:
+    return {**row.values("found"), **row.found}

@@ -4,47 +4,40 @@ from __future__ import annotations
 
 import json
 import secrets
-from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import select
 from sqlalchemy.orm import Session
 
 from service.store.database import Database
 from service.store.tables import ModelRow
 
 
+@dataclass(frozen=True)
 class Models:
     """Finds and adds versions of models; none is ever changed.
 
-    Args:
+    Attributes:
         database: where they are.
     """
 
-    def __init__(self, database: Database) -> None:
-        self._database = database
+    database: Database
 
     def all(self) -> list[dict[str, Any]]:
         """All versions, newest first."""
-        with self._database.session() as session:
-            newest = select(ModelRow).order_by(ModelRow.created_at.desc(), ModelRow.id)
-            return [summary(row) for row in session.scalars(newest)]
+        return self.database.newest(ModelRow.created_at, summary)
 
     def get(self, model: str) -> dict[str, Any] | None:
-        """What the list says of one version, or None."""
-        with self._database.session() as session:
-            row = session.get(ModelRow, model)
-            return None if row is None else summary(row)
+        """The summary of one version, or None."""
+        return self.database.look_up(ModelRow, model, summary)
 
     def document(self, model: str) -> str | None:
-        """The saved model letter by letter, or None."""
-        with self._database.session() as session:
-            row = session.get(ModelRow, model)
-            return None if row is None else row.document
+        """The saved model byte for byte, or None."""
+        return self.database.look_up(ModelRow, model, lambda row: row.document)
 
     def history(self, model: str) -> list[dict[str, Any]] | None:
-        """The saved model's history; each entry with the ``id`` of its version, if it is here."""
-        with self._database.session() as session:
+        """A saved model's history; each entry with the ``id`` of its version, if stored here."""
+        with self.database.session() as session:
             row = session.get(ModelRow, model)
             if row is None:
                 return None
@@ -54,56 +47,39 @@ class Models:
             while above is not None:
                 known.setdefault(above.version, above.id)
                 above = session.get(ModelRow, above.parent_id) if above.parent_id else None
-            # Snapshots are what a version is brought back from, and nothing to read.
+            # Snapshots serve to restore a version and are not shown.
             shown = [{k: v for k, v in entry.items() if k != "snapshot"} for entry in entries]
             return [{**entry, "id": known.get(entry.get("version"))} for entry in shown]
 
     def add(self, session: Session, document: str, parent: str | None, at: str) -> dict[str, Any]:
         """Add a version inside a session."""
-        row = model_row(json.loads(document), document, parent, at)
+        saved = json.loads(document)
+        row = ModelRow(
+            id=secrets.token_hex(8),
+            name=str(saved["name"])[:255],
+            version=int(saved["version"]),
+            parent_id=parent,
+            vehicle=str(saved["vehicle"].get("name") or saved["name"])[:255],
+            effects=list(saved["effects"]),
+            document=document,
+            created_at=at,
+        )
         session.add(row)
         return summary(row)
 
     def save(self, document: str, parent: str | None, at: str) -> dict[str, Any]:
         """Add a version."""
-        with self._database.session() as session:
+        with self.database.session() as session:
             return self.add(session, document, parent, at)
 
 
-def model_row(saved: Mapping[str, Any], document: str, parent: str | None, at: str) -> ModelRow:
-    """A row for a saved model.
-
-    Args:
-        saved: the document, parsed.
-        document: the document's text.
-        parent: id of the version it was made from.
-        at: when.
-    """
-    return ModelRow(
-        id=secrets.token_hex(8),
-        name=str(saved["name"])[:255],
-        version=int(saved["version"]),
-        parent_id=parent,
-        vehicle=str(saved["vehicle"].get("name") or saved["name"])[:255],
-        effects=list(saved["effects"]),
-        document=document,
-        created_at=at,
-    )
-
-
 def summary(row: ModelRow) -> dict[str, Any]:
-    """What lists say of a version."""
+    """A version as lists show it."""
     entries = json.loads(row.document).get("history") or [{}]
     last = entries[-1]
     return {
-        "id": row.id,
-        "name": row.name,
-        "version": row.version,
-        "parent_id": row.parent_id,
-        "vehicle": row.vehicle,
-        "effects": row.effects,
+        **row.values("document"),
         "adopted": list(last.get("adopted") or ()),
         "heldout_rmse_w": (last.get("after") or {}).get("heldout_rmse_w"),
         "noise_floor_w": last.get("noise_floor_w"),
-        "created_at": row.created_at,
     }

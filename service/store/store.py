@@ -36,10 +36,10 @@ class Store:
 
     @classmethod
     def open(cls, settings: Settings, owner: str | None = None) -> Self:
-        """Open the store, and make it where there is none.
+        """Open the store; it is created if it does not exist.
 
         Args:
-            settings: say where it is.
+            settings: its location.
             owner: name of this service among those that share the database.
 
         Raises:
@@ -55,7 +55,7 @@ class Store:
         return cls(database, files, Logs(database), Models(database), jobs)
 
     def model_file(self, model: str) -> Path | None:
-        """Path of a stored model's file, or None when there is no such model."""
+        """Path of a stored model's file, or None if there is no such model."""
         document = self.models.document(model)
         return None if document is None else self.files.model(model, document)
 

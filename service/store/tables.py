@@ -1,7 +1,7 @@
 """Tables of the database, in types that every database of SQLAlchemy has.
 
-Times are text in ISO 8601, UTC, of one length, so that they sort as they stand. Documents whose
-text must come back letter by letter (a saved model, a result) are text, other ones JSON.
+Times are ISO 8601 text in UTC of one length, so that they sort as text. Documents that must be
+returned byte for byte (a saved model, a result) are text, other ones JSON.
 """
 
 from __future__ import annotations
@@ -20,6 +20,11 @@ class Base(DeclarativeBase):
 
     type_annotation_map = {dict[str, Any]: JSON, list[str]: JSON}  # noqa: RUF012
 
+    def values(self, *omitted: str) -> dict[str, Any]:
+        """Values by column, without some of them."""
+        columns = [column.key for column in self.__table__.columns]
+        return {key: getattr(self, key) for key in columns if key not in omitted}
+
 
 class SchemaRow(Base):
     """One row: which version of the tables this database has."""
@@ -31,7 +36,7 @@ class SchemaRow(Base):
 
 
 class LogRow(Base):
-    """A log that was uploaded and can be read."""
+    """An uploaded log."""
 
     __tablename__ = "logs"
 
@@ -47,7 +52,7 @@ class LogRow(Base):
 
 
 class ModelRow(Base):
-    """One version of a model; ``parent_id`` leads to the version that it was made from."""
+    """One version of a model; ``parent_id`` is the version that it was made from."""
 
     __tablename__ = "models"
 
@@ -62,7 +67,7 @@ class ModelRow(Base):
 
 
 class JobRow(Base):
-    """Long work. ``owner`` is the service that runs it, until ``lease_until`` (s since 1970)."""
+    """A job. ``owner`` is the service that runs it, until ``lease_until`` (s since 1970)."""
 
     __tablename__ = "jobs"
     __table_args__ = (Index("jobs_by_state", "state", "created_at"),)

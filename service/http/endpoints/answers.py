@@ -1,4 +1,4 @@
-"""How a job is answered: its result when it is there, itself while it is not."""
+"""How a job is answered: its result if finished, the job itself otherwise."""
 
 from __future__ import annotations
 
@@ -13,33 +13,31 @@ from starlette.requests import ClientDisconnect
 from service.http.error_handlers import respond
 from service.problems import document
 
-HEADER_LOCATION = {
-    "Location": {"description": "address of the job", "schema": {"type": "string"}},
-}
+HEADER_LOCATION = {"Location": {"description": "URL of the job", "schema": {"type": "string"}}}
 
 
 def job_response(job: dict[str, Any]) -> JSONResponse:
     """A job as a response: result, problem, or 202 with the job."""
     where = {"Location": f"/v1/jobs/{job['id']}"}
-    if job["state"] == "done":
-        return JSONResponse(job["result"], headers=where)
-    if job["state"] == "failed":
-        return respond(job["error"], where)
-    if job["state"] == "cancelled":
-        cancelled = document(409, "cancelled", "the job was cancelled")
-        return respond(cancelled, where)
+    match job["state"]:
+        case "done":
+            return JSONResponse(job["result"], headers=where)
+        case "failed":
+            return respond(job["error"], where)
+        case "cancelled":
+            return respond(document(409, "cancelled", "the job was cancelled"), where)
     return JSONResponse(job, 202, headers=where)
 
 
 async def while_listening(request: Request, work: Coroutine[Any, Any, Any]) -> Any:
-    """What a worker answers; a client that hangs up ends its own work.
+    """The result of a worker; a client that disconnects ends its own work.
 
     Args:
-        request: whose body was read.
-        work: what Workers.run returned.
+        request: its body has been read.
+        work: returned by Workers.run.
 
     Raises:
-        ClientDisconnect: nobody would read the answer any more.
+        ClientDisconnect: the client disconnected before the result.
     """
     working = asyncio.ensure_future(work)
     gone = asyncio.ensure_future(_disconnected(request))
@@ -54,6 +52,6 @@ async def while_listening(request: Request, work: Coroutine[Any, Any, Any]) -> A
 
 
 async def _disconnected(request: Request) -> None:
-    """Returns when the client is gone."""
+    """Return when the client is gone."""
     while (await request.receive())["type"] != "http.disconnect":
         pass

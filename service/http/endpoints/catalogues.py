@@ -1,4 +1,4 @@
-"""GET /v1/maps, /v1/vehicles, /v1/effects: what requests may name, and what acts."""
+"""GET /v1/maps, /v1/vehicles, /v1/effects: names for requests, and effects."""
 
 from __future__ import annotations
 
@@ -14,27 +14,29 @@ from service.http.state import Running, Service
 router = APIRouter(prefix="/v1", tags=["catalogues"])
 
 
-def _entries(service: Service, catalogue: str, field: str) -> list[dict[str, Any]]:
+def _with_files(
+    entries: list[dict[str, Any]], service: Service, field: str
+) -> list[dict[str, Any]]:
     files = [{"name": name, "title": "file of this service"} for name in service.names.files(field)]
-    return [*service.catalogues[catalogue], *files]
+    return [*entries, *files]
 
 
 @router.get("/maps", response_model=list[Entry])
 def maps(service: Running) -> list[dict[str, Any]]:
     """Maps of the catalogue and of the service's folder."""
-    return _entries(service, "maps", "map")
+    return _with_files(service.catalogues.maps, service, "map")
 
 
 @router.get("/vehicles", response_model=list[Entry])
 def vehicles(service: Running) -> list[dict[str, Any]]:
     """Vehicles of the catalogue and of the service's folder."""
-    return _entries(service, "vehicles", "vehicle")
+    return _with_files(service.catalogues.vehicles, service, "vehicle")
 
 
 @router.get("/effects", response_model=list[Entry])
 def effects(service: Running) -> list[dict[str, Any]]:
-    """Physical effects that a power model can hold, with their parameters."""
-    return service.catalogues["effects"]
+    """Physical effects of power models, with their parameters."""
+    return service.catalogues.effects
 
 
 @router.get(
@@ -45,7 +47,7 @@ def effects(service: Running) -> list[dict[str, Any]]:
 async def relief(
     name: str, request: Request, service: Running, most: Annotated[int, Query(ge=16, le=1024)] = 320
 ) -> Response:
-    """Heights of a map for a picture, thinned out to at most `most` columns and rows."""
+    """Heights of a map for a picture, reduced to at most `most` columns and rows."""
     try:
         found = service.names.find("map", name)
     except RequestError as error:

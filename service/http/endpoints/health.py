@@ -14,7 +14,7 @@ router = APIRouter(tags=["health"])
 
 @router.get("/healthz", response_model=Health, responses={503: {"model": Health}})
 async def health(service: Running, response: Response) -> Health:
-    """Answers at once, whatever the workers do; 503 when they cannot be used any more."""
+    """Version of the service and load of its workers; 503 if the workers are unusable."""
     workers = WorkersHealth(**service.workers.state())
     if not workers.alive:
         response.status_code = 503

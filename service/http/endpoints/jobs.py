@@ -1,4 +1,4 @@
-"""/v1/jobs: how far long work is, its result, and how to end it."""
+"""/v1/jobs: progress and results of jobs, and cancelling."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ def jobs(
 
 @router.get("/{job}", response_model=Job, responses=problem_responses(404))
 async def job(job: str, service: Running) -> dict[str, Any]:
-    """State, progress and, when it is done, the result; when it failed, the problem."""
+    """State and progress of a job, with its result or problem document."""
     return await service.jobs.get(job)
 
 
 @router.delete("/{job}", response_model=Job, responses=problem_responses(404))
 async def cancel(job: str, service: Running) -> dict[str, Any]:
-    """End a job and its process at once; a finished one stays what it is."""
+    """Cancel a job and end its process at once; a finished job is unchanged."""
     return await service.jobs.cancel(job)

@@ -11,69 +11,48 @@ from fastapi.responses import JSONResponse
 
 from service.http.bodies import Upload, receive_log
 from service.http.endpoints.answers import job_response
-from service.http.schemas import problem_responses
+from service.http.requests import Wait
+from service.http.schemas import described, problem_responses
 from service.http.state import Running, Service
 from service.http.workbench_schemas import Job, Log, LogSummary
-from service.problems import Conflict, NoSuch, Unavailable
+from service.problems import Conflict, NoSuch, Unavailable, found
 from service.store import log_id
 
 router = APIRouter(prefix="/v1/logs", tags=["logs"])
 
-_FORM = {
-    "type": "object",
-    "properties": {
-        "log": {"type": "string", "format": "binary"},
-        "mapping": {
-            "type": "string",
-            "format": "binary",
-            "description": "TOML: which columns are which quantities",
-        },
-    },
-    "required": ["log"],
+_BYTES = {"type": "string", "format": "binary"}
+_MAPPING = {**_BYTES, "description": "TOML: which columns are which quantities"}
+_PARTS = {"log": _BYTES, "mapping": _MAPPING}
+_FORM = {"type": "object", "properties": _PARTS, "required": ["log"]}
+_CONTENT = {
+    "multipart/form-data": {"schema": _FORM},
+    "text/csv": {"schema": _BYTES},
+    "application/vnd.apache.parquet": {"schema": _BYTES},
+    "application/octet-stream": {"schema": _BYTES},
 }
-_BYTES = {"schema": {"type": "string", "format": "binary"}}
+_ANSWERS = {
+    200: {"model": Log, "description": "The same log is already stored."},
+    201: {"model": Log, "description": "The log was read and stored."},
+    202: {"model": Job, "description": "The unfinished job; its result is the log."},
+}
+_PROBLEMS = (409, 413, 422, 500, 503, 504, 507)
 
 
-@router.post(
-    "",
-    response_class=Response,
-    status_code=201,
-    responses={
-        200: {"model": Log, "description": "The same log is here already."},
-        201: {"model": Log, "description": "The log was read and can be used."},
-        202: {"model": Job, "description": "It is still being read; the job's result is the log."},
-        **problem_responses(409, 413, 422, 500, 503, 504, 507),
-    },
-    openapi_extra={
-        "requestBody": {
-            "required": True,
-            "content": {
-                "multipart/form-data": {"schema": _FORM},
-                "text/csv": _BYTES,
-                "application/vnd.apache.parquet": _BYTES,
-                "application/octet-stream": _BYTES,
-            },
-        }
-    },
-)
+@router.post("", **described(_CONTENT, _ANSWERS, *_PROBLEMS, status_code=201))
 async def upload_log(
     request: Request,
     service: Running,
-    wait: Annotated[
-        float, Query(ge=0, le=600, description="seconds to wait until the log was read")
-    ] = 60.0,
-    name: Annotated[
-        str, Query(max_length=1024, description="what to call a log that is the whole body")
-    ] = "log",
+    wait: Wait = 60.0,
+    name: Annotated[str, Query(max_length=1024, description="name of a log sent as body")] = "log",
 ) -> Response:
-    """Upload a log: as a form with `log` and perhaps `mapping`, or as the body alone.
+    """Upload a log, as a form with `log` and optionally `mapping`, or as the body.
 
-    The log is read from end to end before it is accepted. The same bytes with the same mapping
-    are the same log, under the name that it first came with.
+    The log is read completely before it is accepted. The same bytes with the same mapping are
+    the same log; its first name is kept.
     """
     if request.headers.get("sec-fetch-site") == "cross-site":
-        # A form of a foreign page could send this without asking.
-        raise Conflict("logs are not taken from pages of other sites")
+        # A form on another site's page could send this without consent.
+        raise Conflict("logs are not accepted from pages of other sites")
     place = service.store.files.incoming()
     async with receive_log(request, place, service.settings.max_log_bytes) as received:
         return await _take_in(service, received, wait)
@@ -108,7 +87,7 @@ async def _take_in(service: Service, received: Upload, wait: float) -> Response:
 
 
 def _put_away(service: Service, log: str) -> None:
-    """Remove an upload that no job reads, unless the same log came in another way meanwhile."""
+    """Remove an upload that no job reads, unless the same log was stored meanwhile."""
     with suppress(Unavailable):
         if service.store.logs.get(log) is None and service.store.jobs.reading(log) is None:
             service.store.files.drop_log(log)
@@ -122,18 +101,15 @@ def logs(service: Running) -> list[dict[str, Any]]:
 
 @router.get("/{log}", response_model=Log, responses=problem_responses(404))
 def log(log: str, service: Running) -> dict[str, Any]:
-    """One log with what was found, derived and assumed."""
-    found = service.store.logs.get(log)
-    if found is None:
-        raise NoSuch("log", log)
-    return found
+    """One log with its findings, derived quantities and assumptions."""
+    return found(service.store.logs.get(log), "log", log)
 
 
 @router.delete("/{log}", status_code=204, responses=problem_responses(404, 409))
 def delete_log(log: str, service: Running) -> Response:
-    """Remove a log. What was adopted from it stays."""
+    """Remove a log; models adopted from it stay."""
     if service.store.jobs.uses_log(log):
-        raise Conflict("a job that is not finished reads this log; cancel it first")
+        raise Conflict("an unfinished job reads this log; cancel it first")
     if not service.store.logs.remove(log):
         raise NoSuch("log", log)
     service.store.files.drop_log(log)

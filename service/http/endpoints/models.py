@@ -1,4 +1,4 @@
-"""/v1/models: versions of models, their history, and going back."""
+"""/v1/models: versions of models, their history, and reverting."""
 
 from __future__ import annotations
 
@@ -11,18 +11,23 @@ from fastapi.responses import JSONResponse
 from service.http.bodies import json_body, read_json
 from service.http.endpoints.answers import while_listening
 from service.http.requests import RevertRequest
-from service.http.schemas import problem_responses
+from service.http.schemas import described, json_content, problem_responses
 from service.http.state import Running
 from service.http.workbench_schemas import HistoryEntry, ModelSummary
-from service.problems import NoSuch
+from service.problems import found
 from service.store import now
 
 router = APIRouter(prefix="/v1/models", tags=["models"])
 
 MOST_MODEL = 1 << 20
-"""Largest saved model in bytes that may be uploaded; a version in its history takes about 2,000."""
+"""Largest size of an uploaded model in bytes; a version in its history takes about 2,000."""
 
-_SAVED = {"schema": {"type": "object", "description": "a file that joulepath adopt wrote"}}
+_SCHEMA = {"type": "object", "description": "a file written by joulepath adopt"}
+_SAVED = {"application/json": {"schema": _SCHEMA}}
+_REVERT = json_content(RevertRequest, {"version": 2})
+_STORED = {201: {"model": ModelSummary, "description": "The stored version."}}
+_PROBLEMS = (413, 415, 422, 500, 503)
+_NOT_FOUND = problem_responses(404)
 
 
 @router.get("", response_model=list[ModelSummary])
@@ -31,18 +36,9 @@ def models(service: Running) -> list[dict[str, Any]]:
     return service.store.models.all()
 
 
-@router.post(
-    "",
-    response_class=Response,
-    status_code=201,
-    responses={
-        201: {"model": ModelSummary, "description": "Kept as it was read."},
-        **problem_responses(413, 415, 422, 500, 503),
-    },
-    openapi_extra={"requestBody": {"required": True, "content": {"application/json": _SAVED}}},
-)
+@router.post("", **described(_SAVED, _STORED, *_PROBLEMS, status_code=201))
 async def upload_model(request: Request, service: Running) -> Response:
-    """Upload a saved model, such as one that was adopted on the command line."""
+    """Upload a saved model, such as one from `joulepath adopt`."""
     body = await json_body(request, MOST_MODEL)
     text = await while_listening(request, service.workers.run("check_model", body))
     return await _keep(service, text, None)
@@ -51,54 +47,25 @@ async def upload_model(request: Request, service: Running) -> Response:
 @router.get(
     "/{model}",
     response_class=Response,
-    responses={
-        200: {"content": {"application/json": _SAVED}, "description": "The saved model."},
-        **problem_responses(404),
-    },
+    responses={200: {"content": _SAVED, "description": "The saved model."}, **_NOT_FOUND},
 )
 def model(model: str, service: Running) -> Response:
-    """The saved model, letter by letter; the command line and Python read it from a file."""
-    text = service.store.models.document(model)
-    if text is None:
-        raise NoSuch("model", model)
+    """The saved model, byte for byte; the command line and Python read it from a file."""
+    text = found(service.store.models.document(model), "model", model)
     return Response(text, media_type="application/json")
 
 
-@router.get("/{model}/history", response_model=list[HistoryEntry], responses=problem_responses(404))
+@router.get("/{model}/history", response_model=list[HistoryEntry], responses=_NOT_FOUND)
 def history(model: str, service: Running) -> list[dict[str, Any]]:
-    """What was adopted from which log, with the error before and after; oldest first."""
-    entries = service.store.models.history(model)
-    if entries is None:
-        raise NoSuch("model", model)
-    return entries
+    """Changes of a model with their logs and the error before and after, oldest first."""
+    return found(service.store.models.history(model), "model", model)
 
 
-@router.post(
-    "/{model}/revert",
-    response_class=Response,
-    status_code=201,
-    responses={
-        201: {"model": ModelSummary, "description": "The new version."},
-        **problem_responses(404, 413, 415, 422, 500, 503),
-    },
-    openapi_extra={
-        "requestBody": {
-            "required": True,
-            "content": {
-                "application/json": {
-                    "schema": {"$ref": "#/components/schemas/RevertRequest"},
-                    "example": {"version": 2},
-                }
-            },
-        }
-    },
-)
+@router.post("/{model}/revert", **described(_REVERT, _STORED, 404, *_PROBLEMS, status_code=201))
 async def revert(model: str, request: Request, service: Running) -> Response:
-    """Go back to an earlier version; that is a new version too."""
+    """Revert to an earlier version; the result is a new version."""
     asked = read_json(RevertRequest, await json_body(request, service.settings.max_body_bytes))
-    path = await asyncio.to_thread(service.store.model_file, model)
-    if path is None:
-        raise NoSuch("model", model)
+    path = found(await asyncio.to_thread(service.store.model_file, model), "model", model)
     text = await while_listening(request, service.workers.run("revert", str(path), asked.version))
     return await _keep(service, text, model)
 

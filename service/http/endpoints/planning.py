@@ -1,4 +1,4 @@
-"""POST /v1/routes, /v1/fronts, /v1/matrices, /v1/reachable-areas: questions about ways.
+"""POST /v1/routes, /v1/fronts, /v1/matrices, /v1/reachable-areas: questions about routes.
 
 A worker process answers each of them.
 """
@@ -9,6 +9,7 @@ import asyncio
 from typing import Any
 
 from fastapi import APIRouter, Request, Response
+from pydantic import BaseModel
 
 from planner.errors import RequestError
 from planner.search.requests import (
@@ -25,119 +26,72 @@ from service.http.schemas import (
     MatrixAnswer,
     ReachAnswer,
     RouteAnswer,
-    problem_responses,
+    described,
+    json_content,
 )
-from service.http.state import Running
+from service.http.state import Running, Service
 
 router = APIRouter(prefix="/v1", tags=["routes"])
 
-EXAMPLE = {
-    "map": "jacksboro-1to100",
-    "vehicle": "minibalance",
-    "start": {"x": 93.0, "y": 225.0},
-    "goal": {"x": 212.0, "y": 73.0},
-    "seed": 1,
-}
-
-MATRIX_EXAMPLE = {
-    "map": "warehouse",
-    "starts": [{"x": 2.0, "y": 2.0}, {"x": 20.0, "y": 17.0}, {"x": 27.0, "y": 4.0}],
-}
-FRONT_EXAMPLE = {
-    "map": "warehouse",
-    "start": {"x": 1.5, "y": 2.0},
-    "goal": {"x": 27.0, "y": 17.0},
-    "points": 5,
-}
-REACH_EXAMPLE = {"map": "jacksboro-1to100", "start": {"x": 93.0, "y": 225.0}, "energy_j": 1500}
-
-_PROBLEMS = problem_responses(413, 415, 422, 500, 503, 504)
+_FAULT = {"map": "jacksboro-1to100", "start": {"x": 93.0, "y": 225.0}}
+_WAREHOUSE = {"map": "warehouse", "start": {"x": 1.5, "y": 2.0}, "goal": {"x": 27.0, "y": 17.0}}
+_STARTS = [{"x": 2.0, "y": 2.0}, {"x": 20.0, "y": 17.0}, {"x": 27.0, "y": 4.0}]
+EXAMPLE = {**_FAULT, "vehicle": "minibalance", "goal": {"x": 212.0, "y": 73.0}, "seed": 1}
+MATRIX_EXAMPLE = {"map": "warehouse", "starts": _STARTS}
+FRONT_EXAMPLE = {**_WAREHOUSE, "points": 5}
+REACH_EXAMPLE = {**_FAULT, "energy_j": 1500}
 
 
-def _body(schema: str, example: dict[str, Any]) -> dict[str, Any]:
-    """How a request's body is described in the OpenAPI document."""
-    content = {"schema": {"$ref": f"#/components/schemas/{schema}"}, "example": example}
-    return {"requestBody": {"required": True, "content": {"application/json": content}}}
+def _described(
+    asked: type[BaseModel], answered: type[BaseModel], example: dict[str, Any]
+) -> dict[str, Any]:
+    """OpenAPI description of a question."""
+    answer = {200: {"model": answered, "description": answered.__doc__}}
+    return described(json_content(asked, example), answer, 413, 415, 422, 500, 503, 504)
 
 
-@router.post(
-    "/routes",
-    response_class=Response,
-    responses={
-        200: {"model": RouteAnswer, "description": "A route, or why there is none."},
-        **_PROBLEMS,
-    },
-    openapi_extra=_body("PlanRequest", EXAMPLE),
-)
+@router.post("/routes", **_described(PlanRequest, RouteAnswer, EXAMPLE))
 async def plan_route(request: Request, service: Running) -> Response:
-    """Plan the route that costs the least energy.
+    """Plan the route of least energy.
 
-    The body is a PlanRequest. A well-formed question whose answer is "no route" is answered with
-    status 200 and `"status": "no_route"`. A client that hangs up ends its own job.
+    The body is a PlanRequest. If no route exists, the status is 200 with `"status": "no_route"`.
+    A client that disconnects ends its own job.
     """
-    asked = PlanRequest.from_text(await json_body(request, service.settings.max_body_bytes))
+    return await _answered(request, service, "plan_route", PlanRequest)
+
+
+@router.post("/matrices", **_described(MatrixRequest, MatrixAnswer, MATRIX_EXAMPLE))
+async def energy_matrix(request: Request, service: Running) -> Response:
+    """Energies from each start to each goal; null where there is no route."""
+    return await _answered(request, service, "energy_matrix", MatrixRequest)
+
+
+@router.post("/reachable-areas", **_described(ReachRequest, ReachAnswer, REACH_EXAMPLE))
+async def reachable_area(request: Request, service: Running) -> Response:
+    """Area that the robot can reach with an energy, one way or there and back."""
+    return await _answered(request, service, "reachable_area", ReachRequest)
+
+
+@router.post("/fronts", **_described(FrontRequest, FrontAnswer, FRONT_EXAMPLE))
+async def energy_time_front(request: Request, service: Running) -> Response:
+    """Pareto front of duration and energy, from the fastest route to that of least energy."""
+    return await _answered(request, service, "energy_time_front", FrontRequest)
+
+
+async def _answered(
+    request: Request, service: Service, job: str, kind: type[SituationRequest]
+) -> Response:
+    """JSON text from a worker; a client that disconnects ends its own job."""
+    asked = kind.from_text(await json_body(request, service.settings.max_body_bytes))
     most = service.settings.max_time_budget_s
     for name in ("time_budget_s", "certify_s"):
-        seconds = getattr(asked, name) or 0.0
-        if seconds > most:
+        if (seconds := getattr(asked, name, None) or 0.0) > most:
             raise RequestError(
                 name,
                 "is larger than this service allows",
                 value=seconds,
                 accepted=f"seconds, above 0 up to {most:g}",
             )
-    return await _answered(request, service, "plan_route", asked)
-
-
-@router.post(
-    "/matrices",
-    response_class=Response,
-    responses={
-        200: {"model": MatrixAnswer, "description": "Energies between places."},
-        **_PROBLEMS,
-    },
-    openapi_extra=_body("MatrixRequest", MATRIX_EXAMPLE),
-)
-async def energy_matrix(request: Request, service: Running) -> Response:
-    """Energies from each of some places to each of others; null where there is no way."""
-    body = await json_body(request, service.settings.max_body_bytes)
-    return await _answered(request, service, "energy_matrix", MatrixRequest.from_text(body))
-
-
-@router.post(
-    "/reachable-areas",
-    response_class=Response,
-    responses={
-        200: {"model": ReachAnswer, "description": "The area and its outlines."},
-        **_PROBLEMS,
-    },
-    openapi_extra=_body("ReachRequest", REACH_EXAMPLE),
-)
-async def reachable_area(request: Request, service: Running) -> Response:
-    """How far an energy takes the robot, there or there and back."""
-    body = await json_body(request, service.settings.max_body_bytes)
-    return await _answered(request, service, "reachable_area", ReachRequest.from_text(body))
-
-
-@router.post(
-    "/fronts",
-    response_class=Response,
-    responses={
-        200: {"model": FrontAnswer, "description": "Routes, or why there are none."},
-        **_PROBLEMS,
-    },
-    openapi_extra=_body("FrontRequest", FRONT_EXAMPLE),
-)
-async def energy_time_front(request: Request, service: Running) -> Response:
-    """What a second costs: routes from the fastest to that of least energy."""
-    body = await json_body(request, service.settings.max_body_bytes)
-    return await _answered(request, service, "energy_time_front", FrontRequest.from_text(body))
-
-
-async def _answered(
-    request: Request, service: Running, job: str, asked: SituationRequest
-) -> Response:
-    """A worker's JSON text; a client that hangs up ends its own job."""
     asked = await asyncio.to_thread(service.names.resolve, asked)
     text = await while_listening(request, service.workers.run(job, asked))
     return Response(text, media_type="application/json")

@@ -11,60 +11,43 @@ from pydantic import BaseModel
 from service.http.bodies import json_body, read_json
 from service.http.endpoints.answers import HEADER_LOCATION, job_response
 from service.http.requests import AdoptRequest, CompareRequest, DiagnoseRequest, Wait
-from service.http.schemas import problem_responses
+from service.http.schemas import described, json_content
 from service.http.state import Running, Service
 from service.http.workbench_schemas import Adoption, Comparison, Diagnosis, Job
 
 router = APIRouter(prefix="/v1", tags=["workbench"])
 
-_START = {"log": "5f2d0c1b7a9e4433", "vehicle": "minibalance"}
+_EXAMPLE = {"log": "5f2d0c1b7a9e4433", "vehicle": "minibalance"}
+_UNFINISHED = "The unfinished job; its URL gives progress and result."
 
 
 def _described(
-    asked: type[BaseModel], answered: type[BaseModel], example: Mapping[str, Any]
+    asked: type[BaseModel], answered: type[BaseModel], example: Mapping[str, Any] = _EXAMPLE
 ) -> dict[str, Any]:
-    """What the OpenAPI document says of a verb."""
-    return {
-        "response_class": Response,
-        "status_code": 202,
-        "responses": {
-            200: {"model": answered, "description": "The result, when it came within `wait`."},
-            202: {
-                "model": Job,
-                "description": "The job; ask its address for progress and result.",
-                "headers": HEADER_LOCATION,
-            },
-            **problem_responses(409, 413, 415, 422, 500, 503, 504),
-        },
-        "openapi_extra": {
-            "requestBody": {
-                "required": True,
-                "content": {
-                    "application/json": {
-                        "schema": {"$ref": f"#/components/schemas/{asked.__name__}"},
-                        "example": dict(example),
-                    }
-                },
-            }
-        },
+    """OpenAPI description of a verb."""
+    answers = {
+        200: {"model": answered, "description": "The result, if ready within `wait`."},
+        202: {"model": Job, "description": _UNFINISHED, "headers": HEADER_LOCATION},
     }
+    problems = (409, 413, 415, 422, 500, 503, 504)
+    return described(json_content(asked, example), answers, *problems, status_code=202)
 
 
-@router.post("/compare", **_described(CompareRequest, Comparison, _START))
+@router.post("/compare", **_described(CompareRequest, Comparison))
 async def compare(request: Request, service: Running, wait: Wait = 0.0) -> Response:
-    """Compare measured power with a model's: how far apart, where, and how much is noise."""
+    """Compare measured with predicted power: error, where it occurs, and share of noise."""
     return await _as_job("compare", CompareRequest, request, service, wait)
 
 
-@router.post("/diagnose", **_described(DiagnoseRequest, Diagnosis, _START))
+@router.post("/diagnose", **_described(DiagnoseRequest, Diagnosis))
 async def diagnose(request: Request, service: Running, wait: Wait = 0.0) -> Response:
-    """Name the physical effects that a model lacks, or say that it cannot be told."""
+    """Name the physical effects missing from a model, or say that they cannot be identified."""
     return await _as_job("diagnose", DiagnoseRequest, request, service, wait)
 
 
-@router.post("/adopt", **_described(AdoptRequest, Adoption, {**_START, "effects": ["air_drag"]}))
+@router.post("/adopt", **_described(AdoptRequest, Adoption, {**_EXAMPLE, "effects": ["air_drag"]}))
 async def adopt(request: Request, service: Running, wait: Wait = 0.0) -> Response:
-    """Take effects into the model, fit it to the log, and keep it as a new version."""
+    """Add effects to the model, fit it to the log, and store it as a new version."""
     return await _as_job("adopt", AdoptRequest, request, service, wait)
 
 

@@ -178,12 +178,18 @@ def test_a_formula_is_adopted_under_its_name(
     ("arguments", "words"),
     [
         (["compare", "x.csv"], ["--vehicle", "--model"]),
-        (["compare", "x.csv", "--vehicle", "v", "--model", "m"], ["--vehicle", "beside --model"]),
+        (
+            ["compare", "x.csv", "--vehicle", "v", "--model", "m"],
+            ["--vehicle", "together with --model"],
+        ),
         (["compare", "x.csv", "--model", "no.json"], ["no.json", "cannot be read"]),
         (["diagnose"], ["LOG"]),
         (["adopt", "air_drag", "x.csv", "--vehicle", "v"], ["--out"]),
         (["adopt", "", "x.csv", "--vehicle", "v", "--out", "o.json"], ["effects", "diagnosed"]),
-        (["adopt", "diagnosed,a", "x.csv", "--vehicle", "v", "--out", "o"], ["beside others"]),
+        (
+            ["adopt", "diagnosed,a", "x.csv", "--vehicle", "v", "--out", "o"],
+            ["together with others"],
+        ),
         (["adopt", "a", "x.csv", "--vehicle", "v", "--out", "/dev/null/o"], ["cannot be written"]),
         (
             ["adopt", "a", "x", "--vehicle", "v", "--out", "o", "--formula", "no.json"],
@@ -212,7 +218,7 @@ def test_input_that_cannot_be_used_is_one_sentence(
     ("text", "word"),
     [
         ("{", "JSON"),
-        ("[]", "no object"),
+        ("[]", "not an object"),
         ('{"name": "tow"}', "incomplete"),
         (json.dumps({**TOW, "formula": "__import__('os')"}), "formula"),
         (json.dumps({**TOW, "name": "other"}), "does not name the effect"),
