@@ -224,14 +224,14 @@ class JoulepathClient:
         Raises:
             ServiceProblem: the job failed or was cancelled.
         """
-        told: tuple[float, str] | None = None
+        reported: tuple[float, str] | None = None
         try:
             while True:
                 found = self.job(job)
                 now = (found["progress"]["share"], found["progress"]["sentence"])
-                if progress is not None and now != told:
+                if progress is not None and now != reported:
                     progress(*now)
-                    told = now
+                    reported = now
                 match found["state"]:
                     case "done":
                         return dict(found["result"])

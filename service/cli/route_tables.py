@@ -117,7 +117,7 @@ def reach(document: Document) -> Group:
 
 
 def front(document: Document) -> RenderableType:
-    """Routes from the fastest to that of least energy, each with its price of time."""
+    """Routes from the fastest to that of least energy, each with its time weight."""
     if document["status"] != "ok":
         return Text(f"No route: {document.get('reason')}")
     headings = ("duration", "energy", "length", "mean power", "best at a price of time of")

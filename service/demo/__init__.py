@@ -1,6 +1,6 @@
 """What joulepath does, shown in two minutes: ``python -m service.demo``, run by ``make demo``.
 
-told = close_the_loop(ERRANDS, "minibalance", {"regeneration_limit": {}}, Path("demo"))
+story = close_the_loop(ERRANDS, "minibalance", {"regeneration_limit": {}}, Path("demo"))
 """
 
 from service.demo.chapters import main

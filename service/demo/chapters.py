@@ -91,30 +91,33 @@ def hidden_effect(console: Console, folder: Path = REPORT.parent) -> Answers:
         "model lacks. The model plans the routes; only the robot's log is known.\n"
     )
     begun = time.perf_counter()
-    told = close_the_loop(ERRANDS, "minibalance", {HIDDEN: {}}, folder)
-    console.print(_errands(told), "")
-    diagnosis = told.adoption.diagnosis
+    story = close_the_loop(ERRANDS, "minibalance", {HIDDEN: {}}, folder)
+    console.print(_errands(story), "")
+    diagnosis = story.adoption.diagnosis
     console.print(f"What its log tells ({len(diagnosis.corrected):,} rows):", diagnosis.sentence)
-    console.print(as_tables("adopt", told.adoption.to_json()), "")
-    console.print(summary(told))
-    hidden = "is" if told.adoption.adopted == (HIDDEN,) else "is not all of"
+    console.print(as_tables("adopt", story.adoption.to_json()), "")
+    console.print(summary(story))
+    hidden = "is" if story.adoption.adopted == (HIDDEN,) else "is not all of"
     console.print(f"What was named {hidden} what it hid ({HIDDEN}).")
-    told.adoption.write_report(folder / DIAGNOSIS, "joulepath: what the robot's log tells")
+    story.adoption.write_report(folder / DIAGNOSIS, "joulepath: what the robot's log tells")
     took = time.perf_counter() - begun
     console.print(f"driven, diagnosed and planned again in {took:.1f} s\n", style="dim")
-    console.print(f"The log: [bold]{told.log}[/]; what it tells: [bold]{folder / DIAGNOSIS}[/]\n")
-    first = told.drives[0]
+    console.print(f"The log: [bold]{story.log}[/]; what it tells: [bold]{folder / DIAGNOSIS}[/]\n")
+    first = story.drives[0]
     return {
         f"{first.errand.name}, planned by the base model": first.before,
         f"{first.errand.name}, planned with what the log told": first.after,
     }
 
 
-def summary(told: ClosedLoop) -> str:
+def summary(story: ClosedLoop) -> str:
     """Benefit of adopting: smaller errors of the plans, and less energy."""
-    old, new = (sum(d.took_before_j for d in told.drives), sum(d.took_after_j for d in told.drives))
-    said_old = sum(d.before.routes[0].energy_j for d in told.drives)
-    said_new = sum(d.after.routes[0].energy_j for d in told.drives)
+    old, new = (
+        sum(d.took_before_j for d in story.drives),
+        sum(d.took_after_j for d in story.drives),
+    )
+    said_old = sum(d.before.routes[0].energy_j for d in story.drives)
+    said_new = sum(d.after.routes[0].energy_j for d in story.drives)
     return (
         f"The plans were {_off(old / said_old - 1.0)} and are {_off(new / said_new - 1.0)} now; "
         f"on its new routes the robot takes {joules(new)} instead of {joules(old)}, "
@@ -126,12 +129,12 @@ def _off(error: float) -> str:
     return f"{100 * abs(error):.1f} % too {'low' if error > 0 else 'high'}"
 
 
-def _errands(told: ClosedLoop) -> Table:
+def _errands(story: ClosedLoop) -> Table:
     both = ("robot takes", "")
     table = grid(
         ("errand", "base model says", *both, "corrected says", *both, "saved"), left=(0, 7)
     )
-    for drive in told.drives:
+    for drive in story.drives:
         table.add_row(
             drive.errand.name,
             joules(drive.before.routes[0].energy_j),

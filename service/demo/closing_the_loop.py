@@ -1,8 +1,8 @@
 """A robot with an effect that its model lacks, and a model that adopts it from the robot's log.
 
-    told = close_the_loop(ERRANDS, "minibalance", {"regeneration_limit": {}}, Path("demo"))
-    told.adoption.diagnosis.sentence
-    for drive in told.drives: drive.error_before, drive.error_after, drive.saved
+    story = close_the_loop(ERRANDS, "minibalance", {"regeneration_limit": {}}, Path("demo"))
+    story.adoption.diagnosis.sentence
+    for drive in story.drives: drive.error_before, drive.error_after, drive.saved
 
 A virtual robot (planner.telemetry.virtual) hides an effect. It drives the routes that the
 base model plans and logs its power. From that log alone the effect is named and adopted; the same
@@ -136,9 +136,11 @@ def close_the_loop(
     adoption = adopt("diagnosed", path, model)
     second = [_plan(errand, adoption.model, seed) for errand in errands]
     again = [_drive(robot, e, answer) for e, answer in zip(errands, second, strict=True)]
-    told = [_predicted(adoption.model, log, folder) for _, log in (*driven, *again)]
+    story = [_predicted(adoption.model, log, folder) for _, log in (*driven, *again)]
     drives = tuple(
-        Drive(errand, first[k], second[k], driven[k][0], again[k][0], told[k], told[k + len(first)])
+        Drive(
+            errand, first[k], second[k], driven[k][0], again[k][0], story[k], story[k + len(first)]
+        )
         for k, errand in enumerate(errands)
     )
     return ClosedLoop(adoption, drives, path)

@@ -90,7 +90,7 @@ class Pose(Described):
     y: float
     """m, the map's frame"""
     z: float
-    """m, height at which the robot rides"""
+    """m, ground height averaged over the footprint"""
     yaw: float
     """rad, counter-clockwise from the map's x axis"""
     t: float

@@ -202,16 +202,18 @@ class Runner:
 
     async def _watch(self, job: str, work: asyncio.Future[Any]) -> None:
         path = self._store.files.progress(job)
-        told: tuple[float, str] = (0.0, "starting")
+        reported: tuple[float, str] = (0.0, "starting")
         renewed = time.monotonic()
         while True:
             await asyncio.sleep(_TICK_S)
-            latest = progress.read(path) or told
-            if latest == told and time.monotonic() - renewed < RENEWAL_S:
+            latest = progress.read(path) or reported
+            if latest == reported and time.monotonic() - renewed < RENEWAL_S:
                 continue
-            told, renewed = latest, time.monotonic()
+            reported, renewed = latest, time.monotonic()
             try:
-                ours = await asyncio.to_thread(self._store.jobs.renew, job, *told, self._until())
+                ours = await asyncio.to_thread(
+                    self._store.jobs.renew, job, *reported, self._until()
+                )
             except DatabaseLocked:
                 continue
             if not ours:
