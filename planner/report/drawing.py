@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from planner.report.markup import plain
+from planner.report.markup import Markup, plain
 
 _GAP = 12
 
@@ -37,9 +37,15 @@ def chart(
     told = f"<desc>{plain(description)}</desc>" if description else ""
     return (
         f'<svg class="{kind}" viewBox="0 0 {width:.0f} {height:.0f}" role="img" '
-        f'style="max-width:{1.2 * width:.0f}px" {placed}>'
+        f'width="{1.2 * width:.0f}" {placed}>'
         f"<title>{plain(title)}</title>{told}{content}</svg>"
     )
+
+
+def dot(colour: str) -> Markup:
+    """A square of a colour for legends; without a style attribute, which strict policies forbid."""
+    square = f"<rect width='1' height='1' fill='{colour}'/>"
+    return Markup(f"<svg class='dot' viewBox='0 0 1 1' aria-hidden='true'>{square}</svg>")
 
 
 def size_of(drawing: str) -> tuple[int, int]:

@@ -24,7 +24,7 @@ function nearest(values, wanted) {
   return wanted - values[low] < values[high] - wanted ? low : high;
 }
 
-function link(section) {
+function linkCursor(section) {
   const holder = section.querySelector("script.poses");
   if (!holder) return;
   const poses = JSON.parse(holder.textContent);
@@ -77,4 +77,4 @@ function link(section) {
   });
 }
 
-document.querySelectorAll("section").forEach(link);
+document.querySelectorAll("section").forEach(linkCursor);

@@ -158,6 +158,7 @@ class ModelSummary(BaseModel):
 
     id: str
     name: str
+    title: str = Field(examples=["version 2, air_drag: 0.52 W"])
     version: int
     parent_id: str | None = Field(description="the version it was made from, if it is here")
     vehicle: str

@@ -22,8 +22,9 @@ import planner.telemetry.comparison
 from planner.errors import InputError, ModelError
 from planner.power.model import PowerModel
 from planner.power.saved import ACCEPTED
+from planner.report.workbench import workbench_view
 from planner.telemetry.logs import Telemetry
-from service.documents import finite
+from service.documents import finite, strict
 from service.jobs import progress
 from service.jobs.outcomes import Adopted
 from service.jobs.tasks import Task
@@ -72,14 +73,13 @@ def check(task: Task) -> dict[str, Any]:
 def compare(task: Task) -> dict[str, Any]:
     """Comparison.to_json(), with what pictures need beside it."""
     found = planner.compare(*_log_and_model(task), **_options(task))
-    return {**found.to_json(), "pictures": _pictures(found)}
+    return {**_document(found, task), "pictures": _pictures(found)}
 
 
 @_refusing
 def diagnose(task: Task) -> dict[str, Any]:
     """Diagnosis.to_json()."""
-    document: dict[str, Any] = planner.diagnose(*_log_and_model(task), **_options(task)).to_json()
-    return document
+    return _document(planner.diagnose(*_log_and_model(task), **_options(task)), task)
 
 
 @_refusing
@@ -87,13 +87,19 @@ def adopt(task: Task) -> Adopted:
     """Adoption.to_json() and the new version."""
     effects = effects_to_adopt(task.effects, task.definition)
     found = planner.adopt(effects, *_log_and_model(task), **_options(task))
-    return Adopted(found.to_json(), _saved(found.model))
+    return Adopted(_document(found, task), _saved(found.model))
 
 
 @_refusing
 def revert(path: str, version: int) -> str:
     """The new version that goes back to an earlier one."""
     return _saved(planner.revert(PowerModel.load(path), version))
+
+
+@_refusing
+def model_report(path: str) -> str:
+    """A saved model and its history as ``report``, in JSON."""
+    return strict({"report": _report(PowerModel.load(path))})
 
 
 @_refusing
@@ -116,6 +122,16 @@ def _log_and_model(task: Task) -> tuple[str, Any]:
 
 def _options(task: Task) -> dict[str, Any]:
     return {"mapping": task.mapping, "progress": progress.reporter(Path(task.progress))}
+
+
+def _document(found: Any, task: Task) -> dict[str, Any]:
+    """What a verb found as JSON, and as HTML where that was asked for."""
+    more = {"report": _report(found)} if task.report else {}
+    return {**found.to_json(), **more}
+
+
+def _report(found: Any) -> str:
+    return "".join(workbench_view(found).sections)
 
 
 def _saved(model: PowerModel) -> str:

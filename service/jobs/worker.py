@@ -17,6 +17,7 @@ import planner.search.reach
 from planner.errors import InputError
 from planner.power.catalogue import list_effects
 from planner.power.vehicles import list_vehicles
+from planner.report.routes import answer_view
 from planner.search.plan import warm_up
 from planner.search.requests import FrontRequest, MatrixRequest, PlanRequest, ReachRequest
 from planner.search.situation import KINDS
@@ -31,6 +32,7 @@ from service.jobs.telemetry import (
     check_model,
     compare,
     diagnose,
+    model_report,
     revert,
 )
 
@@ -43,6 +45,7 @@ __all__ = [
     "diagnose",
     "energy_matrix",
     "energy_time_front",
+    "model_report",
     "plan_route",
     "reachable_area",
     "relief",
@@ -62,15 +65,19 @@ def catalogues() -> Catalogues:
     )
 
 
-def plan_route(request: PlanRequest) -> str | InputError:
+def plan_route(request: PlanRequest, report: bool = False) -> str | InputError:
     """ROUTE.json of a request, or why the request cannot be used.
 
-    Seconds that it was given to search count from its arrival.
+    Seconds that it was given to search count from its arrival. With ``report`` it has the answer's
+    pictures and tables too, as HTML, with all of the map.
     """
     try:
-        return route_text(planner.plan_route(less_waiting(request, waited_s())).to_json())
+        answer = planner.plan_route(less_waiting(request, waited_s()))
     except InputError as error:
         return error
+    view = answer_view(answer, window=answer.terrain.extent) if report else None
+    more = {} if view is None else {"report": "".join(view.sections)}
+    return route_text({**answer.to_json(), **more})
 
 
 def less_waiting(request: PlanRequest, waited_s: float) -> PlanRequest:
@@ -105,9 +112,9 @@ def energy_time_front(request: FrontRequest) -> str | InputError:
         return error
 
 
-def relief(name: str, most: int) -> str | InputError:
+def relief(name: str, most: int, report: bool = False) -> str | InputError:
     """Heights of a map for a picture, as JSON; see service.jobs.relief."""
     try:
-        return strict(relief_of(name, most))
+        return strict(relief_of(name, most, report))
     except InputError as error:
         return error

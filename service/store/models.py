@@ -10,6 +10,7 @@ from typing import Any
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
+from planner.amounts import watts
 from service.store.database import Database
 from service.store.tables import ModelRow
 
@@ -93,17 +94,20 @@ def model_row(saved: Mapping[str, Any], document: str, parent: str | None, at: s
 
 def summary(row: ModelRow) -> dict[str, Any]:
     """What lists say of a version."""
-    entries = json.loads(row.document).get("history") or [{}]
-    last = entries[-1]
+    last = (json.loads(row.document).get("history") or [{}])[-1]
+    adopted = list(last.get("adopted") or ())
+    error = (last.get("after") or {}).get("heldout_rmse_w")
+    said = ", ".join([f"version {row.version}", *adopted])
     return {
         "id": row.id,
         "name": row.name,
+        "title": said if error is None else f"{said}: {watts(error)}",
         "version": row.version,
         "parent_id": row.parent_id,
         "vehicle": row.vehicle,
         "effects": row.effects,
-        "adopted": list(last.get("adopted") or ()),
-        "heldout_rmse_w": (last.get("after") or {}).get("heldout_rmse_w"),
+        "adopted": adopted,
+        "heldout_rmse_w": error,
         "noise_floor_w": last.get("noise_floor_w"),
         "created_at": row.created_at,
     }

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from planner.amounts import chance, joules, metres, seconds
 from planner.power.catalogue import all_effects
 from planner.report.axes import thinned
-from planner.report.drawing import beside, size_of
+from planner.report.drawing import beside, dot, size_of
 from planner.report.markup import plain
 from planner.report.route_wording import (
     EXCHANGE,
@@ -26,8 +26,8 @@ from planner.report.routes.effects import OTHER, colour_of, main_effects
 from planner.report.routes.profiles import energy_bars, height_chart, power_chart
 from planner.report.routes.route_map import (
     GIVEN_BACK,
-    POWER_COLOURS,
     map_svg,
+    power_colour,
     power_range,
     routes_of,
     seen,
@@ -35,18 +35,23 @@ from planner.report.routes.route_map import (
 from planner.report.view import View
 
 if TYPE_CHECKING:
+    from planner.report.routes.relief_image import Window
     from planner.search.results import Answer, Route
 
 
-def answer_view(answer: Answer, heading: str = "") -> View:
+_SHADES = 40  # steps of the scale of power
+
+
+def answer_view(answer: Answer, heading: str = "", window: Window | None = None) -> View:
     """An answer with its map, profiles and account.
 
     Args:
         answer: with or without a route.
         heading: of its part of the page; by default the map with start and goal.
+        window: part of the map that is drawn; by default that of the routes.
     """
     title = heading or _title(answer)
-    drawing = map_svg(answer)
+    drawing = map_svg(answer, window)
     opening = f"<section><h2>{plain(title)}</h2>"
     if not answer.routes:
         reason = f'<p class="reason">No route: {plain(answer.reason or "")}</p>'
@@ -176,21 +181,20 @@ def _width(route: Route, titles: Mapping[str, str]) -> list[str]:
 def _power_legend(route: Route) -> str:
     watts = seen(route.arrays["watts"])
     low, high = power_range(watts)
-    stops = ", ".join("rgb({}, {}, {})".format(*colour) for colour in POWER_COLOURS)
-    back = "rgb({}, {}, {})".format(*GIVEN_BACK)
-    below = f"<i class='dot' style='background:{back}'></i> gives back" if (watts < 0).any() else ""
+    below = f"{dot(f'rgb{GIVEN_BACK}')} gives back" if (watts < 0).any() else ""
+    scale = "".join(
+        f"<rect x='{k}' width='1.1' height='1' fill='rgb{power_colour(k, 0, _SHADES)}'/>"
+        for k in range(_SHADES + 1)
+    )
     return (
-        f"<figcaption>{below} {low:.3g} W <i class='scale' style='background:"
-        f"linear-gradient(90deg, {stops})'></i> {high:.3g} W · arrowheads: where the front "
-        "points</figcaption>"
+        f"<figcaption>{below} {low:.3g} W <svg class='scale' preserveAspectRatio='none' "
+        f"viewBox='0 0 {_SHADES + 1} 1' aria-hidden='true'>{scale}</svg> {high:.3g} W · "
+        "arrowheads: where the front points</figcaption>"
     )
 
 
 def _legend(effects: Sequence[str], titles: Mapping[str, str]) -> str:
-    entries = "".join(
-        f"<li><i class='dot' style='background:{colour_of(e)}'></i>{plain(titles.get(e, e))}</li>"
-        for e in effects
-    )
+    entries = "".join(f"<li>{dot(colour_of(e))}{plain(titles.get(e, e))}</li>" for e in effects)
     return f"<ul class='legend'>{entries}<li><i class='line total'></i>total</li></ul>"
 
 
@@ -208,8 +212,9 @@ def _account(routes: Mapping[str, Route], titles: Mapping[str, str]) -> str:
         share = 100 * values[0] / best.energy_j if best.energy_j else 0.0
         cells = [joules(values[0]), f"{share:z.1f} %", *map(joules, values[1:])]
         rows.append(
-            f"<tr><th scope='row'><i class='dot' style='background:{colour_of(effect)}'></i>"
-            f"{name}</th>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
+            f"<tr><th scope='row'>{dot(colour_of(effect))}{name}</th>"
+            + "".join(f"<td>{cell}</td>" for cell in cells)
+            + "</tr>"
         )
     heads = ["effect", "route", "share", *[name for name in routes if name != "route"]]
     head = "".join(f"<th scope='col'>{h}</th>" for h in heads)

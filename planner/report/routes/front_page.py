@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from planner.amounts import joules, metres, seconds
-from planner.report.drawing import beside
+from planner.report.drawing import beside, dot
 from planner.report.markup import Markup, figure, paragraph, plain, section, table
 from planner.report.routes.front_chart import colour_of, front_curve, front_map
 from planner.report.view import View
@@ -41,10 +41,9 @@ def _table(front: Front) -> Markup:
     rows = []
     for k, point in enumerate(front.points):
         low, high = point.price_w
-        dot = f"<i class='dot' style='background:{colour_of(k, len(front.points))}'></i>"
         rows.append(
             [
-                Markup(f"{dot}{plain(k + 1)}"),
+                Markup(f"{dot(colour_of(k, len(front.points)))}{plain(k + 1)}"),
                 seconds(point.route.duration_s),
                 joules(point.route.energy_j),
                 metres(point.route.length_m),

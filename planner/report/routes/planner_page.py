@@ -9,7 +9,7 @@ import numpy as np
 
 from planner.amounts import joules, seconds
 from planner.report.axes import Axes, padded
-from planner.report.drawing import beside
+from planner.report.drawing import beside, dot
 from planner.report.markup import Markup, figure, paragraph, plain, section, table
 from planner.report.routes.relief_map import ground_axes, outlined, relief_map, window_around
 from planner.report.view import View
@@ -43,13 +43,13 @@ HEADS = {"runs": "runs", "solved": "with a route", "seconds": "time", "energy_j"
 def _rows(found: PlannerComparison) -> list[list[Markup | str]]:
     rows: list[list[Markup | str]] = []
     for row in found.rows:
-        dot = f"<i class='dot' style='background:{_colour(found, row['planner'])}'></i>"
         energy = "" if row["energy_j"] is None else joules(row["energy_j"])
         extra = row["extra_share"]
         if extra is not None and row["planner"] != "least-energy":
             energy += f" ({100 * extra:+.2f} %)"
         counts = [str(row["runs"]), str(row["solved"]), seconds(row["seconds"])]
-        rows.append([Markup(f"{dot}{plain(row['planner'])}"), *counts, energy])
+        square = dot(_colour(found, row["planner"]))
+        rows.append([Markup(f"{square}{plain(row['planner'])}"), *counts, energy])
     return rows
 
 

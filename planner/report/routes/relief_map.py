@@ -75,6 +75,11 @@ def relief_map(terrain: Terrain, ground: Axes, content: str, title: str) -> str:
     )
 
 
+def whole_map(terrain: Terrain, *, width: int = 720) -> str:
+    """A map's relief as SVG, with nothing upon it; ``width`` in pixels."""
+    return relief_map(terrain, ground_axes(terrain.extent, width), "", f"Relief of {terrain.name}")
+
+
 def outlined(ground: Axes, xs: Array, ys: Array, stroke: str, width: float, rim: float) -> str:
     """A line on the ground with a white rim that parts it from the relief.
 
@@ -118,5 +123,5 @@ def _scale_bar(ground: Axes) -> str:
         f'<path d="M18,{y - 4:.1f}v6h{size:.1f}v-6" fill="none" stroke="#111827" '
         'stroke-width="1.5"/>'
         f'<text x="{18 + size / 2:.1f}" y="{y - 3:.1f}" text-anchor="middle" font-size="11" '
-        f'font-family="system-ui,sans-serif" style="fill:#111827">{words}</text></g>'
+        f'font-family="system-ui,sans-serif" fill="#111827">{words}</text></g>'
     )

@@ -98,14 +98,15 @@ def coloured_pieces(route: Route) -> Iterator[tuple[str, list[int]]]:
             first = k
 
 
-def map_svg(answer: Answer, *, width: int = 720) -> str:
+def map_svg(answer: Answer, window: Window | None = None, *, width: int = 720) -> str:
     """The map with all routes as SVG, the best one coloured by its power.
 
     Args:
         answer: with or without a route.
+        window: part of the map that is drawn; by default that of the routes.
         width: in pixels.
     """
-    ground = ground_axes(window_of(answer), width)
+    ground = ground_axes(window or window_of(answer), width)
     named = routes_of(answer)
     parts = []
     for name, route in reversed(named.items()):
@@ -117,7 +118,8 @@ def map_svg(answer: Answer, *, width: int = 720) -> str:
     if "route" in named:
         parts += _route_parts(named["route"], ground)
     title = f"Relief of {answer.terrain.name} with the routes"
-    return relief_map(answer.terrain, ground, "".join(parts), title)
+    routes = f'<g class="routes">{"".join(parts)}</g>'
+    return relief_map(answer.terrain, ground, routes, title)
 
 
 def _route_parts(route: Route, ground: Axes) -> list[str]:

@@ -73,6 +73,14 @@ def history(model: str, service: Running) -> list[dict[str, Any]]:
     return entries
 
 
+@router.get("/{model}/report", response_class=Response, responses=problem_responses(404))
+async def report(model: str, request: Request, service: Running) -> Response:
+    """The model and its history as `report`: pictures and tables as HTML."""
+    path = await _path(service, model)
+    text = await while_listening(request, service.workers.run("model_report", path))
+    return Response(text, media_type="application/json")
+
+
 @router.post(
     "/{model}/revert",
     response_class=Response,
@@ -96,11 +104,16 @@ def history(model: str, service: Running) -> list[dict[str, Any]]:
 async def revert(model: str, request: Request, service: Running) -> Response:
     """Go back to an earlier version; that is a new version too."""
     asked = read_json(RevertRequest, await json_body(request, service.settings.max_body_bytes))
+    path = await _path(service, model)
+    text = await while_listening(request, service.workers.run("revert", path, asked.version))
+    return await _keep(service, text, model)
+
+
+async def _path(service: Running, model: str) -> str:
     path = await asyncio.to_thread(service.store.model_file, model)
     if path is None:
         raise NoSuch("model", model)
-    text = await while_listening(request, service.workers.run("revert", str(path), asked.version))
-    return await _keep(service, text, model)
+    return str(path)
 
 
 async def _keep(service: Running, text: str, parent: str | None) -> Response:

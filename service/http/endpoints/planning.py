@@ -20,6 +20,7 @@ from planner.search.requests import (
 )
 from service.http.bodies import json_body
 from service.http.endpoints.answers import while_listening
+from service.http.requests import Report
 from service.http.schemas import (
     FrontAnswer,
     MatrixAnswer,
@@ -69,7 +70,7 @@ def _body(schema: str, example: dict[str, Any]) -> dict[str, Any]:
     },
     openapi_extra=_body("PlanRequest", EXAMPLE),
 )
-async def plan_route(request: Request, service: Running) -> Response:
+async def plan_route(request: Request, service: Running, report: Report = False) -> Response:
     """Plan the route that costs the least energy.
 
     The body is a PlanRequest. A well-formed question whose answer is "no route" is answered with
@@ -86,7 +87,7 @@ async def plan_route(request: Request, service: Running) -> Response:
                 value=seconds,
                 accepted=f"seconds, above 0 up to {most:g}",
             )
-    return await _answered(request, service, "plan_route", asked)
+    return await _answered(request, service, "plan_route", asked, report)
 
 
 @router.post(
@@ -135,9 +136,9 @@ async def energy_time_front(request: Request, service: Running) -> Response:
 
 
 async def _answered(
-    request: Request, service: Running, job: str, asked: SituationRequest
+    request: Request, service: Running, job: str, asked: SituationRequest, *options: bool
 ) -> Response:
     """A worker's JSON text; a client that hangs up ends its own job."""
     asked = await asyncio.to_thread(service.names.resolve, asked)
-    text = await while_listening(request, service.workers.run(job, asked))
+    text = await while_listening(request, service.workers.run(job, asked, *options))
     return Response(text, media_type="application/json")
