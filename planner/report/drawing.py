@@ -43,7 +43,7 @@ def chart(
         kind=kind,
         viewBox=f"0 0 {width:.0f} {height:.0f}",
         role="img",
-        style=f"max-width:{1.2 * width:.0f}px",
+        width=f"{1.2 * width:.0f}",
         **placed,
     )
 

@@ -22,7 +22,7 @@ function fixed(value, digits) {
   return (Number(value.toFixed(digits)) + 0).toFixed(digits);
 }
 
-function link(section) {
+function linkCursor(section) {
   const holder = section.querySelector("script.poses");
   if (!holder) return;
   const poses = JSON.parse(holder.textContent);
@@ -66,4 +66,4 @@ function link(section) {
   }
 }
 
-document.querySelectorAll("section").forEach(link);
+document.querySelectorAll("section").forEach(linkCursor);

@@ -37,7 +37,7 @@ class Figure:
         opening, rest = drawing.split(">", 1)
         kinds = re.search(r'class="([^"]+)"', opening)
         assert kinds is not None  # as ``chart`` writes it
-        others = re.sub(r'(class|viewBox|style|role)="[^"]*"', "", opening.removeprefix("<svg"))
+        others = re.sub(r'(class|viewBox|width|role)="[^"]*"', "", opening.removeprefix("<svg"))
         above = _LINE * len(legend)
         width, height = size_of(drawing)
         width, height = width + 2 * _MARGIN, height + 2 * _MARGIN + above

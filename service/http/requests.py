@@ -18,6 +18,9 @@ Wait = Annotated[
 ]
 
 
+Report = Annotated[bool, Query(description="add `report`: its pictures and tables as HTML")]
+
+
 class _Asked(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
 

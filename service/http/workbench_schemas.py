@@ -170,6 +170,7 @@ class ModelSummary(Described):
 
     id: str
     name: str
+    title: str = Field(examples=["version 2, air_drag: 0.52 W"])
     version: int
     parent_id: str | None
     """id of the version before, if stored here"""

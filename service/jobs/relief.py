@@ -7,21 +7,23 @@ from typing import Any
 
 import numpy as np
 
+from planner.report.routes import whole_map
 from planner.terrain.catalogue import open_map
 
 
-def relief_of(name: str, most: int) -> dict[str, Any]:
+def relief_of(name: str, most: int, report: bool = False) -> dict[str, Any]:
     """Heights and geometry of a map.
 
     Args:
         name: as in a request.
         most: largest number of columns or rows.
+        report: whether the picture itself comes with them.
 
     Returns:
         ``columns``, ``rows``; ``origin`` (x, y of the first height) and ``cell`` (dx, dy) in m;
         ``extent`` (xmin, ymin, xmax, ymax) of the whole map; ``heights`` in m row by row from the
         south, null where the ground is unknown; ``blocked`` likewise, 1 where an obstacle stands
-        in any cell that was thinned out.
+        in any cell that was thinned out; ``report``, the picture as SVG, if asked for.
     """
     terrain = open_map(name)
     rows, columns = terrain.heights.shape
@@ -36,6 +38,7 @@ def relief_of(name: str, most: int) -> dict[str, Any]:
         "extent": list(terrain.extent),
         "heights": [None if np.isnan(h) else round(float(h), 4) for h in heights.ravel()],
         "blocked": _any_in_blocks(terrain.obstacles, step).ravel().astype(int).tolist(),
+        **({"report": whole_map(terrain)} if report else {}),
     }
 
 

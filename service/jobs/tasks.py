@@ -27,6 +27,7 @@ class Task:
         progress: path of the file for progress.
         vehicle, model: name or path of a vehicle, or path of a saved model.
         effects, definition: what to adopt, see service.workbench.effects_to_adopt.
+        report: whether the document gets pictures and tables as HTML.
     """
 
     folder: str
@@ -37,6 +38,7 @@ class Task:
     model: str | None = None
     effects: tuple[str, ...] = ()
     definition: Mapping[str, Any] | None = None
+    report: bool = False
 
 
 def prepare(job: str, request: Mapping[str, Any], store: Store, names: Names) -> Task:
@@ -67,6 +69,7 @@ def prepare(job: str, request: Mapping[str, Any], store: Store, names: Names) ->
         model=None if model is None else _saved(model, names),
         effects=tuple(request.get("effects") or ()),
         definition=request.get("formula"),
+        report=bool(request.get("report")),
     )
 
 

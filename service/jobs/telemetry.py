@@ -21,8 +21,9 @@ import planner.telemetry.comparison
 from planner.errors import ModelError
 from planner.power.model import PowerModel
 from planner.power.saved import ACCEPTED
+from planner.report.workbench import VIEWS
 from planner.telemetry.logs import Telemetry
-from service.documents import finite, model_text
+from service.documents import finite, model_text, strict
 from service.jobs import progress
 from service.jobs.outcomes import Adopted
 from service.jobs.tasks import Task
@@ -54,24 +55,29 @@ def compare(task: Task) -> dict[str, Any]:
     """Comparison.to_json() with data for charts: mean residuals and a thinned point cloud."""
     found = _asked(planner.compare, task)
     cloud = {"measured_w": found.measured, "predicted_w": found.predicted}
-    return {**found.to_json(), "pictures": finite({"curves": found.curves, "cloud": cloud})}
+    return {**_document(found, task), "pictures": finite({"curves": found.curves, "cloud": cloud})}
 
 
 def diagnose(task: Task) -> Any:
     """Diagnosis.to_json()."""
-    return _asked(planner.diagnose, task).to_json()
+    return _document(_asked(planner.diagnose, task), task)
 
 
 def adopt(task: Task) -> Adopted:
     """Adoption.to_json() and the new version."""
     effects = effects_to_adopt(task.effects, task.definition)
     found = _asked(planner.adopt, task, effects)
-    return Adopted(found.to_json(), model_text(found.model))
+    return Adopted(_document(found, task), model_text(found.model))
 
 
 def revert(path: str, version: int) -> str:
     """The new version that goes back to an earlier one."""
     return model_text(planner.revert(PowerModel.load(path), version))
+
+
+def model_report(path: str) -> str:
+    """A saved model and its history as ``report``, in JSON."""
+    return strict({"report": _report(PowerModel.load(path))})
 
 
 def check_model(content: bytes) -> str:
@@ -84,6 +90,15 @@ def check_model(content: bytes) -> str:
         problem = str(error).splitlines()[0]
         raise ModelError("model", f"cannot be read: {problem}", accepted=ACCEPTED) from None
     return text
+
+
+def _document(found: Any, task: Task) -> dict[str, Any]:
+    """A result as JSON, with its pictures and tables as HTML if asked for."""
+    return {**found.to_json(), **({"report": _report(found)} if task.report else {})}
+
+
+def _report(found: Any) -> str:
+    return "".join(VIEWS[type(found).__name__](found).sections)
 
 
 def _asked(function: Callable[..., Any], task: Task, *given: Any) -> Any:

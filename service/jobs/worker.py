@@ -16,6 +16,7 @@ import planner.search.matrix
 import planner.search.reach
 from planner.power.catalogue import list_effects
 from planner.power.vehicles import list_vehicles
+from planner.report.routes import answer_view
 from planner.search.plan import warm_up
 from planner.search.requests import FrontRequest, MatrixRequest, PlanRequest, ReachRequest
 from planner.search.situation import KINDS
@@ -29,6 +30,7 @@ from service.jobs.telemetry import check as check
 from service.jobs.telemetry import check_model as check_model
 from service.jobs.telemetry import compare as compare
 from service.jobs.telemetry import diagnose as diagnose
+from service.jobs.telemetry import model_report as model_report
 from service.jobs.telemetry import revert as revert
 
 LEAST_BUDGET_S = 1e-3
@@ -44,9 +46,15 @@ def catalogues() -> Catalogues:
     )
 
 
-def plan_route(request: PlanRequest) -> str:
-    """ROUTE.json of a request; its time budget counts from its arrival."""
-    return strict(route_document(planner.plan_route(less_waiting(request, waited_s())).to_json()))
+def plan_route(request: PlanRequest, report: bool = False) -> str:
+    """ROUTE.json of a request; its time budget counts from its arrival.
+
+    With ``report`` it also has the answer's pictures and tables as HTML, over the whole map.
+    """
+    answer = planner.plan_route(less_waiting(request, waited_s()))
+    view = answer_view(answer, answer.terrain.extent) if report else None
+    more = {} if view is None else {"report": "".join(view.sections)}
+    return strict({**route_document(answer.to_json()), **more})
 
 
 def less_waiting(request: PlanRequest, waited_s: float) -> PlanRequest:
@@ -72,6 +80,6 @@ def energy_time_front(request: FrontRequest) -> str:
     return strict(planner.energy_time_front(request).to_json())
 
 
-def relief(name: str, most: int) -> str:
+def relief(name: str, most: int, report: bool = False) -> str:
     """Heights of a map for a picture, as JSON; see service.jobs.relief."""
-    return strict(relief_of(name, most))
+    return strict(relief_of(name, most, report))

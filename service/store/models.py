@@ -9,6 +9,7 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
+from planner.amounts import watts
 from service.store.database import Database
 from service.store.tables import ModelRow
 
@@ -75,11 +76,16 @@ class Models:
 
 def summary(row: ModelRow) -> dict[str, Any]:
     """A version as lists show it."""
-    entries = json.loads(row.document).get("history") or [{}]
-    last = entries[-1]
+    last = (json.loads(row.document).get("history") or [{}])[-1]
+    adopted, error = (
+        list(last.get("adopted") or ()),
+        (last.get("after") or {}).get("heldout_rmse_w"),
+    )
+    said = ", ".join([f"version {row.version}", *adopted])
     return {
         **row.values("document"),
-        "adopted": list(last.get("adopted") or ()),
-        "heldout_rmse_w": (last.get("after") or {}).get("heldout_rmse_w"),
+        "title": said if error is None else f"{said}: {watts(error)}",
+        "adopted": adopted,
+        "heldout_rmse_w": error,
         "noise_floor_w": last.get("noise_floor_w"),
     }

@@ -71,6 +71,16 @@ export class Turns {
     return this.#running.signal;
   }
 
+  // Load several paths and show what they answer, unless another turn has begun.
+  async load(paths, show, complain) {
+    const signal = this.begin();
+    try {
+      show(...(await Promise.all(paths.map((path) => load(path, complain, signal)))));
+    } catch (error) {
+      if (!signal.aborted) complain(error);
+    }
+  }
+
   abort() {
     this.#running?.abort();
     this.#running = null;
@@ -92,13 +102,21 @@ export function element(name, text = "", attributes = {}) {
   return made;
 }
 
-export function row(table, cells) {
-  const line = table.insertRow();
-  cells.forEach((cell, k) => {
-    const made = element(k === 0 ? "th" : "td");
-    if (k === 0) made.scope = "row";
-    made.append(cell);
-    line.append(made);
-  });
-  return line;
+// A list of sentences.
+export const list = (id, sentences) => byId(id).replaceChildren(...sentences.map((sentence) => element("li", sentence)));
+
+// A report of the service as elements. The service escapes foreign text, and the policy of this
+// page runs no script that might be in it.
+export function fragment(report) {
+  const made = document.createElement("template");
+  made.innerHTML = report;
+  return made.content;
 }
+
+// A function that shows a sentence in an element, a wrong one as an alert.
+export const sayIn = (id) => (sentence, wrong = false) => {
+  const message = byId(id);
+  message.textContent = sentence;
+  message.classList.toggle("wrong", wrong);
+  message.setAttribute("role", wrong ? "alert" : "status");
+};

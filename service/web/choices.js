@@ -1,29 +1,26 @@
 // What a request starts from: a vehicle, or a version of a model.
 
-import { watts } from "./words.js";
+const GROUPS = { vehicle: "Vehicles", model: "Versions of the workbench" };
 
-const GROUPS = [["vehicle", "Vehicles"], ["model", "Versions of the workbench"]];
+// An entry of a catalogue as an option.
+export const optionOf = ({ id, name, title }) => new Option(title ? `${name}: ${title}` : name, id ?? name);
 
-export function modelLabel({ name, version, adopted, heldout_rmse_w: error }) {
-  const what = adopted.length ? `, ${adopted.join(" + ")}` : "";
-  return `${name} v${version}${what}${error === null ? "" : `: ${watts(error)}`}`;
+// Fill a list, and choose an entry if the list has it.
+export function fill(select, content, wanted) {
+  select.replaceChildren(...content);
+  if ([...select.options].some(({ value }) => value === wanted)) select.value = wanted;
 }
 
 export function fillStarts(select, vehicles, models, wanted = select.value) {
-  const options = {
-    vehicle: vehicles.map(({ name, title }) => new Option(title ? `${name}: ${title}` : name, name)),
-    model: models.map((model) => new Option(modelLabel(model), model.id)),
-  };
-  select.replaceChildren();
-  for (const [kind, label] of GROUPS) {
-    if (!options[kind].length) continue;
+  const entries = Object.entries({ vehicle: vehicles, model: models }).filter(([, list]) => list.length);
+  const groups = entries.map(([kind, list]) => {
     const group = document.createElement("optgroup");
-    group.label = label;
-    for (const option of options[kind]) option.dataset.kind = kind;
-    group.append(...options[kind]);
-    select.append(group);
-  }
-  if ([...select.options].some(({ value }) => value === wanted)) select.value = wanted;
+    group.label = GROUPS[kind];
+    group.append(...list.map(optionOf));
+    for (const option of group.children) option.dataset.kind = kind;
+    return group;
+  });
+  fill(select, groups, wanted);
 }
 
 // {vehicle: name} or {model: id}, as a request has it.

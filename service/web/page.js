@@ -8,7 +8,7 @@ async function begin() {
   const paths = ["maps", "vehicles", "effects", "models", "logs"];
   const [maps, vehicles, effects, models, logs] = await Promise.all(paths.map((path) => load(`/v1/${path}`, complain)));
   beginWorkbench({ vehicles, effects, models, logs, planWith, modelsChanged: (now) => offerModels(vehicles, now) });
-  beginPlanning(maps, vehicles, models, effects);
+  beginPlanning(maps, vehicles, models);
 }
 
 begin().catch(complain);

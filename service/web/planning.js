@@ -1,25 +1,19 @@
 // Planning: choose a map, a start and a goal; see the route, what it costs and why.
 
-import { Turns, byId, load, post, row } from "./api.js";
-import { chosen, fillStarts } from "./choices.js";
-import { drawLegend, drawMarkers, drawProfile, drawRoute, svg } from "./drawing.js";
-import { drawRelief, frameOf } from "./relief.js";
-import { chance, extraCost, extraShare, fixed, joules, metres, seconds, widthFrom } from "./words.js";
+import { Turns, byId, fragment, post, sayIn } from "./api.js";
+import { chosen, fill, fillStarts, optionOf } from "./choices.js";
 
-const EXCHANGE = ["gravity", "inertia"];
+const ENDS = ["start", "goal"];
 const FIELDS = ["start-x", "start-y", "goal-x", "goal-y"];
-// The map, its frame once it is drawn, what was typed for other maps, and the answer on the page
-// with the question that it answers.
-const state = { map: null, frame: null, places: new Map(), next: "start", titles: {}, shown: null };
+const ANSWER = ["legend", "result", "along"];
+// The map, what was typed for other maps, the end that a click sets, and the question that the
+// answer on the page answers.
+const state = { map: null, places: new Map(), next: "start", shown: null };
 const planning = new Turns();
 const drawing = new Turns();
 
-function say(text, wrong = false) {
-  const message = byId("message");
-  message.textContent = text;
-  message.classList.toggle("wrong", wrong);
-  message.setAttribute("role", wrong ? "alert" : "status");
-}
+const say = sayIn("message");
+export const complain = (error) => say(error.message, true);
 
 function placeOf(what) {
   const [x, y] = ["x", "y"].map((axis) => byId(`${what}-${axis}`));
@@ -47,11 +41,11 @@ function questionChanged() {
     say("The question was changed while it was planned. Plan again.");
   }
   showBusy();
-  if (state.frame) drawMarkers(byId("overlay"), state.frame, { start: placeOf("start"), goal: placeOf("goal") });
+  ENDS.forEach(showMarker);
   const old = state.shown !== null && state.shown !== now;
   if (old) clearMarks();
   byId("old").hidden = !old;
-  for (const id of ["answer", "board"]) byId(id).classList.toggle("old", old);
+  for (const id of ["answer", "board", "along"]) byId(id).classList.toggle("old", old);
 }
 
 function clearMarks() {
@@ -59,16 +53,34 @@ function clearMarks() {
 }
 
 function showBusy() {
-  byId("plan").disabled = planning.busy || !state.frame;
+  byId("plan").disabled = planning.busy || !picture();
   byId("answer").setAttribute("aria-busy", String(planning.busy));
 }
 
 function clearAnswer() {
   state.shown = null;
-  drawRoute(byId("overlay"), state.frame, null);
-  byId("result").hidden = true;
-  byId("legend").hidden = true;
+  for (const drawn of byId("picture").querySelectorAll(".routes, .here")) drawn.remove();
+  for (const id of ANSWER) byId(id).replaceChildren();
   questionChanged();
+}
+
+// The map's picture, null while there is none. It says itself where its corner is, in metres, and
+// how many pixels a metre has.
+const picture = () => byId("picture").firstElementChild;
+
+function frame() {
+  const [x0, y1, scale] = ["x0", "y1", "scale"].map((key) => Number(picture().dataset[key]));
+  return { x0, y1, scale, size: picture().viewBox.baseVal };
+}
+
+function showMarker(what) {
+  const marker = byId(`${what}-marker`);
+  const place = placeOf(what);
+  marker.hidden = !place || !picture();
+  if (marker.hidden) return;
+  const { x0, y1, scale, size } = frame();
+  marker.style.left = `${(100 * scale * (place.x - x0)) / size.width}%`;
+  marker.style.top = `${(100 * scale * (y1 - place.y)) / size.height}%`;
 }
 
 // Places are metres of one map's frame: each map keeps those that were typed for it.
@@ -76,99 +88,60 @@ function changePlaces(name) {
   if (state.map) state.places.set(state.map, FIELDS.map((id) => byId(id).value));
   const known = state.places.get(name);
   FIELDS.forEach((id, k) => (byId(id).value = known?.[k] ?? ""));
-  Object.assign(state, { map: name, frame: null, next: "start" });
+  Object.assign(state, { map: name, next: "start" });
 }
 
-async function showMap() {
+function showMap() {
   const name = byId("map").value;
-  const signal = drawing.begin();
   changePlaces(name);
-  byId("stage").classList.add("empty");
+  byId("picture").replaceChildren();
   clearAnswer();
   say("Loading the map …");
-  try {
-    const relief = await load(`/v1/maps/${name.split("/").map(encodeURIComponent).join("/")}/relief`, complain, signal);
-    state.frame = frameOf(relief);
-    drawRelief(byId("relief"), relief);
-    const [width, height] = [state.frame.width, state.frame.height].map((v) => v.toFixed(0));
-    byId("relief").style.aspectRatio = `${width} / ${height}`;
-    byId("stage").classList.remove("empty");
+  const path = name.split("/").map(encodeURIComponent).join("/");
+  const show = ({ report }) => {
+    byId("picture").replaceChildren(fragment(report));
     questionChanged();
     say("Choose a start and a goal.");
-  } catch (error) {
-    if (!signal.aborted) complain(error);
-  }
+  };
+  drawing.load([`/v1/maps/${path}/relief?most=16&report=true`], show, complain);
 }
 
 function choose(event) {
-  if (!state.frame) return;
-  const box = byId("overlay").getBoundingClientRect();
-  const scale = state.frame.width / box.width;
-  const [x, y] = state.frame.toMetres((event.clientX - box.left) * scale, (event.clientY - box.top) * scale);
-  byId(`${state.next}-x`).value = x.toFixed(state.frame.digits);
-  byId(`${state.next}-y`).value = y.toFixed(state.frame.digits);
+  if (!picture()) return;
+  const { x0, y1, scale, size } = frame();
+  const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(picture().getScreenCTM().inverse());
+  const digits = Math.max(0, Math.min(3, Math.ceil(-Math.log10(size.width / scale / 2000))));
+  byId(`${state.next}-x`).value = (x0 + at.x / scale).toFixed(digits);
+  byId(`${state.next}-y`).value = (y1 - at.y / scale).toFixed(digits);
   state.next = state.next === "start" ? "goal" : "start";
   questionChanged();
   if (placeOf("start") && placeOf("goal") && state.next === "start") byId("request").requestSubmit();
 }
 
-function showAnswer(answer) {
-  if (answer.status !== "ok") {
-    say(`No route: ${answer.reason}`, true);
-    return;
-  }
-  const best = answer.routes[0];
-  const others = Object.entries(answer.baselines);
-  say(`${joules(best.energy_j)} over ${metres(best.length_m)} in ${seconds(best.duration_s)}` +
-    others.map(([name, other], n) => `${n ? "," : ";"} the ${name} route ${extraCost(other.energy_j, best.energy_j)}`).join("") + ".");
-  drawRoute(byId("overlay"), state.frame, best);
-  drawLegend(byId("legend"), best);
-  const comparison = byId("comparison").tBodies[0];
-  comparison.replaceChildren();
-  for (const [name, route] of [["route", best], ...others]) {
-    const called = name === "route" ? `route (least ${answer.planner.objective ?? "energy"})` : name;
-    row(comparison, [called, joules(route.energy_j), name === "route" ? "" : extraShare(route.energy_j, best.energy_j), metres(route.length_m), seconds(route.duration_s)]);
-  }
-  showAccount(best);
-  drawProfile(byId("profile"), best);
-  const [low, high] = best.energy_interval_j;
-  const remarks = [
-    `Energy of one drive: ${joules(low)} … ${joules(high)} (95 %).`,
-    ...(best.sensitivity?.length ? [`The interval's width comes from ${widthFrom(best.sensitivity, state.titles)}.`] : []),
-    `No feasible route of this motion model costs less than ${joules(best.lower_bound_j)}.`,
-    ...(best.battery ? [`It ${best.battery.fits ? "fits" : "does not fit"} the battery${"chance" in best.battery ? `; the chance that the battery suffices is ${chance(best.battery.chance)}` : ""}.`] : []),
-    ...Object.entries(answer.baselines_absent ?? {}).map(([name, why]) => `Nothing to compare with as the ${name}: ${why}.`),
-    ...answer.notes,
-  ];
-  byId("remarks").replaceChildren(...remarks.map((text) => Object.assign(document.createElement("li"), { textContent: text })));
-  byId("result").hidden = false;
-}
-
-function showAccount(route) {
-  const account = byId("account").tBodies[0];
-  account.replaceChildren();
-  const parts = Object.entries(route.breakdown_j).filter(([, value]) => joules(value) !== joules(0));
-  parts.sort(([a, u], [b, v]) => EXCHANGE.includes(a) - EXCHANGE.includes(b) || Math.abs(v) - Math.abs(u));
-  const most = Math.max(...parts.map(([, value]) => Math.abs(value)));
-  for (const [slug, value] of parts) {
-    const exchange = EXCHANGE.includes(slug);
-    const bar = svg("svg", { viewBox: "0 0 100 12", preserveAspectRatio: "none", "aria-hidden": "true" });
-    svg("rect", { width: (100 * Math.abs(value)) / most, height: 12, rx: 1.5, fill: exchange ? "#7c5cc4" : "#c2662d" }, bar);
-    const name = (state.titles[slug] ?? slug) + (exchange ? " (exchange)" : "");
-    row(account, [name, bar, joules(value), `${fixed((100 * value) / route.energy_j, 1)} %`]);
-  }
+// The report's map becomes the one that is clicked; its table stands beside it, the rest below.
+function showAnswer({ status, report }) {
+  const section = fragment(report).firstElementChild;
+  const part = (selector) => section.querySelector(selector);
+  say(part(".lead, .reason").textContent, status !== "ok");
+  if (status !== "ok") return;
+  window.linkCursor(section);
+  byId("picture").replaceChildren(part("svg.map"));
+  byId("legend").replaceChildren(part("figcaption"));
+  byId("result").replaceChildren(...part(".top > div").childNodes);
+  for (const shown of [part("h2"), part(".lead"), part(".top")]) shown.remove();
+  byId("along").replaceChildren(section);
 }
 
 async function plan(event) {
   event.preventDefault();
-  if (!state.frame) return;
+  if (!picture()) return;
   const asked = question();
   const signal = planning.begin(asked);
   clearMarks();
   clearAnswer();
   say("Planning …");
   try {
-    showAnswer(await post("/v1/routes", asked, signal));
+    showAnswer(await post("/v1/routes?report=true", asked, signal));
     state.shown = asked;
   } catch (error) {
     if (signal.aborted) return;
@@ -183,17 +156,12 @@ async function plan(event) {
   }
 }
 
-function fill(select, entries, chosen) {
-  select.replaceChildren(...entries.map(({ name, title }) => new Option(title ? `${name}: ${title}` : name, name)));
-  if (entries.some(({ name }) => name === chosen)) select.value = chosen;
-}
-
 // Choose a version of a model for the next route, and plan it where start and goal are set.
 export function planWith(model) {
   byId("vehicle").value = model;
   byId("request").scrollIntoView({ behavior: "smooth", block: "start" });
   questionChanged();
-  if (!state.frame) return;
+  if (!picture()) return;
   if (placeOf("start") && placeOf("goal")) byId("request").requestSubmit();
   else say("Choose a start and a goal.");
 }
@@ -204,10 +172,9 @@ export function offerModels(vehicles, models) {
   questionChanged();
 }
 
-export function beginPlanning(maps, vehicles, models, effects) {
-  fill(byId("map"), maps, "jacksboro-1to100");
+export function beginPlanning(maps, vehicles, models) {
+  fill(byId("map"), maps.map(optionOf), "jacksboro-1to100");
   fillStarts(byId("vehicle"), vehicles, models, "minibalance");
-  state.titles = Object.fromEntries(effects.map(({ name, title }) => [name, title]));
   byId("choices").disabled = false;
   byId("map").addEventListener("change", showMap);
   byId("stage").addEventListener("click", choose);
@@ -215,5 +182,3 @@ export function beginPlanning(maps, vehicles, models, effects) {
   byId("request").addEventListener("input", questionChanged);
   showMap();
 }
-
-export const complain = (error) => say(error.message, true);

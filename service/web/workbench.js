@@ -1,26 +1,17 @@
 // The workbench: a measured log, where the model fails, what is missing, and versions that learn it.
 
-import { Turns, byId, element, fetchJson, load, post, resultOf, row } from "./api.js";
-import { chosen, fillStarts } from "./choices.js";
-import { drawCurves, drawErrors, drawShape, drawVersions } from "./charts.js";
-import { estimate, fixed, percent, signedWatts, watts } from "./words.js";
+import { Turns, byId, element, fetchJson, fragment, list, load, post, resultOf, sayIn } from "./api.js";
+import { chosen, fill, fillStarts } from "./choices.js";
 
-// First versions, by how they came about.
-const STARTS = { fit: "base model", stated: "base model as stated" };
 const WHAT_NEXT = "Choose a log, then compare or diagnose.";
+const CARDS = ["diagnosis-card", "comparison-card"];
 // `locked` while choosing is not possible; `shown` is the question that the findings answer.
 const state = { vehicles: [], models: [], titles: {}, job: null, locked: false, first: "", shown: null, planWith: null, modelsChanged: null };
 const working = new Turns();
 const notes = new Turns();
 const versions = new Turns();
 
-function say(text, wrong = false) {
-  const message = byId("work-message");
-  message.textContent = text;
-  message.classList.toggle("wrong", wrong);
-  message.setAttribute("role", wrong ? "alert" : "status");
-}
-
+const say = sayIn("work-message");
 const complain = (error) => say(error.message, true);
 
 const asked = () => ({ log: byId("log").value, ...chosen(byId("start-model")) });
@@ -30,16 +21,15 @@ const question = () => JSON.stringify(asked());
 function refresh() {
   const busy = working.busy;
   const old = state.shown !== null && state.shown !== question();
-  const found = !byId("comparison-card").hidden || !byId("diagnosis-card").hidden;
-  byId("old-findings").hidden = !old || !found;
-  for (const id of ["comparison-card", "diagnosis-card"]) byId(id).classList.toggle("old", old);
+  byId("old-findings").hidden = !old || CARDS.every((id) => byId(id).hidden);
+  for (const id of CARDS) byId(id).classList.toggle("old", old);
   const none = !byId("log").options.length;
   byId("log").disabled = none || state.locked;
   byId("start-model").disabled = state.locked;
   for (const id of ["compare", "diagnose"]) byId(id).disabled = busy || none;
   for (const id of ["log-file", "mapping-file", "upload"]) byId(id).disabled = busy;
   byId("adopt").disabled = busy || old;
-  for (const button of byId("versions").querySelectorAll("button")) button.disabled = busy;
+  for (const button of byId("versions-card").querySelectorAll("button")) button.disabled = busy;
   byId("work").hidden = !busy;
   byId("findings").setAttribute("aria-busy", String(busy));
 }
@@ -92,10 +82,11 @@ function questionChanged() {
   refresh();
 }
 
+const sizeOf = ({ rows, runs }) => [`${rows.toLocaleString("en")} rows`, `${runs} runs`];
+
 function fillLogs(logs, wanted) {
-  const options = logs.map(({ id, name, rows, runs }) => new Option(`${name}: ${rows.toLocaleString("en")} rows, ${runs} runs`, id));
-  byId("log").replaceChildren(...options);
-  if (wanted) byId("log").value = wanted;
+  const options = logs.map((log) => new Option(`${log.name}: ${sizeOf(log).join(", ")}`, log.id));
+  fill(byId("log"), options, wanted);
 }
 
 function upload(event) {
@@ -117,26 +108,21 @@ function upload(event) {
       showLog(log);
       byId("upload-form").reset();
       clearFindings();
-      say(`${log.name} was read: ${log.rows.toLocaleString("en")} rows in ${log.runs} runs.`);
+      say(`${log.name} was read: ${sizeOf(log).join(" in ")}.`);
     },
   });
 }
 
-function showLog(log) {
-  const remarks = [...log.report.map(({ sentence }) => sentence), ...log.derived.map((s) => `Derived: ${s}`), ...log.assumed.map((s) => `Assumed: ${s}`)];
-  byId("log-notes").replaceChildren(...remarks.map((remark) => element("li", remark)));
+function showLog({ report, derived, assumed }) {
+  const remarks = [...report.map(({ sentence }) => sentence), ...derived.map((s) => `Derived: ${s}`), ...assumed.map((s) => `Assumed: ${s}`)];
+  list("log-notes", remarks);
   byId("log-remarks").hidden = !remarks.length;
 }
 
-async function logChosen() {
+function logChosen() {
   questionChanged();
   byId("log-remarks").hidden = true;
-  const signal = notes.begin();
-  try {
-    showLog(await load(`/v1/logs/${byId("log").value}`, complain, signal));
-  } catch (error) {
-    if (!signal.aborted) complain(error);
-  }
+  notes.load([`/v1/logs/${byId("log").value}`], showLog, complain);
 }
 
 function startChosen() {
@@ -146,8 +132,7 @@ function startChosen() {
 
 function clearFindings() {
   state.shown = null;
-  byId("comparison-card").hidden = true;
-  byId("diagnosis-card").hidden = true;
+  for (const id of CARDS) byId(id).hidden = true;
   refresh();
 }
 
@@ -156,7 +141,7 @@ function ask(verb, first, show, more = {}) {
   const about = question();
   work(first, {
     about,
-    begin: () => post(`/v1/${verb}`, JSON.stringify({ ...asked(), ...more })),
+    begin: () => post(`/v1/${verb}?report=true`, JSON.stringify({ ...asked(), ...more })),
     show: async (found, signal) => {
       if (state.shown !== about) clearFindings();
       state.shown = about;
@@ -165,99 +150,52 @@ function ask(verb, first, show, more = {}) {
   });
 }
 
+function showReport(what, report) {
+  byId(what).replaceChildren(fragment(report));
+  byId(`${what}-card`).hidden = false;
+}
+
+// What was found last stands first.
+function showFound(what, report) {
+  byId("old-findings").after(byId(`${what}-card`));
+  showReport(what, report);
+}
+
 function compare() {
-  ask("compare", "Comparing …", (found) => {
-    showComparison(found);
+  ask("compare", "Comparing …", ({ report }) => {
+    showFound("comparison", report);
     say("Compared.");
   });
 }
 
-function showRegimes(table, regimes) {
-  const body = table.tBodies[0];
-  body.replaceChildren();
-  for (const { where, rows, bias_w: bias, rmse_w: rms, share_of_squared_error: share } of regimes) {
-    row(body, [where, rows.toLocaleString("en"), signedWatts(bias), watts(rms), percent(share)]);
-  }
-  table.hidden = !regimes.length;
-}
-
-function showComparison(found) {
-  byId("comparison-card").hidden = false;
-  const heldout = found.fitted ? `, ${watts(found.heldout_rmse_w)} on runs that it was not fitted to` : "";
-  const { measured_j: measured, predicted_j: predicted } = found.energy;
-  const off = measured ? 100 * (predicted / measured - 1) : 0;
-  const refused = found.refused_fit ? ` ${found.refused_fit.sentence}` : "";
-  byId("comparison-sentence").textContent =
-    `${found.model.name} v${found.model.version} misses the measured power by ${watts(found.rmse_w)} rms${heldout}; ` +
-    `the log's own noise is about ${watts(found.noise_floor_w)}. Energy: ${fixed(Math.abs(off), 1)} % too ${off < 0 ? "low" : "high"}.${refused}`;
-  showRegimes(byId("regimes"), found.regimes);
-  drawCurves(byId("curves"), found.pictures.curves, found.noise_floor_w);
-}
-
 function diagnose() {
   ask("diagnose", "Diagnosing …", (found) => {
-    showDiagnosis(found);
+    showFound("diagnosis", found.report);
+    offerToAdopt(found);
     say("Diagnosed.");
   });
 }
 
 const title = (slug) => state.titles[slug] ?? slug;
 
-function showDiagnosis(found) {
-  byId("diagnosis-card").hidden = false;
-  byId("verdict").textContent = found.sentence;
-  const outside = found.outside_catalogue;
-  const proposed = [...found.selected, ...(outside?.name ? [outside.name] : [])];
-  const errors = [["model as it is", found.baseline.heldout_rmse_w]];
-  if (proposed.length) errors.push([`with ${proposed.map(title).join(" + ")}`, found.after.heldout_rmse_w]);
-  drawErrors(byId("errors"), errors, found.baseline.noise_floor_w);
-  showRanking(found, proposed);
-  byId("outside").hidden = !outside;
-  if (outside) {
-    byId("formula").textContent = outside.formula ? `${outside.name} = ${outside.formula}` : "";
-    drawShape(byId("shape"), outside.quantities[0], outside.shape);
-  }
-  const remarks = [
-    ...(found.sensor ?? []).map(({ sentence }) => sentence),
-    ...found.experiments.map(({ separates, run }) => `To separate ${separates.map(title).join(" and ")}: ${run}`),
-  ];
-  byId("diagnosis-remarks").replaceChildren(...remarks.map((remark) => element("li", remark)));
-  const untold = (found.not_testable ?? []).map(({ effect, why, what_would_help: help }) => `${title(effect)}: ${why}${help ? `; ${help}` : ""}`);
-  byId("untestable").replaceChildren(...untold.map((line) => element("li", line)));
-  byId("untestable-part").hidden = !untold.length;
-}
-
-function showRanking(found, proposed) {
-  const body = byId("ranking").tBodies[0];
-  body.replaceChildren();
-  const testable = found.candidates.filter(({ testable }) => testable !== false);
-  for (const candidate of testable.slice(0, 6)) {
-    const bar = element("meter", "", { min: 0, max: 1, value: candidate.probability, "aria-hidden": "true" });
-    const values = Object.entries(candidate.parameters).map(([name, { value, stderr, unit }]) =>
-      `${name} ${estimate(value, stderr)} ${unit === "1" ? "" : unit}`.trim());
-    const same = candidate.indistinguishable_from.map(title).join(", ");
-    const name = element("span", title(candidate.effect));
-    name.append(element("small", [`${candidate.effect}: ${values.join(", ")}`, same && `cannot be told from ${same}`].filter(Boolean).join("; ")));
-    const line = row(body, [name, bar, percent(candidate.probability), watts(candidate.heldout_rmse_w)]);
-    line.classList.toggle("selected", proposed.includes(candidate.effect));
-  }
-  byId("ranking").hidden = !testable.length;
-  const others = testable.filter(({ effect }) => !proposed.includes(effect));
+// All that the diagnosis proposes, and each other effect that the log can tell.
+function offerToAdopt({ selected, outside_catalogue: outside, candidates }) {
+  const proposed = [...selected, ...(outside?.name ? [outside.name] : [])];
+  const others = candidates.filter(({ effect, testable }) => testable !== false && !proposed.includes(effect));
   const options = others.map(({ effect }) => new Option(title(effect), effect));
   if (proposed.length) options.unshift(new Option(proposed.map(title).join(" + "), "diagnosed"));
-  byId("adopt-what").replaceChildren(...options);
+  fill(byId("adopt-what"), options);
   byId("adoption").hidden = !options.length;
 }
 
 function adopt() {
   const effects = [byId("adopt-what").value];
-  ask("adopt", "Adopting …", async (found, signal) => {
+  ask("adopt", "Adopting …", async ({ model_id: model, report }, signal) => {
     await offerModels();
     if (signal.aborted) return;
-    choose(found.model_id);
-    const warnings = [...new Set(found.warnings)].map((warning) => ` Warning: ${warning}.`).join("");
-    say(`Adopted ${found.adopted.map(title).join(" + ")}: held-out error ${watts(found.before.heldout_rmse_w)} → ` +
-      `${watts(found.after.heldout_rmse_w)}, noise ${watts(found.noise_floor_w)}.${warnings}`);
+    choose(model);
+    const sentences = fragment(report).querySelectorAll(".verdict :is(.lead, .warning)");
+    say([...sentences].map(({ textContent }) => textContent).join(" "));
   }, { effects });
 }
 
@@ -276,41 +214,32 @@ function choose(id) {
   showVersions();
 }
 
-async function showVersions() {
+function showVersions() {
   const { model } = chosen(byId("start-model"));
-  const signal = versions.begin();
   byId("versions-card").hidden = true;
+  versions.abort();
   if (!model) return;
-  try {
-    const entries = await load(`/v1/models/${model}/history`, complain, signal);
-    byId("versions-card").hidden = false;
-    fillVersions(model, entries);
+  const show = (entries, { report }) => {
+    showReport("versions", report);
+    entries.forEach((entry, k) => offerVersion(model, entry, k + 1 === entries.length, byId("versions").querySelector("tbody").rows[k]));
     refresh();
-  } catch (error) {
-    if (!signal.aborted) complain(error);
-  }
+  };
+  versions.load([`/v1/models/${model}/history`, `/v1/models/${model}/report`], show, complain);
 }
 
-function fillVersions(model, entries) {
-  drawVersions(byId("fall"), entries);
-  const body = byId("versions").tBodies[0];
-  body.replaceChildren();
-  for (const entry of entries) {
-    const what = STARTS[entry.action] ?? (entry.action === "adopt" ? entry.adopted.map(title).join(" + ") : `back to version ${entry.reverted_to ?? "?"}`);
-    const buttons = element("span", "", { class: "buttons" });
-    if (entry.id) {
-      const plan = element("button", "Plan with it", { type: "button" });
-      plan.addEventListener("click", () => state.planWith(entry.id));
-      const file = element("a", "File", { href: `/v1/models/${entry.id}`, download: `model-v${entry.version}.json` });
-      buttons.append(plan, file);
-    }
-    if (entry !== entries.at(-1)) {
-      const back = element("button", "Back to it", { type: "button", class: "plain" });
-      back.addEventListener("click", () => revert(model, entry.version));
-      buttons.append(back);
-    }
-    row(body, [`v${entry.version}`, what, entry.log?.source ?? "", watts(entry.after?.heldout_rmse_w), buttons]);
+// What can be done with a version, at the end of its row; the last one stands already.
+function offerVersion(model, { id, version }, last, row) {
+  const cell = row.insertCell();
+  const button = (words, press) => {
+    const made = element("button", words, { type: "button", class: "plain" });
+    made.addEventListener("click", press);
+    cell.append(made);
+  };
+  if (id) {
+    button("Plan with it", () => state.planWith(id));
+    cell.append(element("a", "File", { href: `/v1/models/${id}`, download: `model-v${version}.json` }));
   }
+  if (!last) button("Back to it", () => revert(model, version));
 }
 
 function revert(model, version) {
@@ -329,13 +258,11 @@ export function beginWorkbench({ vehicles, effects, models, logs, planWith, mode
   state.titles = Object.fromEntries(effects.map(({ name, title }) => [name, title ?? name]));
   fillStarts(byId("start-model"), vehicles, models, "minibalance");
   fillLogs(logs);
+  const cancel = () => end(state.job).catch(complain);
   byId("upload-form").addEventListener("submit", upload);
   byId("log").addEventListener("change", logChosen);
   byId("start-model").addEventListener("change", startChosen);
-  byId("compare").addEventListener("click", compare);
-  byId("diagnose").addEventListener("click", diagnose);
-  byId("adopt").addEventListener("click", adopt);
-  byId("cancel").addEventListener("click", () => end(state.job).catch(complain));
+  for (const [id, press] of Object.entries({ compare, diagnose, adopt, cancel })) byId(id).addEventListener("click", press);
   refresh();
   say(logs.length ? WHAT_NEXT : "Upload a log of measured power to begin.");
 }

@@ -14,6 +14,7 @@ from planner.power.catalogue import all_effects
 from planner.report.axes import thinned
 from planner.report.drawing import beside, size_of
 from planner.report.markup import (
+    Attributes,
     Markup,
     bullets,
     dot,
@@ -37,9 +38,9 @@ from planner.report.routes.effects import OTHER, colour_of, main_effects
 from planner.report.routes.profiles import energy_bars, height_chart, power_chart
 from planner.report.routes.route_map import (
     GIVEN_BACK,
-    POWER_COLOURS,
     hexadecimal,
     map_svg,
+    power_colour,
     power_range,
     routes_of,
     seen,
@@ -48,12 +49,22 @@ from planner.report.view import View
 from planner.report.workbench_wording import model_name
 
 if TYPE_CHECKING:
+    from planner.report.routes.relief_image import Window
     from planner.search.results import Answer, Route
 
 
-def answer_view(answer: Answer) -> View:
-    """An answer with its map, profiles and account."""
-    title, drawing = _title(answer), map_svg(answer)
+SHADES = 40
+"""Steps of the drawn scale of power."""
+
+
+def answer_view(answer: Answer, window: Window | None = None) -> View:
+    """An answer with its map, profiles and account.
+
+    Args:
+        answer: with or without a route.
+        window: part of the map that is drawn; by default that of the routes.
+    """
+    title, drawing = _title(answer), map_svg(answer, window)
     if not answer.routes:
         reason = paragraph(f"No route: {answer.reason or ''}", "reason")
         return View(title, {"map": drawing}, (section("", reason, drawing),), reason)
@@ -141,8 +152,10 @@ def _comparison(document: Document) -> Markup:
 def _power_legend(route: Route) -> Markup:
     watts = seen(route.arrays["watts"])
     low, high = power_range(watts)
-    stops = ", ".join(map(hexadecimal, POWER_COLOURS))
-    scale = element("i", kind="scale", style=f"background:linear-gradient(90deg, {stops})")
+    shades = [hexadecimal(power_colour(k, 0, SHADES)) for k in range(SHADES + 1)]
+    steps = [element("rect", x=k, width=1.1, height=1, fill=c) for k, c in enumerate(shades)]
+    box: Attributes = {"viewBox": f"0 0 {SHADES + 1} 1", "preserveAspectRatio": "none"}
+    scale = element("svg", *steps, kind="scale", aria_hidden="true", **box)
     back = [dot(hexadecimal(GIVEN_BACK)), " gives back "] if (watts < 0).any() else []
     where = f" {high:.3g} W · arrowheads: where the front points"
     return joined(*back, f"{low:.3g} W ", scale, where)

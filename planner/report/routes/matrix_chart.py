@@ -62,8 +62,8 @@ def matrix_chart(matrix: Matrix) -> str:
             told = f"{start} to {goal}: {said}"
             parts.append(axes.bar(j, j + 1, top, tall, "band", rx=0, fill=fill, tooltip=told))
             if readable:
-                style = f"fill:{ink};pointer-events:none"
-                parts.append(text(axes.x(j + 0.5), middle, said, anchor="middle", style=style))
+                look = {"fill": ink, "pointer_events": "none"}
+                parts.append(text(axes.x(j + 0.5), middle, said, anchor="middle", **look))
     title = "Energy from every start to every goal"
     told = f"From {joules(least)} to {joules(most)}." if len(known) else "No route at all."
     return chart(width, height + 2, "".join(parts), title, told, kind="chart bars")

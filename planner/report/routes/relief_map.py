@@ -78,6 +78,11 @@ def relief_map(terrain: Terrain, ground: Axes, content: str, title: str) -> Mark
     return chart(**size, content=parts, title=title, kind="map", **scale)
 
 
+def whole_map(terrain: Terrain, *, width: int = 720) -> Markup:
+    """A map's relief as SVG, with nothing upon it; ``width`` in pixels."""
+    return relief_map(terrain, ground_axes(terrain.extent, width), "", f"Relief of {terrain.name}")
+
+
 def outlined(
     ground: Axes, xs: Array, ys: Array, colour: str, *, width: float = 2.5, dashes: str = ""
 ) -> Markup:
@@ -115,11 +120,7 @@ def _scale_bar(ground: Axes) -> Markup:
     size = length / (x1 - x0) * ground.width
     words = f"{length:g} m" if length < 1000 else f"{length / 1000:g} km"
     y = ground.height - 14
-    ink: Attributes = {
-        "font_size": 11,
-        "font_family": "system-ui,sans-serif",
-        "style": "fill:#111827",
-    }
+    ink: Attributes = {"font_size": 11, "font_family": "system-ui,sans-serif", "fill": "#111827"}
     bar = f"M18,{y - 4:.1f}v6h{size:.1f}v-6"
     return joined(
         rectangle(10, y - 16, size + 16, 24, rx=4, fill="#fff", fill_opacity=0.8),

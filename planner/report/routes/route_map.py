@@ -14,7 +14,7 @@ import numpy as np
 
 from planner.arrays import Array
 from planner.report.axes import Axes
-from planner.report.markup import Markup, element, joined
+from planner.report.markup import Markup, element
 from planner.report.routes.relief_image import Window
 from planner.report.routes.relief_map import (
     ground_axes,
@@ -104,15 +104,16 @@ def coloured_pieces(route: Route) -> Iterator[tuple[str, list[int]]]:
         yield hexadecimal(power_colour(middle, low, high)), [*range(first - 1, end)]
 
 
-def map_svg(answer: Answer, *, width: int = 720) -> Markup:
+def map_svg(answer: Answer, window: Window | None = None, *, width: int = 720) -> Markup:
     """The map with all routes as SVG, the best one coloured by its power.
 
     Args:
         answer: with or without a route.
+        window: part of the map that is drawn; by default that of the routes.
         width: in pixels.
     """
     named = routes_of(answer)
-    ground = ground_axes(window_of(answer.terrain, named.values()), width)
+    ground = ground_axes(window or window_of(answer.terrain, named.values()), width)
     parts = []
     for name, route in reversed(named.items()):
         xs, ys = route.arrays["x"], route.arrays["y"]
@@ -123,7 +124,7 @@ def map_svg(answer: Answer, *, width: int = 720) -> Markup:
             dashes = "7 5" if name == "shortest" else "2 4"
             parts.append(outlined(ground, xs, ys, colour, width=2, dashes=dashes))
     title = f"Relief of {answer.terrain.name} with the routes"
-    return relief_map(answer.terrain, ground, joined(*parts), title)
+    return relief_map(answer.terrain, ground, element("g", *parts, kind="routes"), title)
 
 
 def _route_parts(route: Route, ground: Axes) -> list[Markup]:

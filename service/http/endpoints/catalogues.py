@@ -8,6 +8,7 @@ from fastapi import APIRouter, HTTPException, Query, Request, Response
 
 from planner.errors import RequestError
 from service.http.endpoints.answers import while_listening
+from service.http.requests import Report
 from service.http.schemas import Entry, Problem, Relief
 from service.http.state import Running, Service
 
@@ -45,14 +46,18 @@ def effects(service: Running) -> list[dict[str, Any]]:
     responses={200: {"model": Relief}, 404: {"model": Problem}, 503: {"model": Problem}},
 )
 async def relief(
-    name: str, request: Request, service: Running, most: Annotated[int, Query(ge=16, le=1024)] = 320
+    name: str,
+    request: Request,
+    service: Running,
+    most: Annotated[int, Query(ge=16, le=1024)] = 320,
+    report: Report = False,
 ) -> Response:
     """Heights of a map for a picture, reduced to at most `most` columns and rows."""
     try:
         found = service.names.find("map", name)
     except RequestError as error:
         raise HTTPException(404, str(error)) from None
-    heights = await while_listening(request, service.workers.run("relief", found, most))
+    heights = await while_listening(request, service.workers.run("relief", found, most, report))
     return Response(
         heights, media_type="application/json", headers={"Cache-Control": "max-age=300"}
     )

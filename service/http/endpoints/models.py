@@ -61,6 +61,14 @@ def history(model: str, service: Running) -> list[dict[str, Any]]:
     return found(service.store.models.history(model), "model", model)
 
 
+@router.get("/{model}/report", response_class=Response, responses=_NOT_FOUND)
+async def report(model: str, request: Request, service: Running) -> Response:
+    """The model and its history as `report`: pictures and tables as HTML."""
+    path = found(await asyncio.to_thread(service.store.model_file, model), "model", model)
+    text = await while_listening(request, service.workers.run("model_report", str(path)))
+    return Response(text, media_type="application/json")
+
+
 @router.post("/{model}/revert", **described(_REVERT, _STORED, 404, *_PROBLEMS, status_code=201))
 async def revert(model: str, request: Request, service: Running) -> Response:
     """Revert to an earlier version; the result is a new version."""

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from importlib.resources import files
 
-from fastapi import APIRouter, FastAPI
+from fastapi import APIRouter, FastAPI, Response
 from fastapi.responses import HTMLResponse
 from fastapi.staticfiles import StaticFiles
+
+from planner.report.markup import STYLES, asset
 
 router = APIRouter()
 WEB = files("service") / "web"
@@ -16,6 +18,18 @@ WEB = files("service") / "web"
 def index() -> str:
     """The page itself."""
     return (WEB / "index.html").read_text(encoding="utf-8")
+
+
+@router.get("/report.css", include_in_schema=False)
+def report_style() -> Response:
+    """What reports look like."""
+    return Response(asset(*STYLES, "page.css"), media_type="text/css")
+
+
+@router.get("/report.js", include_in_schema=False)
+def report_script() -> Response:
+    """Moves the cursor over the pictures of a report."""
+    return Response(asset("page.js"), media_type="text/javascript")
 
 
 def install(app: FastAPI) -> None:

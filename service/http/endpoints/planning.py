@@ -21,6 +21,7 @@ from planner.search.requests import (
 )
 from service.http.bodies import json_body
 from service.http.endpoints.answers import while_listening
+from service.http.requests import Report
 from service.http.schemas import (
     FrontAnswer,
     MatrixAnswer,
@@ -51,13 +52,13 @@ def _described(
 
 
 @router.post("/routes", **_described(PlanRequest, RouteAnswer, EXAMPLE))
-async def plan_route(request: Request, service: Running) -> Response:
+async def plan_route(request: Request, service: Running, report: Report = False) -> Response:
     """Plan the route of least energy.
 
     The body is a PlanRequest. If no route exists, the status is 200 with `"status": "no_route"`.
     A client that disconnects ends its own job.
     """
-    return await _answered(request, service, "plan_route", PlanRequest)
+    return await _answered(request, service, "plan_route", PlanRequest, report)
 
 
 @router.post("/matrices", **_described(MatrixRequest, MatrixAnswer, MATRIX_EXAMPLE))
@@ -79,7 +80,7 @@ async def energy_time_front(request: Request, service: Running) -> Response:
 
 
 async def _answered(
-    request: Request, service: Service, job: str, kind: type[SituationRequest]
+    request: Request, service: Service, job: str, kind: type[SituationRequest], *options: bool
 ) -> Response:
     """JSON text from a worker; a client that disconnects ends its own job."""
     asked = kind.from_text(await json_body(request, service.settings.max_body_bytes))
@@ -93,5 +94,5 @@ async def _answered(
                 accepted=f"seconds, above 0 up to {most:g}",
             )
     asked = await asyncio.to_thread(service.names.resolve, asked)
-    text = await while_listening(request, service.workers.run(job, asked))
+    text = await while_listening(request, service.workers.run(job, asked, *options))
     return Response(text, media_type="application/json")

@@ -83,7 +83,7 @@ STEADY_S = 0.5
 """How long planning takes on the map "steady", s. It takes no CPU, which others may use."""
 
 
-def plan_route(request: PlanRequest) -> str:
+def plan_route(request: PlanRequest, report: bool = False) -> str:
     """A route; on the map "endless" a note beside the vehicle's file, and none."""
     if request.map == "endless":
         burn(f"{request.vehicle}.{os.getpid()}.pid")
@@ -91,7 +91,7 @@ def plan_route(request: PlanRequest) -> str:
     return json.dumps(answer())
 
 
-def relief(name: str, most: int) -> None:
+def relief(name: str, most: int, report: bool = False) -> None:
     """A note beside the map's file, and no picture."""
     burn(f"{name}.{os.getpid()}.pid")
 

@@ -16,18 +16,6 @@ from tests.service.conftest import ScriptedWorkers
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
-# 10 m × 5 m, rising to the east; a route along its middle.
-RELIEF = {
-    "name": "warehouse",
-    "columns": 20,
-    "rows": 10,
-    "origin": [0.25, 0.25],
-    "cell": [0.5, 0.5],
-    "extent": [0.0, 0.0, 10.0, 5.0],
-    "heights": [0.1 * column for _ in range(10) for column in range(20)],
-    "blocked": [0] * 200,
-}
-
 
 @contextmanager
 def served(settings: Settings, workers: ScriptedWorkers, port: int = 0) -> Iterator[str]:

@@ -7,12 +7,14 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from playwright.sync_api import expect
 
 from planner.errors import RequestError
+from planner.search.results import SearchSummary
 from service.settings import Settings
 from tests.service.conftest import ScriptedWorkers
-from tests.service.route_documents import answer
-from tests.service.web.browser import CHROMIUM, RELIEF, opened
+from tests.service.web.browser import CHROMIUM, opened
+from tests.service.web.reports import RELIEF, answer, answered
 
 pytestmark = [
     pytest.mark.browser,
@@ -25,7 +27,7 @@ def page(settings: Settings, workers: ScriptedWorkers) -> Iterator[Any]:
     """The page, opened."""
 
     def work(job: str, _: tuple[Any, ...]) -> str:
-        return json.dumps(RELIEF if job == "relief" else answer())
+        return json.dumps(RELIEF if job == "relief" else answered(answer()))
 
     workers.work = work
     with opened(settings, workers) as made:
@@ -34,9 +36,9 @@ def page(settings: Settings, workers: ScriptedWorkers) -> Iterator[Any]:
 
 def click_metres(page: Any, x: float, y: float) -> None:
     """Click the map at a place of its frame."""
-    box = page.locator("#overlay").bounding_box()
-    scale = box["width"] / 10.0
-    page.mouse.click(box["x"] + x * scale, box["y"] + (5.0 - y) * scale)
+    box = page.locator("#picture").bounding_box()
+    scale = box["width"] / 20.0
+    page.mouse.click(box["x"] + x * scale, box["y"] + (10.0 - y) * scale)
 
 
 def test_two_clicks_plan_a_route(page: Any, workers: ScriptedWorkers) -> None:
@@ -44,30 +46,35 @@ def test_two_clicks_plan_a_route(page: Any, workers: ScriptedWorkers) -> None:
     click_metres(page, 8.0, 4.0)
     page.get_by_text("the shortest route costs 25 % more").wait_for()
     request = workers.asked[-1][1][0]
-    assert request.start.x == pytest.approx(2.0, abs=0.02)
-    assert request.start.y == pytest.approx(1.0, abs=0.02)
-    assert request.goal.y == pytest.approx(4.0, abs=0.02)
-    rows = page.locator("#account tbody tr").all_inner_texts()
+    assert request.start.x == pytest.approx(2.0, abs=0.03)
+    assert request.start.y == pytest.approx(1.0, abs=0.03)
+    assert request.goal.y == pytest.approx(4.0, abs=0.03)
+    rows = page.locator(".account tbody tr").all_inner_texts()
     # 70 %, 40 % and the exchange of -10 % of 200 J, in this order.
     assert ["140.0 J" in rows[0], "80.0 J" in rows[1], "-20.0 J" in rows[2]] == [True] * 3
     assert "exchange" in rows[2]
-    assert page.locator("#route polyline").count() >= 2
-    assert page.locator("#relief").evaluate("c => [c.width, c.height]") == [20, 10]
+    assert page.locator("#picture .routes polyline").count() >= 2
+    assert page.locator("#picture svg.map image").count() == 1
+    assert page.locator("#along svg.chart").count() == 3
+    # The cursor of the charts moves over the map too.
+    page.locator("#along svg.chart").first.hover()
+    expect(page.locator("#picture .here")).to_have_attribute("visibility", "visible")
+    expect(page.locator("#along .readout")).to_contain_text("J so far")
 
 
 def test_the_page_says_what_was_minimised_and_what_is_missing(
     page: Any, workers: ScriptedWorkers
 ) -> None:
     found = answer(
-        planner={"name": "least-energy", "objective": "time", "seed": 0},
-        baselines={"fastest": answer()["baselines"]["fastest"]},
-        baselines_absent={"shortest": "no route keeps to the limits"},
+        planner=SearchSummary("least-energy", "plane", "time", 0, "Exact solution"),
+        baselines={"fastest": answer().baselines["shortest"]},
+        absent={"shortest": "no route keeps to the limits"},
     )
-    workers.work = lambda *_: json.dumps(found)
+    workers.work = lambda *_: json.dumps(answered(found))
     click_metres(page, 2.0, 1.0)
     click_metres(page, 8.0, 4.0)
     page.get_by_text("as the shortest: no route keeps to the limits").wait_for()
-    rows = page.locator("#comparison tbody tr").all_inner_texts()
+    rows = page.locator("#result tbody tr").all_inner_texts()
     assert [row.split("\t")[0] for row in rows] == ["route (least time)", "fastest"]
 
 
@@ -96,7 +103,8 @@ def test_a_refusal_is_said_and_its_fields_are_marked(page: Any, workers: Scripte
 
 
 def test_no_route_says_why(page: Any, workers: ScriptedWorkers) -> None:
-    workers.work = lambda *_: json.dumps({**answer(), "status": "no_route", "reason": "a wall"})
+    found = answer(status="no_route", reason="a wall", routes=(), baselines={})
+    workers.work = lambda *_: json.dumps(answered(found))
     click_metres(page, 2.0, 1.0)
     click_metres(page, 8.0, 4.0)
     page.get_by_text("No route: a wall").wait_for()

@@ -13,7 +13,8 @@ from playwright.sync_api import expect
 from service.settings import Settings
 from tests.service import telemetry_documents as documents
 from tests.service.conftest import ScriptedWorkers
-from tests.service.web.browser import CHROMIUM, RELIEF, opened
+from tests.service.web.browser import CHROMIUM, opened
+from tests.service.web.reports import reporting
 from tests.service.workbench import CSV, Workbench
 
 pytestmark = [
@@ -21,7 +22,6 @@ pytestmark = [
     pytest.mark.skipif(CHROMIUM is None, reason="no Chromium: apt-get install chromium"),
 ]
 
-PICTURES = {"curves": {}, "cloud": {"measured_w": [1.0], "predicted_w": [1.0]}}
 OLD = "What is shown below answers an earlier question: the log or the model was changed."
 
 
@@ -43,15 +43,7 @@ def workers() -> ScriptedWorkers:
 @pytest.fixture
 def bench(workers: ScriptedWorkers) -> Workbench:
     made = Workbench()
-
-    def work(job: str, arguments: tuple[Any, ...]) -> Any:
-        if job == "relief":
-            return json.dumps(RELIEF)
-        if job == "compare" and not made.hang:
-            return {**documents.comparison(), "pictures": PICTURES}
-        return made(job, arguments)
-
-    workers.work = work
+    workers.work = reporting(made)
     return made
 
 
@@ -112,8 +104,8 @@ def test_a_change_ends_the_job_that_runs(
 def test_a_job_that_began_late_is_ended_too(page: Any, bench: Workbench) -> None:
     bench.hang = True
     held: list[Any] = []
-    page.route("**/v1/compare", lambda asked: held.append(asked))
-    with page.expect_request("**/v1/compare"):
+    page.route("**/v1/compare?*", lambda asked: held.append(asked))
+    with page.expect_request("**/v1/compare?*"):
         page.get_by_role("button", name="Compare").click()
     choose_log(page, "first.csv")
     ended = page.expect_response(lambda r: r.request.method == "DELETE" and "/jobs/" in r.url)
@@ -177,7 +169,7 @@ def test_findings_do_not_outlive_a_return_to_an_older_version(page: Any, bench: 
         bench.saved,
     )
     page.reload()
-    page.get_by_label("Start from").select_option(label="minibalance v3, air_drag: 0.52 W")
+    page.get_by_label("Start from").select_option(label="minibalance: version 3, air_drag: 0.52 W")
     page.get_by_role("button", name="Diagnose").click()
     page.get_by_text("The model lacks air_drag.").wait_for()
     page.get_by_role("button", name="Back to it").first.click()

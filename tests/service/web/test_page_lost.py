@@ -13,10 +13,9 @@ from typing import Any
 import pytest
 
 from service.settings import Settings
-from tests.service import telemetry_documents as documents
 from tests.service.conftest import ScriptedWorkers
-from tests.service.route_documents import answer
-from tests.service.web.browser import CHROMIUM, RELIEF, browsed, opened, served
+from tests.service.web.browser import CHROMIUM, browsed, opened, served
+from tests.service.web.reports import RELIEF, answer, answered, reporting
 from tests.service.workbench import CSV, Workbench
 
 pytestmark = [
@@ -29,7 +28,7 @@ PLACES = {"start-x": 2, "start-y": 1, "goal-x": 8, "goal-y": 4}
 
 
 def work(job: str, _: tuple[Any, ...]) -> str:
-    return json.dumps(RELIEF if job == "relief" else answer())
+    return json.dumps(RELIEF if job == "relief" else answered(answer()))
 
 
 def fill(page: Any) -> None:
@@ -79,17 +78,17 @@ LOSSES: dict[str, Callable[[Any], None]] = {
 
 @pytest.mark.parametrize("loss", LOSSES)
 def test_a_server_that_is_lost_while_it_plans(page: Any, loss: str) -> None:
-    page.route("**/v1/routes", LOSSES[loss])
+    page.route("**/v1/routes?*", LOSSES[loss])
     page.get_by_role("button", name="Plan", exact=True).click()
     page.get_by_role("alert").get_by_text(SENTENCE, exact=True).wait_for()
-    page.unroute("**/v1/routes")
+    page.unroute("**/v1/routes?*")
     page.get_by_role("button", name="Plan", exact=True).click()
     page.get_by_text("200.0 J over").wait_for()
 
 
 def test_a_service_that_is_busy_says_so_itself(page: Any) -> None:
     problem = {"title": "Busy", "status": 503, "detail": "all workers are busy"}
-    page.route("**/v1/routes", lambda asked: asked.fulfill(status=503, json=problem))
+    page.route("**/v1/routes?*", lambda asked: asked.fulfill(status=503, json=problem))
     page.get_by_role("button", name="Plan", exact=True).click()
     page.get_by_role("alert").get_by_text("all workers are busy").wait_for()
 
@@ -119,15 +118,7 @@ def test_a_page_that_was_opened_too_late_fills_when_the_server_is_back(
 def test_a_job_is_followed_again_when_the_server_is_back(
     page: Any, workers: ScriptedWorkers
 ) -> None:
-    bench = Workbench()
-    pictures = {"curves": {}, "cloud": {"measured_w": [1.0], "predicted_w": [1.0]}}
-
-    def wait_or_work(job: str, arguments: tuple[Any, ...]) -> Any:
-        if job == "compare":
-            return {**documents.comparison(), "pictures": pictures}
-        return bench(job, arguments)
-
-    workers.work = wait_or_work
+    workers.work = reporting(Workbench())
     file = {"name": "drive.csv", "mimeType": "text/csv", "buffer": CSV}
     page.get_by_label("Log (CSV, Parquet)").set_input_files(file)
     page.get_by_role("button", name="Upload").click()
@@ -141,9 +132,9 @@ def test_a_job_is_followed_again_when_the_server_is_back(
     page.unroute("**/v1/jobs/**")
     page.get_by_text("misses the measured power by 2.00 W rms").wait_for()
 
-    page.route("**/v1/diagnose", LOSSES["refused"])
+    page.route("**/v1/diagnose?*", LOSSES["refused"])
     page.get_by_role("button", name="Diagnose").click()
     page.locator("#work-message").get_by_text(SENTENCE).wait_for()
-    page.unroute("**/v1/diagnose")
+    page.unroute("**/v1/diagnose?*")
     page.get_by_role("button", name="Diagnose").click()
     page.get_by_text("The model lacks air_drag.").wait_for()

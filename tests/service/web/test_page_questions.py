@@ -7,15 +7,18 @@ import random
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any
 
 import pytest
 from playwright.sync_api import expect
 
+from planner.report.routes import whole_map
 from service.settings import Settings
+from tests.report import synthetic
 from tests.service.conftest import ScriptedWorkers
-from tests.service.route_documents import answer, route
-from tests.service.web.browser import CHROMIUM, RELIEF, opened
+from tests.service.web import reports
+from tests.service.web.browser import CHROMIUM, opened
 
 pytestmark = [
     pytest.mark.browser,
@@ -26,9 +29,10 @@ MAPS = ("warehouse", "hall")
 VEHICLES = ("minibalance", "robotino")
 # "hall" is twice as large as "warehouse" and of other proportions.
 RELIEFS = {
-    "warehouse": RELIEF,
-    "hall": {**RELIEF, "cell": [1.0, 2.0], "extent": [0.0, 0.0, 20.0, 20.0]},
+    "warehouse": reports.RELIEF,
+    "hall": {"report": whole_map(replace(synthetic.terrain(), cell=(2.0, 4.0)))},
 }
+ANSWER = reports.answered(reports.answer(200.0, baselines={}))
 PLACES = {"start-x": 2, "start-y": 1, "goal-x": 8, "goal-y": 4}
 
 
@@ -40,7 +44,8 @@ def energy_of(question: dict[str, Any]) -> float:
 
 def answered(question: dict[str, Any]) -> dict[str, Any]:
     """That answer."""
-    return answer(routes=[route(energy_of(question))], baselines={})
+    drawn = ANSWER["report"].replace("200.0 J", f"{energy_of(question):.1f} J")
+    return {**ANSWER, "report": drawn}
 
 
 def answering(document: Any, status: int = 200) -> Callable[[Any], None]:
@@ -62,9 +67,9 @@ class Wire:
         for kind, names in entries.items():
             found = [{"name": name, "title": "", "battery_j": None} for name in names]
             page.route(f"**/v1/{kind}", answering(found))
-        page.route("**/v1/routes", self.hold)
+        page.route("**/v1/routes?*", self.hold)
         for name, relief in RELIEFS.items():
-            page.route(f"**/v1/maps/{name}/relief", answering(relief))
+            page.route(f"**/v1/maps/{name}/relief?*", answering(relief))
         page.on("requestfailed", lambda request: self.ended.append(request.url))
 
     def hold(self, asked: Any) -> None:
@@ -89,7 +94,7 @@ def wire() -> Wire:
 @pytest.fixture
 def page(settings: Settings, workers: ScriptedWorkers, wire: Wire) -> Iterator[Any]:
     """The page with start and goal typed in."""
-    workers.work = lambda *_: json.dumps(RELIEF)
+    workers.work = lambda *_: json.dumps(reports.RELIEF)
     with opened(settings, workers, prepare=wire.prepare) as made:
         for field, value in PLACES.items():
             made.locator(f"#{field}").fill(str(value))
@@ -114,7 +119,7 @@ def question(page: Any) -> dict[str, Any]:
 
 def plan(page: Any, wire: Wire) -> None:
     """Ask, and wait until the question is under way."""
-    with page.expect_request("**/v1/routes"):
+    with page.expect_request("**/v1/routes?*"):
         page.locator("#request").evaluate("form => form.requestSubmit()")
     if wire.holding:
         expect(page.locator("#answer")).to_have_attribute("aria-busy", "true")
@@ -145,7 +150,7 @@ def change(page: Any, field: str, value: Any) -> None:
 @pytest.mark.parametrize("what", CHANGES)
 def test_a_change_ends_what_is_planned(page: Any, wire: Wire, what: str) -> None:
     plan(page, wire)
-    with page.expect_event("requestfailed", lambda r: r.url.endswith("/v1/routes")):
+    with page.expect_event("requestfailed", lambda r: "/v1/routes?" in r.url):
         change(page, *CHANGES[what])
     wire.let_through()
     # A new map's relief has to arrive before a route can be asked for on it.
@@ -174,7 +179,7 @@ def test_what_was_shown_before_is_marked_until_it_is_asked_again(
     change(page, field, value)
     assert old.is_visible()
     fainter = "s => Number(getComputedStyle(document.querySelector(s)).opacity)"
-    for part in ("#message", "#result", "#route", "#legend"):
+    for part in ("#message", "#result", ".routes", "#legend", "#along section"):
         assert page.evaluate(fainter, part) < 1
     # Asked as before it is the answer; so is the new one when it is there.
     change(page, field, before)
@@ -187,9 +192,9 @@ def test_what_was_shown_before_is_marked_until_it_is_asked_again(
 
 
 def test_a_refusal_of_another_question_is_marked_too(page: Any, wire: Wire) -> None:
-    wire.page.unroute("**/v1/routes")
+    wire.page.unroute("**/v1/routes?*")
     problem = {"title": "Bad request", "detail": "start: on an obstacle", "field": "start"}
-    page.route("**/v1/routes", answering(problem, status=422))
+    page.route("**/v1/routes?*", answering(problem, status=422))
     page.locator("#plan").click()
     page.get_by_text("start: on an obstacle").wait_for()
     assert page.locator("#start-x").get_attribute("aria-invalid") == "true"
@@ -279,12 +284,12 @@ def test_fifty_changes_at_random_moments_show_no_foreign_answer(page: Any, wire:
 
 def test_the_picture_is_that_of_the_map_that_is_chosen(page: Any, wire: Wire) -> None:
     held: list[Any] = []
-    page.unroute("**/v1/maps/hall/relief")
-    page.route("**/v1/maps/hall/relief", lambda asked: held.append(asked))
-    with page.expect_request("**/v1/maps/hall/relief"):
+    page.unroute("**/v1/maps/hall/relief?*")
+    page.route("**/v1/maps/hall/relief?*", lambda asked: held.append(asked))
+    with page.expect_request("**/v1/maps/hall/relief?*"):
         page.locator("#map").select_option("hall")
     # The warehouse is not taken for the hall while that one is loaded.
-    assert not page.locator("#relief").is_visible()
+    assert not page.locator("#picture svg.map").is_visible()
     page.locator("#stage").click(position={"x": 30, "y": 30})
     assert page.locator("#start-x").input_value() == ""
     page.locator("#map").select_option("warehouse")
@@ -297,5 +302,5 @@ def test_the_picture_is_that_of_the_map_that_is_chosen(page: Any, wire: Wire) ->
     wire.holding = False
     plan(page, wire)
     page.get_by_text(shown(page)).wait_for()
-    width, height = page.evaluate("[relief.clientWidth, relief.clientHeight]")
+    width, height = page.evaluate("[picture.clientWidth, picture.clientHeight]")
     assert width / height == pytest.approx(2.0, rel=0.01)

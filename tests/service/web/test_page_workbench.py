@@ -14,7 +14,8 @@ from planner.errors import LogError
 from service.settings import Settings
 from tests.service import telemetry_documents as documents
 from tests.service.conftest import ScriptedWorkers
-from tests.service.web.browser import CHROMIUM, RELIEF, opened
+from tests.service.web.browser import CHROMIUM, opened
+from tests.service.web.reports import reporting, workbench_reports
 from tests.service.workbench import CSV, SAVED, Workbench
 
 pytestmark = [
@@ -22,38 +23,18 @@ pytestmark = [
     pytest.mark.skipif(CHROMIUM is None, reason="no Chromium: apt-get install chromium"),
 ]
 
-CURVE = {"bias_w": [0.1, 2.0, 3.1], "stderr_w": [0.1, 0.2, 0.1], "rows": [10, 10, 10]}
-PICTURES = {
-    "curves": {
-        "speed": {"x": [0.1, 0.4, 0.8], **CURVE},
-        "surface": {"x": ["carpet", "wet", "dry"], **CURVE},
-    },
-    "cloud": {"measured_w": [1.0], "predicted_w": [1.0]},
-}
-
-
-REFUSED = {
-    "heldout_rmse_w": 2.7,
-    "stated_rmse_w": 1.9,
-    "sentence": "The fit to this log is not used: it misses held-out runs by 2.7 W.",
-}
-
 
 @pytest.fixture
 def bench(workers: ScriptedWorkers) -> Workbench:
     """What the workers do."""
     made = Workbench()
-    made.compared = {}
-
-    def work(job: str, arguments: tuple[Any, ...]) -> Any:
-        if job == "relief":
-            return json.dumps(RELIEF)
-        if job == "compare":
-            return {**documents.comparison(), **made.compared, "pictures": PICTURES}
-        return made(job, arguments)
-
-    workers.work = work
+    workers.work = reporting(made)
     return made
+
+
+@pytest.fixture(scope="module")
+def drawn(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    return workbench_reports(tmp_path_factory.mktemp("reports"))
 
 
 @pytest.fixture
@@ -72,38 +53,51 @@ def upload(page: Any) -> None:
 
 
 def test_from_a_log_to_a_route_with_what_was_learnt(
-    page: Any, bench: Workbench, workers: ScriptedWorkers
+    page: Any, bench: Workbench, workers: ScriptedWorkers, drawn: dict[str, str]
 ) -> None:
+    workers.work = reporting(bench, {"compare": drawn["compare"], "diagnose": drawn["diagnose"]})
     upload(page)
     page.get_by_text("drive.csv was read: 1 rows in 1 runs.").wait_for()
     assert page.locator("#log-notes li").all_text_contents() == ["a gap", "Assumed: flat"]
 
     page.get_by_role("button", name="Compare").click()
-    page.get_by_text("misses the measured power by 2.00 W rms").wait_for()
-    # 39 kJ predicted, 40 kJ measured.
-    page.get_by_text("2.5 % too low").wait_for()
-    assert "faster than 0.6 m/s" in page.locator("#regimes tbody tr").inner_text()
+    page.get_by_text("misses the measured power by 2.36 W rms").wait_for()
+    # 48.5 kJ predicted, 50 kJ measured.
+    page.get_by_text("3.0 % too low").wait_for()
+    regimes = page.locator("#comparison section", has_text="Where the model is wrong")
+    assert "faster than 0.4 m/s" in regimes.locator("tbody tr").inner_text()
     # A line over speed, a point for each ground.
-    assert page.locator("#curves polyline").count() == 1
-    assert page.locator("#curves circle").count() == 3
+    speed, ground = (
+        page.locator("#comparison svg", has_text=f"Residual over {axis}")
+        for axis in ("speed", "ground")
+    )
+    assert speed.locator("polyline.before").count() == 1
+    assert ground.locator("circle").count() == 2
 
     page.get_by_role("button", name="Diagnose").click()
-    page.get_by_text("The model lacks air_drag.").wait_for()
-    rows = page.locator("#ranking tbody tr").all_inner_texts()
-    assert ["drag_area 0.22 ± 0.01 m²" in rows[0], "97 %" in rows[0]] == [True, True]
-    assert "cannot be told from converter_efficiency" in rows[1]
-    assert "motor_heating" in page.locator("#untestable").text_content()
+    page.get_by_text("Something is missing:").wait_for()
+    ranking = page.locator("#diagnosis section", has_text="What could be missing")
+    row = ranking.locator("tbody tr").first.inner_text()
+    assert ["size = 0.1234 ± 0.0056 m²" in row, "97 %" in row] == [True, True]
+    assert ["cannot be told from" in ranking.inner_text(), "vibration" in row] == [True, True]
+    untold = page.locator("#diagnosis section", has_text="What this log cannot tell")
+    assert "wear, battery_sag" in untold.inner_text()
+    # What was found last stands first.
+    assert page.locator("#findings article:visible > h3").all_inner_texts() == [
+        "What is missing",
+        "Where the model fails",
+    ]
 
     page.get_by_role("button", name="Adopt").click()
     page.get_by_text("held-out error 2.10 W → 0.52 W").wait_for()
     assert bench.tasks[-1][1].effects == ("diagnosed",)
-    assert page.locator("#fall circle").count() == 1
+    assert page.locator("#versions svg circle.solid").count() == 1
 
     for field, value in (("start-x", 2), ("start-y", 1), ("goal-x", 8), ("goal-y", 4)):
         page.locator(f"#{field}").fill(str(value))
     page.get_by_role("button", name="Plan with it").click()
     page.get_by_text("200.0 J over").wait_for()
-    request = workers.asked[-1][1][0]
+    (request,) = [arguments[0] for job, arguments in workers.asked if job == "plan_route"]
     assert request.vehicle is None
     assert Path(request.model).read_text() == SAVED
 
@@ -112,15 +106,6 @@ def test_from_a_log_to_a_route_with_what_was_learnt(
     page.get_by_text("Diagnosed.").wait_for()
     assert bench.tasks[-1][1].vehicle is None
     assert Path(bench.tasks[-1][1].model).read_text() == SAVED
-
-
-def test_a_refused_fit_is_said(page: Any, bench: Workbench) -> None:
-    bench.compared = {"fitted": False, "refused_fit": REFUSED}
-    upload(page)
-    page.get_by_text("was read").wait_for()
-    page.get_by_role("button", name="Compare").click()
-    page.get_by_text(REFUSED["sentence"]).wait_for()
-    assert "not fitted to" not in page.locator("#comparison-sentence").inner_text()
 
 
 def test_another_effect_than_the_diagnosed_one_is_adopted(page: Any, bench: Workbench) -> None:
@@ -141,10 +126,10 @@ def test_going_back_makes_a_version(page: Any, bench: Workbench) -> None:
         bench.saved,
     )
     page.reload()
-    page.get_by_label("Start from").select_option(label="minibalance v3, air_drag: 0.52 W")
-    rows = page.locator("#versions tbody tr")
+    page.get_by_label("Start from").select_option(label="minibalance: version 3, air_drag: 0.52 W")
+    rows = page.locator("#versions tbody").first.locator("tr")
     rows.nth(1).wait_for()
-    assert page.locator("#fall circle").count() == 2
+    assert page.locator("#versions svg circle.solid").count() == 2
     # To the first of the two; the second is what stands.
     assert page.get_by_role("button", name="Back to it").count() == 1
     rows.nth(0).get_by_role("button", name="Back to it").click()

@@ -15,7 +15,7 @@ def test_files_in_the_folder_are_named_by_their_place_in_it(
     names = [entry["name"] for entry in http.get("/v1/maps").json()]
     assert names == ["warehouse", "site/yard.tif"]
     http.post("/v1/routes", json={**GOOD, "map": "site/yard.tif", "vehicle": "cart.toml"})
-    _, (request,) = workers.asked[-1]
+    _, (request, *_) = workers.asked[-1]
     folder = settings.data_dir
     assert folder is not None
     assert request.map == str(folder.resolve() / "site" / "yard.tif")

@@ -21,7 +21,7 @@ def test_a_route_is_passed_on_as_the_worker_wrote_it(http: Http, workers: Script
     response = http.post("/v1/routes", json=GOOD)
     assert response.status_code == 200
     assert response.json() == answer()
-    job, (request,) = workers.asked[-1]
+    job, (request, *_) = workers.asked[-1]
     assert job == "plan_route"
     assert (request.map, request.start.x) == ("warehouse", 1.5)
 
@@ -194,7 +194,7 @@ def test_questions_about_many_routes_reach_a_worker(
     response = http.post(path, json=body)
     assert response.status_code == 200
     assert response.json() == {"said": job}
-    asked, (request,) = workers.asked[-1]
+    asked, (request, *_) = workers.asked[-1]
     assert asked == job
     assert request.map == body["map"]
     problem = expect_problem(http.post(path, json={**body, "whither": {"x": 1, "y": 1}}), 422)
