@@ -158,7 +158,7 @@ class Axes:
         return element("polygon", points=outline, kind=kind, **further)
 
     def dots(self, xs: Array, ys: Array, kind: str, radius: float = 3.0) -> Markup:
-        """Points large enough to be told apart."""
+        """Points large enough to be distinguished."""
         places = zip(self.x(xs), self.y(self._inside(ys)), strict=True)
         return joined(*(circle(x, y, radius, f"{kind} solid") for x, y in places))
 

@@ -155,8 +155,8 @@ def folded(summary: str, *parts: str) -> Markup:
 def section(heading: str, *parts: str, kind: str = "") -> Markup:
     """A part of a page, with a heading or without; nothing when it would be empty."""
     content = Markup("".join(parts))
-    told = element("h2", heading) if heading else ""
-    return element("section", told, content, kind=kind) if content else content
+    title = element("h2", heading) if heading else ""
+    return element("section", title, content, kind=kind) if content else content
 
 
 def asset(*names: str) -> Markup:

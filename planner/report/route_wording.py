@@ -44,14 +44,14 @@ def width_from(parts: Sequence[Mapping[str, Any]], titles: Mapping[str, str], mo
         titles: what to call an effect, by slug.
         most: how many are told.
     """
-    told = []
+    words = []
     for part in parts[:most]:
         effect, name = str(part["effect"]), str(part["parameter"]).replace("_", " ")
         called = f"{titles.get(effect, effect)} ({name})"
         if effect == "noise":  # as ROUTE.json calls the scatter of one drive
             called = "noise of one drive"
-        told.append(f"{called} {100.0 * float(part['share_of_variance']):.0f} %")
-    return ", ".join(told)
+        words.append(f"{called} {100.0 * float(part['share_of_variance']):.0f} %")
+    return ", ".join(words)
 
 
 def compared(document: Document) -> dict[str, Document]:
@@ -87,10 +87,10 @@ def account(document: Document) -> tuple[list[str], list[AccountRow], list[str]]
     energies, total = best["breakdown_j"], best["energy_j"]
     rows = []
     for slug in sorted(energies, key=lambda e: (e in exchanged, -abs(energies[e]))):
-        told = [joules(route["breakdown_j"].get(slug, 0.0)) for route in routes.values()]
-        if set(told) != {joules(0.0)}:
+        cells = [joules(route["breakdown_j"].get(slug, 0.0)) for route in routes.values()]
+        if set(cells) != {joules(0.0)}:
             share = f"{100 * energies[slug] / total:z.1f} %" if total else ""
-            rows.append(AccountRow(slug, slug in exchanged, [told[0], share, *told[1:]]))
+            rows.append(AccountRow(slug, slug in exchanged, [cells[0], share, *cells[1:]]))
     sums = [joules(total), "100 %", *(joules(route["energy_j"]) for route in others)]
     return ["route", "share", *[*routes][1:]], rows, sums
 
@@ -115,11 +115,11 @@ def remarks(document: Document, titles: Mapping[str, str]) -> Iterator[str]:
     )
     if battery := best.get("battery"):
         fits = "fits the battery" if battery["fits"] else "DOES NOT FIT the battery"
-        told = f"The route {fits}: it takes {100 * battery['share']:.2g} % of the "
-        told += f"{joules(battery['available_j'])} in it"
+        sentence = f"The route {fits}: it takes {100 * battery['share']:.2g} % of the "
+        sentence += f"{joules(battery['available_j'])} in it"
         if "chance" in battery:
-            told += f"; the chance that it suffices is {chance(battery['chance'])}"
-        yield f"{told}."
+            sentence += f"; the chance that it suffices is {chance(battery['chance'])}"
+        yield f"{sentence}."
     for name, reason in document.get("baselines_absent", {}).items():
         yield f"Nothing to compare with as the {name}: {reason}."
     for note in document.get("notes", ()):

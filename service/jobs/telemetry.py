@@ -21,7 +21,7 @@ import planner.telemetry.comparison
 from planner.errors import ModelError
 from planner.power.model import PowerModel
 from planner.power.saved import ACCEPTED
-from planner.report.workbench import VIEWS
+from planner.report.workbench import as_html
 from planner.telemetry.logs import Telemetry
 from service.documents import finite, model_text, strict
 from service.jobs import progress
@@ -77,7 +77,7 @@ def revert(path: str, version: int) -> str:
 
 def model_report(path: str) -> str:
     """A saved model and its history as ``report``, in JSON."""
-    return strict({"report": _report(PowerModel.load(path))})
+    return strict({"report": as_html(PowerModel.load(path))})
 
 
 def check_model(content: bytes) -> str:
@@ -94,11 +94,7 @@ def check_model(content: bytes) -> str:
 
 def _document(found: Any, task: Task) -> dict[str, Any]:
     """A result as JSON, with its pictures and tables as HTML if asked for."""
-    return {**found.to_json(), **({"report": _report(found)} if task.report else {})}
-
-
-def _report(found: Any) -> str:
-    return "".join(VIEWS[type(found).__name__](found).sections)
+    return {**found.to_json(), **({"report": as_html(found)} if task.report else {})}
 
 
 def _asked(function: Callable[..., Any], task: Task, *given: Any) -> Any:

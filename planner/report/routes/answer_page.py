@@ -78,12 +78,12 @@ def answer_view(answer: Answer, window: Window | None = None) -> View:
     shown = figure(drawing, _power_legend(route))
     comparison = _comparison(document)
     model = f"Model {model_name(answer.model)}, kind {answer.model['kind']}."
-    told = bullets([*remarks(document, titles), model])
+    notes = bullets([*remarks(document, titles), model])
     readout = "Move over the map or a chart."
     page = section(
         "",
         lead,
-        element("div", shown, element("div", comparison, told), kind="top"),
+        element("div", shown, element("div", comparison, notes), kind="top"),
         element("h3", "Along the way"),
         element("p", readout, kind="readout", aria_live="polite"),
         f"{height}{power}{_legend([*effects, OTHER], titles)}",
@@ -127,9 +127,9 @@ def _sentence(answer: Answer) -> Markup:
         f"the {name} route {extra_cost(b.energy_j, best.energy_j)}"
         for name, b in answer.baselines.items()
     ]
-    way = f" over {metres(best.length_m)} in {seconds(best.duration_s)}"
+    length = f" over {metres(best.length_m)} in {seconds(best.duration_s)}"
     compared = f"; {', '.join(others)}." if others else "."
-    return joined(element("b", joules(best.energy_j)), way, compared)
+    return joined(element("b", joules(best.energy_j)), length, compared)
 
 
 def _comparison(document: Document) -> Markup:
@@ -169,10 +169,10 @@ def _legend(effects: Sequence[str], titles: Mapping[str, str]) -> Markup:
 def _account(document: Document, titles: Mapping[str, str]) -> Markup:
     heads, rows, sums = account(document)
     cells = []
-    for effect, exchanged, told in rows:
+    for effect, exchanged, values in rows:
         kind = Markup(" <small>(exchange)</small>") if exchanged else ""
         name = joined(dot(colour_of(effect)), titles.get(effect, effect), kind)
-        cells.append([name, *told])
+        cells.append([name, *values])
     return table("", ["effect", *heads], cells, foot=["all", *sums], kind="account")
 
 

@@ -1,4 +1,4 @@
-"""Several routes in colours of their own: their energies as dots, their ways on the map.
+"""Several routes in colours of their own: their energies as dots, their paths on the map.
 
 drawn = [Drawn(point.route, "#b91c1c", "the fastest", point.route.duration_s) for point in points]
 energy_chart(drawn, "duration (s)", "Energy over duration")

@@ -59,14 +59,14 @@ def matrix_chart(matrix: Matrix) -> str:
         for j, goal in enumerate(goals):
             fill, ink = _colours(float(energies[i, j]), low, high)
             said = energy_words(float(energies[i, j]))
-            told = f"{start} to {goal}: {said}"
-            parts.append(axes.bar(j, j + 1, top, tall, "band", rx=0, fill=fill, tooltip=told))
+            label = f"{start} to {goal}: {said}"
+            parts.append(axes.bar(j, j + 1, top, tall, "band", rx=0, fill=fill, tooltip=label))
             if readable:
                 look = {"fill": ink, "pointer_events": "none"}
                 parts.append(text(axes.x(j + 0.5), middle, said, anchor="middle", **look))
     title = "Energy from every start to every goal"
-    told = f"From {joules(least)} to {joules(most)}." if len(known) else "No route at all."
-    return chart(width, height + 2, "".join(parts), title, told, kind="chart bars")
+    summary = f"From {joules(least)} to {joules(most)}." if len(known) else "No route at all."
+    return chart(width, height + 2, "".join(parts), title, summary, kind="chart bars")
 
 
 def _colours(energy: float, low: float, high: float) -> tuple[str, str]:

@@ -133,10 +133,10 @@ def reach_view(reach: Reach) -> View:
     """The area that an energy reaches."""
     drawing = reach_map(reach)
     x, y = reach.start
-    way = "there and back" if reach.and_back else "one way"
+    trip = "there and back" if reach.and_back else "one way"
     area = reach.area_m2
     size = f"{area / 1e6:,.2f} km²" if area >= 1e6 else f"{area:,.0f} m²"
-    said = f"{joules(reach.energy_j)} from ({x:.4g}, {y:.4g}) reach {size}, {way}."
+    said = f"{joules(reach.energy_j)} from ({x:.4g}, {y:.4g}) reach {size}, {trip}."
     checked = f"{reach.checked} routes to the edge were driven in full"
     if not math.isnan(reach.error_share):
         checked += f"; the last round was off by at most {share(reach.error_share)}"
@@ -149,10 +149,10 @@ def matrix_view(matrix: Matrix) -> View:
     """Energies between places."""
     drawing = matrix_chart(matrix)
     rows, columns = matrix.energy_j.shape
-    ways = int(np.isfinite(matrix.energy_j).sum())
+    found = int(np.isfinite(matrix.energy_j).sum())
     said = (
         f"Energy from {_counted(rows, 'start')} to {_counted(columns, 'goal')}; "
-        f"{ways} of {rows * columns} pairs have a route."
+        f"{found} of {rows * columns} pairs have a route."
     )
     driven = f"{int(matrix.driven.sum())} pairs were driven in full"
     if matrix.error_share > 0.0:

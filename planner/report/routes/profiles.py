@@ -45,7 +45,7 @@ def height_chart(routes: Mapping[str, Route], *, width: int = 1000, height: int 
 
 
 def mean_power(route: Route, *, most: int = 360) -> tuple[Array, dict[str, Array]]:
-    """Power by effect over even pieces of the way, so that a long route can be drawn.
+    """Power by effect over even pieces of the route, so that a long route can be drawn.
 
     Args:
         route: the route.
@@ -76,7 +76,7 @@ def mean_power(route: Route, *, most: int = 360) -> tuple[Array, dict[str, Array
 def power_chart(
     route: Route, effects: Sequence[str], *, width: int = 1000, height: int = 270
 ) -> Markup:
-    """Power along the way, stacked by effect, and its total as a line."""
+    """Power along the route, stacked by effect, and its total as a line."""
     along, watts = mean_power(route, most=round(0.36 * width))
     shares = grouped(watts, effects)
     total = np.sum([*shares.values()], axis=0)
@@ -128,6 +128,6 @@ def energy_bars(
                 parts.append(
                     axes.bar(start, start + value, y, bar, "band", rx=0, fill=fill, tooltip=said)
                 )
-        told = joules(routes[name].energy_j)
-        parts.append(text(axes.x(drawn) + 8, y + bar / 2 + 4, told, "strong"))
+        label = joules(routes[name].energy_j)
+        parts.append(text(axes.x(drawn) + 8, y + bar / 2 + 4, label, "strong"))
     return chart(width, height, joined(*parts), "Energy by effect", kind="chart bars")

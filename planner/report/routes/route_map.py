@@ -56,7 +56,7 @@ def power_range(watts: Array) -> tuple[float, float]:
 
 
 def mixed(first: Colour, last: Colour, share: float) -> Colour:
-    """The colour a share of the way from one to another."""
+    """The colour at a share between two others."""
     red, green, blue = (round(a + (b - a) * share) for a, b in zip(first, last, strict=True))
     return red, green, blue
 

@@ -38,12 +38,14 @@ def errors_chart(errors: Mapping[str, float], floor: float) -> str:
         )
         parts.append(text(axes.x(value) + 8, y + 30, watts(value), "strong halo"))
     parts.append(axes.mark(floor, 8, end + 6, "noise dashed"))
-    told = f"the log's own noise, about {watts(floor)}"
+    floor_text = f"the log's own noise, about {watts(floor)}"
     anchor = "end" if axes.x(floor) > 0.6 * width else ""
-    parts.append(text(axes.x(floor), end + 20, told, anchor=anchor))
+    parts.append(text(axes.x(floor), end + 20, floor_text, anchor=anchor))
     said = "; ".join(f"{name} {watts(value)}" for name, value in errors.items())
     title = "Error on held-out runs against the log's own noise"
-    return chart(width, end + 28, joined(*parts), title, f"{said}; {told}.", kind="chart bars")
+    return chart(
+        width, end + 28, joined(*parts), title, f"{said}; {floor_text}.", kind="chart bars"
+    )
 
 
 def regimes_chart(regimes: Sequence[Regime]) -> str:
@@ -97,7 +99,7 @@ def candidates_chart(
         return ""
     width, row, names, full = 640, 26, 176, 110
     middle = 386 if likely else names
-    tied = {rival for c in candidates if c.effect in selected for rival in c.indistinguishable_from}
+    aliased = {a for c in candidates if c.effect in selected for a in c.indistinguishable_from}
     known = [c.heldout_rmse_w for c in shown if c.heldout_rmse_w is not None]
     most = 1.02 * max([before, floor, *known])
     end = 30 + row * len(shown)
@@ -120,14 +122,14 @@ def candidates_chart(
         parts.append(text(0, y + 14, short(c.effect, 26), "strong" if chosen else "ink"))
         hue = "after" if chosen else "noise"
         if likely:
-            mark = " · tied" if c.effect in tied else ""
+            mark = " · tied" if c.effect in aliased else ""
             parts.append(chances.bar(0.0, c.probability, y + 3, 14, f"{hue} solid"))
-            told = share(c.probability) + mark
-            parts.append(text(chances.x(c.probability) + 6, y + 15, told, "ink"))
+            label = share(c.probability) + mark
+            parts.append(text(chances.x(c.probability) + 6, y + 15, label, "ink"))
         if c.heldout_rmse_w is not None:
             kind = f"{hue} {'solid' if chosen else 'hollow'}"
-            told = f"{c.effect}: {watts(c.heldout_rmse_w)}"
-            parts.append(circle(axes.x(c.heldout_rmse_w), y + 10, 5.5, kind, tooltip=told))
+            name = f"{c.effect}: {watts(c.heldout_rmse_w)}"
+            parts.append(circle(axes.x(c.heldout_rmse_w), y + 10, 5.5, kind, tooltip=name))
     said = "; ".join(f"{c.effect} {share(c.probability) if likely else ''}" for c in shown) + "."
     title = "What could be missing"
     return chart(width, end + 38, joined(*parts), title, said, kind="chart bars")

@@ -21,21 +21,21 @@ MOST_VERSIONS = 12
 
 def history_chart(entries: Sequence[Mapping[str, Any]]) -> str:
     """Held-out error version by version against the noise; an arrow is what a version changed."""
-    told = [e for e in entries if _heldout(e, "after") is not None][-MOST_VERSIONS:]
-    if not told:
+    measured = [e for e in entries if _heldout(e, "after") is not None][-MOST_VERSIONS:]
+    if not measured:
         return ""
     column, top, height = 136, 18, 200
-    values = [v for e in told for k in ("before", "after") if (v := _heldout(e, k)) is not None]
-    floors = [float(e["noise_floor_w"]) for e in told if e.get("noise_floor_w") is not None]
+    values = [v for e in measured for k in ("before", "after") if (v := _heldout(e, k)) is not None]
+    floors = [float(e["noise_floor_w"]) for e in measured if e.get("noise_floor_w") is not None]
     most = 1.1 * max(*values, *floors, 1e-9)
 
     draft = Axes(0, height, (0.0, 1.0), (0.0, most), unit=" W", size=13.0)
     left = math.ceil(max(60.0, draft.left))
-    width = left + column * len(told) + 12
+    width = left + column * len(measured) + 12
     axes = replace(draft, width=width, inner=(left, top, width, top + height))
     parts, words = [axes.grid()], []
     past: tuple[float, float, Any] | None = None
-    for place, entry in enumerate(told):
+    for place, entry in enumerate(measured):
         x0 = left + column * place
         x = x0 + column / 2
         after, before = _heldout(entry, "after"), _heldout(entry, "before")
@@ -61,11 +61,11 @@ def history_chart(entries: Sequence[Mapping[str, Any]]) -> str:
             at = top + height + 20 + 17 * number
             words.append(text(x, at, short(said, 18), "" if number else "strong", "middle"))
         past = (x, end, log)
-    lines = max(len(_what(e)) for e in told)
-    said = "; ".join(f"version {e['version']} {watts(_heldout(e, 'after'))}" for e in told) + "."
+    lines = max(len(_what(e)) for e in measured)
+    said = "; ".join(f"version {e['version']} {watts(_heldout(e, 'after'))}" for e in measured)
     title = "Error on held-out runs, version by version"
     high = top + height + 12 + 17 * lines
-    return chart(width, high, joined(*parts, *words), title, said, kind="chart bars")
+    return chart(width, high, joined(*parts, *words), title, f"{said}.", kind="chart bars")
 
 
 def _heldout(entry: Mapping[str, Any], when: str) -> float | None:

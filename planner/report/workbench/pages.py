@@ -128,7 +128,7 @@ def _diagnosis(result: Diagnosis) -> View:
             pictures["errors"],
             facts,
             verdict=result.verdict,
-            warnings=sections.ties(result),
+            warnings=sections.aliases(result),
         ),
         sections.sensors(result),
         sections.outside(result, pictures),
@@ -138,7 +138,7 @@ def _diagnosis(result: Diagnosis) -> View:
         sections.axes(look, pictures, names),
         sections.agreement(look, pictures, {**names, **_MORE}),
         parameters(result.fitted.parameters, result.model, without),
-        sections.not_told(result),
+        sections.not_identifiable(result),
         sections.about_log(result.log, result.base.describe()),
     ]
     return _view(f"Diagnosis of {_source(result.log)}", look, names, pictures, parts)
@@ -216,3 +216,8 @@ VIEWS: dict[str, Callable[[Any], View]] = {
     "PowerModel": _model,
 }
 """Kind of a result → what makes its view."""
+
+
+def as_html(result: Any) -> str:
+    """The sections of a result's page, for a page of somebody else."""
+    return "".join(VIEWS[type(result).__name__](result).sections)

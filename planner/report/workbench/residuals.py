@@ -78,7 +78,7 @@ class Bins:
     Attributes:
         x: SI, or labels.
         bias: W, mean of measured minus predicted.
-        stderr: W; NaN where it cannot be told.
+        stderr: W; NaN where it cannot be estimated.
         rows: how many.
     """
 
@@ -96,13 +96,13 @@ class Bins:
 
     @property
     def interval(self) -> tuple[Array, Array]:
-        """W, both ends of 95 %; the mean itself where the error cannot be told."""
+        """W, both ends of 95 %; the mean itself where the error is unknown."""
         reach = SURE * np.nan_to_num(self.stderr)
         return self.bias - reach, self.bias + reach
 
     @property
     def structure(self) -> float:
-        """W², mean square of the residual that the axis tells, its own uncertainty taken off.
+        """W², mean square of the residual that the axis explains, its own uncertainty taken off.
 
         A bin that holds a single run says nothing about its axis: the run may be off as a whole.
         """
@@ -207,8 +207,8 @@ def lacking(diagnosis: Diagnosis) -> Bins | None:
 
 
 def _ordered(curves: Mapping[str, Curve]) -> dict[str, Curve]:
-    told = {axis: curve for axis, curve in curves.items() if len(curve["before"].x) > 1}
-    return dict(sorted(told.items(), key=lambda entry: -entry[1]["before"].structure))
+    identifiable = {axis: curve for axis, curve in curves.items() if len(curve["before"].x) > 1}
+    return dict(sorted(identifiable.items(), key=lambda entry: -entry[1]["before"].structure))
 
 
 def _stretch(log: Telemetry, predicted: Mapping[str, Array]) -> Stretch | None:

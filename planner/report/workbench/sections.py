@@ -112,8 +112,8 @@ def agreement(look: Look, pictures: Pictures, names: Mapping[str, str]) -> Marku
     )
     time = ""
     if look.stretch is not None:
-        told = f"{look.stretch.run}: the stretch in which the model at the start errs most."
-        time = figure(pictures["time"], told)
+        caption = f"{look.stretch.run}: the stretch in which the model at the start errs most."
+        time = figure(pictures["time"], caption)
     return section("Prediction and measurement", legend(names), both, time)
 
 
@@ -123,12 +123,12 @@ def axes(look: Look, pictures: Pictures, names: Mapping[str, str]) -> Markup:
     drawn = []
     for axis, curve in look.curves.items():
         shares = [share(bins.structure / total) for bins in curve.values()] if total else []
-        told = f" tells {' → '.join(shares)} of the squared error"
-        words = joined(element("b", axis_of(axis).words), told)
+        reduction = f" tells {' → '.join(shares)} of the squared error"
+        words = joined(element("b", axis_of(axis).words), reduction)
         drawn.append(figure(pictures[axis], words, "tall" if axis == "heading" else ""))
     if not drawn:
         return Markup("")
-    told_below = paragraph(
+    note = paragraph(
         "Mean of measured minus predicted in bins, with 95 % intervals, most telling first; all "
         "charts have the same scale of watts. Axes go together in a log: one that is told by "
         "another is not a cause.",
@@ -136,14 +136,14 @@ def axes(look: Look, pictures: Pictures, names: Mapping[str, str]) -> Markup:
     )
     first, rest = (element("div", *part, kind="cards") for part in (drawn[:9], drawn[9:]))
     more = folded(f"{len(drawn) - 9} that tell less", rest) if drawn[9:] else ""
-    return section("The residual over what varied", legend(names), first, more, told_below)
+    return section("The residual over what varied", legend(names), first, more, note)
 
 
 def where(regimes: Sequence[Regime], pictures: Pictures) -> Markup:
     """Regimes in which the model at the start is off."""
     if not regimes:
-        told = "The residual has no structure that stands out of the noise."
-        return section("Where the model is wrong", paragraph(told))
+        nothing = "The residual has no structure that stands out of the noise."
+        return section("Where the model is wrong", paragraph(nothing))
     heads = ["where", "rows", "measured − predicted", "rms", "of the squared error"]
     rows = [
         [
@@ -167,8 +167,8 @@ def ranking(diagnosis: Diagnosis, pictures: Pictures) -> Markup:
     testable = [c for c in diagnosis.candidates if c.why_not is None]
     if not testable:
         return Markup("")
-    told = likely(diagnosis)
-    columns = ["probability"] * told + ["size / noise", "z", "p", "held-out error"]
+    with_probability = likely(diagnosis)
+    columns = ["probability"] * with_probability + ["size / noise", "z", "p", "held-out error"]
     further = ["parameters"]
     further += ["cannot be told from"] * any(bool(c.indistinguishable_from) for c in testable)
     heads = ["effect", *columns, *further]
@@ -178,7 +178,7 @@ def ranking(diagnosis: Diagnosis, pictures: Pictures) -> Markup:
     strong = [k for k, c in enumerate(testable) if c.effect in diagnosis.selected]
     probability = (
         "Probability: that the effect is missing, if one to three of these may be. "
-        if told
+        if with_probability
         else "No probabilities: none of these explains what is left over. "
     )
     size = "Size: what it adds to the power, rms, over the noise. z and p: of its test alone."
@@ -191,8 +191,8 @@ def ranking(diagnosis: Diagnosis, pictures: Pictures) -> Markup:
     )
 
 
-def ties(diagnosis: Diagnosis) -> list[str]:
-    """What was selected and cannot be told from others."""
+def aliases(diagnosis: Diagnosis) -> list[str]:
+    """Selected effects and their aliases."""
     return [
         f"This log cannot tell {c.effect} from {' or '.join(c.indistinguishable_from)}: "
         "either explains it as well."
@@ -235,7 +235,9 @@ def outside(diagnosis: Diagnosis, pictures: Pictures) -> Markup:
         for p in diagnosis.fitted.parameters
         if p.effect == found.name
     ]
-    told = "Dots: what the model lacks without the formula, with 95 % intervals. Line: the formula."
+    caption = (
+        "Dots: what the model lacks without the formula, with 95 % intervals. Line: the formula."
+    )
     said = element(
         "div",
         paragraph(f"Over {over}, in watts:"),
@@ -247,7 +249,7 @@ def outside(diagnosis: Diagnosis, pictures: Pictures) -> Markup:
         ),
     )
     return section(
-        "A shape that the catalogue does not have", pair(figure(pictures["shape"], told), said)
+        "A shape that the catalogue does not have", pair(figure(pictures["shape"], caption), said)
     )
 
 
@@ -262,12 +264,12 @@ def sensors(diagnosis: Diagnosis) -> Markup:
 
 
 def experiments(diagnosis: Diagnosis) -> Markup:
-    """Drives that would tell apart what this log cannot."""
+    """Drives that would separate what this log cannot."""
     return section("What to drive next", *(_experiment(e.to_json()) for e in diagnosis.experiments))
 
 
-def not_told(diagnosis: Diagnosis) -> Markup:
-    """What the log cannot tell, and what would help."""
+def not_identifiable(diagnosis: Diagnosis) -> Markup:
+    """What the log cannot identify, and what would help."""
     heads = ["effects", "why this log cannot tell", "what would help"]
     alike = not_testable(n.to_json() for n in diagnosis.not_testable)
     rows = [[", ".join(effects), why, help_] for (why, help_), effects in alike.items()]

@@ -97,4 +97,4 @@ class ReachRequest(SituationRequest):
     energy_j: Number | None = Field(default=None, gt=0)
     """J to spend, above 0; left out, what is in the vehicle's battery"""
     and_back: bool = False
-    """whether the energy has to last for the way back as well"""
+    """whether the energy has to last for the return as well"""

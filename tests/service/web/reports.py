@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from planner.report.routes import answer_view, whole_map
-from planner.report.workbench import workbench_view
+from planner.report.workbench import as_html
 from planner.report.workbench.history import history_chart, history_table
 from planner.search.results import Answer, Baseline, Route
 from service.jobs.outcomes import Adopted
@@ -82,6 +82,6 @@ def workbench_reports(folder: Path) -> dict[str, str]:
     made = synthetic_results.material(folder)
     kinds = {"compare": "comparison", "diagnose": "diagnosis", "adopt": "adoption"}
     return {
-        job: "".join(workbench_view(synthetic_results.RESULTS[kind](made)).sections)
+        job: as_html(synthetic_results.RESULTS[kind](made))
         for job, kind in {**kinds, "model_report": "model"}.items()
     }

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planner.report.workbench import workbench_view
+from planner.report.workbench import as_html
 from planner.search.results import Route
 from service.settings import Settings
 from tests.service.conftest import ScriptedWorkers
@@ -145,8 +145,8 @@ def test_nothing_is_written_with_a_sign_or_an_exponent(
     drag = results.candidate("air_drag", 0.97, parameters={"drag_area": tiny})
     diagnosed = results.diagnosis(made, candidates=(drag,))
     bench.reports = {
-        "compare": "".join(workbench_view(compared).sections),
-        "diagnose": "".join(workbench_view(diagnosed).sections),
+        "compare": as_html(compared),
+        "diagnose": as_html(diagnosed),
     }
     work(page)
     where = page.locator("#comparison section", has_text="Where the model is wrong")
