@@ -128,7 +128,7 @@ function showAnswer({ status, report }) {
   byId("picture").replaceChildren(part("svg.map"));
   byId("legend").replaceChildren(part("figcaption"));
   byId("result").replaceChildren(...part(".top > div").childNodes);
-  for (const shown of [part("h2"), part(".lead"), part(".top")]) shown.remove();
+  for (const shown of [part(".lead"), part(".top")]) shown.remove();
   byId("along").replaceChildren(section);
 }
 
