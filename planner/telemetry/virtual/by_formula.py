@@ -2,7 +2,7 @@
 
     add_by_formula(vehicle, settings, drive, means, book)
 
-The robot drives without such an effect. For the state of each 0.1 s the vehicle's base model says
+The robot drives without such an effect. For the state of each bin the vehicle's base model says
 what the effect's formula adds to its power, and the robot's power rises by that. Such a truth is
 the power model's own: it tests whether the effect is found, not whether its formula is right.
 
@@ -21,7 +21,7 @@ from planner.power.model import PowerModel
 from planner.power.rows import gravity_columns, rows_from
 from planner.power.vehicles import Vehicle
 from planner.quantities import INDEX, STANDARD_GRAVITY
-from planner.telemetry.virtual.dynamics import BIN, BOOK, MEANS, by_name
+from planner.telemetry.virtual.dynamics import BOOK, MEANS, by_name
 from planner.telemetry.virtual.hidden import EQUATIONS, OUTSIDE, Settings, by_element
 from planner.telemetry.virtual.profiles import Profile
 
@@ -72,7 +72,7 @@ def add_by_formula(
             watts / means[:, :, MEANS.index("battery_voltage")]
         )
         for name in ("supply", PLACES[find_effect(slug).stages()[-1]]):
-            book[:, BOOK.index(name)] += watts.sum(axis=1) * BIN
+            book[:, BOOK.index(name)] += watts.sum(axis=1) * drive.bin_length
 
 
 def _rows(drive: Profile, means: Array) -> Array:
@@ -81,8 +81,8 @@ def _rows(drive: Profile, means: Array) -> Array:
     columns = by_name(means, drive.conditions, drive.starts)
     columns["ambient_temp"] = columns["ambient"]
     columns |= gravity_columns(columns["roll"], columns["pitch"], gravity=STANDARD_GRAVITY)
-    columns["yaw_acceleration"] = np.gradient(columns["wz"], BIN, axis=1)
-    driven = np.cumsum(np.hypot(columns["vx"], columns["vy"]), axis=1) * BIN
+    columns["yaw_acceleration"] = np.gradient(columns["wz"], drive.bin_length, axis=1)
+    driven = np.cumsum(np.hypot(columns["vx"], columns["vy"]), axis=1) * drive.bin_length
     columns["odometer"] = columns["odometer"] + driven
-    columns["time_since_start"] = np.tile((np.arange(bins) + 0.5) * BIN, (runs, 1))
+    columns["time_since_start"] = np.tile((np.arange(bins) + 0.5) * drive.bin_length, (runs, 1))
     return rows_from(**{name: columns[name].ravel() for name in INDEX if name in columns})

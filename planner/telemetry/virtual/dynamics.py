@@ -29,7 +29,7 @@ from planner.telemetry.virtual import motors
 from planner.telemetry.virtual.motors import battery_state, drive_wheel
 
 STEP = 0.005  # s
-STEPS_PER_BIN = 20  # the kernel writes means over 0.1 s
+STEPS_PER_BIN = 20  # usual number: the kernel then writes means over 0.1 s
 BIN = STEP * STEPS_PER_BIN
 
 # Columns of the commands, per run and bin edge.
@@ -220,8 +220,9 @@ def _kinetic(chassis: Any, hidden: Any, v: Any, start: Any) -> float:
 
 @njit(cache=True)
 def integrate(
-    chassis: Any, hidden: Any, motion: Any, conditions: Any, starts: Any, means: Any, book: Any
-) -> None:
+    chassis: Any, hidden: Any, motion: Any, conditions: Any, starts: Any, means: Any, book: Any,
+    steps: int
+) -> None:  # fmt: skip
     """Drives all runs.
 
     Args:
@@ -233,8 +234,10 @@ def integrate(
         starts: (runs, len(START)).
         means: (runs, bins, len(MEANS) + n) written: means over each bin.
         book: (runs, len(BOOK)) written: energies of each run, J.
+        steps: of STEP seconds in a bin.
     """
     n = chassis.wheels.x.shape[0]
+    length = steps * STEP
     draws = np.zeros((n, _DRAWS))
     flows = np.zeros(_BOOKED)
     winding, housing = np.zeros(n), np.zeros(n)
@@ -253,9 +256,9 @@ def integrate(
             imposed = not math.isnan(nearby[5])
             out = means[run, b]
             out[:] = 0.0
-            for step in range(STEPS_PER_BIN):
-                share = (step + 0.5) / STEPS_PER_BIN
-                time = (b + share) * BIN
+            for step in range(steps):
+                share = (step + 0.5) / steps
+                time = (b + share) * length
                 roll = (1.0 - share) * motion[run, b, 3] + share * motion[run, b + 1, 3]
                 pitch = (1.0 - share) * motion[run, b, 4] + share * motion[run, b + 1, 4]
                 g[0] = STANDARD_GRAVITY * math.sin(pitch)
@@ -264,13 +267,13 @@ def integrate(
                 for k in range(3):
                     wanted = motion[run, b, k]
                     slope = motion[run, b + 1, k] - wanted
-                    lag = wanted + slope * (share - 0.5 / STEPS_PER_BIN) - v[k]
-                    asked[k] = slope / BIN + _PROPORTIONAL * lag + _INTEGRAL * error_sum[k]
+                    lag = wanted + slope * (share - 0.5 / steps) - v[k]
+                    asked[k] = slope / length + _PROPORTIONAL * lag + _INTEGRAL * error_sum[k]
                     error_sum[k] += lag * STEP
                 if imposed:
                     winding[:] = nearby[5]
                     housing[:] = nearby[5]
-                lead = 1.0 - 2.0 * (((b * STEPS_PER_BIN + step) // _FIGHT_STEPS) % 2)
+                lead = 1.0 - 2.0 * (((b * steps + step) // _FIGHT_STEPS) % 2)
                 low, high, worst = 0.0, 1.0, 0.0
                 for attempt in range(10):
                     # A motor at its limit: less acceleration, down to giving way altogether.
@@ -304,7 +307,7 @@ def integrate(
                 warmth = 0.0
                 for i in range(n):
                     warmth += winding[i] / n
-                    out[11 + i] += draws[i, _CURRENT] / STEPS_PER_BIN
+                    out[11 + i] += draws[i, _CURRENT] / steps
                     if not imposed:
                         inward = (winding[i] - housing[i]) / _R_WINDING
                         outward = (housing[i] - start[3]) / _R_HOUSING
@@ -317,16 +320,16 @@ def integrate(
                         book[run, _STORED] += STEP * (warming + inward + drag - outward)
                         book[run, _GIVEN_OFF] += STEP * outward
                 for k in range(3):
-                    out[k] += middle[k] / STEPS_PER_BIN
+                    out[k] += middle[k] / steps
                     v[k] += STEP * dv[k]
-                out[3] += flows[_SUPPLY] / STEPS_PER_BIN
-                out[4] += roll / STEPS_PER_BIN
-                out[5] += pitch / STEPS_PER_BIN
-                out[6] += (dv[0] - middle[2] * middle[1]) / STEPS_PER_BIN
-                out[7] += (dv[1] + middle[2] * middle[0]) / STEPS_PER_BIN
-                out[8] += warmth / STEPS_PER_BIN
-                out[9] += voltage / STEPS_PER_BIN
-                out[10] += current / STEPS_PER_BIN
+                out[3] += flows[_SUPPLY] / steps
+                out[4] += roll / steps
+                out[5] += pitch / steps
+                out[6] += (dv[0] - middle[2] * middle[1]) / steps
+                out[7] += (dv[1] + middle[2] * middle[0]) / steps
+                out[8] += warmth / steps
+                out[9] += voltage / steps
+                out[10] += current / steps
                 odometer += STEP * math.sqrt(middle[0] ** 2 + middle[1] ** 2)
                 for k in range(_STORED):
                     if k != _KINETIC:

@@ -39,7 +39,7 @@ class Profile:
 
     Attributes:
         name: the design.
-        motion: (runs, bins + 1, len(MOTION)) commands at the edges of 0.1 s bins.
+        motion: (runs, bins + 1, len(MOTION)) commands at the edges of bins.
         conditions: (runs, bins, len(CONDITIONS)) of wind, ground and the like; NaN where the robot
             is left to itself.
         starts: (runs, len(START)) load and initial state.
@@ -47,6 +47,7 @@ class Profile:
         held_out: labels of the runs that a test keeps back.
         labels: name of each run.
         row: s, interval of the log's rows.
+        bin_length: s, a multiple of the integrator's step.
         BIN, ROW: s, length of a bin, and the interval of rows unless a profile says otherwise.
         MOTION, CONDITIONS: names of the last axis of ``motion`` and ``conditions``.
     """
@@ -59,6 +60,7 @@ class Profile:
     labels: tuple[str, ...]
     held_out: tuple[str, ...] = ()
     row: float = ROW
+    bin_length: float = BIN
 
     BIN: ClassVar[float] = BIN
     ROW: ClassVar[float] = ROW

@@ -30,7 +30,7 @@ from planner.arrays import Array
 from planner.errors import InputError
 from planner.telemetry.virtual.by_formula import add_by_formula
 from planner.telemetry.virtual.chassis import read_vehicle
-from planner.telemetry.virtual.dynamics import BOOK, MEANS, integrate
+from planner.telemetry.virtual.dynamics import BOOK, MEANS, STEP, integrate
 from planner.telemetry.virtual.hidden import (
     EFFECTS,
     Settings,
@@ -171,7 +171,7 @@ class VirtualRobot:
         return profile(design, self.vehicle, seed=options.pop("seed", self.seed), **options)
 
     def simulate(self, drive: Profile, settings: Settings | None = None) -> tuple[Array, Array]:
-        """Means over 0.1 s (runs, bins, columns) and energies (runs, len(BOOK)) of a profile.
+        """Means over bins (runs, bins, columns) and energies (runs, len(BOOK)) of a profile.
 
         Args:
             drive: what to drive.
@@ -183,7 +183,8 @@ class VirtualRobot:
         means = np.empty((runs, bins, len(MEANS) + self.wheels))
         book = np.empty((runs, len(BOOK)))
         strength = strengths(settings, self.wheels, drive.surfaces)
-        integrate(self.chassis, strength, drive.motion, drive.conditions, drive.starts, means, book)
+        asked = drive.motion, drive.conditions, drive.starts
+        integrate(self.chassis, strength, *asked, means, book, round(drive.bin_length / STEP))
         add_by_formula(self.vehicle, settings, drive, means, book)
         return means, book
 
@@ -292,7 +293,9 @@ class VirtualRobot:
 
     def _row_power(self, drive: Profile, settings: Settings) -> Array:
         """Clean power by row, (runs, rows) W."""
-        return rows_of(self.simulate(drive, settings)[0], drive.row)[:, :, MEANS.index("power")]
+        return rows_of(self.simulate(drive, settings)[0], drive.row, drive.bin_length)[
+            :, :, MEANS.index("power")
+        ]
 
 
 def _sized(

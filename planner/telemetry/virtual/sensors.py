@@ -97,40 +97,41 @@ class Sensors:
     absent: tuple[str, ...] = ()
 
 
-def rows_of(means: Array, row: float) -> Array:
-    """Means over rows of (runs, bins, k), shape (runs, rows, k)."""
-    each = round(row / BIN)
+def rows_of(means: Array, row: float, length: float = BIN) -> Array:
+    """Means over rows of (runs, bins of ``length`` s, k), shape (runs, rows, k)."""
+    each = round(row / length)
     runs, bins, k = means.shape
     return np.asarray(
         means[:, : bins // each * each].reshape(runs, bins // each, each, k).mean(axis=2)
     )
 
 
-def delayed_power(power: Array, row: float, delay: float) -> Array:
-    """Mean power of rows that end ``delay`` s before their time, from bins of shape (runs, bins).
+def delayed_power(power: Array, row: float, delay: float, length: float = BIN) -> Array:
+    """Mean power of rows that end ``delay`` s before their time, from bins of ``length`` s,
+    shape (runs, bins).
 
     Before the start, and for a negative delay after the end, power stays what it is there.
     """
     if delay == 0.0:
-        return rows_of(power[:, :, None], row)[:, :, 0]
+        return rows_of(power[:, :, None], row, length)[:, :, 0]
     runs, bins = power.shape
-    pad = int(abs(delay) / BIN) + 2
+    pad = int(abs(delay) / length) + 2
     long = np.pad(power, ((0, 0), (pad, pad)), mode="edge")
-    times = (np.arange(long.shape[1] + 1) - pad) * BIN
-    count = bins // round(row / BIN)
+    times = (np.arange(long.shape[1] + 1) - pad) * length
+    count = bins // round(row / length)
     edges = np.arange(count + 1) * row - delay
     result = np.empty((runs, count))
     for k in range(runs):
-        energy = np.concatenate([[0.0], np.cumsum(long[k]) * BIN])
+        energy = np.concatenate([[0.0], np.cumsum(long[k]) * length])
         result[k] = np.diff(np.interp(edges, times, energy)) / row
     return result
 
 
 def exact_columns(drive: Profile, means: Array) -> Columns:
     """The log of perfect sensors, one row after the other, columns in their order."""
-    rows = rows_of(means, drive.row)
+    rows = rows_of(means, drive.row, drive.bin_length)
     runs, count, width = rows.shape
-    values = by_name(rows, rows_of(drive.conditions, drive.row), drive.starts)
+    values = by_name(rows, rows_of(drive.conditions, drive.row, drive.bin_length), drive.starts)
     known: Columns = {name: table.ravel() for name, table in values.items()}
     known["run"] = np.repeat(np.array(drive.labels), count)
     known["time"] = np.tile((np.arange(count) + 1) * drive.row, runs)
@@ -156,7 +157,9 @@ def measured_columns(
     columns = dict(exact)
     runs = len(drive.labels)
     count = len(exact["time"]) // runs
-    power = delayed_power(means[:, :, MEANS.index("power")], drive.row, sensors.delay)
+    power = delayed_power(
+        means[:, :, MEANS.index("power")], drive.row, sensors.delay, drive.bin_length
+    )
     clean = power.ravel()
     scatter = _power_noise(rng, clean, runs, count, noise)
     columns["power"] = sensors.power_scale * (clean + scatter) + sensors.power_offset
