@@ -34,8 +34,10 @@ _MEASURED = {
 _UNSURE = {
     "body": ("yaw_inertia",),
     "wheels": ("inertia",),
-    "drive": ("gear_efficiency", "torque_constant", "resistance", "rotor_inertia")
-    + ("coulomb_torque",),
+    "drive": (
+        *("gear_efficiency", "torque_constant"),
+        *("resistance", "rotor_inertia", "coulomb_torque"),
+    ),
     "contact": ("rolling", "roller_drag"),
     "electronics": ("power",),
     "battery": ("resistance",),
