@@ -8,7 +8,6 @@ from __future__ import annotations
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from planner import compiled_code as _compiled_code
 from planner import shown as _shown
 
 if TYPE_CHECKING:
@@ -46,8 +45,6 @@ __all__ = [
     "revert",
 ]
 __version__ = "0.1.0"
-
-_compiled_code.settle()
 
 
 def _report() -> _shown.Renderer:

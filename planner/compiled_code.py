@@ -1,22 +1,36 @@
-"""Where compiled code is kept, so that it is never older than the source it was made from.
+"""``njit`` for all of planner: compiled code is found again by the content it follows from.
 
-numba checks a cached function against the file that the function stands in, not against the files
-it calls or takes constants from. A change in one module could so leave stale code in another. The
-cache therefore lives in a folder named after the state of all of the package's files: any change
-gives a new folder. ``JOULEPATH_CACHE_DIR`` moves it; ``NUMBA_CACHE_DIR``, where set, is left alone.
+    from planner.compiled_code import njit
+
+numba looks for compiled code by the path and the time of one source file. So the same package at
+another path compiles anew, and a change in a module that the file imports leaves stale code. Here
+the key is the content of the module and of all that it imports (``source_keys``). A second
+checkout, a container or a wheel finds what the first compiled. A change compiles only what follows
+from it.
+
+``JOULEPATH_CACHE_DIR`` moves the folder. ``NUMBA_CACHE_DIR``, where set, leaves all to numba.
 """
 
 from __future__ import annotations
 
-import hashlib
 import os
 import shutil
 import sys
 import time
+from functools import cache
 from pathlib import Path
+from typing import Any
 
+import numba
+from numba import njit as njit
+from numba.core.caching import CacheImpl
+
+from planner.source_keys import Sources
+
+KERNEL_PREFIX = "joulepath_kernel_"
+"""Modules of generated kernels; the rest of such a name is the key of their content."""
 KEPT_SECONDS = 7 * 24 * 3600
-"""Folders of other states are removed once they were not used for a week."""
+"""Code of another content is removed once it was not used for a week."""
 
 
 def cache_base() -> Path:
@@ -25,32 +39,76 @@ def cache_base() -> Path:
     return Path(chosen) if chosen else Path.home() / ".cache" / "joulepath"
 
 
-def settle() -> None:
-    """Point numba at the folder for this state of the package; called before numba is imported."""
-    if "NUMBA_CACHE_DIR" in os.environ:
-        return
+class ContentLocator:
+    """Tells numba where the compiled code of a function of planner is kept.
+
+    Args:
+        folder: of the function's module at its present content.
+        file: where the function stands, for numba's warnings.
+    """
+
+    def __init__(self, folder: Path, file: str) -> None:
+        self._folder = folder
+        self._py_file = file
+
+    @classmethod
+    def from_function(cls, function: Any, file: str) -> ContentLocator | None:
+        """The locator of a function; None leaves it to numba's own locators."""
+        if "NUMBA_CACHE_DIR" in os.environ:
+            return None
+        folder = code_folder(function.__module__)
+        return None if folder is None else cls(folder, file)
+
+    def ensure_cache_path(self) -> None:
+        """Make the folder, in case it was removed since."""
+        self._folder.mkdir(parents=True, exist_ok=True)
+
+    def get_cache_path(self) -> str:
+        """The folder."""
+        return str(self._folder)
+
+    def get_source_stamp(self) -> str:
+        """What tells code of another content: the folder has one content alone."""
+        return self._folder.name
+
+    def get_disambiguator(self) -> str:
+        """What tells functions of one name in one module: there are none."""
+        return ""
+
+
+@cache
+def code_folder(module: str) -> Path | None:
+    """Folder of a module's compiled code; None if it is not of planner or cannot be written."""
     base = cache_base() / "compiled"
-    folder = base / _state(Path(__file__).parent)
+    if module.startswith(KERNEL_PREFIX):
+        key = module.removeprefix(KERNEL_PREFIX)
+    elif module.partition(".")[0] == __package__:
+        key = _sources().key(module)
+    else:
+        return None
+    of_module = base / module.partition(f"_{key}")[0]
+    # Code of two compilers does not mix.
+    folder = of_module / f"{key}-{sys.implementation.cache_tag}-{numba.__version__}"
     try:
+        new = not folder.exists()
         folder.mkdir(parents=True, exist_ok=True)
         os.utime(folder)
-        _forget_old(base)
+        if new:
+            _forget_old(of_module)
     except OSError:
-        return  # numba falls back to folders beside the source, or compiles anew
-    os.environ["NUMBA_CACHE_DIR"] = str(folder)
-    if "numba" in sys.modules:
-        sys.modules["numba"].config.CACHE_DIR = str(folder)
+        return None
+    return folder
 
 
-def _state(package: Path) -> str:
-    digest = hashlib.sha256(sys.version.encode())
-    for path in sorted(package.rglob("*.py")):
-        stat = path.stat()
-        digest.update(f"{path}{stat.st_mtime_ns}{stat.st_size}".encode())
-    return digest.hexdigest()[:16]
+@cache
+def _sources() -> Sources:
+    return Sources(Path(__file__).parent, cache_base() / "compiled" / "sources.json")
 
 
-def _forget_old(base: Path) -> None:
-    for folder in base.iterdir():
+def _forget_old(folders: Path) -> None:
+    for folder in folders.iterdir():
         if time.time() - folder.stat().st_mtime > KEPT_SECONDS:
             shutil.rmtree(folder, ignore_errors=True)
+
+
+CacheImpl._locator_classes.insert(0, ContentLocator)

@@ -15,7 +15,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
+
+from planner.compiled_code import njit
 
 SLIDING_SPEED = 0.005
 """m/s, width over which rim and roller friction change sign: below what wheel encoders resolve."""

@@ -12,9 +12,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from planner.compiled_code import njit
 from planner.power.account import ACCOUNT, LIMITS
 from planner.power.kernels import BLOCK
 from planner.power.model import PowerModel

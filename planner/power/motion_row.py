@@ -16,8 +16,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from planner.compiled_code import njit
 from planner.power.account import LIMITS
 from planner.power.kernels import BLOCK
 from planner.quantities import INDEX, ROW_LENGTH, STANDARD_GRAVITY

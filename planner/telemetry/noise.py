@@ -26,10 +26,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from scipy.optimize import nnls
 
 from planner.arrays import Array
+from planner.compiled_code import njit
 from planner.telemetry.logs import Telemetry
 
 MOST_LAGS = 12

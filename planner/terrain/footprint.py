@@ -12,8 +12,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit
-
+from planner.compiled_code import njit
 from planner.terrain.obstacles import rectangle_free
 
 SAMPLE_CELLS, SAMPLE_TURN = 0.1, math.radians(2.0)

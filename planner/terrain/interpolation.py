@@ -15,21 +15,19 @@ Source: R. G. Keys, Cubic convolution interpolation for digital image processing
 Acoustics, Speech, and Signal Processing 29(6), 1981, doi:10.1109/TASSP.1981.1163711.
 Left out: the sharp edge of a step, which the cubic rounds over two cells and overshoots by up to
 7 % of its height beside it; steps are the business of obstacles.py.
-
-numba caches a caller's machine code without looking at what it calls: after a change here, clear
-the __pycache__ of modules that call `interpolate` from compiled loops.
 """
 
 from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.compiled_code import njit
 
-@numba.njit("UniTuple(float64, 8)(float64)", cache=True, inline="always")
+
+@njit("UniTuple(float64, 8)(float64)", cache=True, inline="always")
 def _weights(t: float) -> tuple[float, float, float, float, float, float, float, float]:
     """Four weights of the cubic convolution at t in [0, 1), then their derivatives."""
     t2 = t * t
@@ -46,21 +44,21 @@ def _weights(t: float) -> tuple[float, float, float, float, float, float, float,
     )
 
 
-@numba.njit("UniTuple(int64, 3)(int64, int64)", cache=True, inline="always")
+@njit("UniTuple(int64, 3)(int64, int64)", cache=True, inline="always")
 def _border(k: int, last: int) -> tuple[int, int, int]:
     """The index nearest to k on the grid, its neighbour inwards, and how far k lies beyond."""
     nearest = min(max(k, 0), last)
     return nearest, 1 if k < 0 else last - 1, abs(k - nearest)
 
 
-@numba.njit("float64(float64[:, ::1], int64, int64)", cache=True)
+@njit("float64(float64[:, ::1], int64, int64)", cache=True)
 def _along_row(heights: NDArray[np.float64], j: int, i: int) -> float:
     """Height at column i of row j, continued along a straight line beyond the border."""
     near, inner, beyond = _border(i, heights.shape[1] - 1)
     return float(heights[j, near] + beyond * (heights[j, near] - heights[j, inner]))
 
 
-@numba.njit("float64(float64[:, ::1], int64, int64)", cache=True)
+@njit("float64(float64[:, ::1], int64, int64)", cache=True)
 def _continued(heights: NDArray[np.float64], j: int, i: int) -> float:
     """Height at any row and column, continued along straight lines beyond the border."""
     near, inner, beyond = _border(j, heights.shape[0] - 1)
@@ -68,7 +66,7 @@ def _continued(heights: NDArray[np.float64], j: int, i: int) -> float:
     return (1 + beyond) * _along_row(heights, near, i) - outwards
 
 
-@numba.njit(
+@njit(
     "UniTuple(float64, 3)(float64[:, ::1], float64, float64, float64, float64, float64, float64)",
     cache=True,
 )
@@ -115,7 +113,7 @@ def interpolate(
     return z, gx / dx, gy / dy
 
 
-@numba.njit(
+@njit(
     "float64[:, ::1](float64[:, ::1], float64, float64, float64, float64, "
     "float64[::1], float64[::1])",
     cache=True,

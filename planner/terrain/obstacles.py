@@ -21,16 +21,17 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from planner.compiled_code import njit
 
 # Overlap below this counts as contact, m.
 CONTACT = 1e-6
 MOST_YAW_BINS = 64
 
 
-@numba.njit(cache=True, inline="always")
+@njit(cache=True, inline="always")
 def _covers(
     centre: tuple[float, float],
     half_cell: tuple[float, float],
@@ -58,7 +59,7 @@ def _covers(
     return across < half_width + half_dx * s + half_dy * c - CONTACT
 
 
-@numba.njit(
+@njit(
     "boolean(boolean[:, ::1], float64, float64, float64, float64, "
     "float64, float64, float64, float64, float64)",
     cache=True,
@@ -118,9 +119,7 @@ def rectangle_free(
     return True
 
 
-@numba.njit(
-    "uint64[:, ::1](boolean[:, ::1], float64, float64, float64, float64, int64)", cache=True
-)
+@njit("uint64[:, ::1](boolean[:, ::1], float64, float64, float64, float64, int64)", cache=True)
 def yaw_mask(
     blocked: NDArray[np.bool_],
     dx: float,

@@ -26,9 +26,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from planner.compiled_code import njit
 
 # Above this many kernel cells a transform is quicker than the direct sum.
 _DIRECT_SUM_LIMIT = 700
@@ -129,7 +130,7 @@ def footprint_heights(
     return smooth
 
 
-@numba.njit("float64[:, ::1](float64[:, ::1], float64[:, ::1])", cache=True, fastmath=False)
+@njit("float64[:, ::1](float64[:, ::1], float64[:, ::1])", cache=True, fastmath=False)
 def _weighted_sum(padded: NDArray[np.float64], kernel: NDArray[np.float64]) -> NDArray[np.float64]:
     rows = padded.shape[0] - kernel.shape[0] + 1
     columns = padded.shape[1] - kernel.shape[1] + 1

@@ -24,7 +24,7 @@ from typing import Any
 import numba
 
 from planner import quantities
-from planner.compiled_code import cache_base
+from planner.compiled_code import KERNEL_PREFIX, cache_base
 from planner.power import account, effect, kernel_math, kinematics
 from planner.power.kernels import idle_lines, pipeline, printed, row_blocks, specialise, stages
 from planner.power.kernels.kernel import Kernel
@@ -65,7 +65,7 @@ def compile_kernel(spec: KernelSpec) -> Kernel:
     modules = {sys.modules[effect.__module__] for effect in spec.effects} | _MADE_BY
     parts += sorted(inspect.getsource(module) for module in modules)
     digest = hashlib.sha256("\0".join(parts).encode())
-    return Kernel(_load(f"joulepath_kernel_{digest.hexdigest()[:20]}", spec))
+    return Kernel(_load(f"{KERNEL_PREFIX}{digest.hexdigest()[:20]}", spec))
 
 
 def _load(name: str, spec: KernelSpec) -> Callable[..., Any]:

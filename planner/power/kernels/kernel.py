@@ -11,9 +11,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit, types
+from numba import types
 
 from planner.arrays import Array
+from planner.compiled_code import njit
 from planner.power.account import ACCOUNT_LENGTH, PER_WHEEL
 from planner.power.kernels.row_blocks import BLOCK
 

@@ -61,8 +61,9 @@ def kernel_source(spec: KernelSpec) -> str:
     custom = [effect for effect in spec.effects if effect.definition is not None]
     head = [
         f'"""Power model written out by {__name__}; not to be edited."""',
-        "from numba import njit, types",
+        "from numba import types",
         "import numpy as np",
+        "from planner.compiled_code import njit",
         "from planner.power.kernel_math import absolute, larger, sign, smaller, still",
         *([f"from {__package__} import printed"] if spec.printed else []),
         *(line for effect in spec.effects if effect not in custom for line in _imports(effect)),

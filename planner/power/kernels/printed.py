@@ -31,7 +31,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
+
+from planner.compiled_code import njit
 
 FORCE_SQUARED = 0.0022
 """W/N², k1: mean of Table 1."""

@@ -12,8 +12,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from planner.compiled_code import njit
 from planner.power.kernel_math import REST_SPEED, SLIDING_SPEED
 from planner.power.kinematics import LOAD, RIM, ROLLER
 

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, gaussian_filter, maximum_filter
 
 from planner.arrays import Array
+from planner.compiled_code import njit
 from planner.search.certificate.price_table import PriceField, PriceTable, table_watts
 from planner.search.certificate.triangle_costs import Ground
 

@@ -19,10 +19,10 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numba import njit
 from scipy.fft import dctn
 
 from planner.arrays import Array
+from planner.compiled_code import njit
 from planner.search.second_core import CORE
 
 LEVELS = 4096

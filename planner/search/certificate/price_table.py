@@ -10,9 +10,9 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
 from planner.arrays import Array
+from planner.compiled_code import njit
 from planner.search.certificate.dual_power import PricedPower, Robot
 
 GEAR_STEPS = 14

@@ -19,10 +19,10 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from planner.arrays import Array
+from planner.compiled_code import njit
 from planner.search.certificate.price_table import (
     PriceField,
     least_at_rest,

@@ -19,9 +19,9 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from planner.compiled_code import njit
 from planner.search.resolution import (
     ALL_YAWS,
     DIRECTIONS,

@@ -21,9 +21,9 @@ from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from planner.compiled_code import njit
 from planner.search.field import CostField, masked_cost, segment_cost, wind_cost
 from planner.search.resolution import ALL_YAWS, COUNT, MOVES
 from planner.search.second_core import in_halves

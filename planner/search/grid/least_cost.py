@@ -23,10 +23,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from planner.cancellation import CancellationToken
+from planner.compiled_code import njit
 from planner.search.field import CostField, segment_cost
 from planner.search.grid.lattice import PRICED_CLOSELY, Lattice, close_cost
 

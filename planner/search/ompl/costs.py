@@ -20,8 +20,8 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
+from planner.compiled_code import njit
 from planner.power.limits import BRIEFLY
 from planner.quantities import INDEX
 from planner.search.conditions import OperatingConditions

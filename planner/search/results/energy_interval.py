@@ -30,11 +30,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numpy.typing import NDArray
 from scipy.special import stdtr, stdtrit
 
 from planner.arrays import Array
+from planner.compiled_code import njit
 from planner.power.account import ACCOUNT_LENGTH, PER_WHEEL
 from planner.power.kernels import KERNEL
 from planner.power.model import PowerModel

@@ -12,10 +12,10 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from planner.arrays import Array
+from planner.compiled_code import njit
 from planner.search.field import wind_cost
 from planner.search.grid import node_slope
 from planner.search.resolution import ALL_YAWS, COUNT, STATES, YAW_BINS

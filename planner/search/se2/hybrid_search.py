@@ -23,10 +23,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from planner.arrays import Array
 from planner.cancellation import CancellationToken
+from planner.compiled_code import njit
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
 from planner.search.grid import cost_to_go

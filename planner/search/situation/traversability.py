@@ -12,10 +12,10 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
+from planner.compiled_code import njit
 from planner.power.kinematics import X, Y
 from planner.power.vehicles import Vehicle
 from planner.search.field import CostField

@@ -30,9 +30,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from planner.compiled_code import njit
 from planner.search.resolution import DIRECTIONS, STEEPNESSES, YAWS
 
 

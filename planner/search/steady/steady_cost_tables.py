@@ -18,9 +18,10 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numpy.typing import NDArray
 
+from planner.compiled_code import njit
 from planner.power.account import ACCOUNT_LENGTH, PER_WHEEL
 from planner.power.kernel_math import SLIDING_SPEED
 from planner.power.kernels import KERNEL

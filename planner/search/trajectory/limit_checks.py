@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from planner.arrays import Array
+from planner.compiled_code import njit
 from planner.power.limits import BRIEFLY, LIMIT_NAMES, broken_in_results
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from planner.arrays import Array
+from planner.compiled_code import njit
 from planner.power.motion_row import set_acceleration, set_motion, set_wind
 from planner.quantities import INDEX, ROW_LENGTH
 from planner.search.field import CostField, sample_surface

@@ -14,10 +14,11 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numpy.typing import NDArray
 
 from planner.arrays import Array
+from planner.compiled_code import njit
 from planner.power.kernels import BLOCK, BLOCK_KERNEL
 from planner.power.limits import BRIEFLY, broken_in_block
 from planner.power.motion_row import empty_block, put_row, set_acceleration, set_motion, set_wind

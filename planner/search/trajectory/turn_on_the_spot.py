@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from planner.arrays import Array
+from planner.compiled_code import njit
 from planner.power.limits import BRIEFLY, broken_limit
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField

@@ -11,8 +11,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from planner.compiled_code import njit
 from planner.search.resolution import STATES
 from planner.search.steady import costs_for_yaws
 

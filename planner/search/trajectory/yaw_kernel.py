@@ -14,10 +14,11 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numpy.typing import NDArray
 
 from planner.arrays import Array
+from planner.compiled_code import njit
 from planner.power.kernels import BLOCK_KERNEL
 from planner.search.kernel_arguments import B1, B2, F1, F2, I1, MODEL_ARRAYS, STEPS, tuple_type
 from planner.search.resolution import STATES, WIDTH

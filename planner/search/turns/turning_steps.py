@@ -12,8 +12,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit, types
+from numba import types
 
+from planner.compiled_code import njit
 from planner.power.kernels import BLOCK, BLOCK_KERNEL
 from planner.power.limits import BRIEFLY, broken_in_block
 from planner.power.motion_row import empty_block, motion_on_plane, put, put_row

@@ -8,9 +8,10 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit, types
+from numba import types
 
 from planner.arrays import Array
+from planner.compiled_code import njit
 from planner.search.kernel_arguments import F2, tuple_type
 
 

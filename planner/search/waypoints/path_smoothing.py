@@ -20,9 +20,9 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from planner.arrays import Array
+from planner.compiled_code import njit
 from planner.search.field import CostField, polyline_cost, segment_cost, wind_cost
 from planner.search.resolution import ALL_YAWS, DIRECTIONS, GENTLE
 from planner.terrain.interpolation import interpolate

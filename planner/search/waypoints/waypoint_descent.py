@@ -21,10 +21,10 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from planner.arrays import Array
+from planner.compiled_code import njit
 from planner.quantities import STANDARD_GRAVITY
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField, segment_cost

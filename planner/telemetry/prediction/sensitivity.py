@@ -21,9 +21,10 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numba import njit, types
+from numba import types
 
 from planner.arrays import Array
+from planner.compiled_code import njit
 from planner.power.kernels import BLOCK, BLOCK_KERNEL
 from planner.power.model import PowerModel
 from planner.quantities import INDEX

@@ -9,7 +9,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit, types
+from numba import types
+
+from planner.compiled_code import njit
 
 LEAST_UNEXPLAINED = 1e-4
 """Bounds z of few clusters that happen to agree."""

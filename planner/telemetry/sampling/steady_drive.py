@@ -34,9 +34,9 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from planner.arrays import Integers, Mask
+from planner.compiled_code import njit
 from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
 

@@ -21,9 +21,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from planner.arrays import Array
+from planner.compiled_code import njit
 from planner.quantities import STANDARD_GRAVITY
 from planner.telemetry.virtual import motors
 from planner.telemetry.virtual.motors import battery_state, drive_wheel

@@ -11,8 +11,6 @@ T is the torque that the hub asks for, ω the motor's speed, n the ratio of the 
 changes sign as tanh(ω/1.5 rad/s). Heat flows winding → housing → air (two nodes, values of a small
 ferrite motor).
 
-numba keeps compiled code by the file of the caller: after a change here, save dynamics.py too.
-
 Left out: inductance, the bridges' switching frequency, motors that differ.
 """
 
@@ -21,7 +19,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from numba import njit
+from planner.compiled_code import njit
 
 WINDING_CAPACITY = 12.0  # J/K
 HOUSING_CAPACITY = 95.0  # J/K
