@@ -40,7 +40,7 @@ class Sources:
         self.folder = folder
         self._kept = kept
         self._read: dict[str, list[object]] = {}
-        with suppress(OSError, ValueError):
+        with suppress(OSError, TypeError, ValueError):
             if kept is not None:
                 self._read = dict(json.loads(kept.read_text("utf-8")))
         self._changed = False

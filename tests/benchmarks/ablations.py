@@ -197,7 +197,7 @@ def in_fresh_process(
     command = [sys.executable, "-m", "tests.benchmarks.ablations", "--worker", measured]
     command += ["--questions", str(count)]
     if constant is None:
-        return _result(command, {})
+        return _result(command, {"NUMBA_CACHE_DIR": str(numba_cache())})
     command += ["--set", constant.module, constant.name, repr(value)]
     cache = numba_cache()
     with tempfile.TemporaryDirectory() as folder:
@@ -225,12 +225,16 @@ def _result(command: Sequence[str], variables: Mapping[str, str]) -> dict[str, A
 
 
 def numba_cache() -> Path:
-    """Folder in which numba keeps what is compiled of the code as it is."""
-    command = "import planner, numba; print(numba.config.CACHE_DIR)"
-    told = subprocess.run(
-        [sys.executable, "-c", command], cwd=ROOT, capture_output=True, text=True, check=True
-    )
-    return Path(told.stdout.strip())
+    """Folder in which numba keeps what is compiled of the code as it is, by its own rules.
+
+    joulepath's rules go by the text of the sources, which an ablation leaves as it is.
+    """
+    import planner
+    from planner.compiled_code import cache_base
+    from planner.source_keys import Sources
+
+    package = Path(planner.__file__).parent
+    return cache_base() / "ablations" / Sources(package).key(package.name)
 
 
 def rows(constants: Sequence[Constant], count: int) -> Iterator[dict[str, Any]]:
