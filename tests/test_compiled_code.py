@@ -24,11 +24,9 @@ print(sum(interpolate.stats.cache_misses.values()), interpolate.stats.cache_path
 def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.setenv("JOULEPATH_CACHE_DIR", str(tmp_path / "cache"))
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
-    for remembered in (compiled_code.code_folder, compiled_code._sources):
-        remembered.cache_clear()
+    code_folder.cache_clear()
     yield
-    for remembered in (compiled_code.code_folder, compiled_code._sources):
-        remembered.cache_clear()
+    code_folder.cache_clear()
 
 
 def compiled(checkout: Path, cache: Path) -> tuple[int, str]:
