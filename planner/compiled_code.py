@@ -40,7 +40,7 @@ def cache_base() -> Path:
 
 
 class ContentLocator:
-    """Tells numba where the compiled code of a function of planner is kept.
+    """Where the compiled code of a function of planner is kept.
 
     Args:
         folder: of the function's module at its present content.
@@ -68,11 +68,11 @@ class ContentLocator:
         return str(self._folder)
 
     def get_source_stamp(self) -> str:
-        """What tells code of another content: the folder has one content alone."""
+        """Stamp of the content: a folder has one content alone."""
         return self._folder.name
 
     def get_disambiguator(self) -> str:
-        """What tells functions of one name in one module: there are none."""
+        """Nothing: a module has no two functions of one name."""
         return ""
 
 
