@@ -7,7 +7,12 @@ Their TOML files stand in this folder, or anywhere else.
 
 from planner.power.vehicles.defaults import defaults_in_words
 from planner.power.vehicles.vehicle import Vehicle
-from planner.power.vehicles.vehicle_file import VEHICLE_FOLDER, list_vehicles, load_vehicle
+from planner.power.vehicles.vehicle_file import (
+    VEHICLE_FOLDER,
+    list_vehicles,
+    load_vehicle,
+    wheel_values,
+)
 
 __all__ = [
     "VEHICLE_FOLDER",
@@ -15,4 +20,5 @@ __all__ = [
     "defaults_in_words",
     "list_vehicles",
     "load_vehicle",
+    "wheel_values",
 ]

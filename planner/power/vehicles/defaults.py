@@ -1,6 +1,7 @@
-"""What a model takes from defaults, because its vehicle's file does not give it.
+"""What a model takes from defaults, or derives, because its vehicle's file does not give it.
 
-defaults_in_words(vehicle, values)    # ["limits.speed = 1 m/s", "battery.capacity = no limit"]
+defaults_in_words(vehicle, values)    # ["limits.speed = 1 m/s", "battery.capacity = no limit",
+                                      #  "body.yaw_inertia = 1 kg·m² (mass/12·(length² + width²))"]
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ Values = Mapping[tuple[str, str], Set[float]]
 
 
 def defaults_in_words(vehicle: Vehicle, values: Values) -> list[str]:
-    """Key, value and unit of every default that a model uses.
+    """Key, value and unit of every default that a model uses; of a derived one also the formula.
 
     Left out is what is not a default any more: a parameter that was fitted since, an effect that
     the model does not have.
@@ -26,8 +27,14 @@ def defaults_in_words(vehicle: Vehicle, values: Values) -> list[str]:
         vehicle: of the model.
         values: by slug of an effect of the model and name, the values of its parameter.
     """
-    found = {key: _value(vehicle, values, key) for key in vehicle.defaults_taken}
-    return [f"{key} = {_words(*value)}" for key, value in found.items() if value is not None]
+    formulas = {key: f" ({formula})" for key, formula in vehicle.derived.items()}
+    taken = (*vehicle.defaults_taken, *formulas)
+    found = {key: _value(vehicle, values, key) for key in taken}
+    return [
+        f"{key} = {_words(*value)}{formulas.get(key, '')}"
+        for key, value in found.items()
+        if value is not None
+    ]
 
 
 def _value(vehicle: Vehicle, values: Values, key: str) -> tuple[float, str] | None:

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from planner.power.kinematics import COLUMNS, WheelLayout
-from planner.power.vehicles.vehicle_keys import NUMBERS, between
+from planner.power.vehicles.vehicle_keys import EFFECT_KEYS, NUMBERS, between
 from planner.reading import finite_number
 
 _NUMBERS = ("mass", "length", "width", "com_height", "gear_ratio", "traction")
@@ -57,6 +57,10 @@ class Vehicle:
         active: slugs of the effects that planning uses, base model included.
         sources: by "table.key", where a value comes from.
         defaults_taken: keys that the file does not give.
+        uncertainties: by "table.key", the standard deviation that the file states for a value, as
+            a share of it.
+        derived: by "table.key", the formula of a value that other keys give.
+        motor: name of the data sheet that the file names, "" without one.
     """
 
     name: str
@@ -74,6 +78,22 @@ class Vehicle:
     active: tuple[str, ...]
     sources: Mapping[str, str] = field(default_factory=dict)
     defaults_taken: tuple[str, ...] = ()
+    uncertainties: Mapping[str, float] = field(default_factory=dict)
+    derived: Mapping[str, str] = field(default_factory=dict)
+    motor: str = ""
+
+    def uncertainty_of(self, slug: str, name: str) -> float | None:
+        """Standard deviation of an effect's parameter as a share of it; None where none is stated.
+
+        Args:
+            slug: of the effect, "copper_loss".
+            name: of its parameter, "resistance".
+        """
+        keys = [
+            f"{table}.{key}" for (table, key), own in EFFECT_KEYS.items() if own == (slug, name)
+        ]
+        stated = (self.uncertainties.get(key) for key in (*keys, f"effects.{slug}.{name}"))
+        return next((share for share in stated if share is not None), None)
 
     def document(self) -> dict[str, Any]:
         """Everything about the vehicle, ready for strict JSON."""
@@ -88,6 +108,9 @@ class Vehicle:
             "active": list(self.active),
             "sources": dict(self.sources),
             "defaults_taken": list(self.defaults_taken),
+            "uncertainties": dict(self.uncertainties),
+            "derived": dict(self.derived),
+            "motor": self.motor,
         }
 
     @classmethod
@@ -118,6 +141,12 @@ class Vehicle:
             active=tuple(map(_text, document["active"])),
             sources={_text(k): _text(v) for k, v in document["sources"].items()},
             defaults_taken=tuple(map(_text, document["defaults_taken"])),
+            # Files of earlier versions do not have them.
+            uncertainties={
+                _text(k): _parameter(v) for k, v in document.get("uncertainties", {}).items()
+            },
+            derived={_text(k): _text(v) for k, v in document.get("derived", {}).items()},
+            motor=_text(document.get("motor", "")),
         )
 
 

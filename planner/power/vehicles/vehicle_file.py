@@ -2,10 +2,11 @@
 
     vehicle = load_vehicle("minibalance")          # a name of planner/power/vehicles, or a path
 
-Every value is a number in SI or ``{ value, unit, source }``. Unknown keys are refused with the
-nearest known one. What makes a robot this one and no other is required: body mass, length, width;
-wheels layout with its geometry and radius; drive gear_ratio, torque_constant, resistance. Another
-missing key takes its default, and ``defaults_taken`` names it.
+Every value is a number in SI or ``{ value, unit, source, uncertainty }``; any unit that converts to
+the SI one is taken. Unknown keys are refused with the nearest known one. What makes a robot this
+one and no other is required: body mass, length, width; wheels layout with its geometry and radius;
+drive gear_ratio, torque_constant, resistance, the last two also from ``motor``. Another missing key
+is derived (``derived`` has the formula) or takes its default (``defaults_taken`` names it).
 """
 
 from __future__ import annotations
@@ -23,16 +24,22 @@ from planner.errors import VehicleError
 from planner.power.catalogue import all_effects
 from planner.power.effect import Parameter
 from planner.power.kinematics import RIM, WheelLayout, mecanum, omni
+from planner.power.vehicles.derived import Tables, derive
+from planner.power.vehicles.motors import read_motors
 from planner.power.vehicles.vehicle import Battery, Limits, Vehicle
 from planner.power.vehicles.vehicle_keys import (
     EFFECT_KEYS,
     GEOMETRY,
     NUMBERS,
     REQUIRED,
+    accepted_units,
     between,
+    known_keys,
+    unit_and_range,
     what_fits,
 )
 from planner.reading import finite_number, parse_toml
+from planner.units import conversion
 
 VEHICLE_FOLDER = Path(__file__).parent
 
@@ -70,11 +77,23 @@ def load_vehicle(name: str) -> Vehicle:
         raise VehicleError(
             "vehicle", "no such vehicle", value=name, accepted=f"{', '.join(known)}, a .toml path"
         )
-    return _load(path, path.stat().st_mtime_ns)
+    return _load(path, path.stat().st_mtime_ns)[0]
+
+
+def wheel_values(name: str) -> dict[str, Any]:
+    """What the [wheels] table of a vehicle's file holds, numbers in SI; ``layout`` is its name.
+
+    Raises:
+        VehicleError: as ``load_vehicle``.
+    """
+    load_vehicle(name)
+    path = VEHICLE_FOLDER / f"{name}.toml"
+    path = path if path.is_file() else Path(name)
+    return dict(_load(path, path.stat().st_mtime_ns)[1])
 
 
 @lru_cache(maxsize=64)  # parsed files of a few kB
-def _load(path: Path, _changed: int) -> Vehicle:
+def _load(path: Path, _changed: int) -> tuple[Vehicle, dict[str, Any]]:
     accepted = "a vehicle's TOML"
     try:
         document = parse_toml(path.read_bytes())
@@ -84,27 +103,37 @@ def _load(path: Path, _changed: int) -> Vehicle:
         ) from error
     except ValueError as error:
         raise VehicleError(str(path), f"not TOML: {error}", accepted=accepted) from error
-    return _Reader(str(path), document).vehicle()
+    reader = _Reader(str(path), document)
+    vehicle = reader.vehicle()
+    return vehicle, reader.si["wheels"] | {"layout": document["wheels"]["layout"]}
 
 
 class _Reader:
+    """Reads one document: first every given value into SI, then what follows from them."""
+
     def __init__(self, place: str, document: dict[str, Any]) -> None:
         self.place = place
         self.document = document
+        self.si: Tables = {table: {} for table in NUMBERS}
         self.sources: dict[str, str] = {}
+        self.uncertainties: dict[str, float] = {}
+        self.derived: dict[str, str] = {}
         self.defaults: list[str] = []
         self.parameters: dict[str, dict[str, Any]] = {}
 
     def vehicle(self) -> Vehicle:
-        tables = {*NUMBERS, "name", "title", "effects"}
-        self._refuse_unknown(self.document, tables, "")
+        self._refuse_unknown(self.document, {*NUMBERS, "name", "title", "effects"}, "")
         for table in NUMBERS:
-            known = {key for key, *_ in NUMBERS[table]}
-            known |= {key for owner, key in EFFECT_KEYS if owner == table}
-            if table == "wheels":
-                known |= {"layout", "angles"}
-            self._refuse_unknown(self._table(table), known, f"[{table}] ")
+            self._refuse_unknown(self._table(table), known_keys(table), f"[{table}] ")
+        motor = self._motor()
         self._refuse_missing()
+        for table in ("battery", *NUMBERS):  # A capacity in Ah needs the voltage.
+            self._read_table(table)
+        derive(self.si, self.derived)
+        for key in self.derived:
+            table, name = key.split(".")
+            _, low, high = unit_and_range(table, name)
+            self.si[table][name] = min(max(self.si[table][name], low), high)
         for (table, key), (slug, parameter) in EFFECT_KEYS.items():
             self._base_parameter(table, key, slug, parameter)
         name = self._text("name", self.document)
@@ -123,7 +152,60 @@ class _Reader:
             active=active,
             sources=self.sources,
             defaults_taken=tuple(self.defaults),
+            uncertainties=self.uncertainties,
+            derived=self.derived,
+            motor=motor,
         )
+
+    def _motor(self) -> str:
+        """Its name; what the file does not give comes from the motor's data sheet."""
+        drive = self._table("drive")
+        if "motor" not in drive:
+            return ""
+        named, motors = drive["motor"], read_motors()
+        if not isinstance(named, str) or named not in motors:
+            raise self._wrong(
+                "drive.motor", "no such motor", value=named, accepted=", ".join(motors)
+            )
+        self.document = {table: dict(self._table(table)) for table in NUMBERS} | {
+            key: value for key, value in self.document.items() if key not in NUMBERS
+        }
+        for place, value in motors[named].values.items():
+            table, key = place.split(".")
+            # A measured drag at hand is better than the no-load current of the data sheet.
+            if key != "no_load_current" or "coulomb_torque" not in self.document[table]:
+                self.document[table].setdefault(key, value)
+        return named
+
+    def _read_table(self, table: str) -> None:
+        for key, raw in self._table(table).items():
+            place = f"{table}.{key}"
+            if key in ("layout", "motor") or key in self.si[table]:
+                continue
+            if key == "angles":
+                self.si[table][key] = self._angles(raw)
+                continue
+            unit, low, high = unit_and_range(table, key)
+            if place == "battery.capacity" and "voltage" in self._table(table):
+                voltage = self._table(table)["voltage"]
+                self.si[table]["voltage"] = self._value(
+                    "battery.voltage", voltage, *unit_and_range("battery", "voltage")
+                )
+            self.si[table][key] = self._value(place, raw, unit, low, high)
+
+    def _angles(self, raw: Any) -> list[float]:
+        factor = 1.0
+        if isinstance(raw, dict):
+            factor, _ = self._described("wheels.angles", raw, "rad")
+            raw = raw.get("value")
+        if not isinstance(raw, list) or len(raw) < 3:
+            raise self._wrong(
+                "[wheels] angles",
+                "not a list of wheel angles",
+                value=raw,
+                accepted="three or more angles in rad",
+            )
+        return [self._value("wheels.angles", v, "rad", -10.0, 10.0, factor) for v in raw]
 
     def _wrong(self, place: str, problem: str, **more: Any) -> VehicleError:
         return VehicleError(f"{self.place} {place}", problem, **more)
@@ -143,28 +225,76 @@ class _Reader:
                     f"{place}{key}", "unknown key", accepted=hint + ", ".join(sorted(known))
                 )
 
-    def _value(self, place: str, raw: Any, unit: str, low: float, high: float) -> float:
+    def _value(
+        self, place: str, raw: Any, unit: str, low: float, high: float, factor: float = 1.0
+    ) -> float:
+        """A value in SI; ``factor`` is that of a list's common unit."""
+        given, offset = raw, 0.0
         if isinstance(raw, dict):
-            self._described(place, raw, unit)
-            raw = raw.get("value")
-        number = finite_number(raw)
+            factor, offset = self._described(place, raw, unit)
+            given = raw.get("value")
+        number = finite_number(given)
+        if number is not None:
+            number = 1.0 / (number * -factor) if factor < 0.0 and number else number * factor
+            number += offset
         if number is None or not low <= number <= high:
-            real = isinstance(raw, int | float) and not isinstance(raw, bool)
+            real = isinstance(given, int | float) and not isinstance(given, bool)
+            in_unit = f" {raw['unit']}" if isinstance(raw, dict) and "unit" in raw and real else ""
             raise self._wrong(
                 place,
                 "out of range" if real else "not a number",
-                value=raw,
+                value=f"{given}{in_unit}" if in_unit else given,
                 accepted=between(low, high, unit),
             )
         return number
 
-    def _described(self, place: str, raw: dict[str, Any], unit: str) -> None:
-        self._refuse_unknown(raw, {"value", "unit", "source"}, place + " ")
-        given = raw.get("unit", unit)
-        if given != unit:
-            raise self._wrong(place, "unit is not the SI one", value=given, accepted=unit)
+    def _described(self, place: str, raw: dict[str, Any], unit: str) -> tuple[float, float]:
+        """Factor and offset to SI; source and uncertainty are noted.
+
+        A negative factor stands for the reciprocal: a speed constant is one over a torque constant.
+        """
+        self._refuse_unknown(raw, {"value", "unit", "source", "uncertainty"}, place + " ")
         if "source" in raw:
             self.sources[place] = self._text("source", raw, f"{place} ")
+        if "uncertainty" in raw:
+            share = finite_number(raw["uncertainty"])
+            if share is None or not 0.0 < share <= 1.0:
+                raise self._wrong(
+                    f"{place} uncertainty",
+                    "not a share",
+                    value=raw["uncertainty"],
+                    accepted="standard deviation over value, above 0 and up to 1",
+                )
+            self.uncertainties[place] = share
+        return self._conversion(place, raw.get("unit", unit), unit)
+
+    def _conversion(self, place: str, given: Any, unit: str) -> tuple[float, float]:
+        wrong = self._wrong(
+            place, "not a unit of this value", value=given, accepted=accepted_units(unit)
+        )
+        if not isinstance(given, str):
+            raise wrong
+        try:
+            return conversion(given, unit)
+        except ValueError as error:
+            try:
+                if unit == "N·m/A":
+                    return -conversion(given, "A/(N·m)")[0], 0.0
+                if place == "battery.capacity":
+                    volts = self.si["battery"].get("voltage")
+                    charge = conversion(given, "A·s")[0]
+                    if volts is None:
+                        raise self._wrong(
+                            place,
+                            "a charge is no energy without battery.voltage",
+                            value=given,
+                            accepted="battery.voltage beside it, or a capacity in Wh",
+                        ) from error
+                    self.derived[place] = "charge·battery.voltage"
+                    return charge * volts, 0.0
+            except ValueError:
+                pass
+            raise wrong from error
 
     def _text(self, key: str, table: dict[str, Any], place: str = "") -> str:
         text = table.get(key, "")
@@ -180,32 +310,31 @@ class _Reader:
         missing = [(t, key) for t, key in needed if self._table(t).get(key) is None]
         if missing:
             *others, last = [f"{table}.{key}" for table, key in missing]
+            accepted = ", ".join(f"{t}.{key} ({what_fits(t, key)})" for t, key in missing)
+            if {("drive", "torque_constant"), ("drive", "resistance")} & set(missing):
+                accepted += f", or drive.motor ({', '.join(read_motors())})"
             raise VehicleError(
                 f"vehicle file {self.place}",
                 f"{', '.join(others)} and {last} are missing" if others else f"{last} is missing",
-                accepted=", ".join(f"{t}.{key} ({what_fits(t, key)})" for t, key in missing),
+                accepted=accepted,
             )
 
     def _number(self, table: str, key: str) -> float:
-        unit, default, low, high = next(row[1:] for row in NUMBERS[table] if row[0] == key)
-        raw = self._table(table).get(key)
-        if raw is None:
-            assert default is not None  # _refuse_missing was called
-            self.defaults.append(f"{table}.{key}")
-            return default
-        return self._value(f"{table}.{key}", raw, unit, low, high)
+        if key in self.si[table]:
+            return float(self.si[table][key])
+        default = next(row[2] for row in NUMBERS[table] if row[0] == key)
+        assert default is not None  # _refuse_missing was called
+        self.defaults.append(f"{table}.{key}")
+        return default
 
     def _numbers(self, table: str) -> dict[str, float]:
         return {key: self._number(table, key) for key, *_ in NUMBERS[table]}
 
     def _base_parameter(self, table: str, key: str, slug: str, name: str) -> None:
-        parameter = all_effects()[slug].parameters[name]
-        raw = self._table(table).get(key)
-        if raw is None:
+        value = self.si[table].get(key)
+        if value is None:
             self.defaults.append(f"{table}.{key}")
-            value = parameter.default
-        else:
-            value = self._value(f"{table}.{key}", raw, parameter.unit, *parameter.bounds)
+            value = all_effects()[slug].parameters[name].default
         self.parameters.setdefault(slug, {})[name] = value
 
     def _effects(self, wheels: int) -> tuple[str, ...]:
@@ -283,20 +412,9 @@ class _Reader:
                 roller_angle=math.pi / 4 if math.isnan(angle) else angle,
             )
         if kind == "omni":
-            raw = wheels.get("angles")
-            if isinstance(raw, dict):
-                self._described("wheels.angles", raw, "rad")
-                raw = raw.get("value")
-            if not isinstance(raw, list) or len(raw) < 3:
-                raise self._wrong(
-                    "[wheels] angles",
-                    "not a list of wheel angles",
-                    value=raw,
-                    accepted="three or more angles in rad",
-                )
             return omni(
                 base_radius=self._number("wheels", "base_radius"),
-                angles=tuple(self._value("wheels.angles", v, "rad", -10.0, 10.0) for v in raw),
+                angles=tuple(self.si["wheels"]["angles"]),
                 radius=radius,
                 roller_angle=math.pi / 2 if math.isnan(angle) else angle,
             )

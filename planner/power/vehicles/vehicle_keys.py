@@ -55,6 +55,14 @@ NUMBERS: dict[str, tuple[tuple[str, str, float | None, float, float], ...]] = {
     "electronics": (),
 }
 
+# Keys that only serve to derive others: key → unit, smallest, largest.
+HELPING: dict[tuple[str, str], tuple[str, float, float]] = {
+    ("wheels", "mass"): ("kg", 1e-4, 1e3),
+    ("drive", "no_load_current"): ("A", 0.0, 1e3),
+}
+# Keys that hold no number.
+WORDS = {"wheels": ("layout", "angles"), "drive": ("motor",)}
+
 # Without these a file would describe another robot: a default motor is another robot's motor.
 REQUIRED = (
     *(("body", "mass"), ("body", "length"), ("body", "width")),
@@ -65,18 +73,59 @@ REQUIRED = (
 GEOMETRY = {"mecanum": ("half_wheelbase", "half_track"), "omni": ("base_radius", "angles")}
 
 
+# Other units that data sheets use, for messages and documents.
+_USUAL_UNITS = {
+    "kg": "g or lb",
+    "m": "mm, cm or inch",
+    "rad": "deg",
+    "kg·m²": "g·cm²",
+    "N·m/A": "mN·m/A, V·s/rad, mV/rpm, or rpm/V of a speed constant",
+    "Ω": "mΩ",
+    "N·m": "mN·m, N·cm or kgf·cm",
+    "N·m·s": "mN·m·s",
+    "A": "mA",
+    "V": "mV",
+    "W": "mW or kW",
+    "J": "Wh, or Ah beside battery.voltage",
+    "m/s": "km/h or mm/s",
+    "rad/s": "deg/s or rpm",
+    "m/s²": "cm/s²",
+    "1": "%",
+}
+
+
+def accepted_units(unit: str) -> str:
+    """A unit, and others that convert to it, in words."""
+    name = "no unit" if unit == "1" else unit
+    others = _USUAL_UNITS.get(unit)
+    return f"{name}, or a unit that converts to it" + (f" such as {others}" if others else "")
+
+
+def known_keys(table: str) -> set[str]:
+    """Keys that a table of a vehicle's file may hold."""
+    owned = {key for owner, key in (*EFFECT_KEYS, *HELPING) if owner == table}
+    return owned | {key for key, *_ in NUMBERS[table]} | set(WORDS.get(table, ()))
+
+
+def unit_and_range(table: str, key: str) -> tuple[str, float, float]:
+    """SI unit, smallest and largest value of a key that holds a number."""
+    if (table, key) in HELPING:
+        return HELPING[table, key]
+    if (table, key) in EFFECT_KEYS:
+        slug, name = EFFECT_KEYS[table, key]
+        parameter = all_effects()[slug].parameters[name]
+        return (parameter.unit, *parameter.bounds)
+    unit, _, low, high = next(row[1:5] for row in NUMBERS[table] if row[0] == key)
+    return unit, low, high
+
+
 def what_fits(table: str, key: str) -> str:
     """What a required key may hold, in words."""
     if key == "layout":
         return ", or ".join(f'"{kind}" with {a} and {b}' for kind, (a, b) in GEOMETRY.items())
     if key == "angles":
         return "three or more angles in rad"
-    if (table, key) in EFFECT_KEYS:
-        slug, name = EFFECT_KEYS[table, key]
-        parameter = all_effects()[slug].parameters[name]
-        unit, (low, high) = parameter.unit, parameter.bounds
-    else:
-        unit, _, low, high = next(row[1:] for row in NUMBERS[table] if row[0] == key)
+    unit, low, high = unit_and_range(table, key)
     return between(low, high, unit)
 
 

@@ -22,13 +22,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from planner.errors import LogError
 from planner.reading import finite_number, parse_toml
 from planner.telemetry.logs.columns import TEXT, UNITS, is_quantity, suggestion, unit_of
+from planner.units import LONGEST, conversion
 
 ACCEPTED = "a mapping file as docs/logs.md describes it"
 _ROSBAG_KEYS = ("odometry", "imu", "battery", "interval")
@@ -176,42 +176,14 @@ def _conversion(where: str, quantity: Any, unit: Any) -> tuple[float, float]:
         return 1.0, 0.0
     own = unit_of(quantity)
     accepted = f"a unit that converts to {own}"
-    if not isinstance(unit, str) or len(unit) > 40:
+    if not isinstance(unit, str) or len(unit) > LONGEST:
         raise LogError(f"{where}.unit", "is not a unit", value=unit, accepted=accepted)
-    if unit == own:
-        return 1.0, 0.0
     try:
-        units = _unit_registry()
-        target = units.Unit(_SPELLED.get(own, own))
-        given = units.Unit(_SPELLED.get(unit, unit))
-        zero = float(units.Quantity(0.0, given).to(target).magnitude)
-        one = float(units.Quantity(1.0, given).to(target).magnitude)
-    except Exception as error:  # The unit library raises many kinds, some of other libraries.
-        reason = " ".join(str(error).split())[:120]
+        return conversion(unit, own)
+    except ValueError as error:
         raise LogError(
-            f"{where}.unit", f"cannot be converted ({reason})", value=unit, accepted=accepted
+            f"{where}.unit", f"cannot be converted ({error})", value=unit, accepted=accepted
         ) from error
-    if not (math.isfinite(zero) and math.isfinite(one)) or one == zero:
-        raise LogError(f"{where}.unit", "is not a unit", value=unit, accepted=accepted)
-    return one - zero, zero
-
-
-_SPELLED = {
-    "°C": "degC",
-    "°F": "degF",
-    "m/s²": "m/s**2",
-    "rad/s²": "rad/s**2",
-    "1": "dimensionless",
-    "°": "deg",
-    "°/s": "deg/s",
-}
-
-
-@lru_cache(maxsize=1)  # constants
-def _unit_registry() -> Any:
-    import pint  # Takes half a second, and most logs are in SI.
-
-    return pint.UnitRegistry()
 
 
 def _table(document: dict[str, Any], key: str, where: str) -> dict[str, Any]:

@@ -20,14 +20,12 @@ Left out: unequal springs, wheel contact that wanders from roller to roller.
 from __future__ import annotations
 
 import math
-import tomllib
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from planner.arrays import Array
-from planner.power.vehicles import VEHICLE_FOLDER, Vehicle, load_vehicle
+from planner.power.vehicles import Vehicle, load_vehicle, wheel_values
 
 
 class Body(NamedTuple):
@@ -114,7 +112,7 @@ def build_chassis(vehicle: Vehicle, wheels: dict[str, Any], *, even_heat: bool) 
 
     Args:
         vehicle: its checked numbers.
-        wheels: the table [wheels] of its TOML, each value a number or {value, ...}.
+        wheels: the table [wheels] of its TOML in SI, from wheel_values.
         even_heat: whether all motors share one temperature.
     """
     places, directions, axles = _wheels(wheels)
@@ -179,9 +177,7 @@ def read_vehicle(name: str, *, even_heat: bool = False) -> tuple[Vehicle, Chassi
         VehicleError: there is no such vehicle, or its file cannot be used.
     """
     vehicle = load_vehicle(name)
-    path = VEHICLE_FOLDER / f"{name}.toml"
-    text = (path if path.is_file() else Path(name)).read_text(encoding="utf-8")
-    return vehicle, build_chassis(vehicle, tomllib.loads(text)["wheels"], even_heat=even_heat)
+    return vehicle, build_chassis(vehicle, wheel_values(name), even_heat=even_heat)
 
 
 def _number(table: dict[str, Any], key: str, default: float = math.nan) -> float:

@@ -250,8 +250,8 @@ excess = { hard = 0.0, carpet = 1.3 }
         (SMALLEST.replace("10.0", "true"), ["body.mass", "not a number", "True", "kg"]),
         (SMALLEST.replace("10.0", '"heavy"'), ["body.mass", "not a number", "heavy", "kg"]),
         (
-            SMALLEST.replace("10.0", '{ value = 10000.0, unit = "g" }'),
-            ["body.mass", "unit", "'g'", "accepted: kg"],
+            SMALLEST.replace("10.0", '{ value = 10.0, unit = "mm" }'),
+            ["body.mass", "not a unit", "'mm'", "accepted: kg", "g or lb"],
         ),
         (
             SMALLEST.replace("10.0", "{ value = 10.0, origin = 1 }"),
@@ -274,8 +274,8 @@ excess = { hard = 0.0, carpet = 1.3 }
         (OMNI + "angles = [0.0, 2.0]\n", ["angles", "three or more"]),
         (OMNI + "angles = [0.0, 2.0, 'x']\n", ["wheels.angles", "not a number"]),
         (
-            OMNI + 'angles = { value = [60.0, 180.0, 300.0], unit = "deg" }\n',
-            ["wheels.angles", "unit", "deg", "accepted: rad"],
+            OMNI + 'angles = { value = [60.0, 180.0, 300.0], unit = "kg" }\n',
+            ["wheels.angles", "unit", "kg", "accepted: rad", "deg"],
         ),
         (OMNI + "angles = [60.0, 180.0, 300.0]\n", ["wheels.angles", "out of range"]),
         (OMNI + "angles = [0.0, 0.0, 0.0]\n", ["[wheels]", "in every direction"]),
