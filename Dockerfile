@@ -30,7 +30,7 @@ RUN useradd --system --uid 10001 --no-create-home joulepath \
 COPY --from=build /opt/joulepath /opt/joulepath
 USER 10001
 # Compile now what every worker needs, so that the container starts warm.
-RUN python -c "import service.jobs.worker"
+RUN python -m service.compiling
 EXPOSE 8000
 HEALTHCHECK --interval=30s --timeout=5s --start-period=60s \
     CMD ["python", "-c", "import urllib.request as u; u.urlopen('http://127.0.0.1:8000/healthz', timeout=4)"]

@@ -25,6 +25,7 @@ $(READY): pyproject.toml requirements/dev.txt
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/dev.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	$(BIN)/python -m service.compiling
 	@touch $(READY)
 
 demo: $(READY) ## Plan on real relief, then find out what a robot hides; writes demo/

@@ -13,6 +13,7 @@ from it.
 
 from __future__ import annotations
 
+import hashlib
 import os
 import shutil
 import sys
@@ -25,12 +26,15 @@ import numba
 from numba import njit as njit
 from numba.core.caching import CacheImpl
 
-from planner.source_keys import Sources
+from planner.source_keys import COMPILER, Sources
 
 KERNEL_PREFIX = "joulepath_kernel_"
 """Modules of generated kernels; the rest of such a name is the key of their content."""
 KEPT_SECONDS = 7 * 24 * 3600
 """Code of another content is removed once it was not used for a week."""
+
+VERSIONS = f"{sys.implementation.cache_tag}-{numba.__version__}"
+"""Of what compiles: code of two compilers does not mix."""
 
 
 def cache_base() -> Path:
@@ -87,8 +91,7 @@ def code_folder(module: str) -> Path | None:
     else:
         return None
     of_module = base / module.partition(f"_{key}")[0]
-    # Code of two compilers does not mix.
-    folder = of_module / f"{key}-{sys.implementation.cache_tag}-{numba.__version__}"
+    folder = of_module / f"{key}-{VERSIONS}"
     try:
         new = not folder.exists()
         folder.mkdir(parents=True, exist_ok=True)
@@ -98,6 +101,24 @@ def code_folder(module: str) -> Path | None:
     except OSError:
         return None
     return folder
+
+
+def compiled_modules() -> dict[str, set[str]]:
+    """Modules of planner with compiled code → those of them that each one imports."""
+    found = _sources().users(COMPILER, "njit")
+    return {module: _sources().closure(module) & {*found} - {module} for module in found}
+
+
+def is_compiled(module: str) -> bool:
+    """Whether code of a module of planner at its present content is on disk."""
+    folder = cache_base() / "compiled" / module / f"{_sources().key(module)}-{VERSIONS}"
+    return any(folder.glob("*.nbc"))
+
+
+def state() -> str:
+    """20 hex digits that follow from the content of all modules with compiled code."""
+    keys = (f"{module} {_sources().key(module)}" for module in sorted(compiled_modules()))
+    return hashlib.sha256("\n".join([VERSIONS, *keys]).encode()).hexdigest()[:20]
 
 
 @cache

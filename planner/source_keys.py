@@ -55,6 +55,14 @@ class Sources:
         self._save()
         return digest.hexdigest()[:20]
 
+    def users(self, module: str, name: str) -> list[str]:
+        """Modules of the package that take a name from a module, the least dependent ones first."""
+        files = (path.relative_to(self.folder.parent) for path in sorted(self.folder.rglob("*.py")))
+        modules = (".".join(file.with_suffix("").parts).removesuffix(".__init__") for file in files)
+        found = [one for one in modules if (module, name, name) in self._source(one)[1]]
+        self._save()
+        return sorted(found, key=lambda one: len(self.closure(one)))
+
     def closure(self, module: str) -> set[str]:
         """A module and all modules of the package that its content follows from."""
         found: set[str] = set()

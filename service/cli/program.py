@@ -62,8 +62,10 @@ def serve(
     verbose: Verbose = False,
 ) -> None:
     """Serve HTTP and the page."""
+    from service.compiling import compile_once, show_on_stderr
     from service.http import serve as run
 
+    compile_once(show_on_stderr)
     run(host=host, port=port)
 
 

@@ -33,7 +33,13 @@ def show(renderable: Any) -> None:
 
 @contextmanager
 def working() -> Iterator[dict[str, Any]]:
-    """Keyword arguments for long work: its progress is shown, and Ctrl-C cancels it."""
+    """Keyword arguments for long work: its progress is shown, and Ctrl-C cancels it.
+
+    On a new machine everything is compiled first.
+    """
+    from service.compiling import compile_once, show_on_stderr
+
+    compile_once(show_on_stderr)
     with interruptible() as cancelled, progress_bar() as progress:
         yield {"progress": progress, "cancelled": cancelled}
 
