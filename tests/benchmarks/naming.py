@@ -4,6 +4,7 @@
     python -m tests.benchmarks.naming --seeds 1 --without long baselines
     python -m tests.benchmarks.naming --rows rows.jsonl   tables from rows that were kept
     python -m tests.benchmarks.naming --baselines b.jsonl   the same of the other methods
+    python -m tests.benchmarks.naming --laboratory          logs as laboratories write them
 
 Parts: logs (tests.hidden_effects), baselines (extra packages: pip install 'joulepath[bench]'),
 long (100,000 and 10 million rows), measured (logs of others, where they are).
@@ -22,6 +23,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from tests.benchmarks import laboratory
 from tests.benchmarks.long_logs import BARS, measure
 from tests.hidden_effects.bars import METHOD_NAMES, checks, method_figures
 from tests.hidden_effects.cases import KINDS, Case, cases
@@ -153,7 +155,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--rows", type=Path, help="rows of an earlier run")
     parser.add_argument("--baselines", type=Path, help="the same of the other methods")
     parser.add_argument("--folder", type=Path, default=ROOT / "docs")
+    laboratory.add_options(parser)
     options = parser.parse_args(arguments)
+    if options.laboratory:
+        return laboratory.main(options)
     found = whole(
         seeds=options.seeds,
         processes=options.processes,

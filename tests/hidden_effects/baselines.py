@@ -68,10 +68,10 @@ class Task:
     folds: NDArray[np.int64]
 
 
-def prepare(path: Path, mapping: Path | None = None) -> Task:
+def prepare(path: Path, mapping: Path | None = None, vehicle: str = VEHICLE) -> Task:
     """Read a log, fit the base model, and evaluate the candidates."""
     log = Telemetry.read(path, mapping)
-    base = fit(log, starting_model(VEHICLE))
+    base = fit(log, starting_model(vehicle))
     library = candidate_library(base.model, log)
     nodes = Nodes.of(log, library.model)
     _, tangent, columns = library.columns(nodes)

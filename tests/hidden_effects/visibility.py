@@ -86,7 +86,7 @@ class View:
 
     def _own(self, slug: str, settings: Mapping[str, Any]) -> Array:
         """Columns that the catalogue's effect has, with its change at the true strength."""
-        model = _with_settings(self.model, slug, settings)
+        model = with_settings(self.model, slug, settings)
         secant = np.nan_to_num(model.watts(self.rows) - self.model.watts(self.rows))
         return np.column_stack([secant, *self.columns[slug]])
 
@@ -157,7 +157,7 @@ def _reading(log: VirtualLog, passing: Path, case: Case) -> Telemetry:
     return read
 
 
-def _with_settings(model: PowerModel, slug: str, settings: Mapping[str, Any]) -> PowerModel:
+def with_settings(model: PowerModel, slug: str, settings: Mapping[str, Any]) -> PowerModel:
     """The model with an effect at the strength that the robot was given."""
     for place, (effect, name, parameter, element) in enumerate(model.slots):
         if effect.slug != slug:
