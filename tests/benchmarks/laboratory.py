@@ -254,7 +254,8 @@ def probabilities(rows: Sequence[Row]) -> list[dict[str, Any]]:
         else:
             tenths.append(mine)
     if len(tenths) > 1 and len(tenths[-1]) < LEAST_CANDIDATES:
-        tenths[-2] += tenths.pop()
+        last = tenths.pop()
+        tenths[-1] += last
     found = []
     for mine in tenths:
         if mine:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,9 +13,12 @@ from planner.power.vehicles import load_vehicle
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.virtual import VirtualRobot
 from planner.telemetry.virtual.dynamics import MEANS
-from tests.hidden_effects.laboratory import MECHANISMS, SPLITS, Instruments, Meter, draw
+from tests.benchmarks.laboratory import LEAST_CANDIDATES, probabilities
+from tests.hidden_effects.laboratory import MECHANISMS, SPLITS, Instruments, Log, Meter, draw
 from tests.hidden_effects.laboratory.drives import Conditions, drawn_drive
 from tests.hidden_effects.laboratory.instruments import filtered, held_times, sampled
+from tests.hidden_effects.laboratory.oracle import through_meter
+from tests.hidden_effects.laboratory.outcomes import outcome
 
 TIMES = np.arange(400) * 0.01 + 0.005
 
@@ -89,3 +93,53 @@ def test_a_draw_comes_back_and_can_be_read(tmp_path: Path) -> None:
 def test_mechanisms_have_their_size(name: str, tmp_path: Path) -> None:
     log = draw("outside", name, 1, "tuning", tmp_path)
     assert 0.015 < log.truth.sizes[name] < 0.13
+
+
+@pytest.fixture(scope="module")
+def hidden(tmp_path_factory: pytest.TempPathFactory) -> Log:
+    return draw("one", "air_drag", 4, "tuning", tmp_path_factory.mktemp("hidden"))
+
+
+def answer(verdict: str, *selected: str, **more: Any) -> dict[str, Any]:
+    """A diagnosis with what an outcome depends on."""
+    ties = more.pop("ties", {})
+    entries = [{"effect": s, "indistinguishable_from": ties.get(s, [])} for s in selected]
+    return {"verdict": verdict, "selected": list(selected), "candidates": entries, **more}
+
+
+def test_outcomes_of_a_hidden_effect(hidden: Log) -> None:
+    shape = {"quantities": ["speed"]}
+    said = {
+        "exact": answer("missing_effect", "air_drag"),
+        "tied": answer("missing_effect", "vibration", ties={"vibration": ["air_drag"]}),
+        "among": answer("outside_catalogue", "air_drag", outside_catalogue=shape),
+        "abstained": answer("not_identifiable"),
+        "missed": answer("complete"),
+        "wrong": answer("outside_catalogue", outside_catalogue=shape),
+    }
+    assert {name: outcome(hidden, found) for name, found in said.items()} == {n: n for n in said}
+    assert outcome(hidden, answer("missing_effect", "wear")) == "wrong"
+
+
+def test_outcomes_outside_the_catalogue(tmp_path: Path) -> None:
+    log = draw("outside", "tether", 1, "tuning", tmp_path)
+    right = answer("outside_catalogue", outside_catalogue={"quantities": ["heading", "speed"]})
+    other = answer("outside_catalogue", outside_catalogue={"quantities": ["load"]})
+    assert outcome(log, right) == "exact"
+    assert outcome(log, other) == "quantity"
+    assert outcome(log, answer("missing_effect", "wheel_imbalance")) == "wrong"
+
+
+def test_the_true_meter_passes_on_what_it_shows(hidden: Log) -> None:
+    read = Telemetry.read(hidden.path)
+    watts = np.full((len(read), 1), 5.0)
+    meter = Meter(time_constant=0.3, sampling="mean", delay=0.1)
+    assert through_meter(read, watts, meter, 0.2) == pytest.approx(5.0, rel=1e-9)
+    assert through_meter(read, read.power[:, None], Meter(), 0.2)[:, 0] == pytest.approx(read.power)
+
+
+def test_joined_tenths_hold_every_candidate() -> None:
+    rows = [{"probabilities": [("a", k / 100.0, k > 50, 0.0)]} for k in range(100)] * 4
+    found = probabilities(rows)
+    assert sum(entry["candidates"] for entry in found) == 400
+    assert all(entry["candidates"] >= LEAST_CANDIDATES for entry in found)

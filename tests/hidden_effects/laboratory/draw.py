@@ -38,6 +38,8 @@ SEEDS_IN_SPLIT = 1_000_000
 SPLITS = {name: k * SEEDS_IN_SPLIT for k, name in enumerate(("tuning", "validation", "final"))}
 SMALLEST, LARGEST = 0.02, 0.12
 """Size of an effect: rms of its watts over mean power, drawn evenly in its logarithm."""
+NOTHING = 0.002
+"""Size below which an effect is not there: the drive never calls it up."""
 FEW_RUNS = 3
 """Runs on which sizes are found."""
 
@@ -85,6 +87,11 @@ class Truth:
     conditions: Conditions
     instruments: Instruments
     clean_power: Array
+
+    @property
+    def there(self) -> frozenset[str]:
+        """Hidden effects of the catalogue that the drive calls up."""
+        return frozenset(slug for slug in self.hidden if self.sizes[slug] >= NOTHING)
 
     def summary(self) -> dict[str, Any]:
         """Everything but the rows, for JSON."""

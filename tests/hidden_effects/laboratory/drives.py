@@ -25,7 +25,7 @@ from planner.telemetry.virtual.profiles import SURFACES, attitude, axes, level_c
 STEP = 0.01  # s
 STYLES = ("by hand", "missions", "patterns", "mixed")
 RATES = (5.0, 5.0, 8.0, 10.0, 10.0, 15.0, 20.0, 25.0, 50.0, 100.0)
-MOST_ROWS = 9000
+MOST_ROWS = 4000
 SHORTEST, LONGEST = 300.0, 900.0  # s of driving in a log
 
 

@@ -21,7 +21,7 @@ from planner.telemetry.prediction import predict
 from planner.telemetry.starting_model import starting_model
 from tests.hidden_effects.baselines import METHODS, as_diagnosis, prepare
 from tests.hidden_effects.laboratory.draw import Log, draw
-from tests.hidden_effects.laboratory.oracle import NOTHING, Oracle, through_meter
+from tests.hidden_effects.laboratory.oracle import Oracle, through_meter
 from tests.hidden_effects.laboratory.outcomes import outcome
 from tests.hidden_effects.scoring import aliases_of, sensors_of
 
@@ -63,9 +63,8 @@ def examine(
         row[key] = found.get(key)
     row["ties"] = {s: sorted(t) for s, t in aliases_of(found).items() if t}
     row["shape"] = (found.get("outside_catalogue") or {}).get("quantities")
-    there = {s for s in log.truth.hidden if log.truth.sizes[s] >= NOTHING}
     row["probabilities"] = [
-        (c["effect"], c["probability"], c["effect"] in there, c["evidence"]["z"])
+        (c["effect"], c["probability"], c["effect"] in log.truth.there, c["evidence"]["z"])
         for c in found["candidates"]
         if c.get("testable", True) and c["probability"] is not None
     ]

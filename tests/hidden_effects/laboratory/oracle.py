@@ -44,8 +44,6 @@ CLIP = 3.5
 BLOCK = 20.0  # s
 LASTING = 0.1
 """Share of a column's variance within runs, below which runs are what counts."""
-NOTHING = 0.002
-"""Size below which an effect is not there: the drive never calls it up."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +74,7 @@ class Oracle:
         read = Telemetry.read(log.path, log.mapping)
         start = starting_model(log.sheet)
         library = candidate_library(start, read)
-        slugs = [s for s in log.truth.hidden if log.truth.sizes[s] >= NOTHING]
+        slugs = [slug for slug in log.truth.hidden if slug in log.truth.there]
         fit = _Fit(read, library, log, slugs)
         own = {slug: fit.change_by(slug) for slug in slugs}
         floor = fit.heldout_rmse()

@@ -21,7 +21,6 @@ from typing import Any
 
 from tests.hidden_effects.laboratory.draw import Log
 from tests.hidden_effects.laboratory.mechanisms import MECHANISMS
-from tests.hidden_effects.laboratory.oracle import NOTHING
 from tests.hidden_effects.scoring import aliases_of, sensors_of
 
 OUTCOMES = ("exact", "tied", "among", "part", "complete", "sensor", "abstained", "missed")
@@ -30,7 +29,7 @@ OUTCOMES += ("quantity", "wrong", "error")
 
 def outcome(log: Log, found: Mapping[str, Any]) -> str:
     """One word of the module's list."""
-    truth = frozenset(s for s in log.truth.hidden if log.truth.sizes[s] >= NOTHING)
+    truth = log.truth.there
     selected = frozenset(found["selected"])
     aliases = aliases_of(found)
     ties = {member: aliases.get(member, frozenset()) | {member} for member in selected}
@@ -40,7 +39,7 @@ def outcome(log: Log, found: Mapping[str, Any]) -> str:
     wrong_sensor = verdict == "sensor_error" and not (
         set(sensors_of(found)) <= log.truth.instruments.wrong_sensors
     )
-    formula = verdict == "outside_catalogue"
+    formula = found.get("outside_catalogue") is not None
     if log.truth.outside:
         if extra or wrong_sensor:
             return "wrong"
