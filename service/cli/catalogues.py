@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 
+from planner.errors import RequestError
 from service import documents
 from service.cli.terminal import Json, Verbose, show
 
@@ -19,12 +20,41 @@ def maps(json_: Json = False, verbose: Verbose = False) -> None:
     _list(list_maps(), columns, "Maps", json_)
 
 
-def vehicles(json_: Json = False, verbose: Verbose = False) -> None:
-    """List the vehicles."""
-    from planner.power.vehicles import list_vehicles
+def vehicles(
+    what: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[NAME|check|new]", help="A vehicle, or what to do; without it all are listed."
+        ),
+    ] = None,
+    file: Annotated[
+        str | None, typer.Argument(metavar="[FILE]", help="For check: a name or a TOML file.")
+    ] = None,
+    toml: Annotated[
+        bool, typer.Option("--toml", help="Print the vehicle's file with a comment for each key.")
+    ] = False,
+    json_: Json = False,
+    verbose: Verbose = False,
+) -> None:
+    """List the vehicles, check one, or write a file to fill in.
 
-    columns = {"name": "name", "title": "what", "mass_kg": "kg", "wheels": "wheels"}
-    _list(list_vehicles(), columns, "Vehicles", json_)
+    Examples: joulepath vehicles new > my-robot.toml; joulepath vehicles check my-robot.toml;
+    joulepath vehicles minibalance --toml
+    """
+    from planner.power.vehicles import commented_toml, list_vehicles, load_vehicle, template
+
+    if what is None:
+        columns = {"name": "name", "title": "what", "mass_kg": "kg", "wheels": "wheels"}
+        _list(list_vehicles(), columns, "Vehicles", json_)
+    elif what == "new":
+        typer.echo(template(), nl=False)
+    elif (what == "check") == (file is None):
+        problem = "is missing" if what == "check" else "is one argument too many"
+        raise RequestError("FILE", problem, accepted="vehicles check FILE, or vehicles NAME")
+    elif toml:
+        typer.echo(commented_toml(file or what), nl=False)
+    else:
+        _check_vehicle(load_vehicle(file or what), json_)
 
 
 def effects(json_: Json = False, verbose: Verbose = False) -> None:
@@ -36,6 +66,18 @@ def effects(json_: Json = False, verbose: Verbose = False) -> None:
 
 
 VERBS: tuple[Callable[..., None], ...] = (maps, vehicles, effects)
+
+
+def _check_vehicle(vehicle: Any, as_json: bool) -> None:
+    from planner.power.sanity import check_vehicle
+
+    report = check_vehicle(vehicle).document()
+    if as_json:
+        typer.echo(documents.strict(documents.finite(report)))
+    else:
+        from service.cli.vehicle_tables import vehicle_report
+
+        show(vehicle_report(report))
 
 
 def _list(

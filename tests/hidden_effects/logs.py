@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.power.vehicles import VEHICLE_FOLDER
+from planner.power.vehicles.vehicle_file import VEHICLE_FOLDER
 from planner.telemetry import virtual
 from planner.telemetry.virtual import QUIET, Noise, Profile, VirtualLog, VirtualRobot
 from planner.telemetry.virtual.hidden import largest_scale, scaled

@@ -7,18 +7,19 @@ Their TOML files stand in this folder, or anywhere else.
 
 from planner.power.vehicles.defaults import defaults_in_words
 from planner.power.vehicles.vehicle import Vehicle
+from planner.power.vehicles.vehicle_fields import commented_toml, template
 from planner.power.vehicles.vehicle_file import (
-    VEHICLE_FOLDER,
     list_vehicles,
     load_vehicle,
     wheel_values,
 )
 
 __all__ = [
-    "VEHICLE_FOLDER",
     "Vehicle",
+    "commented_toml",
     "defaults_in_words",
     "list_vehicles",
     "load_vehicle",
+    "template",
     "wheel_values",
 ]

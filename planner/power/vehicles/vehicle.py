@@ -61,6 +61,7 @@ class Vehicle:
             a share of it.
         derived: by "table.key", the formula of a value that other keys give.
         motor: name of the data sheet that the file names, "" without one.
+        without_source: keys whose values name no source.
     """
 
     name: str
@@ -81,6 +82,7 @@ class Vehicle:
     uncertainties: Mapping[str, float] = field(default_factory=dict)
     derived: Mapping[str, str] = field(default_factory=dict)
     motor: str = ""
+    without_source: tuple[str, ...] = ()
 
     def uncertainty_of(self, slug: str, name: str) -> float | None:
         """Standard deviation of an effect's parameter as a share of it; None where none is stated.
@@ -111,6 +113,7 @@ class Vehicle:
             "uncertainties": dict(self.uncertainties),
             "derived": dict(self.derived),
             "motor": self.motor,
+            "without_source": list(self.without_source),
         }
 
     @classmethod
@@ -147,6 +150,7 @@ class Vehicle:
             },
             derived={_text(k): _text(v) for k, v in document.get("derived", {}).items()},
             motor=_text(document.get("motor", "")),
+            without_source=tuple(map(_text, document.get("without_source", []))),
         )
 
 

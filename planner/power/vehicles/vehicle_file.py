@@ -118,6 +118,7 @@ class _Reader:
         self.sources: dict[str, str] = {}
         self.uncertainties: dict[str, float] = {}
         self.derived: dict[str, str] = {}
+        self.given: list[str] = []
         self.defaults: list[str] = []
         self.parameters: dict[str, dict[str, Any]] = {}
 
@@ -155,6 +156,7 @@ class _Reader:
             uncertainties=self.uncertainties,
             derived=self.derived,
             motor=motor,
+            without_source=tuple(key for key in self.given if key not in self.sources),
         )
 
     def _motor(self) -> str:
@@ -180,6 +182,8 @@ class _Reader:
     def _read_table(self, table: str) -> None:
         for key, raw in self._table(table).items():
             place = f"{table}.{key}"
+            if key not in ("layout", "motor") and place not in self.given:
+                self.given.append(place)
             if key in ("layout", "motor") or key in self.si[table]:
                 continue
             if key == "angles":

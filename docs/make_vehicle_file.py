@@ -1,0 +1,123 @@
+"""Writes docs/vehicle-file.md from a vehicle's fields: python -m docs.make_vehicle_file.
+
+A test compares the page with what this makes of the fields, so that it cannot go stale.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from planner.power.vehicles.derived import DUTY, WHEEL_DENSITY, WHEEL_WIDTH
+from planner.power.vehicles.motors import read_motors
+from planner.power.vehicles.vehicle_fields import DERIVED_KEYS, Field, vehicle_fields
+from planner.power.vehicles.vehicle_keys import between
+
+PAGE = Path(__file__).with_name("vehicle-file.md")
+
+HEAD = f"""# The vehicle file
+
+`python -m docs.make_vehicle_file` writes this page from the fields that the reader knows.
+
+    joulepath vehicles new > my-robot.toml        # a file to fill in
+    joulepath vehicles check my-robot.toml        # what is derived, assumed and odd
+    joulepath vehicles minibalance --toml         # an installed one, with a comment for each key
+
+Each value is a number in SI, or a table that states more of it:
+
+```toml
+mass = 12.5
+mass = {{ value = 12500, unit = "g", source = "data sheet, page 2", uncertainty = 0.02 }}
+```
+
+`unit` is any unit that converts to the SI one, in any usual spelling: "mN·m/A", "mNm/A" and
+"mN*m/A" are the same. A torque constant may be a speed constant in rpm/V, a capacity a charge in
+Ah beside `battery.voltage`. `source` starts with "assumed" where nobody stated the value.
+`uncertainty` is the standard deviation as a share of the value. Unknown keys are refused.
+
+## From a data sheet
+
+| the sheet states | the file |
+|---|---|
+| current at a standstill, at a voltage V | `resistance` = V / that current |
+| speed and current without load at V | `torque_constant` = (V − resistance · current) / speed; \
+the speed in rad/s of the motor, which is the wheel's times `gear_ratio` |
+| wheelbase, track | `half_wheelbase`, `half_track`: half of each |
+| "lever" or "wheel offset" of an omni robot | `base_radius` |
+| no-load current | `no_load_current` |
+| battery in Ah or Wh | `capacity`, with its unit; `voltage` is the nominal one |
+| speed, run time, current | check them against the table of `joulepath vehicles check` |
+
+## Derived values
+
+| key | formula |
+|---|---|
+| `body.yaw_inertia` | mass/12·(length² + width²), a plate |
+| `wheels.inertia` | `wheels.mass`/2·radius²; without the mass a disc of \
+{WHEEL_DENSITY:g} kg/m³ that is {WHEEL_WIDTH:g}·radius wide |
+| `drive.coulomb_torque` | torque_constant·no_load_current, where that is given |
+| `limits.voltage` | {DUTY:g}·`battery.voltage`, where that is given |
+| `battery.capacity` | charge·`battery.voltage`, where it is given in Ah |
+
+A key that the file gives is never derived. `joulepath vehicles check` and the answer to a request
+list derived values and defaults.
+"""
+
+EFFECTS = """
+## [effects]
+
+`active` lists the [effects](effects.md) beside the base model that planning uses. A table for each
+effect gives its parameters, for example:
+
+```toml
+[effects]
+active = ["driver_loss"]
+[effects.driver_loss]
+bridge_resistance = { value = 30, unit = "mΩ", source = "data sheet of the bridge" }
+```
+"""
+
+
+def vehicle_file_page() -> str:
+    """Text of docs/vehicle-file.md."""
+    lines = [HEAD, "## Fields", "", "`name` and `title` are text.", ""]
+    for field in vehicle_fields():
+        if f"### [{field.table}]" not in lines:
+            lines += [
+                *([""] if lines[-1].startswith("|") else []),
+                f"### [{field.table}]",
+                "",
+                "| key | unit | default | range | |",
+                "|---|---|---|---|---|",
+            ]
+        lines.append(_row(field))
+    lines += [EFFECTS, "## Motors", "", '`motor = "NAME"` in `[drive]` takes these values:', ""]
+    lines += ["| name | what | values |", "|---|---|---|"]
+    for motor in read_motors().values():
+        values = ", ".join(
+            f"{key.partition('.')[2]} {value['value']:g} {value['unit']}"
+            + (" (assumed)" if ": assumed" in value["source"] else "")
+            for key, value in motor.values.items()
+        )
+        lines.append(f"| `{motor.name}` | {motor.title} | {values} |")
+    return "\n".join(lines) + "\n"
+
+
+def _row(field: Field) -> str:
+    unit = "text" if not field.unit else "" if field.unit == "1" else field.unit
+    bounds = "" if field.bounds is None else between(*field.bounds, "1")
+    return f"| `{field.key}` | {unit} | {_default(field)} | {bounds} | {field.meaning} |"
+
+
+def _default(field: Field) -> str:
+    if field.required:
+        return "required" if field.required == "yes" else "required by its layout"
+    if field.place in DERIVED_KEYS:
+        return "derived"
+    if field.default is None:
+        return ""
+    return "no limit" if math.isinf(field.default) else f"{field.default:g}"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(vehicle_file_page(), encoding="utf-8")

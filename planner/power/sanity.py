@@ -1,0 +1,199 @@
+"""What a vehicle's file says: derived, assumed, odd, and what the model makes of it.
+
+    report = check_vehicle(load_vehicle("my-robot.toml"))
+    report.odd                 # ["copper_loss: 750 W in the windings at 1 m/s on level ground …"]
+    report.motions             # level, 5° up, 5° down, sideways
+
+A file can be wrong without being impossible: a torque constant in mN·m/A without its unit makes
+a robot that heats its windings with hundreds of watts. Such values show in what a drive needs.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from planner.power.model import PowerModel
+from planner.power.rows import gravity_columns, rows_from
+from planner.power.vehicles import Vehicle
+from planner.quantities import STANDARD_GRAVITY
+
+SLOPE = 5.0
+"""Degrees; the steepest ramp that accessible buildings have is 4.8° (1:12)."""
+SPEEDS = 400
+"""Speeds tried up to the motor's no-load speed."""
+ASSUMED = ("assumed", "prior", "estimated", "chosen")
+"""First words of a source that is none."""
+_MOTIONS = {
+    "level": (0.0, 0.0),
+    f"{SLOPE:g}° up": (-SLOPE, 0.0),
+    f"{SLOPE:g}° down": (SLOPE, 0.0),
+    "sideways": (0.0, 90.0),
+}
+"""Pitch and direction of motion in the body frame, degrees."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A steady motion at the vehicle's speed limit, or at the fastest speed that it reaches.
+
+    Attributes:
+        name: as ``level``.
+        speed_m_s: of these figures, m/s.
+        power_w: at the supply, W.
+        winding_w: of that in the windings of all motors, W.
+        current_a: largest of one motor, A.
+        torque_share: largest torque of a motor over its continuous one; None without a limit.
+        voltage_v: largest at one motor, V.
+        reachable_m_s: fastest speed within voltage, current, continuous torque and traction, m/s.
+        hours: that a full battery lasts; None where its capacity is not given or power comes back.
+    """
+
+    name: str
+    speed_m_s: float
+    power_w: float
+    winding_w: float
+    current_a: float
+    torque_share: float | None
+    voltage_v: float
+    reachable_m_s: float
+    hours: float | None
+
+
+@dataclass(frozen=True)
+class VehicleReport:
+    """What check_vehicle found, in sentences and figures."""
+
+    name: str
+    title: str
+    derived: tuple[str, ...]
+    assumed: tuple[str, ...]
+    without_source: tuple[str, ...]
+    odd: tuple[str, ...]
+    motions: tuple[Motion, ...]
+
+    def document(self) -> dict[str, Any]:
+        """Ready for strict JSON."""
+        return asdict(self)
+
+
+def check_vehicle(vehicle: Vehicle) -> VehicleReport:
+    """What is derived, assumed and odd in a vehicle, and four motions of it.
+
+    Args:
+        vehicle: from load_vehicle.
+    """
+    model = PowerModel.from_vehicle(vehicle)
+    motions = tuple(_motion(model, name, *how) for name, how in _MOTIONS.items())
+    assumed = [
+        f"{key}: {source}"
+        for key, source in vehicle.sources.items()
+        if source.removeprefix(f"motor {vehicle.motor}: ").lower().startswith(ASSUMED)
+    ]
+    return VehicleReport(
+        name=vehicle.name,
+        title=vehicle.title,
+        derived=tuple(model.defaults_in_words()),
+        assumed=tuple(assumed),
+        without_source=vehicle.without_source,
+        odd=tuple(_oddities(model, motions[0], motions[1])),
+        motions=motions,
+    )
+
+
+def _motion(model: PowerModel, name: str, pitch: float, heading: float) -> Motion:
+    vehicle = model.vehicle
+    limits, battery = vehicle.limits, vehicle.battery
+    speeds = _fastest(vehicle) * np.arange(1, SPEEDS + 1) / SPEEDS
+    account = _account(model, speeds, pitch, heading)
+    allowed = (
+        (account["voltage"] <= min(limits.voltage, battery.voltage))
+        & (account["current"] <= limits.current)
+        & (account["motor_torque"] <= limits.continuous_torque)
+        & (account["traction_left"] >= 0.0)
+        & (account["least_load"] > 0.0)
+    )
+    reachable = float(speeds[allowed].max(initial=0.0))
+    speed = min(limits.speed, reachable) or limits.speed
+    here = {
+        key: float(v[0]) for key, v in _account(model, np.array([speed]), pitch, heading).items()
+    }
+    endless = math.isinf(battery.capacity) or here["supply"] <= 0.0
+    torque = here["motor_torque"] / limits.continuous_torque
+    return Motion(
+        name,
+        speed,
+        power_w=here["supply"],
+        winding_w=here["copper"],
+        current_a=here["current"],
+        torque_share=None if math.isinf(limits.continuous_torque) else torque,
+        voltage_v=here["voltage"],
+        reachable_m_s=reachable,
+        hours=None if endless else battery.capacity / here["supply"] / 3600.0,
+    )
+
+
+def _account(model: PowerModel, speeds: Any, pitch: float, heading: float) -> dict[str, Any]:
+    gravity = gravity_columns(0.0, math.radians(pitch), gravity=STANDARD_GRAVITY)
+    angle = math.radians(heading)
+    return model.account(
+        rows_from(vx=speeds * math.cos(angle), vy=speeds * math.sin(angle), **gravity)
+    )
+
+
+def _fastest(vehicle: Vehicle) -> float:
+    """Speed at which the back-EMF takes the whole voltage, m/s."""
+    volts = min(vehicle.limits.voltage, vehicle.battery.voltage)
+    constant = vehicle.parameters["copper_loss"]["torque_constant"]
+    return float(volts / constant / vehicle.gear_ratio * vehicle.layout.radius)
+
+
+def _oddities(model: PowerModel, level: Motion, up: Motion) -> list[str]:
+    vehicle = model.vehicle
+    motor, limits, battery = vehicle.parameters["copper_loss"], vehicle.limits, vehicle.battery
+    revolutions = battery.voltage / motor["torque_constant"] * 30.0 / math.pi
+    stalled = battery.voltage / motor["resistance"]
+    rotors = vehicle.parameters["inertia"]["rotor_inertia"] * vehicle.gear_ratio**2
+    turning = vehicle.layout.wheel_count * rotors / vehicle.layout.radius**2
+    plate = vehicle.mass / 12.0 * (vehicle.length**2 + vehicle.width**2)
+    yaw = vehicle.parameters["inertia"]["yaw_inertia"]
+    across = np.abs(vehicle.layout.table[:, 1]).max()
+    findings = {
+        "drive.resistance, drive.torque_constant: "
+        f"{level.winding_w:.0f} W of {level.power_w:.0f} W heat the windings "
+        f"at {level.speed_m_s:.2g} m/s on level ground; is a unit missing?": (
+            level.winding_w > max(5.0, 0.5 * level.power_w)
+        ),
+        f"drive.torque_constant: {revolutions:,.0f} 1/min without load at {battery.voltage:g} V; "
+        "usual are 1,000 to 20,000": not 1000.0 <= revolutions <= 20000.0,
+        f"drive.resistance: {stalled:.3g} A at a standstill with {battery.voltage:g} V; usual are "
+        "0.5 to 300 A": not 0.5 <= stalled <= 300.0,
+        f"limits.speed: {limits.speed:g} m/s, but the drive reaches {level.reachable_m_s:.3g} m/s "
+        "on level ground": level.reachable_m_s < limits.speed,
+        f"drive: {SLOPE:g}° up cannot be driven within voltage, current, continuous torque and "
+        "traction": up.reachable_m_s == 0.0 < level.reachable_m_s,
+        f"drive.rotor_inertia: the rotors act like {turning:.3g} kg, the robot has "
+        f"{vehicle.mass:g} kg": turning > 2.0 * vehicle.mass,
+        f"body.yaw_inertia: {yaw:.3g} kg·m², a plate of this mass and size has {plate:.3g}": (
+            not plate / 4.0 <= yaw <= 4.0 * plate
+        ),
+        f"body.width: {vehicle.width:g} m, but a wheel's middle is {across:g} m from the centre": (
+            2.0 * across > vehicle.width
+        ),
+        f"wheels.radius: {vehicle.layout.radius:g} m in a body {vehicle.length:g} m long": (
+            2.0 * vehicle.layout.radius > vehicle.length
+        ),
+        f"body.com_height: {vehicle.com_height:g} m is more than the body is long": (
+            vehicle.com_height > max(vehicle.length, vehicle.width)
+        ),
+        f"limits.voltage: {limits.voltage:g} V is more than the battery's {battery.voltage:g} V": (
+            battery.voltage < limits.voltage < math.inf
+        ),
+        f"battery.capacity: a full battery lasts {level.hours or 0.0:.2g} h on level ground": (
+            level.hours is not None and not 0.1 <= level.hours <= 48.0
+        ),
+    }
+    return [sentence for sentence, holds in findings.items() if holds]

@@ -1,0 +1,87 @@
+"""What `vehicles check` finds in files that are possible, but wrong."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from planner.power.sanity import VehicleReport, check_vehicle
+from planner.power.vehicles.vehicle_fields import commented_toml, template, vehicle_fields
+from planner.power.vehicles.vehicle_file import load_vehicle
+
+
+def checked(folder: Path, **changes: str) -> VehicleReport:
+    """The report of the template, with some of its lines replaced."""
+    text = template()
+    for key, value in changes.items():
+        lines = [
+            line for line in text.splitlines() if line.removeprefix("# ").startswith(f"{key} =")
+        ]
+        assert lines, key
+        text = text.replace(lines[0], f"{key} = {value}")
+    path = folder / "robot.toml"
+    path.write_text(text, "utf-8")
+    return check_vehicle(load_vehicle(str(path)))
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [
+        # 3 mN·m/A in place of 30: ten times the current, a hundred times the heat.
+        ("torque_constant", "0.003", ["W heat the windings", "on level ground"]),
+        ("torque_constant", "0.5", ["1/min without load"]),
+        ("resistance", "95.0", ["A at a standstill"]),
+        ("resistance", "0.02", ["A at a standstill"]),
+        ("speed", "9.0", ["limits.speed: 9 m/s"]),
+        ("rotor_inertia", "135e-6", ["the rotors act like"]),
+        ("yaw_inertia", "30.0", ["a plate of this mass and size"]),
+        ("half_track", "0.45", ["a wheel's middle is 0.45 m"]),
+        ("radius", "0.5", ["wheels.radius: 0.5 m"]),
+        ("com_height", "1.2", ["body.com_height"]),
+        ("voltage", "30.0", ["limits.voltage: 30 V"]),
+        ("capacity", "5.0", ["a full battery lasts"]),
+        ("continuous_torque", "0.008", ["5° up cannot be driven"]),
+    ],
+)
+def test_what_is_odd_is_said(tmp_path: Path, key: str, value: str, words: list[str]) -> None:
+    found = checked(tmp_path, **{key: value}).odd
+    assert any(all(word in sentence for word in words) for sentence in found), found
+
+
+def test_the_template_is_a_robot_with_nothing_odd(tmp_path: Path) -> None:
+    report = checked(tmp_path)
+    assert report.odd == ()
+    assert "body.mass" in report.without_source
+    flat, up, _, _ = report.motions
+    # Climbing at constant speed needs at least the power of the weight.
+    climb = 12.0 * 9.80665 * math.sin(math.radians(5.0)) * up.speed_m_s
+    assert up.power_w - flat.power_w > climb
+    assert flat.torque_share is None
+
+
+def test_an_assumed_source_is_named(tmp_path: Path) -> None:
+    report = checked(tmp_path, mass='{ value = 12, source = "assumed: like mine" }')
+    assert report.assumed == ("body.mass: assumed: like mine",)
+
+
+@pytest.mark.parametrize("name", ["minibalance", "robotino"])
+def test_a_commented_file_is_the_same_vehicle(tmp_path: Path, name: str) -> None:
+    path = tmp_path / f"{name}.toml"
+    path.write_text(commented_toml(name), "utf-8")
+    assert load_vehicle(str(path)).document() == load_vehicle(name).document()
+    assert commented_toml(str(path)) == commented_toml(name)
+
+
+def test_every_key_that_the_reader_knows_is_a_field() -> None:
+    from planner.power.vehicles.vehicle_keys import NUMBERS, known_keys
+
+    fields = {(field.table, field.key) for field in vehicle_fields()}
+    assert fields == {(table, key) for table in NUMBERS for key in known_keys(table)}
+
+
+def test_the_page_of_fields_is_up_to_date() -> None:
+    from docs.make_vehicle_file import PAGE, vehicle_file_page
+
+    assert PAGE.read_text("utf-8") == vehicle_file_page(), "run python -m docs.make_vehicle_file"
