@@ -61,18 +61,22 @@ def whole(program: str) -> str:
     )
 
 
-def measure(checkout: Path, program: str, *arguments: str) -> float:
-    """CPU seconds that a program prints last, run in a checkout."""
-    environment = {
+def environment_of(checkout: Path) -> dict[str, str]:
+    """Variables with which Python runs a checkout, its compiled code in a folder of its own."""
+    return {
         **os.environ,
         "PYTHONPATH": str(checkout),
         "NUMBA_CACHE_DIR": str(Path(tempfile.gettempdir()) / f"cpu-times-{checkout.name}-numba"),
         "OPENBLAS_NUM_THREADS": "1",
     }
+
+
+def measure(checkout: Path, program: str, *arguments: str) -> float:
+    """CPU seconds that a program prints last, run in a checkout."""
     done = subprocess.run(
         [sys.executable, "-c", program, *arguments],
         cwd=checkout,
-        env=environment,
+        env=environment_of(checkout),
         capture_output=True,
         text=True,
         check=True,

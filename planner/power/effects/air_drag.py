@@ -3,14 +3,14 @@
     F = ½·ρ·C_dA·|v - w|·(v - w)        w: velocity of the air
 
 Sign
-    the force that the wheels must supply; wind from behind faster than the robot pushes it.
+    the force that the wheels must supply. A tailwind faster than the robot pushes it.
 Source
     aerodynamic drag law, e.g. Gillespie, Fundamentals of Vehicle Dynamics, SAE 1992, chapter 4;
     C_dA 0.18 m² for a box of 0.52 m by 0.35 m (estimate).
 Holds for
-    turbulent flow round a bluff body; the same drag area from all sides.
+    turbulent flow round a bluff body; the same drag area in all directions.
 Left out
-    lift, yaw moment, change of density with height. Still air where the wind is not known.
+    lift, yaw moment, change of density with height. Unknown wind counts as still air.
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample

@@ -1,21 +1,20 @@
-"""Battery sag: what the battery loses inside itself.
+"""Battery sag: loss in the battery's internal resistance.
 
     I = P / U                              loss = R_b·I²
     I = 2·P / (V + √(V² - 4·R_b·P))        where U is not known
 
-U is the voltage under load, V that without. The second is the smaller root of V·I - R_b·I² = P,
-written so that R_b = 0 is not a special case.
+U is the voltage under load, V that without load. The second formula is the smaller root of V·I -
+R_b·I² = P, in a form without a special case for R_b = 0.
 
 Sign
     P is the power that leaves the battery's terminals; charging loses too.
 Source
     internal-resistance model, own solution of the quadratic.
 Holds for
-    power at the source: with a log measured at the terminals the loss happens before the meter and
-    cannot be seen. U is ``battery_voltage``: what a log holds was measured while the current
-    flowed. Taken for the voltage without load it would count the sag twice, and a strong resistance
-    would be found some 10 % too small. Beyond P = V²/(4·R_b) the battery cannot deliver, and the
-    current stays at 2·P/V.
+    power at the source. A meter at the terminals does not see this loss. U is ``battery_voltage``,
+    since a log measures it while the current flows. Used as the voltage without load, it would
+    count the sag twice and make a large resistance about 10 % too small. Beyond P = V²/(4·R_b) the
+    battery cannot deliver the power, and the current stays at 2·P/V.
 Left out
     polarisation, state of charge, temperature of the cells.
 """
@@ -31,7 +30,7 @@ class BatterySag(Effect):
     title = "inside the battery"
     loss = True
     before_meter = True
-    how_to_measure = "Measure the power at the source, and say so in the mapping file."
+    how_to_measure = "Measure the power at the source, and state this in the mapping file."
 
     internal_resistance = Parameter(
         unit="Ω",

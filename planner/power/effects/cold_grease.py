@@ -1,16 +1,17 @@
-"""Cold grease: drag that is high in the cold and falls as the gear warms up.
+"""Cold grease: drag that is high when cold and falls as the gear warms up.
 
     τ = b·exp(-q·(T - 25 °C))·ω_m
 
 Sign
-    a loss. Its power falls with temperature, against motor_heating, whose power rises.
+    a loss. Its power falls with temperature, unlike that of motor_heating.
 Source
     exponential law of viscosity against temperature (Reynolds, 1886); q about 0.03 1/K for gear
     greases (prior).
 Holds for
     T = ``motor_temp``, else ``ambient_temp``, else 25 °C.
 Left out
-    channelling of the grease and shear thinning. At one temperature it is viscous_drag.
+    channelling and shear thinning of the grease. At a constant temperature it is aliased with
+    viscous_drag.
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample

@@ -1,21 +1,22 @@
-"""Centre of mass off the centre: unequal wheel loads, and a yaw moment on slopes.
+"""Centre of mass off the centre: it causes unequal wheel loads, and a yaw moment on slopes.
 
     known     x_c = gain·com_x,  y_c = gain·com_y
     unknown   |x_c| = √(offset_x²),  |y_c| = √(offset_y²)
 
 Sign
-    com_x forward, com_y left; loads rise on the side of the offset. Single motors may gain, in sum
-    an offset costs on the flat. Where the column is not known the offset may be to either side, and
-    the power is the mean over the sides. It then depends on the square of the offset only, which is
-    why the square is the parameter: at its null value the derivative is finite and not zero.
+    com_x forward, com_y left; loads rise on the side of the offset. Single motors may need less; on
+    flat ground an offset costs power in total. If the column is missing, the offset may be to
+    either side, and the power is the mean over both. It then depends only on the square of the
+    offset. The square is therefore the parameter: its derivative at the null value is finite and
+    not zero.
 Source
     exact statics of a rigid body on equal springs (planner.power.kinematics); gain = 1 is the
     physics, gain = 0 the model with the mass in the middle.
 Holds for
     offsets inside the wheels' polygon; com_x and com_y are of robot and payload together.
 Left out
-    sloshing or swinging loads. On slopes the power also has a part that is odd in an offset; with a
-    known offset it is there, in the mean over the sides it is not.
+    sloshing or swinging loads. on slopes, the part of the power that is odd in the offset, if the
+    offset is unknown: the mean over both sides cancels it.
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample

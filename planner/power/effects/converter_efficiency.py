@@ -3,15 +3,15 @@
     P = P_el·(1/η_dc - 1)
 
 Sign
-    a loss, ≥ 0, added to what the electronics draw at their rail.
+    a loss, ≥ 0, in addition to the power at the electronics' rail.
 Source
     definition of efficiency; 0.85-0.92 is usual for step-down converters of this size (prior).
 Holds for
     loads near the converter's rating.
 Left out
-    efficiency falling at light load. With a constant electronics load this effect is the same as a
-    larger constant; only a load that varies (sensor_rate) or a measurement on both sides of the
-    converter tells them apart.
+    the fall of the efficiency at light load. With a constant electronics load this effect is
+    aliased with a larger constant. Only a varying load (sensor_rate), or a measurement on both
+    sides of the converter, separates them.
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample

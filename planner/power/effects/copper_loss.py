@@ -1,4 +1,4 @@
-"""Copper loss: current through the windings.
+"""Copper loss: heat of the current in the windings.
 
     I = τ_shaft / k_t        P = Σ I²·R
 
@@ -7,9 +7,9 @@ Sign
 Source
     permanent-magnet motor; data sheet of the Pittman 9233S013 as a stand-in for 36-40 mm motors.
 Holds for
-    25 °C; motor_heating moves R and k_t with temperature.
+    25 °C; motor_heating changes R and k_t with temperature.
 Left out
-    inductance, and the drop at the brushes beyond what the data sheet's resistance contains.
+    inductance, and the voltage drop at the brushes beyond the data sheet's resistance.
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample

@@ -3,14 +3,13 @@
     τ = τ_c·sgn(ω_m)        P = Σ τ_c·|ω_m|
 
 Sign
-    a loss; at rest the same friction helps to hold a load, so that current flows only for what
-    exceeds it.
+    a loss. At rest the same friction helps to hold a load; current flows only for the excess.
 Source
     no-load current of the motor's data sheet (0.113 A · 0.0373 N·m/A = 4.2 mN·m).
 Holds for
     a motor that turns; the sign is smooth within 2 rad/s of the shaft.
 Left out
-    what grows with speed (viscous_drag).
+    the part that grows with speed (viscous_drag).
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample

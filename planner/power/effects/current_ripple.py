@@ -1,17 +1,17 @@
-"""Current ripple: a current that swings heats more than its mean.
+"""Current ripple: a fluctuating current heats more than its mean.
 
     P = R·I²·ρ²        ρ² = variance of the current over the square of its mean
 
 Sign
-    a loss, ≥ 0; declared as the square because the sign of a swing has no meaning.
+    a loss, ≥ 0. The parameter is the square, since the sign of a fluctuation has no meaning.
 Source
-    rms of a fluctuating current: <I²> = <I>²·(1 + ρ²); swings come from pulse-width modulation and
-    from a restless speed controller.
+    rms of a fluctuating current: <I²> = <I>²·(1 + ρ²); fluctuations come from pulse-width
+    modulation and from an oscillating speed controller.
 Holds for
-    swings faster than the mechanics, so that the torque is the mean one.
+    fluctuations faster than the mechanics, so the torque is the mean.
 Left out
-    loss in the iron and in the bridges. Its power is in proportion to R·I²: without measured
-    currents it is the same thing as a higher winding resistance.
+    losses in iron and bridges. The power is proportional to R·I²: without measured currents it is
+    aliased with a higher winding resistance.
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample

@@ -1,4 +1,4 @@
-"""Driver loss: what the bridges between battery and motors turn into heat.
+"""Driver loss: heat in the bridges between battery and motors.
 
     P = R_on·I² + V_d·|I| + P_sw·active
 
@@ -11,8 +11,8 @@ Source
 Holds for
     bridges that switch at a fixed frequency with currents below their limit.
 Left out
-    R_on rising with the bridge's temperature; dead time. R_on·I² cannot be told from the windings'
-    R·I² when R is fitted, so that only V_d and P_sw are.
+    the rise of R_on with temperature; dead time. R_on·I² is aliased with the windings' R·I² when R
+    is fitted, so only V_d and P_sw are fitted.
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample

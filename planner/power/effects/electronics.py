@@ -1,4 +1,4 @@
-"""Electronics: what controller and sensors draw whether or not the robot moves.
+"""Electronics: constant power of controller and sensors, at rest and in motion.
 
     P = P_0
 
@@ -6,11 +6,12 @@ Sign
     drawn from the bus, ≥ 0.
 Source
     Mei et al., "A case study of mobile robot's energy consumption and conservation techniques",
-    2005: a constant controller power beside the motors.
+    2005: a constant controller power in addition to the motors.
 Holds for
     a controller that does the same work at rest and in motion.
 Left out
-    what rises with the sampling rate (sensor_rate) and the regulator's loss (converter_efficiency).
+    the part that rises with the sampling rate (sensor_rate) and the regulator's loss
+    (converter_efficiency).
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample

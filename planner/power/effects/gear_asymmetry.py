@@ -1,17 +1,17 @@
-"""Gear asymmetry: teeth that lose more, or less, when the load drives the motor.
+"""Gear asymmetry: the teeth lose more, or less, when the load drives the motor.
 
     η_b = 2 - 1/η + δ
 
 Sign
-    δ < 0: less of the braking power comes back than symmetric tooth friction says.
+    δ < 0: less braking power returns than with symmetric tooth friction.
 Source
-    definition; helical and worm gears depart from the symmetric law, spur and planetary gears
-    hardly do.
+    definition; helical and worm gears deviate from the symmetric law, spur and planetary gears
+    hardly.
 Holds for
     η_b between 0 (self-locking) and 1; the gear limits it to that range.
 Left out
-    drag without load. Braking power that is lost in the driver or refused by the source looks alike
-    (regeneration_limit); it shows on negative power only, while δ acts on every wheel that brakes.
+    drag without load. Braking power lost in the driver or refused by the source is similar
+    (regeneration_limit). It occurs only at negative power, while δ acts on every braking wheel.
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample

@@ -1,19 +1,19 @@
-"""Gear loss: friction of the teeth, in proportion to the torque that passes.
+"""Gear loss: friction of the teeth, proportional to the transmitted torque.
 
     driving      τ_m = τ / (n·η)
     back-driven  τ_m = τ·η_b / n        η_b = 2 - 1/η + gear_return
 
 Sign
-    a loss both ways: the motor gives more, or gets back less.
+    a loss in both directions: the motor supplies more, or receives less.
 Source
-    symmetric tooth friction: the same loss per torque both ways gives η_b = 2 - 1/η; 0.9 for each
-    stage of a 36 mm planetary gear (greensky-power), about 10 % an engagement (machinedesign.com).
+    symmetric tooth friction. The same loss per torque in both directions gives η_b = 2 - 1/η; 0.9
+    for each stage of a 36 mm planetary gear (greensky-power), about 10 % an engagement
+    (machinedesign.com).
 Holds for
-    η > 0.5; below it the gear locks itself.
+    η > 0.5; below it the gear is self-locking.
 Left out
-    drag without load, which stands in coulomb_drag and light_load_gear_drag.
-
-A wheel at rest counts as back-driven: teeth friction then helps to hold the load.
+    drag without load (coulomb_drag, light_load_gear_drag). A wheel at rest counts as back-driven:
+    tooth friction then helps to hold the load.
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample

@@ -1,16 +1,16 @@
-"""Gravity: the share of the weight that points along the surface.
+"""Gravity: the component of the weight along the surface.
 
     F = -m·g_body        M = x_c·F_y - y_c·F_x
 
 Sign
-    the force that the wheels must supply, so positive uphill; its power is m·g·dz/dt, taken uphill
-    and given back downhill. An exchange with height, not a loss.
+    the force that the wheels must supply, so positive uphill. Its power is m·g·dz/dt: spent uphill,
+    returned downhill. It is an exchange with height, not a loss.
 Source
     exact projection on the body axes of the surface, no small angles.
 Holds for
     a rigid body on the plane through its wheel contacts.
 Left out
-    what a suspension that gives way does to the body's attitude.
+    changes of the body's attitude by a soft suspension.
 """
 
 from planner.power.effect import Effect, WorkedExample

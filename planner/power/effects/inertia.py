@@ -1,19 +1,19 @@
-"""Inertia: force to change the speed of the body, of its wheels and of the motors' rotors.
+"""Inertia: the force that accelerates body, wheels and rotors.
 
     F = m·a        M = I_z·dω_z/dt + x_c·F_y - y_c·F_x
     wheel hub  I_w·dω/dt        motor shaft  J·n·dω/dt
 
 Sign
-    positive when speeding up; kinetic energy is an exchange, what the motors lose on the way shows
-    under copper and gear losses.
+    positive when the robot speeds up. Kinetic energy is an exchange; losses on the way appear as
+    copper and gear losses.
 Source
-    Newton and Euler; the rotors count n² times at the wheel, which makes 12 kg behave as 15 kg
-    (physics of the 1:27 gear, own).
+    Newton and Euler; a rotor's inertia counts n² times at the wheel. With a 1:27 gear, 12 kg behave
+    like 15 kg (own calculation).
 Holds for
-    acceleration given as inertial, so that a turn at speed v carries ω_z·v; the wheels follow the
-    change of the velocity as the body sees it.
+    accelerations in an inertial frame: a turn at speed v contains ω_z·v. The wheels follow the
+    change of velocity in the body frame.
 Left out
-    gyroscopic moments; a centre of mass off the centre in centripetal terms (second order here).
+    gyroscopic moments; offset of the centre of mass in centripetal terms (second order).
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample

@@ -1,12 +1,12 @@
-"""Light-load gear drag: an almost idle gear loses more than its efficiency says.
+"""Light-load gear drag: an almost idle gear loses more than its efficiency predicts.
 
     τ = τ_0·exp(-|τ_wheel| / τ_f) / n · sgn(ω_m)
 
 Sign
-    a loss; the torque is counted at the wheel's side and acts against the rotation.
+    a loss. The torque refers to the wheel's side and acts against the rotation.
 Source
-    measured gear efficiencies fall towards light load (machinedesign.com, planetary gears, about
-    10 % an engagement at rated load); the exponential is the simplest law that fades out.
+    measured gear efficiencies fall towards light load (machinedesign.com, planetary gears, about 10
+    % an engagement at rated load); the exponential is the simplest law that vanishes with load.
 Holds for
     wheel torques from zero up; a constant part belongs to coulomb_drag.
 Left out

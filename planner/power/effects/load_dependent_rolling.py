@@ -1,17 +1,18 @@
-"""Load-dependent rolling: a heavily loaded wheel deforms more and rolls worse.
+"""Load-dependent rolling: the drag coefficients rise with the load of a wheel.
 
     c(N) = c_0·(N / N_0)^κ        N_0 = nominal load, the robot's own weight over its wheels
 
 Sign
-    κ ≥ 0: above the nominal load the coefficient rises, below it falls. Moving load from one wheel
-    to another then costs, because the loss is convex in N.
+    κ ≥ 0: the coefficient is higher above the nominal load and lower below it. The loss is convex
+    in N, so an uneven load costs power.
 Source
     Hertz-type contact gives 0.2-0.5 for a soft tread on a hard floor, compaction of soft ground up
     to 1 (priors); κ = 0 is a hard wheel with plain bearings.
 Holds for
-    loads within a few times the nominal one; acts on wheels and rollers alike.
+    loads up to a few times the nominal one. It acts on wheels and rollers alike.
 Left out
-    the ground's own stiffness: sinkage has nearly the same shape, and one mass cannot part the two.
+    the ground's stiffness. sinkage has nearly the same shape; a log with one mass cannot separate
+    them.
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample

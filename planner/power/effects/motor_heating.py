@@ -1,22 +1,22 @@
-"""Motor heating: warm copper resists more, warm magnets pull less.
+"""Motor heating: warm copper has more resistance, warm magnets are weaker.
 
     R   = R_25·(1 + α·(T - 25 °C))
     k_t = k_25·(1 + β·s·(T - 25 °C))
 
-s is the rise of the magnets as a share of the rise that is measured.
+s is the temperature rise of the magnets as a share of the measured rise.
 
 Sign
-    α > 0, β < 0: a warm motor needs more current for the same torque and loses more with it, so
-    both raise the power at a given load. A motor colder than 25 °C gains.
+    α > 0, β < 0: a warm motor needs more current for the same torque, and loses more at that
+    current. Both raise the power at a given load. A motor below 25 °C needs less.
 Source
     α = 0.00393 1/K, annealed copper (IEC 60028); β = -0.0020 1/K, remanence of ferrite magnets
-    (data-sheet value; -0.0012 1/K for NdFeB). The source paper names the first and describes the
+    (data-sheet value; -0.0012 1/K for NdFeB). The source paper gives the first and describes the
     second in words.
 Holds for
-    temperatures short of demagnetisation; ``motor_temp`` is that of the windings. Without the
-    column nothing is changed.
+    temperatures below demagnetisation. ``motor_temp`` is that of the windings. Without the column
+    nothing changes.
 Left out
-    how the temperature comes about (a heat balance along the route) and the different rises of the
+    the cause of the temperature (a heat balance along the route), and differences between the
     motors of one robot.
 """
 

@@ -1,12 +1,12 @@
-"""Regeneration limit: how much of the braking power comes back.
+"""Regeneration limit: the share of the braking power that returns.
 
     each motor   P → χ_motor·P  where P < 0
     the bus      P → χ_source·P where P < 0
 
 Sign
-    what is refused is lost: both terms add (1 - χ)·|P| to a negative power.
+    refused power is lost: both terms add (1 - χ)·|P| to a negative power.
 Source
-    derived; a bench supply or a series diode takes nothing back (χ_source = 0), a battery 0.8-0.95
+    derived; a bench supply or a series diode takes no power back (χ_source = 0), a battery 0.8-0.95
     of the energy (charging efficiency, prior). Motors on one bus feed each other before anything
     reaches the source.
 Holds for

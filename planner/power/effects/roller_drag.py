@@ -1,10 +1,10 @@
-"""Drag of the rollers about their own axles, which makes sideways cost more than forward.
+"""Drag of the rollers about their own axles. It makes sideways travel cost more than forward.
 
     F = c_r·N·sgn(u) + d_r·u along each roller's rolling direction        P = Σ F·u
 
-u is the surface speed of the contact roller (planner.power.kinematics): for Mecanum wheels
-√2·(v_y + ω_z·x), so nothing forward, √2·v sideways, v diagonally. This is the heading law; no
-fitted cosine is needed.
+u is the surface speed of the contact roller (planner.power.kinematics): for Mecanum wheels √2·(v_y
++ ω_z·x), zero forward, √2·v sideways, v diagonally. This gives the dependence on heading; no fitted
+cosine is needed.
 
 Sign
     a loss in every direction.
@@ -14,7 +14,7 @@ Source
 Holds for
     Mecanum and omni wheels whose contact roller turns freely about its own axle.
 Left out
-    static friction of a roller that does not turn (it helps forward traction a little).
+    static friction of a roller at rest, which helps forward traction a little.
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample

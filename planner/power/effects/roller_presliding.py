@@ -1,24 +1,25 @@
-"""Presliding of the rollers: each gives way a little before its friction is complete.
+"""Presliding of the rollers: each yields a little before its friction is complete.
 
     factor = 1 - x·(1 - exp(-1/x))        x = p·|rim speed| / |roller speed|
 
-A wheel sets down one roller after the other. Each comes free of load, stays in contact while the
-rim travels the distance between two rollers, and is carried sideways meanwhile by that distance
-times roller speed over rim speed. Dry friction of bush and tread is complete only after a path of
-presliding; over that path it rises as 1 - exp(-path/σ). The factor is the mean over a contact, with
-p = σ over the distance between two rollers. So a wheel that rolls almost straight ahead feels
-little of its rollers, and the drag of a robot turns smoothly with its heading.
+A wheel sets down one roller after another. Each arrives without load and stays in contact while the
+rim travels the distance between two rollers. Meanwhile it moves sideways by that distance times
+roller speed over rim speed. Dry friction of bush and tread is complete only after a presliding
+path; on that path it rises as 1 - exp(-path/σ). The factor is the mean over a contact, with p = σ
+over the distance between two rollers. A wheel that rolls almost straight ahead therefore has little
+roller drag, and the drag of a robot changes smoothly with its heading.
 
 Sign
-    less drag than complete friction, the less the steeper the roller's path; p ≥ 0.
+    less drag than complete friction, and the less, the steeper the roller's path; p ≥ 0.
 Source
     derived here from the friction law of Dahl, "A solid friction model", The Aerospace Corporation,
-    TOR-0158(3107-18)-1, 1968; a tyre's side force builds up alike (Pacejka, "Tyre and Vehicle
-    Dynamics", brush model). σ 1-5 mm for rubber on a bush with play, rollers every 30-60 mm.
+    TOR-0158(3107-18)-1, 1968; a tyre's side force builds up in the same way (Pacejka, "Tyre and
+    Vehicle Dynamics", brush model). σ 1-5 mm for rubber on a bush with play, rollers every 30-60
+    mm.
 Holds for
     rollers that have come to rest about their own axles before they touch the ground.
 Left out
-    the same for wheels, which never leave the ground; the roller's inertia.
+    presliding of wheels, which never leave the ground; the roller's inertia.
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample

@@ -1,4 +1,4 @@
-"""Sensor rate: every sample costs energy, and a fast robot looks more often.
+"""Sensor rate: every sample costs energy, and a fast robot samples more often.
 
     P = e_s·f        f = min(f_0 + k_f·v, f_max), or the sampling rate that the row gives
 
@@ -7,14 +7,14 @@ Sign
 Source
     power linear in the sampling frequency: Mei et al., "A case study of mobile robot's energy
     consumption and conservation techniques", 2005; the source paper measured more power at a period
-    of 0.02 s than at 0.04 s, which is two points of the same line.
+    of 0.02 s than at 0.04 s: two points of one line.
 Holds for
-    sensors that sleep between samples; v is the speed of the centre, so that turning on the spot
-    keeps the rate of standstill.
+    sensors that sleep between samples. v is the speed of the centre, so turning on the spot has the
+    rate of standstill.
 Left out
-    processing whose cost depends on what is seen. Below f_max and without the column the term is
-    linear in v, so that coulomb_drag or wheel_rolling can take its place; a sweep of the rate at
-    standstill separates them.
+    processing whose cost depends on the scene. Below f_max and without the column the term is
+    linear in v, and aliased with coulomb_drag and wheel_rolling. Several rates at standstill
+    separate them.
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample

@@ -1,4 +1,4 @@
-"""Sinkage: wheels that press a rut into soft ground.
+"""Sinkage: the wheels press a rut into soft ground.
 
     F = k·N·(N / N_0)^(1/3) at the rim of each wheel
 
@@ -9,10 +9,10 @@ Source
     exponent of 1 the resistance rises with load to the power 4/3. k = 0.03-0.3 from firm to loose
     soil (prior).
 Holds for
-    a rut that is shallow against the wheel's radius, first pass.
+    the first pass, with a rut much shallower than the wheel's radius.
 Left out
-    bulldozing, slip sinkage, passes in one's own rut. load_dependent_rolling on top of rolling has
-    nearly the same shape; a sweep of the mass and a second floor separate them.
+    bulldozing, slip sinkage, passes in an existing rut. load_dependent_rolling together with
+    rolling has nearly the same shape; runs with several masses and a second floor separate them.
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample

@@ -1,18 +1,18 @@
-"""Slope transition: driving over the edge of a ramp costs more than the slope itself.
+"""Slope transition: crossing the edge of a ramp costs more than the slope itself.
 
     F = k·|dγ/dt| along the direction of travel        P = k·|dγ/dt|·v
 
 Sign
     k ≥ 0, a resistance at every edge, upper and lower.
 Source
-    own; the source paper calls the transition its main contribution and prints no equation for it.
-    The change of climbing power itself needs no term: gravity on the slope under the footprint
-    passes over an edge as a ramp of one wheelbase.
+    own; the source paper calls the transition its main contribution but prints no equation. The
+    change of climbing power needs no term of its own: under the footprint, an edge becomes a ramp
+    of one wheelbase.
 Holds for
     edges crossed at speeds at which the controller settles within a wheelbase.
 Left out
-    wheels that lift; overshoot that rings on after the edge; turning on the spot, which has no
-    direction of travel: the force vanishes smoothly at standstill.
+    lifting wheels; oscillation after the edge; turning on the spot, which has no direction of
+    travel. The force vanishes smoothly at standstill.
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample

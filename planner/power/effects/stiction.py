@@ -1,21 +1,21 @@
-"""Stiction: friction that is higher when the contact hardly moves.
+"""Stiction: higher friction while the contact hardly moves.
 
     factor = 1 + s·exp(-(u/u_s)²)        u = √(rim speed² + roller speed²)
 
-u is how fast the contact of that wheel rolls, so that turning on the spot at speed is not taken
-for standstill, and a wheel whose rollers alone turn is not either.
+u is the rolling speed of that wheel's contact. Turning on the spot is therefore not standstill, nor
+is a wheel of which only the rollers turn.
 
 Sign
     s ≥ 0: more drag at creep speed.
 Source
     Stribeck curve in the form of Armstrong-Hélouvry, Dupont, Canudas de Wit, "A survey of models,
     analysis tools and compensation methods for the control of machines with friction", Automatica
-    30(7), 1994; s 0.3-1, u_s 0.02-0.05 m/s (priors). Fills the law of static and sliding friction
-    that the source paper refers to and does not print.
+    30(7), 1994; s 0.3-1, u_s 0.02-0.05 m/s (priors). It is the law of static and sliding friction
+    that the source paper mentions but does not print.
 Holds for
-    slow change of speed.
+    slow changes of speed.
 Left out
-    breakaway and stick-slip, which take a state; friction inside motor and gear.
+    breakaway and stick-slip, which need a state; friction inside motor and gear.
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample

@@ -1,15 +1,15 @@
-"""Surface rolling: each labelled ground has its own factor on rolling and roller drag.
+"""Surface rolling: each labelled ground has its own factor on wheel and roller drag.
 
     factor = 1 + e(surface)
 
 Sign
-    e > 0: a ground that rolls worse than the one on which c_w and c_r were found.
+    e > 0: more drag than on the ground for which c_w and c_r hold.
 Source
     own; carpet 0.08 against 0.035 on hard floor (priors) is e = 1.3.
 Holds for
-    grounds told apart by the label ``surface``; where the label is none of the model's, e = 0.
+    grounds with a label ``surface``. A label that the model does not know has e = 0.
 Left out
-    another share of wheels and rollers on each ground; traction (ground classes of the map).
+    different factors for wheels and rollers; traction (ground classes of the map).
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample

@@ -1,16 +1,16 @@
-"""Vibration: rollers that pass one after another, and a rough floor, shake energy away.
+"""Vibration: passing rollers and a rough floor dissipate energy by shaking the robot.
 
     F along the direction of travel        P = F·v
 
 Sign
     a loss in every direction of travel.
 Source
-    own; the same energy is lost at every bump, so that the power is in proportion to their rate.
+    own; every bump takes the same energy, so the power is proportional to their rate.
 Holds for
-    speeds away from resonance of the suspension. Vanishes smoothly at standstill.
+    speeds away from the suspension's resonance. The force vanishes smoothly at standstill.
 Left out
-    growth with v³ near resonance. Being linear in v it looks like coulomb_drag (and rolling); only
-    wheels off the ground, or a measured vibration, tell them apart.
+    growth with v³ near resonance. It is linear in v and therefore aliased with coulomb_drag and
+    rolling. Only a test with lifted wheels, or a measured vibration, separates them.
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample

@@ -1,4 +1,4 @@
-"""Viscous drag: bearing grease and eddy currents, a motor torque in proportion to speed.
+"""Viscous drag: bearing grease and eddy currents, a motor torque proportional to speed.
 
     τ = b·ω_m        P = Σ b·ω_m²
 
@@ -8,7 +8,7 @@ Source
     viscous damping of the Pittman 9233S013's data sheet as a stand-in for 36-40 mm motors; eddy
     currents add to the same term because their torque is linear in speed too.
 Holds for
-    warm grease; cold_grease says how it stiffens.
+    warm grease; cold_grease describes how it stiffens.
 Left out
     hysteresis and brushes, whose torque does not depend on speed (coulomb_drag).
 """

@@ -1,4 +1,4 @@
-"""Wear: treads and bushes that roll worse with every metre.
+"""Wear: the drag of treads and bushes rises with every metre.
 
     factor = 1 + w·d        d: distance driven, ``odometer``
 
@@ -7,11 +7,11 @@ Sign
 Source
     own; 5-20 % over the life of rollers and treads (prior).
 Holds for
-    small total change. The odometer starts at zero with the log or the route, so that the model's
-    coefficients are those of its beginning.
+    a small total change. The odometer starts at zero with the log or the route. The model's
+    coefficients are those at its beginning.
 Left out
-    running-in, the shrinking radius, replacement of parts. Anything else that drifts during a log
-    (warming grease, dust) looks the same; reference laps weeks apart separate them.
+    running-in, the shrinking radius, replacement of parts. Any other drift during a log (warming
+    grease, dust) has the same shape; reference laps weeks apart separate them.
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample

@@ -1,18 +1,18 @@
-"""Wheel imbalance: each wheel has a drag of its own.
+"""Wheel imbalance: each wheel has its own drag.
 
     factor_i = 1 + e_i - mean(e)
 
 Sign
-    e_i above the mean: a wheel that rolls worse than its fellows.
+    e_i above the mean: a wheel with more drag than the others.
 Source
-    own; on a robot with three omni wheels and unevenly spread weight it leaves the clean second
-    harmonic of the heading that single coefficients cannot follow.
+    own; three omni wheels and uneven weight give a second harmonic of the heading that common
+    coefficients cannot follow.
 Holds for
     steady differences between wheels, bearings and loads that no other quantity explains. The mean
-    is taken off, so that the factors average to 1 and the common part stays with c_w and c_r. A
-    wheel at -1 below the mean has no drag at all.
+    is subtracted: the factors average to 1, and the common part stays with c_w and c_r. A wheel at
+    -1 below the mean has no drag.
 Left out
-    imbalance in the sense of a mass off a wheel's axle; a wheel whose motor differs.
+    imbalance as a mass off the wheel's axle; differences between motors.
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample

@@ -1,20 +1,20 @@
-"""Wheel preload: four wheels fight each other without moving the robot.
+"""Wheel preload: four wheels push against each other without moving the robot.
 
-    f_i = ±λ·ν_i with λ = √(λ²)        ν: the axle forces that add up to nothing
+    f_i = ±λ·ν_i with λ = √(λ²)        ν: the axle forces whose sum is zero
 
-For four Mecanum wheels ν is +, +, -, - in the order of the wheels: the front pulls against the
-rear with λ newton at every rim.
+For four Mecanum wheels ν is +, +, -, - in the order of the wheels: the front pulls against the rear
+with λ newtons at every rim.
 
 Sign
-    either sign of λ is possible and the leading pair is unknown; the power is the mean of both,
-    so it depends on λ² only, which is the parameter. A loss in sum: copper and gear.
+    the sign of λ is unknown, and the power is the mean of both signs. It depends only on λ², which
+    is therefore the parameter. In total it is a loss, in copper and gear.
 Source
-    null space of the force balance, own derivation; caused by unequal wheel radii, controller gains
-    or wheel speeds that do not fit together.
+    null space of the force balance, own derivation. Causes are unequal wheel radii, controller
+    gains, or inconsistent wheel speeds.
 Holds for
-    four driven wheels in contact; three wheels have no such mode and nothing changes.
+    four driven wheels in contact. Three wheels have no such mode, so nothing changes.
 Left out
-    how λ depends on motion.
+    dependence of λ on the motion.
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample

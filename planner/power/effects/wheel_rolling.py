@@ -8,9 +8,10 @@ Source
     coefficient-of-rolling-resistance law; polymer tread on clean hard floor 0.02-0.05, hard rubber
     0.07-0.2 (NORD conveyor design table, conservative).
 Holds for
-    loads near the nominal one; load_dependent_rolling and sinkage say how the coefficient grows.
+    loads near the nominal one; load_dependent_rolling and sinkage describe how the coefficient
+    grows.
 Left out
-    what depends on speed; the sign of rolling is smooth within 5 mm/s of rest.
+    dependence on speed. The sign of rolling is smooth within 5 mm/s of rest.
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample

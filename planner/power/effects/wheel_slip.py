@@ -1,9 +1,9 @@
-"""Wheel slip: under force the contact creeps, and the wheel turns more than the robot moves.
+"""Wheel slip: under force the contact creeps, and the wheel turns faster than the robot moves.
 
     slip σ = k·f/N    sliding speed |σ·rim speed| along the roller's axle    P = Σ |f·σ·rim speed|
 
-The wheel gives the same torque at a higher speed; no current is drawn for it. Where the rollers
-stand at 45° the rim runs ahead by √2 of the sliding.
+The wheel gives the same torque at a higher speed, so the current does not change. With rollers at
+45° the rim is faster by √2 times the sliding speed.
 
 Sign
     a loss for driving and braking wheels alike.
@@ -14,7 +14,7 @@ Source
 Holds for
     forces well below the traction limit.
 Left out
-    gross sliding and the lateral shortfall of the path. f is the force along the roller's axle.
+    gross sliding, and lateral error of the path. f is the force along the roller's axle.
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample

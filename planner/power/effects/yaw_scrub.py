@@ -1,12 +1,12 @@
-"""Yaw scrub: a moment that every turn has to overcome.
+"""Yaw scrub: a constant moment against every turn.
 
     M = M_s·sgn(ω_z)        P = M_s·|ω_z|
 
 Sign
     against the yaw rate; a loss.
 Source
-    own; what rolling and roller drag do on a turn is in the base model, through the kinematics of
-    each wheel. This is what contact patches of finite width add.
+    own; rolling and roller drag in a turn are part of the base model, through the kinematics of
+    each wheel. This effect adds the contact patches of finite width.
 Holds for
     a hard floor and loads near the nominal one.
 Left out
