@@ -142,7 +142,7 @@ def ranking(candidates: Sequence[Document], selected: Sequence[str]) -> Renderab
     testable = [c for c in candidates if c.get("testable", True)]
     if not testable:
         return None
-    headings = ("effect", "probability", "held-out rms", "z", "parameters", "cannot be told from")
+    headings = ("effect", "probability", "held-out rms", "z", "parameters", "aliased with")
     table = grid(headings, left=(0, 4, 5), title="What could be missing")
     for candidate in testable[:_MOST_CANDIDATES]:
         fitted = [

@@ -37,13 +37,13 @@ MOST_RUNS = 12
 VERDICTS = {
     "missing_effect": (
         "An effect is missing",
-        "A physical effect of the catalogue explains what the model leaves over. Adopt it, and "
-        "the error on held-out runs falls as shown.",
+        "A physical effect of the catalogue explains the residual. Adopt it, and the error on "
+        "held-out runs falls as shown.",
     ),
     "complete": (
         "Nothing is missing",
-        "What the model leaves over cannot be told from noise. Whether it holds elsewhere, only "
-        "a log of other motions can say.",
+        "The residual is not distinguishable from noise. Only a log of other motions can show "
+        "whether this holds elsewhere.",
     ),
     "not_identifiable": (
         "Cannot be attributed",
@@ -53,7 +53,7 @@ VERDICTS = {
     ),
     "outside_catalogue": (
         "Outside the catalogue",
-        "No effect of the catalogue has the shape of what is left over. A formula describes it "
+        "No effect of the catalogue has the shape of the residual. A formula describes it "
         "and can be adopted; what physics is behind it, the formula does not say.",
     ),
     "sensor_error": (
@@ -129,13 +129,13 @@ def axes(look: Look, pictures: Pictures, names: Mapping[str, str]) -> Markup:
     if not drawn:
         return Markup("")
     note = paragraph(
-        "Mean of measured minus predicted in bins, with 95 % intervals, most telling first; all "
-        "charts have the same scale of watts. Axes go together in a log: one that is told by "
-        "another is not a cause.",
+        "Mean of measured minus predicted in bins, with 95 % intervals, most informative first. "
+        "All charts have the same scale of watts. Axes are correlated in a log: an axis that "
+        "follows another is not a cause.",
         "note",
     )
     first, rest = (element("div", *part, kind="cards") for part in (drawn[:9], drawn[9:]))
-    more = folded(f"{len(drawn) - 9} that tell less", rest) if drawn[9:] else ""
+    more = folded(f"{len(drawn) - 9} less informative", rest) if drawn[9:] else ""
     return section("The residual over what varied", legend(names), first, more, note)
 
 
@@ -170,7 +170,7 @@ def ranking(diagnosis: Diagnosis, pictures: Pictures) -> Markup:
     with_probability = likely(diagnosis)
     columns = ["probability"] * with_probability + ["size / noise", "z", "p", "held-out error"]
     further = ["parameters"]
-    further += ["cannot be told from"] * any(bool(c.indistinguishable_from) for c in testable)
+    further += ["aliased with"] * any(bool(c.indistinguishable_from) for c in testable)
     heads = ["effect", *columns, *further]
     rows = [[cells[head] for head in heads] for cells in map(_candidate, testable)]
     words = (0, *range(1 + len(columns), len(heads)))
@@ -179,7 +179,7 @@ def ranking(diagnosis: Diagnosis, pictures: Pictures) -> Markup:
     probability = (
         "Probability: that the effect is missing, if one to three of these may be. "
         if with_probability
-        else "No probabilities: none of these explains what is left over. "
+        else "No probabilities: none of these explains the residual. "
     )
     size = "Size: what it adds to the power, rms, over the noise. z and p: of its test alone."
     return section(
@@ -194,8 +194,8 @@ def ranking(diagnosis: Diagnosis, pictures: Pictures) -> Markup:
 def aliases(diagnosis: Diagnosis) -> list[str]:
     """Selected effects and their aliases."""
     return [
-        f"This log cannot tell {c.effect} from {' or '.join(c.indistinguishable_from)}: "
-        "either explains it as well."
+        f"{c.effect} is aliased with {' or '.join(c.indistinguishable_from)} in this log: "
+        "each explains the residual equally well."
         for c in diagnosis.candidates
         if c.effect in diagnosis.selected and c.indistinguishable_from
     ]
@@ -220,7 +220,7 @@ def _candidate(c: Candidate) -> dict[str, object]:
         "p": "< 1e-12" if c.p_value < 1e-12 else f"{c.p_value:.2g}",
         "held-out error": watts(c.heldout_rmse_w),
         "parameters": Markup("<br/>".join(map(plain, fitted))),
-        "cannot be told from": ", ".join(c.indistinguishable_from),
+        "aliased with": ", ".join(c.indistinguishable_from),
     }
 
 
@@ -270,10 +270,10 @@ def experiments(diagnosis: Diagnosis) -> Markup:
 
 def not_identifiable(diagnosis: Diagnosis) -> Markup:
     """What the log cannot identify, and what would help."""
-    heads = ["effects", "why this log cannot tell", "what would help"]
+    heads = ["effects", "reason", "what would help"]
     alike = not_testable(n.to_json() for n in diagnosis.not_testable)
     rows = [[", ".join(effects), why, help_] for (why, help_), effects in alike.items()]
-    return section("What this log cannot tell", table("", heads, rows, words=(0, 1, 2)))
+    return section("What this log cannot identify", table("", heads, rows, words=(0, 1, 2)))
 
 
 def _experiment(experiment: Document) -> Markup:

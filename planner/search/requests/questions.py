@@ -69,7 +69,7 @@ class PlanRequest(TripRequest):
     @classmethod
     def _for_energy(cls, value: float | None, info: ValidationInfo) -> float | None:
         if value is not None and info.data.get("objective", "energy") != "energy":
-            raise PydanticCustomError("not_energy", "is given beside another objective")
+            raise PydanticCustomError("not_energy", "is given together with another objective")
         return value
 
 

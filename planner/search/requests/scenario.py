@@ -132,7 +132,7 @@ class SituationRequest(Part):
         if data.get("vehicle") is None and data.get("model") is None:
             return {**data, "vehicle": DEFAULT_VEHICLE}
         if data.get("vehicle") is not None and data.get("model") is not None:
-            raise PydanticCustomError("two_models", "is given beside vehicle")
+            raise PydanticCustomError("two_models", "is given together with vehicle")
         return data
 
     @classmethod

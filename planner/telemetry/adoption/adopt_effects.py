@@ -174,7 +174,7 @@ def _warnings(names: Sequence[str], diagnosis: Diagnosis, after: Errors, fitted:
         if name in diagnosis.proposed:
             if candidate is not None and candidate.indistinguishable_from:
                 aliases = ", ".join(candidate.indistinguishable_from)
-                warnings.append(f"{name}: this log cannot tell it from {aliases}")
+                warnings.append(f"{name}: aliased in this log with {aliases}")
         elif candidate is None or candidate.why_not is not None:
             why = candidate.why_not if candidate else "it was not among the candidates"
             warnings.append(f"{name}: this log cannot support it: {why}")

@@ -76,13 +76,13 @@ def _verdict_in_words(diagnosis: Diagnosis, near: Sequence[str]) -> str:
     names = " and ".join(diagnosis.selected)
     if diagnosis.verdict == "sensor_error":
         faults = "; ".join(s.sentence for s in diagnosis.sensors)
-        rest = f"; beside that, {names} is missing" if names else ""
+        rest = f"; in addition, {names} is missing" if names else ""
         return f"A sensor is wrong rather than the model: {faults}{rest}."
     if diagnosis.outside is not None:
         over = " and ".join(diagnosis.outside.quantities).replace("_", " ")
-        beside = f" beside {names}" if names else ""
+        further = f" in addition to {names}" if names else ""
         return (
-            f"Something outside the catalogue is missing{beside}, over {over}: "
+            f"Something outside the catalogue is missing{further}, over {over}: "
             f"{diagnosis.outside.formula} ({errors})."
         )
     if diagnosis.verdict == "missing_effect":
@@ -92,10 +92,10 @@ def _verdict_in_words(diagnosis: Diagnosis, near: Sequence[str]) -> str:
             if c.effect in diagnosis.selected
             for alias in c.indistinguishable_from
         }
-        aliased = f"; this log cannot tell it from {', '.join(sorted(aliases))}" if aliases else ""
+        aliased = f"; aliased in this log with {', '.join(sorted(aliases))}" if aliases else ""
         # Named all the same, so the loss of single rows fell.
         unsure = (
-            "; rows that a little error of the speeds decides hide that most rows are closer"
+            "; most rows improve, but not a few that small errors of the speeds decide"
             if after.heldout_rmse_w >= before.heldout_rmse_w
             else ""
         )

@@ -261,11 +261,13 @@ def _why_not_identifiable(plain: Examination, number: int, over: Array) -> str |
     column = plain.competitors.candidate(number)
     known = candidate.effect in plain.competitors.testable_before
     if evidence.tolerance(column) < LEAST_TOLERANCE * (KNOWN_EFFECT_SHARE if known else 1.0):
-        return "refitting the model's own parameters does the same to the power in this log"
+        return (
+            "in this log, a refit of the model's own parameters changes the power in the same way"
+        )
     if over[column] < LEAST_OVER_SENSOR_ERROR * (KNOWN_EFFECT_SHARE if known else 1.0):
         return (
-            "what refitting the model's parameters leaves of it is no larger than the errors of "
-            "the sensors"
+            "after a refit of the model's parameters, its remaining power is no larger than the "
+            "errors of the sensors"
         )
     unnoticed = _unnoticed_watts(plain, column)
     if unnoticed > LARGEST_UNNOTICED * plain.mean_watts:

@@ -283,7 +283,7 @@ class Checks:
             if channel.least == channel.most and self.kept > 1:
                 if name in _VARY or name.endswith("_temp"):
                     level = f"{name}: constant at {channel.least:.6g}"
-                    text = f"{level}; what depends on it cannot be told"
+                    text = f"{level}; effects that depend on it cannot be identified"
                     yield Finding("constant", name, channel.known, text)
                 continue
             if name not in _CLIPS and not name.startswith("wheel_current"):
@@ -327,7 +327,7 @@ class Checks:
         if gravity > 0.01 * self.kept and abs(along / gravity) > 0.5:
             text = (
                 f"ax, ay: follow gravity along the slope with a factor of {along / gravity:.2f} "
-                "beside the change of velocity: gravity seems to be in them"
+                "in addition to the change of velocity: they seem to contain gravity"
             )
             yield Finding("gravity", "ax", self.kept, text)
 

@@ -282,7 +282,9 @@ def _sentences(given: set[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
         assumed.append("no wind: the air is taken as still")
     unknown = [name for name in MAY_BE_UNKNOWN if name not in given]
     if unknown:
-        assumed.append(f"not known: {', '.join(unknown)}; effects that read them cannot be told")
+        assumed.append(
+            f"not known: {', '.join(unknown)}; effects that read them cannot be identified"
+        )
     if "surface" not in given:
         assumed.append("no surface: one ground everywhere")
     if not any(wheel_number(name) for name in given):

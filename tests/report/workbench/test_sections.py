@@ -14,14 +14,16 @@ from tests.telemetry.diagnosis.synthetic_results import Material
 
 def test_candidates_with_their_evidence(pages: dict[str, str]) -> None:
     rows = rows_of(pages["diagnosis"], "What could be missing")
-    assert rows[0][-1] == "cannot be told from"
+    assert rows[0][-1] == "aliased with"
     assert rows[1] == [
         "air_drag air", "97 %", "0.31", "26.5", "< 1e-12", "0.68 W",
         "size = 0.1234 ± 0.0056 m²", "vibration",
     ]  # fmt: skip
     assert rows[2][1:6] == ["2.0 %", "0.31", "2.5", "0.012", ""]
     assert len(rows) == 3
-    said = "This log cannot tell air_drag from vibration: either explains it as well."
+    said = (
+        "air_drag is aliased with vibration in this log: each explains the residual equally well."
+    )
     assert said in words(tree(pages["diagnosis"]))
 
 
@@ -39,7 +41,7 @@ def test_probabilities_are_not_told_when_no_candidate_was_chosen(
     write_report(alone, tmp_path / "page.html")
     page = (tmp_path / "page.html").read_text()
     assert "probability" not in rows_of(page, "What could be missing")[0]
-    assert "none of these explains what is left over" in page
+    assert "none of these explains the residual" in page
     assert "97 %" not in alone.figure("candidates").svg
 
 
@@ -52,7 +54,7 @@ def test_regimes_in_words_and_figures(pages: dict[str, str]) -> None:
 
 
 def test_what_cannot_be_told_is_gathered_by_reason(pages: dict[str, str]) -> None:
-    rows = rows_of(pages["diagnosis"], "What this log cannot tell")
+    rows = rows_of(pages["diagnosis"], "What this log cannot identify")
     assert [row[0] for row in rows[1:]] == ["wear, battery_sag"]
     assert rows[1][2] == "Drive for weeks."
 

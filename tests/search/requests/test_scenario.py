@@ -30,7 +30,7 @@ def test_the_default_vehicle_gives_way_to_a_model() -> None:
         ({"map": ""}, "map", "empty"),
         ({"map": "a\x00b"}, "map", "cannot be printed"),
         ({"map": 3}, "map", "not text"),
-        ({"model": "m.json"}, "model", "beside vehicle"),
+        ({"model": "m.json"}, "model", "together with vehicle"),
     ],
 )
 def test_a_refusal_names_the_field_and_what_would_do(
@@ -86,7 +86,7 @@ def test_keywords_lie_over_a_request_however_it_is_given(tmp_path: Path) -> None
         assert (laid.vehicle, laid.model) == (None, "m.json")
         assert laid.goal.model_dump() == {"x": 3.0, "y": 4.0, "yaw": None}
         assert laid.start == PlanRequest.from_json(GOOD).start
-    with pytest.raises(RequestError, match=r"model: is given beside vehicle"):
+    with pytest.raises(RequestError, match=r"model: is given together with vehicle"):
         PlanRequest.from_call({**GOOD, "model": "m.json"}, {})
 
 

@@ -79,8 +79,8 @@ def test_from_a_log_to_a_route_with_what_was_learnt(
     ranking = page.locator("#diagnosis section", has_text="What could be missing")
     row = ranking.locator("tbody tr").first.inner_text()
     assert ["size = 0.1234 ± 0.0056 m²" in row, "97 %" in row] == [True, True]
-    assert ["cannot be told from" in ranking.inner_text(), "vibration" in row] == [True, True]
-    untold = page.locator("#diagnosis section", has_text="What this log cannot tell")
+    assert ["aliased with" in ranking.inner_text(), "vibration" in row] == [True, True]
+    untold = page.locator("#diagnosis section", has_text="What this log cannot identify")
     assert "wear, battery_sag" in untold.inner_text()
     # What was found last stands first.
     assert page.locator("#findings article:visible > h3").all_inner_texts() == [
