@@ -22,7 +22,7 @@ from planner.compiled_code import cache_base, compiled_modules, is_compiled, sta
 
 MOST_PROCESSES = 4
 """More processes wait for one another: few modules do not depend on others."""
-MANY_MISSING = 0.25
+MANY_MISSING = 0.5
 """Share of modules without compiled code at which a command compiles before it starts."""
 
 

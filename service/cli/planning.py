@@ -24,7 +24,7 @@ from planner.search.requests import (
     ReachRequest,
     SituationRequest,
 )
-from service import documents
+from service import documents, formats
 from service.cli.tables import tell
 from service.cli.terminal import Json, Report, Verbose, working
 
@@ -53,12 +53,17 @@ def plan(
     iterations: Annotated[
         int | None, typer.Option(help="Iterations instead of a time: a reproducible answer.")
     ] = None,
-    out: Out = None,
+    out: Annotated[Path | None, typer.Option(help="Write the answer to this file.")] = None,
+    format_: Annotated[
+        str | None,
+        typer.Option("--format", help="json, geojson, csv or nav-path; without --out to stdout."),
+    ] = None,
     report: Report = None,
     json_: Json = False,
     verbose: Verbose = False,
 ) -> None:
     """Plan the route of least energy; options override fields of the file."""
+    _check_format(format_, json_, out)
     given = {
         "map": map_,
         "vehicle": vehicle,
@@ -73,13 +78,28 @@ def plan(
     asked = _plan_request(request, {k: v for k, v in given.items() if v is not None})
     with working() as how:
         answer = planner.plan_route(asked, **how)
-    document = documents.route_document(answer.to_json())
-    write_document(document, out)
+    text = formats.written(answer, format_ or "json")
+    if out is not None:
+        documents.write_whole(out, text.rstrip("\n") + "\n")
     if report is not None:
         from planner.report import write_report
 
         write_report([answer], report, f"Route over {asked.map}")
-    tell("plan", document, json_, out, report)
+    if format_ is not None and out is None:
+        typer.echo(text.rstrip("\n"))
+    else:
+        document = documents.route_document(answer.to_json())
+        tell("plan", document, json_, out, report)
+
+
+def _check_format(name: str | None, as_json: bool, out: Path | None) -> None:
+    """Refuse a format that there is not, or two formats for stdout, before planning."""
+    if name is not None and name not in formats.FORMATS:
+        accepted = ", ".join(formats.FORMATS)
+        raise RequestError("--format", "is not a format of routes", value=name, accepted=accepted)
+    if as_json and out is None and name not in (None, "json"):
+        accepted = "one of both, or --out for the file"
+        raise RequestError("--json", f"and --format {name} both write to stdout", accepted=accepted)
 
 
 def _command(

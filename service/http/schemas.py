@@ -38,6 +38,7 @@ class Problem(Described):
 
 _PROBLEMS = {
     404: "Nothing has this id.",
+    406: "`Accept` asks for a format that routes do not have.",
     409: "Conflicts with the current state.",
     413: "The body is too large.",
     415: "The content type is not JSON.",

@@ -22,6 +22,7 @@ from planner.search.requests import FrontRequest, MatrixRequest, PlanRequest, Re
 from planner.search.situation import KINDS
 from planner.terrain.catalogue import list_maps
 from service.documents import finite, route_document, strict
+from service.formats import written
 from service.jobs.outcomes import Catalogues
 from service.jobs.process import waited_s
 from service.jobs.relief import relief_of
@@ -46,12 +47,15 @@ def catalogues() -> Catalogues:
     )
 
 
-def plan_route(request: PlanRequest, report: bool = False) -> str:
-    """ROUTE.json of a request; its time budget counts from its arrival.
+def plan_route(request: PlanRequest, report: bool = False, format_: str = "json") -> str:
+    """A request's answer in a format; its time budget counts from its arrival.
 
-    With ``report`` it also has the answer's pictures and tables as HTML, over the whole map.
+    With ``report``, ROUTE.json also has the answer's pictures and tables as HTML, over the whole
+    map.
     """
     answer = planner.plan_route(less_waiting(request, waited_s()))
+    if format_ != "json":
+        return written(answer, format_)
     view = answer_view(answer, answer.terrain.extent) if report else None
     more = {} if view is None else {"report": "".join(view.sections)}
     return strict({**route_document(answer.to_json()), **more})

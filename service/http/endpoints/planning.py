@@ -10,6 +10,7 @@ from typing import Any
 
 from fastapi import APIRouter, Request, Response
 from pydantic import BaseModel
+from starlette.exceptions import HTTPException
 
 from planner.errors import RequestError
 from planner.search.requests import (
@@ -19,6 +20,7 @@ from planner.search.requests import (
     ReachRequest,
     SituationRequest,
 )
+from service.formats import MEDIA_TYPES, accepted
 from service.http.bodies import json_body
 from service.http.endpoints.answers import while_listening
 from service.http.requests import Report
@@ -43,22 +45,42 @@ FRONT_EXAMPLE = {**_WAREHOUSE, "points": 5}
 REACH_EXAMPLE = {**_FAULT, "energy_j": 1500}
 
 
+_OTHER_FORMATS = tuple(media for media in MEDIA_TYPES if media != "application/json")
+
+
 def _described(
-    asked: type[BaseModel], answered: type[BaseModel], example: dict[str, Any]
+    asked: type[BaseModel], answered: type[BaseModel], example: dict[str, Any], *other_media: str
 ) -> dict[str, Any]:
     """OpenAPI description of a question."""
-    answer = {200: {"model": answered, "description": answered.__doc__}}
-    return described(json_content(asked, example), answer, 413, 415, 422, 500, 503, 504)
+    content = {media: {"schema": {"type": "string"}} for media in other_media}
+    answer = {200: {"model": answered, "description": answered.__doc__, "content": content}}
+    return described(
+        json_content(asked, example),
+        answer,
+        *(406,) * bool(other_media),
+        413,
+        415,
+        422,
+        500,
+        503,
+        504,
+    )
 
 
-@router.post("/routes", **_described(PlanRequest, RouteAnswer, EXAMPLE))
+@router.post("/routes", **_described(PlanRequest, RouteAnswer, EXAMPLE, *_OTHER_FORMATS))
 async def plan_route(request: Request, service: Running, report: Report = False) -> Response:
     """Plan the route of least energy.
 
     The body is a PlanRequest. If no route exists, the status is 200 with `"status": "no_route"`.
-    A client that disconnects ends its own job.
+    A client that disconnects ends its own job. `Accept` chooses GeoJSON, CSV or nav_msgs/Path.
     """
-    return await _answered(request, service, "plan_route", PlanRequest, report)
+    best = accepted(request.headers.get("accept"))
+    if best is None:
+        raise HTTPException(406, f"a route is sent as one of {', '.join(MEDIA_TYPES)}")
+    media, format_ = best
+    answer = await _answered(request, service, "plan_route", PlanRequest, report, format_)
+    answer.headers["content-type"] = media
+    return answer
 
 
 @router.post("/matrices", **_described(MatrixRequest, MatrixAnswer, MATRIX_EXAMPLE))
@@ -80,7 +102,7 @@ async def energy_time_front(request: Request, service: Running) -> Response:
 
 
 async def _answered(
-    request: Request, service: Service, job: str, kind: type[SituationRequest], *options: bool
+    request: Request, service: Service, job: str, kind: type[SituationRequest], *options: bool | str
 ) -> Response:
     """JSON text from a worker; a client that disconnects ends its own job."""
     asked = kind.from_text(await json_body(request, service.settings.max_body_bytes))

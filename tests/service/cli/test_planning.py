@@ -7,7 +7,9 @@ from pathlib import Path
 
 import pytest
 
+import planner
 from service import cli
+from tests.report import synthetic
 from tests.service.cli.command import START_AND_GOAL, expect_refusal, joulepath
 from tests.service.cli.conftest import Fake
 from tests.service.route_documents import answer
@@ -124,3 +126,31 @@ def test_what_matrix_and_reach_cannot_use_is_refused(tmp_path: Path) -> None:
     expect_refusal(joulepath("matrix", "-", text='{"map": "cone", "starts": []}'), "starts")
     expect_refusal(joulepath("reach", "-", text='{"map": "cone"}'), "start", "is missing")
     expect_refusal(joulepath("matrix", str(tmp_path / "none.json")), "none.json", "cannot be read")
+
+
+def test_a_format_goes_to_stdout_or_into_the_file(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(vars(planner), "plan_route", lambda *_, **__: synthetic.answer())
+    asked = ["plan", "--map", "m", *START_AND_GOAL, "--format", "csv"]
+    assert cli.run(asked) == 0
+    printed = capsys.readouterr().out
+    assert printed.startswith("route,x,y,z,yaw,t,speed,energy_j\n0,2.0,5.0,")
+    file = tmp_path / "route.csv"
+    assert cli.run([*asked, "--out", str(file), "--json"]) == 0
+    assert file.read_text() == printed
+    assert json.loads(capsys.readouterr().out)["status"] == "ok"
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (("--format", "kml"), "--format: is not a format of routes (got 'kml')"),
+        (("--format", "csv", "--json"), "--json: and --format csv both write to stdout"),
+    ],
+)
+def test_formats_that_cannot_be_written(
+    options: tuple[str, ...], sentence: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.run(["plan", "--map", "m", *START_AND_GOAL, *options]) == 2
+    assert sentence in capsys.readouterr().err

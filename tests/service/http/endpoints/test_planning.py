@@ -199,3 +199,17 @@ def test_questions_about_many_routes_reach_a_worker(
     assert request.map == body["map"]
     problem = expect_problem(http.post(path, json={**body, "whither": {"x": 1, "y": 1}}), 422)
     assert problem["field"] == "whither"
+
+
+def test_accept_asks_the_worker_for_the_format(http: Http, workers: ScriptedWorkers) -> None:
+    workers.work = lambda *_: "route,x\n"
+    response = http.post("/v1/routes", json=GOOD, headers={"Accept": "text/csv"})
+    assert response.headers["content-type"].startswith("text/csv")
+    assert response.text == "route,x\n"
+    assert workers.asked[-1][1][-1] == "csv"
+
+
+def test_a_format_that_routes_do_not_have_is_refused(http: Http, workers: ScriptedWorkers) -> None:
+    response = http.post("/v1/routes", json=GOOD, headers={"Accept": "image/png"})
+    assert "application/geo+json" in expect_problem(response, 406)["detail"]
+    assert workers.asked == []
