@@ -31,7 +31,7 @@ def excess(energy: Document) -> float | None:
 
 
 def how_far(comparison: Document) -> str:
-    """What a comparison says, and whether the fit is refused."""
+    """What a comparison says, what the meter does, and whether the fit is refused."""
     fitted = ", fitted to this log," if comparison.get("fitted") else ""
     heldout = f", {watts(comparison['heldout_rmse_w'])} on held-out runs" if fitted else ""
     said = (
@@ -40,7 +40,9 @@ def how_far(comparison: Document) -> str:
         f"{watts(comparison['noise_floor_w'])}."
     )
     refused = comparison.get("refused_fit") or {}
-    return " ".join(filter(None, [said, refused.get("sentence")]))
+    meter = comparison.get("meter") or {}
+    shown = f"{meter['sentence']}." if meter else None
+    return " ".join(filter(None, [said, shown, refused.get("sentence")]))
 
 
 def what_came_of_it(adoption: Document) -> str:

@@ -219,6 +219,40 @@ def noise_of(
     return Noise(powers, spreads, reflections, shrink, by_run, floor), left
 
 
+def row_likelihood(
+    log: Telemetry, residual: Array, watts: Array, spread: Array, columns: Array
+) -> Array:
+    """Log-likelihood of every row once columns have taken what they can, up to a constant.
+
+    The noise may follow any autoregression, which is estimated anew: what a slow meter does to the
+    residual can also be noise that is slow, and only what goes beyond that speaks for a meter.
+
+    Args:
+        log: the rows.
+        residual: (n,) W, measured less modelled.
+        watts: (n,) W, modelled.
+        spread: (n,) W of single rows, up to a factor.
+        columns: (n, m) W per unit.
+
+    Returns:
+        (n,), 0 in the first row of each stretch, which no row before it foretells.
+    """
+    left = _leftover(residual, columns, 1.0 / spread)
+    size = max(_deviation(left / spread), 1e-9)
+    z = np.clip(left / (size * spread), -CLIP, CLIP)
+    reflections, shrink = _autoregression(log, z)
+    one = np.ones(1)
+    noise = Noise(np.zeros(1), one, reflections, shrink, np.zeros((2, 2)), 1.0)
+    white = noise.whiten(log, watts, np.ones(len(left)), z[:, None])[:, 0]
+    likelihood = -0.5 * huber(white)
+    last = len(shrink) - 1
+    for start, stop in log.segments():
+        order = np.minimum(np.arange(stop - start), last)
+        likelihood[start:stop] -= np.log(size * shrink[order])
+        likelihood[start] = 0.0
+    return likelihood
+
+
 def _deviation(values: Array) -> float:
     return _MAD * float(np.median(np.abs(values)))
 

@@ -62,6 +62,18 @@ class Regime(_Open):
     share_of_squared_error: float
 
 
+class Meter(_Open):
+    """How the power meter of a log averages."""
+
+    time_constant_s: dict[str, float | None]
+    """value and stderr of a first-order filter"""
+    delay_s: dict[str, float | None]
+    """value and stderr; a positive delay is a reading that comes late"""
+    sampling: Literal["mean", "end", "held"]
+    """a row's reading is its mean, that of its end, or one held from an earlier row"""
+    sentence: str
+
+
 class RefusedFit(Described):
     """A fit of the base model that held-out runs refute; the model as stated is used."""
 
@@ -81,6 +93,7 @@ class Comparison(_Open):
     r2: float | None
     heldout_rmse_w: float
     refused_fit: RefusedFit | None = None
+    meter: Meter | None = None
     noise_floor_w: float
     """lowest error that a model can reach"""
     energy: dict[str, Any]
@@ -120,6 +133,7 @@ class Diagnosis(_Open):
     experiments: list[dict[str, Any]]
     """runs that would separate tied effects"""
     refused_fit: RefusedFit | None = None
+    meter: Meter | None = None
 
 
 class Adoption(_Open):

@@ -25,7 +25,7 @@ Left out
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -41,12 +41,12 @@ from planner.quantities import INDEX
 from planner.shown import Shown
 from planner.telemetry.comparison.sums import RunComparison, Sums, curve_bins
 from planner.telemetry.estimation import FittedParameter, RefusedFit
-from planner.telemetry.holdout import base_fit, heldout_rmse
-from planner.telemetry.logs import Finding, Telemetry
+from planner.telemetry.holdout import heldout_rmse, meter_beside, metered_base_fit
+from planner.telemetry.logs import Finding, Meter, Telemetry
 from planner.telemetry.noise import Noise, noise_of, strongest_columns
 from planner.telemetry.other_terms import Dictionary
 from planner.telemetry.parameters import free_places
-from planner.telemetry.prediction import Nodes, input_uncertainty, predict, tangent
+from planner.telemetry.prediction import Nodes, as_shown, input_uncertainty, predict, tangent
 from planner.telemetry.quantities_of_motion import FURTHER, all_axes, temperature_of
 from planner.telemetry.regimes import Regime, find_regimes
 from planner.telemetry.sampling import LogSource, at_steady_speeds, open_source
@@ -66,6 +66,7 @@ class ComparedModel:
         parameters: of that fit.
         refused: None; where the model as stated beats its fit on held-out runs, both errors.
         noise_floor_w: W rms, about the error of a perfect model.
+        meter: what the power was read from; None shows the power as it is.
         measured, predicted: (k,) W of rows spread over the log, k <= CLOUD.
     """
 
@@ -74,6 +75,7 @@ class ComparedModel:
     parameters: tuple[FittedParameter, ...]
     refused: RefusedFit | None = None
     noise_floor_w: float
+    meter: Meter | None = None
     measured: Array
     predicted: Array
 
@@ -127,6 +129,7 @@ class Comparison(ComparedModel, Shown):
             "r2": self.r2,
             "heldout_rmse_w": self.heldout_rmse_w,
             "noise_floor_w": self.noise_floor_w,
+            "meter": None if self.meter is None else self.meter.to_json(),
             "energy": self.whole.energy(),
             "runs": [{**asdict(one), **one.energy()} for one in self.runs],
             "regimes": [regime.to_json() for regime in self.regimes],
@@ -163,7 +166,8 @@ def compare(
     done = 0
     for chunk in source.chunks():
         watch(0.65 + 0.35 * done / source.rows, f"comparing {source.rows:,} rows")
-        sums.add(chunk, predict(settled.model, at_steady_speeds(chunk)))
+        metered = replace(at_steady_speeds(chunk), meter=settled.meter)
+        sums.add(chunk, predict(settled.model, metered))
         done += len(chunk)
     whole = sums.whole()
     watch(1.0, "compared")
@@ -192,10 +196,12 @@ def _settle(
     steady = at_steady_speeds(sample)
     if fitted:
         watch(0.3, "fitting the base model")
-        result = base_fit(steady, model)
+        steady, result = metered_base_fit(steady, model)
         model, parameters, refused = result.model, result.parameters, result.refused
         watch(0.45, "predicting held-out runs")
         heldout = heldout_rmse(steady, result)
+    else:
+        steady = meter_beside(steady, model)
     watch(0.5, "separating noise from misfit")
     watts = predict(model, steady)
     finite = np.isfinite(watts)
@@ -223,6 +229,7 @@ def _settle(
         parameters=parameters,
         refused=refused,
         noise_floor_w=noise.floor_w,
+        meter=steady.meter,
         measured=sample.power[cloud],
         predicted=watts[cloud],
     )
@@ -238,7 +245,7 @@ def _noise(sample: Telemetry, model: PowerModel, watts: Array) -> tuple[Noise, A
     rows = sample.rows_for(model.surfaces)
     nodes = Nodes.of(sample, model)
     _, own = tangent(model, nodes, free_places(model, sample))
-    shapes = Dictionary.of(sample).columns(sample.rows)
+    shapes = as_shown(sample, Dictionary.of(sample).columns(sample.rows))
     ground = sample.rows[:, INDEX["surface"]]
     grounds = [ground == number for number in range(len(sample.surfaces))]
     others = np.column_stack([shapes, *_further(sample.rows), *grounds]).astype(float)

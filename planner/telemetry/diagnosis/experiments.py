@@ -198,6 +198,7 @@ class Advice:
             power=np.zeros(count),
             time=np.arange(count, dtype=float) * 10.0 * float(interval.max()),
             interval=np.zeros(count),
+            meter=None,
         )
         competitors, noise = self.examination.competitors, self.examination.noise
         watts, columns = competitors.raw(fake)

@@ -15,7 +15,7 @@ from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.shown import Shown
 from planner.telemetry.estimation import Fit, RefusedFit
-from planner.telemetry.logs import Telemetry
+from planner.telemetry.logs import Meter, Telemetry
 from planner.telemetry.regimes import Regime
 from planner.telemetry.terms import Addition
 
@@ -237,6 +237,11 @@ class Diagnosis(FittedModels, Shown):
     log: Mapping[str, Any]
 
     @property
+    def meter(self) -> Meter | None:
+        """What the power was read from; None shows the power as it is."""
+        return self.corrected.meter
+
+    @property
     def model(self) -> PowerModel:
         """The model with everything that ``selected`` and ``outside`` propose, fitted."""
         return self.fitted.model
@@ -263,6 +268,7 @@ class Diagnosis(FittedModels, Shown):
             "model": self.base.describe(),
             "log": dict(self.log),
             "refused_fit": None if self.refused is None else self.refused.to_json(),
+            "meter": None if self.meter is None else self.meter.to_json(),
         }
 
 

@@ -56,7 +56,9 @@ def sentence_of(diagnosis: Diagnosis, near: Sequence[str] = ()) -> str:
         near: effects that would look the same as what cannot be attributed.
     """
     verdict = _verdict_in_words(diagnosis, near)
-    return verdict if diagnosis.refused is None else f"{verdict} {diagnosis.refused.sentence}"
+    meter = None if diagnosis.meter is None else f"{diagnosis.meter.sentence}."
+    refused = None if diagnosis.refused is None else diagnosis.refused.sentence
+    return " ".join(filter(None, [verdict, meter, refused]))
 
 
 def _structure(diagnosis: Diagnosis) -> Regime | None:

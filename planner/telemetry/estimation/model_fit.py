@@ -30,7 +30,13 @@ from planner.telemetry.estimation.parameter_errors import covariance_of, profile
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import Noise, clipped, noise_of
 from planner.telemetry.parameters import free_places
-from planner.telemetry.prediction import Nodes, input_uncertainty, predict, tangent
+from planner.telemetry.prediction import (
+    Nodes,
+    input_uncertainty,
+    meter_columns,
+    predict,
+    tangent,
+)
 
 FIRST_STEP_GAIN = 10.0
 """Twice the log-likelihood that a step of the first fit must promise, see LEAST_STEP_GAIN."""
@@ -165,7 +171,12 @@ def _finished(
     spread = noise.spread(watts, input_error)
     given[:, 0] = clipped(given[:, 0], spread)
     everything = np.column_stack([found.columns, clipped(residual, spread), given])
-    white = noise.whiten(log, watts, spread, everything)
+    meter = meter_columns(log, predict(model, problem.nodes.unmetered()))
+    white = noise.whiten(log, watts, spread, np.column_stack([everything, meter]))
+    if meter.shape[1]:
+        # The meter is as unsure as the parameters are: they answer for what it leaves alone.
+        white, beside = np.split(white, [everything.shape[1]], axis=1)
+        white = white - beside @ np.linalg.lstsq(beside, white, rcond=None)[0]
     covariance, known = covariance_of(problem, white)
     stderr = np.full(len(model.parameters), np.nan) if model.stderr is None else model.stderr.copy()
     stderr[index] = np.sqrt(np.diag(covariance))

@@ -5,8 +5,9 @@
     examination.evidence                                  # statistics for all tests
     examination.testable["air_drag"]                      # None, or why it is not identifiable
 
-The order of the columns: Jacobian of the model, candidates of the catalogue, errors of sensors,
-shapes, residual. Residuals count at most a few spreads (planner.telemetry.noise).
+The order of the columns: Jacobian of the model and of the log's meter, candidates of the catalogue,
+errors of sensors, shapes, residual. All are as the meter shows them. Residuals count at most a few
+spreads (planner.telemetry.noise).
 
 An effect is not identifiable where less than 0.2 % of a column survives refitting the model; where
 what survives is no larger than the sensors' own errors; or where it would have to exceed a tenth of
@@ -26,7 +27,13 @@ from planner.telemetry.evidence.gram_matrices import RowClusters
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import Noise, clipped, noise_of, strongest_columns
 from planner.telemetry.other_terms import SENSORS, Dictionary, Sensor
-from planner.telemetry.prediction import Nodes, input_uncertainty
+from planner.telemetry.prediction import (
+    Nodes,
+    as_shown,
+    input_uncertainty,
+    meter_columns,
+    predict,
+)
 from planner.telemetry.sampling import cluster_numbers, stretches
 from planner.telemetry.terms import CandidateLibrary, Term
 
@@ -71,6 +78,7 @@ class DesignColumns:
         exact: take the inputs for exact: a column that their errors would drown counts as well.
         testable_before: effects that an earlier round could tell and chose, or found tied with its
             choice. Around another model they stay in the race with smaller margins.
+        meter_numbers: fitted numbers of the log's meter; their columns stand beside the model's.
     """
 
     library: CandidateLibrary
@@ -78,11 +86,12 @@ class DesignColumns:
     sensors: tuple[Sensor, ...] = tuple(SENSORS.values())
     exact: bool = False
     testable_before: frozenset[str] = frozenset()
+    meter_numbers: int = 0
 
     @property
     def tangent(self) -> int:
-        """Number of the model's own columns."""
-        return len(self.library.places)
+        """Number of the columns of the model and of the meter."""
+        return len(self.library.places) + self.meter_numbers
 
     def candidate(self, number: int) -> int:
         """Column of a candidate of the library."""
@@ -109,7 +118,13 @@ class DesignColumns:
         nodes = Nodes.of(log, model)
         watts, tangent, candidates = self.library.columns(nodes)
         sensors = [sensor.column(log, model, watts) for sensor in self.sensors]
-        shapes = self.dictionary.columns(rows)
+        shapes = as_shown(log, self.dictionary.columns(rows))
+        if self.meter_numbers:
+            # Rows that no meter has shown, of a drive that is only thought of, know nothing of it.
+            meter = np.zeros((len(log), self.meter_numbers))
+            if log.meter is not None:
+                meter[:] = meter_columns(log, predict(model, nodes.unmetered()))
+            tangent = np.column_stack([tangent, meter])
         # What is held counts as not explained yet: its columns compete with all others for it.
         held = list(self.library.held)
         residual = log.power - watts + candidates[:, held] @ self.library.amplitudes[held]
@@ -308,7 +323,8 @@ def over_sensor_errors(log: Telemetry, plain: Examination) -> Array:
     Both as sums of squares on some rows, with inputs disturbed by SENSOR_ERRORS.
     """
     competitors = plain.competitors
-    step = max(len(log) // PROBE_ROWS, 1)
+    # A meter shows what was before: rows alone would not do.
+    step = max(len(log) // PROBE_ROWS, 1) if log.meter is None else 1
     at = np.arange(0, len(log), step)
     probe = log.take(at)
     rng = np.random.default_rng(7)

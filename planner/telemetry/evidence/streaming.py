@@ -144,7 +144,8 @@ def _reduced(
         old.residual,
     ]
     faults = tuple(old.sensors[column - old.sensor(0)] for column in sensors)
-    return DesignColumns(library, dictionary, faults), kept, terms
+    reduced = DesignColumns(library, dictionary, faults, meter_numbers=old.meter_numbers)
+    return reduced, kept, terms
 
 
 def _worth_summing(

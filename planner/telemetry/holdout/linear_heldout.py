@@ -45,7 +45,7 @@ class LinearHeldout:
         evidence, examination = self.examination.evidence, self.examination
         at = [*evidence.tangent.tolist(), *columns]
         prior = np.zeros((len(at), len(at)))
-        own = range(len(evidence.tangent))
+        own = range(len(self.prior))
         prior[np.ix_(own, own)] = self.prior
         squares = 0.0
         for fold, gram in self.grams.items():

@@ -1,9 +1,11 @@
 """Telemetry logs as rows of the power model.
 
 Telemetry.read and Telemetry.chunks read CSV, Parquet and rosbag2 files, check them and derive what
-is missing. A log knows its runs and its stretches without gaps.
+is missing. A log knows its runs, its stretches without gaps, and the Meter that its power was read
+from.
 """
 
 from planner.telemetry.logs.log import Finding, Telemetry, pieces_of
+from planner.telemetry.logs.meter import Meter, Sampling
 
-__all__ = ["Finding", "Telemetry", "pieces_of"]
+__all__ = ["Finding", "Meter", "Sampling", "Telemetry", "pieces_of"]

@@ -44,6 +44,7 @@ from planner.telemetry.logs.columns import (
 from planner.telemetry.logs.files import Block, LogFile
 from planner.telemetry.logs.formats import open_log
 from planner.telemetry.logs.mapping import Column, Mapping, read_mapping
+from planner.telemetry.logs.meter import Meter
 
 __all__ = ["Finding", "Telemetry", "pieces_of"]
 
@@ -72,6 +73,7 @@ class Telemetry(Rows):
         report: what was found; of a chunk, up to its end, so that the last chunk's is complete.
         source: path of the log.
         power_at: "terminals" or "source", from the mapping file.
+        meter: what the power was read from; None shows the power as it is.
     """
 
     run_names: tuple[str, ...]
@@ -82,6 +84,7 @@ class Telemetry(Rows):
     report: tuple[Finding, ...]
     source: str
     power_at: str = "terminals"
+    meter: Meter | None = None
 
     SPEED_ERROR: ClassVar[tuple[float, float, float]] = (0.01, 0.01, 0.03)
     """m/s, m/s and rad/s: what odometry usually errs by in vx, vy and wz."""

@@ -11,10 +11,10 @@ seems to climb for nothing.
     roll_offset           rad   added to roll
     speed_scale           1     vx and vy are too large by this share (with derived acceleration)
     heading_misalignment  rad   velocity is turned by this angle in the body frame
-    power_delay           s     power lags the motion
     power_scale           1     power is too large by this share
 
-An offset of the power is not among them: it is aliased with the electronics' constant load.
+An offset of the power is not among them: it is aliased with the electronics' constant load. Neither
+is a delay, which belongs to the meter (planner.telemetry.estimation.meter_fit).
 """
 
 from __future__ import annotations
@@ -72,12 +72,6 @@ class Sensor:
         """
         if self.kind == "power_scale":
             return watts.copy()
-        if self.kind == "power_delay":
-            slope = np.zeros(len(log))
-            for start, stop in log.segments():
-                if stop - start > 2:
-                    slope[start:stop] = np.gradient(watts[start:stop], log.time[start:stop])
-            return -slope
         size = self.step if size is None else size
         return (predict(model, self.correct(log, size)) - watts) / size
 
@@ -125,20 +119,6 @@ def _turned(log: Telemetry, angle: float) -> Telemetry:
     return _changed(log, **changed)
 
 
-def _earlier(log: Telemetry, delay: float) -> Telemetry:
-    """The power moved back in time."""
-    return replace(log, power=seen_after(log, log.power, delay))
-
-
-def seen_after(log: Telemetry, watts: Array, delay: float) -> Array:
-    """Power (n,) W ``delay`` s after every row, linear between rows of the same stretch."""
-    later = watts.copy()
-    for start, stop in log.segments():
-        time = log.time[start:stop]
-        later[start:stop] = np.interp(time + delay, time, watts[start:stop])
-    return later
-
-
 def _smaller_power(log: Telemetry, share: float) -> Telemetry:
     return replace(log, power=log.power / (1.0 + share))
 
@@ -151,8 +131,6 @@ _SPEED = 0.01, 0.04, 0.25, 0.02
 """Share of the speed."""
 _TURN = 0.01, 0.05, 0.3, 0.02
 """rad."""
-_DELAY = 0.06, 0.3, 3.0, 0.05
-"""s."""
 _POWER = 0.01, 0.05, 0.4, 0.02
 """Share of the power."""
 _MISALIGNED = "the velocity is turned by {value} rad in the body frame"
@@ -163,7 +141,6 @@ SENSORS: dict[str, Sensor] = {
         ("roll_offset", "rad", _TILT, "the roll sensor is off by {value} rad", _rolled),
         ("speed_scale", "1", _SPEED, "speeds are too large by a share of {value}", _slower),
         ("heading_misalignment", "rad", _TURN, _MISALIGNED, _turned),
-        ("power_delay", "s", _DELAY, "power lags the motion by {value} s", _earlier),
         ("power_scale", "1", _POWER, "power is too large by a share of {value}", _smaller_power),
     )
 }

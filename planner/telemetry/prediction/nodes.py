@@ -21,6 +21,7 @@ from planner.arrays import Array, Integers
 from planner.power.model import PowerModel
 from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
+from planner.telemetry.prediction.meter import Readings
 
 MOMENTS, MANY_MOMENTS = 3, 7
 """Moments of a divided row, and the number that shows how far so few of them are off."""
@@ -37,17 +38,24 @@ class Nodes(NamedTuple):
         rows: (N, ROW_LENGTH) inputs of the model, N ≥ n.
         first: (n + 1,) rows[first[k]:first[k+1]] stand for row k of the log.
         weight: (N,) their shares, which add up to 1 for every row of the log.
+        readings: what the log's meter shows of the power; None shows it as it is.
     """
 
     rows: Array
     first: Integers
     weight: Array
+    readings: Readings | None = None
 
     @classmethod
     def of(cls, log: Telemetry, model: PowerModel, *, finely: bool = False) -> Nodes:
         """The nodes of a log; ``finely`` takes more moments, to show what the few leave out."""
         moments = MANY_MOMENTS if finely else MOMENTS
-        return interval_nodes(log.rows_for(model.surfaces), log.interval, model, moments)
+        plain = interval_nodes(log.rows_for(model.surfaces), log.interval, model, moments)
+        return plain._replace(readings=Readings.of(log))
+
+    def unmetered(self) -> Nodes:
+        """The same rows with the power as it is at the supply."""
+        return self._replace(readings=None)
 
 
 def interval_nodes(

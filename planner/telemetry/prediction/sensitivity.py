@@ -103,7 +103,7 @@ def differences(model: PowerModel, nodes: Nodes, variants: Array) -> tuple[Array
         variants: (m, P) whole parameter arrays.
 
     Returns:
-        (n,) W and (n, m) W.
+        (n,) W and (n, m) W, as the log's meter shows them.
     """
     variants = np.ascontiguousarray(variants, dtype=float).reshape(-1, len(model.parameters))
     count = len(nodes.first) - 1
@@ -134,6 +134,8 @@ def differences(model: PowerModel, nodes: Nodes, variants: Array) -> tuple[Array
         piece(0)
     else:
         list(_threads(os.getpid()).map(piece, starts))
+    if nodes.readings is not None:
+        watts, columns = nodes.readings.shown(watts), nodes.readings.change(columns)
     return watts, columns
 
 

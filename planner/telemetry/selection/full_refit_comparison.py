@@ -24,7 +24,6 @@ from planner.telemetry.estimation import Fit
 from planner.telemetry.evidence import Examination
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import clipped
-from planner.telemetry.other_terms import seen_after
 from planner.telemetry.sampling import cluster_numbers
 from planner.telemetry.selection.select_effects import Selection
 from planner.telemetry.selection.subset_search import CompetingModel
@@ -145,7 +144,7 @@ class FullFits:
         log, examination = self.log, self.examination
         additions = []
         library = examination.competitors.library
-        corrected, factor, delay, surprise = log, 1.0, 0.0, 0.0
+        corrected, factor, surprise = log, 1.0, 0.0
         for member, values in zip(alternative.members, alternative.coefficients, strict=True):
             if not member.sensor:
                 additions.append(Addition.of(library, member.term, values))
@@ -156,15 +155,9 @@ class FullFits:
             surprise += 0.5 * (size / sensor.usual) ** 2
             if sensor.kind == "power_scale":
                 factor *= 1.0 + size  # residuals count in the watts that were measured
-            elif sensor.kind == "power_delay":
-                delay = size
         noise, within = examination.noise, library.model
         fitted = fit_with(self.base.model, corrected, additions, noise=noise, within=within)
         residual = factor * fitted.residual
-        if delay:
-            # Against the power as it was measured: between two rows, noise would average out.
-            modelled = factor * (corrected.power - fitted.residual)
-            residual = log.power - seen_after(log, modelled, -delay)
         spread = examination.spread
         white = noise.whiten(log, examination.watts, spread, clipped(residual, spread)[:, None])
         return np.asarray(-0.5 * white[:, 0] ** 2), surprise

@@ -21,9 +21,16 @@ from planner.power.model import PowerModel
 from planner.progress import Progress
 from planner.telemetry.estimation import Fit
 from planner.telemetry.evidence import DesignColumns, Examination, examine
-from planner.telemetry.holdout import base_fit, heldout_rmse
-from planner.telemetry.logs import Telemetry
+from planner.telemetry.holdout import (
+    base_fit,
+    heldout_rmse,
+    meter_beside,
+    metered_base_fit,
+    same_meter,
+)
+from planner.telemetry.logs import Meter, Telemetry
 from planner.telemetry.other_terms import SENSORS, Dictionary, Sensor
+from planner.telemetry.prediction import meter_columns
 from planner.telemetry.selection.full_refit_comparison import FullFits
 from planner.telemetry.selection.select_effects import RankedTerm, Selection, select
 from planner.telemetry.selection.subset_search import CompetingModel, Member, members_of
@@ -90,12 +97,38 @@ def investigate(
         as_stated: lay out around the model as it is given, not around its fit: where a strong
             effect has bent the fit out of shape, columns around it point nowhere (at_bounds).
     """
+    found = _without_faults(sample, start, extra, watch, as_stated=as_stated)
+    if not found.additions:
+        return found
+    # Around the effects that were found the meter may be another, or none.
+    places = found.fitted.places
+    metered = meter_beside(found.log, found.fitted.model, places)
+    if same_meter(metered.meter, found.log.meter):
+        return found
+    meter = metered.meter
+    return _without_faults(sample, start, extra, watch, as_stated=as_stated, known=(meter,))
+
+
+def _without_faults(
+    sample: Telemetry,
+    start: PowerModel,
+    extra: Extra,
+    watch: Progress,
+    *,
+    as_stated: bool,
+    known: tuple[Meter | None] | None = None,
+) -> Found:
+    """Search rows for effects and faults of sensors; ``known`` is the meter where it is."""
     corrections: dict[str, tuple[float, float]] = {}
     believed = set(SENSORS)
     log = sample
     for number in range(MOST_SENSOR_ROUNDS):
         watch(0.15 + 0.05 * number, "laying out what every effect would add")
-        base = base_fit(log, start)
+        if known is None:
+            log, base = metered_base_fit(log, start)
+        else:
+            log = replace(log, meter=known[0])
+            base = base_fit(log, start)
         origin = replace(base, model=start) if as_stated else base
         library = candidate_library(origin.model, log, extra=extra)
         # A sensor that was corrected once may be corrected further by however little.
@@ -154,7 +187,9 @@ def _settled(
     exact: bool,
 ) -> Found:
     """Choose, refit, lay out anew, until the choice stays; ``exact`` as in DesignColumns."""
-    competitors = DesignColumns(library, Dictionary.of(log), sensors, exact=exact)
+    numbers = meter_columns(log.take(slice(0, 2)), log.power[:2]).shape[1]
+    dictionary = Dictionary.of(log)
+    competitors = DesignColumns(library, dictionary, sensors, exact=exact, meter_numbers=numbers)
     examination = examine(log, competitors)
     known: list[CompetingModel] = []
     reached = share

@@ -7,11 +7,11 @@ found.selection, found.additions, found.fitted, found.searched
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 
 from planner.power.model import PowerModel
 from planner.progress import Progress
 from planner.telemetry.evidence import examine_all
+from planner.telemetry.logs import Telemetry
 from planner.telemetry.sampling import LogSource
 from planner.telemetry.selection.backward_elimination import without_unsupported
 from planner.telemetry.selection.known_aliases import with_known_aliases
@@ -49,7 +49,10 @@ def find_missing_effects(
 
 def _with_all_rows(source: LogSource, found: Found, watch: Progress) -> Found:
     """Choose again with the statistics of the whole log, around the result of the sample."""
-    correct = partial(corrected, corrections=found.corrections)
+
+    def correct(chunk: Telemetry) -> Telemetry:
+        return replace(corrected(chunk, found.corrections), meter=found.log.meter)
+
     members = [c for m in found.selection.members for c in m.columns]
     alternatives = {name for aliased in found.selection.aliases.values() for name in aliased}
     examination = examine_all(source, found.examination, members, alternatives, correct, watch)

@@ -1,0 +1,225 @@
+"""The meter of a log, estimated beside a model: time constant, delay and sampling moment.
+
+    log = with_meter(log, model, places)       # the same rows with their meter, or as they were
+
+A meter that averages, or whose reading comes late, is linear in the power. So the model's tangent
+goes through the same meter as its power, and its parameters take at every trial of the meter what
+they can (variable projection: Golub & Pereyra, SIAM J. Numer. Anal. 10(2), 1973).
+
+No meter is the null hypothesis: its time constant and delay are zero, so the hypotheses are nested.
+Both have noise of any autocorrelation (planner.telemetry.noise.row_likelihood). A meter is believed
+where it makes the log much likelier, in most of its clusters, and not by smoothing alone: noise of
+the speeds asks for that too, but symmetrically. A meter's readings come late.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize
+
+from planner.arrays import Array, Integers
+from planner.power.model import PowerModel
+from planner.telemetry.logs import Meter, Telemetry
+from planner.telemetry.noise import noise_of, row_likelihood
+from planner.telemetry.prediction import Nodes, Readings, held_rows, input_uncertainty, tangent
+from planner.telemetry.sampling import cluster_numbers
+
+LEAST_GAIN = 12.0
+"""Log-likelihood by which a meter must lead none: e^12 to one against it."""
+LEAST_Z = 3.84
+"""Standard errors over clusters of that lead."""
+FILTER_GAIN = 6.0
+"""Log-likelihood by which a filter must lead a plain delay."""
+LEAST_LAG_ROWS = 0.3
+"""Rows by which readings must be late or early; less is what rows average over."""
+HELD_SHARE = 0.3
+"""Share of rows with the reading of the row before from which a meter may hold its readings."""
+TIME_CONSTANTS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
+"""Rows; where the search begins."""
+DELAYS = (-1.0, -0.5, 0.5, 1.0, 2.0, 4.0, 8.0)
+"""Rows; where the search for a plain delay begins."""
+LONGEST = 5.0
+"""s; longest time constant and delay that are believed."""
+LEAST_DELAY = 0.06
+"""s; a smaller delay without a filter is what derivatives and slipping wheels blur."""
+END_ROWS = 0.5
+"""Rows by which readings of a row's end lead its mean."""
+NEARLY = 6.0
+"""Log-likelihood that a search may still gain over where it begins."""
+FIRST_STEP, ERROR_STEP = 0.3, 0.1
+"""Rows, or logarithms of the time constant: first steps of a search, and of a derivative."""
+TIME_CONSTANT, DELAY = BOTH = "time_constant_s", "delay_s"
+"""Numbers of a meter that are fitted."""
+LEAST_ROWS = 100
+"""Rows below which a log tells nothing of its meter."""
+
+
+@dataclass(frozen=True)
+class _Search:
+    """Likelihood of a log as a function of its meter.
+
+    ``together`` is (n, 1 + m): W of the model at the supply, and its columns.
+    """
+
+    log: Telemetry
+    together: Array
+    spread: Array
+    clusters: Integers
+    interval: float
+
+    def rows(self, meter: Meter | None) -> Array:
+        """(n,) log-likelihood of every row."""
+        readings = Readings.of(replace(self.log, meter=meter))
+        shown, carried = self.together, np.zeros(len(self.log))
+        if readings is not None:
+            shown, carried = readings.change(shown), readings.carried
+        watts = shown[:, 0] + carried
+        residual = self.log.power - watts
+        return row_likelihood(self.log, residual, watts, self.spread, shown[:, 1:])
+
+    def best(self, starts: Sequence[Meter], *names: str) -> tuple[Meter, float]:
+        """The likeliest meter near the likeliest of some, and its log-likelihood.
+
+        Args:
+            starts: where the search may begin.
+            names: numbers of the meter that are free.
+        """
+        scores = [float(self.rows(meter).sum()) for meter in starts]
+        start = starts[int(np.argmax(scores))]
+        begin = np.array([self._coordinate(name, getattr(start, name)) for name in names])
+
+        def cost(x: Array) -> float:
+            return -float(self.rows(self._at(start, names, x)).sum())
+
+        simplex = begin + FIRST_STEP * np.vstack([np.zeros(len(begin)), np.eye(len(begin))])
+        options: Any = {"xatol": 0.01, "fatol": 0.05, "maxfev": 60, "initial_simplex": simplex}
+        found = minimize(cost, begin, method="Nelder-Mead", options=options)
+        return self._at(start, names, found.x), -float(found.fun)
+
+    def _coordinate(self, name: str, value: float) -> float:
+        # In rows; a time constant, which stays positive, as its logarithm.
+        rows = value / self.interval
+        return float(np.log(rows)) if name == TIME_CONSTANT else rows
+
+    def _at(self, meter: Meter, names: Sequence[str], x: Array) -> Meter:
+        for name, place in zip(names, x, strict=True):
+            rows = np.exp(place) if name == TIME_CONSTANT else place
+            meter = meter.with_number(name, float(np.clip(rows * self.interval, -LONGEST, LONGEST)))
+        return meter
+
+    def errors(self, meter: Meter, *names: str) -> Array:
+        """(k,) standard errors: curvature of the likelihood, or scatter over clusters if wider."""
+        value = np.array([self._coordinate(name, getattr(meter, name)) for name in names])
+        count, steps = len(names), np.full(len(names), ERROR_STEP)
+
+        def at(x: Array) -> Array:
+            return self.rows(self._at(meter, names, x))
+
+        middle = float(at(value).sum())
+        ends = [(at(value - step), at(value + step)) for step in np.diag(steps)]
+        curvature = np.diag([2.0 * middle - float((a + b).sum()) for a, b in ends])
+        if count == 2:
+            both = 2.0 * middle - float((at(value + steps) + at(value - steps)).sum())
+            mixed = 0.5 * (both - float(np.trace(curvature)))
+            # Rounding and kinks must leave a positive matrix.
+            most = 0.99 * np.sqrt(max(curvature[0, 0] * curvature[1, 1], 0.0))
+            curvature[0, 1] = curvature[1, 0] = np.clip(mixed, -most, most)
+        curvature[np.diag_indices(count)] = np.maximum(np.diag(curvature), 1e-9)
+        inverse = np.linalg.inv(curvature / np.outer(steps, steps))
+        slopes = [(b - a) / (2.0 * step) for (a, b), step in zip(ends, steps, strict=True)]
+        by_cluster = np.stack([np.bincount(self.clusters, one) for one in slopes])
+        sandwich = inverse @ (by_cluster @ by_cluster.T) @ inverse
+        errors = np.sqrt(np.maximum(np.diag(inverse), np.diag(sandwich)))
+        sizes = [meter.time_constant_s if n == TIME_CONSTANT else self.interval for n in names]
+        return np.asarray(errors * sizes)
+
+
+def with_meter(
+    log: Telemetry, model: PowerModel, places: Sequence[int], beside: Array | None = None
+) -> Telemetry:
+    """The log with the meter that its power was read from.
+
+    Args:
+        log: the rows; their meter is estimated anew.
+        model: around which the power is linear.
+        places: numbers of its parameters that may take what they can.
+        beside: (n, m) W per unit, columns of effects that may be missing.
+
+    Returns:
+        The log; without a meter where it does not clearly show one.
+    """
+    log = replace(log, meter=None)
+    if len(log) < LEAST_ROWS:
+        return log
+    watts, columns = tangent(model, Nodes.of(log, model), places)
+    if beside is not None:
+        columns = np.column_stack([columns, beside])
+    input_error = input_uncertainty(model, log.rows_for(model.surfaces))
+    noise, _ = noise_of(log, log.power - watts, watts, input_error, columns)
+    spread = noise.spread(watts, input_error)
+    interval = float(np.median(log.interval))
+    together = np.column_stack([watts, columns])
+    search = _Search(log, together, spread, cluster_numbers(log), interval)
+    return replace(log, meter=_believed(search))
+
+
+def _believed(search: _Search) -> Meter | None:
+    log, interval = search.log, search.interval
+    nothing = search.rows(None)
+    repeated = 1.0 - len(np.unique(held_rows(log))) / len(log)
+    kinds = [Meter(), *([Meter(sampling="held")] if repeated > HELD_SHARE else [])]
+    delays = [
+        replace(kind, delay_s=rows * interval)
+        for kind in kinds
+        for rows in ((0.0, *DELAYS) if kind.sampling == "held" else DELAYS)
+        if abs(rows) * interval <= LONGEST
+    ]
+    filters = [
+        replace(kind, time_constant_s=rows * interval)
+        for kind in kinds
+        for rows in TIME_CONSTANTS
+        if rows * interval <= LONGEST
+    ]
+    least = float(nothing.sum()) + LEAST_GAIN
+    if max(float(search.rows(meter).sum()) for meter in (*delays, *filters)) < least - NEARLY:
+        return None
+    plain, plain_score = search.best(delays, DELAY)
+    meter, score = search.best([*filters, replace(plain, time_constant_s=interval)], *BOTH)
+    late = meter.time_constant_s + meter.delay_s > LEAST_LAG_ROWS * interval
+    if late and score - plain_score > FILTER_GAIN:
+        found = _at_known_moment(search, meter, *BOTH)
+    else:
+        found = _at_known_moment(search, plain, DELAY)
+        if found.sampling == "mean" and abs(found.delay_s) < LEAST_DELAY:
+            return None
+    gain = np.bincount(search.clusters, search.rows(found) - nothing)
+    scatter = float(gain.std()) * np.sqrt(len(gain)) + 1e-12
+    return found if gain.sum() > max(LEAST_GAIN, LEAST_Z * scatter) else None
+
+
+def _at_known_moment(search: _Search, meter: Meter, *free: str) -> Meter:
+    """The meter with its errors, read at the mean or the end of a row where it nearly is.
+
+    Between rows the power is not known, and a filter can trade some of its length for a delay. So
+    what lies near one of the two moments is taken to be there.
+    """
+    errors = dict(zip(free, search.errors(meter, *free), strict=True))
+    early = -meter.delay_s / search.interval
+    if meter.sampling == "mean" and early > LEAST_LAG_ROWS:
+        meter = replace(meter, sampling="end", delay_s=meter.delay_s + END_ROWS * search.interval)
+    rest = abs(meter.delay_s)
+    if meter.sampling != "held" and rest <= LEAST_LAG_ROWS * search.interval:
+        meter = replace(meter, delay_s=0.0)
+        if TIME_CONSTANT in free:
+            meter, _ = search.best([meter], TIME_CONSTANT)
+            errors[TIME_CONSTANT] = np.hypot(search.errors(meter, TIME_CONSTANT)[0], 0.5 * rest)
+        errors[DELAY] = np.hypot(errors[DELAY], 0.5 * rest)
+    return replace(
+        meter,
+        time_constant_error_s=float(errors.get(TIME_CONSTANT, 0.0)),
+        delay_error_s=float(errors[DELAY]),
+    )

@@ -1,0 +1,87 @@
+"""The base fit of a log together with the meter that its power was read from.
+
+    log, base = metered_base_fit(log, start)     # log.meter is None where it shows none
+
+The meter and the parameters are fitted in turn, each with the other free to first order, until the
+meter stays. Plain shapes over the axes of motion may take what they can beside the model, so that a
+missing effect is no meter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from planner.power.model import PowerModel
+from planner.telemetry.estimation import Fit, with_meter
+from planner.telemetry.holdout.heldout import base_fit, heldout_rmse
+from planner.telemetry.logs import Meter, Telemetry
+from planner.telemetry.noise import strongest_columns
+from planner.telemetry.other_terms import Dictionary
+from planner.telemetry.parameters import free_places
+from planner.telemetry.prediction import Nodes, tangent
+
+MOST_ROUNDS = 3
+"""Rounds of fitting the meter and the parameters."""
+SETTLED_ERRORS = 0.5
+"""Standard errors by which a meter may still move."""
+
+
+def metered_base_fit(log: Telemetry, start: PowerModel) -> tuple[Telemetry, Fit]:
+    """The base model fitted to a log, and the log with its meter.
+
+    Args:
+        log: the rows; their meter is estimated anew.
+        start: the model as stated; where the fit starts.
+    """
+    log = replace(log, meter=None)
+    plain = base_fit(log, start)
+    metered = meter_beside(log, start)
+    if metered.meter is None:
+        metered = meter_beside(log, plain.model)
+    found = log, plain
+    error = heldout_rmse(log, plain)
+    for _ in range(MOST_ROUNDS):
+        if metered.meter is None:
+            break
+        fitted = base_fit(metered, start)
+        better = heldout_rmse(metered, fitted)
+        if better >= error:
+            break
+        found, error = (metered, fitted), better
+        metered = meter_beside(log, fitted.model)
+        if same_meter(metered.meter, found[0].meter):
+            break
+    return found
+
+
+def meter_beside(
+    log: Telemetry, model: PowerModel, places: Sequence[int] | None = None
+) -> Telemetry:
+    """The log with the meter that it shows beside a model and plain shapes.
+
+    Args:
+        log: the rows.
+        model: what is known of the power.
+        places: numbers of its free parameters; None takes all that may be fitted.
+    """
+    log = replace(log, meter=None)
+    places = free_places(model, log) if places is None else places
+    watts, own = tangent(model, Nodes.of(log, model), places)
+    shapes = Dictionary.of(log).columns(log.rows)
+    chosen = strongest_columns(log.power - watts, own, shapes)
+    return with_meter(log, model, places, shapes[:, chosen])
+
+
+def same_meter(one: Meter | None, other: Meter | None) -> bool:
+    """Whether two estimates of a meter are the same but for their errors."""
+    if one is None or other is None:
+        return one is other
+    near = abs(one.time_constant_s - other.time_constant_s) <= SETTLED_ERRORS * np.hypot(
+        one.time_constant_error_s, other.time_constant_error_s
+    ) and abs(one.delay_s - other.delay_s) <= SETTLED_ERRORS * np.hypot(
+        one.delay_error_s, other.delay_error_s
+    )
+    return bool(near) and one.sampling == other.sampling

@@ -1,0 +1,77 @@
+"""The power meter of a log: how it averages, and the moment that a row's reading belongs to.
+
+    meter = Meter(time_constant_s=0.4)
+    replace(log, meter=meter)      # every prediction for this log is then what the meter shows
+    meter.sentence                 # "your meter averages over 0.40 ± 0.02 s"
+
+Sign
+    a positive delay is a reading that comes late.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+Sampling = Literal["mean", "end", "held"]
+
+
+@dataclass(frozen=True)
+class Meter:
+    """A first-order filter with a delay.
+
+    Attributes:
+        time_constant_s, delay_s: of the filter, and by how much later the reading comes.
+        sampling: a row's reading is its "mean", that of its "end", or one "held" from the last row
+            in which a slower meter had a new one.
+        time_constant_error_s, delay_error_s: standard errors; 0 for what was not fitted.
+    """
+
+    time_constant_s: float = 0.0
+    delay_s: float = 0.0
+    sampling: Sampling = "mean"
+    time_constant_error_s: float = 0.0
+    delay_error_s: float = 0.0
+
+    def with_number(self, name: str, value: float) -> Meter:
+        """The meter with another ``time_constant_s`` or ``delay_s``."""
+        numbers: dict[str, Any] = {name: value}
+        return replace(self, **numbers)
+
+    @property
+    def sentence(self) -> str:
+        """What the meter does, in words."""
+        said = []
+        if self.time_constant_s > 0.0:
+            said.append(
+                f"averages over {_seconds(self.time_constant_s, self.time_constant_error_s)}"
+            )
+        if abs(self.delay_s) > self.delay_error_s:
+            way = "lags" if self.delay_s > 0.0 else "leads"
+            said.append(f"{way} the motion by {_seconds(abs(self.delay_s), self.delay_error_s)}")
+        moment = {
+            "mean": "",
+            "end": "is read at the end of each row",
+            "held": "holds a reading over several rows",
+        }[self.sampling]
+        said += [moment] if moment else []
+        return "Your meter " + " and ".join([", ".join(said[:-1]), said[-1]] if said[1:] else said)
+
+    def to_json(self) -> dict[str, Any]:
+        """The entry ``meter`` of a comparison and of a diagnosis."""
+        return {
+            "time_constant_s": _estimate(self.time_constant_s, self.time_constant_error_s),
+            "delay_s": _estimate(self.delay_s, self.delay_error_s),
+            "sampling": self.sampling,
+            "sentence": self.sentence,
+        }
+
+
+def _seconds(value: float, error: float) -> str:
+    places = 2 if error <= 0.0 else max(0, min(4, 1 - math.floor(math.log10(error))))
+    return f"{value:.{places}f} ± {error:.{places}f} s" if error > 0.0 else f"{value:.{places}f} s"
+
+
+def _estimate(value: float, error: float) -> dict[str, float | None]:
+    return {"value": value, "stderr": error if error > 0.0 else None}
