@@ -200,8 +200,6 @@ def _settle(
         model, parameters, refused = result.model, result.parameters, result.refused
         watch(0.45, "predicting held-out runs")
         heldout = heldout_rmse(steady, result)
-    else:
-        steady = meter_beside(steady, model)
     watch(0.5, "separating noise from misfit")
     watts = predict(model, steady)
     finite = np.isfinite(watts)
@@ -213,6 +211,9 @@ def _settle(
         )
     if not finite.all():
         sample, steady, watts = sample.take(finite), steady.take(finite), watts[finite]
+    if not fitted:
+        steady = meter_beside(steady, model)
+        watts = predict(model, steady)
     residual = sample.power - watts
     rmse = float(np.sqrt(np.mean(residual**2)))
     noise, spread = _noise(steady, model, watts)

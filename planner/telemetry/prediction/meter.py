@@ -25,8 +25,6 @@ from planner.telemetry.logs import Telemetry
 
 STEP_SHARE = 0.05
 """Step of a derivative over the time constant or over the interval of a row."""
-LEAST_TIME_CONSTANT_SHARE = 1e-6
-"""Share of the interval below which a time constant is zero."""
 
 
 class Readings(NamedTuple):
@@ -70,9 +68,9 @@ class Readings(NamedTuple):
                 low[start:stop] = np.minimum(place.astype(np.int64), stop - 2)
                 share[start:stop] = place - low[start:stop]
         step = np.maximum(step, 1e-9)
-        tau = max(meter.time_constant_s, LEAST_TIME_CONSTANT_SHARE * float(np.median(step)))
-        keep = np.exp(-step / tau)
-        ramp = tau / step * -np.expm1(-step / tau)
+        keep, ramp = np.zeros(count), np.zeros(count)
+        if (tau := meter.time_constant_s) > 0.0:
+            keep, ramp = np.exp(-step / tau), tau / step * -np.expm1(-step / tau)
         now = np.where(begins, 1.0 - keep, 1.0 - ramp)
         before = np.where(begins, 0.0, ramp - keep)
         held = held_rows(log) if meter.sampling == "held" else np.arange(count)

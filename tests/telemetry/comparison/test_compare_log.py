@@ -96,6 +96,7 @@ def test_document_is_strict_json_of_the_promised_shape(drive, model):
         "r2",
         "heldout_rmse_w",
         "noise_floor_w",
+        "meter",
         "energy",
         "runs",
         "regimes",

@@ -22,7 +22,7 @@ from planner.telemetry.selection.full_refit_comparison import (
 from planner.telemetry.selection.select_effects import RankedTerm, select
 from planner.telemetry.selection.subset_search import CompetingModel, Member, SubsetScorer
 from planner.telemetry.terms import Term, candidate_library
-from tests.telemetry.rows import STEP, measured, plain_log
+from tests.telemetry.rows import measured, plain_log
 
 NOISE = 0.03
 
@@ -37,20 +37,6 @@ def examined(base):
     fitted = fit(log, base)
     library = candidate_library(fitted.model, log)
     return log, fitted, examine(log, DesignColumns(library, Dictionary.of(log)))
-
-
-@pytest.mark.parametrize("rows", [0.5, 0.2])
-def test_noise_that_averages_out_between_two_rows_speaks_for_no_delay(examined, rows):
-    """Half a row's delay mixes neighbours, whose noise is smaller in the mean: no less error."""
-    log, fitted, examination = examined
-    number = list(SENSORS).index("power_delay")
-    column = examination.competitors.sensor(number)
-    delay = Member("power_delay", (column,))
-    fits = FullFits(log, fitted, examination)
-    nothing, _ = fits.row_likelihood(CompetingModel((), ()))
-    late = CompetingModel((delay,), (np.array([rows * STEP]),))
-    found, _ = fits.row_likelihood(late)
-    assert found.sum() < nothing.sum() + 3.0
 
 
 EFFECT = Term("effect", (0,))
