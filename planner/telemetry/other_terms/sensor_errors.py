@@ -134,6 +134,9 @@ _TURN = 0.01, 0.05, 0.3, 0.02
 _POWER = 0.01, 0.05, 0.4, 0.02
 """Share of the power."""
 _MISALIGNED = "the velocity is turned by {value} rad in the body frame"
+_SCALED = (
+    "power is too large by a share of {value}, or the data sheet's mass is too small by that share"
+)
 SENSORS: dict[str, Sensor] = {
     kind: Sensor(kind, unit, *sizes, sentence, correct)
     for kind, unit, sizes, sentence, correct in (
@@ -141,7 +144,7 @@ SENSORS: dict[str, Sensor] = {
         ("roll_offset", "rad", _TILT, "the roll sensor is off by {value} rad", _rolled),
         ("speed_scale", "1", _SPEED, "speeds are too large by a share of {value}", _slower),
         ("heading_misalignment", "rad", _TURN, _MISALIGNED, _turned),
-        ("power_scale", "1", _POWER, "power is too large by a share of {value}", _smaller_power),
+        ("power_scale", "1", _POWER, _SCALED, _smaller_power),
     )
 }
 """By kind."""
