@@ -4,7 +4,7 @@
 
 A meter that averages, or whose reading comes late, is linear in the power. So the model's tangent
 goes through the same meter as its power, and its parameters take at every trial of the meter what
-they can (variable projection: Golub & Pereyra, SIAM J. Numer. Anal. 10(2), 1973).
+they can (variable projection: Golub & Pereyra, SIAM Journal on Numerical Analysis 10(2), 1973).
 
 No meter is the null hypothesis: its time constant and delay are zero, so the hypotheses are nested.
 Both have noise of any autocorrelation (planner.telemetry.noise.row_likelihood). A meter is believed
