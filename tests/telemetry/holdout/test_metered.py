@@ -1,0 +1,44 @@
+"""Meter and parameters are fitted together; a log without a meter has the fit without one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner.telemetry.holdout import base_fit, metered_base_fit, same_meter
+from planner.telemetry.logs import Meter
+from planner.telemetry.prediction import predict
+
+
+def shown_by(meter, log, robot):
+    settled = replace(log, power=predict(robot, log), meter=meter)
+    scatter = 0.1 * np.random.default_rng(4).standard_normal(len(log))
+    return replace(log, power=predict(robot, settled) + scatter, meter=None)
+
+
+def test_parameters_behind_a_filter_are_those_without_it(motion, robot, base):
+    _, plain = metered_base_fit(shown_by(None, motion, robot), base)
+    log, found = metered_base_fit(shown_by(Meter(0.6), motion, robot), base)
+    assert log.meter is not None
+    assert abs(log.meter.time_constant_s - 0.6) < 0.09
+    for one, other in zip(found.parameters, plain.parameters, strict=True):
+        assert abs(one.value - other.value) < 4.0 * np.hypot(one.stderr, other.stderr)
+    assert found.rmse_w == pytest.approx(0.1, rel=0.2)
+
+
+def test_without_a_meter_the_fit_is_the_one_without(motion, robot, base):
+    log = shown_by(None, motion, robot)
+    metered, found = metered_base_fit(log, base)
+    assert metered.meter is None
+    np.testing.assert_array_equal(found.model.parameters, base_fit(log, base).model.parameters)
+
+
+def test_meters_are_the_same_within_their_errors():
+    meter = Meter(0.5, 0.0, "mean", 0.02, 0.01)
+    assert same_meter(None, None)
+    assert not same_meter(meter, None)
+    assert same_meter(meter, replace(meter, time_constant_s=0.51))
+    assert not same_meter(meter, replace(meter, time_constant_s=0.6))
+    assert not same_meter(meter, replace(meter, sampling="end"))
