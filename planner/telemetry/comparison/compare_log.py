@@ -46,7 +46,7 @@ from planner.telemetry.logs import Finding, Meter, Telemetry
 from planner.telemetry.noise import Noise, noise_of, strongest_columns
 from planner.telemetry.other_terms import Dictionary
 from planner.telemetry.parameters import free_places
-from planner.telemetry.prediction import Nodes, as_shown, input_uncertainty, predict, tangent
+from planner.telemetry.prediction import Nodes, Readings, input_uncertainty, predict, tangent
 from planner.telemetry.quantities_of_motion import FURTHER, all_axes, temperature_of
 from planner.telemetry.regimes import Regime, find_regimes
 from planner.telemetry.sampling import LogSource, at_steady_speeds, open_source
@@ -246,7 +246,7 @@ def _noise(sample: Telemetry, model: PowerModel, watts: Array) -> tuple[Noise, A
     rows = sample.rows_for(model.surfaces)
     nodes = Nodes.of(sample, model)
     _, own = tangent(model, nodes, free_places(model, sample))
-    shapes = as_shown(sample, Dictionary.of(sample).columns(sample.rows))
+    shapes = Readings.as_shown(sample, Dictionary.of(sample).columns(sample.rows))
     ground = sample.rows[:, INDEX["surface"]]
     grounds = [ground == number for number in range(len(sample.surfaces))]
     others = np.column_stack([shapes, *_further(sample.rows), *grounds]).astype(float)

@@ -28,7 +28,7 @@ from planner.telemetry.estimation import Fit
 from planner.telemetry.evidence import Examination
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.other_terms import Shape
-from planner.telemetry.prediction import as_shown
+from planner.telemetry.prediction import Readings
 from planner.telemetry.quantities_of_motion import STANDSTILL, motion_axes
 from planner.telemetry.selection import ShapeFound
 from planner.telemetry.terms import Addition, fit_with
@@ -265,7 +265,7 @@ class _Tuner:
     def gain(self, shape: Shape) -> tuple[float, Array]:
         """Log-likelihood that a shape gains, and its coefficients (cosine and sine)."""
         pair = (shape, replace(shape, kind="sin")) if shape.kind == "cos" else (shape,)
-        columns = as_shown(self.log, self.dictionary.only(pair).columns(self.rows))
+        columns = Readings.as_shown(self.log, self.dictionary.only(pair).columns(self.rows))
         white = self._white(columns)
         clear = white - self.basis @ (self.basis.T @ white)
         gram = clear.T @ clear

@@ -25,7 +25,7 @@ from planner.arrays import Array, Integers
 from planner.power.model import PowerModel
 from planner.telemetry.logs import Meter, Telemetry
 from planner.telemetry.noise import noise_of, row_likelihood
-from planner.telemetry.prediction import Nodes, Readings, held_rows, input_uncertainty, tangent
+from planner.telemetry.prediction import Nodes, Readings, input_uncertainty, tangent
 from planner.telemetry.sampling import cluster_numbers
 
 LEAST_GAIN = 12.0
@@ -170,7 +170,7 @@ def with_meter(
 def _believed(search: _Search) -> Meter | None:
     log, interval = search.log, search.interval
     nothing = search.rows(None)
-    repeated = 1.0 - len(np.unique(held_rows(log))) / len(log)
+    repeated = 1.0 - len(np.unique(Readings.taken(log))) / len(log)
     kinds = [Meter(), *([Meter(sampling="held")] if repeated > HELD_SHARE else [])]
     delays = [
         replace(kind, delay_s=rows * interval)

@@ -29,7 +29,7 @@ from planner.telemetry.noise import Noise, clipped, noise_of, strongest_columns
 from planner.telemetry.other_terms import SENSORS, Dictionary, Sensor
 from planner.telemetry.prediction import (
     Nodes,
-    as_shown,
+    Readings,
     input_uncertainty,
     meter_columns,
     predict,
@@ -118,7 +118,7 @@ class DesignColumns:
         nodes = Nodes.of(log, model)
         watts, tangent, candidates = self.library.columns(nodes)
         sensors = [sensor.column(log, model, watts) for sensor in self.sensors]
-        shapes = as_shown(log, self.dictionary.columns(rows))
+        shapes = Readings.as_shown(log, self.dictionary.columns(rows))
         if self.meter_numbers:
             # Rows that no meter has shown, of a drive that is only thought of, know nothing of it.
             meter = np.zeros((len(log), self.meter_numbers))

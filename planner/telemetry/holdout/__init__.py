@@ -7,7 +7,7 @@ candidates from Gram matrices.
 
 from planner.telemetry.holdout.heldout import base_fit, falls, heldout_residual, heldout_rmse, rms
 from planner.telemetry.holdout.linear_heldout import LinearHeldout
-from planner.telemetry.holdout.metered import meter_beside, metered_base_fit, same_meter
+from planner.telemetry.holdout.metered import meter_beside, metered_base_fit
 
 __all__ = [
     "LinearHeldout",
@@ -18,5 +18,4 @@ __all__ = [
     "meter_beside",
     "metered_base_fit",
     "rms",
-    "same_meter",
 ]

@@ -12,12 +12,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from planner.power.model import PowerModel
 from planner.telemetry.estimation import Fit, with_meter
 from planner.telemetry.holdout.heldout import base_fit, heldout_rmse
-from planner.telemetry.logs import Meter, Telemetry
+from planner.telemetry.logs import Telemetry, same_meter
 from planner.telemetry.noise import strongest_columns
 from planner.telemetry.other_terms import Dictionary
 from planner.telemetry.parameters import free_places
@@ -25,8 +23,6 @@ from planner.telemetry.prediction import Nodes, tangent
 
 MOST_ROUNDS = 3
 """Rounds of fitting the meter and the parameters."""
-SETTLED_ERRORS = 0.5
-"""Standard errors by which a meter may still move."""
 
 
 def metered_base_fit(log: Telemetry, start: PowerModel) -> tuple[Telemetry, Fit]:
@@ -73,15 +69,3 @@ def meter_beside(
     shapes = Dictionary.of(log).columns(log.rows)
     chosen = strongest_columns(log.power - watts, own, shapes)
     return with_meter(log, model, places, shapes[:, chosen])
-
-
-def same_meter(one: Meter | None, other: Meter | None) -> bool:
-    """Whether two estimates of a meter are the same but for their errors."""
-    if one is None or other is None:
-        return one is other
-    near = abs(one.time_constant_s - other.time_constant_s) <= SETTLED_ERRORS * np.hypot(
-        one.time_constant_error_s, other.time_constant_error_s
-    ) and abs(one.delay_s - other.delay_s) <= SETTLED_ERRORS * np.hypot(
-        one.delay_error_s, other.delay_error_s
-    )
-    return bool(near) and one.sampling == other.sampling

@@ -6,6 +6,6 @@ from.
 """
 
 from planner.telemetry.logs.log import Finding, Telemetry, pieces_of
-from planner.telemetry.logs.meter import Meter, Sampling
+from planner.telemetry.logs.meter import Meter, same_meter
 
-__all__ = ["Finding", "Meter", "Sampling", "Telemetry", "pieces_of"]
+__all__ = ["Finding", "Meter", "Telemetry", "pieces_of", "same_meter"]

@@ -15,6 +15,8 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 Sampling = Literal["mean", "end", "held"]
+SETTLED_ERRORS = 0.5
+"""Standard errors by which estimates of one meter may differ."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,18 @@ class Meter:
             "sampling": self.sampling,
             "sentence": self.sentence,
         }
+
+
+def same_meter(one: Meter | None, other: Meter | None) -> bool:
+    """Whether two estimates of a meter are the same but for their errors."""
+    if one is None or other is None:
+        return one is other
+    near = abs(one.time_constant_s - other.time_constant_s) <= SETTLED_ERRORS * math.hypot(
+        one.time_constant_error_s, other.time_constant_error_s
+    ) and abs(one.delay_s - other.delay_s) <= SETTLED_ERRORS * math.hypot(
+        one.delay_error_s, other.delay_error_s
+    )
+    return near and one.sampling == other.sampling
 
 
 def _seconds(value: float, error: float) -> str:

@@ -5,15 +5,13 @@ last an interval. input_uncertainty says how far inputs may mislead single rows.
 meter shows of a power, meter_columns their derivatives by its numbers.
 """
 
-from planner.telemetry.prediction.meter import Readings, as_shown, held_rows, meter_columns
+from planner.telemetry.prediction.meter import Readings, meter_columns
 from planner.telemetry.prediction.nodes import Nodes
 from planner.telemetry.prediction.sensitivity import input_uncertainty, predict, secants, tangent
 
 __all__ = [
     "Nodes",
     "Readings",
-    "as_shown",
-    "held_rows",
     "input_uncertainty",
     "meter_columns",
     "predict",

@@ -73,10 +73,24 @@ class Readings(NamedTuple):
             keep, ramp = np.exp(-step / tau), tau / step * -np.expm1(-step / tau)
         now = np.where(begins, 1.0 - keep, 1.0 - ramp)
         before = np.where(begins, 0.0, ramp - keep)
-        held = held_rows(log) if meter.sampling == "held" else np.arange(count)
+        held = cls.taken(log) if meter.sampling == "held" else np.arange(count)
         carried = np.zeros(count)
         _carry(keep, begins, log.power, carried)
         return cls(low, share, keep, before, now, begins, held, carried[held])
+
+    @classmethod
+    def as_shown(cls, log: Telemetry, columns: Array) -> Array:
+        """Columns of power (n, m) as the log's meter shows them."""
+        readings = cls.of(log)
+        return columns if readings is None else readings.change(columns)
+
+    @staticmethod
+    def taken(log: Telemetry) -> Integers:
+        """(n,) the last row, up to each, in which the reading changed or a stretch began."""
+        new = np.ones(len(log), np.bool_)
+        new[1:] = np.diff(log.power) != 0.0
+        new[[start for start, _ in log.segments()]] = True
+        return np.asarray(np.maximum.accumulate(np.where(new, np.arange(len(log)), 0)))
 
     def change(self, columns: Array) -> Array:
         """(n, m) columns of power as the meter shows them, from (n, m)."""
@@ -111,20 +125,6 @@ def _filter(
 def _carry(keep: Any, begins: Any, power: Any, carried: Any) -> None:
     for k in range(len(keep)):
         carried[k] = keep[k] * (power[k] if begins[k] else carried[k - 1])
-
-
-def as_shown(log: Telemetry, columns: Array) -> Array:
-    """Columns of power (n, m) as the log's meter shows them."""
-    readings = Readings.of(log)
-    return columns if readings is None else readings.change(columns)
-
-
-def held_rows(log: Telemetry) -> Integers:
-    """(n,) the last row, up to each, in which the reading changed or a stretch began."""
-    new = np.ones(len(log), np.bool_)
-    new[1:] = np.diff(log.power) != 0.0
-    new[[start for start, _ in log.segments()]] = True
-    return np.asarray(np.maximum.accumulate(np.where(new, np.arange(len(log)), 0)))
 
 
 def meter_columns(log: Telemetry, watts: Array) -> Array:

@@ -26,9 +26,8 @@ from planner.telemetry.holdout import (
     heldout_rmse,
     meter_beside,
     metered_base_fit,
-    same_meter,
 )
-from planner.telemetry.logs import Meter, Telemetry
+from planner.telemetry.logs import Meter, Telemetry, same_meter
 from planner.telemetry.other_terms import SENSORS, Dictionary, Sensor
 from planner.telemetry.prediction import meter_columns
 from planner.telemetry.selection.full_refit_comparison import FullFits

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.telemetry.holdout import base_fit, metered_base_fit, same_meter
-from planner.telemetry.logs import Meter
+from planner.telemetry.holdout import base_fit, metered_base_fit
+from planner.telemetry.logs import Meter, same_meter
 from planner.telemetry.prediction import predict
 
 
