@@ -58,13 +58,3 @@ def test_slow_noise_is_no_meter(motion, robot, base):
         slow[k] = 0.95 * slow[k - 1] + 0.31 * drive[k]
     log = replace(log, power=log.power + 0.5 * slow)
     assert with_meter(log, base, free_places(base, log)).meter is None
-
-
-def test_sentence_and_document_say_the_same():
-    meter = Meter(0.4, 0.0, "end", 0.02, 0.01)
-    assert meter.sentence == (
-        "Your meter averages over 0.400 ± 0.020 s and is read at the end of each row"
-    )
-    document = meter.to_json()
-    assert document["time_constant_s"] == {"value": 0.4, "stderr": 0.02}
-    assert document["sampling"] == "end"

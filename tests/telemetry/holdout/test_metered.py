@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planner.telemetry.holdout import base_fit, metered_base_fit
-from planner.telemetry.logs import Meter, same_meter
+from planner.telemetry.logs import Meter
 from planner.telemetry.prediction import predict
 
 
@@ -33,12 +33,3 @@ def test_without_a_meter_the_fit_is_the_one_without(motion, robot, base):
     metered, found = metered_base_fit(log, base)
     assert metered.meter is None
     np.testing.assert_array_equal(found.model.parameters, base_fit(log, base).model.parameters)
-
-
-def test_meters_are_the_same_within_their_errors():
-    meter = Meter(0.5, 0.0, "mean", 0.02, 0.01)
-    assert same_meter(None, None)
-    assert not same_meter(meter, None)
-    assert same_meter(meter, replace(meter, time_constant_s=0.51))
-    assert not same_meter(meter, replace(meter, time_constant_s=0.6))
-    assert not same_meter(meter, replace(meter, sampling="end"))
