@@ -50,8 +50,8 @@ class Meter:
                 f"averages over {_seconds(self.time_constant_s, self.time_constant_error_s)}"
             )
         if abs(self.delay_s) > self.delay_error_s:
-            way = "lags" if self.delay_s > 0.0 else "leads"
-            said.append(f"{way} the motion by {_seconds(abs(self.delay_s), self.delay_error_s)}")
+            late = "lags" if self.delay_s > 0.0 else "leads"
+            said.append(f"{late} the motion by {_seconds(abs(self.delay_s), self.delay_error_s)}")
         moment = {
             "mean": "",
             "end": "is read at the end of each row",
