@@ -55,7 +55,7 @@ FIRST_STEP, ERROR_STEP = 0.3, 0.1
 TIME_CONSTANT, DELAY = BOTH = "time_constant_s", "delay_s"
 """Numbers of a meter that are fitted."""
 LEAST_ROWS = 100
-"""Rows below which a log tells nothing of its meter."""
+"""Rows below which a log does not identify its meter."""
 
 
 @dataclass(frozen=True)
