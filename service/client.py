@@ -52,14 +52,23 @@ class JoulepathClient:
 
     Args:
         base_url: such as http://127.0.0.1:8000.
+        api_key: of a service that asks for one.
         timeout: seconds to wait for an answer.
         transport: how requests travel; for tests and special networks.
     """
 
     def __init__(
-        self, base_url: str, *, timeout: float = 180.0, transport: httpx.BaseTransport | None = None
+        self,
+        base_url: str,
+        *,
+        api_key: str | None = None,
+        timeout: float = 180.0,
+        transport: httpx.BaseTransport | None = None,
     ) -> None:
-        self._http = httpx.Client(base_url=base_url, timeout=timeout, transport=transport)
+        headers = {} if api_key is None else {"Authorization": f"Bearer {api_key}"}
+        self._http = httpx.Client(
+            base_url=base_url, headers=headers, timeout=timeout, transport=transport
+        )
 
     def plan(self, request: Mapping[str, Any] | None = None, **fields: Any) -> dict[str, Any]:
         """Plan a route.

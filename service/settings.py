@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 from typing import Literal
 
-from pydantic import Field, SecretStr
+from pydantic import Field, SecretStr, field_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 
@@ -21,6 +22,10 @@ class Settings(BaseSettings):
     """address to listen on"""
     port: int = Field(8000, ge=0, le=65535)
     """port to listen on; 0 picks one"""
+    api_keys: SecretStr | None = None
+    """keys that open the service, with commas between; by default none is needed"""
+    open: bool = False
+    """1 lets other machines ask without a key"""
     workers: int = Field(default_factory=lambda: os.cpu_count() or 1, ge=1, le=256)
     """processes that plan at the same time; by default one per core"""
     queue: int = Field(16, ge=0, le=10_000)
@@ -51,3 +56,16 @@ class Settings(BaseSettings):
     """largest log in bytes that may be uploaded"""
     log_level: Literal["debug", "info", "warning", "error"] = "info"
     """lowest severity that is logged"""
+
+    @field_validator("api_keys")
+    @classmethod
+    def _keys_of_headers(cls, value: SecretStr | None) -> SecretStr | None:
+        if value and not re.fullmatch(r"[A-Za-z0-9._~+/=, -]*", value.get_secret_value()):
+            raise ValueError("a key has letters, digits and . _ ~ + / = - only")
+        return value
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """The API keys."""
+        given = self.api_keys.get_secret_value() if self.api_keys else ""
+        return tuple(key for part in given.split(",") if (key := part.strip()))

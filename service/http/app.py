@@ -19,8 +19,9 @@ from starlette.datastructures import MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from planner.search.requests import FrontRequest, MatrixRequest, PlanRequest, ReachRequest
-from service.http import error_handlers
+from service.http import error_handlers, keys
 from service.http.endpoints import catalogues, health, jobs, logs, models, page, planning, workbench
+from service.http.keys import KeyGuard
 from service.http.requests import AdoptRequest, CompareRequest, DiagnoseRequest, RevertRequest
 from service.http.state import Service
 from service.jobs import Names, Runner, WorkerPool, Workers
@@ -134,7 +135,10 @@ def create_app(
     error_handlers.install(app)
     for module in (planning, logs, workbench, jobs, models, catalogues, health):
         app.include_router(module.router)
+    app.include_router(keys.router)
     page.install(app)
+    if settings.keys:
+        app.add_middleware(KeyGuard, keys=settings.keys)
     app.add_middleware(_SafeHeaders)
     _describe(app)
     return app

@@ -9,6 +9,7 @@ import structlog
 import uvicorn
 
 from service.http.app import create_app
+from service.http.keys import check_address
 from service.settings import Settings
 from service.store import Store
 
@@ -17,9 +18,12 @@ def serve(*, host: str | None = None, port: int | None = None) -> None:
     """Serve until interrupted; arguments go before the environment's settings.
 
     Raises:
-        InputError: the store's folder or its database cannot be used.
+        InputError: others could ask without a key; the store's folder or its database cannot be
+            used.
     """
     settings = Settings()
+    host = host or settings.host
+    check_address(host, settings)
     # Fails here with one sentence instead of during the start of the server.
     Store.open(settings).close()
     level = logging.getLevelNamesMapping()[settings.log_level.upper()]
@@ -35,7 +39,7 @@ def serve(*, host: str | None = None, port: int | None = None) -> None:
     )
     uvicorn.run(
         create_app(settings),
-        host=host or settings.host,
+        host=host,
         port=settings.port if port is None else port,
         log_level=settings.log_level,
         server_header=False,

@@ -12,6 +12,22 @@ class ServerLost extends Error {
 const NOBODY = [502, 503, 504]; // from a proxy; the service itself sends a problem with them
 const PATIENCE_MS = 1000; // between two attempts to reach a lost server
 
+let asking = null; // the person is asked once, however many requests wait for the key
+
+// Ask for the API key until the service takes it; the service keeps it in a cookie.
+async function askForKey() {
+  const dialog = byId("key");
+  const form = dialog.querySelector("form");
+  for (;;) {
+    dialog.showModal();
+    await new Promise((resolve) => dialog.addEventListener("close", resolve, { once: true }));
+    const body = JSON.stringify({ key: form.elements.key.value });
+    const answer = await fetch("/key", { method: "POST", headers: { "Content-Type": "application/json" }, body });
+    if (answer.ok) return;
+    byId("key-wrong").hidden = false;
+  }
+}
+
 // The answer as JSON. A signal that was aborted lets no answer through, however late it was.
 export async function fetchJson(path, options = {}) {
   const lost = () => {
@@ -19,6 +35,11 @@ export async function fetchJson(path, options = {}) {
     throw new ServerLost();
   };
   const response = await fetch(path, options).catch(lost);
+  if (response.status === 401) {
+    asking ??= askForKey().finally(() => (asking = null));
+    await asking.catch(lost);
+    return fetchJson(path, options);
+  }
   const answer = await response.json().catch((error) => (error instanceof SyntaxError ? null : lost()));
   options.signal?.throwIfAborted();
   if (answer === null && (response.ok || NOBODY.includes(response.status))) throw new ServerLost();

@@ -29,6 +29,15 @@ def test_a_route_is_returned_as_a_document() -> None:
         assert service.plan({"map": "m", "seed": 1}, seed=2) == answer()
 
 
+def test_a_key_is_sent_with_every_request() -> None:
+    def respond(request: httpx.Request) -> httpx.Response:
+        return httpx.Response(200, json=[request.headers["Authorization"]])
+
+    handler = httpx.MockTransport(respond)
+    with JoulepathClient("http://service", api_key="k", transport=handler) as service:
+        assert service.logs() == ["Bearer k"]
+
+
 def test_a_front_is_asked_for() -> None:
     def respond(request: httpx.Request) -> httpx.Response:
         assert (request.method, request.url.path) == ("POST", "/v1/fronts")

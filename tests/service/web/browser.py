@@ -43,7 +43,11 @@ def served(settings: Settings, workers: ScriptedWorkers, port: int = 0) -> Itera
 
 @contextmanager
 def browsed(
-    address: str, *, width: int = 1300, prepare: Callable[[Any], None] = lambda page: None
+    address: str,
+    *,
+    width: int = 1300,
+    prepare: Callable[[Any], None] = lambda page: None,
+    ready: str = "Choose a start and a goal.",
 ) -> Iterator[Any]:
     """The page at an address; fails if it complains or asks anyone else for anything.
 
@@ -51,6 +55,7 @@ def browsed(
         address: of the server.
         width: of the window, pixels.
         prepare: called with the page before it is loaded.
+        ready: what it says once it is loaded.
     """
     from playwright.sync_api import sync_playwright
 
@@ -70,7 +75,7 @@ def browsed(
         )
         prepare(page)
         page.goto(address)
-        page.get_by_text("Choose a start and a goal.").wait_for()
+        page.get_by_text(ready).wait_for()
         yield page
         browser.close()
     assert complaints == []
