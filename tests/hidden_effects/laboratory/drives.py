@@ -150,7 +150,9 @@ def _by_hand(rng: np.random.Generator, vehicle: Vehicle, count: int) -> Array:
             aims[at : at + hold] = pace * math.cos(heading), pace * math.sin(heading), yaw
         at += hold
     aims += np.abs(aims) * _slow_noise(rng, count, 0.06)
-    lag = rng.uniform(0.12, 0.35)
+    # Two equal lags turn a step into at most step/(e·lag) of acceleration.
+    hardest = 2.0 * top / (math.e * vehicle.limits.acceleration)
+    lag = hardest * rng.uniform(0.8, 1.6)
     pole = math.exp(-STEP / lag)
     smooth = lfilter([1.0 - pole], [1.0, -pole], aims, axis=0)
     return _within(lfilter([1.0 - pole], [1.0, -pole], smooth, axis=0), vehicle)
@@ -193,7 +195,8 @@ def _patterns(rng: np.random.Generator, vehicle: Vehicle, count: int) -> Array:
         listed.append((0.0, 0.0, share * limits.yaw_rate))
         listed.append((0.6 * share * limits.speed, 0.0, -share * limits.yaw_rate))
     hold = int(rng.uniform(2.0, 5.0) / STEP)
-    ramp = int(rng.uniform(0.4, 1.2) / STEP)
+    hardest = 1.6 * limits.speed / limits.acceleration
+    ramp = int(hardest * rng.uniform(0.8, 1.5) / STEP)
     first = int(rng.integers(len(listed)))
     made, before = [], np.zeros(3)
     shares = np.linspace(0.0, 1.0, ramp)[:, None]

@@ -118,8 +118,8 @@ class Instruments:
             motion=str(rng.choice(["end", "mean"], p=[0.6, 0.4])),
         )
         noise = Noise(
-            level=rng.uniform(0.001, 0.012),
-            share=rng.uniform(0.002, 0.02),
+            level=rng.uniform(0.003, 0.015),
+            share=rng.uniform(0.003, 0.02),
             slow=maybe(0.4, rng.uniform(0.2, 0.8)),
             correlation_time=rng.uniform(0.3, 4.0),
             outliers=maybe(0.25, rng.uniform(0.001, 0.01)),
