@@ -59,7 +59,13 @@ async def _nobody(request: Request, error: Exception) -> Response:
     return Response(status_code=499)
 
 
-_KINDS = {404: "not-found", 405: "method-not-allowed", 413: "too-large", 415: "not-json"}
+_KINDS = {
+    404: "not-found",
+    405: "method-not-allowed",
+    406: "no-such-format",
+    413: "too-large",
+    415: "not-json",
+}
 
 
 async def _http(request: Request, error: Exception) -> JSONResponse:

@@ -211,5 +211,7 @@ def test_accept_asks_the_worker_for_the_format(http: Http, workers: ScriptedWork
 
 def test_a_format_that_routes_do_not_have_is_refused(http: Http, workers: ScriptedWorkers) -> None:
     response = http.post("/v1/routes", json=GOOD, headers={"Accept": "image/png"})
-    assert "application/geo+json" in expect_problem(response, 406)["detail"]
+    document = expect_problem(response, 406)
+    assert document["type"].endswith(":no-such-format")
+    assert "application/geo+json" in document["detail"]
     assert workers.asked == []
