@@ -17,10 +17,11 @@ Body = IntEnum("Body", "MASS CENTRE_HEIGHT WHEEL_RADIUS GEAR_RATIO TRACTION", st
 PerWheel = IntEnum(
     "PerWheel",
     "LOAD ROLLING_FACTOR ROLLER_FORCE WHEEL_SPEED ROLLER_SPEED AXIS_FORCE WHEEL_TORQUE MOTOR_TORQUE"
-    " CURRENT VOLTAGE MOTOR_WATTS",
+    " CURRENT VOLTAGE MOTOR_WATTS GEAR_TORQUE",
     start=0,
 )
-"""Columns of ``per_wheel``: N, 1 (on all rolling drag), N, rad/s, m/s, N, N·m, N·m, A, V, W."""
+"""Columns of ``per_wheel``: N, 1 (on all rolling drag), N, rad/s, m/s, N, N·m, N·m, A, V, W; N·m at
+the motor that the gear takes, of an unknown circulation the worse side."""
 Account = IntEnum(
     "Account",
     "SUPPLY BUS TERMINAL SHAFT COPPER DRIVER ELECTRONICS"

@@ -2,8 +2,13 @@
 
 limits = limit_values(model, payload)
 watts = kernel(row, ..., account, per_wheel)
-broken_limit(account, limits, 1.0)              # a number into LIMIT_NAMES, or -1
-broken_in_block(found, k, limits, 1.0)          # the same for row k of a block
+broken_limit(account, limits)                   # a number into LIMIT_NAMES, or -1
+broken_in_block(found, k, limits)               # the same for row k of a block
+
+These hold at every moment. What a motor may do for a while, it may not do for long:
+
+torques = gear_torques(model, rows)             # (n, motors)
+rms_torques(torques, seconds, thermal_time)     # of the time up to the end of each row
 """
 
 from __future__ import annotations
@@ -12,23 +17,25 @@ import math
 from typing import Any
 
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
 from planner.compiled_code import njit
-from planner.power.account import ACCOUNT, LIMITS
-from planner.power.kernels import BLOCK
+from planner.power.account import ACCOUNT, ACCOUNT_LENGTH, LIMITS, PER_WHEEL, PerWheel
+from planner.power.kernels import BLOCK, KERNEL
 from planner.power.model import PowerModel
 
-BRIEFLY = 2.0
-"""Share of the continuous torque allowed on bends and ramps: a motor warms up in a minute."""
-
-LIMIT_NAMES = ("wheel load", "traction", "current", "voltage", "continuous torque")
+LIMIT_NAMES = ("wheel load", "traction", "current", "voltage", "torque peak")
+"""What holds at every moment, by the power model."""
 _IN_ACCOUNT = ACCOUNT.index(next(iter(LIMITS)))
 _IN_RESULTS = 1  # of a block kernel; the power comes first
+_GEAR_TORQUE = int(PerWheel.GEAR_TORQUE)
+_WIDTHS = (ACCOUNT_LENGTH, len(PER_WHEEL))
+_F1, _F2 = types.Array(types.float64, 1, "C"), types.Array(types.float64, 2, "C")
 
 
 @njit(cache=True, inline="always")
-def _broken(values: Any, first: int, limits: Any, ease: float) -> int:
+def _broken(values: Any, first: int, limits: Any) -> int:
     """Number of the first broken limit; LIMITS stand in their order from ``first`` on."""
     if values[first] <= 0.0:
         return 0
@@ -38,46 +45,92 @@ def _broken(values: Any, first: int, limits: Any, ease: float) -> int:
         return 2
     if values[first + 2] > limits[2]:
         return 3
-    if values[first + 3] > limits[3] * ease:
+    if values[first + 3] > limits[3]:
         return 4
     return -1
 
 
 @njit(cache=True)
-def broken_limit(account: Any, limits: Any, ease: float) -> int:
+def broken_limit(account: Any, limits: Any) -> int:
     """Number of the first limit that an account breaks (LIMIT_NAMES), or -1.
 
     Args:
         account: what the power model wrote.
-        limits: [speed, current, voltage, continuous torque, ...].
-        ease: factor on the continuous torque, which is a thermal limit: 1 on the straight,
-            BRIEFLY on what lasts a few seconds.
+        limits: [speed, current, voltage, peak torque, ...].
     """
-    return _broken(account, _IN_ACCOUNT, limits, ease)
+    return _broken(account, _IN_ACCOUNT, limits)
 
 
 @njit(cache=True)
-def broken_in_block(found: Any, k: int, limits: Any, ease: float) -> int:
+def broken_in_block(found: Any, k: int, limits: Any) -> int:
     """As ``broken_limit`` for place ``k`` of what the model found for a block."""
-    return _broken(found[k::BLOCK], _IN_RESULTS, limits, ease)
+    return _broken(found[k::BLOCK], _IN_RESULTS, limits)
 
 
 @njit(cache=True)
-def broken_in_results(results: Any, limits: Any, ease: float) -> int:
+def broken_in_results(results: Any, limits: Any) -> int:
     """As ``broken_limit`` for one row of ``PowerModel.power_and_limits``."""
-    return _broken(results, _IN_RESULTS, limits, ease)
+    return _broken(results, _IN_RESULTS, limits)
 
 
 def limit_values(model: PowerModel, payload: float) -> NDArray[np.float64]:
-    """[speed, current, voltage, continuous torque, mass with payload, largest tan(slope)]."""
+    """[speed, current, voltage, peak torque, mass with payload, largest tan(slope)]."""
     limits = model.vehicle.limits
     return np.array(
         [
             limits.speed,
             limits.current,
             limits.voltage,
-            limits.continuous_torque,
+            limits.peak_torque,
             model.vehicle.mass + payload,
             math.tan(math.radians(60.0)),
         ]
     )
+
+
+def gear_torques(model: PowerModel, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    """N·m that the gear takes from every motor, without its sign, (n, motors).
+
+    Args:
+        model: power model.
+        rows: (n, ROW_LENGTH).
+    """
+    torques = np.empty((len(rows), len(model.wheels)))
+    rows = np.ascontiguousarray(rows, dtype=float)
+    _gear_torques(model.kernel, rows, model.parameters, model.body, model.wheels, torques)
+    return torques
+
+
+@njit(types.void(KERNEL, _F2, _F1, _F1, _F2, _F2), cache=True, error_model="numpy", nogil=True)
+def _gear_torques(
+    kernel: Any, rows: Any, parameters: Any, body: Any, wheels: Any, torques: Any
+) -> None:
+    account = np.empty(_WIDTHS[0])
+    per_wheel = np.empty((wheels.shape[0], _WIDTHS[1]))
+    for k in range(rows.shape[0]):
+        kernel(rows[k], parameters, body, wheels, account, per_wheel)
+        torques[k] = per_wheel[:, _GEAR_TORQUE]
+
+
+def rms_torques(
+    torques: NDArray[np.float64], seconds: NDArray[np.float64], thermal_time: float
+) -> NDArray[np.float64]:
+    """Root mean square of torques over the ``thermal_time`` up to the end of every row.
+
+    Before the first row a motor is unloaded.
+
+    Args:
+        torques: (n,) or (n, motors) N·m.
+        seconds: (n,) s that every row stands for.
+        thermal_time: s.
+
+    Returns:
+        The same shape as ``torques``, N·m.
+    """
+    several = torques.reshape(len(seconds), -1)
+    time = np.append(0.0, np.cumsum(seconds))
+    heat = np.vstack([np.zeros(several.shape[1]), np.cumsum(several**2 * seconds[:, None], axis=0)])
+    before = [np.interp(time[1:] - thermal_time, time, column) for column in heat.T]
+    window = (heat[1:] - np.stack(before, axis=1)) / thermal_time
+    rms: NDArray[np.float64] = np.sqrt(np.maximum(window, 0.0)).reshape(torques.shape)
+    return rms

@@ -120,8 +120,6 @@ def remarks(document: Document, titles: Mapping[str, str]) -> Iterator[str]:
         if "chance" in battery:
             sentence += f"; the chance that it suffices is {chance(battery['chance'])}"
         yield f"{sentence}."
-    for name, reason in document.get("baselines_absent", {}).items():
-        yield f"Nothing to compare with as the {name}: {reason}."
     for note in document.get("notes", ()):
         yield f"Note: {note}."
 

@@ -29,7 +29,7 @@ class OperatingConditions:
     Attributes:
         model: with the height of the centre of mass that the payload makes.
         class_rows: (classes, ROW_LENGTH) one row of conditions for each ground class of the map.
-        limits: [speed, current, voltage, continuous torque, mass, largest tan(slope), yaw rate].
+        limits: [speed, current, voltage, peak torque, mass, largest tan(slope), yaw rate].
         wind: (2,) m/s in the map's frame.
     """
 
@@ -55,6 +55,15 @@ class OperatingConditions:
     def mass(self) -> float:
         """kg, robot and payload."""
         return float(self.limits[4])
+
+    def with_continuous_torque(self) -> OperatingConditions:
+        """The same with no more torque at any moment than motors give for good."""
+        vehicle = self.model.vehicle
+        lasting = replace(vehicle.limits, peak_torque=vehicle.limits.continuous_torque)
+        limits = self.limits.copy()
+        limits[3] = lasting.peak_torque
+        model = replace(self.model, vehicle=replace(vehicle, limits=lasting))
+        return replace(self, model=model, limits=limits)
 
     def wind_by_direction(self) -> Array:
         """(DIRECTIONS,) J that wind adds to a level metre, by azimuth of travel."""
@@ -97,7 +106,7 @@ def _fastest_on_the_level(model: PowerModel, class_rows: Array, limits: Array) -
         for row, (yaw, speed) in zip(rows, itertools.product(yaws, speeds), strict=True):
             set_motion(row, 0.0, 0.0, yaw, 0.0, speed)
         accounts, _ = model.evaluate(rows)
-        good = [broken_limit(account, limits, 1.0) < 0 for account in accounts]
+        good = [broken_limit(account, limits) < 0 for account in accounts]
         reached = np.tile(speeds, len(yaws))[good]
         if len(reached):
             return float(reached.max())

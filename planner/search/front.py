@@ -138,10 +138,10 @@ def energy_time_front(
 
 def _front(run: Run, most: int) -> Front:
     run.step(0.02, "costs of steady driving")
-    reason = check_places(run, run.field("energy", MARGIN))
+    refused = check_places(run, run.field("energy", MARGIN))
     blank = Front("no_route", run.ground.terrain, run.conditions.model.describe())
-    if reason is not None:
-        return replace(blank, reason=reason)
+    if refused is not None:
+        return replace(blank, reason=refused.what)
     search = PricedSearch(run)
     run.step(0.05, "least energy")
     ends = ends_of(search)

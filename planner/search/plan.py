@@ -31,7 +31,7 @@ from planner.search.requests import (
     SituationRequest,
 )
 from planner.search.resolution import MARGIN
-from planner.search.results import Answer, Baseline, Route
+from planner.search.results import Answer, Baseline, Route, with_finer_poses
 from planner.search.run import Run
 from planner.search.situation import situation_of
 from planner.search.solve import certified, find_alternatives, on_grid, summary_of
@@ -82,11 +82,11 @@ def plan_route(
 def _plan(run: Run) -> Answer:
     request, objective = run.request, run.request.objective
     run.step(0.05, "costs of steady driving")
-    reason = check_places(run, run.field(objective, MARGIN))
+    refused = check_places(run, run.field(objective, MARGIN))
     terrain, model = run.ground.terrain, run.conditions.model.describe()
     blank = Answer("no_route", terrain, model, summary_of(run), notes=_notes(run))
-    if reason is not None:
-        return replace(blank, reason=reason)
+    if refused is not None:
+        return replace(blank, reason=refused.what, cause=refused.to_json())
     open_ended = run
     run = settled(run, objective)
     found = answer(run)
@@ -95,7 +95,8 @@ def _plan(run: Run) -> Answer:
         found = found.on_time(latest, lambda: in_time(open_ended, latest))
     best = found.route
     if best is None:
-        return replace(blank, reason=found.reason, planner=found.summary)
+        cause = None if found.cause is None else found.cause.to_json()
+        return replace(blank, reason=found.reason, cause=cause, planner=found.summary)
     routes: tuple[Route, ...] = (best,)
     notes = [*blank.notes, *found.notes]
     summary = found.summary
@@ -114,6 +115,9 @@ def _plan(run: Run) -> Answer:
         run.step(0.95, "certified bound")
         routes, how = certified(run, routes)
         summary = replace(summary, **how)
+    every = request.poses_every_s
+    if every is not None:
+        routes = tuple(with_finer_poses(route, every) for route in routes)
     run.progress(1.0, "done")
     return replace(
         blank,
@@ -123,7 +127,6 @@ def _plan(run: Run) -> Answer:
             name: Baseline(route, route.energy_j / best.energy_j - 1.0 if best.energy_j else 0.0)
             for name, route in found.baselines.items()
         },
-        absent=found.absent,
         planner=summary,
         notes=tuple(notes),
         goal=_arrived(request.goal, best),
@@ -136,7 +139,7 @@ def _with_factor(run: Run, factor: Array) -> Route | None:
     attempt, _ = solved(
         run, lambda run: on_grid(run, run.field(objective, MARGIN, factor), objective)
     )
-    return attempt.feasible
+    return attempt.route
 
 
 def _arrived(asked: PoseRequest | RegionRequest, route: Route) -> Mapping[str, float] | None:

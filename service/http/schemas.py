@@ -171,7 +171,6 @@ class RouteAnswer(Described):
     """best first"""
     baselines: dict[str, BaselineSummary]
     """shortest and fastest, within the same limits as the route"""
-    baselines_absent: dict[str, str] = {}
     """why a baseline is missing, by its name"""
     planner: dict[str, Any]
     """how the route was found"""

@@ -171,6 +171,7 @@ def power(row: Any, body: Any, wheels: Any, account: Any, per_wheel: Any, hooks:
         motor_speed = gear_ratio * wheel_speed
         motor_acceleration = gear_ratio * wheel_acceleration
         rest = still(motor_speed, REST_SPEED)
+        gear_torque = 0.0
         sides_of_mode = 2 if hooks.act("circulation") else 1
         share = 1.0 / sides_of_mode
         for side_of_mode in range(sides_of_mode):
@@ -224,6 +225,7 @@ def power(row: Any, body: Any, wheels: Any, account: Any, per_wheel: Any, hooks:
             most_current = max(most_current, abs(current.real))
             most_voltage = max(most_voltage, abs(voltage.real))
             # A data sheet's continuous torque leaves the shaft; the motor's own friction is in it.
+            gear_torque = max(gear_torque, abs(geared_torque.real))
             most_torque = max(most_torque, abs(geared_torque.real))
             per_wheel[wheel, PerWheel.WHEEL_SPEED] = wheel_speed
             per_wheel[wheel, PerWheel.ROLLER_SPEED] = roller_speed
@@ -233,6 +235,7 @@ def power(row: Any, body: Any, wheels: Any, account: Any, per_wheel: Any, hooks:
             per_wheel[wheel, PerWheel.CURRENT] = current
             per_wheel[wheel, PerWheel.VOLTAGE] = voltage
             per_wheel[wheel, PerWheel.MOTOR_WATTS] = motor_watts
+            per_wheel[wheel, PerWheel.GEAR_TORQUE] = gear_torque
 
     if hooks.printed:
         # The source paper's motors take the place of the watts; loads and limits stay.

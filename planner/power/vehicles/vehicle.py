@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -22,12 +22,20 @@ from planner.power.kinematics import COLUMNS, WheelLayout
 from planner.power.vehicles.vehicle_keys import EFFECT_KEYS, NUMBERS, between
 from planner.reading import finite_number
 
+PEAK_SHARE = 2.0
+"""Largest torque over the continuous one, where a vehicle does not give it: a motor of this size
+delivers several times its rated torque until its magnets weaken."""
 _NUMBERS = ("mass", "length", "width", "com_height", "gear_ratio", "traction")
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What the vehicle must not exceed; SI."""
+    """What the vehicle must not exceed; SI.
+
+    Torques are those that the gear takes from each motor, without the motor's own drag: at every
+    moment at most ``peak_torque``, and over every ``thermal_time`` at most ``continuous_torque``
+    as a root mean square.
+    """
 
     speed: float
     yaw_rate: float
@@ -35,6 +43,8 @@ class Limits:
     current: float
     voltage: float
     continuous_torque: float
+    peak_torque: float
+    thermal_time: float
     clearance: float
 
 
@@ -135,7 +145,7 @@ class Vehicle:
             layout=WheelLayout(table, _number("wheels", "radius", document["wheels"]["radius"])),
             gear_ratio=_number("drive", "gear_ratio", document["gear_ratio"]),
             traction=_number("contact", "traction", document["traction"]),
-            limits=Limits(**_numbers("limits", document["limits"])),
+            limits=vehicle_limits(_numbers("limits", document["limits"])),
             battery=Battery(**_numbers("battery", document["battery"])),
             parameters={
                 slug: {name: _parameter(value) for name, value in values.items()}
@@ -170,14 +180,27 @@ def _parameter(value: Any) -> Any:
     return number
 
 
+def vehicle_limits(numbers: Mapping[str, float]) -> Limits:
+    """The limits with what follows from others: PEAK_SHARE of the continuous torque."""
+    limits = Limits(**numbers)
+    if not math.isnan(limits.peak_torque):
+        return limits
+    return replace(limits, peak_torque=PEAK_SHARE * limits.continuous_torque)
+
+
 def _numbers(table: str, given: Mapping[str, Any]) -> dict[str, float]:
-    return {key: _number(table, key, given[key]) for key, *_ in NUMBERS[table]}
+    """Numbers of a table; models saved by older versions lack keys that were added since."""
+    added = {"peak_torque": math.nan, "thermal_time": 60.0} if table == "limits" else {}
+    return {
+        key: _number(table, key, given[key]) if key in given or key not in added else added[key]
+        for key, *_ in NUMBERS[table]
+    }
 
 
 def _number(table: str, key: str, value: Any) -> float:
     """A number in the range that the TOML file has for it; None stands for no limit."""
     _, unit, default, low, high = next(row for row in NUMBERS[table] if row[0] == key)
-    if value is None and default == math.inf:
+    if value is None and (default == math.inf or key == "peak_torque"):
         return math.inf
     number = float(value)
     if not low <= number <= high:

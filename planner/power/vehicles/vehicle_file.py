@@ -26,7 +26,7 @@ from planner.power.effect import Parameter
 from planner.power.kinematics import RIM, WheelLayout, mecanum, omni
 from planner.power.vehicles.derived import Tables, derive
 from planner.power.vehicles.motors import read_motors
-from planner.power.vehicles.vehicle import Battery, Limits, Vehicle
+from planner.power.vehicles.vehicle import Battery, Vehicle, vehicle_limits
 from planner.power.vehicles.vehicle_keys import (
     EFFECT_KEYS,
     GEOMETRY,
@@ -147,7 +147,7 @@ class _Reader:
             layout=layout,
             gear_ratio=self._number("drive", "gear_ratio"),
             traction=self._number("contact", "traction"),
-            limits=Limits(**self._numbers("limits")),
+            limits=vehicle_limits(self._numbers("limits")),
             battery=Battery(**self._numbers("battery")),
             parameters=self.parameters,
             active=active,

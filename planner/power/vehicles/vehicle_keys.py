@@ -45,6 +45,9 @@ NUMBERS: dict[str, tuple[tuple[str, str, float | None, float, float], ...]] = {
         ("current", "A", math.inf, 1e-3, 1e6),
         ("voltage", "V", math.inf, 1e-1, 1e5),
         ("continuous_torque", "N·m", math.inf, 1e-6, 1e6),
+        # Not a number: twice the continuous torque.
+        ("peak_torque", "N·m", math.nan, 1e-6, 1e6),
+        ("thermal_time", "s", 60.0, 1e-2, 1e5),
         ("clearance", "m", 0.05, 0.0, 10.0),
     ),
     "battery": (

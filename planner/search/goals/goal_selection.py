@@ -22,6 +22,7 @@ from planner.quantities import STANDARD_GRAVITY
 from planner.search.field import CostField, sample_surface, segment_cost
 from planner.search.goals.goal_region import Region
 from planner.search.grid import cost_from, grid_path
+from planner.search.infeasible import Infeasible
 from planner.search.requests import PoseRequest, RegionRequest
 from planner.search.resolution import MARGIN, OBJECTIVES
 from planner.search.results import Route, drive
@@ -66,7 +67,7 @@ def settled(run: Run, objective: str) -> Run:
     return replace(run, request=run.request.model_copy(update={"goal": place}))
 
 
-def check_places(run: Run, field: CostField) -> str | None:
+def check_places(run: Run, field: CostField) -> Infeasible | None:
     """Refuse places without room, and a start that cannot be held; say which other cannot.
 
     A goal that is a region is left to ``settled``.
@@ -94,7 +95,7 @@ def check_places(run: Run, field: CostField) -> str | None:
             check_hold(name, place, field, run.conditions)
     except RequestError as error:
         # Where it stands is for the user to say; where it can get to is for the answer.
-        return f"{error.field}: {error.problem}"
+        return Infeasible(place.x, place.y, f"{error.field}: {error.problem}")
     return None
 
 

@@ -22,7 +22,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from planner.compiled_code import njit
-from planner.power.limits import BRIEFLY
 from planner.quantities import INDEX
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField, passable, segment_cost, wind_cost
@@ -37,9 +36,8 @@ State = tuple[float, ...]
 RADIANS = 0.2
 """rad of turning between two points of a motion at which it is priced, at most."""
 SLACK = 1.03
-"""Share of the steady slope limit up to which a motion with a constant yaw is feasible: the tables
-of that limit are so coarse, and every trajectory that keeps all limits has to be valid. While the
-body turns, motors may briefly give more torque (planner.power.limits)."""
+"""Share of the steady slope limit up to which a motion is feasible: the tables of that limit are
+so coarse, and every trajectory that keeps all limits has to be valid."""
 
 
 class TurningRates(NamedTuple):
@@ -157,7 +155,6 @@ def pose_cost(
     count = max(1, int(math.ceil(length / field.step)), int(abs(turn) / RADIANS))
     direction = math.atan2(ey, ex)
     wind = 0.0 if on_the_spot else wind_cost(field, direction)
-    slack = SLACK if turn == 0.0 else BRIEFLY
     total = 0.0
     for k in range(count):
         w = (k + 0.5) / count
@@ -167,7 +164,7 @@ def pose_cost(
         if field.mask[j, i] != ALL_YAWS and not body_fits(field, x, y, yaw):
             return np.inf
         if not on_the_spot:
-            cost = _metre(field, (x, y), (j, i), yaw, direction, slack)
+            cost = _metre(field, (x, y), (j, i), yaw, direction, SLACK)
             if field.factor.shape[0] > 1:
                 cost *= field.factor[j, i]
             total += max(cost + wind, 1e-3)

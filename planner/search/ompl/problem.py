@@ -21,6 +21,7 @@ from planner.errors import RequestError
 from planner.power.model import PowerModel
 from planner.progress import silent
 from planner.search.goals import check_places, settled
+from planner.search.infeasible import Infeasible
 from planner.search.ompl.costs import MotionCosts, State, costs_of
 from planner.search.ompl.parts import DissipatedEnergy, Driveable, Reader, written
 from planner.search.requests import PlanRequest, PoseRequest
@@ -28,7 +29,6 @@ from planner.search.resolution import OBJECTIVES, YAW_BINS
 from planner.search.results import Route, drive
 from planner.search.run import Run
 from planner.search.situation import situation_of
-from planner.search.trajectory import Infeasible
 from planner.terrain.heightmap import Terrain
 
 AT_GOAL = 1e-6
@@ -134,9 +134,9 @@ class EnergyProblem(Frame):
         asked = PlanRequest.from_call(None, fields)
         situation = situation_of(asked, terrain=terrain, model=model)
         run = Run(asked, situation, silent, CancellationToken())
-        reason = check_places(run, run.field(asked.objective))
-        if reason is not None:
-            raise RequestError("goal", reason, accepted="places that the robot can hold")
+        refused = check_places(run, run.field(asked.objective))
+        if refused is not None:
+            raise RequestError("goal", refused.what, accepted="places that the robot can hold")
         self._pose(run)
 
     @classmethod

@@ -57,6 +57,8 @@ class PlanRequest(TripRequest):
     )
     certify_s: Number | None = Field(default=None, gt=0, le=600)
     """seconds for a closer lower bound, above 0 up to 600; left out, the quick one"""
+    poses_every_s: Number | None = Field(default=None, ge=1e-3, le=600)
+    """seconds between poses at most, 0.001 to 600; left out, as close as energy needs them"""
     planner: Literal["least-energy", "bit*", "rrt*", "informed-rrt*"] = Field(
         default="least-energy",
         description="which of OMPL's planners: \"least-energy\" (joulepath's own) or one that "

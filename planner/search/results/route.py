@@ -19,7 +19,7 @@ from planner.shown import Picture, Shown
 from planner.terrain.heightmap import Terrain
 
 if TYPE_CHECKING:
-    from planner.search.trajectory import Motion
+    from planner.search.trajectory import LimitUse, Motion
 
 
 @dataclass(frozen=True)
@@ -63,6 +63,7 @@ class Route:
         watts_by_effect: W since the pose before, by effect, each (n,).
         battery: None where the vehicle's battery is not known.
         motion: what was priced, for another model to price it.
+        uses: finds how much of every limit is used; asked only for routes that are answered.
     """
 
     energy_j: float
@@ -76,11 +77,17 @@ class Route:
     watts_by_effect: Mapping[str, Array]
     battery: Battery | None = None
     motion: Motion | None = None
+    uses: Callable[[], tuple[LimitUse, ...]] = tuple
 
     @cached_property
     def distribution(self) -> EnergyDistribution:
         """Of the energy that one drive would be measured to need."""
         return self.known()
+
+    @cached_property
+    def limits(self) -> tuple[LimitUse, ...]:
+        """The largest share of every limit, and where and when it is reached."""
+        return self.uses()
 
     @property
     def energy_interval_j(self) -> tuple[float, float]:
@@ -134,6 +141,7 @@ class Route:
             "energy_interval_j": list(self.energy_interval_j),
             "sensitivity": [part.to_json() for part in self.sensitivity],
             "breakdown_j": dict(self.breakdown_j),
+            "limits": [use.to_json() for use in self.limits],
         }
         if self.battery is not None:
             document["battery"] = {**vars(self.battery), "chance": self.battery_chance}
@@ -178,10 +186,10 @@ class Answer(Shown):
         status: "ok", or "no_route" with a reason that names what blocks.
         routes: best first; empty without a route.
         baselines: "shortest" and "fastest", within the same limits.
-        absent: why there is none of these, by name.
         planner: how the route was found.
         model: the power model that priced it.
         notes: what was assumed or could not be done, in sentences.
+        cause: without a route, what is in the way: limit, value, allowed, x, y.
         terrain: the map.
         goal: where the best route ends, where the request left that open: x, y, yaw and, of several
             places, the number of the one.
@@ -193,8 +201,8 @@ class Answer(Shown):
     planner: SearchSummary
     routes: tuple[Route, ...] = ()
     baselines: Mapping[str, Baseline] = field(default_factory=dict)
-    absent: Mapping[str, str] = field(default_factory=dict)
     reason: str | None = None
+    cause: Mapping[str, Any] | None = None
     notes: tuple[str, ...] = ()
     goal: Mapping[str, float] | None = None
 
@@ -203,6 +211,8 @@ class Answer(Shown):
         document: dict[str, Any] = {"status": self.status}
         if self.reason is not None:
             document["reason"] = self.reason
+        if self.cause is not None:
+            document["cause"] = dict(self.cause)
         if self.goal is not None:
             document["goal"] = dict(self.goal)
         document["routes"] = [route.to_json() for route in self.routes]
@@ -210,8 +220,6 @@ class Answer(Shown):
             name: {**baseline.route.to_json(poses=False), "extra_share": baseline.extra_share}
             for name, baseline in self.baselines.items()
         }
-        if self.absent:
-            document["baselines_absent"] = dict(self.absent)
         document["planner"] = self.planner.to_json()
         document["model"] = dict(self.model)
         document["notes"] = list(self.notes)

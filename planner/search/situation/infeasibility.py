@@ -84,7 +84,7 @@ def check_hold(
     for yaw in _tried(pose.yaw):
         set_motion(row, px, py, yaw, 0.0, 0.0)
         accounts, _ = conditions.model.evaluate(row[None])
-        broken = broken_limit(accounts[0], conditions.limits, 1.0)
+        broken = broken_limit(accounts[0], conditions.limits)
         if broken < 0:
             return
     # With a fitting yaw this slope can be driven in every direction.

@@ -9,7 +9,7 @@ and conditions, the lattice by map and table, fields by goal.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -101,6 +101,10 @@ class Situation:
     def large(self) -> bool:
         """Whether a search for one start fills nothing for others, and is not kept."""
         return self.ground.heights.size > LARGE_MAP_NODES
+
+    def with_continuous_torque(self) -> Situation:
+        """The same with no more torque at any moment than motors give for good."""
+        return replace(self, conditions=self.conditions.with_continuous_torque())
 
     @cached_property
     def key(self) -> tuple[object, ...]:

@@ -76,7 +76,7 @@ def further_candidates(run: Run, attempt: Attempt, begun: float) -> Iterator[Can
             break
         source, other = next(others)
         if other.route is not None and other.legs is not None:
-            yield Candidate(other.route, source, other.legs, limits_checked=False)
+            yield Candidate(other.route, source, other.legs)
             found.append((other.route, other.legs, other.paths or []))
     found.sort(key=lambda one: one[0].energy_j)
     known = [(route, legs) for route, legs, _ in found]
@@ -125,7 +125,7 @@ def smoothed_otherwise(
         run.step(0.75, "other smoothings")
         for legs, route in run.other_core.all(tasks[first : first + 2]):
             if isinstance(route, Route):
-                yield Candidate(route, "smoothed otherwise", legs, limits_checked=False)
+                yield Candidate(route, "smoothed otherwise", legs)
 
 
 def with_waypoints_optimised(
@@ -154,4 +154,4 @@ def with_waypoints_optimised(
             now = drive_legs(run, field, moved, "energy")
             if isinstance(now, Route) and now.energy_j < route.energy_j:
                 known[k] = now, moved
-                yield Candidate(now, "waypoint descent", moved, limits_checked=False)
+                yield Candidate(now, "waypoint descent", moved)

@@ -15,6 +15,7 @@ import numpy as np
 from planner.arrays import Array
 from planner.quantities import STANDARD_GRAVITY
 from planner.search.field import CostField, polyline_cost, segment_cost
+from planner.search.infeasible import Infeasible
 from planner.search.results import Route
 from planner.search.run import Run
 from planner.search.se2 import PosePath, pose_path
@@ -31,7 +32,7 @@ from planner.search.solve.pipeline import (
     trajectory,
 )
 from planner.search.solve.recovery import Caution, first_caution, next_caution
-from planner.search.trajectory import CLOSELY, ROUGHLY, Infeasible
+from planner.search.trajectory import CLOSELY, ROUGHLY
 from planner.search.wanted_yaw import arriving, leaving
 from planner.search.waypoints import suggests_detour
 
@@ -56,20 +57,30 @@ def on_grid(
             thousand off the best.
         patient: whether recovery goes on for as long as for an answer.
     """
+    attempt = _on_grid(run, field, objective, effort, patient)
+    if attempt.route is not None or attempt.infeasible is None or not attempt.infeasible.too_warm:
+        return attempt
+    # What never exceeds the continuous torque keeps the limit of its mean.
+    cooler = replace(run, situation=run.situation.with_continuous_torque())
+    lasting = cooler.field(objective, field.margin, field.factor)
+    found = _on_grid(cooler, lasting, objective, effort, patient)
+    return attempt if found.route is None else found
+
+
+def _on_grid(run: Run, field: CostField, objective: str, effort: Effort, patient: bool) -> Attempt:
+    """The best of all attempts within the limits that hold at every moment, and the mean torque."""
     if effort is BASELINE and (straight := _straight(run, field, objective)) is not None:
         return straight
     caution: Caution | None = first_caution(run, field, patient)
     with_yaw = not patient and not run.ground.blocked.any()
     attempt = Attempt(field)
     best: Attempt | None = None
-    nearly: Attempt | None = None
     while caution is not None:
         field = caution.field(run, objective)
         paths = _paths(run, field, objective)
         if paths is None:
             break
         attempt = latest = cheapest_near(run, field, paths, objective, effort)
-        nearly = attempt if nearly is None and attempt.nearly else nearly
         if objective == "energy":
             latest = _other_homotopy_classes(run, latest)
         among_obstacles = objective == "energy" and caution.obstructed
@@ -90,8 +101,6 @@ def on_grid(
         caution = next_caution(caution, without_yaw)
     if best is not None:
         return best
-    if nearly is not None and effort is not BASELINE:
-        return _as_it_is(run, nearly, objective)
     if paths is None:
         return replace(attempt, reason=attempt.reason or _why_not(run, field, objective))
     return attempt
@@ -106,15 +115,6 @@ def near_path_of(run: Run, field: CostField, factor: Array, objective: str) -> A
     if paths is None:
         return Attempt(field)
     return cheapest_near(run, field, paths, objective, ONE_OF_MANY)
-
-
-def _as_it_is(run: Run, attempt: Attempt, objective: str) -> Attempt:
-    """A trajectory that nearly keeps to the limits, driven as it is."""
-    assert attempt.legs is not None  # something moved along them
-    motion = trajectory(run, attempt.field, attempt.legs, objective, CLOSELY, checked=False)
-    if isinstance(motion, Infeasible):
-        return attempt
-    return replace(attempt, route=priced(run, attempt.field, motion))
 
 
 def _other_homotopy_classes(run: Run, attempt: Attempt) -> Attempt:

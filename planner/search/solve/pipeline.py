@@ -21,11 +21,12 @@ import numpy as np
 from planner.arrays import Array
 from planner.quantities import STANDARD_GRAVITY
 from planner.search.field import CostField, polyline_cost
+from planner.search.infeasible import Infeasible
 from planner.search.resolution import OBJECTIVES
 from planner.search.results import Route, energy_of, price
 from planner.search.run import Run
 from planner.search.se2 import PosePath, keeping_yaw
-from planner.search.trajectory import CLOSELY, ROUGHLY, Care, Infeasible, Motion, move
+from planner.search.trajectory import CLOSELY, ROUGHLY, Care, Motion, move
 from planner.search.waypoints import VARIANTS, optimise_waypoints, refine, worth_optimising
 
 PLAIN = {8.0: (1.0,)}
@@ -68,13 +69,11 @@ class Candidate:
         route: with its energy.
         source: what found it.
         legs: that it was driven along.
-        limits_checked: whether all limits were checked between its samples too.
     """
 
     route: Route
     source: str
     legs: Legs
-    limits_checked: bool = True
 
 
 @dataclass(frozen=True)
@@ -87,8 +86,7 @@ class Attempt:
         legs: the paths smoothed; the cheapest of them.
         route: along the legs.
         reason: why there is no route.
-        infeasible: where a limit is in the way. With a route: the limit that it breaks.
-        nearly: whether a trajectory breaks limits between its samples only.
+        infeasible: where a limit is in the way.
     """
 
     field: CostField
@@ -97,18 +95,12 @@ class Attempt:
     route: Route | None = None
     reason: str = ""
     infeasible: Infeasible | None = None
-    nearly: bool = False
-
-    @property
-    def feasible(self) -> Route | None:
-        """The route, if it keeps to all limits."""
-        return self.route if self.infeasible is None else None
 
     def candidate(self, source: str) -> Candidate | None:
-        """The feasible route under the name of what found it."""
-        if self.feasible is None or self.legs is None:
+        """The route under the name of what found it."""
+        if self.route is None or self.legs is None:
             return None
-        return Candidate(self.feasible, source, self.legs)
+        return Candidate(self.route, source, self.legs)
 
 
 class _Driven(NamedTuple):
@@ -177,7 +169,7 @@ def cheapest_near(
     assert isinstance(where, Infeasible)  # whatever did not move is stuck
     legs = (moving or failed)[0].legs
     reason = f"a way was found, but at x {where.x:.2f}, y {where.y:.2f} {where.what}"
-    return Attempt(field, paths, legs, None, reason, where, nearly=bool(moving))
+    return Attempt(field, paths, legs, None, reason, where)
 
 
 def _driven_roughly(

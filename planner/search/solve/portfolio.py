@@ -19,6 +19,7 @@ from functools import partial
 from planner.arrays import Array
 from planner.errors import Cancelled
 from planner.search.field import polyline_cost
+from planner.search.infeasible import Infeasible
 from planner.search.resolution import MARGIN
 from planner.search.results import Route, SearchSummary
 from planner.search.run import Run
@@ -33,7 +34,6 @@ from planner.search.solve.pipeline import (
     drive_legs,
     with_costs,
 )
-from planner.search.trajectory import broken_limits
 
 BASELINES = {"shortest": "length", "fastest": "time"}
 """Baselines by name, and the objective that each is best for."""
@@ -53,15 +53,15 @@ class Found:
         summary: how it was found.
         candidate: the best one, or None with a reason.
         baselines: "shortest" and "fastest".
-        absent: why there is none of these, by name.
+        cause: what is in the way, without a route.
         notes: what the user ought to know, in sentences.
     """
 
     summary: SearchSummary
     candidate: Candidate | None = None
     baselines: dict[str, Route] = field(default_factory=dict)
-    absent: dict[str, str] = field(default_factory=dict)
     reason: str = ""
+    cause: Infeasible | None = None
     notes: tuple[str, ...] = ()
 
     @property
@@ -141,14 +141,7 @@ def best_route(run: Run) -> Found:
         pool = [best.route, *(one.route for one in candidates)]
         summary = replace(summary, chosen=best.source)
         return Found(summary, best, _baselines_among(pool), notes=tuple(notes))
-    if attempt.route is None or attempt.legs is None:
-        return Found(summary, reason=attempt.reason, notes=tuple(notes))
-    assert attempt.infeasible is not None  # as of every route that is not feasible
-    place = f"x {attempt.infeasible.x:.2f}, y {attempt.infeasible.y:.2f}"
-    notes.append(f"no way keeps to all limits: at {place} {attempt.infeasible.what}")
-    absent = dict.fromkeys(BASELINES, "no route was found that keeps to all limits")
-    as_it_is = Candidate(attempt.route, "grid", attempt.legs)
-    return Found(replace(summary, chosen="grid"), as_it_is, absent=absent, notes=tuple(notes))
+    return Found(summary, reason=attempt.reason, cause=attempt.infeasible, notes=tuple(notes))
 
 
 def best_along(
@@ -173,22 +166,15 @@ def best_along(
         candidates.append(Candidate(as_it_is, "path as it is", legs))
     best = _best(run, [one for one in candidates if one is not None])
     if best is None:
-        return Found(summary, reason=attempt.reason)
-    pool = [best.route, *(other.feasible for other in waiting().values() if other.feasible)]
+        return Found(summary, reason=attempt.reason, cause=attempt.infeasible)
+    pool = [best.route, *(other.route for other in waiting().values() if other.route)]
     return Found(replace(summary, chosen=best.source), best, _baselines_among(pool))
 
 
 def _best(run: Run, candidates: Sequence[Candidate]) -> Candidate | None:
-    """The best candidate that keeps to all limits; those not checked yet are checked closely."""
+    """The best candidate by the request's objective."""
     objective = run.request.objective
-    field = run.field(objective, MARGIN)
-    for one in sorted(candidates, key=lambda one: one.route.value(objective)):
-        motion = one.route.motion
-        if one.limits_checked or motion is None:
-            return one
-        if not broken_limits(field, run.conditions, motion, finely=True):
-            return one
-    return None
+    return min(candidates, key=lambda one: one.route.value(objective), default=None)
 
 
 def _by_grid(run: Run) -> tuple[Attempt, list[Candidate]]:
@@ -237,7 +223,7 @@ def baselines(run: Run) -> Callable[[], dict[str, Attempt]]:
 
 def _worth_driving(run: Run, own: Attempt, other: Attempt, objective: str) -> bool:
     """Whether another objective's path may be better for an objective once it is driven for it."""
-    route = own.feasible
+    route = own.route
     if route is None or other.route is None:
         return route is None
     assert other.legs is not None  # a route has legs

@@ -4,22 +4,26 @@
     caution = next_caution(run, caution, attempt)      # None where nothing is left to try
 
 A speed that breaks a limit on a bend asks for another place or for less steep ground. A body that
-cannot turn in time, or only at much cost, asks for paths with more room.
+cannot turn in time, or only at much cost, asks for paths with more room. Motors that get too warm
+ask for paths with less ground on which they give more than their continuous torque.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from planner.arrays import Array
+from planner.power.motion_row import set_motion
 from planner.search.field import CostField
+from planner.search.infeasible import Infeasible
 from planner.search.resolution import MARGIN
 from planner.search.run import Run
 from planner.search.solve.pipeline import Attempt
-from planner.search.trajectory import Infeasible
 
 SLOPE_MARGINS = (MARGIN, 0.95, 0.9, 0.8)
 """Shares of the slope limit to search with, until the finished trajectory keeps to all limits."""
@@ -27,6 +31,12 @@ FEW_SLOPE_MARGINS = (MARGIN, 0.9)
 """The same for a baseline: few answers wait for one."""
 CLEARANCE_PENALTIES = (0.0, 0.4, 1.0, 2.0, 5.0, 16.0)
 """Shares by which ground costs more where the body fits with hardly a yaw, tried in this order."""
+HEAT_WEIGHTS = (1.0, 8.0)
+"""Factors on the excess heat of ground above the continuous torque, tried in this order."""
+HEAT_SLOPES, HEAT_YAWS = 65, 16
+"""Slopes and yaw angles at which the torque of driving uphill is worked out."""
+MOST_EXCESS = 10.0
+"""Largest excess heat: no ground becomes so dear that costs lose their digits."""
 PENALISED_PLACES = 4
 """Places where a limit was broken that get a penalty, before all steep ground is avoided."""
 PENALTY, PENALISED_CELLS = 2.0, 3.0
@@ -42,12 +52,16 @@ class Caution:
         slope_margins: share of the slope limit to search with, and those to try after it.
         clearance_penalties: clearance penalty to search with, and those to try after it.
         places_left: how many more places may get a penalty.
+        heat_weights: weights of hot ground that are left to try.
+        excess_heat: gives the excess heat of the ground, (ny, nx).
     """
 
     factor: Array
     slope_margins: tuple[float, ...]
     clearance_penalties: tuple[float, ...]
     places_left: int
+    heat_weights: tuple[float, ...]
+    excess_heat: Callable[[], Array]
 
     @property
     def obstructed(self) -> bool:
@@ -70,7 +84,8 @@ def first_caution(run: Run, field: CostField, patient: bool) -> Caution:
     """No caution; what may follow is shorter for a baseline that few answers wait for."""
     penalties = CLEARANCE_PENALTIES if run.ground.blocked.any() else CLEARANCE_PENALTIES[:1]
     margins, places = (SLOPE_MARGINS, PENALISED_PLACES) if patient else (FEW_SLOPE_MARGINS, 0)
-    return Caution(field.factor, margins, penalties, places)
+    heat = HEAT_WEIGHTS if patient else HEAT_WEIGHTS[1:]
+    return Caution(field.factor, margins, penalties, places, heat, partial(excess_heat, run, field))
 
 
 def more_clearance(caution: Caution, attempt: Attempt) -> Caution | None:
@@ -81,10 +96,24 @@ def more_clearance(caution: Caution, attempt: Attempt) -> Caution | None:
     return replace(caution, clearance_penalties=caution.clearance_penalties[1:])
 
 
+def cooler_ground(caution: Caution, attempt: Attempt) -> Caution | None:
+    """A penalty on ground above the continuous torque, where motors get too warm.
+
+    On a steady slope the torque does not depend on the speed, and so only another path helps.
+    """
+    infeasible = attempt.infeasible
+    if infeasible is None or not infeasible.too_warm or not caution.heat_weights:
+        return None
+    factor = caution.factor * (1.0 + caution.heat_weights[0] * caution.excess_heat())
+    return replace(caution, factor=factor, heat_weights=caution.heat_weights[1:])
+
+
 def past_the_place(caution: Caution, attempt: Attempt) -> Caution | None:
     """A penalty near the place where a limit is broken: another path past it may do."""
     infeasible = attempt.infeasible
-    if infeasible is None or infeasible.for_want_of_room or not caution.places_left:
+    if infeasible is None or infeasible.too_warm:
+        return None
+    if infeasible.for_want_of_room or not caution.places_left:
         return None
     factor = caution.factor * _penalty_near(attempt.field, infeasible)
     return replace(caution, factor=factor, places_left=caution.places_left - 1)
@@ -92,12 +121,14 @@ def past_the_place(caution: Caution, attempt: Attempt) -> Caution | None:
 
 def gentler_slopes(caution: Caution, attempt: Attempt) -> Caution | None:
     """Less of the slope limit everywhere, which costs more than another path past one place."""
-    if attempt.infeasible is None or len(caution.slope_margins) == 1:
+    infeasible = attempt.infeasible
+    if infeasible is None or infeasible.too_warm or len(caution.slope_margins) == 1:
         return None
     return replace(caution, slope_margins=caution.slope_margins[1:])
 
 
 STRATEGIES: tuple[Callable[[Caution, Attempt], Caution | None], ...] = (
+    cooler_ground,
     more_clearance,
     past_the_place,
     gentler_slopes,
@@ -117,3 +148,26 @@ def _penalty_near(field: CostField, place: Infeasible) -> Array:
     x, y = field.x0 + field.dx * np.arange(nx), field.y0 + field.dy * np.arange(ny)
     cells = np.hypot((x - place.x)[None, :] / field.dx, (y - place.y)[:, None] / field.dy)
     return np.where(cells < PENALISED_CELLS, PENALTY, 1.0)
+
+
+def excess_heat(run: Run, field: CostField) -> Array:
+    """Heat of driving straight up every node's slope over that of the continuous torque, less 1.
+
+    (ny, nx), 0 where the motors give no more than that. Heat goes with the square of the torque,
+    and that with the slope.
+    """
+    conditions = run.conditions
+    slopes = np.linspace(0.0, float(field.limit.max()), HEAT_SLOPES)
+    yaws = 2.0 * np.pi * np.arange(HEAT_YAWS) / HEAT_YAWS
+    crawl = float(conditions.limits[0]) / HEAT_YAWS
+    gentle = np.empty(len(conditions.class_rows))
+    for number, own in enumerate(conditions.class_rows):
+        rows = np.repeat(own[None], len(slopes) * len(yaws), axis=0)
+        for row, (slope, yaw) in zip(rows, itertools.product(slopes, yaws), strict=True):
+            set_motion(row, slope, 0.0, yaw, 0.0, crawl)
+        torque = conditions.model.power_and_limits(rows)[:, 4].reshape(len(slopes), -1).min(axis=1)
+        allowed = conditions.model.vehicle.limits.continuous_torque
+        gentle[number] = max(float(np.interp(allowed, torque, slopes)), slopes[1])
+    steepness = np.hypot(*np.gradient(field.heights, field.dy, field.dx))
+    excess: Array = np.clip((steepness / gentle[field.ground]) ** 2 - 1.0, 0.0, MOST_EXCESS)
+    return excess

@@ -64,7 +64,7 @@ def _cost_at_speed(
     row[_VX], row[_VY] = vx * speed, vy * speed
     watts: float = kernel(row, parameters, body, wheels, account, per_wheel)
     row[_VX], row[_VY] = vx, vy
-    if broken_limit(account, limits, 1.0) >= 0:
+    if broken_limit(account, limits) >= 0:
         return np.inf
     if objective == 1:
         return 1.0 / speed
@@ -180,13 +180,13 @@ def _fill(
                     middle = 0.5 * (low + high)
                     set_motion(row, px * middle, py * middle, yaw, 0.0, crawl)
                     kernel(row, parameters, body, wheels, account, per_wheel)
-                    if broken_limit(account, limits, 1.0) >= 0:
+                    if broken_limit(account, limits) >= 0:
                         high = middle
                     else:
                         low = middle
                 set_motion(row, 0.0, 0.0, yaw, 0.0, crawl)
                 kernel(row, parameters, body, wheels, account, per_wheel)
-                level = broken_limit(account, limits, 1.0) < 0
+                level = broken_limit(account, limits) < 0
                 yaw_limit[c, t, f] = low if level else -1.0
                 for s in range(STEEPNESSES):
                     # Just inside the limit, where the speed is not yet squeezed to a crawl.

@@ -16,13 +16,13 @@ import numpy as np
 from planner.arrays import Array
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField, ground_classes
+from planner.search.infeasible import Infeasible
 from planner.search.kernel_arguments import Steps
-from planner.search.trajectory.limit_checks import broken_limits, ease
+from planner.search.trajectory.limit_checks import broken_limits, ease, overheated
 from planner.search.trajectory.motion import Motion, assemble, joined, room_to_move
 from planner.search.trajectory.speed_profile import speed_profile
 from planner.search.trajectory.track import Track, lay_track, slopes_of_steps
 from planner.search.trajectory.turn_on_the_spot import (
-    Infeasible,
     first_contact,
     pose_spacing,
     turn_on_the_spot,
@@ -75,6 +75,22 @@ def move(
         care: how closely.
         checked: whether all limits are checked between the samples of the profiles too.
     """
+    motion = _move(field, conditions, legs, yaws, objective, care, checked)
+    if checked and isinstance(motion, Motion):
+        return overheated(field, conditions, motion) or motion
+    return motion
+
+
+def _move(
+    field: CostField,
+    conditions: OperatingConditions,
+    legs: Sequence[Array],
+    yaws: Sequence[Wanted],
+    objective: int,
+    care: Care,
+    checked: bool,
+) -> Motion | Infeasible:
+    """The best motion by the limits that hold at every moment."""
     turned = [k for k, yaw in enumerate(yaws) if isinstance(yaw, tuple)]
     if turned:
         return _in_parts(field, conditions, legs, yaws, turned, objective, care, checked)
@@ -133,9 +149,7 @@ def _in_parts(
         if end > begun:
             wanted = [leaving(yaws[begun]), *yaws[begun + 1 : end], arriving(yaws[end])]
             inner = legs[begun:end]
-            part = move(
-                field, conditions, inner, wanted, objective=objective, care=care, checked=checked
-            )
+            part = _move(field, conditions, inner, wanted, objective, care, checked)
             if isinstance(part, Infeasible):
                 return part
             parts.append(part)
@@ -176,16 +190,18 @@ def _at_speed(
         motion = assemble(field, track, yaw, speeds, yaw_rate=limits.yaw_rate, spacing=spacing)
         if not checked:
             return motion
-        broken = broken_limits(field, conditions, motion)
+        broken = broken_limits(field, conditions, motion) or broken_limits(
+            field, conditions, motion, finely=True
+        )
         if not broken:
             return motion
         ease(broken, motion, track, fastest, hardest, eased)
         x, y = motion.x[broken.steps[0]], motion.y[broken.steps[0]]
-        infeasible = Infeasible(float(x), float(y), broken.what)
+        infeasible = broken.at(x, y)
         if eased.max() > SPEED_REPAIRS:
             worst = int(eased.argmax())
             x, y = 0.5 * (track.points[worst] + track.points[worst + 1])
-            return Infeasible(float(x), float(y), broken.what)
+            return broken.at(x, y)
     return infeasible
 
 

@@ -1,7 +1,8 @@
-"""Checks of a finished motion against all limits, and lower caps where it breaks one.
+"""Checks of a motion against all limits, and lower caps where it breaks one.
 
     broken = broken_limits(field, conditions, motion)        # samples, fifteen a cell
     ease(broken, motion, track, fastest, hardest)        # caps for another speed profile
+    overheated(field, conditions, motion)                # Infeasible where a motor gets too warm
 
 The yaw and speed profiles look at few points of every step. Ground between them may be steeper, and
 at the faster end of a ramp a motor needs more voltage.
@@ -17,19 +18,29 @@ from numpy.typing import NDArray
 
 from planner.arrays import Array
 from planner.compiled_code import njit
-from planner.power.limits import BRIEFLY, LIMIT_NAMES, broken_in_results
+from planner.power.limits import LIMIT_NAMES, broken_in_results, gear_torques, rms_torques
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
-from planner.search.trajectory.motion import Motion, motion_rows
+from planner.search.infeasible import Infeasible
+from planner.search.trajectory.motion import Motion, motion_rows, place_at
 from planner.search.trajectory.track import Track
 
 FINENESS, FINEST = 0.2, 0.05
 """Cells that three samples stand for: while motions are repaired, and for the answer."""
+FINEST_SECONDS = 0.015
+"""s that three samples of the answer stand for at most."""
 SPEED_FACTOR, ACCELERATION_FACTOR = 0.94, 0.75
 """Factors on the speed, and on the acceleration, where a limit was broken: with twelve repairs they
 reach half the speed and a thirtieth of the acceleration."""
 STEADY_SHARE = 0.02
 """Share of the largest acceleration below which the speed is eased instead."""
+ROUNDING = 1e-6
+"""Share by which acceleration and yaw rate may exceed their limits."""
+ALONG = (*LIMIT_NAMES, "acceleration", "yaw rate")
+"""Limits that a broken one is a number into."""
+_ACCELERATION, _YAW_RATE = len(LIMIT_NAMES), len(LIMIT_NAMES) + 1
+_MAY_NEED_SPEED = ("voltage", "acceleration", "yaw rate")
+"""Limits that less speed keeps, wherever the body points."""
 
 
 @dataclass(frozen=True)
@@ -38,19 +49,29 @@ class Broken:
 
     Attributes:
         steps: (n,) of the motion.
-        limits: (n,) numbers into LIMIT_NAMES.
+        limits: (n,) numbers into ALONG.
+        values, allowed: (n,) what is reached there, and the limit; SI.
     """
 
     steps: NDArray[np.int64]
     limits: NDArray[np.int64]
+    values: Array
+    allowed: Array
 
     def __bool__(self) -> bool:
         return len(self.steps) > 0
 
-    @property
-    def what(self) -> str:
-        """The first broken limit in words."""
-        return f"the limit of {LIMIT_NAMES[self.limits[0]]} is broken"
+    def at(self, x: float, y: float) -> Infeasible:
+        """The first of them, as what is in the way at a place."""
+        name = ALONG[self.limits[0]]
+        return Infeasible(
+            float(x),
+            float(y),
+            f"the limit of {name} is broken",
+            limit=name,
+            value=float(self.values[0]),
+            allowed=float(self.allowed[0]),
+        )
 
 
 def broken_limits(
@@ -62,25 +83,91 @@ def broken_limits(
         field, conditions, motion: map, model and the motion.
         finely: as closely as the answer is checked.
     """
-    fineness = FINEST if finely else FINENESS
-    rows, _, owner = motion_rows(
-        field, motion, conditions.class_rows, conditions.wind, fineness=fineness
-    )
+    rows, _, owner = limit_rows(field, conditions, motion, finely=finely)
     found = conditions.model.power_and_limits(rows)
-    changing = np.abs(np.diff(motion.speed)) > 1e-9
-    brief = changing | (motion.curvatures != 0.0) | (np.abs(np.diff(motion.yaw)) > 1e-9)
-    numbers = _numbers(found, conditions.limits, brief[owner])
+    numbers = _numbers(found, conditions.limits)
     moving = np.hypot(np.diff(motion.x), np.diff(motion.y)) > 1e-9
     at = np.flatnonzero((numbers >= 0) & moving[owner])
-    return Broken(owner[at], numbers[at])
+    # Of a row: watts, least load, current, voltage, torque, share of traction left.
+    values = found[:, [1, 5, 2, 3, 4]]
+    allowed = np.array([0.0, 0.0, *conditions.limits[1:4]])
+    steps, limits = [owner[at]], [numbers[at]]
+    reached, most = [values[at, numbers[at]]], [allowed[numbers[at]]]
+    for number, (rate, limit) in enumerate(motion_rates(conditions, motion), _ACCELERATION):
+        at = np.flatnonzero((rate > limit * (1.0 + ROUNDING)) & moving)
+        steps.append(at)
+        limits.append(np.full(len(at), number))
+        reached.append(rate[at])
+        most.append(np.full(len(at), limit))
+    joined = [np.concatenate(parts) for parts in (steps, limits, reached, most)]
+    return Broken(*joined)
+
+
+def limit_rows(
+    field: CostField, conditions: OperatingConditions, motion: Motion, *, finely: bool
+) -> tuple[Array, Array, NDArray[np.int64]]:
+    """Rows of a motion as close as limits are checked, s of each, and its step."""
+    return motion_rows(
+        field,
+        motion,
+        conditions.class_rows,
+        conditions.wind,
+        fineness=FINEST if finely else FINENESS,
+        seconds=FINEST_SECONDS if finely else np.inf,
+    )
+
+
+def motion_rates(
+    conditions: OperatingConditions, motion: Motion
+) -> tuple[tuple[Array, float], tuple[Array, float]]:
+    """Largest acceleration, along and across together, and yaw rate of every step; their limits.
+
+    (n - 1,) m/s² and rad/s each.
+    """
+    limits = conditions.model.vehicle.limits
+    seconds = np.diff(motion.time)
+    faster = np.maximum(motion.speed[1:], motion.speed[:-1])
+    acceleration = np.hypot(np.diff(motion.speed) / seconds, faster**2 * motion.curvatures)
+    # A body that moves turns as fast as it gets on.
+    pace = np.where(faster > 0.0, 2.0 * faster / (motion.speed[1:] + motion.speed[:-1] + 1e-300), 1)
+    rate = np.abs(np.diff(motion.yaw)) / seconds * pace
+    rate += 0.5 * np.abs(motion.yaw_accelerations) * seconds
+    return (acceleration, limits.acceleration), (rate, limits.yaw_rate)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _numbers(found: Any, limits: Any, brief: Any) -> Any:
+def _numbers(found: Any, limits: Any) -> Any:
     numbers = np.empty(found.shape[0], np.int64)
     for k in range(found.shape[0]):
-        numbers[k] = broken_in_results(found[k], limits, BRIEFLY if brief[k] else 1.0)
+        numbers[k] = broken_in_results(found[k], limits)
     return numbers
+
+
+def overheated(
+    field: CostField, conditions: OperatingConditions, motion: Motion
+) -> Infeasible | None:
+    """Where and when a motor's root mean square torque is largest, if that is too much."""
+    allowed = conditions.model.vehicle.limits.continuous_torque
+    rows, seconds, owner = limit_rows(field, conditions, motion, finely=False)
+    largest = conditions.model.power_and_limits(rows)[:, 4]
+    thermal_time = conditions.model.vehicle.limits.thermal_time
+    # The most loaded motor of every moment bounds each of them.
+    if not (rms_torques(largest, seconds, thermal_time) > allowed).any():
+        return None
+    rows, seconds, owner = limit_rows(field, conditions, motion, finely=True)
+    rms = rms_torques(gear_torques(conditions.model, rows), seconds, thermal_time).max(axis=1)
+    k = int(rms.argmax())
+    if rms[k] <= allowed:
+        return None
+    x, y = place_at(motion, int(owner[k]), float(np.cumsum(seconds)[k]))
+    return Infeasible(
+        x,
+        y,
+        f"motors give {rms[k] / allowed:.2f} times their continuous torque over {thermal_time:g} s",
+        limit="torque rms",
+        value=float(rms[k]),
+        allowed=allowed,
+    )
 
 
 def ease(
@@ -98,18 +185,30 @@ def ease(
         motion: along ``track``, perhaps with samples of its own.
         track: samples of the path.
         fastest, hardest: (steps of the track,) m/s and m/s², lowered in place.
-        eased: (steps of the track,) repairs for other limits than the voltage, counted in place.
+        eased: (steps of the track,) repairs that less speed need not help, counted in place.
     """
     along = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(motion.x), np.diff(motion.y)))])
     ends = np.cumsum(track.lengths)
     most = float(hardest.max())
     speed = np.maximum(motion.speed[1:], motion.speed[:-1])
     change = np.abs(np.diff(motion.speed)) / np.diff(motion.time)
-    for step, limit in set(zip(broken.steps.tolist(), broken.limits.tolist(), strict=True)):
+    excess = broken.values / np.maximum(broken.allowed, 1e-12)
+    found: dict[tuple[int, int], float] = {}
+    for step, limit, share in zip(
+        broken.steps.tolist(), broken.limits.tolist(), excess.tolist(), strict=True
+    ):
+        found[step, limit] = max(found.get((step, limit), 0.0), share)
+    for (step, limit), share in found.items():
         place = int(np.searchsorted(ends, 0.5 * (along[step] + along[step + 1])))
         near = slice(max(0, place - 1), place + 2)
-        eased[place] += LIMIT_NAMES[limit] != "voltage"
-        if LIMIT_NAMES[limit] == "voltage" or change[step] < STEADY_SHARE * most:
-            fastest[near] = np.minimum(fastest[near], SPEED_FACTOR * speed[step])
+        name = ALONG[limit]
+        eased[place] += name not in _MAY_NEED_SPEED
+        slower, gentler = SPEED_FACTOR, ACCELERATION_FACTOR
+        if name in ("acceleration", "yaw rate"):
+            # The step's ground is a little shorter than its slope in the middle said.
+            slower = gentler = (1.0 - 1e-3) / share
+        bends = name == "acceleration" and change[step] < 0.5 * share * most
+        if name in ("voltage", "yaw rate") or bends or change[step] < STEADY_SHARE * most:
+            fastest[near] = np.minimum(fastest[near], slower * speed[step])
         else:
-            hardest[near] = np.minimum(hardest[near], ACCELERATION_FACTOR * change[step])
+            hardest[near] = np.minimum(hardest[near], gentler * change[step])

@@ -125,6 +125,26 @@ def joined(parts: Sequence[Motion]) -> Motion:
     return whole
 
 
+def place_at(motion: Motion, step: int, time: float) -> tuple[float, float]:
+    """Position (x, y) in m on a step at a time."""
+    share = float(ways_gone(motion, np.array([step]), np.array([time]))[0])
+    x, y = motion.x, motion.y
+    return (
+        float(x[step] + share * (x[step + 1] - x[step])),
+        float(y[step] + share * (y[step + 1] - y[step])),
+    )
+
+
+def ways_gone(motion: Motion, steps: NDArray[np.int64], times: Array) -> Array:
+    """Shares (n,) of their steps' way that are behind the robot at times (n,)."""
+    begun, ended = motion.time[steps], motion.time[steps + 1]
+    before, after = motion.speed[steps], motion.speed[steps + 1]
+    share = np.clip((times - begun) / (ended - begun), 0.0, 1.0)
+    mean = 0.5 * (before + after)
+    gone = share * (before + 0.5 * (after - before) * share) / np.maximum(mean, 1e-300)
+    return np.where(mean > 0.0, gone, share)
+
+
 def room_to_move(track: Track, yaw: YawProfile) -> tuple[Track, YawProfile]:
     """The same track with a sample between any two at which the robot stands still."""
     still = track.stops | (np.abs(yaw.leaving - yaw.arriving) > 1e-9)
@@ -278,7 +298,13 @@ def _motion_rows(field: Any, motion: Any, class_rows: Any, wind: Any, pieces: An
 
 
 def motion_rows(
-    field: CostField, motion: Motion, class_rows: Array, wind: Array, *, fineness: float = 0.5
+    field: CostField,
+    motion: Motion,
+    class_rows: Array,
+    wind: Array,
+    *,
+    fineness: float = 0.5,
+    seconds: float = math.inf,
 ) -> tuple[Array, Array, NDArray[np.int64]]:
     """Rows of the power model along a motion, the time each stands for, and its step.
 
@@ -288,13 +314,15 @@ def motion_rows(
         class_rows: (classes, ROW_LENGTH) conditions.
         wind: (2,) m/s in the map's frame.
         fineness: three samples at least every ``fineness`` cells.
+        seconds: and every so many s.
     """
     length = np.hypot(np.diff(motion.x), np.diff(motion.y))
     cell = min(field.dx, field.dy)
-    pieces = np.maximum(1, np.ceil(length / (fineness * cell))).astype(np.int64)
+    pieces = np.maximum(length / (fineness * cell), np.diff(motion.time) / seconds)
+    pieces = np.maximum(1, np.ceil(pieces)).astype(np.int64)
     arrays = (
         *(motion.x, motion.y, motion.heights, motion.yaw, motion.time, motion.speed),
         *(motion.curvatures, motion.yaw_accelerations),
     )
-    rows, seconds, owner = _motion_rows(field, arrays, class_rows, wind, pieces)
-    return rows, seconds, owner
+    rows, weights, owner = _motion_rows(field, arrays, class_rows, wind, pieces)
+    return rows, weights, owner

@@ -114,7 +114,7 @@ def estimate(
         most = min(
             fastest[j],
             limits[6] * surface / max(abs(turns[j]), 1e-12),
-            math.sqrt(1.1 * most_acceleration / max(abs(curvatures[j]), 1e-12)),
+            math.sqrt(most_acceleration / max(abs(curvatures[j]), 1e-12)),
         ) * (1.0 + 1e-6)
         if objective != 1:
             if j % together == 0:

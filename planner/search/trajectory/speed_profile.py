@@ -20,12 +20,12 @@ from numpy.typing import NDArray
 from planner.arrays import Array
 from planner.compiled_code import njit
 from planner.power.kernels import BLOCK, BLOCK_KERNEL
-from planner.power.limits import BRIEFLY, broken_in_block
+from planner.power.limits import broken_in_block
 from planner.power.motion_row import empty_block, put_row, set_acceleration, set_motion, set_wind
 from planner.quantities import INDEX
 from planner.search.conditions import OperatingConditions
 from planner.search.kernel_arguments import F1, F3, MODEL_ARRAYS, Steps
-from planner.search.resolution import EVENLY, LEVELS, STILL
+from planner.search.resolution import EVENLY, LEVELS
 from planner.search.trajectory.speed_estimate import (
     REACH,
     STRETCH,
@@ -54,14 +54,12 @@ class Block(NamedTuple):
     Attributes:
         columns, found: values of the rows and results, as the kernel takes them.
         shares: (BLOCK,) s that a row's power counts for.
-        eases: (BLOCK,) factor on the continuous torque.
         owners: (BLOCK, 3) step, level at its start, and change of level.
     """
 
     columns: Array
     found: Array
     shares: Array
-    eases: Array
     owners: NDArray[np.int64]
 
 
@@ -77,7 +75,6 @@ def _put_ramp(
     limits: Any,
     most_acceleration: float,
     shares: Any,
-    eases: Any,
 ) -> int:
     """Rows of one step between two speeds, from ``place`` of a block on; their number, at most 3.
 
@@ -93,25 +90,23 @@ def _put_ramp(
         speeds: m/s at both ends.
         limits: of OperatingConditions.
         most_acceleration: m/s².
-        shares, eases: of the Block, written.
+        shares: of the Block, written.
     """
     surface, turn, curvature, slope_change = bend
     speed_a, speed_b = speeds
     acceleration = (speed_b * speed_b - speed_a * speed_a) / (2.0 * surface)
-    if abs(acceleration) > most_acceleration * (1.0 + 1e-6):
-        return 0
     time = 2.0 * surface / (speed_a + speed_b)
     faster = max(speed_a, speed_b)
     if abs(turn) * faster > limits[6] * surface * (1.0 + 1e-6):
         return 0
-    if faster * faster * abs(curvature) > most_acceleration * 1.1:
+    sideways = faster * faster * curvature
+    if math.hypot(acceleration, sideways) > most_acceleration * (1.0 + 1e-6):
         return 0
-    brief = abs(turn) > STILL or curvature != 0.0 or abs(acceleration) > 0.05 * most_acceleration
     count = 0
     if steepest.shape[0]:
         vx, vy = steepest[_VX], steepest[_VY]
         steepest[_VX], steepest[_VY], steepest[_WZ] = vx * faster, vy * faster, turn / time
-        set_acceleration(steepest, acceleration, faster * faster * curvature, vx, vy, 1.0)
+        set_acceleration(steepest, acceleration, sideways, vx, vy, 1.0)
         put_row(columns, place, steepest)
         steepest[_VX], steepest[_VY] = vx, vy
         shares[place] = 0.0
@@ -128,8 +123,6 @@ def _put_ramp(
         put_row(columns, place + count, row)
         shares[place + count] = share * time
         count += 1
-    for k in range(place, place + count):
-        eases[k] = BRIEFLY if brief else 1.0
     return count
 
 
@@ -141,13 +134,12 @@ def _book(
     objective: int,
     owners: Any,
     shares: Any,
-    eases: Any,
     expected: Any,
 ) -> None:
     """Add the model's results for a block's rows to the costs of the steps that own them."""
     for k in range(size):
         j, a, at = owners[k]
-        if broken_in_block(found, k, limits, eases[k]) >= 0:
+        if broken_in_block(found, k, limits) >= 0:
             expected[j, a, at] = np.inf
         else:
             # Of profiles that take as long, the one that needs less energy.
@@ -220,7 +212,7 @@ def _price_near(
     directions, lengths, slopes, ground = stretch.steps
     curvatures, yaw, turns = stretch.curvatures, stretch.yaw, stretch.turns
     objective, most = stretch.objective, stretch.acceleration
-    columns, found, shares, eases, owners = block
+    columns, found, shares, owners = block
     row, unit = np.empty(class_rows.shape[1]), np.empty(2)
     size = 0
     for j in range(fresh.shape[0]):
@@ -247,7 +239,7 @@ def _price_near(
                 exact[j, a, at] = True
                 if size + 3 > BLOCK:
                     kernel(columns, size, parameters, body, wheels, found)
-                    _book(found, size, limits, objective, owners, shares, eases, expected)
+                    _book(found, size, limits, objective, owners, shares, expected)
                     size = 0
                 # Written out: a tuple of arrays on every call costs more than the call.
                 count = _put_ramp(
@@ -261,7 +253,6 @@ def _price_near(
                     limits,
                     most,
                     shares,
-                    eases,
                 )
                 expected[j, a, at] = np.inf
                 if count:
@@ -272,7 +263,7 @@ def _price_near(
                     owners[k] = j, a, at
                 size += count
     kernel(columns, size, parameters, body, wheels, found)
-    _book(found, size, limits, objective, owners, shares, eases, expected)
+    _book(found, size, limits, objective, owners, shares, expected)
 
 
 @njit(cache=True, error_model="numpy")
@@ -306,7 +297,7 @@ def _speeds(
     """
     columns, found = empty_block()
     owners = np.empty((BLOCK, 3), np.int64)
-    block = Block(columns, found, np.empty(BLOCK), np.empty(BLOCK), owners)
+    block = Block(columns, found, np.empty(BLOCK), owners)
     steps = stretch.curvatures.shape[0]
     cost = np.empty((steps + 1, LEVELS))
     came = np.empty((steps + 1, LEVELS), np.int64)

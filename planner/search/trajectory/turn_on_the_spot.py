@@ -7,31 +7,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from planner.arrays import Array
 from planner.compiled_code import njit
-from planner.power.limits import BRIEFLY, broken_limit
+from planner.power.limits import broken_limit
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
+from planner.search.infeasible import Infeasible
 from planner.search.resolution import ALL_YAWS
 from planner.search.trajectory.motion import Motion, assemble, motion_rows
 from planner.search.trajectory.track import Track
 from planner.search.trajectory.yaw_profile import YawProfile
 from planner.terrain.footprint import touches
-
-
-@dataclass(frozen=True)
-class Infeasible:
-    """Where along a path the robot cannot go on, and why."""
-
-    x: float
-    y: float
-    what: str
-    for_want_of_room: bool = False
 
 
 def pose_spacing(cell: float) -> float:
@@ -81,9 +71,7 @@ def turn_on_the_spot(
             motion = assemble(field, track, profile, np.zeros(1), yaw_rate=rate, spacing=spacing)
             rows, _, _ = motion_rows(field, motion, conditions.class_rows, conditions.wind)
             accounts, _ = conditions.model.evaluate(rows)
-            held = all(
-                broken_limit(account, conditions.limits, BRIEFLY) < 0 for account in accounts
-            )
+            held = all(broken_limit(account, conditions.limits) < 0 for account in accounts)
             if held and first_contact(field, motion) < 0:
                 break
         else:

@@ -13,7 +13,7 @@ from numba import types
 
 from planner.compiled_code import njit
 from planner.power.kernels import BLOCK, BLOCK_KERNEL
-from planner.power.limits import BRIEFLY, broken_in_block
+from planner.power.limits import broken_in_block
 from planner.power.motion_row import empty_block, put_row, set_motion
 from planner.quantities import INDEX
 from planner.search.kernel_arguments import F1, F2, I1, MODEL_ARRAYS
@@ -63,7 +63,7 @@ def spin_costs(
         for place in range(waypoints * priced):
             k, s = first + place // priced, place % priced * SPUN
             spin[k, s] = max(1.0 if objective == 1 else found[place], 0.0) / rate
-            if broken_in_block(found, place, limits, BRIEFLY) >= 0:
+            if broken_in_block(found, place, limits) >= 0:
                 spin[k, s] = np.inf
     for k in range(directions.shape[0]):
         for s in range(STATES):

@@ -16,7 +16,7 @@ from numba import types
 
 from planner.compiled_code import njit
 from planner.power.kernels import BLOCK, BLOCK_KERNEL
-from planner.power.limits import BRIEFLY, broken_in_block
+from planner.power.limits import broken_in_block
 from planner.power.motion_row import empty_block, motion_on_plane, put, put_row
 from planner.quantities import INDEX
 from planner.search.kernel_arguments import F1, F2, I1, MODEL_ARRAYS, STEPS
@@ -106,8 +106,7 @@ def step_costs(
             kernel(columns, size, parameters, body, wheels, found)
             for place in range(size):
                 n = placed[place]
-                brief = abs(moves[n, 2]) > STILL
-                if broken_in_block(found, place, limits, BRIEFLY if brief else 1.0) >= 0:
+                if broken_in_block(found, place, limits) >= 0:
                     speed[n] *= SLOWER
                     tries[n] += 1
                     if tries[n] == TRIES:

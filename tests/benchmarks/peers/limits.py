@@ -13,7 +13,7 @@ from collections import Counter
 
 import numpy as np
 
-from planner.power.limits import BRIEFLY, LIMIT_NAMES, broken_limit
+from planner.power.limits import LIMIT_NAMES, broken_limit, gear_torques, rms_torques
 from planner.power.motion_row import set_acceleration, set_motion, set_wind
 from planner.quantities import INDEX
 from planner.search.field import ground_classes, sample_surface
@@ -25,6 +25,8 @@ from tests.benchmarks.peers.case import Array, Case
 SHARE = 0.1
 """Cells between two samples."""
 ROUNDING = 1e-6
+BENDS = 0.02
+"""Share by which a bend derived from chords may be tighter than the arc that they belong to."""
 
 
 def broken_limits(case: Case, route: Route) -> dict[str, int]:
@@ -41,6 +43,7 @@ def broken_limits(case: Case, route: Route) -> dict[str, int]:
     share = np.concatenate([(np.arange(n) + 0.5) / n for n in count])
     points = np.column_stack([x[:-1], y[:-1]])[step]
     points = points + np.column_stack([np.diff(x), np.diff(y)])[step] * share[:, None]
+    held = seconds[step] / count[step]
     angles = yaw[:-1][step] + np.diff(yaw)[step] * share
     # Speeds change evenly in time, so their squares do along the way.
     squares = speed[:-1][step] ** 2 + np.diff(speed**2)[step] * share
@@ -64,8 +67,7 @@ def broken_limits(case: Case, route: Route) -> dict[str, int]:
     broken: Counter[str] = Counter()
     for n, account in enumerate(accounts):
         k = step[n]
-        steady = abs(faster[k]) < ROUNDING and turns[k] == 0.0 and abs(rates[n]) < ROUNDING
-        number = broken_limit(account, conditions.limits, 1.0 if steady else BRIEFLY)
+        number = broken_limit(account, conditions.limits)
         if number >= 0:
             broken[LIMIT_NAMES[number]] += 1
         if not rectangle_free(
@@ -77,7 +79,10 @@ def broken_limits(case: Case, route: Route) -> dict[str, int]:
         ):
             broken["clearance"] += 1
     broken["speed"] = int((here > limits.speed * (1.0 + ROUNDING)).sum())
-    broken["acceleration"] = int((np.abs(faster) > limits.acceleration * (1.0 + 1e-3)).sum())
+    together = np.hypot(faster[step], here**2 * turns[step])
+    broken["acceleration"] = int((together > limits.acceleration * (1.0 + BENDS)).sum())
+    rms = rms_torques(gear_torques(conditions.model, rows), held, limits.thermal_time)
+    broken["torque rms"] = int((rms > limits.continuous_torque * (1.0 + 1e-3)).sum())
     broken["yaw rate"] = int((np.abs(rates) > limits.yaw_rate * (1.0 + 1e-3)).sum())
     return {name: times for name, times in broken.items() if times}
 

@@ -12,11 +12,12 @@ import pytest
 
 from planner import plan_route
 from planner.report import write_report
+from planner.search.infeasible import Infeasible
 from planner.search.requests import PlanRequest
 from planner.search.situation import situation_of
 from planner.search.solve import portfolio as best_route
-from planner.search.solve.pipeline import ANSWER, BASELINE
-from planner.search.trajectory import Infeasible, broken_limits
+from planner.search.solve.pipeline import ANSWER
+from planner.search.trajectory import broken_limits
 from service.cli import as_tables
 from tests.service.cli.terminal import written
 
@@ -68,28 +69,24 @@ def test_with_time_a_shortest_route_is_looked_for_patiently():
     assert not broken_limits(situation.field("energy"), situation.conditions, shortest.route.motion)
 
 
-def test_where_nothing_keeps_to_the_limits_there_is_nothing_to_compare_with(monkeypatch):
-    """The route is answered as it is, with a note; the baselines are absent, with the reason."""
+def test_where_nothing_keeps_to_the_limits_there_is_no_route(monkeypatch):
+    """The limit that is in the way stands beside the reason."""
     search = best_route.on_grid
 
     def never(run, field, objective, effort=ANSWER, *, patient=True):
         found = search(run, field, objective, effort, patient=patient)
-        stuck = Infeasible(20.0, 30.0, "the limit of traction is broken")
-        route = None if effort is BASELINE else found.route
-        return replace(found, route=route, infeasible=stuck)
+        stuck = Infeasible(20.0, 30.0, "wheels slide", limit="traction", value=1.1, allowed=1.0)
+        return replace(found, route=None, infeasible=stuck, reason="wheels slide")
 
     monkeypatch.setattr(best_route, "on_grid", never)
     monkeypatch.setattr(best_route, "drive_legs", lambda *_: None)
-    answer = plan_route(asked("fractal"))
-    document = answer.to_json()
-    assert answer.status == "ok"
-    assert document["baselines"] == {}
-    assert set(document["baselines_absent"]) == {"shortest", "fastest"}
-    assert "limits" in document["baselines_absent"]["shortest"]
-    assert any("traction" in note and "x 20.00" in note for note in answer.notes)
-    said = written(as_tables("plan", document))
-    assert "shortest" in said
-    assert "no route was found that keeps to all limits" in said
+    monkeypatch.setattr(best_route, "further_candidates", lambda *_: iter(()))
+    document = plan_route(asked("fractal")).to_json()
+    assert document["status"] == "no_route"
+    assert document["routes"] == []
+    cause = {"limit": "traction", "value": 1.1, "allowed": 1.0, "x": 20.0, "y": 30.0}
+    assert document["cause"] == cause
+    assert "wheels slide" in written(as_tables("plan", document))
 
 
 def test_what_is_compared_with_arrives_in_time_too():

@@ -92,7 +92,7 @@ def test_what_breaks_a_limit_is_not_chosen_however_little_it_takes(relief, monke
             ("hasty", replace(route, energy_j=0.5 * route.energy_j, motion=motion)),
             ("same", replace(route, energy_j=0.9 * route.energy_j)),
         ):
-            yield Candidate(found, source, attempt.legs, limits_checked=False)
+            yield Candidate(found, source, attempt.legs)
 
     monkeypatch.setattr("planner.search.solve.portfolio.further_candidates", hasty)
     answer = plan_route(terrain=relief, **ENDS, time_budget_s=1.0)

@@ -9,6 +9,7 @@ import pytest
 
 from planner.cancellation import CancellationToken
 from planner.progress import silent
+from planner.search.infeasible import Infeasible
 from planner.search.requests import PlanRequest
 from planner.search.run import Run
 from planner.search.situation import situation_of
@@ -23,7 +24,6 @@ from planner.search.solve.recovery import (
     next_caution,
     past_the_place,
 )
-from planner.search.trajectory import Infeasible
 from tests.search.maps import drawn, hills, terrain
 
 STEEP = Infeasible(6.0, 5.0, "the limit of torque is broken")

@@ -7,8 +7,9 @@ import math
 import numpy as np
 import pytest
 
+from planner.search.infeasible import Infeasible
 from planner.search.trajectory.motion import Motion
-from planner.search.trajectory.turn_on_the_spot import Infeasible, turn_on_the_spot
+from planner.search.trajectory.turn_on_the_spot import turn_on_the_spot
 from tests.benchmarks.peers.case import case_of
 from tests.search.maps import terrain
 

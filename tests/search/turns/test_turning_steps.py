@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planner.power.account import ACCOUNT, LIMITS
-from planner.power.limits import BRIEFLY, broken_limit
+from planner.power.limits import broken_limit
 from planner.power.motion_row import set_motion, set_wind
 from planner.quantities import INDEX
 from planner.search.kernel_arguments import Steps
@@ -47,7 +47,7 @@ def one_by_one(conditions, objective, direction, slope, ground, move):
             row[[INDEX["vx"], INDEX["vy"]]] = unit * speed
             row[INDEX["wz"]] = turn * speed / surface
             accounts, _ = model.evaluate(row[None])
-            if broken_limit(accounts[0], limits, BRIEFLY if abs(turn) > STILL else 1.0) < 0:
+            if broken_limit(accounts[0], limits) < 0:
                 cost = surface / speed * (1.0 if objective == 1 else accounts[0, 0])
                 break
             speed *= SLOWER

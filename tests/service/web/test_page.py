@@ -62,18 +62,14 @@ def test_two_clicks_plan_a_route(page: Any, workers: ScriptedWorkers) -> None:
     expect(page.locator("#along .readout")).to_contain_text("J so far")
 
 
-def test_the_page_says_what_was_minimised_and_what_is_missing(
-    page: Any, workers: ScriptedWorkers
-) -> None:
+def test_the_page_says_what_was_minimised(page: Any, workers: ScriptedWorkers) -> None:
     found = answer(
         planner=SearchSummary("least-energy", "plane", "time", 0, "Exact solution"),
         baselines={"fastest": answer().baselines["shortest"]},
-        absent={"shortest": "no route keeps to the limits"},
     )
     workers.work = lambda *_: json.dumps(answered(found))
     click_metres(page, 2.0, 1.0)
     click_metres(page, 8.0, 4.0)
-    page.get_by_text("as the shortest: no route keeps to the limits").wait_for()
     rows = page.locator("#result tbody tr").all_inner_texts()
     assert [row.split("\t")[0] for row in rows] == ["route (least time)", "fastest"]
 

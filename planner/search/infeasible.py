@@ -1,0 +1,41 @@
+"""What a search of motions answers where there is none: where along a path, and which limit."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Infeasible:
+    """Where along a path the robot cannot go on, and why.
+
+    Attributes:
+        x, y: m.
+        what: in words.
+        for_want_of_room: whether a path with more clearance may help.
+        limit: by the names that routes give their limits; empty where none is measured.
+        value, allowed: what is reached there, and the limit; SI.
+    """
+
+    x: float
+    y: float
+    what: str
+    for_want_of_room: bool = False
+    limit: str = ""
+    value: float = math.nan
+    allowed: float = math.nan
+
+    @property
+    def too_warm(self) -> bool:
+        """Whether motors give too much torque for too long."""
+        return self.limit == "torque rms"
+
+    def to_json(self) -> dict[str, Any]:
+        """``cause`` of an answer without a route; null where nothing is measured."""
+        numbers = {"value": self.value, "allowed": self.allowed, "x": self.x, "y": self.y}
+        return {
+            "limit": self.limit or None,
+            **{name: value if math.isfinite(value) else None for name, value in numbers.items()},
+        }

@@ -1,0 +1,168 @@
+"""How much of every limit a motion uses, and where it uses most.
+
+for use in limits_used(field, conditions, motion): print(use.limit, use.share)
+
+A share of 1 is the limit itself. The wheel load's share is what the least loaded wheel lacks of its
+load on level ground; that of traction is of the force that the wheels can share among them; that
+of the clearance is the clearance over the distance of the nearest thing.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.arrays import Array
+from planner.compiled_code import njit
+from planner.power.limits import gear_torques, rms_torques
+from planner.quantities import INDEX, STANDARD_GRAVITY
+from planner.search.conditions import OperatingConditions
+from planner.search.field import CostField
+from planner.search.trajectory.limit_checks import limit_rows, motion_rates
+from planner.search.trajectory.motion import Motion, place_at, ways_gone
+from planner.terrain.obstacles import rectangle_free
+
+LIMITS_USED = (
+    *("torque peak", "torque rms", "traction", "wheel load", "voltage", "current"),
+    *("speed", "acceleration", "yaw rate", "clearance"),
+)
+"""Names and order of ``limits_used``."""
+WIDEST = 10.0
+"""Clearances within which the nearest thing is looked for; beyond, the share is 0."""
+HALVINGS = 20
+"""Bisections of that distance."""
+BESIDE = 0.25
+"""Cells between two places at which the clearance is measured."""
+
+
+@dataclass(frozen=True)
+class LimitUse:
+    """One limit: the largest share used, and where and when; m and s."""
+
+    limit: str
+    share: float
+    x: float
+    y: float
+    t: float
+
+    def to_json(self) -> dict[str, Any]:
+        """One entry of ``limits``."""
+        return asdict(self)
+
+
+def limits_used(
+    field: CostField, conditions: OperatingConditions, motion: Motion
+) -> tuple[LimitUse, ...]:
+    """The largest share of every limit of LIMITS_USED along a motion, in their order.
+
+    A vehicle's limit that is infinite has the share 0.
+    """
+    limits, model = conditions.model.vehicle.limits, conditions.model
+    rows, seconds, owner = limit_rows(field, conditions, motion, finely=True)
+    found = model.power_and_limits(rows)
+    _, least_load, current, voltage, torque, traction_left = found.T
+    own_load = conditions.mass * STANDARD_GRAVITY / len(model.wheels)
+    times = rows[:, INDEX["time_since_start"]]
+    ends = np.cumsum(seconds)
+    rms = rms_torques(torque, seconds, limits.thermal_time)
+    if (rms > 0.0).any():
+        rms = rms_torques(gear_torques(model, rows), seconds, limits.thermal_time).max(axis=1)
+    first = motion.time[:-1]
+    (acceleration, most), (yaw_rate, fastest) = motion_rates(conditions, motion)
+    steps = np.arange(len(motion.time) - 1)
+    speed = np.maximum(motion.speed[1:], motion.speed[:-1])
+    shares: dict[str, tuple[Array, NDArray[np.int64], Array]] = {
+        "torque peak": (torque / limits.peak_torque, owner, times),
+        "torque rms": (rms / limits.continuous_torque, owner, ends),
+        "traction": (1.0 - traction_left, owner, times),
+        "wheel load": (1.0 - least_load / own_load, owner, times),
+        "voltage": (voltage / limits.voltage, owner, times),
+        "current": (current / limits.current, owner, times),
+        "speed": (speed / limits.speed, steps, first),
+        "acceleration": (acceleration / most, steps, first),
+        "yaw rate": (yaw_rate / fastest, steps, first),
+        "clearance": _clearances(field, conditions, motion),
+    }
+    uses = []
+    for name in LIMITS_USED:
+        share, at, when = shares[name]
+        if not len(share):
+            uses.append(LimitUse(name, 0.0, float(motion.x[0]), float(motion.y[0]), 0.0))
+            continue
+        k = int(np.argmax(share))
+        x, y = place_at(motion, int(at[k]), float(when[k]))
+        uses.append(LimitUse(name, max(float(share[k]), 0.0), x, y, float(when[k])))
+    return tuple(uses)
+
+
+def _clearances(
+    field: CostField, conditions: OperatingConditions, motion: Motion
+) -> tuple[Array, NDArray[np.int64], Array]:
+    """Clearance over the distance of the nearest thing; the steps, and the times."""
+    clearance = conditions.model.vehicle.limits.clearance
+    length = np.hypot(np.diff(motion.x), np.diff(motion.y))
+    turn = np.abs(np.diff(motion.yaw))
+    counts = np.maximum(length / (BESIDE * min(field.dx, field.dy)), turn / math.radians(5.0))
+    counts = np.maximum(1, np.ceil(counts)).astype(np.int64)
+    steps = np.repeat(np.arange(len(counts)), counts)
+    share = np.concatenate([np.zeros(0), *(np.arange(1, n + 1) / n for n in counts)])
+    times = motion.time[steps] + share * np.diff(motion.time)[steps]
+    gone = ways_gone(motion, steps, times)
+
+    def at(values: Array) -> Array:
+        return np.asarray(values[steps] + gone * np.diff(values)[steps])
+
+    room = _room(field, at(motion.x), at(motion.y), at(motion.yaw), *_body(conditions), WIDEST)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        used = np.where(room >= WIDEST * max(clearance, 1e-3), 0.0, clearance / room)
+    return np.nan_to_num(used, nan=0.0), steps, times
+
+
+def _body(conditions: OperatingConditions) -> tuple[float, float, float]:
+    vehicle = conditions.model.vehicle
+    return 0.5 * vehicle.length, 0.5 * vehicle.width, max(vehicle.limits.clearance, 1e-3)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _room(
+    field: Any,
+    x: Any,
+    y: Any,
+    yaw: Any,
+    half_length: float,
+    half_width: float,
+    unit: float,
+    widest: float,
+) -> Any:
+    """m by which the body may grow on all sides before it touches something, (n,)."""
+    room = np.empty(x.shape[0])
+    least = widest * unit
+    for k in range(x.shape[0]):
+        low, high = 0.0, least
+        for trial in range(HALVINGS):
+            middle = high if trial == 0 else 0.5 * (low + high)
+            if rectangle_free(
+                field.blocked,
+                field.x0,
+                field.y0,
+                field.dx,
+                field.dy,
+                x[k],
+                y[k],
+                yaw[k],
+                half_length + middle,
+                half_width + middle,
+            ):
+                low = middle
+                if trial == 0:
+                    break
+            else:
+                high = middle
+        room[k] = low
+        # Only the nearest of all counts.
+        least = min(least, max(low, 1e-6)) if low < least else least
+    return room
