@@ -127,6 +127,31 @@ class Contribution(Described):
     """relative change of the energy over that of this parameter alone"""
 
 
+class LimitUse(Described):
+    """How much of one limit a route uses at most, and where."""
+
+    limit: str
+    share: float
+    """1 is the limit itself"""
+    x: float
+    """m, the map's frame"""
+    y: float
+    t: float
+    """s since the start"""
+
+
+class Cause(Described):
+    """What is in the way where there is no route; null where nothing is measured."""
+
+    limit: str | None
+    value: float | None
+    """reached there, SI"""
+    allowed: float | None
+    x: float | None
+    """m, the map's frame"""
+    y: float | None
+
+
 class RouteSummary(Described):
     """Energy of a route and its account."""
 
@@ -143,6 +168,8 @@ class RouteSummary(Described):
     """contributions to the interval's width, largest first"""
     breakdown_j: dict[str, float]
     """J by effect; adds up to energy_j; gravity and inertia are exchange"""
+    limits: list[LimitUse] = []
+    """every limit, with the largest share used"""
     battery: Battery | None = None
 
 
@@ -165,13 +192,14 @@ class RouteAnswer(Described):
     status: Literal["ok", "no_route"]
     reason: str | None = None
     """why there is no route"""
+    cause: Cause | None = None
+    """the same in numbers"""
     goal: dict[str, float] | None = None
     """x, y, yaw where the best route ends if left open; number of the place among several"""
     routes: list[Route]
     """best first"""
     baselines: dict[str, BaselineSummary]
     """shortest and fastest, within the same limits as the route"""
-    """why a baseline is missing, by its name"""
     planner: dict[str, Any]
     """how the route was found"""
     model: dict[str, Any]
