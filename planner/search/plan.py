@@ -31,7 +31,7 @@ from planner.search.requests import (
     SituationRequest,
 )
 from planner.search.resolution import MARGIN
-from planner.search.results import Answer, Baseline, Route, with_finer_poses
+from planner.search.results import Answer, Baseline, Route
 from planner.search.run import Run
 from planner.search.situation import situation_of
 from planner.search.solve import certified, find_alternatives, on_grid, summary_of
@@ -117,7 +117,7 @@ def _plan(run: Run) -> Answer:
         summary = replace(summary, **how)
     every = request.poses_every_s
     if every is not None:
-        routes = tuple(with_finer_poses(route, every) for route in routes)
+        routes = tuple(route.with_poses_every(every) for route in routes)
     run.progress(1.0, "done")
     return replace(
         blank,

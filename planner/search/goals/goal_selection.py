@@ -22,7 +22,7 @@ from planner.quantities import STANDARD_GRAVITY
 from planner.search.field import CostField, sample_surface, segment_cost
 from planner.search.goals.goal_region import Region
 from planner.search.grid import cost_from, grid_path
-from planner.search.infeasible import Infeasible
+from planner.search.limit_places import Infeasible
 from planner.search.requests import PoseRequest, RegionRequest
 from planner.search.resolution import MARGIN, OBJECTIVES
 from planner.search.results import Route, drive

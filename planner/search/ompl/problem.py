@@ -21,7 +21,7 @@ from planner.errors import RequestError
 from planner.power.model import PowerModel
 from planner.progress import silent
 from planner.search.goals import check_places, settled
-from planner.search.infeasible import Infeasible
+from planner.search.limit_places import Infeasible
 from planner.search.ompl.costs import MotionCosts, State, costs_of
 from planner.search.ompl.parts import DissipatedEnergy, Driveable, Reader, written
 from planner.search.requests import PlanRequest, PoseRequest

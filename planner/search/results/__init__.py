@@ -9,7 +9,6 @@ from planner.search.results.energy_account import (
     energy_by_step,
     energy_of,
     price,
-    with_finer_poses,
 )
 from planner.search.results.route import Answer, Baseline, Route
 from planner.search.results.search_summary import SearchSummary
@@ -23,5 +22,4 @@ __all__ = [
     "energy_by_step",
     "energy_of",
     "price",
-    "with_finer_poses",
 ]

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -19,10 +18,10 @@ from planner.quantities import STANDARD_GRAVITY
 from planner.search.certificate import lower_bound
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
-from planner.search.infeasible import Infeasible
+from planner.search.limit_places import Infeasible
 from planner.search.results.energy_interval import energy_distribution, thinned
 from planner.search.results.route import Battery, Route
-from planner.search.trajectory import Motion, limits_used, motion_rows, move, poses_every
+from planner.search.trajectory import Motion, limits_used, motion_rows, move
 from planner.search.wanted_yaw import Wanted
 
 
@@ -126,23 +125,6 @@ def price(
         motion=motion,
         uses=partial(limits_used, field, conditions, motion),
     )
-
-
-def with_finer_poses(route: Route, seconds: float) -> Route:
-    """The route with poses at most ``seconds`` apart; its energy is that of the motion as before.
-
-    Args:
-        route: priced.
-        seconds: s between two poses at most.
-    """
-    assert route.motion is not None  # as of every route that was priced
-    times = route.arrays["t"]
-    arrays = poses_every(route.motion, seconds)
-    arrays["energy_j"] = np.interp(arrays["t"], times, route.arrays["energy_j"])
-    before = np.searchsorted(times, arrays["t"] - 1e-12)
-    arrays["watts"] = route.arrays["watts"][before]
-    by_effect = {slug: watts[before] for slug, watts in route.watts_by_effect.items()}
-    return replace(route, arrays=arrays, watts_by_effect=by_effect)
 
 
 def _battery(capacity: float, charge: float | None, energy: float) -> Battery | None:

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -15,11 +15,13 @@ import numpy as np
 from planner.arrays import Array
 from planner.search.results.energy_interval import Contribution, EnergyDistribution
 from planner.search.results.search_summary import SearchSummary
+from planner.search.trajectory import poses_every
 from planner.shown import Picture, Shown
 from planner.terrain.heightmap import Terrain
 
 if TYPE_CHECKING:
-    from planner.search.trajectory import LimitUse, Motion
+    from planner.search.limit_places import LimitUse
+    from planner.search.trajectory import Motion
 
 
 @dataclass(frozen=True)
@@ -123,6 +125,20 @@ class Route:
     def rise_m(self) -> float:
         """m from the start up to the end."""
         return float(self.arrays["z"][-1] - self.arrays["z"][0])
+
+    def with_poses_every(self, seconds: float) -> Route:
+        """The same route with poses at most so many s apart; its energy stays that of the motion.
+
+        Only of a route that was priced, with its motion.
+        """
+        assert self.motion is not None
+        times = self.arrays["t"]
+        arrays = poses_every(self.motion, seconds)
+        arrays["energy_j"] = np.interp(arrays["t"], times, self.arrays["energy_j"])
+        before = np.searchsorted(times, arrays["t"] - 1e-12)
+        arrays["watts"] = self.arrays["watts"][before]
+        by_effect = {slug: watts[before] for slug, watts in self.watts_by_effect.items()}
+        return replace(self, arrays=arrays, watts_by_effect=by_effect)
 
     def value(self, objective: str) -> float:
         """What an objective wants little of: J for "energy", s for "time", m for "length"."""

@@ -15,7 +15,7 @@ import numpy as np
 from planner.arrays import Array
 from planner.quantities import STANDARD_GRAVITY
 from planner.search.field import CostField, polyline_cost, segment_cost
-from planner.search.infeasible import Infeasible
+from planner.search.limit_places import Infeasible
 from planner.search.results import Route
 from planner.search.run import Run
 from planner.search.se2 import PosePath, pose_path

@@ -21,7 +21,7 @@ import numpy as np
 from planner.arrays import Array
 from planner.quantities import STANDARD_GRAVITY
 from planner.search.field import CostField, polyline_cost
-from planner.search.infeasible import Infeasible
+from planner.search.limit_places import Infeasible
 from planner.search.resolution import OBJECTIVES
 from planner.search.results import Route, energy_of, price
 from planner.search.run import Run

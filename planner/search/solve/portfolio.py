@@ -19,7 +19,7 @@ from functools import partial
 from planner.arrays import Array
 from planner.errors import Cancelled
 from planner.search.field import polyline_cost
-from planner.search.infeasible import Infeasible
+from planner.search.limit_places import Infeasible
 from planner.search.resolution import MARGIN
 from planner.search.results import Route, SearchSummary
 from planner.search.run import Run

@@ -20,7 +20,7 @@ import numpy as np
 from planner.arrays import Array
 from planner.power.motion_row import set_motion
 from planner.search.field import CostField
-from planner.search.infeasible import Infeasible
+from planner.search.limit_places import Infeasible
 from planner.search.resolution import MARGIN
 from planner.search.run import Run
 from planner.search.solve.pipeline import Attempt

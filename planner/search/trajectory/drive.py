@@ -16,8 +16,8 @@ import numpy as np
 from planner.arrays import Array
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField, ground_classes
-from planner.search.infeasible import Infeasible
 from planner.search.kernel_arguments import Steps
+from planner.search.limit_places import Infeasible
 from planner.search.trajectory.limit_checks import broken_limits, ease, overheated
 from planner.search.trajectory.motion import Motion, assemble, joined, room_to_move
 from planner.search.trajectory.speed_profile import speed_profile

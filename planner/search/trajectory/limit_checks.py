@@ -21,7 +21,7 @@ from planner.compiled_code import njit
 from planner.power.limits import LIMIT_NAMES, broken_in_results, gear_torques, rms_torques
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
-from planner.search.infeasible import Infeasible
+from planner.search.limit_places import Infeasible
 from planner.search.trajectory.motion import Motion, motion_rows, place_at
 from planner.search.trajectory.track import Track
 

@@ -10,7 +10,6 @@ of the clearance is the clearance over the distance of the nearest thing.
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -22,6 +21,7 @@ from planner.power.limits import gear_torques, rms_torques
 from planner.quantities import INDEX, STANDARD_GRAVITY
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
+from planner.search.limit_places import LimitUse
 from planner.search.trajectory.limit_checks import limit_rows, motion_rates
 from planner.search.trajectory.motion import Motion, place_at, ways_gone
 from planner.terrain.obstacles import rectangle_free
@@ -37,21 +37,6 @@ HALVINGS = 20
 """Bisections of that distance."""
 BESIDE = 0.25
 """Cells between two places at which the clearance is measured."""
-
-
-@dataclass(frozen=True)
-class LimitUse:
-    """One limit: the largest share used, and where and when; m and s."""
-
-    limit: str
-    share: float
-    x: float
-    y: float
-    t: float
-
-    def to_json(self) -> dict[str, Any]:
-        """One entry of ``limits``."""
-        return asdict(self)
 
 
 def limits_used(

@@ -16,7 +16,7 @@ from planner.compiled_code import njit
 from planner.power.limits import broken_limit
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
-from planner.search.infeasible import Infeasible
+from planner.search.limit_places import Infeasible
 from planner.search.resolution import ALL_YAWS
 from planner.search.trajectory.motion import Motion, assemble, motion_rows
 from planner.search.trajectory.track import Track

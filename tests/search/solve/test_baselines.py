@@ -12,12 +12,12 @@ import pytest
 
 from planner import plan_route
 from planner.report import write_report
-from planner.search.infeasible import Infeasible
+from planner.search.limit_places import Infeasible
 from planner.search.requests import PlanRequest
 from planner.search.situation import situation_of
 from planner.search.solve import portfolio as best_route
 from planner.search.solve.pipeline import ANSWER
-from planner.search.trajectory import broken_limits
+from planner.search.trajectory.limit_checks import broken_limits
 from service.cli import as_tables
 from tests.service.cli.terminal import written
 

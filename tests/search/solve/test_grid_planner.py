@@ -13,7 +13,7 @@ from planner.search.requests import PlanRequest
 from planner.search.run import Run
 from planner.search.situation import situation_of
 from planner.search.solve import grid_planner
-from planner.search.trajectory import broken_limits
+from planner.search.trajectory.limit_checks import broken_limits
 from planner.search.waypoints import waypoint_descent as optimise_waypoints
 from planner.terrain.catalogue import open_map
 from planner.terrain.heightmap import Terrain

@@ -22,7 +22,7 @@ from planner.search.solve.pipeline import (
     drive_legs,
     with_costs,
 )
-from planner.search.trajectory import broken_limits
+from planner.search.trajectory.limit_checks import broken_limits
 from tests.search.maps import drawn, hills, terrain
 
 START, GOAL = (3.0, 3.0), (20.0, 18.0)

@@ -9,7 +9,7 @@ import pytest
 
 from planner.cancellation import CancellationToken
 from planner.progress import silent
-from planner.search.infeasible import Infeasible
+from planner.search.limit_places import Infeasible
 from planner.search.requests import PlanRequest
 from planner.search.run import Run
 from planner.search.situation import situation_of

@@ -13,7 +13,7 @@ from planner import plan_route
 from planner.power.model import PowerModel
 from planner.power.vehicles import load_vehicle
 from planner.search.situation.traversability import driving_ground
-from planner.search.trajectory import LIMITS_USED
+from planner.search.trajectory.limit_use import LIMITS_USED
 from tests.power.reference import ROLLER, YAW, Robot, State, evaluate, gravity_on
 from tests.search.maps import drawn, hills, terrain
 

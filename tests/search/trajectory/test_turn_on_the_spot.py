@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from planner.search.infeasible import Infeasible
+from planner.search.limit_places import Infeasible
 from planner.search.trajectory.motion import Motion
 from planner.search.trajectory.turn_on_the_spot import turn_on_the_spot
 from tests.benchmarks.peers.case import case_of

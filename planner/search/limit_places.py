@@ -1,10 +1,25 @@
-"""What a search of motions answers where there is none: where along a path, and which limit."""
+"""Where a motion uses a limit most, and where a limit leaves no motion."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
+
+
+@dataclass(frozen=True)
+class LimitUse:
+    """One limit: the largest share used, and where and when; m and s."""
+
+    limit: str
+    share: float
+    x: float
+    y: float
+    t: float
+
+    def to_json(self) -> dict[str, Any]:
+        """One entry of ``limits``."""
+        return asdict(self)
 
 
 @dataclass(frozen=True)
