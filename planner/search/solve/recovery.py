@@ -36,7 +36,7 @@ HEAT_WEIGHTS = (1.0, 8.0)
 HEAT_SLOPES, HEAT_YAWS = 65, 16
 """Slopes and yaw angles at which the torque of driving uphill is worked out."""
 MOST_EXCESS = 10.0
-"""Largest excess heat: no ground becomes so dear that costs lose their digits."""
+"""Largest excess heat: beyond it, costs would lose digits."""
 PENALISED_PLACES = 4
 """Places where a limit was broken that get a penalty, before all steep ground is avoided."""
 PENALTY, PENALISED_CELLS = 2.0, 3.0

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.arrays import Array
-from planner.search.trajectory.motion import Motion, ways_gone
+from planner.search.trajectory.motion import Motion, shares_driven
 
 Integers = NDArray[np.int64]
 KINK = math.radians(1.0)
@@ -35,7 +35,7 @@ def poses_every(motion: Motion, seconds: float) -> dict[str, Array]:
     steps, share = np.append(steps, len(counts) - 1), np.append(share, 1.0)
     times = motion.time[steps] + share * np.diff(motion.time)[steps]
     times[-1] = motion.time[-1]
-    gone = ways_gone(motion, steps, times)
+    gone = shares_driven(motion, steps, times)
     x, y = _on_arcs(motion, steps, gone)
     across_x, across_y = _off_corners(motion, steps, gone)
     x, y = x + across_x, y + across_y

@@ -23,7 +23,7 @@ from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
 from planner.search.limit_places import LimitUse
 from planner.search.trajectory.limit_checks import limit_rows, motion_rates
-from planner.search.trajectory.motion import Motion, place_at, ways_gone
+from planner.search.trajectory.motion import Motion, place_at, shares_driven
 from planner.terrain.obstacles import rectangle_free
 
 LIMITS_USED = (
@@ -96,7 +96,7 @@ def _clearances(
     steps = np.repeat(np.arange(len(counts)), counts)
     share = np.concatenate([np.zeros(0), *(np.arange(1, n + 1) / n for n in counts)])
     times = motion.time[steps] + share * np.diff(motion.time)[steps]
-    gone = ways_gone(motion, steps, times)
+    gone = shares_driven(motion, steps, times)
 
     def at(values: Array) -> Array:
         return np.asarray(values[steps] + gone * np.diff(values)[steps])

@@ -127,7 +127,7 @@ def joined(parts: Sequence[Motion]) -> Motion:
 
 def place_at(motion: Motion, step: int, time: float) -> tuple[float, float]:
     """Position (x, y) in m on a step at a time."""
-    share = float(ways_gone(motion, np.array([step]), np.array([time]))[0])
+    share = float(shares_driven(motion, np.array([step]), np.array([time]))[0])
     x, y = motion.x, motion.y
     return (
         float(x[step] + share * (x[step + 1] - x[step])),
@@ -135,8 +135,8 @@ def place_at(motion: Motion, step: int, time: float) -> tuple[float, float]:
     )
 
 
-def ways_gone(motion: Motion, steps: NDArray[np.int64], times: Array) -> Array:
-    """Shares (n,) of their steps' way that are behind the robot at times (n,)."""
+def shares_driven(motion: Motion, steps: NDArray[np.int64], times: Array) -> Array:
+    """Shares (n,) of the steps' lengths that are behind the robot at times (n,)."""
     begun, ended = motion.time[steps], motion.time[steps + 1]
     before, after = motion.speed[steps], motion.speed[steps + 1]
     share = np.clip((times - begun) / (ended - begun), 0.0, 1.0)
