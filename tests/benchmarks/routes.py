@@ -1,6 +1,6 @@
 """OMPL's samplers against the default planner, and what OMPL's frame takes, on the fixed maps.
 
-``measure``: the energy of the best route along a sampler's path, after 2 s, over that of
+``measure``: the energy of the best route along a sampler's path, after some seconds, over that of
 least-energy. ``frame``: CPU time of the frame around a search that has its result already.
 """
 
@@ -20,12 +20,12 @@ from planner.search.solve import best_route
 from tests.regression.cases import CASES
 
 
-def measure(runs: int = 5, space: str = "plane") -> dict[str, Any]:
+def measure(runs: int = 5, space: str = "plane", seconds: float = 2.0) -> dict[str, Any]:
     """Excess of every sampler over least-energy, in percent: median, worst, and runs unsolved."""
     excess: dict[str, list[float]] = {}
     unsolved: dict[str, int] = {}
     for case in CASES.values():
-        found = compare_planners(case, space=space, runs=runs).runs
+        found = compare_planners(case, space=space, runs=runs, seconds=seconds).runs
         least = found[0].energy_j or float("nan")
         for run in found[1:]:
             if run.energy_j is None:
@@ -34,6 +34,7 @@ def measure(runs: int = 5, space: str = "plane") -> dict[str, Any]:
                 excess.setdefault(run.planner, []).append(100.0 * (run.energy_j / least - 1.0))
     return {
         "space": space,
+        "seconds": seconds,
         "median_percent": {name: round(statistics.median(v), 3) for name, v in excess.items()},
         "worst_percent": {name: round(max(v), 3) for name, v in excess.items()},
         "unsolved": unsolved,

@@ -299,6 +299,8 @@ def test_leases_that_nobody_could_renew_count_from_anew(
     settings: Settings, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Another service must not take a lock that lasted longer than a lease for its owner's end."""
+    # The other service waits for this one's sweeps; this one is refused while the lock lasts.
+    elsewhere = Store.open(settings, "elsewhere/77/abcd")
     monkeypatch.setattr(databases, "PATIENCE_S", 0)
     monkeypatch.setattr(runners, "RENEWAL_S", 0.05)
     monkeypatch.setattr(runners, "SWEEP_S", 0.01)
@@ -306,7 +308,7 @@ def test_leases_that_nobody_could_renew_count_from_anew(
 
     async def talk() -> None:
         async with running(settings, clock=lambda: clock[0]) as (runner, store):
-            owner = Jobs(store.database, "elsewhere/77/abcd")
+            owner = elsewhere.jobs
             job = owner.create("compare", {"log": "l", "vehicle": "minibalance"})
             assert owner.begin(job["id"], until=clock[0] + runners.LEASE_S)
             sweeping = await meets_the_lock(monkeypatch, "give_up_dead")
@@ -320,6 +322,7 @@ def test_leases_that_nobody_could_renew_count_from_anew(
             # Whose lease ends while the database is free is gone.
             clock[0] += 2 * runners.LEASE_S
             await state_of(runner, job["id"], "failed")
+        elsewhere.close()
 
     run(talk)
 
