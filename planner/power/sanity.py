@@ -90,15 +90,15 @@ def check_vehicle(vehicle: Vehicle) -> VehicleReport:
     motions = tuple(_motion(model, name, *how) for name, how in _MOTIONS.items())
     assumed = [
         f"{key}: {source}"
-        for key, source in vehicle.sources.items()
-        if source.removeprefix(f"motor {vehicle.motor}: ").lower().startswith(ASSUMED)
+        for key, source in vehicle.provenance.sources.items()
+        if source.removeprefix(f"motor {vehicle.provenance.motor}: ").lower().startswith(ASSUMED)
     ]
     return VehicleReport(
         name=vehicle.name,
         title=vehicle.title,
         derived=tuple(model.defaults_in_words()),
         assumed=tuple(assumed),
-        without_source=vehicle.without_source,
+        without_source=vehicle.provenance.without_source,
         odd=tuple(_oddities(model, motions[0], motions[1])),
         motions=motions,
     )

@@ -27,8 +27,8 @@ def defaults_in_words(vehicle: Vehicle, values: Values) -> list[str]:
         vehicle: of the model.
         values: by slug of an effect of the model and name, the values of its parameter.
     """
-    formulas = {key: f" ({formula})" for key, formula in vehicle.derived.items()}
-    taken = (*vehicle.defaults_taken, *formulas)
+    formulas = {key: f" ({formula})" for key, formula in vehicle.provenance.derived.items()}
+    taken = (*vehicle.provenance.defaults_taken, *formulas)
     found = {key: _value(vehicle, values, key) for key in taken}
     return [
         f"{key} = {_words(*value)}{formulas.get(key, '')}"

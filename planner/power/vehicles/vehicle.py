@@ -58,13 +58,10 @@ class Battery:
 
 
 @dataclass(frozen=True)
-class Vehicle:
-    """A robot's geometry, limits and the values of every effect that its source knows.
+class Provenance:
+    """Where the values of a vehicle come from.
 
     Attributes:
-        parameters: by effect slug and parameter name; a list for one value a wheel, a mapping for
-            one value a surface label.
-        active: slugs of the effects that planning uses, base model included.
         sources: by "table.key", where a value comes from.
         defaults_taken: keys that the file does not give.
         uncertainties: by "table.key", the standard deviation that the file states for a value, as
@@ -72,6 +69,25 @@ class Vehicle:
         derived: by "table.key", the formula of a value that other keys give.
         motor: name of the data sheet that the file names, "" without one.
         without_source: keys whose values name no source.
+    """
+
+    sources: Mapping[str, str] = field(default_factory=dict)
+    defaults_taken: tuple[str, ...] = ()
+    uncertainties: Mapping[str, float] = field(default_factory=dict)
+    derived: Mapping[str, str] = field(default_factory=dict)
+    motor: str = ""
+    without_source: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Vehicle:
+    """A robot's geometry, limits and the values of every effect that its source knows.
+
+    Attributes:
+        parameters: by effect slug and parameter name; a list for one value a wheel, a mapping for
+            one value a surface label.
+        active: slugs of the effects that planning uses, base model included.
+        provenance: where the values come from.
     """
 
     name: str
@@ -87,12 +103,7 @@ class Vehicle:
     battery: Battery
     parameters: Mapping[str, Mapping[str, Any]]
     active: tuple[str, ...]
-    sources: Mapping[str, str] = field(default_factory=dict)
-    defaults_taken: tuple[str, ...] = ()
-    uncertainties: Mapping[str, float] = field(default_factory=dict)
-    derived: Mapping[str, str] = field(default_factory=dict)
-    motor: str = ""
-    without_source: tuple[str, ...] = ()
+    provenance: Provenance = field(default_factory=Provenance)
 
     def uncertainty_of(self, slug: str, name: str) -> float | None:
         """Standard deviation of an effect's parameter as a share of it; None where none is stated.
@@ -104,11 +115,14 @@ class Vehicle:
         keys = [
             f"{table}.{key}" for (table, key), own in EFFECT_KEYS.items() if own == (slug, name)
         ]
-        stated = (self.uncertainties.get(key) for key in (*keys, f"effects.{slug}.{name}"))
+        stated = (
+            self.provenance.uncertainties.get(key) for key in (*keys, f"effects.{slug}.{name}")
+        )
         return next((share for share in stated if share is not None), None)
 
     def document(self) -> dict[str, Any]:
         """Everything about the vehicle, ready for strict JSON."""
+        known = self.provenance
         return {
             "name": self.name,
             "title": self.title,
@@ -118,12 +132,12 @@ class Vehicle:
             "battery": _finite_or_null(asdict(self.battery)),
             "parameters": {slug: dict(values) for slug, values in self.parameters.items()},
             "active": list(self.active),
-            "sources": dict(self.sources),
-            "defaults_taken": list(self.defaults_taken),
-            "uncertainties": dict(self.uncertainties),
-            "derived": dict(self.derived),
-            "motor": self.motor,
-            "without_source": list(self.without_source),
+            "sources": dict(known.sources),
+            "defaults_taken": list(known.defaults_taken),
+            "uncertainties": dict(known.uncertainties),
+            "derived": dict(known.derived),
+            "motor": known.motor,
+            "without_source": list(known.without_source),
         }
 
     @classmethod
@@ -152,15 +166,17 @@ class Vehicle:
                 for slug, values in document["parameters"].items()
             },
             active=tuple(map(_text, document["active"])),
-            sources={_text(k): _text(v) for k, v in document["sources"].items()},
-            defaults_taken=tuple(map(_text, document["defaults_taken"])),
-            # Files of earlier versions do not have them.
-            uncertainties={
-                _text(k): _parameter(v) for k, v in document.get("uncertainties", {}).items()
-            },
-            derived={_text(k): _text(v) for k, v in document.get("derived", {}).items()},
-            motor=_text(document.get("motor", "")),
-            without_source=tuple(map(_text, document.get("without_source", []))),
+            provenance=Provenance(
+                sources={_text(k): _text(v) for k, v in document["sources"].items()},
+                defaults_taken=tuple(map(_text, document["defaults_taken"])),
+                # Files of earlier versions do not have them.
+                uncertainties={
+                    _text(k): _parameter(v) for k, v in document.get("uncertainties", {}).items()
+                },
+                derived={_text(k): _text(v) for k, v in document.get("derived", {}).items()},
+                motor=_text(document.get("motor", "")),
+                without_source=tuple(map(_text, document.get("without_source", []))),
+            ),
         )
 
 

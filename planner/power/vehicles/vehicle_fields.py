@@ -156,8 +156,8 @@ def commented_toml(name: str) -> str:
             if field.key in given:
                 lines.append(f"{field.key} = {_toml(given[field.key])}  # {field.meaning}")
             elif field.required != "by layout":
-                formula = vehicle.derived.get(field.place)
-                lines.append(_left_out(field, formula, vehicle.sources.get(field.place)))
+                formula = vehicle.provenance.derived.get(field.place)
+                lines.append(_left_out(field, formula, vehicle.provenance.sources.get(field.place)))
     effects = document.get("effects", {})
     if effects:
         lines += ["", "[effects]"]

@@ -26,7 +26,7 @@ from planner.power.effect import Parameter
 from planner.power.kinematics import RIM, WheelLayout, mecanum, omni
 from planner.power.vehicles.derived import Tables, derive
 from planner.power.vehicles.motors import read_motors
-from planner.power.vehicles.vehicle import Battery, Vehicle, vehicle_limits
+from planner.power.vehicles.vehicle import Battery, Provenance, Vehicle, vehicle_limits
 from planner.power.vehicles.vehicle_keys import (
     EFFECT_KEYS,
     GEOMETRY,
@@ -151,12 +151,14 @@ class _Reader:
             battery=Battery(**self._numbers("battery")),
             parameters=self.parameters,
             active=active,
-            sources=self.sources,
-            defaults_taken=tuple(self.defaults),
-            uncertainties=self.uncertainties,
-            derived=self.derived,
-            motor=motor,
-            without_source=tuple(key for key in self.given if key not in self.sources),
+            provenance=Provenance(
+                sources=self.sources,
+                defaults_taken=tuple(self.defaults),
+                uncertainties=self.uncertainties,
+                derived=self.derived,
+                motor=motor,
+                without_source=tuple(key for key in self.given if key not in self.sources),
+            ),
         )
 
     def _motor(self) -> str:

@@ -136,10 +136,10 @@ def test_what_is_derived_is_said_with_its_formula(tmp_path: Path) -> None:
     assert values["inertia"]["wheel_inertia"] == pytest.approx(0.5 * 0.3 * 0.05**2)
     assert values["coulomb_drag"]["coulomb_torque"] == pytest.approx(0.0335 * 0.185)
     assert vehicle.limits.voltage == pytest.approx(DUTY * 24.0)
-    assert vehicle.derived["body.yaw_inertia"] == "mass/12·(length² + width²)"
+    assert vehicle.provenance.derived["body.yaw_inertia"] == "mass/12·(length² + width²)"
     words = PowerModel.from_vehicle(vehicle).defaults_in_words()
     assert "limits.voltage = 22.8 V (0.95·battery.voltage)" in words
-    assert not set(vehicle.derived) & set(vehicle.defaults_taken)
+    assert not set(vehicle.provenance.derived) & set(vehicle.provenance.defaults_taken)
 
 
 def test_a_given_value_is_not_derived(tmp_path: Path) -> None:
@@ -147,17 +147,17 @@ def test_a_given_value_is_not_derived(tmp_path: Path) -> None:
     vehicle = load(tmp_path, text.replace("width = 0.5", "width = 0.5\nyaw_inertia = 0.9"))
     assert vehicle.limits.voltage == 20.0
     assert vehicle.parameters["inertia"]["yaw_inertia"] == 0.9
-    assert not {"limits.voltage", "body.yaw_inertia"} & set(vehicle.derived)
+    assert not {"limits.voltage", "body.yaw_inertia"} & set(vehicle.provenance.derived)
 
 
 @pytest.mark.parametrize("name", read_motors())
 def test_every_motor_gives_a_vehicle_and_its_sources(tmp_path: Path, name: str) -> None:
     motor = IN_SI.replace("torque_constant = 0.0335\nresistance = 0.978\n", f'motor = "{name}"\n')
     vehicle = load(tmp_path, motor.replace("rotor_inertia = 1.35e-5\n", ""))
-    assert vehicle.motor == name
+    assert vehicle.provenance.motor == name
     for key in ("drive.torque_constant", "drive.resistance"):
-        assert vehicle.sources[key].startswith(f"motor {name}: ")
-        assert len(vehicle.sources[key]) > len(f"motor {name}: ") + 4
+        assert vehicle.provenance.sources[key].startswith(f"motor {name}: ")
+        assert len(vehicle.provenance.sources[key]) > len(f"motor {name}: ") + 4
     # A motor turns at no more than V/k_t: below 30,000 rpm for those that robots have.
     constant = vehicle.parameters["copper_loss"]["torque_constant"]
     assert 100.0 < 24.0 / constant < 3500.0
@@ -179,12 +179,15 @@ def test_uncertainty_is_carried_with_the_vehicle(tmp_path: Path) -> None:
     assert vehicle.uncertainty_of("air_drag", "drag_area") == 0.5
     assert vehicle.uncertainty_of("copper_loss", "torque_constant") is None
     back = Vehicle.from_document(json.loads(json.dumps(vehicle.document())))
-    assert back.uncertainties == vehicle.uncertainties
-    assert (back.derived, back.motor) == (vehicle.derived, vehicle.motor)
+    assert back.provenance.uncertainties == vehicle.provenance.uncertainties
+    assert (back.provenance.derived, back.provenance.motor) == (
+        vehicle.provenance.derived,
+        vehicle.provenance.motor,
+    )
     older = vehicle.document()
     for key in ("uncertainties", "derived", "motor"):
         older.pop(key)
-    assert Vehicle.from_document(older).uncertainties == {}
+    assert Vehicle.from_document(older).provenance.uncertainties == {}
 
 
 @pytest.mark.parametrize(

@@ -46,8 +46,8 @@ def test_a_data_sheet_is_a_short_file_with_sources(name: str) -> None:
     text = (FOLDER / f"{name}.toml").read_text("utf-8")
     assert len(text.splitlines()) <= 30
     vehicle = load_vehicle(str(FOLDER / f"{name}.toml"))
-    assert vehicle.without_source == ()
-    own = [s for s in vehicle.sources.values() if not s.startswith("motor ")]
+    assert vehicle.provenance.without_source == ()
+    own = [s for s in vehicle.provenance.sources.values() if not s.startswith("motor ")]
     assumed = [source for source in own if source.startswith(ASSUMED)]
     assert 3 * len(assumed) <= len(own), assumed
 

@@ -90,7 +90,7 @@ def test_every_value_has_unit_and_source(name: str) -> None:
                 continue
             assert set(value) == {"value", "unit", "source"}, key
             assert len(value["source"]) > 4, key
-    assert load_vehicle(name).sources
+    assert load_vehicle(name).provenance.sources
 
 
 def test_minibalance_is_the_papers_robot() -> None:
@@ -146,9 +146,9 @@ def test_the_smallest_file_is_enough(load: Write) -> None:
     assert (vehicle.mass, vehicle.gear_ratio) == (10.0, 20.0)
     motor = vehicle.parameters["copper_loss"]
     assert (motor["torque_constant"], motor["resistance"]) == (0.03, 1.5)
-    assert not set(REQUIRED) & set(vehicle.defaults_taken)
+    assert not set(REQUIRED) & set(vehicle.provenance.defaults_taken)
     for key in ("contact.rolling", "limits.speed", "electronics.power", "battery.voltage"):
-        assert key in vehicle.defaults_taken
+        assert key in vehicle.provenance.defaults_taken
     assert PowerModel.from_vehicle(vehicle).watts(rows_from(vx=0.3))[0] > 0.0
 
 
