@@ -75,9 +75,43 @@ def _check_vehicle(vehicle: Any, as_json: bool) -> None:
     if as_json:
         typer.echo(documents.strict(documents.finite(report)))
     else:
-        from service.cli.vehicle_tables import vehicle_report
+        show(_vehicle_report(report))
 
-        show(vehicle_report(report))
+
+def _vehicle_report(report: dict[str, Any]) -> Any:
+    """The report of planner.power.sanity as a table and lists."""
+    from rich.console import Group, RenderableType
+    from rich.text import Text
+
+    from service.cli.grids import grid
+
+    parts: list[RenderableType] = [Text(f"{report['name']}: {report['title']}", "bold")]
+    table = grid(
+        ("motion", "at", "power", "in windings", "current", "torque", "voltage", "reaches", "lasts")
+    )
+    for motion in report["motions"]:
+        share, hours = motion["torque_share"], motion["hours"]
+        table.add_row(
+            motion["name"],
+            f"{motion['speed_m_s']:.2f} m/s",
+            f"{motion['power_w']:z.1f} W",
+            f"{motion['winding_w']:.1f} W",
+            f"{motion['current_a']:.2f} A",
+            "no limit" if share is None else f"{share:.0%}",
+            f"{motion['voltage_v']:.1f} V",
+            f"{motion['reachable_m_s']:.2f} m/s",
+            "" if hours is None else f"{hours:.1f} h",
+        )
+    parts += ["", table]
+    for title, lines in (
+        ("odd", report["odd"] or ["nothing"]),
+        ("derived or by default", report["derived"]),
+        ("assumed", report["assumed"]),
+        ("without a source", filter(None, [", ".join(report["without_source"])])),
+    ):
+        if lines := list(lines):
+            parts += ["", Text(title, "bold"), *(Text(f"  {line}") for line in lines)]
+    return Group(*parts)
 
 
 def _list(

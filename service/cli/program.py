@@ -3,6 +3,7 @@
     joulepath plan | matrix | reach | front …     see service.cli.planning
     joulepath compare-planners …                  see service.cli.planners
     joulepath compare | diagnose | adopt … LOG    see service.cli.workbench
+    joulepath logs join …                         see service.cli.logs
     joulepath maps | vehicles | effects           see service.cli.catalogues
     joulepath serve
 
@@ -24,7 +25,7 @@ from typing import Annotated
 import typer
 
 from planner.errors import Cancelled, InputError
-from service.cli import catalogues, planners, planning, workbench
+from service.cli import catalogues, logs, planners, planning, workbench
 from service.cli.terminal import Verbose
 
 app = typer.Typer(
@@ -69,7 +70,7 @@ def serve(
     run(host=host, port=port)
 
 
-VERBS = (*planning.VERBS, *planners.VERBS, *workbench.VERBS, *catalogues.VERBS, serve)
+VERBS = (*planning.VERBS, *planners.VERBS, *workbench.VERBS, *logs.VERBS, *catalogues.VERBS, serve)
 for verb in VERBS:
     app.command()(verb)
 

@@ -6,10 +6,13 @@
     sensor_msgs/BatteryState  battery_voltage, battery_current (ROS: current < 0 discharges, so the
                               sign is turned)
 
-Every channel is averaged over intervals of 0.1 s (``[rosbag] interval`` of the mapping file); an
-interval without a message takes the value between its neighbours if they are at most one second
-apart, and is left empty otherwise. ``time`` is the end of the interval, from the recording's
-start. One recording is one run, named after the file.
+Every channel is averaged over intervals of 0.1 s, or of the battery's own interval where that is
+longer (``[rosbag] interval`` of the mapping file). Times are those of ``header.stamp``, when a
+message was measured; where a topic has no stamps, the times of arrival are taken and a note says
+so. An interval without a message takes the value between its neighbours if they are at most one
+second apart, and is left empty otherwise; a battery without a message keeps its last value, and a
+note says in how many rows. ``time`` is the end of the interval, from the first message on. One
+recording is one run, named after the file.
 
 Source
     REP-103 for axes, ROS documentation of the three messages for signs.
@@ -75,11 +78,18 @@ def read_recording(path: Path, mapping: Mapping) -> tuple[list[str], Block, list
     except Exception as error:  # The reader passes on what SQLite, LZ4 and its parser raise.
         reason = " ".join(str(error).split())[:120] or type(error).__name__
         raise LogError(where, f"cannot be read: {reason}", accepted=ACCEPTED) from error
-    step = float(mapping.rosbag.get("interval", RESAMPLING_INTERVAL))
-    columns = _resampled(samples, step, where)
-    count = len(columns["time"])
     notes = [f"{part} from topic {topic}" for part, topic in topics.items()]
-    notes.append(f"averaged over intervals of {step:g} s")
+    tables = _on_one_clock(samples, notes)
+    own = _usual_interval(tables.get("battery"))
+    step = float(mapping.rosbag.get("interval", max(RESAMPLING_INTERVAL, round(own, 3))))
+    columns = _resampled(tables, step, where)
+    count = len(columns["time"])
+    notes.append(f"averaged over intervals of {step:.4g} s")
+    if own > 1.5 * step:
+        notes.append(
+            f"the battery sends a message every {own:.3g} s: its last value is held in "
+            f"{1.0 - step / own:.0%} of the rows"
+        )
     label = (np.zeros(count, np.int64), [path.stem])
     block = Block(columns, {"run": label}, np.arange(1, count + 1, dtype=np.int64))
     return ["run", *columns], block, notes
@@ -111,14 +121,46 @@ def _topics(reader: Any, mapping: Mapping, where: str) -> dict[str, str]:
 
 
 def _samples(reader: Any, part: str, topic: str) -> Array:
-    """(n, 1 + channels): time in s and values of every message."""
+    """(n, 2 + channels): time of arrival and of measurement in s, then the values.
+
+    Arrival counts from the recording's start. Both count in whole ns first: a float of s since 1970
+    has steps of 0.2 µs.
+    """
     extract = {"odometry": _of_odometry, "imu": _of_imu, "battery": _of_battery}[part]
     connections = [c for c in reader.connections if c.topic == topic]
-    rows = [
-        ((stamp - reader.start_time) * 1e-9, *extract(reader.deserialize(raw, connection.msgtype)))
-        for connection, stamp, raw in reader.messages(connections=connections)
-    ]
-    return np.array(rows, float).reshape(-1, 1 + len(_COLUMNS[part]))
+    rows = []
+    for connection, arrival, raw in reader.messages(connections=connections):
+        message = reader.deserialize(raw, connection.msgtype)
+        stamp = message.header.stamp
+        stamped = stamp.sec * 10**9 + stamp.nanosec
+        measured = 1e-9 * (stamped - reader.start_time) if stamped else np.nan
+        rows.append((1e-9 * (arrival - reader.start_time), measured, *extract(message)))
+    return np.array(rows, float).reshape(-1, 2 + len(_COLUMNS[part]))
+
+
+def _on_one_clock(samples: dict[str, Array], notes: list[str]) -> dict[str, Array]:
+    """(n, 1 + channels) of every part: s from the first message on, in the order of time."""
+    without = [part for part, t in samples.items() if len(t) and np.isnan(t[:, 1]).any()]
+    place = 0 if without else 1
+    if without:
+        notes.append(f"times of arrival, because header.stamp is empty in: {', '.join(without)}")
+    else:
+        notes.append("times from header.stamp")
+        for part, table in samples.items():
+            late = float(np.median(table[:, 0] - table[:, 1])) if len(table) else 0.0
+            if 0.05 < abs(late) < 3600.0:
+                notes.append(f"{part} arrived {late:.3g} s after its stamps")
+    first = min((float(t[:, place].min()) for t in samples.values() if len(t)), default=0.0)
+    tables = {}
+    for part, table in samples.items():
+        ordered = table[np.argsort(table[:, place], kind="stable")]
+        tables[part] = np.column_stack([ordered[:, place] - first, ordered[:, 2:]])
+    return tables
+
+
+def _usual_interval(table: Array | None) -> float:
+    """Median distance of messages, s; 0 where there are none."""
+    return 0.0 if table is None or len(table) < 2 else float(np.median(np.diff(table[:, 0])))
 
 
 def _of_odometry(message: Any) -> tuple[float, ...]:
@@ -156,13 +198,14 @@ def _resampled(samples: dict[str, Array], step: float, where: str) -> dict[str, 
     columns: dict[str, Array] = {"time": step * np.arange(1.0, count + 1.0)}
     for part, table in samples.items():
         for place, name in enumerate(_COLUMNS[part], start=1):
-            values = _averages(table[:, 0], table[:, place], step, count)
+            held = part == "battery"
+            values = _averages(table[:, 0], table[:, place], step, count, held=held)
             if not np.isnan(values).all():
                 columns[name] = values
     return columns
 
 
-def _averages(time: Array, values: Array, step: float, count: int) -> Array:
+def _averages(time: Array, values: Array, step: float, count: int, *, held: bool) -> Array:
     good = np.isfinite(values)
     place = (time[good] / step).astype(np.int64)
     inside = (place >= 0) & (place < count)
@@ -177,5 +220,6 @@ def _averages(time: Array, values: Array, step: float, count: int) -> Array:
         left = known[np.maximum(after - 1, 0)]
         right = known[np.minimum(after, len(known) - 1)]
         near = (left < empty) & (right > empty) & ((right - left) * step <= _LONGEST_BRIDGE)
-        mean[empty[near]] = np.interp(empty[near], known, mean[known])
+        between = mean[left] if held else np.interp(empty, known, mean[known])
+        mean[empty[near]] = between[near]
     return mean
