@@ -5,6 +5,7 @@
     .npy .npz       NumPy arrays                                             numpy_files.py
     .yaml .yml      a picture with its YAML: map_server or height picture    picture_maps.py
     .png .pgm       the same, found by the picture
+    .toml           a map in several files; a folder with map.toml             map_files
 
 Beside any of them may lie NAME.layers.toml, which draws obstacles and ground classes over the
 heights, one character a cell (layers.py). The kind of file is told by its name and checked by its
@@ -16,6 +17,7 @@ Every failure is a MapError that names the file, what is wrong and what would be
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 from planner.terrain.esri_ascii import read_esri_ascii
@@ -23,6 +25,7 @@ from planner.terrain.geotiff import read_geotiff
 from planner.terrain.grid_checks import refused, require
 from planner.terrain.heightmap import Terrain
 from planner.terrain.layers import add_layers
+from planner.terrain.map_files import read_map_toml
 from planner.terrain.numpy_files import read_npy, read_npz
 from planner.terrain.picture_maps import read_picture, read_picture_yaml
 
@@ -31,7 +34,7 @@ MOST_CELLS = 100_000_000
 
 ACCEPTED = (
     "a GeoTIFF (.tif), an ESRI ASCII grid (.asc), NumPy arrays (.npz, or .npy with a .toml), "
-    "or a picture (.png, .pgm) with its .yaml"
+    "a picture (.png, .pgm) with its .yaml, or a .toml (a folder with map.toml) of several files"
 )
 
 
@@ -52,6 +55,11 @@ _SIGNATURES = {
     "an XML or HTML document": (b"<",),
 }
 
+
+def _read_map_toml(file: Path, *, max_cells: int) -> Terrain:
+    return read_map_toml(file, partial(load_terrain, max_cells=max_cells))
+
+
 # Of every ending the reader, and the kind that the first bytes must show.
 _READERS = {
     ".tif": (read_geotiff, "a TIFF"),
@@ -63,6 +71,7 @@ _READERS = {
     ".pgm": (read_picture, "a PGM picture"),
     ".yaml": (read_picture_yaml, None),
     ".yml": (read_picture_yaml, None),
+    ".toml": (_read_map_toml, None),
 }
 
 
@@ -78,6 +87,8 @@ def load_terrain(path: str | Path, *, max_cells: int = MOST_CELLS) -> Terrain:
             degrees or otherwise not usable as it is.
     """
     file = Path(path)
+    if (file / "map.toml").is_file():
+        file = file / "map.toml"
     ending = file.suffix.lower()
     try:
         require(file, not file.is_dir(), "is a folder", ACCEPTED)

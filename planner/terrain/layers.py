@@ -45,7 +45,7 @@ def add_layers(terrain: Terrain, file: Path) -> Terrain:
         return terrain
     rows, legend, ground = _parse(sidecar, read_toml(sidecar), terrain.heights.shape)
     names = [m for m in dict.fromkeys(legend.values()) if m not in ("obstacle", "hole")]
-    classes = tuple(_ground_class(sidecar, name, ground.get(name, {})) for name in names)
+    classes = tuple(ground_class(sidecar, name, ground.get(name, {})) for name in names)
     picture = np.array([list(row) for row in rows])[::-1]
     obstacles = terrain.obstacles.copy()
     known = terrain.known.copy()
@@ -109,7 +109,12 @@ def _parse(
     return rows, legend, ground
 
 
-def _ground_class(sidecar: Path, name: str, factors: Any) -> GroundClass:
+def ground_class(sidecar: Path, name: str, factors: Any) -> GroundClass:
+    """A kind of ground from its entries ``rolling`` and ``traction``.
+
+    Raises:
+        MapError: an entry is unknown or impossible.
+    """
     accepted = f"[ground.{name}] with rolling (0 or more) and traction (above 0)"
     known = isinstance(factors, dict) and set(factors) <= {"rolling", "traction"}
     require(sidecar, known, f"has a ground class '{name}' with unknown entries", accepted)

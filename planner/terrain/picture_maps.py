@@ -35,7 +35,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.errors import short
+from planner.errors import MapError, short
 from planner.reading import finite_number
 from planner.terrain.grid_checks import check_cells, check_entries, refused, require
 from planner.terrain.heightmap import Terrain
@@ -167,6 +167,32 @@ def _read_gray(file: Path, path: Path, max_cells: int) -> tuple[NDArray[np.float
         channels = values.shape[2] - (1 if mode.endswith("A") else 0)
         values = values[:, :, :channels].mean(axis=2)
     return values, 65535.0 if mode.startswith("I") else 255.0
+
+
+def read_colours(path: Path, size: tuple[int, int]) -> NDArray[np.int64]:
+    """Colours of a PNG picture as 0xRRGGBB, (ny, nx), its top row first.
+
+    Args:
+        path: the picture.
+        size: nx, ny that it must have.
+
+    Raises:
+        MapError: it has another size or cannot be read.
+    """
+    from PIL import Image
+
+    try:
+        with Image.open(path, formats=("PNG",)) as opened:
+            given = f"has {opened.width} by {opened.height} pixels"
+            require(path, opened.size == size, given, f"{size[0]} by {size[1]}, as the map")
+            values = np.asarray(opened.convert("RGB"), dtype=np.int64)
+    except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as problem:
+        if isinstance(problem, MapError):
+            raise
+        raise refused(
+            path, "is not a readable picture, or is cut off", "a PNG picture"
+        ) from problem
+    return (values[:, :, 0] << 16) + (values[:, :, 1] << 8) + values[:, :, 2]
 
 
 def _heights(

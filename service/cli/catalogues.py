@@ -12,12 +12,62 @@ from service import documents
 from service.cli.terminal import Json, Verbose, show
 
 
-def maps(json_: Json = False, verbose: Verbose = False) -> None:
-    """List the maps of the catalogue."""
-    from planner.terrain.catalogue import list_maps
+def maps(
+    what: Annotated[
+        str | None,
+        typer.Argument(metavar="[check]", help="What to do; without it all maps are listed."),
+    ] = None,
+    file: Annotated[
+        str | None, typer.Argument(metavar="[FILE]", help="For check: a name, file or folder.")
+    ] = None,
+    json_: Json = False,
+    verbose: Verbose = False,
+) -> None:
+    """List the maps of the catalogue, or check one.
 
-    columns = {"name": "name", "title": "what", "size": "size (m)", "cell": "cell (m)"}
-    _list(list_maps(), columns, "Maps", json_)
+    Example: joulepath maps check hall/map.toml
+    """
+    from planner.terrain.catalogue import list_maps, open_map
+
+    if what is None:
+        columns = {"name": "name", "title": "what", "size": "size (m)", "cell": "cell (m)"}
+        return _list(list_maps(), columns, "Maps", json_)
+    if what != "check" or file is None:
+        raise RequestError("maps", "no such command", value=what, accepted="maps check FILE")
+    from planner.terrain.map_files import describe_map
+
+    report = describe_map(open_map(file))
+    typer.echo(documents.strict(documents.finite(report)) if json_ else _map_report(report))
+    return None
+
+
+def _map_report(report: dict[str, Any]) -> str:
+    """The figures of a map in lines."""
+    xmin, ymin, xmax, ymax = report["extent_m"]
+    (nx, ny), (dx, dy) = report["cells"], report["cell_m"]
+    slopes, heights = report["slopes"], report["heights_m"]
+    lines = [
+        f"{report['name']}: {report['source']}",
+        f"extent     x {xmin:.6g} to {xmax:.6g} m, y {ymin:.6g} to {ymax:.6g} m"
+        f" ({report['crs'] or 'local frame'})",
+        f"cells      {nx} by {ny}, each {dx:.4g} m by {dy:.4g} m",
+    ]
+    if heights:
+        steeper = slopes["share_steeper_than_deg"].items()
+        lines += [
+            f"heights    {heights[0]:.4g} to {heights[1]:.4g} m",
+            f"slopes     up to {slopes['steepest_deg']:.1f}°; "
+            + ", ".join(f"{share:.1%} above {limit}°" for limit, share in steeper),
+        ]
+    shares = (f"{name} {share:.1%}" for name, share in report["ground_shares"].items())
+    return "\n".join(
+        [
+            *lines,
+            f"obstacles  {report['obstacles_share']:.1%} of the cells",
+            f"unknown    {report['unknown_share']:.1%} of the cells",
+            f"ground     {', '.join(shares)}",
+        ]
+    )
 
 
 def vehicles(

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from tests.service.cli.command import joulepath
+from tests.service.cli.command import expect_refusal, joulepath
 
 
 @pytest.mark.parametrize("command", ["maps", "vehicles", "effects"])
@@ -31,3 +31,14 @@ def test_listing_maps_loads_no_planner() -> None:
         "sys.exit(bool({'ompl', 'matplotlib', 'fastapi', 'rasterio'} & {*sys.modules}))"
     )
     assert subprocess.run([sys.executable, "-c", script], stdout=subprocess.DEVNULL).returncode == 0
+
+
+def test_a_map_is_checked() -> None:
+    report = json.loads(joulepath("maps", "check", "warehouse", "--json").stdout)
+    assert report["extent_m"] == [0.0, 0.0, 30.0, 20.0]
+    assert report["ground_shares"]["carpet"] > 0.0
+    told = joulepath("maps", "check", "warehouse")
+    for word in ("extent", "slopes", "obstacles", "unknown", "carpet"):
+        assert word in told.stdout
+    expect_refusal(joulepath("maps", "check"), "maps check FILE")
+    expect_refusal(joulepath("maps", "check", "atlantis"), "atlantis")
