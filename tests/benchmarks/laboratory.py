@@ -37,6 +37,7 @@ LEAST_RHO = 0.5
 """Effect over floor from which naming is asked for."""
 LEAST_CANDIDATES = 150
 """Candidates of a tenth of the probabilities from which it is judged alone."""
+KEPT = "benchmarks/laboratory.json"
 HEADING = "## Logs as laboratories write them"
 WORDS = """
 `python -m tests.benchmarks.naming --laboratory` draws a robot, its data sheet, a drive and the
@@ -79,10 +80,9 @@ def main(options: argparse.Namespace) -> int:
     found = summary(rows, options.split)
     print(text_of(found))
     if options.write:
-        folder = options.folder / "benchmarks"
         text = json.dumps(found, indent=2, ensure_ascii=False)
-        (folder / "laboratory.json").write_text(text + "\n", encoding="utf-8")
-        write_section(options.folder / "naming.md", found)
+        (options.folder / KEPT).write_text(text + "\n", encoding="utf-8")
+        keep_section(options.folder)
     return 0 if all(check["holds"] is not False for check in found["checks"]) else 1
 
 
@@ -347,7 +347,11 @@ def section_of(found: Mapping[str, Any]) -> str:
     )
 
 
-def write_section(path: Path, found: Mapping[str, Any]) -> None:
-    """Put the section at the end of a page, in the place of an earlier one."""
+def keep_section(folder: Path) -> None:
+    """Put what the last run found at the end of naming.md, in the place of an earlier section."""
+    kept, path = folder / KEPT, folder / "naming.md"
+    if not kept.exists():
+        return
+    found = json.loads(kept.read_text(encoding="utf-8"))
     before = path.read_text(encoding="utf-8").partition(f"\n{HEADING}")[0].rstrip("\n")
     path.write_text(f"{before}\n\n{section_of(found)}", encoding="utf-8")

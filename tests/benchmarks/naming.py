@@ -119,6 +119,7 @@ def whole(
     text = json.dumps(document, indent=2, ensure_ascii=False)
     kept_file.write_text(text + "\n", encoding="utf-8")
     (folder / "naming.md").write_text(document_text(document, rows), encoding="utf-8")
+    laboratory.keep_section(folder)
     draw(folder / "images" / "naming.svg", rows, document["methods"])
     return {
         "checks": {entry["check"]: entry["found"] for entry in found},

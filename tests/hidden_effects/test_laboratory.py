@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,14 @@ from planner.power.vehicles import load_vehicle
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.virtual import VirtualRobot
 from planner.telemetry.virtual.dynamics import MEANS
-from tests.benchmarks.laboratory import LEAST_CANDIDATES, probabilities
+from tests.benchmarks.laboratory import (
+    HEADING,
+    KEPT,
+    LEAST_CANDIDATES,
+    keep_section,
+    probabilities,
+    summary,
+)
 from tests.hidden_effects.laboratory import MECHANISMS, SPLITS, Instruments, Log, Meter, draw
 from tests.hidden_effects.laboratory.drives import Conditions, drawn_drive
 from tests.hidden_effects.laboratory.instruments import filtered, held_times, sampled
@@ -143,3 +151,18 @@ def test_joined_tenths_hold_every_candidate() -> None:
     found = probabilities(rows)
     assert sum(entry["candidates"] for entry in found) == 400
     assert all(entry["candidates"] >= LEAST_CANDIDATES for entry in found)
+
+
+def test_a_page_keeps_one_section(tmp_path: Path) -> None:
+    page, kept = tmp_path / "naming.md", tmp_path / KEPT
+    page.write_text("# Page\n\nTidy logs.\n", encoding="utf-8")
+    keep_section(tmp_path)
+    assert HEADING not in page.read_text(encoding="utf-8")
+    kept.parent.mkdir()
+    found = summary([], "tuning") | {"noise_floor_over_oracle": [0.5, 1.0, 1.5]}
+    kept.write_text(json.dumps(found), encoding="utf-8")
+    for _ in range(2):
+        keep_section(tmp_path)
+    text = page.read_text(encoding="utf-8")
+    assert text.startswith("# Page\n\nTidy logs.\n")
+    assert text.count(HEADING) == 1

@@ -190,7 +190,8 @@ def draw(
     own.mkdir(parents=True, exist_ok=True)
     table = drawn_robot(rng)
     write_vehicle(own / "robot.toml", table)
-    write_vehicle(own / "sheet.toml", data_sheet(rng, table))
+    # Every other data sheet says how sure it is.
+    write_vehicle(own / "sheet.toml", data_sheet(rng, table), uncertain=seed % 2 == 1)
     needs, wanted = _needs(slugs)
     conditions = Conditions.drawn(rng, needs)
     instruments = Instruments.drawn(rng, 1.0 / conditions.rate, _columns(rng, conditions, wanted))

@@ -27,6 +27,8 @@ GEOMETRY_ERROR = 0.08
 """Largest relative error of mass and lengths in a data sheet."""
 OTHER_ERROR = 0.05, 0.20
 """Least and largest relative error of its other numbers."""
+_MEASURED_SIGMA, _UNSURE_SIGMA = 0.05, 0.13
+"""Standard deviations of such errors."""
 _MEASURED = {
     "body": ("mass", "length", "width", "com_height"),
     "wheels": ("half_wheelbase", "half_track", "base_radius", "radius"),
@@ -130,13 +132,17 @@ def data_sheet(rng: np.random.Generator, robot: Table) -> Table:
     return sheet
 
 
-def write_vehicle(path: Path, robot: Table) -> None:
-    """Writes a vehicle's file."""
+def write_vehicle(path: Path, robot: Table, *, uncertain: bool = False) -> None:
+    """Writes a vehicle's file; ``uncertain`` states the standard deviations of its errors."""
     lines = [f'name = "{path.stem}"']
     for table, values in robot.items():
         lines.append(f"[{table}]")
         for key, value in values.items():
             shown = f'"{value}"' if isinstance(value, str) else repr(_plain(value))
+            sigma = _MEASURED_SIGMA if key in _MEASURED.get(table, ()) else None
+            sigma = _UNSURE_SIGMA if key in _UNSURE.get(table, ()) else sigma
+            if uncertain and sigma is not None:
+                shown = f"{{ value = {shown}, uncertainty = {sigma} }}"
             lines.append(f"{key} = {shown}")
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
