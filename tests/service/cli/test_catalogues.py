@@ -35,7 +35,7 @@ def test_listing_maps_loads_no_planner() -> None:
 
 def test_a_map_is_checked() -> None:
     report = json.loads(joulepath("maps", "check", "warehouse", "--json").stdout)
-    assert report["extent_m"] == [0.0, 0.0, 30.0, 20.0]
+    assert report["extent_m"] == pytest.approx([0.0, 0.0, 30.0, 20.0])
     assert report["ground_shares"]["carpet"] > 0.0
     told = joulepath("maps", "check", "warehouse")
     for word in ("extent", "slopes", "obstacles", "unknown", "carpet"):
