@@ -109,13 +109,7 @@ def _motion(model: PowerModel, name: str, pitch: float, heading: float) -> Motio
     limits, battery = vehicle.limits, vehicle.battery
     speeds = _fastest(vehicle) * np.arange(1, SPEEDS + 1) / SPEEDS
     account = _account(model, speeds, pitch, heading)
-    allowed = (
-        (account["voltage"] <= min(limits.voltage, battery.voltage))
-        & (account["current"] <= limits.current)
-        & (account["motor_torque"] <= limits.continuous_torque)
-        & (account["traction_left"] >= 0.0)
-        & (account["least_load"] > 0.0)
-    )
+    allowed = _allowed(account, vehicle)
     reachable = float(speeds[allowed].max(initial=0.0))
     speed = min(limits.speed, reachable) or limits.speed
     here = {
@@ -197,3 +191,43 @@ def _oddities(model: PowerModel, level: Motion, up: Motion) -> list[str]:
         ),
     }
     return [sentence for sentence, holds in findings.items() if holds]
+
+
+def steepest_slopes(model: PowerModel) -> dict[str, float]:
+    """Steepest slopes that a vehicle drives slowly within its limits, tan of the angle.
+
+    Returns:
+        "up", the steeper of lengthwise and sideways; "down", the same; 0 where none is driven.
+    """
+    angles = np.arange(0.5, 45.0, 0.5)
+    speed = np.full(len(angles), 0.05 * model.vehicle.limits.speed)
+    found = {}
+    for name, sign in (("up", -1.0), ("down", 1.0)):
+        steepest = 0.0
+        for heading in (0.0, 90.0):
+            # Sideways the same slope is a roll: the body's y climbs where its x did.
+            pitch, roll = (sign * angles, 0.0) if heading == 0.0 else (0.0, -sign * angles)
+            gravity = gravity_columns(
+                np.radians(roll) + 0.0 * angles, np.radians(pitch), gravity=STANDARD_GRAVITY
+            )
+            turn = math.radians(heading)
+            account = model.account(
+                rows_from(vx=speed * math.cos(turn), vy=speed * math.sin(turn), **gravity)
+            )
+            bad = ~_allowed(account, model.vehicle)
+            first = int(bad.argmax()) if bad.any() else len(angles)
+            steepest = max(steepest, 0.0 if first == 0 else float(angles[first - 1]))
+        found[name] = math.tan(math.radians(steepest))
+    return found
+
+
+def _allowed(account: dict[str, Any], vehicle: Vehicle) -> Any:
+    """Where a steady motion keeps the limits of the vehicle, (n,)."""
+    limits = vehicle.limits
+    return (
+        (account["voltage"] <= min(limits.voltage, vehicle.battery.voltage))
+        & (account["current"] <= limits.current)
+        & (account["motor_torque"] <= limits.continuous_torque)
+        & (account["traction_left"] >= 0.0)
+        & (account["least_load"] > 0.0)
+    )

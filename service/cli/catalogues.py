@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -20,6 +21,15 @@ def maps(
     file: Annotated[
         str | None, typer.Argument(metavar="[FILE]", help="For check: a name, file or folder.")
     ] = None,
+    vehicle: Annotated[
+        str, typer.Option(help="Of the picture: a name, or a TOML file.")
+    ] = "minibalance",
+    report: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="PAGE.html", help="Draw where the vehicle can go, and in which directions."
+        ),
+    ] = None,
     json_: Json = False,
     verbose: Verbose = False,
 ) -> None:
@@ -36,8 +46,16 @@ def maps(
         raise RequestError("maps", "no such command", value=what, accepted="maps check FILE")
     from planner.terrain.map_files import describe_map
 
-    report = describe_map(open_map(file))
-    typer.echo(documents.strict(documents.finite(report)) if json_ else _map_report(report))
+    terrain = open_map(file)
+    found = describe_map(terrain)
+    if report is not None:
+        from planner.power.vehicles import load_vehicle
+        from planner.report.routes import drive_page
+
+        page, shares = drive_page(terrain, load_vehicle(vehicle))
+        report.write_text(page, encoding="utf-8")
+        found["for_vehicle"] = {"name": vehicle, "shares": shares}
+    typer.echo(documents.strict(documents.finite(found)) if json_ else _map_report(found))
     return None
 
 
@@ -66,8 +84,16 @@ def _map_report(report: dict[str, Any]) -> str:
             f"obstacles  {report['obstacles_share']:.1%} of the cells",
             f"unknown    {report['unknown_share']:.1%} of the cells",
             f"ground     {', '.join(shares)}",
+            *_for_vehicle(report.get("for_vehicle")),
         ]
     )
+
+
+def _for_vehicle(found: dict[str, Any] | None) -> list[str]:
+    if found is None:
+        return []
+    shares = ", ".join(f"{name} {share:.1%}" for name, share in found["shares"].items())
+    return [f"{found['name']}: {shares}"]
 
 
 def vehicles(

@@ -60,7 +60,7 @@ MEANINGS = {
     "limits.current": "of one motor or its driver",
     "limits.voltage": "at one motor, duty cycle included",
     "limits.continuous_torque": "of one motor at its own shaft, for hours",
-    "limits.peak_torque": "that the gear takes, at the motor's shaft, without the motor's own drag",
+    "limits.peak_torque": "that the gear takes, at the motor's shaft; default 2·continuous_torque",
     "limits.thermal_time": "over which the torque is averaged",
     "limits.clearance": "between body and obstacles",
     "battery.voltage": "nominal, as the capacity is stated at",
