@@ -36,6 +36,8 @@ MOST_LAGS = 12
 """Order of the autoregression, in rows."""
 CLIP = 3.5
 """Residuals count at most this many spreads: one outlier cannot carry a fit."""
+MOST_OUTLIERS = 0.02
+"""Share of the rows that may be outliers; what more of them do is the noise of this log."""
 SPREAD_BINS = 10
 """Bins over |P| of the spread, each of at least 40 rows."""
 LEAST_RUNS = 4
@@ -68,7 +70,8 @@ class Noise:
         reflections: (k, k) autoregressions of order 0 to k-1, one a row, in lower triangles.
         shrink: (k,) innovation's standard deviation of each order over that of the noise.
         by_run: (2, 2) covariance of the runs' offset and gain in whitened units.
-        floor_w: rms of the noise over the log, W.
+        floor_w: rms over the log of what no column explains, W: noise of the meter, and what errors
+            of the inputs make of a perfect model.
     """
 
     powers: Array
@@ -213,7 +216,7 @@ def noise_of(
     scale = 1.0 / np.hypot(np.interp(np.abs(watts), powers, spreads), input_error)
     z = np.clip(left * scale, -CLIP, CLIP)
     reflections, shrink = _autoregression(log, z)
-    floor = float(np.sqrt(np.mean(np.interp(np.abs(watts), powers, spreads) ** 2)))
+    floor = _floor(left * scale, 1.0 / scale)
     plain = Noise(powers, spreads, reflections, shrink, np.zeros((2, 2)), floor)
     by_run = _run_covariance(log, plain, np.clip(left, -CLIP / scale, CLIP / scale), watts, scale)
     return Noise(powers, spreads, reflections, shrink, by_run, floor), left
@@ -251,6 +254,17 @@ def row_likelihood(
         likelihood[start:stop] -= np.log(size * shrink[order])
         likelihood[start] = 0.0
     return likelihood
+
+
+def _floor(z: Array, spread: Array) -> float:
+    """W, rms of what no column explains; ``z`` (n,) is that over the ``spread`` (n,) W.
+
+    Spreads are medians of deviations: they leave out rows in which a robot accelerates, whose
+    inputs are less sure than others', and which every model has to live with.
+    """
+    if np.mean(np.abs(z) > CLIP) <= MOST_OUTLIERS:
+        z = np.clip(z, -CLIP, CLIP)
+    return float(np.sqrt(np.mean((z * spread) ** 2)))
 
 
 def _deviation(values: Array) -> float:
