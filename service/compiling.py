@@ -19,6 +19,7 @@ from contextlib import suppress
 from importlib import import_module
 
 from planner.compiled_code import cache_base, compiled_modules, is_compiled, state
+from service.lifetime import end_with_parent
 
 MOST_PROCESSES = 4
 """More processes wait for one another: few modules do not depend on others."""
@@ -84,7 +85,7 @@ def run(waiting: dict[str, set[str]], say: Callable[[int, int], None], processes
     say(0, steps)
     context = multiprocessing.get_context("spawn")
     running: dict[Future[None], str] = {}
-    with ProcessPoolExecutor(processes, mp_context=context) as pool:
+    with ProcessPoolExecutor(processes, context, end_with_parent) as pool:
         while waiting or running:
             for name in order(waiting, done, processes - len(running)):
                 del waiting[name]

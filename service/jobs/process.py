@@ -7,18 +7,14 @@ loaded, so that a fresh worker imports nothing before it begins.
 from __future__ import annotations
 
 import builtins
-import fcntl
 import importlib
-import multiprocessing
-import os
 import resource
 import signal
-import sys
 import time
-from multiprocessing.connection import wait
 from typing import Any
 
 from planner.errors import InputError, JoulepathError
+from service.lifetime import end_with_parent
 
 _arrived: float | None = None
 
@@ -31,26 +27,7 @@ def settle_in() -> None:
     and starts nothing new until then.
     """
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    _end_with_service()
-
-
-def _end_with_service() -> None:
-    """Let the system kill this process when the service's process ends.
-
-    Only the service holds the other end of this pipe. The signal comes from the system, since a
-    thread that watches the pipe would wait for compiled code too. Elsewhere than on Linux a worker
-    ends when it has nothing more to do.
-    """
-    service = multiprocessing.parent_process()
-    if service is None or sys.platform != "linux":
-        return
-    pipe = int(service.sentinel)
-    fcntl.fcntl(pipe, fcntl.F_SETOWN, os.getpid())
-    fcntl.fcntl(pipe, fcntl.F_SETSIG, signal.SIGKILL)
-    fcntl.fcntl(pipe, fcntl.F_SETFL, fcntl.fcntl(pipe, fcntl.F_GETFL) | os.O_ASYNC)
-    if wait([pipe], timeout=0):
-        # It ended before this took effect.
-        os._exit(1)
+    end_with_parent()
 
 
 def perform(
