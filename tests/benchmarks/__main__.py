@@ -14,7 +14,16 @@ import platform
 import sys
 from pathlib import Path
 
-from tests.benchmarks import energy_intervals, naming, planning, power, routes, serving, start
+from tests.benchmarks import (
+    energy_intervals,
+    hard_maps,
+    naming,
+    planning,
+    power,
+    routes,
+    serving,
+    start,
+)
 from tests.benchmarks.peers.comparison import side_by_side
 
 
@@ -37,6 +46,8 @@ MEASUREMENTS = {
     "OMPL's samplers over least-energy, fixed maps": routes.measure,
     "planners side by side": side_by_side,
     "times of answers": lambda: planning.times(20),
+    "answers on hard maps: obstacles and real relief": hard_maps.times,
+    "time budgets on hard maps": hard_maps.budgets,
     "matrix of 50 by 50": planning.matrix,
     "fields up to 4096²": planning.fields,
     "95 % intervals of energies": energy_intervals.measure,
