@@ -193,10 +193,14 @@ def _price_near(
     chosen: Any,
     fresh: Any,
     beside: int,
+    below: Any,
     exact: Any,
     expected: Any,
 ) -> None:
     """Price the fresh steps of the best profile, at levels up to ``beside`` from its own.
+
+    Where the profile's own change of level breaks a limit, twice as many further levels below it
+    are priced the next time: one level a round would take a round for each.
 
     Args:
         kernel, arrays, stretch: of the power model, and what is driven.
@@ -205,6 +209,7 @@ def _price_near(
         chosen: (steps + 1,) the profile's levels.
         fresh: (steps,) whether a step is to be priced.
         beside: levels to either side.
+        below: (steps,) further levels below the profile's own, brought up to date.
         exact, expected: which costs are exact, and the costs; brought up to date.
     """
     # Arrays by names of their own: taking them out of a tuple costs more than a look-up.
@@ -231,8 +236,9 @@ def _price_near(
         if j + 1 < fresh.shape[0]:
             change = math.hypot(slopes[j + 1, 0] - slopes[j, 0], slopes[j + 1, 1] - slopes[j, 1])
         bend = lengths[j] * longer, turns[j], curvatures[j], change
-        for a in range(max(0, p - beside), min(LEVELS, p + beside + 1)):
-            for b in range(max(0, q - beside), min(LEVELS, q + beside + 1)):
+        lowest = beside + below[j]
+        for a in range(max(0, p - lowest), min(LEVELS, p + beside + 1)):
+            for b in range(max(0, q - lowest), min(LEVELS, q + beside + 1)):
                 at = b - a + REACH
                 if at < 0 or at > 2 * REACH or exact[j, a, at] or expected[j, a, at] == np.inf:
                     continue
@@ -264,6 +270,10 @@ def _price_near(
                 size += count
     kernel(columns, size, parameters, body, wheels, found)
     _book(found, size, limits, objective, owners, shares, expected)
+    for j in range(fresh.shape[0]):
+        p, q = chosen[j], chosen[j + 1]
+        if fresh[j] and expected[j, p, q - p + REACH] == np.inf:
+            below[j] = min(max(1, 2 * below[j]), LEVELS)
 
 
 @njit(cache=True, error_model="numpy")
@@ -305,6 +315,7 @@ def _speeds(
     exact = np.zeros(expected.shape, np.bool_)
     level = levels(arrays.limits[0])
     fresh, guess = np.empty(steps, np.bool_), np.empty(steps)
+    below = np.zeros(steps, np.int64)
     cost[0] = np.inf
     cost[0, 0] = 0.0
     nothing = before = False
@@ -333,7 +344,19 @@ def _speeds(
             guess[j] = expected[j, p, at]
         if not fresh.any():
             return True
-        _price_near(kernel, arrays, stretch, block, level, chosen, fresh, beside, exact, expected)
+        _price_near(
+            kernel,
+            arrays,
+            stretch,
+            block,
+            level,
+            chosen,
+            fresh,
+            beside,
+            below,
+            exact,
+            expected,
+        )
         _correct(chosen, fresh, guess, exact, expected)
     return False
 
