@@ -139,6 +139,12 @@ def _metre_cost(
 
 
 @njit(cache=True, error_model="numpy", inline="always")
+def _roomy(mask: Any, b: int) -> bool:
+    """Whether an angle of a node is free and its neighbours are, too."""
+    return _free(mask, (b - 1) % YAW_BINS) and _free(mask, b) and _free(mask, (b + 1) % YAW_BINS)
+
+
+@njit(cache=True, error_model="numpy", inline="always")
 def _from_travel(b: int, direction: float) -> int:
     """The angle of the body to the travel, in steps."""
     return int(math.floor((b * ANGLE - direction) / ANGLE + 0.5)) % STATES
@@ -313,7 +319,9 @@ def search_poses(
                 whole = np.float32(cost + 1.0)
                 if cost + still >= best or 0.0 < spent[other] <= whole:
                     continue
-                if here != ALL_YAWS or there != ALL_YAWS:
+                # With an angle to spare at both ends, nothing is touched between two nodes. The
+                # finished motion is tried for contact all the same.
+                if not (_roomy(here, b) and _roomy(there, to_b)):
                     to_x, to_y = x + offsets[m, 0] * dx, y + offsets[m, 1] * dy
                     if touches(blocked, frame, x, y, to_x, to_y, b * ANGLE, w * ANGLE):
                         continue
