@@ -20,6 +20,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.arrays import Array
 from planner.compiled_code import njit
@@ -56,6 +57,35 @@ def even(path: Array, spacing: float) -> Array:
     count = max(1, round(along[-1] / spacing))
     at = np.linspace(0.0, along[-1], count + 1)
     return np.column_stack([np.interp(at, along, path[:, k]) for k in (0, 1)])
+
+
+def _even_where_free(field: CostField, path: Array, spacing: float) -> Array:
+    """Points at even distances along a path, and its corners between two that see no way across.
+
+    Cutting corners may lead into something solid. The path's own corners do not, but with all of
+    them the waypoints would be many, and too close to move far.
+    """
+    start = even(path, spacing)
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
+    at = np.linspace(0.0, along[-1], len(start))
+    corners = np.flatnonzero(_bends(path))
+    pieces = [start[:1]]
+    for k in range(1, len(start)):
+        (xa, ya), (xb, yb) = start[k - 1], start[k]
+        if not math.isfinite(segment_cost(field, xa, ya, xb, yb, field.step)):
+            first, last = np.searchsorted(along[corners], (at[k - 1] + 1e-9, at[k] - 1e-9))
+            pieces.append(path[corners[first:last]])
+        pieces.append(start[k : k + 1])
+    return np.vstack(pieces)
+
+
+def _bends(path: Array) -> NDArray[np.bool_]:
+    """Whether the direction changes at each point (n,) of a polyline; not at its ends."""
+    before, after = np.diff(path[:-1], axis=0), np.diff(path[1:], axis=0)
+    cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+    bends = np.zeros(len(path), np.bool_)
+    bends[1:-1] = np.abs(cross) > 1e-9 * np.hypot(*before.T) * np.hypot(*after.T)
+    return bends
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -305,13 +335,16 @@ def refine(
     """
     cell = min(field.dx, field.dy)
     step = field.step
-    starts = [even(path, waypoint_cells * cell)]
-    if not math.isfinite(polyline_cost(field, starts[0], step)):
-        # Cutting corners led where nothing can be driven. The band may lead out of it again, or
-        # not; with all corners kept the waypoints are too close to move far.
-        starts.append(resample(path, waypoint_cells * cell))
+    spacing = waypoint_cells * cell
+    if field.blocked.any():
+        starts = [_even_where_free(field, path, spacing)]
+    else:
+        starts = [even(path, spacing)]
+        if not math.isfinite(polyline_cost(field, starts[0], field.step)):
+            # Cutting corners led onto ground too steep. The band may lead out of it again, or not.
+            starts.append(resample(path, spacing))
     _, waypoints = min(
-        (moved_in_bands(field, start, cell, check) for start in starts), key=lambda m: m[0]
+        (moved_in_bands(field, start, cell, check) for start in starts), key=lambda one: one[0]
     )
     check()
     known = [(polyline_cost(field, candidate, step), candidate) for candidate in (path, waypoints)]

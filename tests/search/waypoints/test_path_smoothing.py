@@ -135,3 +135,22 @@ def test_a_band_over_ground_without_a_gentle_slope_looks_at_all_of_it(height) ->
     best = by_single_pieces(field, *asked)
     assert math.isfinite(best)
     assert polyline_cost(field, moved, field.step) <= 1.002 * best
+
+
+def test_corners_stand_only_where_an_even_spacing_meets_something_solid():
+    """Round a wall's end a path keeps its corners; its many nodes in the open are left out."""
+    solid = np.zeros((60, 80), bool)
+    solid[:40, 40:43] = True
+    relief = terrain(np.zeros(solid.shape), cell=0.1, obstacles=solid)
+    field = situation_of(SituationRequest(map="wall"), terrain=relief).field("energy")
+    x = np.concatenate([np.full(30, 3.4), 3.4 + 0.1 * np.arange(16), np.full(30, 4.9)])
+    y = np.concatenate([1.6 + 0.1 * np.arange(30), np.full(16, 4.6), 4.5 - 0.1 * np.arange(30)])
+    path = np.column_stack([x, y])
+    assert math.isfinite(polyline_cost(field, path, field.step))
+    assert math.isinf(polyline_cost(field, refinement.even(path, 2.4), field.step))
+    start = refinement._even_where_free(field, path, 2.4)
+    assert math.isfinite(polyline_cost(field, start, field.step))
+    assert len(start) <= 6
+    ((found, cost),) = refine(field, path, waypoint_cells=24.0)
+    assert cost <= polyline_cost(field, path, field.step)
+    np.testing.assert_array_equal(found[[0, -1]], path[[0, -1]])
