@@ -11,6 +11,7 @@ prices all of them.
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import lru_cache
@@ -67,6 +68,7 @@ def plan_route(
         RequestError, MapError, VehicleError, ModelError: something given cannot be used.
         Cancelled: ``cancelled`` returned True.
     """
+    begun = time.perf_counter()
     if isinstance(model, str):
         fields, model = {"model": model, **fields}, None
     if terrain is not None:
@@ -76,7 +78,7 @@ def plan_route(
     say(0.0, "reading map and model")
     situation = situation_of(request, terrain=terrain, model=model)
     with CancellationToken(cancelled) as token:
-        return _plan(Run(request, situation, say, token))
+        return _plan(Run(request, situation, say, token, begun=begun))
 
 
 def _plan(run: Run) -> Answer:

@@ -7,7 +7,10 @@ with CancellationToken(cancelled) as token:
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 
 from planner.arrays import Array
 from planner.cancellation import CancellationToken
@@ -34,6 +37,7 @@ class Run:
         progress: called with the share done and what is being done.
         token: the caller's wish to stop.
         other_core: for what can be done at once.
+        begun: time.perf_counter() of the call, from which a time budget counts.
     """
 
     request: PlanRequest
@@ -41,6 +45,7 @@ class Run:
     progress: Progress
     token: CancellationToken
     other_core: OtherCore = field(default_factory=OtherCore)
+    begun: float = field(default_factory=time.perf_counter)
 
     @property
     def ground(self) -> DrivingGround:
@@ -64,6 +69,23 @@ class Run:
     def cancelled(self) -> bool:
         """Whether the caller wants to stop."""
         return self.token.cancelled()
+
+    @property
+    def seconds_left(self) -> float:
+        """s of the time budget that are left; without end where none is given."""
+        counted = self.request.iterations is not None
+        if counted or "time_budget_s" not in self.request.model_fields_set:
+            return math.inf
+        return self.request.time_budget_s - (time.perf_counter() - self.begun)
+
+    @contextmanager
+    def within_budget(self) -> Iterator[Run]:
+        """The same run, cancelled when the time budget ends; for what follows a first route."""
+        if math.isinf(self.seconds_left):
+            yield self
+            return
+        with CancellationToken(lambda: self.cancelled() or self.seconds_left <= 0.0) as token:
+            yield replace(self, token=token)
 
     @property
     def poses(self) -> tuple[PoseRequest, ...]:

@@ -28,6 +28,10 @@ LEAST_CELLS = 2.0
 """The upper bound does not hold below this: coarser cells cannot separate routes."""
 
 
+Line = tuple[Array, Array]
+"""x and y (n,) of the samples of a route, m."""
+
+
 def _energy(route: Route) -> float:
     return route.energy_j
 
@@ -54,16 +58,16 @@ def find_alternatives(
     for _ in range(3 * count):
         if len(routes) == count:
             break
-        factor = factor * (1.0 + 0.4 * nearness(routes[-1], field))
+        factor = factor * (1.0 + 0.4 * nearness(_line(routes[-1]), field))
         candidate = search(factor)
         if candidate is None:
             break
         if value(candidate) > value(best) + MOST_EXTRA * abs(value(best)):
             expensive += 1
-            factor = factor * (1.0 + 0.4 * nearness(candidate, field))
+            factor = factor * (1.0 + 0.4 * nearness(_line(candidate), field))
         elif max(_overlap(candidate, route, field) for route in routes) > MOST_OVERLAP:
             similar += 1
-            factor = factor * (1.0 + 0.4 * nearness(candidate, field))
+            factor = factor * (1.0 + 0.4 * nearness(_line(candidate), field))
         else:
             routes.append(candidate)
     routes.sort(key=value)
@@ -75,10 +79,14 @@ def find_alternatives(
     )
 
 
-def _cells(route: Route, field: CostField) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _line(route: Route) -> Line:
+    return route.arrays["x"], route.arrays["y"]
+
+
+def _cells(line: Line, field: CostField) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     ny, nx = field.heights.shape
-    i = np.clip(np.round((route.arrays["x"] - field.x0) / field.dx), 0, nx - 1).astype(np.int64)
-    j = np.clip(np.round((route.arrays["y"] - field.y0) / field.dy), 0, ny - 1).astype(np.int64)
+    i = np.clip(np.round((line[0] - field.x0) / field.dx), 0, nx - 1).astype(np.int64)
+    j = np.clip(np.round((line[1] - field.y0) / field.dy), 0, ny - 1).astype(np.int64)
     return j, i
 
 
@@ -88,18 +96,18 @@ def _near(field: CostField) -> float:
     return min(max(NEAR_CELLS * cell, LEAST_NEAR), max(MOST_NEAR, LEAST_CELLS * cell))
 
 
-def _distance(route: Route, field: CostField) -> Array:
-    """Metres to the route, (ny, nx)."""
+def _distance(line: Line, field: CostField) -> Array:
+    """Metres to the line, (ny, nx)."""
     away = np.ones(field.heights.shape, bool)
-    away[_cells(route, field)] = False
+    away[_cells(line, field)] = False
     return np.asarray(ndimage.distance_transform_edt(away, sampling=(field.dy, field.dx)))
 
 
-def nearness(route: Route, field: CostField) -> Array:
-    """1 on the route, 0 from ``_near`` on, and 0 round its ends, which all routes share."""
+def nearness(line: Line, field: CostField) -> Array:
+    """1 on a route's x and y, 0 from ``_near`` on, and 0 round its ends, which all routes share."""
     reach = _near(field)
-    near = np.clip(1.0 - _distance(route, field) / reach, 0.0, 1.0)
-    j, i = _cells(route, field)
+    near = np.clip(1.0 - _distance(line, field) / reach, 0.0, 1.0)
+    j, i = _cells(line, field)
     for a, b in ((j[0], i[0]), (j[-1], i[-1])):
         rows, columns = np.ogrid[: near.shape[0], : near.shape[1]]
         apart = np.hypot(field.dy * (rows - a), field.dx * (columns - b))
@@ -109,6 +117,6 @@ def nearness(route: Route, field: CostField) -> Array:
 
 def _overlap(route: Route, other: Route, field: CostField) -> float:
     """Share of a route's length that runs near another."""
-    near = _distance(other, field)[_cells(route, field)] <= _near(field)
+    near = _distance(_line(other), field)[_cells(_line(route), field)] <= _near(field)
     lengths = np.diff(route.distance_m)
     return float((lengths * near[1:]).sum() / max(lengths.sum(), 1e-9))

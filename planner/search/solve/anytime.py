@@ -1,6 +1,6 @@
 """Further candidates for the least energy, while a time budget lasts.
 
-    for candidate in further_candidates(run, attempt, begun): ...
+    for candidate in further_candidates(run, attempt): ...
 
 The grid searches again with perturbed edge costs, for paths that cost about the same and end in
 other homotopy classes once they are smoothed. The best of these paths are smoothed with other
@@ -11,7 +11,6 @@ waypoints of the best ones while their trajectories get cheaper.
 from __future__ import annotations
 
 import itertools
-import time
 from collections.abc import Callable, Iterator
 from functools import partial
 
@@ -45,16 +44,15 @@ ENOUGH = 0.15
 """s left from which another step is begun."""
 
 
-def further_candidates(run: Run, attempt: Attempt, begun: float) -> Iterator[Candidate]:
+def further_candidates(run: Run, attempt: Attempt) -> Iterator[Candidate]:
     """Candidates for as long as the time budget lasts.
 
     Args:
         run: the request.
         attempt: what the grid came to, with legs.
-        begun: time.perf_counter() when the search began.
 
     Raises:
-        Cancelled: the caller wants to stop.
+        Cancelled: the caller wants to stop, or the time is up within a step.
     """
     request = run.request
     counted = request.iterations is not None
@@ -63,7 +61,7 @@ def further_candidates(run: Run, attempt: Attempt, begun: float) -> Iterator[Can
         return
 
     def left() -> float:
-        return request.time_budget_s - (time.perf_counter() - begun)
+        return request.time_budget_s if counted else run.seconds_left
 
     found: list[tuple[Route, Legs, list[Array]]] = []
     if attempt.route is not None and attempt.legs is not None:

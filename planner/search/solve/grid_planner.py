@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import replace
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from planner.arrays import Array
+from planner.errors import Cancelled
 from planner.quantities import STANDARD_GRAVITY
 from planner.search.field import CostField, polyline_cost, segment_cost
 from planner.search.limit_places import Infeasible
@@ -27,12 +29,15 @@ from planner.search.solve.pipeline import (
     ONE_OF_MANY,
     Attempt,
     Effort,
+    Sketch,
     cheapest_near,
+    finished,
     priced,
+    sketch,
     trajectory,
 )
-from planner.search.solve.recovery import Caution, first_caution, next_caution
-from planner.search.trajectory import CLOSELY, ROUGHLY
+from planner.search.solve.recovery import Caution, first_caution, more_clearance, next_caution
+from planner.search.trajectory import CLOSELY, ROUGHLY, Motion
 from planner.search.wanted_yaw import arriving, leaving
 from planner.search.waypoints import suggests_detour
 
@@ -72,38 +77,136 @@ def _on_grid(run: Run, field: CostField, objective: str, effort: Effort, patient
     if effort is BASELINE and (straight := _straight(run, field, objective)) is not None:
         return straight
     caution: Caution | None = first_caution(run, field, patient)
-    with_yaw = not patient and not run.ground.blocked.any()
+    sketching = _Sketching(run, objective, effort, patient, field)
     attempt = Attempt(field)
-    best: Attempt | None = None
     while caution is not None:
-        field = caution.field(run, objective)
-        paths = _paths(run, field, objective)
-        if paths is None:
+        sketches, caution = sketching.with_caution(caution)
+        if not sketches:
             break
-        attempt = latest = cheapest_near(run, field, paths, objective, effort)
-        if objective == "energy":
-            latest = _other_homotopy_classes(run, latest)
-        among_obstacles = objective == "energy" and caution.obstructed
-        turns_much = among_obstacles and _turns_much(run, latest, caution.factor)
-        no_room = latest.infeasible is not None and latest.infeasible.for_want_of_room
-        without_yaw = latest
-        if not with_yaw and (turns_much or no_room):
-            with_yaw = True
-            posed = _by_poses(run, caution.unobstructed_field(run, objective), objective, effort)
-            latest = _cheaper(latest, posed)
-        if best is not None and _cheaper(best, latest) is best:
-            return best
-        if latest.route is not None:
-            best = latest
-            # Turning among obstacles may cost more than a way round with more room.
-            if not among_obstacles or not _turns_much(run, best, caution.factor):
-                return best
-        caution = next_caution(caution, without_yaw)
-    if best is not None:
-        return best
-    if paths is None:
-        return replace(attempt, reason=attempt.reason or _why_not(run, field, objective))
+        attempt = finished(run, sketches, objective, effort)
+        if attempt.route is not None:
+            return attempt
+        caution = next_caution(caution, attempt)
+    # Nobody asks why there is no baseline.
+    if not sketches and effort is not BASELINE:
+        return replace(attempt, reason=attempt.reason or _why_not(run, sketching.field, objective))
     return attempt
+
+
+@dataclass
+class _Sketching:
+    """Sketches for one request, the cheap ones first: paths, detours, more room, and last poses.
+
+    Attributes:
+        run, objective, effort: as for ``on_grid``.
+        poses_left: whether poses may still be searched.
+        field: map and costs of the latest search.
+    """
+
+    run: Run
+    objective: str
+    effort: Effort
+    poses_left: bool
+    field: CostField
+
+    def with_caution(self, caution: Caution) -> tuple[list[Sketch], Caution]:
+        """All sketches to choose among, and the caution that the last of them came from.
+
+        Where the body lacks room or turns much, paths with more clearance are tried as long as
+        they get cheaper. Poses are searched where that was of no use.
+        """
+        found: list[tuple[Sketch, Caution]] = []
+        with self.run.within_budget() as limited:
+            try:
+                for latest in self._sketches(caution, limited):
+                    found.append(latest)
+            except Cancelled:
+                if self.run.cancelled():
+                    raise
+        return [one for one, _ in found], found[-1][1] if found else caution
+
+    def _sketches(self, caution: Caution, limited: Run) -> Iterator[tuple[Sketch, Caution]]:
+        """As ``with_caution``; whatever follows one that moves is done in ``limited``."""
+        run, objective = self.run, self.objective
+        plain = caution.unobstructed_field(run, objective)
+        best: Sketch | None = None
+        while True:
+            self.field = caution.field(run, objective)
+            paths = _paths(run, self.field, objective)
+            if paths is None:
+                break
+            latest = sketch(run, self.field, paths, objective, self.effort, plain=plain)
+            yield latest, caution
+            improved = best is None or latest.energy < best.energy
+            if best is None or improved:
+                best = latest
+            if not (improved or latest.best is None) or not self._wants_room(best, plain):
+                break
+            wider = more_clearance(caution, Attempt(plain, infeasible=latest.infeasible))
+            if wider is None:
+                break
+            caution, run = wider, run if best.best is None else limited
+        if best is None:
+            return
+        if objective == "energy":
+            for latest in self._detours(limited, best):
+                yield latest, caution
+        if self.poses_left and self._wants_room(best, plain):
+            self.poses_left = False
+            run = self.run if best.best is None else limited
+            for latest in self._by_poses(run, plain):
+                yield latest, caution
+
+    def _wants_room(self, best: Sketch, field: CostField) -> bool:
+        """Whether paths with more room, or poses, may do better among obstacles."""
+        if best.infeasible is not None:
+            return best.infeasible.for_want_of_room
+        if best.best is None or self.objective != "energy" or not self.run.ground.blocked.any():
+            return False
+        # Turns and ramps are not in the costs of the search.
+        metres = sum(polyline_cost(field, path, field.step) for path, _ in best.best.legs)
+        return best.best.dissipated > MUCH_TURNING * metres
+
+    def _detours(self, run: Run, best: Sketch) -> Iterator[Sketch]:
+        """Sketches of paths beside the best one, while its bends cost much.
+
+        Not on large maps, where a search with costs of its own for every node takes long.
+        """
+        field = best.field
+        factor = field.factor
+        for _ in range(0 if run.situation.large or run.ground.blocked.any() else DETOURS):
+            driven = best.best
+            if driven is None or not isinstance(driven.motion, Motion):
+                break
+            metres = sum(cost for _, cost in driven.legs)
+            if not suggests_detour(run.conditions, driven.dissipated, metres):
+                break
+            near = nearness((driven.motion.x, driven.motion.y), field)
+            factor = factor * (1.0 + DETOUR_PENALTY * near)
+            paths = _paths(run, run.field("energy", field.margin, factor), "energy")
+            if paths is not None:
+                latest = sketch(run, field, paths, "energy")
+                yield latest
+                best = min(best, latest, key=lambda one: one.energy)
+
+    def _by_poses(self, run: Run, field: CostField) -> Iterator[Sketch]:
+        """What a search with the yaw in it comes to: one sketch or none."""
+        poses: list[PosePath] = []
+        yaws = list(run.yaws)
+        for k, (a, b) in enumerate(itertools.pairwise(run.places)):
+            ends = (a, leaving(yaws[k])), (b, arriving(yaws[k + 1]))
+            path = pose_path(run.situation, field, self.objective, *ends, token=run.token)
+            if path is None:
+                return
+            poses.append(path)
+            yaws[k + 1] = float(path.yaws[-1]) if yaws[k + 1] is None else yaws[k + 1]
+        polylines = [path.polyline for path in poses]
+        yield sketch(run, field, polylines, self.objective, self.effort, poses=poses)
+
+
+def path_exists(run: Run, field: CostField, objective: str) -> bool:
+    """Whether every leg has a path on the grid."""
+    return _paths(run, field, objective) is not None
 
 
 def near_path_of(run: Run, field: CostField, factor: Array, objective: str) -> Attempt:
@@ -115,32 +218,6 @@ def near_path_of(run: Run, field: CostField, factor: Array, objective: str) -> A
     if paths is None:
         return Attempt(field)
     return cheapest_near(run, field, paths, objective, ONE_OF_MANY)
-
-
-def _other_homotopy_classes(run: Run, attempt: Attempt) -> Attempt:
-    """The cheapest of an attempt and of paths beside it, while its bends cost much.
-
-    Not on large maps, where a search with costs of its own for every node takes long.
-    """
-    field = attempt.field
-    factor = field.factor
-    for _ in range(0 if run.situation.large else DETOURS):
-        if attempt.route is None or not _bends_cost_much(run, attempt):
-            break
-        factor = factor * (1.0 + DETOUR_PENALTY * nearness(attempt.route, field))
-        paths = _paths(run, run.field("energy", field.margin, factor), "energy")
-        if paths is not None:
-            below = attempt.route.energy_j
-            attempt = _cheaper(attempt, cheapest_near(run, field, paths, "energy", below=below))
-    return attempt
-
-
-def _bends_cost_much(run: Run, attempt: Attempt) -> bool:
-    """Whether bends cost much, and not for want of room: for that there are other searches."""
-    if attempt.route is None or attempt.legs is None or run.ground.blocked.any():
-        return False
-    metres = sum(cost for _, cost in attempt.legs)
-    return suggests_detour(run.conditions, dissipated(run, attempt.route), metres)
 
 
 def dissipated(run: Run, route: Route) -> float:
@@ -164,37 +241,6 @@ def _straight(run: Run, field: CostField, objective: str) -> Attempt | None:
     if isinstance(motion, Infeasible):
         return None
     return Attempt(field, [path for path, _ in legs], legs, priced(run, field, motion))
-
-
-def _by_poses(run: Run, field: CostField, objective: str, effort: Effort) -> Attempt:
-    """What a search with the yaw in it comes to."""
-    poses: list[PosePath] = []
-    yaws = list(run.yaws)
-    for k, (a, b) in enumerate(itertools.pairwise(run.places)):
-        ends = (a, leaving(yaws[k])), (b, arriving(yaws[k + 1]))
-        path = pose_path(run.situation, field, objective, *ends, token=run.token)
-        if path is None:
-            return Attempt(field)
-        poses.append(path)
-        yaws[k + 1] = float(path.yaws[-1]) if yaws[k + 1] is None else yaws[k + 1]
-    polylines = [path.polyline for path in poses]
-    return cheapest_near(run, field, polylines, objective, effort, poses=poses)
-
-
-def _cheaper(one: Attempt, other: Attempt) -> Attempt:
-    """That with the route that needs less energy; the first one if they are alike."""
-    if other.route is None or (one.route and one.route.energy_j <= other.route.energy_j):
-        return one
-    return other
-
-
-def _turns_much(run: Run, attempt: Attempt, factor: Array) -> bool:
-    """Whether the motion dissipates much more than the search expected without turns and ramps."""
-    if attempt.route is None or attempt.legs is None:
-        return False
-    field = attempt.field._replace(factor=factor)
-    expected = sum(polyline_cost(field, path, field.step) for path, _ in attempt.legs)
-    return dissipated(run, attempt.route) > MUCH_TURNING * expected
 
 
 def _why_not(run: Run, field: CostField, objective: str) -> str:

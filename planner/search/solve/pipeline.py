@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.arrays import Array
+from planner.errors import Cancelled
 from planner.quantities import STANDARD_GRAVITY
 from planner.search.field import CostField, polyline_cost
 from planner.search.limit_places import Infeasible
@@ -36,8 +37,9 @@ WITH_YAW = {2.0: (1.0,), 4.0: (1.0,)}
 """The same for a path with yaw angles, which is left close to itself."""
 DESCENT_EXCESS = 0.01
 """Share of the energy that keeping to limits may cost before other candidates are tried."""
-MOST_SAVED = 0.015
-"""Share of what a trajectory dissipates that waypoint descent may save, where it is one of many."""
+DESCENDED, MOST_SAVED = 3, 0.015
+"""Sketches whose waypoints are moved at most, and the share of what a trajectory dissipates that
+this may save: a sketch that takes more than that in addition is left alone."""
 
 Legs = list[tuple[Array, float]]
 """A polyline (k, 2) from one fixed place to the next, and its cost, for each leg."""
@@ -103,7 +105,7 @@ class Attempt:
         return Candidate(self.route, source, self.legs)
 
 
-class _Driven(NamedTuple):
+class Driven(NamedTuple):
     """Legs, the motion along them, its energy and what it dissipates, J."""
 
     legs: Legs
@@ -112,64 +114,112 @@ class _Driven(NamedTuple):
     dissipated: float = math.inf
 
 
-def cheapest_near(
+@dataclass(frozen=True)
+class Sketch:
+    """Paths smoothed in several ways, each driven roughly.
+
+    Attributes:
+        field: map and costs to drive with.
+        paths: one for each leg.
+        driven: those that move, cheapest first, and then the others.
+    """
+
+    field: CostField
+    paths: list[Array]
+    driven: tuple[Driven, ...]
+
+    @property
+    def best(self) -> Driven | None:
+        """The cheapest one that moves."""
+        return self.driven[0] if isinstance(self.driven[0].motion, Motion) else None
+
+    @property
+    def energy(self) -> float:
+        """J of the cheapest one; infinite where none moves."""
+        return self.driven[0].energy
+
+    @property
+    def infeasible(self) -> Infeasible | None:
+        """Why none of them moves."""
+        first = self.driven[0].motion
+        return first if isinstance(first, Infeasible) else None
+
+
+def sketch(
     run: Run,
     field: CostField,
     paths: list[Array],
     objective: str,
     effort: Effort = ANSWER,
     *,
+    plain: CostField | None = None,
     poses: Sequence[PosePath] = (),
-    below: float = math.inf,
-) -> Attempt:
-    """The cheapest feasible trajectory near some paths.
+) -> Sketch:
+    """Smooth some paths and drive them roughly.
 
     Args:
         run: the request.
-        field: map and costs.
+        field: map and costs to smooth with.
         paths: polylines (k, 2), one for each leg.
         objective: "energy", "time" or "length".
-        effort: how much work goes into it.
+        effort: where nothing is driven closely later, limits are checked here.
+        plain: map and costs to drive with, where those to smooth with have penalties.
         poses: the same paths with the yaw angles that they are to be driven with.
-        below: J; there is no route where even roughly it takes no less.
     """
     driven = _driven_roughly(run, field, paths, objective, effort, poses)
-    moving = sorted(
-        (one for one in driven if isinstance(one.motion, Motion)), key=lambda one: one.energy
+    return Sketch(plain or field, paths, tuple(sorted(driven, key=lambda one: one.energy)))
+
+
+def finished(
+    run: Run, sketches: Sequence[Sketch], objective: str, effort: Effort = ANSWER
+) -> Attempt:
+    """The cheapest feasible trajectory among sketches: only the best of all is driven closely.
+
+    Args:
+        run: the request.
+        sketches: at least one.
+        objective: "energy", "time" or "length".
+        effort: how much work goes into it.
+    """
+    order = sorted(
+        ((one, whole) for whole in sketches for one in whole.driven),
+        key=lambda pair: pair[0].energy,
     )
-    failed = [one for one in driven if isinstance(one.motion, Infeasible)]
-    best = moving[0] if moving else None
-    if best is not None and best.energy - MOST_SAVED * best.dissipated >= below:
-        return Attempt(field, paths)
-    descended = None
-    if best is not None and effort.descent and objective == "energy" and not poses:
-        descended = _with_waypoints_optimised(run, field, best)
-        best = descended or best
-    if best is not None and best.energy >= below:
-        return Attempt(field, paths)
-    kept: list[tuple[Legs, Route]] = []
-    for one in moving if descended is None else [descended, *moving]:
+    moving = [pair for pair in order if isinstance(pair[0].motion, Motion)]
+    failed, failed_of = (None, moving[0][1]) if moving else order[0]
+    kept: list[tuple[Legs, Route, Sketch]] = []
+    descended = _descended(run, moving) if effort.descent and objective == "energy" else []
+    for k, (one, of) in enumerate([*descended, *moving]):
         closer = one.motion
         if effort.closely:
-            closer = trajectory(run, field, one.legs, objective, CLOSELY)
+            closer = trajectory(run, of.field, one.legs, objective, CLOSELY)
         if isinstance(closer, Infeasible):
-            failed = [_Driven(one.legs, closer)]
+            if failed is None:
+                failed, failed_of = Driven(one.legs, closer), of
             continue
-        route = priced(run, field, closer)
-        kept.append((one.legs, route))
+        route = priced(run, of.field, closer)
+        kept.append((one.legs, route, of))
         # Where keeping to the limits costs little, the other candidates are not tried.
-        most = moving[0].energy + (
-            0.0 if one is descended else DESCENT_EXCESS * abs(moving[0].energy)
-        )
-        if objective != "energy" or route.energy_j <= most:
+        excess = 0.0 if k < len(descended) else DESCENT_EXCESS
+        least = moving[0][0].energy
+        if objective != "energy" or route.energy_j <= least + excess * abs(least):
             break
     if kept:
-        return Attempt(field, paths, *min(kept, key=lambda one: one[1].energy_j))
-    where = failed[0].motion
-    assert isinstance(where, Infeasible)  # whatever did not move is stuck
-    legs = (moving or failed)[0].legs
+        legs, route, of = min(kept, key=lambda one: one[1].energy_j)
+        return Attempt(of.field, of.paths, legs, route)
+    assert failed is not None  # whatever did not move is stuck
+    where = failed.motion
+    assert isinstance(where, Infeasible)
+    legs = (moving[0][0] if moving else failed).legs
     reason = f"a way was found, but at x {where.x:.2f}, y {where.y:.2f} {where.what}"
-    return Attempt(field, paths, legs, None, reason, where)
+    return Attempt(failed_of.field, failed_of.paths, legs, None, reason, where)
+
+
+def cheapest_near(
+    run: Run, field: CostField, paths: list[Array], objective: str, effort: Effort = ANSWER
+) -> Attempt:
+    """The cheapest feasible trajectory near some paths; arguments as for ``sketch``."""
+    return finished(run, [sketch(run, field, paths, objective, effort)], objective, effort)
 
 
 def _driven_roughly(
@@ -179,7 +229,7 @@ def _driven_roughly(
     objective: str,
     effort: Effort,
     poses: Sequence[PosePath],
-) -> list[_Driven]:
+) -> list[Driven]:
     """The paths, each smoothed with several settings, with its trajectory."""
     penalty = run.situation.corner_penalty(objective)
     smoothings = VARIANTS if objective == "energy" else PLAIN
@@ -195,32 +245,63 @@ def _driven_roughly(
         ]
         return [list(one) for one in zip(*legs, strict=True)]
 
-    def driven(legs: Legs) -> _Driven:
+    def driven(legs: Legs) -> Driven:
         motion = trajectory(run, field, legs, objective, ROUGHLY, checked=not effort.closely)
         if isinstance(motion, Infeasible):
-            return _Driven(legs, motion)
+            return Driven(legs, motion)
         energy = energy_of(field, run.conditions, motion)
         climb = (
             run.conditions.mass * STANDARD_GRAVITY * float(motion.heights[-1] - motion.heights[0])
         )
-        return _Driven(legs, motion, energy, energy - climb)
+        return Driven(legs, motion, energy, energy - climb)
 
     several = run.other_core.all([partial(smoothed, *kind) for kind in smoothings.items()])
     chains = itertools.chain.from_iterable(several)
     return run.other_core.all([partial(driven, legs) for legs in chains])
 
 
-def _with_waypoints_optimised(run: Run, field: CostField, best: _Driven) -> _Driven | None:
-    """The best trajectory with its waypoints moved, where that is likely to help and does."""
-    if not worth_optimising(best.dissipated, sum(cost for _, cost in best.legs)):
-        return None
-    legs = [path for path, _ in best.legs]
-    better = optimise_waypoints(
-        field, run.conditions, legs, run.yaws, both=run.other_core.all, check=run.check
-    )
-    if better.motion is None or better.energy >= best.energy:
-        return None
-    return _Driven(with_costs(field, better.legs), better.motion, better.energy, better.dissipated)
+def _descended(run: Run, moving: Sequence[tuple[Driven, Sketch]]) -> list[tuple[Driven, Sketch]]:
+    """The best trajectories with their waypoints moved, where that is likely to help and does.
+
+    Args:
+        run: the request.
+        moving: trajectories by energy, each with its sketch; of a sketch, the best one is taken.
+    """
+    found: list[tuple[Driven, Sketch]] = []
+    with run.within_budget() as limited:
+        try:
+            for one, of in _worth_descent(moving, found):
+                limited.check()
+                legs = [path for path, _ in one.legs]
+                better = optimise_waypoints(
+                    *(of.field, run.conditions, legs, run.yaws),
+                    both=run.other_core.all,
+                    check=limited.check,
+                )
+                if better.motion is not None and better.energy < one.energy:
+                    moved = with_costs(of.field, better.legs)
+                    driven = Driven(moved, better.motion, better.energy, better.dissipated)
+                    found.append((driven, of))
+        except Cancelled:
+            if run.cancelled():
+                raise
+    return sorted(found, key=lambda pair: pair[0].energy)
+
+
+def _worth_descent(
+    moving: Sequence[tuple[Driven, Sketch]], found: Sequence[tuple[Driven, Sketch]]
+) -> Iterator[tuple[Driven, Sketch]]:
+    """The best trajectory of each sketch that may come below those ``found`` so far."""
+    tried: list[Sketch] = []
+    for one, of in moving:
+        least = min((better.energy for better, _ in found), default=moving[0][0].energy)
+        if len(tried) == DESCENDED or one.energy - MOST_SAVED * one.dissipated >= least:
+            return
+        if any(of is other for other in tried):
+            continue
+        tried.append(of)
+        if worth_optimising(one.dissipated, sum(cost for _, cost in one.legs)):
+            yield one, of
 
 
 def with_costs(field: CostField, paths: Iterable[Array]) -> Legs:

@@ -11,7 +11,6 @@ fastest route: every route found counts for all three. A time budget goes into f
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -24,7 +23,7 @@ from planner.search.resolution import MARGIN
 from planner.search.results import Route, SearchSummary
 from planner.search.run import Run
 from planner.search.solve.anytime import further_candidates
-from planner.search.solve.grid_planner import dissipated, on_grid
+from planner.search.solve.grid_planner import dissipated, on_grid, path_exists
 from planner.search.solve.pipeline import (
     BASELINE,
     Attempt,
@@ -116,7 +115,6 @@ def best_route(run: Run) -> Found:
         Cancelled: the caller cancelled before there was a route. Afterwards the best route so far
             is returned, with a note.
     """
-    begun = time.perf_counter()
     run.step(0.1, "least-cost fields, smoothing, yaw, speed")
     attempt, candidates = _by_grid(run)
     energies = [one.route.energy_j for one in candidates]
@@ -129,12 +127,14 @@ def best_route(run: Run) -> Found:
     others: list[Candidate] = []
     try:
         if attempt.legs is not None and attempt.paths is not None:
-            for candidate in further_candidates(run, attempt, begun):
-                others.append(candidate)
+            with run.within_budget() as limited:
+                for candidate in further_candidates(limited, attempt):
+                    others.append(candidate)
     except Cancelled:
-        if not candidates and not others:
-            raise
-        notes.append("stopped early: this is the best route up to then")
+        if run.cancelled():
+            if not candidates and not others:
+                raise
+            notes.append("stopped early: this is the best route up to then")
     best = _best(run, [*candidates, *others])
     if best is not None:
         # Found in a time budget, a route may be chosen, but is not one to compare with.
@@ -183,8 +183,18 @@ def _by_grid(run: Run) -> tuple[Attempt, list[Candidate]]:
     A request for time or length gets the routes of the other objectives' requests as well. So its
     answer is no worse than any route that it is compared with.
     """
+    with run.within_budget() as limited:
+        return _aimed(run, limited)
+
+
+def _aimed(run: Run, limited: Run) -> tuple[Attempt, list[Candidate]]:
+    """As ``_by_grid``; baselines, which an answer can do without, end with the time budget."""
     objective = run.request.objective
-    others = baselines(run)
+    field = run.field(objective, MARGIN)
+    if not path_exists(run, field, objective):
+        # Others would look for it on the same ground, and find as little.
+        return on_grid(run, field, objective), []
+    others = baselines(limited)
     aims = [objective] if objective == "energy" else [objective, "energy", *BASELINES.values()]
     own = {aim: on_grid(run, run.field(aim, MARGIN), aim) for aim in dict.fromkeys(aims)}
     compared = others()
@@ -199,6 +209,8 @@ def _by_grid(run: Run) -> tuple[Attempt, list[Candidate]]:
         for name, other in elsewhere.items():
             # Both baselines may be straight.
             path = b"".join(path.tobytes() for path, _ in other.legs or [])
+            if run.seconds_left <= 0.0:
+                break
             if other.legs is None or path in driven or not _worth_driving(run, attempt, other, aim):
                 continue
             driven.add(path)
@@ -213,11 +225,17 @@ def baselines(run: Run) -> Callable[[], dict[str, Attempt]]:
     """Begin to look for the shortest and the fastest route on the other core; call for them."""
     given = "time_budget_s" in run.request.model_fields_set
     patient = given and run.request.time_budget_s >= UNHURRIED
-    search = partial(on_grid, effort=BASELINE, patient=patient)
-    waiting = {
-        name: run.other_core.submit(partial(search, run, run.field(aim, MARGIN), aim))
-        for name, aim in BASELINES.items()
-    }
+
+    def search(aim: str) -> Attempt:
+        field = run.field(aim, MARGIN)
+        try:
+            return on_grid(run, field, aim, BASELINE, patient=patient)
+        except Cancelled:
+            if run.seconds_left > 0.0:
+                raise
+            return Attempt(field)
+
+    waiting = {name: run.other_core.submit(partial(search, aim)) for name, aim in BASELINES.items()}
     return lambda: {name: run.other_core.result(task) for name, task in waiting.items()}
 
 

@@ -20,6 +20,8 @@ from planner.search.solve.pipeline import (
     ONE_OF_MANY,
     cheapest_near,
     drive_legs,
+    finished,
+    sketch,
     with_costs,
 )
 from planner.search.trajectory.limit_checks import broken_limits
@@ -51,7 +53,7 @@ def path(run):
 def test_every_effort_keeps_all_limits(run, path, effort):
     field = run.field("energy")
     attempt = cheapest_near(run, field, [path], "energy", effort)
-    assert attempt.feasible is attempt.route
+    assert attempt.infeasible is None
     assert not broken_limits(field, run.conditions, attempt.route.motion)
     [(leg, cost)] = attempt.legs
     assert cost == pytest.approx(polyline_cost(field, leg, field.step))
@@ -74,11 +76,16 @@ def test_smoothing_beats_driving_the_grids_corners(run, path):
     assert not isinstance(raw, Route) or smooth.energy_j < raw.energy_j
 
 
-def test_nothing_is_answered_that_is_not_below(run, path):
+def test_of_several_sketches_only_the_cheapest_is_finished(run, path):
     field = run.field("energy")
-    least = cheapest_near(run, field, [path], "energy").route.energy_j
-    assert cheapest_near(run, field, [path], "energy", below=0.5 * least).route is None
-    assert cheapest_near(run, field, [path], "energy", below=2.0 * least).route is not None
+    short = sketch(run, field, [path], "energy")
+    aside = np.vstack([path[:1], [(4.0, 18.0)], path[-1:]])
+    long = sketch(run, field, [aside], "energy")
+    assert short.energy < long.energy
+    found = finished(run, [long, short], "energy")
+    assert found.paths is short.paths
+    assert found.route.energy_j == finished(run, [short], "energy").route.energy_j
+    assert found.route.energy_j < 1.001 * short.energy
 
 
 def test_a_path_that_nothing_can_drive_says_where_and_why():

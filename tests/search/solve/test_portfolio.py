@@ -15,6 +15,7 @@ from planner.search.requests import SituationRequest
 from planner.search.results import Route, drive
 from planner.search.situation import situation_of
 from planner.search.solve.pipeline import Candidate
+from planner.search.trajectory.limit_checks import broken_limits
 from planner.search.turns import turning
 from planner.terrain.heightmap import Terrain
 from tests.search.grid.test_least_cost import hills
@@ -40,6 +41,26 @@ def test_more_time_is_never_worse(relief):
     longer = plan_route(terrain=relief, **ENDS, time_budget_s=1.5)
     assert longer.routes[0].energy_j <= quick.routes[0].energy_j * (1.0 + 1e-9)
     assert longer.planner.chosen
+
+
+def test_when_the_budget_ends_with_the_first_route_it_is_the_answer(relief):
+    said: list[str] = []
+    answer = plan_route(
+        terrain=relief,
+        **ENDS,
+        time_budget_s=1e-3,
+        progress=lambda _share, what: said.append(what),
+    )
+    assert answer.status == "ok"
+    assert "other homotopy classes" not in said
+    # Nobody stopped it: the time was up, which the user knows.
+    assert not any("stopped early" in note for note in answer.notes)
+    assert set(answer.baselines) == {"shortest", "fastest"}
+    situation = situation_of(SituationRequest(map="hills"), terrain=relief)
+    motion = answer.routes[0].motion
+    assert not broken_limits(situation.field("energy"), situation.conditions, motion)
+    unhurried = plan_route(terrain=relief, **ENDS).routes[0].energy_j
+    assert unhurried <= answer.routes[0].energy_j < 1.1 * unhurried
 
 
 def test_who_stops_once_there_is_a_route_gets_it(relief):
@@ -85,7 +106,7 @@ def test_a_second_request_is_answered_alike(relief):
 
 
 def test_what_breaks_a_limit_is_not_chosen_however_little_it_takes(relief, monkeypatch):
-    def hasty(run, attempt, begun):
+    def hasty(run, attempt):
         route = attempt.route
         motion = replace(route.motion, time=route.motion.time / 5, speed=5 * route.motion.speed)
         for source, found in (
