@@ -59,7 +59,7 @@ def even(path: Array, spacing: float) -> Array:
     return np.column_stack([np.interp(at, along, path[:, k]) for k in (0, 1)])
 
 
-def _even_where_free(field: CostField, path: Array, spacing: float) -> Array:
+def even_where_free(field: CostField, path: Array, spacing: float) -> Array:
     """Points at even distances along a path, and its corners between two that see no way across.
 
     Cutting corners may lead into something solid. The path's own corners do not, but with all of
@@ -337,7 +337,7 @@ def refine(
     step = field.step
     spacing = waypoint_cells * cell
     if field.blocked.any():
-        starts = [_even_where_free(field, path, spacing)]
+        starts = [even_where_free(field, path, spacing)]
     else:
         starts = [even(path, spacing)]
         if not math.isfinite(polyline_cost(field, starts[0], field.step)):

@@ -148,7 +148,7 @@ def test_corners_stand_only_where_an_even_spacing_meets_something_solid():
     path = np.column_stack([x, y])
     assert math.isfinite(polyline_cost(field, path, field.step))
     assert math.isinf(polyline_cost(field, refinement.even(path, 2.4), field.step))
-    start = refinement._even_where_free(field, path, 2.4)
+    start = refinement.even_where_free(field, path, 2.4)
     assert math.isfinite(polyline_cost(field, start, field.step))
     assert len(start) <= 6
     ((found, cost),) = refine(field, path, waypoint_cells=24.0)
