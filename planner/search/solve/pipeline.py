@@ -116,7 +116,7 @@ class Driven(NamedTuple):
 
 @dataclass(frozen=True)
 class Sketch:
-    """Paths smoothed in several ways, each driven roughly.
+    """Paths smoothed with several settings, each driven roughly.
 
     Attributes:
         field: map and costs to drive with.

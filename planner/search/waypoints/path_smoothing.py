@@ -60,7 +60,7 @@ def even(path: Array, spacing: float) -> Array:
 
 
 def even_where_free(field: CostField, path: Array, spacing: float) -> Array:
-    """Points at even distances along a path, and its corners between two that see no way across.
+    """Points at even distances along a path, with its corners where a piece between is blocked.
 
     Cutting corners may lead into something solid. The path's own corners do not, but with all of
     them the waypoints would be many, and too close to move far.
