@@ -10,7 +10,7 @@ import pytest
 from planner.errors import VehicleError
 from planner.power.vehicles import load_vehicle, template
 from service.cli import run
-from tests.service.cli.command import expect_refusal, joulepath
+from tests.service.cli.command import joulepath
 
 WRONG = [
     ("mass = 12.0", "mass = -3", "body.mass"),
@@ -96,7 +96,19 @@ def test_a_template_is_checked_and_a_vehicle_written(tmp_path: Path) -> None:
     assert load_vehicle(str(path)).mass == 12.0
 
 
-def test_what_is_to_be_checked_must_be_named() -> None:
-    expect_refusal(joulepath("vehicles", "check"), "FILE", "is missing", "vehicles check FILE")
-    expect_refusal(joulepath("vehicles", "minibalance", "robotino"), "too many")
-    expect_refusal(joulepath("vehicles", "check", "nowhere.toml"), "no such vehicle")
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["check"], ["FILE", "is missing", "vehicles check FILE"]),
+        (["minibalance", "robotino"], ["too many"]),
+        (["check", "nowhere.toml"], ["no such vehicle"]),
+    ],
+)
+def test_what_is_to_be_checked_must_be_named(
+    capsys: pytest.CaptureFixture[str], arguments: list[str], words: list[str]
+) -> None:
+    assert run(["vehicles", *arguments]) == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    for word in words:
+        assert word in told.err
