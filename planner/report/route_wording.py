@@ -109,8 +109,10 @@ def remarks(document: Document, titles: Mapping[str, str]) -> Iterator[str]:
     yield f"Energy of one drive: {joules(low)} … {joules(high)} (95 %)."
     if parts := best.get("sensitivity"):
         yield f"The interval's width comes from {width_from(parts, titles)}."
+    steady = document.get("planner", {}).get("bound") == "steadily driven routes"
+    kind = "steadily driven" if steady else "feasible"
     yield (
-        f"No feasible route of this motion model costs less than {joules(best['lower_bound_j'])} "
+        f"No {kind} route of this motion model costs less than {joules(best['lower_bound_j'])} "
         f"(gap {100 * best['gap']:.1f} % of what is dissipated)."
     )
     if battery := best.get("battery"):

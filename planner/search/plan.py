@@ -35,7 +35,7 @@ from planner.search.resolution import MARGIN
 from planner.search.results import Answer, Baseline, Route
 from planner.search.run import Run
 from planner.search.situation import situation_of
-from planner.search.solve import certified, find_alternatives, on_grid, summary_of
+from planner.search.solve import find_alternatives, on_grid, summary_of, with_bounds
 from planner.search.tradeoff import in_time
 from planner.terrain.heightmap import Terrain
 
@@ -113,10 +113,9 @@ def _plan(run: Run) -> Answer:
         )
         notes += [note] if note else []
         routes = tuple(route for route in routes if route.duration_s <= latest)
-    if request.certify_s is not None and not run.cancelled():
-        run.step(0.95, "certified bound")
-        routes, how = certified(run, routes)
-        summary = replace(summary, **how)
+    routes, how, note = with_bounds(run, routes)
+    notes += [note] if note else []
+    summary = replace(summary, **how)
     every = request.poses_every_s
     if every is not None:
         routes = tuple(route.with_poses_every(every) for route in routes)

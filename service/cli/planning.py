@@ -53,6 +53,9 @@ def plan(
     iterations: Annotated[
         int | None, typer.Option(help="Iterations instead of a time: a reproducible answer.")
     ] = None,
+    certify: Annotated[
+        float, typer.Option(metavar="SECONDS", help="Time for a closer lower bound, s.")
+    ] = 0.5,
     out: Annotated[Path | None, typer.Option(help="Write the answer to this file.")] = None,
     format_: Annotated[
         str | None,
@@ -76,6 +79,8 @@ def plan(
         "iterations": iterations,
     }
     asked = _plan_request(request, {k: v for k, v in given.items() if v is not None})
+    if "certify_s" not in asked.model_fields_set:
+        asked = PlanRequest.from_call(asked, {"certify_s": certify})
     with working() as how:
         answer = planner.plan_route(asked, **how)
     text = formats.written(answer, format_ or "json")

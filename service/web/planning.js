@@ -29,6 +29,7 @@ function question() {
     goal: placeOf("goal"),
     payload: { mass: byId("payload").valueAsNumber || 0 },
     time_budget_s: byId("budget").valueAsNumber,
+    certify_s: 0.5,
   });
 }
 

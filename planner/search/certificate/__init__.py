@@ -1,14 +1,24 @@
-"""Lower bounds on the energy of every motion between two places.
+"""Lower bounds on the energy of routes through given places.
 
-floor = lower_bound(conditions, distance, climb, steepest)   # at once
-certify(field, conditions, start, goal, seconds=30.0)        # CertifiedBound, closer
+floor = lower_bound(conditions, distance, climb, steepest)             # of all motions, at once
+floor = quick_bound(field, conditions, [start, via, goal])             # the same along legs
+bound = certify(field, conditions, [start, via, goal], seconds=30.0)   # CertifiedBound, closer
 """
 
-from planner.search.certificate.certified_bound import CertifiedBound, certify
+from planner.search.certificate.certified_bound import (
+    ALL,
+    STEADY,
+    CertifiedBound,
+    certify,
+    quick_bound,
+)
 from planner.search.certificate.quick_bound import lower_bound
 
 __all__ = [
+    "ALL",
+    "STEADY",
     "CertifiedBound",
     "certify",
     "lower_bound",
+    "quick_bound",
 ]

@@ -1,24 +1,24 @@
 """The grid of triangles of the certified lower bound: nodes, what lies between them, and walls.
 
-    mesh = mesh_of(field, conditions, steepest, parts)      # parts cells of the map make one of it
+    mesh = mesh_of(field, steepest, parts)           # parts cells of the map make one of it
     coarse = coarse_field(field, mesh)                  # map and costs at its nodes alone
 
-Slopes and heights of a cell are kept as ranges, so that leaving nodes out leaves the bound one.
+Slopes of a cell are kept as ranges: the riding surface over it is a bicubic polynomial
+(planner.terrain.interpolation), whose slopes lie between their Bernstein coefficients, so that leaving nodes out leaves the bound one.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
 from planner.arrays import Array
-from planner.quantities import INDEX
-from planner.search.certificate.triangle_costs import Ground, cell_ranges
-from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
 from planner.search.resolution import SPARE
 
@@ -30,58 +30,105 @@ class Mesh:
     """The grid of triangles, with a ring of continued ground round the map.
 
     Attributes:
-        ground: nodes and cells.
+        heights: (ny, nx) m at the nodes.
+        ranges: (ny - 1, nx - 1, 4) least and largest slope of the cells along x, and along y.
+        classes: (ny - 1, nx - 1) bit c is set where the cell has ground of class c.
+        wall: (ny - 1, nx - 1, 2) triangles where the robot cannot be.
         origin: x, y of the first node, m.
+        cell: dx, dy, m.
         picked: rows and columns of the map, clipped, that the nodes are.
     """
 
-    ground: Ground
+    heights: Array
+    ranges: Array
+    classes: NDArray[np.uint64]
+    wall: NDArray[np.bool_]
     origin: Place
+    cell: Place
     picked: tuple[NDArray[np.int64], NDArray[np.int64]]
 
-    @property
-    def cell(self) -> Place:
-        """dx, dy, m."""
-        return self.ground.dx, self.ground.dy
 
+def mesh_of(field: CostField, steepest: float, parts: int) -> Mesh:
+    """Nodes and triangles of a map; ``parts`` cells of the map make one of the mesh.
 
-def mesh_of(field: CostField, conditions: OperatingConditions, steepest: float, parts: int) -> Mesh:
-    """Nodes and triangles of a map; ``parts`` cells of the map make one of the mesh."""
+    Args:
+        field: the map.
+        steepest: largest tan(slope) that is driven; steeper ground is a wall.
+        parts: along each axis.
+    """
     ny, nx = field.heights.shape
     dx, dy = field.dx, field.dy
     # As many rings as make the cells' number a multiple, at least one on every side.
     after = [(-(count + 1)) % parts + 1 for count in (ny, nx)]
-    heights = field.heights
-    for _ in range(max(*after, 1) + 1):
-        heights = np.pad(heights, 1, mode="reflect", reflect_type="odd")
     rings = max(*after, 1) + 1
+    heights = field.heights
+    for _ in range(rings):
+        heights = np.pad(heights, 1, mode="reflect", reflect_type="odd")
     inner = heights[rings - 2 : rings + ny + after[0] + 1, rings - 2 : rings + nx + after[1] + 1]
-    ranges = cell_ranges(np.ascontiguousarray(inner), dx, dy)
+    ranges = slope_ranges(np.ascontiguousarray(inner), dx, dy)
     nodes = inner[1:-1, 1:-1][::parts, ::parts]
     rows = np.clip(np.arange(-1, ny + after[0])[::parts], 0, ny - 1)
     columns = np.clip(np.arange(-1, nx + after[1])[::parts], 0, nx - 1)
-    factors = conditions.class_rows[:, INDEX["rolling_factor"]]
-    factor = np.pad(factors[field.ground], ((1, after[0]), (1, after[1])), mode="edge")
+    bit = np.uint64(1) << np.pad(field.ground, ((1, after[0]), (1, after[1])), mode="edge").astype(
+        np.uint64
+    )
+    # Under every point lies the class of one of the four nodes round it.
+    classes = bit[:-1, :-1] | bit[:-1, 1:] | bit[1:, :-1] | bit[1:, 1:]
     wall = _walls(field, ranges, steepest, after)
-    if parts == 1:
-        rolling = np.stack([factor, factor], axis=2)
-    else:
-        rolling = np.empty((*nodes.shape, 2))
-        rolling[..., 0], rolling[..., 1] = factor.min(), factor.max()
+    if parts > 1:
         blocks = (nodes.shape[0] - 1, parts, nodes.shape[1] - 1, parts)
-        split = [ranges[..., k].reshape(blocks) for k in range(6)]
-        ranges = np.stack(
-            [
-                part.min(axis=(1, 3)) if k % 2 == 0 else part.max(axis=(1, 3))
-                for k, part in enumerate(split)
-            ],
-            axis=2,
-        )
+        split = [ranges[..., k].reshape(blocks) for k in range(4)]
+        ends = [
+            part.min(axis=(1, 3)) if k % 2 == 0 else part.max(axis=(1, 3))
+            for k, part in enumerate(split)
+        ]
+        ranges = np.stack(ends, axis=2)
+        classes = np.bitwise_or.reduce(classes.reshape(blocks), axis=(1, 3))
         solid = wall.all(axis=2).reshape(blocks).min(axis=(1, 3))
         wall = np.stack([solid, solid], axis=2)
-    whole = Ground(nodes, ranges, rolling, wall, dx * parts, dy * parts, steepest)
-    ground = whole.part(slice(None), slice(None))
-    return Mesh(ground, (field.x0 - dx, field.y0 - dy), (rows, columns))
+    origin, cell = (field.x0 - dx, field.y0 - dy), (dx * parts, dy * parts)
+    return Mesh(np.ascontiguousarray(nodes), ranges, classes, wall, origin, cell, (rows, columns))
+
+
+@njit(cache=True, error_model="numpy")
+def _bezier(heights: Any, j: int, i: int, out: Any) -> None:
+    """Bernstein coefficients (4, 4) of the surface over the cell whose south-west node is (j, i)
+    of an array with two rings of continued ground round it."""
+    rows = np.empty((4, 4))
+    for m in range(4):
+        h0, h1 = heights[j + m - 1, i - 1], heights[j + m - 1, i]
+        h2, h3 = heights[j + m - 1, i + 1], heights[j + m - 1, i + 2]
+        rows[m, 0], rows[m, 3] = h1, h2
+        rows[m, 1], rows[m, 2] = h1 + (h2 - h0) / 6.0, h2 - (h3 - h1) / 6.0
+    for n in range(4):
+        out[0, n], out[3, n] = rows[1, n], rows[2, n]
+        out[1, n] = rows[1, n] + (rows[2, n] - rows[0, n]) / 6.0
+        out[2, n] = rows[2, n] - (rows[3, n] - rows[1, n]) / 6.0
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def slope_ranges(heights: Any, dx: float, dy: float) -> Any:
+    """Least and largest slope along x and along y of every cell, (ny - 3, nx - 3, 4).
+
+    ``heights`` has one ring more than the cells' nodes on every side.
+    """
+    ny, nx = heights.shape
+    out = np.empty((ny - 3, nx - 3, 4))
+    b = np.empty((4, 4))
+    for j in range(ny - 3):
+        for i in range(nx - 3):
+            _bezier(heights, j + 1, i + 1, b)
+            r = out[j, i]
+            r[0], r[1], r[2], r[3] = np.inf, -np.inf, np.inf, -np.inf
+            for m in range(4):
+                for n in range(4):
+                    if n < 3:
+                        slope = 3.0 * (b[m, n + 1] - b[m, n]) / dx
+                        r[0], r[1] = min(r[0], slope), max(r[1], slope)
+                    if m < 3:
+                        slope = 3.0 * (b[m + 1, n] - b[m, n]) / dy
+                        r[2], r[3] = min(r[2], slope), max(r[3], slope)
+    return out
 
 
 def coarse_field(field: CostField, mesh: Mesh) -> CostField:

@@ -254,7 +254,7 @@ def steepest_potential(
     goal: tuple[list[tuple[int, int]], list[float]],
     *,
     more: Callable[[Array], bool],
-) -> tuple[Array, Array]:
+) -> Array:
     """Improve ψ (ny, nx) towards the largest difference; ``more`` sees every LOOK_EVERY-th one.
 
     Args:
@@ -265,8 +265,7 @@ def steepest_potential(
         more: takes ψ and says whether to go on.
 
     Returns:
-        The last ψ, and the flow (2, ny, nx) round the nodes from start to goal that belongs to it,
-        per metre of width: where the least costly paths under these costs lead.
+        The last ψ.
     """
     ny, nx = psi.shape
     corners, number = admissible(costs)
@@ -300,11 +299,4 @@ def steepest_potential(
         project(OVER_RELAXATION)
         if (k + 1) % LOOK_EVERY == 0 and not more(psi):
             break
-    # The multipliers of the gradients point against the travel.
-    across = dual[..., :2] * (-rate / 6.0)
-    flow = np.zeros((2, ny, nx))
-    for half, corner in ((0, (0, 0)), (1, (1, 1))):
-        for down, left in (corner, (0, 1), (1, 0)):
-            part = flow[:, down : down + ny - 1, left : left + nx - 1]
-            part += np.moveaxis(across[:, :, half], 2, 0)
-    return psi, flow
+    return psi

@@ -25,6 +25,9 @@ bends. Body axes on a slope see w·v a little longer than the map, which adds a 
 
 Where an effect of the model changes what is rubbed off at wheels or rollers, these count nothing.
 
+A motor's braking power that is refused, or the source's, cannot lower the energy: then E is at least
+that of the electronics at full speed, or 0.
+
 Left out: with wind so strong that this share outweighs d, no route is taken to be longer than a
 hundred straight lines. A formula of the user's own, or an effect that is not declared a ``loss``,
 may give energy back: such models, and the printed ones, get no more than min(0, M·g·Δz), which then
@@ -57,28 +60,46 @@ SMOOTH_SIGN_LOSS = 0.3003
 
 
 def lower_bound(
-    conditions: OperatingConditions, distance: float, climb: float, steepest: float
+    conditions: OperatingConditions,
+    distance: float,
+    climb: float,
+    steepest: float,
+    *,
+    shortest: float | None = None,
 ) -> float:
     """J that every route needs at least.
 
     Args:
         conditions: model and conditions.
-        distance: m, straight and horizontal, from start to goal.
+        distance: m, straight and horizontal, from start to goal, or the sum over legs.
         climb: m, height of the goal above the start.
         steepest: largest tan(slope) that the robot can drive.
+        shortest: m, the shortest leg; the distance where None.
     """
     weight = conditions.mass * STANDARD_GRAVITY
     model = conditions.model
     if model.kind != "sound" or not all(map(_is_bounded, model.effects)):
         return min(0.0, weight * climb)
     push = _wind_push(conditions)
-    metre = 0.0 if _may_creep(conditions, distance) else floor_per_metre(conditions, steepest)
+    metre = 0.0 if _may_creep(conditions, shortest or distance) else floor_per_metre(conditions, steepest)
     metre -= push * _lengthening(steepest)
     dissipated = metre * distance * (1.0 if metre >= 0.0 else LONGEST_ROUTE)
     through_gears = weight * climb - push * distance
     efficiency = parameter_value(model, "gear_loss", "efficiency")
     dissipated += (1.0 / efficiency - 1.0) * max(0.0, through_gears)
-    return dissipated + through_gears
+    return max(dissipated + through_gears, _drawn(conditions, distance))
+
+
+def _drawn(conditions: OperatingConditions, distance: float) -> float:
+    """J that is drawn however far the way leads down: where motors or source take nothing back."""
+    model = conditions.model
+    if not any(effect.slug == "regeneration_limit" for effect in model.effects):
+        return -math.inf
+    if parameter_value(model, "regeneration_limit", "motor_share") == 0.0:
+        seconds = distance / float(conditions.limits[0])
+        return parameter_value(model, "electronics", "power") * seconds
+    source = parameter_value(model, "regeneration_limit", "source_share")
+    return 0.0 if source == 0.0 else -math.inf
 
 
 def _is_bounded(effect: type[Effect]) -> bool:

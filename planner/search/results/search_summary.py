@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -19,7 +18,8 @@ class SearchSummary:
         grid_energy_j: J of the best route before the time budget was spent.
         iterations, edges_evaluated: of a sampling planner.
         path_cost: of a sampling planner's path, as its objective counts.
-        bound, bound_s: how the certified bound was found, and in how many seconds.
+        bound: class of motions that the lower bound holds for.
+        bound_s: seconds that a closer one took.
     """
 
     name: str
@@ -33,7 +33,7 @@ class SearchSummary:
     iterations: int | None = None
     edges_evaluated: int | None = None
     path_cost: float | None = None
-    bound: Sequence[str] | None = None
+    bound: str | None = None
     bound_s: float | None = None
 
     def to_json(self) -> dict[str, Any]:

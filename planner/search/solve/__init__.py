@@ -5,7 +5,7 @@ attempt = on_grid(run, run.field("energy"), "energy")
 """
 
 from planner.search.solve.alternatives import find_alternatives
-from planner.search.solve.certification import certified
+from planner.search.solve.certification import with_bounds
 from planner.search.solve.grid_planner import on_grid
 from planner.search.solve.pipeline import Attempt
 from planner.search.solve.portfolio import Found, best_along, best_route, summary_of
@@ -15,8 +15,8 @@ __all__ = [
     "Found",
     "best_along",
     "best_route",
-    "certified",
     "find_alternatives",
     "on_grid",
     "summary_of",
+    "with_bounds",
 ]

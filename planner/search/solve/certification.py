@@ -1,46 +1,49 @@
-"""Routes with the certified lower bound in place of the quick one, where a request asks for it.
+"""Routes with their lower bound: the quick one, and a closer one where a request gives it time.
 
-    routes, said = certified(run, routes)
+    routes, said, note = with_bounds(run, routes)
 
-The bound of each leg holds for all motions between its two places; that of the way is their sum.
+A bound of a way through several places is the sum over its legs.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import pairwise
 from typing import Any
 
 from planner.quantities import STANDARD_GRAVITY
-from planner.search.certificate import certify
+from planner.search.certificate import ALL, certify, quick_bound
 from planner.search.results import Route
 from planner.search.run import Run
 
 
-def certified(run: Run, routes: Sequence[Route]) -> tuple[tuple[Route, ...], dict[str, Any]]:
-    """The same routes with the closer bound and gap, and how it was found.
+def with_bounds(
+    run: Run, routes: Sequence[Route]
+) -> tuple[tuple[Route, ...], dict[str, Any], str | None]:
+    """The same routes with their bound and gap, how it was found, and what to note of it.
 
     Args:
-        run: the request, with ``certify_s``.
+        run: the request; ``certify_s`` asks for the closer bound.
         routes: all between the same places.
 
     Raises:
         Cancelled: the caller wants to stop.
     """
-    assert run.request.certify_s is not None
-    field = run.field("energy")
-    legs = list(pairwise(run.places))
-    share = run.request.certify_s / len(legs)
-    bounds = [certify(field, run.conditions, *leg, seconds=share, token=run.token) for leg in legs]
-    bound = sum(part.bound_j for part in bounds)
+    field, seconds = run.field("energy"), run.request.certify_s
+    how: dict[str, Any] = {"bound": ALL}
+    note = None
+    if seconds is None or run.cancelled():
+        bound = quick_bound(field, run.conditions, run.places)
+    else:
+        run.step(0.95, "certified bound")
+        found = certify(field, run.conditions, run.places, seconds=seconds, token=run.token)
+        bound, how = found.bound_j, {"bound": found.how, "bound_s": found.seconds}
+        if found.how == ALL:
+            note = f"certify_s: {seconds:g} s gave no closer bound than the quick one"
     weight = run.conditions.mass * STANDARD_GRAVITY
     closer = []
     for route in routes:
-        z = route.arrays["z"]
-        dissipated = route.energy_j - weight * float(z[-1] - z[0])
-        most = max(route.lower_bound_j, bound)
-        gap = (route.energy_j - most) / dissipated if dissipated > 0.0 else 0.0
-        closer.append(replace(route, lower_bound_j=most, gap=gap))
-    how = sorted({part.how for part in bounds})
-    return tuple(closer), {"bound": how, "bound_s": sum(part.seconds for part in bounds)}
+        dissipated = route.energy_j - weight * route.rise_m
+        gap = (route.energy_j - bound) / dissipated if dissipated > 0.0 else 0.0
+        closer.append(replace(route, lower_bound_j=bound, gap=gap))
+    return tuple(closer), how, note

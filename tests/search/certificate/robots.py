@@ -11,7 +11,6 @@ import numpy as np
 from planner.power.kinematics import mecanum, omni
 from planner.power.model import PowerModel
 from planner.power.vehicles import load_vehicle
-from planner.search.certificate.dual_power import PricedPower, priced_power
 from planner.search.conditions import OperatingConditions, operating_conditions
 from planner.search.field import CostField
 from planner.search.requests import PlanRequest
@@ -22,7 +21,6 @@ from tests.power.states import changed
 from tests.search.maps import terrain
 
 QUARTER = math.pi / 4
-STEEPEST = 0.3
 
 
 @lru_cache
@@ -67,14 +65,6 @@ def around_of(model: PowerModel, payload: float = 0.0, **more: object) -> Operat
         }
     )
     return operating_conditions(request, model, terrain(np.zeros((8, 8))))
-
-
-@lru_cache
-def priced_of(name: str, payload: float) -> tuple[OperatingConditions, PricedPower]:
-    conditions = around_of(model_of(name), payload)
-    priced = priced_power(conditions, STEEPEST, turns=60)
-    assert priced is not None
-    return conditions, priced
 
 
 def field_of(ground: Terrain, model: PowerModel) -> tuple[CostField, OperatingConditions]:

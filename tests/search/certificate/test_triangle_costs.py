@@ -1,21 +1,55 @@
-"""Ranges of slope and height hold for the whole cell."""
+"""Costs of a triangle against the table that they come from, at slopes and directions between."""
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from planner.search.certificate.triangle_costs import cell_ranges
-from planner.terrain.interpolation import interpolate_many
+from planner.search.certificate.mesh import mesh_of
+from planner.search.certificate.steady_floor import steady_floor
+from planner.search.certificate.triangle_costs import DIRECTIONS, triangle_costs
+from tests.search.certificate.robots import field_of, model_of
+from tests.search.certificate.test_steady_floor import looked_up
+from tests.search.maps import hills, terrain
+
+STEP = 2.0 * math.pi / DIRECTIONS
 
 
-def test_slopes_and_heights_of_a_cell_stay_in_their_range() -> None:
-    """Bernstein coefficients against the surface itself, at random points of rough ground."""
-    rng = np.random.default_rng(8)
-    heights = rng.normal(0.0, 0.3, (12, 14))
-    ranges = cell_ranges(heights, 0.5, 0.7)
-    x, y = rng.uniform(1.0, 12.0, 4000), rng.uniform(1.0, 10.0, 4000)
-    z, px, py = interpolate_many(heights, 0.0, 0.0, 0.5, 0.7, 0.5 * x, 0.7 * y)
-    cell = ranges[np.floor(y).astype(int) - 1, np.floor(x).astype(int) - 1]
-    for value, low, high in ((px, 0, 1), (py, 2, 3), (z, 4, 5)):
-        assert (value >= cell[:, low] - 1e-12).all()
-        assert (value <= cell[:, high] + 1e-12).all()
+def test_costs_are_below_the_table_at_every_slope_and_direction() -> None:
+    """Also between two directions, where a slope that keeps to both costs is their mean."""
+    field, conditions = field_of(terrain(hills(40, rms_degrees=7.0)), model_of("minibalance"))
+    floor = steady_floor(conditions)
+    assert floor is not None
+    mesh = mesh_of(field, floor.steepest, 1)
+    costs = triangle_costs(floor, mesh)
+    rng = np.random.default_rng(6)
+    checked = 0
+    for _ in range(3000):
+        j, i = (int(rng.integers(0, n)) for n in mesh.ranges.shape[:2])
+        x0, x1, y0, y1 = mesh.ranges[j, i]
+        px, py = rng.uniform(x0, x1), rng.uniform(y0, y1)
+        k, w = int(rng.integers(0, DIRECTIONS)), rng.random()
+        angle = (k + w) * STEP
+        c, s = math.cos(angle), math.sin(angle)
+        if math.hypot(px, py) > floor.steepest or mesh.wall[j, i, 0]:
+            continue
+        first, second = costs[j, i, 0, k], costs[j, i, 0, (k + 1) % DIRECTIONS]
+        most = first * math.sin((1.0 - w) * STEP) + second * math.sin(w * STEP)
+        assert most / math.sin(STEP) <= looked_up(floor, px * c + py * s, py * c - px * s) + 1e-9
+        checked += 1
+    assert checked > 2500
+
+
+def test_a_plane_costs_what_the_table_says() -> None:
+    """With one slope everywhere, only what lies between two directions is taken off."""
+    slope = 0.1
+    plane = slope * 0.25 * np.arange(24)[None, :] + np.zeros((24, 1))
+    field, conditions = field_of(terrain(plane), model_of("minibalance"))
+    floor = steady_floor(conditions)
+    assert floor is not None
+    costs = triangle_costs(floor, mesh_of(field, floor.steepest, 1))[10, 10, 0]
+    for k, cost in enumerate(costs):
+        angle = k * STEP
+        known = looked_up(floor, slope * math.cos(angle), -slope * math.sin(angle))
+        assert 0.97 * known < cost <= known
