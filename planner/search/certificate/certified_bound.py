@@ -44,7 +44,7 @@ Place = tuple[float, float]
 
 STEADY, ALL = "steadily driven routes", "all motions"
 """Classes that a bound holds for."""
-NODES_PER_SECOND, MOST_NODES = 20_000, 250_000
+NODES_PER_SECOND, MOST_NODES = 30_000, 250_000
 """Nodes of the mesh for each second given, and at most: with more, too few rounds fit in."""
 SETTLED_LOOKS = 4
 """Looks at the potential without a gain of one part in ten thousand, after which it is done."""
@@ -145,8 +145,16 @@ def _steady(
             token.check()
             return time.perf_counter() < until
 
-        guide = _everywhere(cost_to_go(coarse, lattice, leg[1], token=token), coarse)
-        total += _fall(costs, guide, mesh, leg, check)
+        guides = CORE.all(
+            [
+                partial(cost_to_go, coarse, lattice, leg[1]),
+                partial(cost_to_go, coarse, lattice, leg[0], from_start=True),
+            ]
+        )
+        token.check()
+        # The mean of both is smooth where one of them has its tip.
+        to_goal, from_start = (_everywhere(guide, coarse) for guide in guides)
+        total += _fall(costs, 0.5 * (to_goal - from_start), mesh, leg, check)
     return total
 
 

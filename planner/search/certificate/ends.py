@@ -49,7 +49,8 @@ def both_ends(
         near = np.hypot(slopes[:, None], slopes[None, :]) <= steepest + 2.0 * FINER * floor.step
         over = floor.by_speed - floor.least[:, None, ::FINER, ::FINER]
         least = np.maximum(over[:, :, near].min(axis=(0, 2)), 0.0) * speeds
-        # Slower is never cheaper than what is known of faster speeds.
+        # No way to drive so fast is known: nothing is counted.
+        least[~np.isfinite(least)] = 0.0
         ramp = np.linspace(0.0, reached, 65)
         watts = np.interp(ramp, speeds, least)
         # A metre along the ground is longer than a horizontal one.

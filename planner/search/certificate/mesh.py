@@ -4,7 +4,8 @@
     coarse = coarse_field(field, mesh)                  # map and costs at its nodes alone
 
 Slopes of a cell are kept as ranges: the riding surface over it is a bicubic polynomial
-(planner.terrain.interpolation), whose slopes lie between their Bernstein coefficients, so that leaving nodes out leaves the bound one.
+(planner.terrain.interpolation), whose slopes lie between their Bernstein coefficients. Where nodes
+are left out, the ranges of several cells are united, so that the bound stays one.
 """
 
 from __future__ import annotations
@@ -14,11 +15,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
 from planner.arrays import Array
+from planner.compiled_code import njit
 from planner.search.field import CostField
 from planner.search.resolution import SPARE
 

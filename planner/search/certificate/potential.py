@@ -27,7 +27,7 @@ from planner.search.second_core import CORE
 
 LEVELS = 4096
 """Levels of ψ that are slowed down one by one."""
-FLOW_WIDTH = 10.0
+FLOW_WIDTH = 4.0
 """Cells over which the flow from start to goal is thought to spread; any number converges."""
 MOST_ITERATIONS, LOOK_EVERY = 2000, 20
 """Iterations at most, and those from one look at the potential to the next."""

@@ -25,8 +25,8 @@ bends. Body axes on a slope see w·v a little longer than the map, which adds a 
 
 Where an effect of the model changes what is rubbed off at wheels or rollers, these count nothing.
 
-A motor's braking power that is refused, or the source's, cannot lower the energy: then E is at least
-that of the electronics at full speed, or 0.
+Braking power that motors or source refuse cannot lower the energy: then E is at least that of the
+electronics at full speed, or 0.
 
 Left out: with wind so strong that this share outweighs d, no route is taken to be longer than a
 hundred straight lines. A formula of the user's own, or an effect that is not declared a ``loss``,
@@ -81,7 +81,11 @@ def lower_bound(
     if model.kind != "sound" or not all(map(_is_bounded, model.effects)):
         return min(0.0, weight * climb)
     push = _wind_push(conditions)
-    metre = 0.0 if _may_creep(conditions, shortest or distance) else floor_per_metre(conditions, steepest)
+    metre = (
+        0.0
+        if _may_creep(conditions, shortest or distance)
+        else floor_per_metre(conditions, steepest)
+    )
     metre -= push * _lengthening(steepest)
     dissipated = metre * distance * (1.0 if metre >= 0.0 else LONGEST_ROUTE)
     through_gears = weight * climb - push * distance

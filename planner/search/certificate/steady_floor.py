@@ -1,4 +1,4 @@
-"""The least that a metre of steady driving dissipates, by slope: a table that stays below the model.
+"""The least that a metre of steady driving dissipates, by slope: a table below the model.
 
     floor = steady_floor(conditions)
     floor.least[c, i, j]       # J per horizontal metre at slopes along and across the travel
@@ -27,24 +27,25 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
 from planner.arrays import Array
 from planner.cache import CACHE
+from planner.compiled_code import njit
 from planner.power.kernel_math import REST_SPEED, SLIDING_SPEED
 from planner.power.kernels import BLOCK, BLOCK_KERNEL
 from planner.power.kinematics import RIM, ROLLER
-from planner.power.limits import BRIEFLY, broken_in_block
+from planner.power.limits import broken_in_block
 from planner.power.model import PowerModel
 from planner.power.motion_row import empty_block, put, put_row, set_motion
 from planner.quantities import INDEX, STANDARD_GRAVITY
 from planner.search.conditions import OperatingConditions
-from planner.search.kernel_arguments import F1, F2, F3, I1
+from planner.search.kernel_arguments import F1, F2, F3
 from planner.search.second_core import CORE
 
-COARSE, FINER = 41, 5
+COARSE, FINER = 41, 4
 """Nodes along each axis at which all yaws are tried, and parts of a step between them."""
 SLOPES = (COARSE - 1) * FINER + 1
 """Nodes of the table along each axis."""
@@ -99,7 +100,7 @@ def _steady_floor(conditions: OperatingConditions) -> SteadyFloor | None:
     steepest = _steepest(conditions)
     if steepest <= 0.0:
         return None
-    yaws = _yaws(conditions.model, float(conditions.limits[0]))
+    yaws = tried_yaws(conditions.model, float(conditions.limits[0]))
     slopes = np.linspace(-steepest, steepest, COARSE)
     along, across = (axis.ravel() for axis in np.meshgrid(slopes, slopes, indexing="ij"))
     shares = np.arange(1, SPEEDS + 1) / SPEEDS
@@ -109,7 +110,7 @@ def _steady_floor(conditions: OperatingConditions) -> SteadyFloor | None:
     for c in range(classes):
         grid = (len(yaws), SPEEDS, COARSE, COARSE)
         driven = _driven(conditions, c, along, across, yaws, shares)
-        costs, kept = (values.reshape(grid) for values in driven)
+        costs, kept = driven[0].reshape(grid), driven[1].reshape(grid)
         low = np.where(_near(kept), costs - _bend(costs), np.inf)
         by_speed[c] = low.min(axis=0)
         # Only what may be the best is looked at closely.
@@ -161,7 +162,7 @@ def _refine(
         )
 
     CORE.all([partial(fill, 0), partial(fill, 1)])
-    np.minimum(*parts, out=least)
+    np.minimum(parts[0], parts[1], out=least)
 
 
 def _steepest(conditions: OperatingConditions) -> float:
@@ -181,7 +182,7 @@ def _steepest(conditions: OperatingConditions) -> float:
     return high if low > 0.0 else 0.0
 
 
-def _yaws(model: PowerModel, top: float) -> Array:
+def tried_yaws(model: PowerModel, top: float) -> Array:
     """Yaws to the travel, rad; close round those at which a rim or roller stands."""
     found = [2.0 * math.pi * np.arange(EVEN_YAWS) / EVEN_YAWS]
     rest = REST_SPEED * model.vehicle.layout.radius / model.vehicle.gear_ratio
@@ -239,7 +240,7 @@ def _fill(
                     a, b, c = places[k]
                     climb = limits[4] * STANDARD_GRAVITY * along[c]
                     costs[a, b, c] = found[k] * stretches[k] / speeds[b] - climb
-                    kept[a, b, c] = broken_in_block(found, k, limits, BRIEFLY) < 0
+                    kept[a, b, c] = broken_in_block(found, k, limits) < 0
                 size = 0
 
 

@@ -9,9 +9,9 @@ In a cell the slopes lie in a rectangle. Seen along a direction it turns; the le
 table over a box round it is at the box's corners or on the table's lines, so it is found exactly. A
 wide rectangle is cut in parts, whose boxes stand out less.
 
-Between two directions -g·e is a sine, at most 1/cos(Δ/2) of its chord. The floor may be below that
-chord. It is looked up in the middle between two directions as well; twice of what it falls short
-there is taken off at both: as much as one kink anywhere between them may lack.
+Between two directions -g·e is a sine, at most 1/cos(Δ/2) of its chord. The floor may be below its
+own chord. It is looked up in the middle between two directions as well; twice of what it falls
+short there is taken off at both: as much as one kink anywhere between them may lack.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from planner.arrays import Array
+from planner.compiled_code import njit
 from planner.search.certificate.mesh import Mesh
 from planner.search.certificate.steady_floor import SteadyFloor
 from planner.search.second_core import in_halves
@@ -39,7 +39,7 @@ def _box_least(table: Any, u0: float, u1: float, v0: float, v1: float) -> float:
     """Least of a bilinear table over a box, given in steps from its first node."""
     last = table.shape[0] - 1
     u0, u1, v0, v1 = max(u0, 0.0), min(u1, last), max(v0, 0.0), min(v1, last)
-    least = np.inf
+    least: float = np.inf
     if u0 > u1 or v0 > v1:
         return least
     u = u0
@@ -89,7 +89,10 @@ def _fill(
                     continue
                 for k in range(2 * count):
                     c, s = math.cos(k * step), math.sin(k * step)
-                    u, v = (x * c + y * s + steepest) * per_slope, (y * c - x * s + steepest) * per_slope
+                    u, v = (
+                        (x * c + y * s + steepest) * per_slope,
+                        (y * c - x * s + steepest) * per_slope,
+                    )
                     du = (half_x * abs(c) + half_y * abs(s)) * per_slope
                     dv = (half_x * abs(s) + half_y * abs(c)) * per_slope
                     for ground in range(tables.shape[0]):
@@ -103,8 +106,9 @@ def _fill(
                     for side in (-1, 1):
                         other = looked[(2 * k + 2 * side) % (2 * count)]
                         middle = looked[(2 * k + side) % (2 * count)]
-                        short = max(short, 0.5 * widening * (cost + other) - middle)
-                    costs[j, i, half, k] = np.inf if wall[j, i, half] else cost - 2.0 * short
+                        bent = max(0.5 * (cost + other) - middle, 0.0)
+                        short = max(short, 2.0 * bent + (widening - 1.0) * max(cost, other))
+                    costs[j, i, half, k] = np.inf if wall[j, i, half] else cost - short
 
 
 def triangle_costs(floor: SteadyFloor, mesh: Mesh) -> Array:

@@ -19,13 +19,13 @@ from tests.search.random_motions import energies
 
 def test_level_ground_is_bounded_by_the_cost_of_steady_driving() -> None:
     """On a plane the best route is known: straight, at full speed, from rest to rest."""
-    ground = terrain(np.zeros((40, 80)), cell=0.5)
+    ground = terrain(np.zeros((40, 150)))
     field, conditions = field_of(ground, model_of("minibalance"))
     steady = 32.0 * float(field.best.min(axis=(0, 1))[0])
-    found = certify(field, conditions, [(4.0, 10.0), (36.0, 10.0)], seconds=60.0)
+    found = certify(field, conditions, [(2.5, 5.0), (34.5, 5.0)], seconds=3.0)
     assert found.how == STEADY
     # What both ends add is a few joules.
-    assert 0.98 * steady < found.bound_j < steady + 17.0
+    assert 0.97 * steady < found.bound_j < steady + 17.0
 
 
 @pytest.mark.parametrize("seconds", [0.5, 2.0])
@@ -79,8 +79,8 @@ def test_legs_add_up() -> None:
     quick = quick_bound(field, conditions, [start, aside, goal])
     assert quick > 1.5 * quick_bound(field, conditions, [start, goal])
     assert round_it > max(quick, 1.5 * direct)
-    path = np.array([start, aside, goal])
-    assert round_it < energies(field, conditions, [path], 30, seed=4).min()
+    legs = [np.array(leg) for leg in ((start, aside), (aside, goal))]
+    assert round_it < sum(energies(field, conditions, [leg], 15, seed=4).min() for leg in legs)
 
 
 def test_what_the_bound_cannot_follow_gets_the_quick_one() -> None:

@@ -46,9 +46,7 @@ def test_a_coarse_triangle_is_a_wall_only_where_all_of_it_is() -> None:
     """A block of obstacles wider than the robot: walls inside it, none on open ground."""
     blocked = np.zeros((40, 40), bool)
     blocked[10:30, 10:30] = True
-    field, _ = field_of(
-        terrain(np.zeros((40, 40)), obstacles=blocked), model_of("minibalance")
-    )
+    field, _ = field_of(terrain(np.zeros((40, 40)), obstacles=blocked), model_of("minibalance"))
     fine, coarse = (mesh_of(field, STEEP, parts).wall for parts in (1, 3))
     assert fine[20, 20].all()
     assert not fine[:8].any()

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from planner.power.limits import BRIEFLY, broken_in_results
+from planner.power.limits import broken_in_results
 from planner.power.motion_row import set_motion
 from planner.quantities import INDEX, STANDARD_GRAVITY
 from planner.search.certificate.steady_floor import SteadyFloor, steady_floor
@@ -38,7 +38,7 @@ def driven(
         fast = rows.copy()
         fast[:, SPEED] *= speed
         found = conditions.model.power_and_limits(fast)
-        kept = [broken_in_results(one, conditions.limits, BRIEFLY) < 0 for one in found]
+        kept = [broken_in_results(one, conditions.limits) < 0 for one in found]
         costs = found[kept, 0] * stretch / speed
         least = min([least, *(costs - conditions.mass * STANDARD_GRAVITY * along)])
     return least
