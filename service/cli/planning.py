@@ -32,6 +32,8 @@ Asked = TypeVar("Asked", bound=SituationRequest)
 
 _STDIN = "The request; - reads it from stdin."
 _POSE = "X,Y[,YAW]"
+CERTIFY_S = 0.5
+"""s for the lower bound where a request does not say: hardly noticed, and most of the gap."""
 RequestFile = Annotated[Path, typer.Argument(metavar="REQUEST.json", help=_STDIN)]
 Out = Annotated[Path | None, typer.Option(help="Write the answer to this JSON file.")]
 
@@ -54,8 +56,9 @@ def plan(
         int | None, typer.Option(help="Iterations instead of a time: a reproducible answer.")
     ] = None,
     certify: Annotated[
-        float, typer.Option(metavar="SECONDS", help="Time for a closer lower bound, s.")
-    ] = 0.5,
+        float | None,
+        typer.Option(help="Time for a closer lower bound, s; 0.5, or none with --iterations."),
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Write the answer to this file.")] = None,
     format_: Annotated[
         str | None,
@@ -77,10 +80,12 @@ def plan(
         "seed": seed,
         "time_budget_s": time_budget,
         "iterations": iterations,
+        "certify_s": certify,
     }
     asked = _plan_request(request, {k: v for k, v in given.items() if v is not None})
-    if "certify_s" not in asked.model_fields_set:
-        asked = PlanRequest.from_call(asked, {"certify_s": certify})
+    # A bound that takes a time is not reproducible.
+    if "certify_s" not in asked.model_fields_set and asked.iterations is None:
+        asked = PlanRequest.from_call(asked, {"certify_s": CERTIFY_S})
     with working() as how:
         answer = planner.plan_route(asked, **how)
     text = formats.written(answer, format_ or "json")

@@ -45,6 +45,9 @@ def test_options_lie_over_the_file(fake: Fake, tmp_path: Path) -> None:
     assert (request.map, request.seed, request.start.x) == ("a", 3, 1.0)
     assert (request.goal.x, request.goal.y, request.goal.yaw) == (-3.0, 4.5, 1.0)
     assert (request.vehicle, request.model) == (None, "m.json")
+    assert request.certify_s == 0.5
+    assert cli.run(["plan", str(file), "--iterations", "9", "--json"]) == 0
+    assert fake.request.certify_s is None
 
 
 def test_json_is_one_document_and_the_file_holds_the_same(

@@ -38,7 +38,7 @@ PLACES = {"start-x": 2, "start-y": 1, "goal-x": 8, "goal-y": 4}
 
 def energy_of(question: dict[str, Any]) -> float:
     """J, of the answer to a question: each question has its own."""
-    asked = {k: v for k, v in question.items() if k != "time_budget_s"}
+    asked = {k: v for k, v in question.items() if k not in ("time_budget_s", "certify_s")}
     return 100.0 + zlib.crc32(json.dumps(asked, sort_keys=True).encode()) % 8999 / 10
 
 
