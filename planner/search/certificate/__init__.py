@@ -1,7 +1,7 @@
 """Lower bounds on the energy of routes through given places.
 
 floor = lower_bound(conditions, distance, climb, steepest)             # of all motions, at once
-floor = quick_bound(field, conditions, [start, via, goal])             # the same along legs
+floor = legs_bound(field, conditions, [start, via, goal])             # the same along legs
 bound = certify(field, conditions, [start, via, goal], seconds=30.0)   # CertifiedBound, closer
 """
 
@@ -10,7 +10,7 @@ from planner.search.certificate.certified_bound import (
     STEADY,
     CertifiedBound,
     certify,
-    quick_bound,
+    legs_bound,
 )
 from planner.search.certificate.quick_bound import lower_bound
 
@@ -19,6 +19,6 @@ __all__ = [
     "STEADY",
     "CertifiedBound",
     "certify",
+    "legs_bound",
     "lower_bound",
-    "quick_bound",
 ]

@@ -67,9 +67,7 @@ class CertifiedBound:
     how: str
 
 
-def quick_bound(
-    field: CostField, conditions: OperatingConditions, places: Sequence[Place]
-) -> float:
+def legs_bound(field: CostField, conditions: OperatingConditions, places: Sequence[Place]) -> float:
     """J that every motion through places, in this order, takes at least; see lower_bound."""
     legs = [math.dist(*leg) for leg in pairwise(places)]
     steepest = float(field.limit.max())
@@ -105,7 +103,7 @@ def certify(
     began = time.perf_counter()
     token = token or CancellationToken()
     token.check()
-    quick, steady = quick_bound(field, conditions, places), -math.inf
+    quick, steady = legs_bound(field, conditions, places), -math.inf
     if any(a != b for a, b in pairwise(places)):
         steady = _steady(field, conditions, places, seconds, token)
         steady += conditions.mass * STANDARD_GRAVITY * _climb(field, places)

@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import Any
 
 from planner.quantities import STANDARD_GRAVITY
-from planner.search.certificate import ALL, certify, quick_bound
+from planner.search.certificate import ALL, certify, legs_bound
 from planner.search.results import Route
 from planner.search.run import Run
 
@@ -33,7 +33,7 @@ def with_bounds(
     how: dict[str, Any] = {"bound": ALL}
     note = None
     if seconds is None or run.cancelled():
-        bound = quick_bound(field, run.conditions, run.places)
+        bound = legs_bound(field, run.conditions, run.places)
     else:
         run.step(0.95, "certified bound")
         found = certify(field, run.conditions, run.places, seconds=seconds, token=run.token)

@@ -10,7 +10,7 @@ import pytest
 from planner import plan_route
 from planner.cancellation import CancellationToken
 from planner.errors import Cancelled
-from planner.search.certificate import ALL, STEADY, certify, quick_bound
+from planner.search.certificate import ALL, STEADY, certify, legs_bound
 from tests.power.states import changed
 from tests.search.certificate.robots import field_of, model_of
 from tests.search.maps import hills, terrain
@@ -56,7 +56,7 @@ def test_no_motion_at_random_undercuts_the_bound(kind: str, seconds: float) -> N
     least = min(r.energy_j for r in routes)
     assert found.bound_j < least
     assert found.bound_j < energies(field, conditions, paths, 60, seed=3).min()
-    assert found.bound_j > quick_bound(field, conditions, [start, goal])
+    assert found.bound_j > legs_bound(field, conditions, [start, goal])
 
 
 def test_a_coarse_grid_bounds_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -76,8 +76,8 @@ def test_legs_add_up() -> None:
     start, aside, goal = (2.0, 2.0), (2.0, 11.0), (11.0, 2.0)
     direct = certify(field, conditions, [start, goal], seconds=2.0).bound_j
     round_it = certify(field, conditions, [start, aside, goal], seconds=2.0).bound_j
-    quick = quick_bound(field, conditions, [start, aside, goal])
-    assert quick > 1.5 * quick_bound(field, conditions, [start, goal])
+    quick = legs_bound(field, conditions, [start, aside, goal])
+    assert quick > 1.5 * legs_bound(field, conditions, [start, goal])
     assert round_it > max(quick, 1.5 * direct)
     legs = [np.array(leg) for leg in ((start, aside), (aside, goal))]
     assert round_it < sum(energies(field, conditions, [leg], 15, seed=4).min() for leg in legs)
@@ -95,7 +95,7 @@ def test_what_the_bound_cannot_follow_gets_the_quick_one() -> None:
         places = [(1.5, 1.5), (4.0, 4.0)]
         found = certify(*there, places, seconds=2.0)
         if found.how == ALL:
-            assert found.bound_j == quick_bound(*there, places)
+            assert found.bound_j == legs_bound(*there, places)
     assert found.how == ALL
 
 
@@ -105,7 +105,7 @@ def test_nothing_is_below_zero_where_nothing_is_given_back(share: str) -> None:
     heights = -0.12 * 0.25 * np.arange(60)[None, :] + np.zeros((40, 1))
     model = changed(model_of("minibalance"), **{f"regeneration_limit__{share}": 0.0})
     field, conditions = field_of(terrain(heights), model)
-    bound = quick_bound(field, conditions, [(2.0, 5.0), (13.0, 5.0)])
+    bound = legs_bound(field, conditions, [(2.0, 5.0), (13.0, 5.0)])
     power = 7.0 if share == "motor_share" else 0.0
     assert bound >= power * 11.0 / 1.2 * 0.5
 
