@@ -80,11 +80,11 @@ def over_steady(field: CostField, conditions: OperatingConditions, route: Route)
 def steady_watts(conditions: OperatingConditions, row: Array) -> float:
     """W of steady driving as fast as in a row on its slope, with the best of many yaws."""
     speed = math.hypot(row[VX], row[VY])
-    ahead, left = row[VX] / speed, row[VY] / speed
+    forward, left = row[VX] / speed, row[VY] / speed
     gravity_x, gravity_y, normal = row[GRAVITY]
-    pull = gravity_x * ahead + gravity_y * left
+    pull = gravity_x * forward + gravity_y * left
     along = -pull / math.sqrt(STANDARD_GRAVITY**2 - pull * pull)
-    aside = gravity_y * ahead - gravity_x * left
+    aside = gravity_y * forward - gravity_x * left
     across = -aside * math.hypot(1.0, along) / normal
     yaws = tried_yaws(conditions.model, float(conditions.limits[0]))
     tried = np.repeat(row[None], len(yaws), axis=0)

@@ -187,10 +187,10 @@ def tried_yaws(model: PowerModel, top: float) -> Array:
     found = [2.0 * math.pi * np.arange(EVEN_YAWS) / EVEN_YAWS]
     rest = REST_SPEED * model.vehicle.layout.radius / model.vehicle.gear_ratio
     for column, width in ((RIM, rest), (ROLLER, SLIDING_SPEED)):
-        for ahead, aside in model.wheels[:, column : column + 2]:
-            reach = math.hypot(ahead, aside) * top
+        for along_x, along_y in model.wheels[:, column : column + 2]:
+            reach = math.hypot(along_x, along_y) * top
             offsets = np.array(STANDING) * width / reach if reach > 0.0 else np.zeros(0)
-            for still in math.atan2(ahead, aside) + math.pi * np.arange(2):
+            for still in math.atan2(along_x, along_y) + math.pi * np.arange(2):
                 found.append(still + np.concatenate([-offsets, [0.0], offsets]))
     angles = np.sort(np.remainder(np.concatenate(found), 2.0 * math.pi))
     return np.asarray(angles[np.append(True, np.diff(angles) > 1e-9)])
