@@ -49,7 +49,7 @@ NODES_PER_SECOND, MOST_NODES = 30_000, 250_000
 SETTLED_LOOKS = 4
 """Looks at the potential without a gain of one part in ten thousand, after which it is done."""
 MOST_CLASSES = 64
-"""Ground classes that a cell's bits can tell apart."""
+"""Ground classes that the bits of a cell can distinguish."""
 
 
 @dataclass(frozen=True)

@@ -95,7 +95,7 @@ def lower_bound(
 
 
 def _drawn(conditions: OperatingConditions, distance: float) -> float:
-    """J that is drawn however far the way leads down: where motors or source take nothing back."""
+    """J drawn on any descent, where motors or source take nothing back."""
     model = conditions.model
     if not any(effect.slug == "regeneration_limit" for effect in model.effects):
         return -math.inf
