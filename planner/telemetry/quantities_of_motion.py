@@ -70,9 +70,11 @@ FURTHER: dict[str, Axis] = {
         Axis("com_y", "m", "centre of mass left of the centre", True),
         Axis("slope_rate", "rad/s", "how fast the slope under the robot changes"),
         Axis("odometer", "m", "distance driven since the log began"),
+        Axis("predicted_power", "W", "power that the model predicts; < 0 flows back"),
     )
 }
-"""Axes for which the catalogue has effects of its own; only regimes use them."""
+"""Axes that only regimes use: the catalogue has effects of its own for them, or, for the
+predicted power, many: whatever depends on the direction in which power flows."""
 
 
 def motion_axes(rows: Array, *, temperature: str | None = None) -> dict[str, Array]:
@@ -112,7 +114,7 @@ def temperature_of(rows: Array) -> str:
 
 
 def further_axes(rows: Array) -> dict[str, Array]:
-    """Values of every axis of FURTHER, name → (n,); NaN where not known.
+    """Values of the axes of FURTHER that rows know, name → (n,); NaN where not known.
 
     Args:
         rows: (n, ROW_LENGTH) rows of the power model.
@@ -123,15 +125,20 @@ def further_axes(rows: Array) -> dict[str, Array]:
     return {"headwind": -wind, **{name: rows[:, INDEX[name]].copy() for name in plain}}
 
 
-def all_axes(rows: Array, *, temperature: str | None = None) -> dict[str, Array]:
+def all_axes(
+    rows: Array, *, watts: Array | None = None, temperature: str | None = None
+) -> dict[str, Array]:
     """Values of every axis of AXES and FURTHER and of the ground, name → (n,).
 
     Args:
         rows: (n, ROW_LENGTH) rows of the power model.
+        watts: (n,) W, modelled; None leaves ``predicted_power`` unknown, NaN.
         temperature: see motion_axes.
     """
     motion = motion_axes(rows, temperature=temperature)
-    return {**motion, **further_axes(rows), "surface": rows[:, INDEX["surface"]]}
+    power = np.full(len(rows), np.nan) if watts is None else watts
+    further = {**further_axes(rows), "predicted_power": power}
+    return {**motion, **further, "surface": rows[:, INDEX["surface"]]}
 
 
 def _direction(rows: Array) -> tuple[Array, Array, Array]:

@@ -108,11 +108,21 @@ class Candidate(_Open):
     """One effect of the catalogue, with the evidence for it."""
 
     effect: str
-    probability: float
+    probability: float | None
+    """null where held-out runs overruled the search that it comes from"""
     heldout_rmse_w: float | None
     parameters: dict[str, Any]
     evidence: dict[str, Any]
     indistinguishable_from: list[str]
+
+
+class Unexplained(_Open):
+    """What the answer to a log leaves."""
+
+    heldout_over_floor: float
+    """held-out error over the noise floor; 1 is perfect"""
+    where: list[Regime]
+    """regimes whose mean residual makes 5 % or more of the held-out squared error"""
 
 
 class Diagnosis(_Open):
@@ -129,6 +139,7 @@ class Diagnosis(_Open):
     candidates: list[Candidate]
     """best first"""
     regimes: list[Regime]
+    unexplained: Unexplained
     outside_catalogue: dict[str, Any] | None
     experiments: list[dict[str, Any]]
     """runs that would separate tied effects"""

@@ -123,9 +123,10 @@ def candidates_chart(
         hue = "after" if chosen else "noise"
         if likely:
             mark = " · tied" if c.effect in aliased else ""
-            parts.append(chances.bar(0.0, c.probability, y + 3, 14, f"{hue} solid"))
-            label = share(c.probability) + mark
-            parts.append(text(chances.x(c.probability) + 6, y + 15, label, "ink"))
+            known_as = c.probability or 0.0
+            parts.append(chances.bar(0.0, known_as, y + 3, 14, f"{hue} solid"))
+            label = (share(c.probability) or "not known") + mark
+            parts.append(text(chances.x(known_as) + 6, y + 15, label, "ink"))
         if c.heldout_rmse_w is not None:
             kind = f"{hue} {'solid' if chosen else 'hollow'}"
             name = f"{c.effect}: {watts(c.heldout_rmse_w)}"

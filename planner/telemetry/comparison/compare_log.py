@@ -47,7 +47,12 @@ from planner.telemetry.noise import Noise, noise_of, strongest_columns
 from planner.telemetry.other_terms import Dictionary
 from planner.telemetry.parameters import free_places
 from planner.telemetry.prediction import Nodes, Readings, input_uncertainty, predict, tangent
-from planner.telemetry.quantities_of_motion import FURTHER, all_axes, temperature_of
+from planner.telemetry.quantities_of_motion import (
+    all_axes,
+    further_axes,
+    motion_axes,
+    temperature_of,
+)
 from planner.telemetry.regimes import Regime, find_regimes
 from planner.telemetry.sampling import LogSource, at_steady_speeds, open_source
 from planner.telemetry.starting_model import starting_model
@@ -219,7 +224,7 @@ def _settle(
     noise, spread = _noise(steady, model, watts)
     watch(0.6, "looking for regimes")
     temperature = temperature_of(sample.rows)
-    axes = all_axes(sample.rows, temperature=temperature)
+    axes = all_axes(sample.rows, watts=watts, temperature=temperature)
     regimes = find_regimes(axes, residual, sample.run, spread, sample.surfaces)
     bins = tuple(curve_bins(axes, sample.surfaces))
     sums = Sums(len(source.run_rows), regimes, bins, temperature, sample.run, residual)
@@ -259,10 +264,9 @@ def _noise(sample: Telemetry, model: PowerModel, watts: Array) -> tuple[Noise, A
 
 def _further(rows: Array) -> list[Array]:
     """Plain columns over wind, place of the load, sampling rate …, alone and times the speed."""
-    axes = all_axes(rows)
-    speed = axes["speed"]
+    speed = motion_axes(rows)["speed"]
     columns = []
-    for values in (axes[name] for name in FURTHER):
+    for values in further_axes(rows).values():
         bent = values * np.abs(values)
         columns += [values, values * speed, bent, bent * speed]
     return columns

@@ -179,7 +179,7 @@ class Sums:
             self._by_run[:, number] += np.bincount(chunk.run, column, len(self._by_run))
         self._absolute += float(np.abs(residual).sum())
         self._add_power(chunk.power)
-        axes = all_axes(chunk.rows, temperature=self._temperature)
+        axes = all_axes(chunk.rows, watts=watts, temperature=self._temperature)
         for number, regime in enumerate(self._regimes):
             met = regime.holds(axes)
             self._of_regime[number] += met.sum(), residual[met].sum(), squares[met].sum()

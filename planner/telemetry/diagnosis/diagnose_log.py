@@ -12,6 +12,7 @@ In this order:
                until the choice stays; with a sensor fault, after correcting it
     all rows   of a long log are summed up once around the result of the sample
     outside    a residual that the catalogue does not explain gets a formula     unknown_effect
+    decide     what held-out runs support, and what stays unexplained             decision
 
 The search is planner.telemetry.selection.whole_search. Everything nonlinear happens on a sample of
 at most 12,000 rows; memory does not grow with the log.
@@ -21,16 +22,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
+from planner.arrays import Array
 from planner.cancellation import CancellationToken
 from planner.power.catalogue import all_effects
 from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.power.vehicles import Vehicle
 from planner.progress import Progress
+from planner.telemetry.diagnosis.decision import Answer, Decision, columns_in, decide, stands
 from planner.telemetry.diagnosis.experiments import Advice
 from planner.telemetry.diagnosis.reconcile import more_credible
 from planner.telemetry.diagnosis.results import (
@@ -41,20 +45,21 @@ from planner.telemetry.diagnosis.results import (
     FittedModels,
     SensorFault,
 )
-from planner.telemetry.diagnosis.unknown_effect import Proposal, propose
-from planner.telemetry.diagnosis.verdict import (
-    never_complete_with_structure,
-    sentence_of,
-    verdict_of,
-)
+from planner.telemetry.diagnosis.unexplained import floor_of
+from planner.telemetry.diagnosis.verdict import sentence_of, verdict_of
 from planner.telemetry.estimation import Fit
 from planner.telemetry.evidence import Examination
-from planner.telemetry.holdout import LinearHeldout, falls, heldout_residual, rms
+from planner.telemetry.holdout import LinearHeldout, base_fit, heldout_residual, rms, supports
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.other_terms import SENSORS
 from planner.telemetry.regimes import regimes_of
 from planner.telemetry.sampling import LogSource, open_source
-from planner.telemetry.selection import Found, Member, RankedTerm, find_missing_effects
+from planner.telemetry.selection import (
+    Found,
+    RankedTerm,
+    find_missing_effects,
+    measured_residual,
+)
 from planner.telemetry.starting_model import starting_model
 from planner.telemetry.terms import Addition, trimmed
 
@@ -95,99 +100,105 @@ def diagnose_source(
     """As ``diagnose``, for a log that is open."""
     source = source.steady()
     watch(0.1, "fitting the model")
-    found = find_missing_effects(source, start, extra, watch)
-    diagnosis = _report(source, found)
+    search = partial(find_missing_effects, source, start, extra, watch)
+    found = _with_supported_sensors(source, start, search)
+    searches = [found]
     if found.at_bounds(start):
-        diagnosis = more_credible(
-            diagnosis,
-            _report(source, find_missing_effects(source, start, extra, watch, as_stated=True)),
-        )
-    return never_complete_with_structure(diagnosis)
+        searches.append(_with_supported_sensors(source, start, partial(search, as_stated=True)))
+    # A floor that was estimated beside a misfit can only be too high.
+    floor = min((_floor(each) for each in searches), key=rms)
+    reports = [_report(source, start, each, floor) for each in searches]
+    return reports[0] if len(reports) == 1 else more_credible(*reports)
+
+
+def _with_supported_sensors(
+    source: LogSource, start: PowerModel, search: Callable[..., Found]
+) -> Found:
+    """A search; without errors of sensors, where correcting them does not lower the error."""
+    found = search()
+    if not _corrections(found):
+        return found
+    before, after = _with_sensors(source, start, found)
+    floor = _floor(found)
+    if supports(found.log, before, after, floor) and stands(before, after, floor):
+        return found
+    return search(sensors=frozenset())
+
+
+def _with_sensors(source: LogSource, start: PowerModel, found: Found) -> tuple[Array, Array]:
+    """Held-out residuals (n,) W as measured: of the model as it is, and once sensors are right."""
+    sizes = {kind: value for kind, (value, _) in found.corrections.items()}
+    after = heldout_residual(found.log, found.fitted if found.additions else found.base)
+    log = _as_measured(source, found)
+    return heldout_residual(log, base_fit(log, start)), measured_residual(after, sizes)
+
+
+def _as_measured(source: LogSource, found: Found) -> Telemetry:
+    """The rows with the errors of their sensors, read from the meter that was found."""
+    return replace(source.sample, meter=found.log.meter)
+
+
+def _floor(found: Found) -> Array:
+    members = [m for m in found.selection.members if not m.sensor]
+    explained = columns_in(found.local, found.examination, members)
+    return floor_of(found.log, found.local, explained)
 
 
 # What is said about it.
 
 
-def _report(source: LogSource, found: Found) -> Diagnosis:
-    examination, selection = found.examination, found.selection
-    members = [m for m in selection.members if not m.sensor]
-    sensors = _sensor_faults(found)
-    shape = selection.shape
-    lost = shape is not None and not sensors and bool(shape.near) and (shape.alone or not members)
-    proposal: Proposal | None = None
-    if shape is not None and not lost:
-        kept = () if shape.alone else found.additions
-        if shape.alone:
-            members = []
-        axis = examination.competitors.dictionary.shapes[shape.number].axis
-        given = _columns_in(found.local, examination, members)
-        proposal = propose(found.local, axis, shape, found.log, found.origin, kept, given)
-    if lost:
-        members = []
-    before = heldout_residual(found.log, found.base)
-    fitted = proposal.fit if proposal else (found.fitted if members else found.base)
-    left = heldout_residual(found.log, fitted)
-    # What does not lower the error on runs that it was not fitted to is not named.
-    if proposal is not None:
-        without = heldout_residual(found.log, found.fitted) if members else before
-        if not falls(before, left, found.base.spread, beside=without):
-            proposal, lost = None, not members
-            fitted, left = (found.fitted if members else found.base), without
-    lower = falls(before, left, found.base.spread)
-    if members and not proposal and not lower:
-        # Whether an effect is there is asked of the fewest parameters that show it.
-        searched = heldout_residual(found.log, found.searched or found.fitted)
-        lower = falls(before, searched, found.base.spread)
-    if (proposal or members) and not sensors and not lower:
-        proposal, members, lost = None, [], True
-        fitted, left = found.base, before
-    selected = tuple(m.name for m in members)
+def _report(source: LogSource, start: PowerModel, found: Found, floor: Array) -> Diagnosis:
+    decision = decide(found, floor)
+    answer, sensors, log = decision.answer, _sensor_faults(found), found.log
+    selected = tuple(m.name for m in answer.members)
     verdict = verdict_of(
-        faulty=bool(sensors), formula=proposal is not None, named=bool(members), lost=lost
+        faulty=bool(sensors),
+        formula=answer.proposal is not None,
+        named=bool(selected),
+        lost=not decision.complete,
     )
-    if proposal is None and members:
-        fitted = trimmed(fitted, found.origin, found.log, found.additions)
-    advice = Advice(examination, selection, found.log)
+    fitted = answer.fit
+    if answer.proposal is None and answer.members:
+        fitted = trimmed(fitted, found.origin, log, answer.additions)
+    selection = replace(found.selection, aliases=dict(answer.aliases))
+    advice = Advice(found.examination, selection, log)
+    floor = decision.floor
+    baseline = Errors(found.base.rmse_w, rms(decision.before), rms(floor))
+    if sensors:
+        # What is claimed is an error of the log as it was measured.
+        as_measured = _as_measured(source, found)
+        stated = base_fit(as_measured, start)
+        baseline = replace(
+            baseline,
+            rmse_w=stated.rmse_w,
+            heldout_rmse_w=rms(heldout_residual(as_measured, stated)),
+        )
     models = FittedModels(
         base=found.base.model,
         fitted=fitted,
-        additions=_additions(found, members, proposal),
-        corrected=found.log,
+        additions=_additions(found, answer),
+        corrected=log,
         refused=found.base.refused,
     )
     diagnosis = Diagnosis(
         **vars(models),
         verdict=verdict,
         selected=selected,
-        baseline=Errors(found.base.rmse_w, rms(before), examination.noise.floor_w),
-        after=Errors(models.fitted.rmse_w, rms(left)),
-        candidates=_candidates(found, selected, fitted, members),
+        baseline=baseline,
+        after=Errors(fitted.rmse_w, rms(answer.left)),
+        candidates=_candidates(found, decision, fitted),
         not_testable=advice.not_testable(selected),
-        regimes=tuple(regimes_of(found.log, found.base.residual, found.base.spread)),
-        outside=proposal.outside if proposal else None,
+        regimes=tuple(regimes_of(log, found.base.residual, floor, found.base.watts)),
+        unexplained=decision.unexplained,
+        outside=answer.proposal.outside if answer.proposal else None,
         sensors=sensors,
         experiments=advice.experiments(),
         log=source.describe(),
     )
-    return replace(diagnosis, sentence=sentence_of(diagnosis, shape.near if shape and lost else ()))
+    return replace(diagnosis, sentence=sentence_of(diagnosis, decision.alike, decision.near))
 
 
-def _columns_in(
-    local: Examination, examination: Examination, members: Sequence[Member]
-) -> list[int]:
-    """Columns of members in another examination, which numbers its candidates otherwise."""
-    known = local.competitors.library.candidates
-    theirs = examination.competitors.library.candidates
-    return [
-        local.competitors.candidate(known.index(theirs[n]))
-        for member in members
-        for n in member.term.columns
-    ]
-
-
-def _additions(
-    found: Found, members: Sequence[Member], proposal: Proposal | None
-) -> dict[str, Addition]:
+def _additions(found: Found, answer: Answer) -> dict[str, Addition]:
     """How to add everything that could be adopted, supported by the log or not."""
     examination = found.examination
     library = examination.competitors.library
@@ -199,10 +210,10 @@ def _additions(
         known = where.competitors.library
         addition = Addition.of(known, ranked.member.term, ranked.coefficients)
         additions[ranked.name] = addition.completed(known)
-    for member, addition in zip(members, found.additions, strict=False):
+    for member, addition in zip(answer.members, answer.additions, strict=True):
         additions[member.name] = addition
-    if proposal is not None:
-        additions[proposal.outside.name] = proposal.addition
+    if answer.proposal is not None:
+        additions[answer.proposal.outside.name] = answer.proposal.addition
     return additions
 
 
@@ -213,41 +224,57 @@ def _ranking(found: Found) -> list[tuple[RankedTerm, Examination]]:
     return [entry for entry in [*all_rows, *refuted] if not entry[0].member.sensor]
 
 
-def _sensor_faults(found: Found) -> tuple[SensorFault, ...]:
+def _corrections(found: Found) -> dict[str, tuple[float, float]]:
+    """Kind of every sensor's error → its size and standard error."""
     values = dict(found.corrections)
     for member in found.selection.members:
         if member.sensor:
             ranked = found.selection.ranked(member.name)
             before = values.get(member.name, (0.0, 0.0))[0]
             values[member.name] = (before + float(ranked.coefficients[0]), ranked.stderr)
+    return values
+
+
+def _sensor_faults(found: Found) -> tuple[SensorFault, ...]:
     faults = []
-    for kind, (value, stderr) in values.items():
+    for kind, (value, stderr) in _corrections(found).items():
         sensor = SENSORS[kind]
         sentence = sensor.sentence.format(value=f"{value:.3g} ± {stderr:.1g}")
         faults.append(SensorFault(kind, value, stderr, sensor.unit, sentence))
     return tuple(faults)
 
 
-def _candidates(
-    found: Found, selected: tuple[str, ...], fitted: Fit, members: Sequence[Member]
-) -> tuple[Candidate, ...]:
+def _candidates(found: Found, decision: Decision, fitted: Fit) -> tuple[Candidate, ...]:
     entries = []
-    examination = found.examination
+    examination, answer = found.examination, decision.answer
+    selected = {m.name for m in answer.members}
+    in_full = {one.name: rms(one.residual) for one in decision.tried}
+    if decision.searched is not None and not selected:
+        names = [m.name for m in decision.searched.members]
+        in_full = {**dict.fromkeys(names, rms(decision.searched.left)), **in_full}
     # The statistics of a long log do not keep its rows: the sample's errors stand for it.
     linear = LinearHeldout(found.log, found.local)
-    own = _columns_in(found.local, examination, members)
-    for ranked, where in _ranking(found):
+    order = sorted(_ranking(found), key=lambda entry: entry[0].name not in selected)
+    for ranked, where in order:
         chosen = ranked.name in selected
         if chosen:
             parameters = _fitted_estimates(fitted, ranked.name)
         else:
             parameters = _linear_estimates(where, ranked)
         # An effect alone; a selected one with all that were selected.
-        columns = _columns_in(found.local, where, [ranked.member])
-        heldout = linear.rmse(own if chosen else columns)
-        known = ranked.name, ranked.probability, heldout, parameters
+        probability: float | None = ranked.probability
+        if chosen:
+            heldout = rms(answer.left)
+        elif ranked.name in in_full:
+            heldout = in_full[ranked.name]
+        else:
+            heldout = linear.rmse(columns_in(found.local, where, [ranked.member]))
+        if chosen != (ranked.probability >= 0.5) and (chosen or ranked.name in in_full):
+            # The weights are those of the search, which held-out runs have overruled.
+            probability = None
+        known = ranked.name, probability, heldout, parameters
         test = ranked.z, ranked.p_value, ranked.size, ranked.gain
-        aliases = found.selection.aliases.get(ranked.name, ()) if chosen else ()
+        aliases = tuple(answer.aliases.get(ranked.name, ())) if chosen else ()
         entries.append(Candidate(*known, *test, len(ranked.member.columns), aliases))
     listed = {entry.effect for entry in entries}
     rest = sorted(examination.testable.items(), key=lambda item: (item[1] is not None, item[0]))

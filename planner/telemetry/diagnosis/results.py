@@ -14,6 +14,7 @@ from typing import Any, Literal
 from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.shown import Shown
+from planner.telemetry.diagnosis.unexplained import Unexplained
 from planner.telemetry.estimation import Fit, RefusedFit
 from planner.telemetry.logs import Meter, Telemetry
 from planner.telemetry.regimes import Regime
@@ -62,7 +63,8 @@ class Candidate:
 
     Attributes:
         effect: slug.
-        probability: that it is missing, given that one to three of the candidates may be.
+        probability: that it is missing, given that one to three of the candidates may be; None
+            where held-out runs overruled the search that it comes from.
         heldout_rmse_w: of the model with it, on held-out runs; None when it is not identifiable.
         parameters: name → estimate.
         z: normal deviate of its test.
@@ -75,7 +77,7 @@ class Candidate:
     """
 
     effect: str
-    probability: float
+    probability: float | None
     heldout_rmse_w: float | None
     parameters: Mapping[str, Estimate]
     z: float
@@ -217,6 +219,7 @@ class Diagnosis(FittedModels, Shown):
         candidates: every effect that competed, best first.
         not_testable: effects that are not identifiable from the log, and what would help.
         regimes: where the residual has structure.
+        unexplained: what the answer leaves: held-out error over the noise floor, and where.
         outside: a formula outside the catalogue, or None.
         sensors: faulty sensors.
         experiments: runs that would separate ties.
@@ -231,6 +234,7 @@ class Diagnosis(FittedModels, Shown):
     candidates: tuple[Candidate, ...]
     not_testable: tuple[NotTestable, ...]
     regimes: tuple[Regime, ...]
+    unexplained: Unexplained
     outside: Outside | None
     sensors: tuple[SensorFault, ...]
     experiments: tuple[Experiment, ...]
@@ -262,6 +266,7 @@ class Diagnosis(FittedModels, Shown):
             "candidates": [c.to_json() for c in self.candidates],
             "not_testable": [n.to_json() for n in self.not_testable],
             "regimes": [r.to_json() for r in self.regimes],
+            "unexplained": self.unexplained.to_json(),
             "outside_catalogue": None if self.outside is None else self.outside.to_json(),
             "sensor": [s.to_json() for s in self.sensors] or None,
             "experiments": [e.to_json() for e in self.experiments],

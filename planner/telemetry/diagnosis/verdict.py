@@ -1,25 +1,16 @@
 """The verdict of a diagnosis, and its sentence.
 
-    verdict = verdict_of(faulty=False, formula=False, named=True, lost=False)
-    diagnosis = replace(diagnosis, sentence=sentence_of(diagnosis, near=()))
-    diagnosis = never_complete_with_structure(diagnosis)
-
-The last is a gate. A model is not complete where one regime holds much of the squared error.
+verdict = verdict_of(faulty=False, formula=False, named=True, lost=False)
+diagnosis = replace(diagnosis, sentence=sentence_of(diagnosis, alike=(), near=""))
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from planner.telemetry.diagnosis.results import Diagnosis, Verdict
+from planner.telemetry.diagnosis.unexplained import MOST_OVER_FLOOR
 from planner.telemetry.regimes import Regime
-
-LEAST_STRUCTURE = 0.1
-"""Share of the squared error in one regime from which a model is not called complete.
-
-A regime is listed only where chance does not explain it. Below a tenth, users would be sent after
-structure that hardly changes the energy of a route."""
 
 
 def verdict_of(*, faulty: bool, formula: bool, named: bool, lost: bool) -> Verdict:
@@ -40,46 +31,51 @@ def verdict_of(*, faulty: bool, formula: bool, named: bool, lost: bool) -> Verdi
     return "not_identifiable" if lost else "complete"
 
 
-def never_complete_with_structure(diagnosis: Diagnosis) -> Diagnosis:
-    """``complete`` becomes ``not_identifiable`` where a regime holds much of the squared error."""
-    if diagnosis.verdict != "complete" or _structure(diagnosis) is None:
-        return diagnosis
-    doubted = replace(diagnosis, verdict="not_identifiable")
-    return replace(doubted, sentence=sentence_of(doubted))
-
-
-def sentence_of(diagnosis: Diagnosis, near: Sequence[str] = ()) -> str:
-    """The verdict in words, then whether the fit of the base model was refused.
+def sentence_of(diagnosis: Diagnosis, alike: Sequence[str] = (), near: str = "") -> str:
+    """The verdict in words, how near it was, and whether the fit of the base model was refused.
 
     Args:
         diagnosis: everything but its sentence.
-        near: effects that would look the same as what cannot be attributed.
+        alike: effects that would look the same as what cannot be attributed.
+        near: what decided narrowly.
     """
-    verdict = _verdict_in_words(diagnosis, near)
-    meter = None if diagnosis.meter is None else f"{diagnosis.meter.sentence}."
-    refused = None if diagnosis.refused is None else diagnosis.refused.sentence
-    return " ".join(filter(None, [verdict, meter, refused]))
+    said = [_verdict_in_words(diagnosis, alike)]
+    if near:
+        said.append(f"This is a near decision: {near}.")
+    if diagnosis.meter is not None:
+        said.append(f"{diagnosis.meter.sentence}.")
+    if diagnosis.refused is not None:
+        said.append(diagnosis.refused.sentence)
+    return " ".join(said)
 
 
 def _structure(diagnosis: Diagnosis) -> Regime | None:
-    """The regime with the largest share of the squared error, if that is a large one."""
-    largest = max(diagnosis.regimes, key=lambda r: r.share_of_squared_error, default=None)
-    if largest is None or largest.share_of_squared_error < LEAST_STRUCTURE:
-        return None
-    return largest
+    """The regime that makes most of what stays unexplained, or of the residual as it was."""
+    where = diagnosis.unexplained.where or diagnosis.regimes
+    return max(where, key=lambda r: r.share_of_squared_error, default=None)
 
 
-def _verdict_in_words(diagnosis: Diagnosis, near: Sequence[str]) -> str:
-    before, after = diagnosis.baseline, diagnosis.after
+def _errors(diagnosis: Diagnosis) -> str:
+    """Held-out errors and noise, and what stays unexplained."""
+    before, after, rest = diagnosis.baseline, diagnosis.after, diagnosis.unexplained
     error = f"held-out error {before.heldout_rmse_w:.3g} W"
-    if diagnosis.proposed:
+    if diagnosis.proposed or diagnosis.sensors:
         error += f" → {after.heldout_rmse_w:.3g} W"
     errors = f"{error}, noise {before.noise_floor_w or 0.0:.3g} W"
-    names = " and ".join(diagnosis.selected)
+    if rest.heldout_over_floor <= MOST_OVER_FLOOR:
+        return errors
+    structure = _structure(diagnosis)
+    most = f", most of all {structure.sentence}" if structure and diagnosis.proposed else ""
+    return f"{errors}: {rest.heldout_over_floor:.2g} times the noise stays unexplained{most}"
+
+
+def _verdict_in_words(diagnosis: Diagnosis, alike: Sequence[str]) -> str:
+    before, after = diagnosis.baseline, diagnosis.after
+    errors, names = _errors(diagnosis), " and ".join(diagnosis.selected)
     if diagnosis.verdict == "sensor_error":
         faults = "; ".join(s.sentence for s in diagnosis.sensors)
         rest = f"; in addition, {names} is missing" if names else ""
-        return f"A sensor is wrong rather than the model: {faults}{rest}."
+        return f"A sensor is wrong rather than the model: {faults}{rest} ({errors})."
     if diagnosis.outside is not None:
         over = " and ".join(diagnosis.outside.quantities).replace("_", " ")
         further = f" in addition to {names}" if names else ""
@@ -105,6 +101,6 @@ def _verdict_in_words(diagnosis: Diagnosis, near: Sequence[str]) -> str:
     if diagnosis.verdict == "not_identifiable":
         structure = _structure(diagnosis)
         where = f", most of all {structure.sentence}" if structure else ""
-        like = f": {', '.join(near)} would look the same" if near else ""
+        like = f": {', '.join(alike)} would look the same" if alike else ""
         return f"Something is missing{where}; this log cannot attribute it{like} ({errors})."
     return f"Nothing is missing that this log could show ({errors})."

@@ -2,7 +2,7 @@
 
     base = base_fit(log, model)                          # a fit that held-out runs do not refute
     heldout_rmse(log, fitted)                            # of a fitted model
-    falls(heldout_residual(log, one), heldout_residual(log, other), one.spread)
+    supports(log, heldout_residual(log, one), heldout_residual(log, other), one.spread)
 
 A fold is a fifth of the runs. Its parameters are those of one Gauss-Newton step from the fit to all
 runs towards the fit without the fold, with the same bounds and the same prior: a parameter that
@@ -20,7 +20,7 @@ from planner.arrays import Array, Integers
 from planner.power.model import PowerModel
 from planner.telemetry.estimation import Fit, RefusedFit, bounded_step, fit
 from planner.telemetry.logs import Telemetry
-from planner.telemetry.noise import clipped, huber
+from planner.telemetry.noise import CLIP, clipped, huber
 from planner.telemetry.parameters import Prior
 from planner.telemetry.prediction import Nodes, predict, tangent
 
@@ -28,16 +28,21 @@ FOLDS = 5
 """Parts of the log, of which each is held out in turn."""
 LEAST_RUNS = 4
 """Runs from which on whole runs are held out; with fewer, stretches of rows."""
-FALLEN_RATIO = 0.999
-"""Held-out error after over before, below which it has fallen."""
 CLAIMED_RATIO = 0.98
-"""Held-out error over that of a simpler answer, from which a formula, or the stated vehicle against
-its fit, is claimed. Smaller gains are scatter between choices of the held-out runs."""
-DEVIANCE_RATIO, GREAT_DEVIANCE_RATIO = 0.99, 0.9
-"""Held-out deviance after over before, below which it has fallen: where the error rises little, and
-in any case."""
-MOST_RISE_RATIO = 1.25
-"""Held-out error after over before, up to which it has risen little."""
+"""Held-out error of a fit over that of the vehicle as stated, above which the fit is refused.
+Smaller differences are scatter between choices of the held-out runs."""
+MOST_OUTLIERS = 0.02
+"""Share of the rows that count at the noise model's clip at most, the furthest out first."""
+LEAST_FALL, LEAST_FORMULA_FALL = 0.016, 0.03
+"""Share of the held-out error that an effect or a sensor's error must take off, and that a formula
+must take off the best answer without it: a formula chooses its shape as well."""
+LEAST_LOSS_FALL = 0.05
+"""Share of the held-out loss, each row counted by how sure it is, that will do instead: a few rows
+near rest may outweigh all others in the squares."""
+MOST_RISE = 0.02
+"""Share by which the held-out error may rise then."""
+LEAST_Z, LEAST_FORMULA_Z = 1.64, 2.33
+"""Standard errors over runs of what an effect, and a formula, takes off: 5 % and 1 %, one side."""
 
 
 def base_fit(log: Telemetry, start: PowerModel) -> Fit:
@@ -65,8 +70,12 @@ def fold_numbers(log: Telemetry) -> Integers:
     runs, rank = np.unique(log.run, return_inverse=True)
     if len(runs) >= LEAST_RUNS:
         return rank % min(FOLDS, len(runs))
-    stretch = np.arange(len(log)) * (4 * FOLDS) // max(len(log), 1)
-    return stretch % FOLDS
+    return stretch_numbers(log) % FOLDS
+
+
+def stretch_numbers(log: Telemetry) -> Integers:
+    """(n,) number of the stretch of rows that takes the place of a run."""
+    return np.arange(len(log)) * (4 * FOLDS) // max(len(log), 1)
 
 
 def heldout_rmse(log: Telemetry, fitted: Fit) -> float:
@@ -79,29 +88,57 @@ def rms(residual: Array) -> float:
     return float(np.sqrt(np.mean(residual**2)))
 
 
-def deviance(residual: Array, spread: Array) -> float:
-    """Mean loss per row, each row counted by how sure it is and none beyond a few spreads."""
-    return float(np.mean(huber(residual / spread)))
+def counted(residual: Array, spread: Array) -> Array:
+    """Residuals (n,) W, the MOST_OUTLIERS furthest out cut back to CLIP of their spreads (n,)."""
+    size = np.abs(residual) / spread
+    far = np.flatnonzero(size > CLIP)
+    most = int(MOST_OUTLIERS * len(residual))
+    far = far[np.argsort(-size[far], kind="stable")[:most]]
+    kept = residual.copy()
+    kept[far] = np.sign(residual[far]) * CLIP * spread[far]
+    return kept
 
 
-def falls(before: Array, after: Array, spread: Array, *, beside: Array | None = None) -> bool:
-    """Whether held-out residuals (n,) W have become smaller.
+def supports(
+    log: Telemetry, before: Array, after: Array, spread: Array, *, formula: bool = False
+) -> bool:
+    """Whether held-out runs support a claim: an effect, an error of a sensor, a formula.
 
-    With ``beside``, (n,) W of a simpler answer, they must also be clearly smaller than those.
+    The error must fall by a fair share, and it must fall in most runs. Of a robot about to turn
+    round on a slope, a millimetre per second decides whether friction helps or hinders, and with it
+    several watts. A few such rows can outweigh all others in a mean of squares. So the loss is
+    asked, too, to which every row adds as much as it is sure. A formula has no such way out.
 
-    Of a robot about to turn round on a slope, a millimetre per second decides whether friction
-    helps or hinders, and with it several watts. A few such rows can outweigh all others in a mean
-    of squares, and with the true stiction they scatter more, not less. So the deviance is asked
-    too, to which every row adds as much as it is sure.
+    Args:
+        log: the rows.
+        before, after: (n,) W, held-out residuals of the best answer without the claim, and with it.
+        spread: (n,) W, standard deviation of single rows.
+        formula: the claim is a formula.
     """
-    if beside is not None and not rms(after) <= CLAIMED_RATIO * rms(beside):
-        return False
-    if rms(after) < FALLEN_RATIO * rms(before):
+    one, other = counted(before, spread), counted(after, spread)
+    ratio = rms(other) / max(rms(one), 1e-300)
+    if formula:
+        falls = rms(after) <= rms(before) and ratio <= 1.0 - LEAST_FORMULA_FALL
+        return falls and _z_by_run(log, one**2 - other**2) >= LEAST_FORMULA_Z
+    if ratio <= 1.0 - LEAST_FALL and _z_by_run(log, one**2 - other**2) >= LEAST_Z:
         return True
-    share = deviance(after, spread) / max(deviance(before, spread), 1e-300)
-    return share < GREAT_DEVIANCE_RATIO or (
-        share < DEVIANCE_RATIO and rms(after) < MOST_RISE_RATIO * rms(before)
+    surer, sure = huber(before / spread), huber(after / spread)
+    share = 1.0 - float(sure.mean() / max(surer.mean(), 1e-300))
+    return (
+        ratio <= 1.0 + MOST_RISE
+        and share >= LEAST_LOSS_FALL
+        and _z_by_run(log, surer - sure) >= LEAST_Z
     )
+
+
+def _z_by_run(log: Telemetry, gain: Array) -> float:
+    """Standard errors, over held-out parts, by which the mean of a gain (n,) is above 0."""
+    _, part = np.unique(log.run, return_inverse=True)
+    if int(part.max()) + 1 < LEAST_RUNS:
+        part = stretch_numbers(log)
+    sums = np.bincount(part, gain)
+    scatter = float(np.sqrt(len(sums)) * sums.std(ddof=1))
+    return float(sums.sum()) / scatter if scatter > 0.0 else 0.0
 
 
 def heldout_residual(log: Telemetry, fitted: Fit) -> Array:

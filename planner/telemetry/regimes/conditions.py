@@ -135,6 +135,8 @@ def conditions_on(name: str, values: Array, *, labels: Sequence[str] = ()) -> Ax
         bounds = thresholds(known / unit, MOST_BINS, say.least)
         if name == "speed":
             bounds = _with_standstill(known, bounds)
+        elif name == "predicted_power":
+            bounds = _with_reversal(known, bounds)
         sets = [*_plain_sets(name, bounds)]
         edges = bounds * unit
     # Half-open to the right: -0.3 itself is not below -0.3.
@@ -196,7 +198,7 @@ def refined(condition: Condition, values: Array, residual: Array) -> Condition:
     size = (np.abs(values) if condition.magnitude else values)[known] / unit
     low, high = (None if v is None else v / unit for v in (condition.low, condition.high))
     # What stands is known from the start.
-    fixed = STANDSTILL if name == "speed" else None
+    fixed = {"speed": STANDSTILL, "predicted_power": 0.0}.get(name)
     best = best_bounds(size, residual[known], low, high, WORDS[name].least)
     low, high = (old if old == fixed else new for old, new in zip((low, high), best, strict=True))
     return within(name, low, high, magnitude=condition.magnitude)
@@ -211,6 +213,13 @@ def _with_standstill(values: Array, bounds: Array) -> Array:
     if not len(bounds) or np.mean(values < STANDSTILL) < LEAST_ROW_SHARE:
         return bounds
     return np.append(STANDSTILL, bounds[bounds > 2.0 * STANDSTILL])
+
+
+def _with_reversal(values: Array, bounds: Array) -> Array:
+    """Bounds on the predicted power with 0 among them, where enough rows flow back."""
+    if np.mean(values < 0.0) < LEAST_ROW_SHARE or np.mean(values > 0.0) < LEAST_ROW_SHARE:
+        return bounds
+    return np.unique(np.append(bounds, 0.0))
 
 
 def _plain_sets(name: str, bounds: Array) -> Iterator[tuple[Condition, bool]]:

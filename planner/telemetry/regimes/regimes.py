@@ -94,15 +94,17 @@ class Regime:
         return {**document, "conditions": [condition.to_json() for condition in self.conditions]}
 
 
-def regimes_of(log: Telemetry, residual: Array, noise: Array) -> list[Regime]:
-    """Regimes of a log over all axes of its rows; see find_regimes.
+def regimes_of(log: Telemetry, residual: Array, noise: Array, watts: Array) -> list[Regime]:
+    """Regimes of a log over all axes of its rows, and over the predicted power.
 
     Args:
         log: n rows.
         residual: (n,) W, measured minus model.
         noise: (n,) W, spread of the noise.
+        watts: (n,) W, modelled.
     """
-    return find_regimes(all_axes(log.rows), residual, log.run, noise, log.surfaces)
+    axes = all_axes(log.rows, watts=watts)
+    return find_regimes(axes, residual, log.run, noise, log.surfaces)
 
 
 def find_regimes(

@@ -89,6 +89,7 @@ WORDS: dict[str, Words] = {
         "# of driving",
         bounds=("after more than {}", "in the first {}", "after {} to {}"),
     ),
+    "predicted_power": Words(0.1, " W", "where the model predicts #"),
 }
 
 ONCE = {
@@ -124,6 +125,8 @@ def said(axis: str, low: float | None, high: float | None, magnitude: bool = Fal
         return "in motion" if high is None else f"moving slower than {figure_of(high)}{say.unit}"
     if axis == "speed" and high == STANDSTILL and low is None:
         return "standing still"
+    if axis == "predicted_power" and high == 0.0 and low is None:
+        return "where the model predicts negative power"
     template = say.size if magnitude else say.positive
     if magnitude and low is None:
         template = say.small or say.size

@@ -22,6 +22,7 @@ import numpy as np
 from planner.arrays import Array
 from planner.telemetry.estimation import Fit
 from planner.telemetry.evidence import Examination
+from planner.telemetry.holdout import heldout_residual, supports
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import clipped
 from planner.telemetry.sampling import cluster_numbers
@@ -121,18 +122,29 @@ class FullFits:
             ]
         )
 
-    def confirmed(self, selection: Selection, kind: str) -> bool:
+    def confirmed(self, selection: Selection, kind: str, *, again: bool = False) -> bool:
         """Whether a sensor fault makes the log likelier once everything else is fitted in full.
 
-        ``kind`` is a member of the selection.
+        Args:
+            selection: what was selected.
+            kind: a member of it.
+            again: it was corrected before, supported by held-out runs, which it needs otherwise.
         """
         rest = tuple(m for m in selection.members if m.name != kind)
+        with_it, without = (
+            CompetingModel(some, tuple(selection.ranked(m.name).coefficients for m in some))
+            for some in (selection.members, rest)
+        )
         scores = []
-        for some in (selection.members, rest):
-            sizes = tuple(selection.ranked(m.name).coefficients for m in some)
-            rows, surprise = self.row_likelihood(CompetingModel(some, sizes))
+        for model in (with_it, without):
+            rows, surprise = self.row_likelihood(model)
             scores.append(float(rows.sum()) - surprise)
-        return scores[0] - scores[1] > SURE_GAIN
+        if not scores[0] - scores[1] > SURE_GAIN:
+            return False
+        if again:
+            return True
+        before, after = self._heldout(without), self._heldout(with_it)
+        return supports(self.log, before, after, self.examination.spread)
 
     def row_likelihood(self, alternative: CompetingModel) -> tuple[Array, float]:
         """(n,) log-likelihood of every row under a competing model, up to a constant.
@@ -140,27 +152,48 @@ class FullFits:
         The second value is the log-likelihood that its sensors' errors cost, by how unusual their
         sizes are.
         """
-        self.check()
+        _, fitted, sizes = self._fitted(alternative)
         log, examination = self.log, self.examination
-        additions = []
+        residual = measured_residual(fitted.residual, sizes)
+        spread = examination.spread
+        white = examination.noise.whiten(
+            log, examination.watts, spread, clipped(residual, spread)[:, None]
+        )
+        usual = {sensor.kind: sensor.usual for sensor in examination.competitors.sensors}
+        surprise = sum(0.5 * (size / usual[kind]) ** 2 for kind, size in sizes.items())
+        return np.asarray(-0.5 * white[:, 0] ** 2), surprise
+
+    def _heldout(self, alternative: CompetingModel) -> Array:
+        """(n,) W, held-out residual of a competing model, in watts as measured."""
+        corrected, fitted, sizes = self._fitted(alternative)
+        return measured_residual(heldout_residual(corrected, fitted), sizes)
+
+    def _fitted(self, alternative: CompetingModel) -> tuple[Telemetry, Fit, dict[str, float]]:
+        """The log corrected for sensors' errors, the fit to it, and the sizes of these errors."""
+        self.check()
+        examination, corrected = self.examination, self.log
         library = examination.competitors.library
-        corrected, factor, surprise = log, 1.0, 0.0
+        additions, sizes = [], {}
         for member, values in zip(alternative.members, alternative.coefficients, strict=True):
             if not member.sensor:
                 additions.append(Addition.of(library, member.term, values))
                 continue
             sensor = next(s for s in examination.competitors.sensors if s.kind == member.name)
-            size = float(values[0])
+            sizes[sensor.kind] = size = float(values[0])
             corrected = sensor.correct(corrected, size)
-            surprise += 0.5 * (size / sensor.usual) ** 2
-            if sensor.kind == "power_scale":
-                factor *= 1.0 + size  # residuals count in the watts that were measured
         noise, within = examination.noise, library.model
         fitted = fit_with(self.base.model, corrected, additions, noise=noise, within=within)
-        residual = factor * fitted.residual
-        spread = examination.spread
-        white = noise.whiten(log, examination.watts, spread, clipped(residual, spread)[:, None])
-        return np.asarray(-0.5 * white[:, 0] ** 2), surprise
+        return corrected, fitted, sizes
+
+
+def measured_residual(residual: Array, corrections: dict[str, float]) -> Array:
+    """Residuals (n,) W of a corrected log, in watts as they were measured.
+
+    Args:
+        residual: (n,) W, measured less modelled, of the corrected rows.
+        corrections: kind of a sensor's error → its size.
+    """
+    return residual * (1.0 + corrections.get("power_scale", 0.0))
 
 
 def simpler_first(entries: list[Refit]) -> list[Refit]:

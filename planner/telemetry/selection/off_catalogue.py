@@ -24,8 +24,8 @@ LEAST_SHAPE_GAIN = 8.0
 """Log-likelihood that a shape must gain."""
 SHAPE_SIGNIFICANCE = 0.002
 """p-value over all shapes together."""
-LEAST_SHAPE_SIZE = 0.12
-"""Effect size ρ below which a shape is not reported."""
+LEAST_SHAPE_SIZE = 0.2
+"""Effect size ρ below which a shape is not reported: a formula needs more than an effect."""
 SENSOR_GAIN_SHARE = 0.8
 """Share of a shape's gain from which an error of a sensor explains the same."""
 ALONE_Z = 1.64

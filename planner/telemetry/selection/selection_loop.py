@@ -10,7 +10,7 @@ the log, and the search starts again.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -84,7 +84,13 @@ class Found:
 
 
 def investigate(
-    sample: Telemetry, start: PowerModel, extra: Extra, watch: Progress, *, as_stated: bool = False
+    sample: Telemetry,
+    start: PowerModel,
+    extra: Extra,
+    watch: Progress,
+    *,
+    as_stated: bool = False,
+    sensors: Collection[str] = frozenset(SENSORS),
 ) -> Found:
     """Search rows in memory.
 
@@ -95,8 +101,12 @@ def investigate(
         watch: progress; raises when the caller cancelled.
         as_stated: lay out around the model as it is given, not around its fit: where a strong
             effect has bent the fit out of shape, columns around it point nowhere (at_bounds).
+        sensors: kinds whose errors compete.
     """
-    found = _without_faults(sample, start, extra, watch, as_stated=as_stated)
+    search = partial(
+        _without_faults, sample, start, extra, watch, as_stated=as_stated, sensors=sensors
+    )
+    found = search()
     if not found.additions:
         return found
     # Around the effects that were found the meter may be another, or none.
@@ -104,8 +114,7 @@ def investigate(
     metered = meter_beside(found.log, found.fitted.model, places)
     if same_meter(metered.meter, found.log.meter):
         return found
-    meter = metered.meter
-    return _without_faults(sample, start, extra, watch, as_stated=as_stated, known=(meter,))
+    return search(known=(metered.meter,))
 
 
 def _without_faults(
@@ -115,11 +124,12 @@ def _without_faults(
     watch: Progress,
     *,
     as_stated: bool,
+    sensors: Collection[str],
     known: tuple[Meter | None] | None = None,
 ) -> Found:
     """Search rows for effects and faults of sensors; ``known`` is the meter where it is."""
     corrections: dict[str, tuple[float, float]] = {}
-    believed = set(SENSORS)
+    believed = set(sensors)
     log = sample
     for number in range(MOST_SENSOR_ROUNDS):
         watch(0.15 + 0.05 * number, "laying out what every effect would add")
@@ -131,13 +141,13 @@ def _without_faults(
         origin = replace(base, model=start) if as_stated else base
         library = candidate_library(origin.model, log, extra=extra)
         # A sensor that was corrected once may be corrected further by however little.
-        sensors = tuple(
+        competing = tuple(
             replace(s, least=0.0) if s.kind in corrections else s
             for s in SENSORS.values()
             if s.kind in believed
         )
         share = 0.2 + 0.05 * number
-        found = _settled(log, origin, library, sensors, watch, share, exact=as_stated)
+        found = _settled(log, origin, library, competing, watch, share, exact=as_stated)
         found = replace(found, base=base, corrections=dict(corrections))
         if not found.additions:
             found = replace(found, fitted=base)
@@ -156,7 +166,11 @@ def _without_faults(
         # Around another linearisation an error may look plain that corrects next to nothing.
         check = partial(watch, 0.45, "fitting without the error of a sensor")
         fits = FullFits(log, base, found.examination, check)
-        wandering |= {kind for kind in faults if not fits.confirmed(found.selection, kind)}
+        wandering |= {
+            kind
+            for kind in faults
+            if not fits.confirmed(found.selection, kind, again=kind in corrections)
+        }
         if wandering:
             believed -= wandering
             corrections = {k: v for k, v in corrections.items() if k in believed}

@@ -6,12 +6,14 @@ found.selection, found.additions, found.fitted, found.searched
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 
 from planner.power.model import PowerModel
 from planner.progress import Progress
 from planner.telemetry.evidence import examine_all
 from planner.telemetry.logs import Telemetry
+from planner.telemetry.other_terms import SENSORS
 from planner.telemetry.sampling import LogSource
 from planner.telemetry.selection.backward_elimination import without_unsupported
 from planner.telemetry.selection.known_aliases import with_known_aliases
@@ -26,7 +28,13 @@ from planner.telemetry.selection.selection_loop import (
 
 
 def find_missing_effects(
-    source: LogSource, start: PowerModel, extra: Extra, watch: Progress, *, as_stated: bool = False
+    source: LogSource,
+    start: PowerModel,
+    extra: Extra,
+    watch: Progress,
+    *,
+    as_stated: bool = False,
+    sensors: Collection[str] = frozenset(SENSORS),
 ) -> Found:
     """Search a log for what a model lacks.
 
@@ -35,9 +43,9 @@ def find_missing_effects(
         start: the model, not yet fitted.
         extra: custom effects that compete with the catalogue.
         watch: progress; raises when the caller cancelled.
-        as_stated: as ``investigate``.
+        as_stated, sensors: as ``investigate``.
     """
-    found = investigate(source.sample, start, extra, watch, as_stated=as_stated)
+    found = investigate(source.sample, start, extra, watch, as_stated=as_stated, sensors=sensors)
     if not source.complete:
         found = _with_all_rows(source, found, watch)
     watch(0.9, "weighing what was found")

@@ -171,7 +171,7 @@ def test_a_curve_is_the_mean_residual_over_its_axis(drive, model):
     assert set(curves) <= {
         "heading", "speed", "slope_along", "slope_across", "yaw_rate", "acceleration", "load",
         "temperature", "time_since_start", "headwind", "sensor_rate", "com_x", "com_y",
-        "slope_rate", "odometer", "surface",
+        "slope_rate", "odometer", "predicted_power", "surface",
     }  # fmt: skip
     assert curves["surface"]["x"] == list(drive.surfaces)
 

@@ -27,6 +27,7 @@ from planner.telemetry.diagnosis.results import (
     Outside,
     SensorFault,
 )
+from planner.telemetry.diagnosis.unexplained import Unexplained
 from planner.telemetry.diagnosis.unknown_effect import formula_of
 from planner.telemetry.estimation import Fit, fit
 from planner.telemetry.logs import Telemetry
@@ -172,6 +173,7 @@ def diagnosis(made: Material, **changes: Any) -> Diagnosis:
             NotTestable("battery_sag", f"no odometer {EVIL}", "Drive for weeks."),
         ),
         "regimes": (regime(), regime(where="climbing more than 2°", bias_w=-1.25)),
+        "unexplained": Unexplained(1.57, (regime(),)),
         "outside": outside(made),
         "sensors": (SensorFault("slope_offset", 0.034, 0.002, "rad", f"pitch is off {EVIL}"),),
         "experiments": (
@@ -194,6 +196,7 @@ def complete(made: Material) -> Diagnosis:
         selected=(),
         after=BEFORE,
         regimes=(),
+        unexplained=Unexplained(1.05),
         outside=None,
         sensors=(),
         experiments=(),

@@ -1,0 +1,248 @@
+"""The decision: which answer to a log held-out runs support, and what it leaves unexplained.
+
+    decision = decide(found, floor)
+    decision.answer, decision.unexplained, decision.complete
+
+Effects, formulas and errors of sensors are judged by one rule (planner.telemetry.holdout.supports):
+what is claimed lowers the error on held-out runs. A formula must beat the best answer without one,
+single effects of the catalogue included. A claim must also explain most of what is missing: its
+held-out error is near the noise floor, or it takes off MOST_OF_EXCESS of what lies above it.
+
+Nothing is missing where the held-out error is near the floor and no regime stands out
+(planner.telemetry.diagnosis.unexplained).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from planner.arrays import Array
+from planner.telemetry.diagnosis.unexplained import (
+    MOST_OVER_FLOOR,
+    NEAR_RATIO,
+    Unexplained,
+    unexplained_by,
+)
+from planner.telemetry.diagnosis.unknown_effect import Proposal, propose
+from planner.telemetry.estimation import Fit
+from planner.telemetry.evidence import Examination
+from planner.telemetry.holdout import (
+    LEAST_FALL,
+    LinearHeldout,
+    counted,
+    heldout_residual,
+    rms,
+    supports,
+)
+from planner.telemetry.selection import (
+    Found,
+    Member,
+    Tried,
+    equals_of,
+    single_effects,
+)
+from planner.telemetry.terms import Addition
+
+MOST_OF_EXCESS = 0.5
+"""Share of the squared error above the floor that a claim must take off where the error stays above
+MOST_OVER_FLOOR: what is named is the main cause."""
+CERTAIN_Z, CERTAIN = 5.0, 0.9
+"""Standard errors and probability from which a candidate is tried before a log is called
+complete."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """One answer to a log.
+
+    Attributes:
+        fit: of the model with everything claimed.
+        left: (n,) W, its held-out residual.
+        members: effects of the catalogue that are claimed.
+        additions: how these were added.
+        proposal: the formula that is claimed, or None.
+        aliases: slug of a member → slugs that explain the log as well.
+    """
+
+    fit: Fit
+    left: Array
+    members: tuple[Member, ...] = ()
+    additions: tuple[Addition, ...] = ()
+    proposal: Proposal | None = None
+    aliases: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+    @property
+    def claims(self) -> bool:
+        """Whether anything is claimed."""
+        return bool(self.members) or self.proposal is not None
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What was decided about a log.
+
+    Attributes:
+        answer: what is claimed; nothing, where held-out runs support nothing.
+        before: (n,) W, held-out residual of the model as it is.
+        floor: (n,) W, spread of every row that no model can undercut.
+        unexplained: what the answer leaves.
+        searched: what the search selected, supported or not; None where it selected nothing.
+        alike: slugs that look the same as a shape that cannot be attributed.
+        tried: single effects that were fitted in full.
+        near: what decided narrowly, in words; "" where nothing did.
+    """
+
+    answer: Answer
+    before: Array
+    floor: Array
+    unexplained: Unexplained
+    searched: Answer | None
+    alike: tuple[str, ...]
+    tried: tuple[Tried, ...]
+    near: str
+
+    @property
+    def complete(self) -> bool:
+        """Whether nothing is missing that the log could show."""
+        return not self.answer.claims and not self.alike and self.unexplained.little
+
+
+def decide(found: Found, floor: Array) -> Decision:
+    """Choose the answer that held-out runs support.
+
+    Args:
+        found: state of the search.
+        floor: (n,) W, from floor_of.
+    """
+    log, selection = found.log, found.selection
+    before = heldout_residual(log, found.base)
+    nothing = best = Answer(found.base, before)
+    searched, formula = _searched(found), _formula(found)
+    answers = [answer.left for answer in (nothing, searched, formula) if answer is not None]
+    floor = _undercut(floor, answers)
+    left_by_nothing = unexplained_by(log, before, floor, found.base.watts)
+    if searched is not None and _supported(found, before, searched, floor):
+        best = searched
+    shape = selection.shape
+    alike = shape.near if shape is not None and formula is None else ()
+    tried: tuple[Tried, ...] = ()
+    doubt = searched is not None or bool(alike) or not left_by_nothing.little or _certain(found)
+    if formula is not None or (not best.claims and doubt):
+        tried = single_effects(found, LinearHeldout(log, found.local), before, floor)
+        floor = _undercut(floor, [one.residual for one in tried])
+        best = _better(found, best, tried, floor)
+    if formula is not None and supports(log, best.left, formula.left, floor, formula=True):
+        best = formula
+    if best.claims and not stands(before, best.left, floor):
+        best = nothing
+    if best.claims:
+        left, alike = unexplained_by(log, best.left, floor, best.fit.watts), ()
+    else:
+        left = unexplained_by(log, before, floor, found.base.watts) if tried else left_by_nothing
+    near = _near(before, best, left, floor)
+    return Decision(best, before, floor, left, searched, alike, tried, near)
+
+
+def stands(before: Array, after: Array, floor: Array) -> bool:
+    """Whether held-out residuals (n,) W are near the floor, or most of the excess is gone."""
+    one, other, least = (rms(counted(r, floor)) for r in (before, after, floor))
+    if other <= MOST_OVER_FLOOR * least:
+        return True
+    return one**2 - other**2 >= MOST_OF_EXCESS * (one**2 - least**2)
+
+
+def columns_in(
+    local: Examination, examination: Examination, members: Sequence[Member]
+) -> list[int]:
+    """Columns of members in another examination, which numbers its candidates otherwise."""
+    known = local.competitors.library.candidates
+    theirs = examination.competitors.library.candidates
+    return [
+        local.competitors.candidate(known.index(theirs[n]))
+        for member in members
+        for n in member.term.columns
+    ]
+
+
+def _undercut(floor: Array, residuals: Sequence[Array]) -> Array:
+    """The floor, lowered to the least of some held-out errors: no answer can be below it."""
+    least = min((rms(counted(residual, floor)) for residual in residuals), default=rms(floor))
+    return floor * min(1.0, least / rms(floor))
+
+
+def _searched(found: Found) -> Answer | None:
+    """What the search selected."""
+    members = tuple(m for m in found.selection.members if not m.sensor)
+    if not members:
+        return None
+    left = heldout_residual(found.log, found.fitted)
+    return Answer(
+        found.fitted, left, members, found.additions, aliases=dict(found.selection.aliases)
+    )
+
+
+def _formula(found: Found) -> Answer | None:
+    """A formula for the shape that the catalogue does not explain, beside what was selected."""
+    shape, examination = found.selection.shape, found.examination
+    members = tuple(m for m in found.selection.members if not m.sensor)
+    if shape is None:
+        return None
+    if shape.near and (shape.alone or not members) and not found.corrections:
+        return None
+    kept, additions = ((), ()) if shape.alone else (members, found.additions)
+    axis = examination.competitors.dictionary.shapes[shape.number].axis
+    given = columns_in(found.local, examination, kept)
+    proposal = propose(found.local, axis, shape, found.log, found.origin, additions, given)
+    left = heldout_residual(found.log, proposal.fit)
+    return Answer(proposal.fit, left, kept, additions, proposal, dict(found.selection.aliases))
+
+
+def _supported(found: Found, before: Array, answer: Answer, floor: Array) -> bool:
+    if supports(found.log, before, answer.left, floor):
+        return True
+    # Whether an effect is there is asked of the fewest parameters that show it.
+    fewest = found.searched
+    return fewest is not None and supports(
+        found.log, before, heldout_residual(found.log, fewest), floor
+    )
+
+
+def _certain(found: Found) -> bool:
+    """Whether the ranking shows an effect as certain that was not selected."""
+    chosen = {m.name for m in found.selection.members}
+    return any(
+        r.z >= CERTAIN_Z and r.probability >= CERTAIN
+        for r in found.selection.ranking
+        if r.name not in chosen and not r.member.sensor
+    )
+
+
+def _better(found: Found, best: Answer, tried: tuple[Tried, ...], floor: Array) -> Answer:
+    """The best single effect where it beats the best answer so far."""
+    first = next((one for one in tried if one.supported), None)
+    if first is None:
+        return best
+    if best.claims and not supports(found.log, best.left, first.residual, floor):
+        return best
+    member = first.ranked.member
+    aliases = {first.name: equals_of(first, tried)}
+    return Answer(first.fit, first.residual, (member,), (first.addition,), aliases=aliases)
+
+
+def _near(before: Array, answer: Answer, left: Unexplained, floor: Array) -> str:
+    """What decided narrowly, in words."""
+    said = []
+    if left.near:
+        said.append(
+            f"the held-out error is {left.heldout_over_floor:.2f} times the noise floor, and "
+            f"{MOST_OVER_FLOOR:g} decides"
+        )
+    if answer.claims:
+        fall = 1.0 - rms(counted(answer.left, floor)) / rms(counted(before, floor))
+        if fall < LEAST_FALL + NEAR_RATIO - 1.0:
+            said.append(
+                f"the held-out error falls by {100 * fall:.1f} %, and {100 * LEAST_FALL:.1f} % "
+                "decides"
+            )
+    return "; ".join(said)

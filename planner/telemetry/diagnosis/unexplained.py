@@ -1,0 +1,142 @@
+"""What an answer leaves unexplained: its held-out error over the noise floor, and where it is.
+
+    floor = floor_of(log, examination, explained)        # (n,) W, expected scatter of every row
+    left = unexplained_by(log, residual, floor, watts)
+    left.heldout_over_floor, left.where, left.little
+
+The floor is the scatter that remains once the answer and the strongest further columns of the
+design matrix have taken what they can. It is the error of a model that knew everything. Two things
+make it larger than the noise of most rows:
+
+    tails    the spread of the noise is a median; the mean square of the same rows is larger where
+             the scatter differs from row to row (Huber's proposal 2 measures it)
+    rest     where a wheel may stand or turn, errors of odometry decide the direction of friction;
+             the scatter of these rows counts as it is
+
+A few rows must not decide. At most MOST_OUTLIERS of the rows, those furthest out, count at the clip
+of the noise model.
+
+Source
+    P. J. Huber, Robust Statistics, Wiley 1981, section 6.4 (proposal 2).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.stats import norm
+
+from planner.arrays import Array, Integers
+from planner.telemetry.evidence import Examination
+from planner.telemetry.holdout import counted, rms
+from planner.telemetry.logs import Telemetry
+from planner.telemetry.noise import noise_of, strongest_columns
+from planner.telemetry.prediction import input_uncertainty
+from planner.telemetry.regimes import Regime, regimes_of
+
+MOST_OVER_FLOOR = 1.2
+"""Held-out error over the noise floor up to which an answer explains a log."""
+NEAR_RATIO = 1.05
+"""Factor around a threshold within which a decision is called a near one."""
+LEAST_STRUCTURE = 0.05
+"""Share of the held-out squared error that the mean residual of a regime must make."""
+STRUCTURE_CHANCE = 0.01
+"""p-value of such a regime, after counting all regimes tried."""
+TAIL = 2.0
+"""Standard deviations at which proposal 2 bends; beyond lie 5 % of normal rows."""
+UNSURE_GROUPS = 4
+"""Groups of rows near rest, of at least 40 rows, whose own scatter is measured."""
+
+
+@dataclass(frozen=True)
+class Unexplained:
+    """What an answer leaves of a log.
+
+    Attributes:
+        heldout_over_floor: held-out error of the answer over the noise floor; 1 is perfect.
+        where: regimes whose mean residual makes a fair share of the held-out squared error.
+    """
+
+    heldout_over_floor: float
+    where: tuple[Regime, ...] = ()
+
+    @property
+    def little(self) -> bool:
+        """Whether the answer explains the log: an error near the floor, and no structure."""
+        return self.heldout_over_floor <= MOST_OVER_FLOOR and not self.where
+
+    @property
+    def near(self) -> bool:
+        """Whether the ratio is close to what decides."""
+        return 1.0 / NEAR_RATIO < self.heldout_over_floor / MOST_OVER_FLOOR < NEAR_RATIO
+
+    def to_json(self) -> dict[str, Any]:
+        """The entry ``unexplained`` of a diagnosis."""
+        return {
+            "heldout_over_floor": self.heldout_over_floor,
+            "where": [regime.to_json() for regime in self.where],
+        }
+
+
+def floor_of(log: Telemetry, examination: Examination, explained: Sequence[int]) -> Array:
+    """(n,) W, standard deviation of every row that no model can undercut.
+
+    Args:
+        log: the rows that were examined.
+        examination: of these rows.
+        explained: columns of what was selected.
+    """
+    raw, watts = examination.raw, examination.watts
+    competitors = examination.competitors
+    own = raw[:, [*range(competitors.tangent), *explained]]
+    used = {*range(competitors.tangent), *explained, competitors.residual}
+    rest = [k for k in range(raw.shape[1]) if k not in used]
+    further = strongest_columns(raw[:, -1], own, raw[:, rest])
+    columns = np.column_stack([own, raw[:, [rest[k] for k in further]]])
+    model = competitors.library.held_model
+    input_error = input_uncertainty(model, log.rows_for(model.surfaces))
+    noise, left = noise_of(log, examination.residual, watts, input_error, columns)
+    plain = noise.spread(watts, np.zeros(len(log)))
+    floor = plain.copy()
+    for rows in _alike(input_error / plain):
+        floor[rows] *= max(_scale(left[rows] / plain[rows]), 1.0)
+    return floor
+
+
+def unexplained_by(log: Telemetry, residual: Array, floor: Array, watts: Array) -> Unexplained:
+    """What an answer leaves of a log.
+
+    Args:
+        log: the rows.
+        residual: (n,) W, held-out, measured less modelled.
+        floor: (n,) W, from floor_of.
+        watts: (n,) W, modelled.
+    """
+    kept = counted(residual, floor)
+    where = [
+        regime
+        for regime in regimes_of(log, kept, floor, watts)
+        if regime.explained >= LEAST_STRUCTURE and regime.chance < STRUCTURE_CHANCE
+    ]
+    return Unexplained(rms(kept) / rms(floor), tuple(where))
+
+
+def _alike(unsure: Array) -> list[Integers]:
+    """Rows by how unsure they are, (n,) input error over noise: the sure ones, then the others."""
+    order = np.argsort(unsure, kind="stable")
+    sure = int(np.count_nonzero(unsure <= 1.0))
+    others = np.array_split(order[sure:], max(1, min(UNSURE_GROUPS, (len(order) - sure) // 40)))
+    return [rows for rows in (order[:sure], *others) if len(rows)]
+
+
+def _scale(values: Array) -> float:
+    """Standard deviation about 0 of values (n,) by Huber's proposal 2."""
+    expected = 1.0 - 2.0 * TAIL * norm.pdf(TAIL) + 2.0 * (TAIL**2 - 1.0) * norm.sf(TAIL)
+    scale = max(float(np.median(np.abs(values))) * 1.4826, 1e-12)
+    for _ in range(20):
+        cut = np.minimum(np.abs(values) / scale, TAIL)
+        scale *= float(np.sqrt(np.mean(cut**2) / expected))
+    return scale

@@ -1,0 +1,93 @@
+"""What an answer leaves: its error over the floor, and the regimes that hold it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planner.telemetry.diagnosis.decision import MOST_OF_EXCESS, stands
+from planner.telemetry.diagnosis.unexplained import (
+    MOST_OVER_FLOOR,
+    Unexplained,
+    floor_of,
+    unexplained_by,
+)
+from planner.telemetry.evidence import DesignColumns, examine
+from planner.telemetry.holdout import rms
+from planner.telemetry.noise import CLIP
+from planner.telemetry.other_terms import Dictionary
+from planner.telemetry.prediction import predict
+from planner.telemetry.terms import candidate_library
+from tests.telemetry.rows import measured
+
+SPREAD = 0.3
+
+
+@pytest.fixture(scope="module")
+def watts(motion, base):
+    """Power of the model over the drive, W."""
+    return predict(base, motion)
+
+
+def scatter(count: int, seed: int = 1) -> np.ndarray:
+    """Noise of a known spread, W."""
+    return SPREAD * np.random.default_rng(seed).standard_normal(count)
+
+
+def test_noise_alone_is_little(motion, watts):
+    count = len(motion)
+    left = unexplained_by(motion, scatter(count), np.full(count, SPREAD), watts)
+    assert left.heldout_over_floor == pytest.approx(1.0, abs=0.03)
+    assert left.where == ()
+    assert left.little
+    assert not left.near
+
+
+def test_a_bias_where_power_flows_back_is_found(motion, watts):
+    watts = watts - np.quantile(watts, 0.08)
+    back = watts < 0.0
+    residual = scatter(len(motion)) + np.where(back, 1.0, 0.0)
+    left = unexplained_by(motion, residual, np.full(len(motion), SPREAD), watts)
+    assert any("negative power" in regime.where for regime in left.where), left.where
+    assert not left.little
+
+
+def test_a_few_rows_far_out_count_at_the_clip(motion, watts):
+    count = len(motion)
+    residual = scatter(count)
+    rng = np.random.default_rng(2)
+    far = rng.choice(count, count // 100, replace=False)
+    residual[far] = 50.0 * rng.choice([-1.0, 1.0], len(far))
+    left = unexplained_by(motion, residual, np.full(count, SPREAD), watts)
+    assert left.heldout_over_floor == pytest.approx(np.sqrt(1.0 + 0.01 * CLIP**2), abs=0.03)
+    assert left.little
+
+
+@pytest.mark.parametrize("ratio", [1.19, 1.21])
+def test_a_decision_close_to_its_threshold_is_a_near_one(ratio):
+    assert Unexplained(ratio).near
+    assert Unexplained(ratio).little is (ratio < MOST_OVER_FLOOR)
+    assert not Unexplained(1.0).near
+
+
+def test_a_claim_is_near_the_floor_or_about_the_main_cause():
+    floor = np.full(1000, 1.0)
+    before, near, half, little = (np.full(1000, e) for e in (3.0, 1.19, 2.2, 2.4))
+    assert stands(before, near, floor)
+    assert 9.0 - 2.2**2 > MOST_OF_EXCESS * 8.0 > 9.0 - 2.4**2
+    assert stands(before, half, floor)
+    assert not stands(before, little, floor)
+
+
+@pytest.mark.parametrize("tails", [False, True])
+def test_the_floor_is_the_error_of_a_perfect_model(motion, base, tails):
+    """Rows in motion: with tails, a tenth of the rows scatters three times as much."""
+    count = len(motion)
+    spread = np.full(count, SPREAD)
+    if tails:
+        spread[np.random.default_rng(3).random(count) < 0.1] *= 3.0
+    log = measured(motion, base, 0.0, seed=1, extra=spread * scatter(count) / SPREAD)
+    library = candidate_library(base, log)
+    found = examine(log, DesignColumns(library, Dictionary.of(log)))
+    floor = floor_of(log, found, ())
+    assert rms(floor) == pytest.approx(rms(spread), rel=0.2)

@@ -1,0 +1,86 @@
+"""When held-out runs support a claim: by the size of the error, or by what every row is sure of."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from planner.telemetry.holdout.heldout import (
+    LEAST_FALL,
+    LEAST_FORMULA_FALL,
+    counted,
+    rms,
+    supports,
+)
+from planner.telemetry.noise import CLIP
+
+ROWS, RUNS = 2000, 10
+UNSURE = slice(0, 20)
+
+
+@pytest.fixture
+def log() -> Any:
+    """Ten runs of two hundred rows."""
+    return SimpleNamespace(run=np.repeat(np.arange(RUNS), ROWS // RUNS))
+
+
+def residuals() -> tuple[np.ndarray, np.ndarray]:
+    """(n,) residuals in W and their spreads; a hundredth of the rows is twenty times as unsure."""
+    rng = np.random.default_rng(5)
+    spread = np.full(ROWS, 0.2)
+    spread[UNSURE] = 4.0
+    return spread * rng.standard_normal(ROWS), spread
+
+
+def test_a_smaller_error_supports_a_claim(log: Any) -> None:
+    before, spread = residuals()
+    assert supports(log, before, 0.9 * before, spread)
+    assert not supports(log, before, before, spread)
+    assert not supports(log, before, 1.1 * before, spread)
+
+
+@pytest.mark.parametrize("formula", [False, True])
+def test_a_formula_needs_more_than_an_effect(log: Any, formula: bool) -> None:
+    spread = np.full(ROWS, 0.2)
+    before = spread * np.random.default_rng(5).standard_normal(ROWS)
+    least = LEAST_FORMULA_FALL if formula else LEAST_FALL
+    for share, enough in ((0.8 * least, False), (1.2 * least, True)):
+        assert supports(log, before, (1.0 - share) * before, spread, formula=formula) is enough
+    assert LEAST_FORMULA_FALL > LEAST_FALL
+
+
+def test_a_fall_in_one_run_is_no_support(log: Any) -> None:
+    before, spread = residuals()
+    before += np.where(log.run == 3, 1.0, 0.0)
+    after = np.where(log.run == 3, 0.0, before)
+    assert rms(after) < 0.9 * rms(before)
+    assert not supports(log, before, after, spread)
+
+
+def test_unsure_rows_do_not_hide_what_all_others_say(log: Any) -> None:
+    before, spread = residuals()
+    after = 0.8 * before
+    after[UNSURE] = 1.03 * before[UNSURE]
+    assert supports(log, before, after, spread)
+    assert not supports(log, before, after, spread, formula=True)
+
+
+@pytest.mark.parametrize("rise", [1.0, 1.2])
+def test_unsure_rows_alone_speak_for_nothing(log: Any, rise: float) -> None:
+    before, spread = residuals()
+    after = before.copy()
+    after[UNSURE] = rise * before[UNSURE]
+    assert not supports(log, before, after, spread)
+
+
+def test_a_fiftieth_of_the_rows_counts_at_the_clip() -> None:
+    spread = np.full(1000, 0.5)
+    residual = np.zeros(1000)
+    residual[:30] = np.linspace(10.0, 40.0, 30)
+    kept = counted(residual, spread)
+    assert np.count_nonzero(kept == CLIP * 0.5) == 20
+    assert np.array_equal(kept[:10], residual[:10])
+    assert np.array_equal(counted(-residual, spread), -kept)
