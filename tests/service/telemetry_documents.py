@@ -110,6 +110,7 @@ def diagnosis(**changes: Any) -> dict[str, Any]:
             }
         ],
         "regimes": REGIMES,
+        "unexplained": {"heldout_over_floor": 1.07, "where": []},
         "outside_catalogue": None,
         "sensor": None,
         "experiments": [

@@ -127,8 +127,8 @@ def decide(found: Found, floor: Array) -> Decision:
     shape = selection.shape
     alike = shape.near if shape is not None and formula is None else ()
     tried: tuple[Tried, ...] = ()
-    doubt = searched is not None or bool(alike) or not left_by_nothing.little or _certain(found)
-    if formula is not None or (not best.claims and doubt):
+    unsettled = searched is not None or bool(alike) or not left_by_nothing.little or _certain(found)
+    if formula is not None or (not best.claims and unsettled):
         tried = single_effects(found, LinearHeldout(log, found.local), before, floor)
         floor = _undercut(floor, [one.residual for one in tried])
         best = _better(found, best, tried, floor)
