@@ -13,8 +13,8 @@ make it larger than the noise of most rows:
     rest     where a wheel may stand or turn, errors of odometry decide the direction of friction;
              the scatter of these rows counts as it is
 
-A few rows must not decide. At most MOST_OUTLIERS of the rows, those furthest out, count at the clip
-of the noise model.
+It is measured on held-out runs. A few rows must not decide. At most MOST_OUTLIERS of the rows,
+those furthest out, count at the clip of the noise model.
 
 Source
     P. J. Huber, Robust Statistics, Wiley 1981, section 6.4 (proposal 2).
@@ -31,7 +31,7 @@ from scipy.stats import norm
 
 from planner.arrays import Array, Integers
 from planner.telemetry.evidence import Examination
-from planner.telemetry.holdout import counted, rms
+from planner.telemetry.holdout import LinearHeldout, counted, rms
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import noise_of, strongest_columns
 from planner.telemetry.prediction import input_uncertainty
@@ -103,7 +103,9 @@ def floor_of(log: Telemetry, examination: Examination, explained: Sequence[int])
     floor = plain.copy()
     for rows in _alike(input_error / plain):
         floor[rows] *= max(_scale(left[rows] / plain[rows]), 1.0)
-    return floor
+    # What was fitted to these rows is below the error on others, slow noise above all.
+    held = LinearHeldout(log, examination).residual_with([*explained, *(rest[k] for k in further)])
+    return floor * max(_scale(held / floor), 1.0)
 
 
 def unexplained_by(log: Telemetry, residual: Array, floor: Array, watts: Array) -> Unexplained:

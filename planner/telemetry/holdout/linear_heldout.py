@@ -9,8 +9,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from planner.arrays import Array
 from planner.telemetry.evidence import Examination, solve
-from planner.telemetry.holdout.heldout import fold_numbers
+from planner.telemetry.holdout.heldout import fold_numbers, rms
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.parameters import Prior
 from planner.telemetry.sampling import cluster_numbers
@@ -42,16 +43,19 @@ class LinearHeldout:
 
     def rmse(self, columns: Sequence[int]) -> float:
         """W, of the model with some columns."""
+        return rms(self.residual_with(columns))
+
+    def residual_with(self, columns: Sequence[int]) -> Array:
+        """(n,) W, held-out, of the model with some columns."""
         evidence, examination = self.examination.evidence, self.examination
         at = [*evidence.tangent.tolist(), *columns]
         prior = np.zeros((len(at), len(at)))
         own = range(len(self.prior))
         prior[np.ix_(own, own)] = self.prior
-        squares = 0.0
+        left = np.empty(len(self.folds))
         for fold, gram in self.grams.items():
             score = gram[at, evidence.residual]
             found = solve(gram[np.ix_(at, at)] + prior, score, RIDGE)
             held = self.folds == fold
-            left = examination.residual[held] - examination.raw[held][:, at] @ found
-            squares += float(left @ left)
-        return float(np.sqrt(squares / len(self.folds)))
+            left[held] = examination.residual[held] - examination.raw[held][:, at] @ found
+        return left
