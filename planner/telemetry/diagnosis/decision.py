@@ -40,7 +40,7 @@ from planner.telemetry.selection import (
     Member,
     Tried,
     equals_of,
-    single_effects,
+    fitted_singles,
 )
 from planner.telemetry.terms import Addition
 
@@ -129,7 +129,7 @@ def decide(found: Found, floor: Array) -> Decision:
     tried: tuple[Tried, ...] = ()
     unsettled = searched is not None or bool(alike) or not left_by_nothing.little or _certain(found)
     if formula is not None or (not best.claims and unsettled):
-        tried = single_effects(found, LinearHeldout(log, found.local), before, floor)
+        tried = fitted_singles(found, LinearHeldout(log, found.local), before, floor)
         floor = _undercut(floor, [one.residual for one in tried])
         best = _better(found, best, tried, floor)
     if formula is not None and supports(log, best.left, formula.left, floor, formula=True):

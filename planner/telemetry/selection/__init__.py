@@ -8,7 +8,7 @@ from planner.telemetry.selection.full_refit_comparison import measured_residual
 from planner.telemetry.selection.off_catalogue import ShapeFound
 from planner.telemetry.selection.select_effects import RankedTerm, Selection
 from planner.telemetry.selection.selection_loop import Found
-from planner.telemetry.selection.single_effects import Tried, equals_of, single_effects
+from planner.telemetry.selection.single_effects import Tried, equals_of, fitted_singles
 from planner.telemetry.selection.subset_search import Member
 from planner.telemetry.selection.whole_search import find_missing_effects
 
@@ -21,6 +21,6 @@ __all__ = [
     "Tried",
     "equals_of",
     "find_missing_effects",
+    "fitted_singles",
     "measured_residual",
-    "single_effects",
 ]

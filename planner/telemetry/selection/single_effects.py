@@ -1,6 +1,6 @@
 """Single effects fitted in full, judged on held-out runs: what a search on sums may overlook.
 
-    tried = single_effects(found, linear, before, floor)
+    tried = fitted_singles(found, linear, before, floor)
     tried[0].name, tried[0].residual, tried[0].supported
 
 A search works around one linearisation, and with one picture of the noise. A strong effect may bend
@@ -61,7 +61,7 @@ class Tried:
         return self.ranked.name
 
 
-def single_effects(
+def fitted_singles(
     found: Found, linear: LinearHeldout, before: Array, floor: Array
 ) -> tuple[Tried, ...]:
     """The most promising effects, each fitted alone; the lowest held-out error first.
