@@ -55,6 +55,17 @@ def clipped(residual: Array, spread: Array) -> Array:
     return np.clip(residual, -CLIP * spread, CLIP * spread)
 
 
+def counted(residual: Array, spread: Array) -> Array:
+    """Residuals (n,) W, the MOST_OUTLIERS furthest out cut back to CLIP of their spreads (n,)."""
+    size = np.abs(residual) / spread
+    far = np.flatnonzero(size > CLIP)
+    most = int(MOST_OUTLIERS * len(residual))
+    far = far[np.argsort(-size[far], kind="stable")[:most]]
+    kept = residual.copy()
+    kept[far] = np.sign(residual[far]) * CLIP * spread[far]
+    return kept
+
+
 def huber(z: Array) -> Array:
     """Loss of residuals in spreads: their squares, straight lines beyond CLIP."""
     size = np.abs(z)

@@ -20,7 +20,6 @@ from dataclasses import dataclass, field
 from planner.arrays import Array
 from planner.telemetry.diagnosis.unexplained import (
     MOST_OVER_FLOOR,
-    NEAR_RATIO,
     Unexplained,
     unexplained_by,
 )
@@ -28,18 +27,17 @@ from planner.telemetry.diagnosis.unknown_effect import Proposal, propose
 from planner.telemetry.estimation import Fit
 from planner.telemetry.evidence import Examination
 from planner.telemetry.holdout import (
-    LEAST_FALL,
     LinearHeldout,
-    counted,
     heldout_residual,
     rms,
     supports,
 )
+from planner.telemetry.logs import Telemetry
+from planner.telemetry.noise import counted
 from planner.telemetry.selection import (
     Found,
     Member,
     Tried,
-    equals_of,
     fitted_singles,
 )
 from planner.telemetry.terms import Addition
@@ -47,6 +45,8 @@ from planner.telemetry.terms import Addition
 MOST_OF_EXCESS = 0.5
 """Share of the squared error above the floor that a claim must take off where the error stays above
 MOST_OVER_FLOOR: what is named is the main cause."""
+NEAR_ERROR = 1.02
+"""Factor on the held-out error of a claim that makes a near decision fail."""
 CERTAIN_Z, CERTAIN = 5.0, 0.9
 """Standard errors and probability from which a candidate is tried before a log is called
 complete."""
@@ -140,7 +140,7 @@ def decide(found: Found, floor: Array) -> Decision:
         left, alike = unexplained_by(log, best.left, floor, best.fit.watts), ()
     else:
         left = unexplained_by(log, before, floor, found.base.watts) if tried else left_by_nothing
-    near = _near(before, best, left, floor)
+    near = _near(log, before, best, left, floor)
     return Decision(best, before, floor, left, searched, alike, tried, near)
 
 
@@ -226,11 +226,11 @@ def _better(found: Found, best: Answer, tried: tuple[Tried, ...], floor: Array) 
     if best.claims and not supports(found.log, best.left, first.residual, floor):
         return best
     member = first.ranked.member
-    aliases = {first.name: equals_of(first, tried)}
+    aliases = {first.name: first.equals}
     return Answer(first.fit, first.residual, (member,), (first.addition,), aliases=aliases)
 
 
-def _near(before: Array, answer: Answer, left: Unexplained, floor: Array) -> str:
+def _near(log: Telemetry, before: Array, answer: Answer, left: Unexplained, floor: Array) -> str:
     """What decided narrowly, in words."""
     said = []
     if left.near:
@@ -239,10 +239,7 @@ def _near(before: Array, answer: Answer, left: Unexplained, floor: Array) -> str
             f"{MOST_OVER_FLOOR:g} decides"
         )
     if answer.claims:
-        fall = 1.0 - rms(counted(answer.left, floor)) / rms(counted(before, floor))
-        if fall < LEAST_FALL + NEAR_RATIO - 1.0:
-            said.append(
-                f"the held-out error falls by {100 * fall:.1f} %, and {100 * LEAST_FALL:.1f} % "
-                "decides"
-            )
+        formula = answer.proposal is not None
+        if not supports(log, before, NEAR_ERROR * answer.left, floor, formula=formula):
+            said.append(f"a held-out error {100 * (NEAR_ERROR - 1):.0f} % larger would not do")
     return "; ".join(said)

@@ -51,14 +51,13 @@ from planner.telemetry.estimation import Fit
 from planner.telemetry.evidence import Examination
 from planner.telemetry.holdout import LinearHeldout, base_fit, heldout_residual, rms, supports
 from planner.telemetry.logs import Telemetry
-from planner.telemetry.other_terms import SENSORS
+from planner.telemetry.other_terms import SENSORS, measured_residual
 from planner.telemetry.regimes import regimes_of
 from planner.telemetry.sampling import LogSource, open_source
 from planner.telemetry.selection import (
     Found,
     RankedTerm,
     find_missing_effects,
-    measured_residual,
 )
 from planner.telemetry.starting_model import starting_model
 from planner.telemetry.terms import Addition, trimmed

@@ -31,9 +31,9 @@ from scipy.stats import norm
 
 from planner.arrays import Array, Integers
 from planner.telemetry.evidence import Examination
-from planner.telemetry.holdout import LinearHeldout, counted, rms
+from planner.telemetry.holdout import LinearHeldout, rms
 from planner.telemetry.logs import Telemetry
-from planner.telemetry.noise import noise_of, strongest_columns
+from planner.telemetry.noise import counted, noise_of, strongest_columns
 from planner.telemetry.prediction import input_uncertainty
 from planner.telemetry.regimes import Regime, regimes_of
 

@@ -6,9 +6,7 @@ candidates from Gram matrices.
 """
 
 from planner.telemetry.holdout.heldout import (
-    LEAST_FALL,
     base_fit,
-    counted,
     heldout_residual,
     heldout_rmse,
     rms,
@@ -18,10 +16,8 @@ from planner.telemetry.holdout.linear_heldout import LinearHeldout
 from planner.telemetry.holdout.metered import meter_beside, metered_base_fit
 
 __all__ = [
-    "LEAST_FALL",
     "LinearHeldout",
     "base_fit",
-    "counted",
     "heldout_residual",
     "heldout_rmse",
     "meter_beside",

@@ -20,7 +20,7 @@ from planner.arrays import Array, Integers
 from planner.power.model import PowerModel
 from planner.telemetry.estimation import Fit, RefusedFit, bounded_step, fit
 from planner.telemetry.logs import Telemetry
-from planner.telemetry.noise import CLIP, clipped, huber
+from planner.telemetry.noise import clipped, counted, huber
 from planner.telemetry.parameters import Prior
 from planner.telemetry.prediction import Nodes, predict, tangent
 
@@ -31,8 +31,6 @@ LEAST_RUNS = 4
 CLAIMED_RATIO = 0.98
 """Held-out error of a fit over that of the vehicle as stated, above which the fit is refused.
 Smaller differences are scatter between choices of the held-out runs."""
-MOST_OUTLIERS = 0.02
-"""Share of the rows that count at the noise model's clip at most, the furthest out first."""
 LEAST_FALL, LEAST_FORMULA_FALL = 0.016, 0.03
 """Share of the held-out error that an effect or a sensor's error must take off, and that a formula
 must take off the best answer without it: a formula chooses its shape as well."""
@@ -86,17 +84,6 @@ def heldout_rmse(log: Telemetry, fitted: Fit) -> float:
 def rms(residual: Array) -> float:
     """Root mean square of residuals (n,) W."""
     return float(np.sqrt(np.mean(residual**2)))
-
-
-def counted(residual: Array, spread: Array) -> Array:
-    """Residuals (n,) W, the MOST_OUTLIERS furthest out cut back to CLIP of their spreads (n,)."""
-    size = np.abs(residual) / spread
-    far = np.flatnonzero(size > CLIP)
-    most = int(MOST_OUTLIERS * len(residual))
-    far = far[np.argsort(-size[far], kind="stable")[:most]]
-    kept = residual.copy()
-    kept[far] = np.sign(residual[far]) * CLIP * spread[far]
-    return kept
 
 
 def supports(

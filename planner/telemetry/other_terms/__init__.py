@@ -4,7 +4,7 @@ motion.
 SENSORS lists the errors, each corrects a log. Dictionary.of gives the shapes that a log can show.
 """
 
-from planner.telemetry.other_terms.sensor_errors import SENSORS, Sensor
+from planner.telemetry.other_terms.sensor_errors import SENSORS, Sensor, measured_residual
 from planner.telemetry.other_terms.shapes import Dictionary, Shape
 
-__all__ = ["SENSORS", "Dictionary", "Sensor", "Shape"]
+__all__ = ["SENSORS", "Dictionary", "Sensor", "Shape", "measured_residual"]

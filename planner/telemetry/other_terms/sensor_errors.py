@@ -148,3 +148,13 @@ SENSORS: dict[str, Sensor] = {
     )
 }
 """By kind."""
+
+
+def measured_residual(residual: Array, corrections: dict[str, float]) -> Array:
+    """Residuals (n,) W of a corrected log, in watts as they were measured.
+
+    Args:
+        residual: (n,) W, measured less modelled, of the corrected rows.
+        corrections: kind of a sensor's error → its size.
+    """
+    return residual * (1.0 + corrections.get("power_scale", 0.0))

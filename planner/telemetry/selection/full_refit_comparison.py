@@ -25,6 +25,7 @@ from planner.telemetry.evidence import Examination
 from planner.telemetry.holdout import heldout_residual, supports
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import clipped
+from planner.telemetry.other_terms import measured_residual
 from planner.telemetry.sampling import cluster_numbers
 from planner.telemetry.selection.select_effects import Selection
 from planner.telemetry.selection.subset_search import CompetingModel
@@ -184,16 +185,6 @@ class FullFits:
         noise, within = examination.noise, library.model
         fitted = fit_with(self.base.model, corrected, additions, noise=noise, within=within)
         return corrected, fitted, sizes
-
-
-def measured_residual(residual: Array, corrections: dict[str, float]) -> Array:
-    """Residuals (n,) W of a corrected log, in watts as they were measured.
-
-    Args:
-        residual: (n,) W, measured less modelled, of the corrected rows.
-        corrections: kind of a sensor's error → its size.
-    """
-    return residual * (1.0 + corrections.get("power_scale", 0.0))
 
 
 def simpler_first(entries: list[Refit]) -> list[Refit]:

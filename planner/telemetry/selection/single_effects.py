@@ -10,19 +10,19 @@ the effect. The best ones by their linear held-out error are fitted with everyth
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 from planner.arrays import Array
 from planner.telemetry.estimation import Fit
 from planner.telemetry.evidence import Examination
 from planner.telemetry.holdout import (
-    LEAST_FALL,
     LinearHeldout,
-    counted,
     heldout_residual,
     rms,
     supports,
 )
+from planner.telemetry.noise import counted
 from planner.telemetry.selection.select_effects import RankedTerm
 from planner.telemetry.selection.selection_loop import Found
 from planner.telemetry.terms import Addition
@@ -46,6 +46,7 @@ class Tried:
         residual: (n,) W on held-out runs.
         error_w: W, its root mean square, rows far out counted at the clip.
         supported: whether held-out runs support it.
+        equals: slugs that explain the log as well, of the best one.
     """
 
     ranked: RankedTerm
@@ -54,6 +55,7 @@ class Tried:
     residual: Array
     error_w: float
     supported: bool
+    equals: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -64,7 +66,7 @@ class Tried:
 def fitted_singles(
     found: Found, linear: LinearHeldout, before: Array, floor: Array
 ) -> tuple[Tried, ...]:
-    """The most promising effects, each fitted alone; the lowest held-out error first.
+    """The most promising effects, each fitted alone; supported ones first, by held-out error.
 
     Args:
         found: state of the search.
@@ -80,7 +82,7 @@ def fitted_singles(
             continue
         columns = _local_columns(found, examination, ranked)
         expected = linear.rmse(columns)
-        if expected <= (1.0 - LEAST_FALL) * error or ranked.z >= LEAST_TRIED_Z:
+        if expected < error or ranked.z >= LEAST_TRIED_Z:
             promising.append((expected, ranked))
     tried = []
     for _, ranked in sorted(promising, key=lambda entry: entry[0])[:MOST_TRIED]:
@@ -91,16 +93,18 @@ def fitted_singles(
         supported = supports(found.log, before, left, floor)
         kept = rms(counted(left, floor))
         tried.append(Tried(ranked, addition, fitted, left, kept, supported))
-    return tuple(sorted(tried, key=lambda one: one.error_w))
+    tried.sort(key=lambda one: (not one.supported, one.error_w))
+    return with_equals(tried)
 
 
-def equals_of(best: Tried, tried: tuple[Tried, ...]) -> tuple[str, ...]:
-    """Effects that explain the log as well as the best one."""
-    return tuple(
-        one.name
-        for one in tried
-        if one is not best and one.supported and one.error_w <= EQUAL_RATIO * best.error_w
-    )
+def with_equals(tried: Sequence[Tried]) -> tuple[Tried, ...]:
+    """The same, best first, with the effects that explain the log as well as the best one."""
+    if not tried or not tried[0].supported:
+        return tuple(tried)
+    best, *others = tried
+    enough = EQUAL_RATIO * best.error_w
+    equals = tuple(one.name for one in others if one.supported and one.error_w <= enough)
+    return replace(best, equals=equals), *others
 
 
 def _local_columns(found: Found, examination: Examination, ranked: RankedTerm) -> list[int]:

@@ -11,11 +11,10 @@ import pytest
 from planner.telemetry.holdout.heldout import (
     LEAST_FALL,
     LEAST_FORMULA_FALL,
-    counted,
     rms,
     supports,
 )
-from planner.telemetry.noise import CLIP
+from planner.telemetry.noise import CLIP, counted
 
 ROWS, RUNS = 2000, 10
 UNSURE = slice(0, 20)
