@@ -105,7 +105,7 @@ def floor_of(log: Telemetry, examination: Examination, explained: Sequence[int])
         floor[rows] *= max(_scale(left[rows] / plain[rows]), 1.0)
     # What was fitted to these rows is below the error on others, slow noise above all.
     held = LinearHeldout(log, examination).residual_with([*explained, *(rest[k] for k in further)])
-    return floor * max(_scale(held / floor), 1.0)
+    return floor * max(_scale(held / floor), noise.floor_w / rms(floor), 1.0)
 
 
 def unexplained_by(log: Telemetry, residual: Array, floor: Array, watts: Array) -> Unexplained:
