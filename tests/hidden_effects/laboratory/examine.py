@@ -122,7 +122,9 @@ def _second_drive(log: Log, base: PowerModel) -> tuple[float, float]:
     instruments, row = log.truth.instruments, 1.0 / log.truth.conditions.rate
     errors = []
     for model in (base, starting_model(log.sheet)):
-        watts = through_meter(read, predict(model, read)[:, None], instruments.meter, row)
+        watts = through_meter(
+            read, predict(model, read)[:, None], instruments.meter, row, instruments.clock_rate
+        )
         errors.append(float(np.sqrt(np.mean((read.power - watts[:, 0]) ** 2))))
     return errors[0], errors[1]
 

@@ -101,6 +101,7 @@ class _Fit:
         self.meter = drawn.truth.instruments.meter
         self.row = 1.0 / drawn.truth.conditions.rate
         instruments = drawn.truth.instruments
+        self.clock_rate = instruments.clock_rate
         self.wrong = ["mass", *(kind for kind in instruments.wrong_sensors if kind in SENSORS)]
         model = library.model
         for slug in slugs:
@@ -119,7 +120,7 @@ class _Fit:
 
     def through(self, columns: Array) -> Array:
         """Columns (n, k) W of the rows as the meter would show them."""
-        return through_meter(self.log, columns, self.meter, self.row)
+        return through_meter(self.log, columns, self.meter, self.row, self.clock_rate)
 
     def _solve(self) -> None:
         index = np.array(self.places)
@@ -236,18 +237,23 @@ class _Fit:
         return predict(replace(heavier, parameters=values), self.nodes)
 
 
-def through_meter(log: Telemetry, columns: Array, meter: Meter, row: float) -> Array:
+def through_meter(
+    log: Telemetry, columns: Array, meter: Meter, row: float, clock_rate: float = 0.0
+) -> Array:
     """Columns (n, k) of watts of the rows, as a meter would show them.
 
-    Between rows power is linear in time, or the same over a row where rows hold means.
+    ``clock_rate`` is the relative error of the log's time, by which a slower meter's readings are
+    found. Between rows power is linear in time, or the same over a row where rows hold means.
     """
     same = meter.motion == meter.sampling
     if same and meter.time_constant == 0.0 and meter.delay == 0.0:
         return columns
     step = min(0.25 * row, 0.05)
     result = np.empty_like(columns)
-    for start, stop in log.segments():
-        part, time = columns[start:stop], log.time[start:stop]
+    ends = np.flatnonzero(np.diff(log.run, append=-1)) + 1
+    # A filter does not start anew where rows are missing.
+    for start, stop in zip([0, *ends[:-1]], ends, strict=True):
+        part, time = columns[start:stop], log.time[start:stop] / (1.0 + clock_rate)
         grid = np.arange(time[0] - 2.0 * row, time[-1] + step, step)
         if same and meter.motion == "mean":
             places = np.clip(np.searchsorted(time, grid + 0.5 * step), 0, len(time) - 1)
