@@ -127,7 +127,7 @@ def rms_torques(
     Returns:
         The same shape as ``torques``, N·m.
     """
-    several = torques.reshape(len(seconds), -1)
+    several = torques if torques.ndim == 2 else torques[:, None]
     time = np.append(0.0, np.cumsum(seconds))
     heat = np.vstack([np.zeros(several.shape[1]), np.cumsum(several**2 * seconds[:, None], axis=0)])
     before = [np.interp(time[1:] - thermal_time, time, column) for column in heat.T]

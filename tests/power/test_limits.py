@@ -264,6 +264,7 @@ def test_rms_torque_over_every_window_with_rest_before(window: float) -> None:
 def test_a_short_torque_counts_by_its_share_of_the_time() -> None:
     # One second of 3 N·m in a window of nine: 3·√(1/9) = 1.
     assert rms_torques(np.array([3.0]), np.array([1.0]), 9.0)[0] == pytest.approx(1.0, rel=1e-12)
+    assert len(rms_torques(np.zeros(0), np.zeros(0), 9.0)) == 0
     # For good, the mean is the torque itself.
     assert rms_torques(np.full(90, 3.0), np.ones(90), 9.0)[-1] == pytest.approx(3.0, rel=1e-12)
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +16,19 @@ from planner.power.limits import LIMIT_NAMES, broken_limit
 from planner.power.motion_row import set_motion
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField, sample_surface
-from planner.search.grid import build_lattice, cost_to_go
-from planner.search.requests import PoseRequest
+from planner.search.limit_places import Infeasible
+from planner.search.requests import PoseRequest, SituationRequest
 from planner.search.resolution import ALL_YAWS, DIRECTIONS, SPARE
+from planner.search.situation.bottleneck import Node, bottleneck, gap_width
+from planner.search.situation.remedies import limit_on_slope, remedy
 from planner.search.situation.traversability import DrivingGround
 from planner.terrain.footprint import body_fits
 from planner.terrain.interpolation import interpolate
 
+if TYPE_CHECKING:
+    from planner.search.situation.situation import Situation
+
+Place = tuple[float, float]
 YAW_TRIES = 64
 """Yaw angles over a full turn at which a place is tried, where the request leaves the yaw free."""
 
@@ -99,15 +108,25 @@ def check_hold(
 
 
 def explain_no_route(
-    ground: DrivingGround,
+    situation: Situation,
+    objective: str,
     field: CostField,
-    start: tuple[float, float],
-    goal: tuple[float, float],
-) -> str:
-    """What blocks the path: the narrowest gap between what start and goal can reach, and why."""
-    lattice = build_lattice(field)
-    to_goal = np.isfinite(cost_to_go(field, lattice, goal).values)
-    from_start = np.isfinite(cost_to_go(field, lattice, start, from_start=True).values)
+    ends: tuple[Place, Place],
+    request: SituationRequest,
+) -> Infeasible:
+    """What is in the way between two places, with what would do.
+
+    The widest gap that is too narrow, or the gentlest slope that is too steep, on the path where
+    that is least. Fields of the search that failed are read again, not worked out.
+
+    Args:
+        situation, objective, field: map and costs of the search that found no path.
+        ends: start and goal.
+        request: its areas to avoid stand on the map as obstacles.
+    """
+    ground, (start, goal) = situation.ground, ends
+    to_goal = np.isfinite(situation.least_cost_to(objective, field, goal, start).values)
+    from_start = np.isfinite(situation.least_cost_from(field, start, objective=objective).values)
     straight = math.atan2(goal[1] - start[1], goal[0] - start[0])
     for reach, words, (x, y) in (
         (to_goal, "the goal cannot be reached", goal),
@@ -116,10 +135,89 @@ def explain_no_route(
         if not reach.any():
             steps = ((a, b) for a in (-1, 0, 1) for b in (-1, 0, 1) if a or b)
             ring = [(x, y), *((x + field.dx * a, y + field.dy * b) for a, b in steps)]
-            what, bx, by = _blocking(ground, field, ring, straight)
-            return f"{words}: {what} at x {bx:.2f}, y {by:.2f}"
+            what, bx, by = _blocking(ground, field, ring, straight, request)
+            return Infeasible(bx, by, f"{words}: {what} at x {bx:.2f}, y {by:.2f}")
     if float(field.limit.max()) <= 0.0:
-        return "the robot cannot drive even on level ground: it is too heavy or too weak for it"
+        level = limit_on_slope(situation.conditions, 0, 0.0, *start)
+        words = "the robot cannot drive even on level ground: it is too heavy or too weak for it"
+        return replace(level, what=words + remedy(situation.conditions, level))
+    begun, ended = _node(field, start), _node(field, goal)
+    return (
+        _too_narrow(ground, field, begun, ended)
+        or _too_steep(situation.conditions, ground, field, begun, ended)
+        or _between(ground, field, from_start, to_goal, straight, request)
+    )
+
+
+def _node(field: CostField, place: Place) -> Node:
+    j, i = field.nodes_at(place)
+    return int(j), int(i)
+
+
+def _too_narrow(
+    ground: DrivingGround, field: CostField, start: Node, goal: Node
+) -> Infeasible | None:
+    """The widest gap on the way, where the body with its clearance does not pass it."""
+    if not ground.blocked.any():
+        return None
+    away = ndimage.distance_transform_edt(~ground.blocked, sampling=(field.dy, field.dx))
+    found = bottleneck(np.where(ground.blocked, np.inf, -away), start, goal)
+    needed = 2.0 * (ground.half_width - SPARE)
+    if found is None:
+        return None
+    j, i = found[1]
+    width = gap_width(ground.blocked, (j, i), (field.dx, field.dy))
+    if width >= needed:
+        return None
+    x, y = field.x0 + field.dx * i, field.y0 + field.dy * j
+    missing = max(math.ceil(100.0 * (needed - width) - 1e-6), 1)
+    return Infeasible(
+        x,
+        y,
+        f"no way from start to goal: the widest passage is too narrow, {width:.2f} m at x {x:.2f}, "
+        f"y {y:.2f}; the body with clearance needs {needed:.2f} m, {missing} cm more",
+        limit="clearance",
+        value=width,
+        allowed=needed,
+    )
+
+
+def _too_steep(
+    conditions: OperatingConditions,
+    ground: DrivingGround,
+    field: CostField,
+    start: Node,
+    goal: Node,
+) -> Infeasible | None:
+    """The gentlest slope on the way, where it is steeper than the robot climbs."""
+    slope_y, slope_x = np.gradient(field.heights, field.dy, field.dx)
+    steepness = np.hypot(slope_x, slope_y)
+    # Across a ridge somewhere the travel goes straight up.
+    allowed = np.maximum(field.limit[field.ground, 0] * field.margin, 1e-6)
+    found = bottleneck(np.where(ground.mask == 0, np.inf, steepness / allowed), start, goal)
+    if found is None or found[0] <= 1.0:
+        return None
+    j, i = found[1]
+    x, y = field.x0 + field.dx * i, field.y0 + field.dy * j
+    slope = float(steepness[j, i])
+    cause = limit_on_slope(conditions, int(field.ground[j, i]), slope, x, y)
+    most = math.degrees(math.atan(float(allowed[j, i])))
+    return replace(
+        cause,
+        what=f"no way from start to goal: the gentlest crossing has {cause.what} at x {x:.2f}, "
+        f"y {y:.2f}, above the limit of {most:.1f}°{remedy(conditions, cause)}",
+    )
+
+
+def _between(
+    ground: DrivingGround,
+    field: CostField,
+    from_start: NDArray[np.bool_],
+    to_goal: NDArray[np.bool_],
+    straight: float,
+    request: SituationRequest,
+) -> Infeasible:
+    """What stands where the places reached from the start come nearest to those of the goal."""
     distance, nearest = ndimage.distance_transform_edt(
         ~to_goal, sampling=(field.dy, field.dx), return_indices=True
     )
@@ -133,10 +231,12 @@ def explain_no_route(
         (field.x0 + field.dx * (i + (i2 - i) * w), field.y0 + field.dy * (j + (j2 - j) * w))
         for w in np.linspace(0.0, 1.0, count)
     ]
-    what, bx, by = _blocking(ground, field, line, straight)
-    return (
+    what, bx, by = _blocking(ground, field, line, straight, request)
+    return Infeasible(
+        float(bx),
+        float(by),
         f"no way from start to goal: between x {line[0][0]:.2f}, y {line[0][1]:.2f} and "
-        f"x {line[-1][0]:.2f}, y {line[-1][1]:.2f} blocks {what} at x {bx:.2f}, y {by:.2f}"
+        f"x {line[-1][0]:.2f}, y {line[-1][1]:.2f} blocks {what} at x {bx:.2f}, y {by:.2f}",
     )
 
 
@@ -145,12 +245,16 @@ def _blocking(
     field: CostField,
     points: list[tuple[float, float]],
     direction: float,
+    request: SituationRequest,
 ) -> tuple[str, float, float]:
     """The worst thing along points driven in a direction: something solid, a slope, no room."""
     steep, narrow = (-math.inf, "a slope", *points[0]), None
     for x, y in points:
         j, i = field.nodes_at((x, y))
         if ground.blocked[j, i]:
+            for number, area in enumerate(request.avoid):
+                if _covers(area.ring(), x, y, max(field.dx, field.dy)):
+                    return f"the area avoid[{number}] of the request", x, y
             what = _what_blocks(ground, x, y)
             return f"an {what}" if what[0] in "aeiou" else f"a {what}", x, y
         if ground.mask[j, i] != ALL_YAWS and narrow is None:
@@ -173,6 +277,20 @@ def _blocking(
     if steep[0] <= 1.0 and narrow is not None:
         return narrow
     return steep[1], steep[2], steep[3]
+
+
+def _covers(ring: list[Place], x: float, y: float, cell: float) -> bool:
+    """Whether an area with a closed ring of corners lies on the cell round a point."""
+    inside = False
+    near = math.inf
+    for (xa, ya), (xb, yb) in itertools.pairwise(ring):
+        if (ya > y) != (yb > y) and x < xa + (xb - xa) * (y - ya) / (yb - ya):
+            inside = not inside
+        ex, ey = xb - xa, yb - ya
+        along = ((x - xa) * ex + (y - ya) * ey) / max(ex * ex + ey * ey, 1e-300)
+        along = min(max(along, 0.0), 1.0)
+        near = min(near, math.hypot(x - xa - along * ex, y - ya - along * ey))
+    return inside or near <= cell
 
 
 def _what_blocks(ground: DrivingGround, x: float, y: float) -> str:

@@ -88,8 +88,9 @@ def _on_grid(run: Run, field: CostField, objective: str, effort: Effort, patient
             return attempt
         caution = next_caution(caution, attempt)
     # Nobody asks why there is no baseline.
-    if not sketches and effort is not BASELINE:
-        return replace(attempt, reason=attempt.reason or _why_not(run, sketching.field, objective))
+    if not sketches and effort is not BASELINE and not attempt.reason:
+        cause = _why_not(run, sketching.field, objective)
+        return replace(attempt, reason=cause.what, infeasible=cause)
     return attempt
 
 
@@ -243,11 +244,19 @@ def _straight(run: Run, field: CostField, objective: str) -> Attempt | None:
     return Attempt(field, [path for path, _ in legs], legs, priced(run, field, motion))
 
 
-def _why_not(run: Run, field: CostField, objective: str) -> str:
-    for a, b in itertools.pairwise(run.places):
-        if run.situation.path(objective, field, a, b, run.token) is None:
-            return explain_no_route(run.ground, field, a, b)
-    return "no way from start to goal"
+def _why_not(run: Run, field: CostField, objective: str) -> Infeasible:
+    """What is in the way on the first leg without a path; a via place is named by its number."""
+    places = run.places
+    for number, ends in enumerate(itertools.pairwise(places), 1):
+        if run.situation.path(objective, field, *ends, run.token) is not None:
+            continue
+        found = explain_no_route(run.situation, objective, field, ends, run.request)
+        via = [(place.x, place.y) for place in run.request.via]
+        if number < len(places) - 1 and ends[1] in via:
+            name = f"via[{via.index(ends[1])}] cannot be reached: "
+            return replace(found, what=name + found.what)
+        return found
+    return Infeasible(*places[-1], "no way from start to goal")
 
 
 def _paths(run: Run, field: CostField, objective: str) -> list[Array] | None:

@@ -27,6 +27,7 @@ from planner.search.resolution import OBJECTIVES
 from planner.search.results import Route, energy_of, price
 from planner.search.run import Run
 from planner.search.se2 import PosePath, keeping_yaw
+from planner.search.situation import remedy
 from planner.search.trajectory import CLOSELY, ROUGHLY, Care, Motion, move
 from planner.search.waypoints import VARIANTS, optimise_waypoints, refine, worth_optimising
 
@@ -212,6 +213,7 @@ def finished(
     assert isinstance(where, Infeasible)
     legs = (moving[0][0] if moving else failed).legs
     reason = f"a way was found, but at x {where.x:.2f}, y {where.y:.2f} {where.what}"
+    reason += remedy(run.conditions, where)
     return Attempt(failed_of.field, failed_of.paths, legs, None, reason, where)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -71,14 +72,64 @@ def test_narrow_passage_is_passed_lengthwise():
 
 
 def test_passage_that_is_too_narrow_blocks():
-    """0.5 m is narrower than the body; the reason names passage and place."""
+    """0.5 m is narrower than the body; the reason names passage, place and what is missing."""
     answer = plan_route(
         terrain=wall_with_gap(5), start={"x": 4.0, "y": 5.8}, goal={"x": 20.0, "y": 5.8}
     )
     assert answer.status == "no_route"
     assert answer.routes == ()
-    assert "x 1" in answer.reason
-    assert "obstacle" in answer.reason or "narrow" in answer.reason
+    assert "narrow, 0.50 m at x 1" in answer.reason
+    assert "needs 0.62 m, 12 cm more" in answer.reason
+    assert answer.cause["limit"] == "clearance"
+    assert answer.cause["value"] == pytest.approx(0.5, abs=0.005)
+    assert answer.cause["allowed"] == pytest.approx(0.62)
+
+
+def test_of_several_gaps_the_widest_is_named():
+    """It lies far from the straight line."""
+    ground = wall_with_gap(3)
+    ground.obstacles[12:17, 119:122] = False
+    answer = plan_route(terrain=ground, start={"x": 4.0, "y": 5.8}, goal={"x": 20.0, "y": 5.8})
+    assert answer.cause["y"] == pytest.approx(1.4, abs=0.3)
+    assert answer.cause["value"] == pytest.approx(0.5, abs=0.005)
+
+
+def test_a_via_place_and_an_area_to_avoid_are_named_by_number():
+    """Both count from zero, as in the request."""
+    answer = plan_route(
+        terrain=wall_with_gap(9),
+        start={"x": 4.0, "y": 5.8},
+        goal={"x": 4.0, "y": 8.0},
+        via=[{"x": 3.0, "y": 3.0}, {"x": 20.0, "y": 5.0}],
+        avoid=[
+            {"x": 2.0, "y": 10.0, "radius": 0.3},
+            {"polygon": [[11.5, 0], [12.5, 0], [12.5, 12], [11.5, 12]]},
+        ],
+    )
+    assert answer.status == "no_route"
+    assert answer.reason.startswith("via[1] cannot be reached")
+    assert "avoid[1]" in answer.reason
+
+
+def test_the_gentlest_crossing_of_a_ridge_is_named_with_what_would_do():
+    """With less weight, or another gear, as the sentence says, the ridge is crossed."""
+    x = 0.25 * np.arange(100)
+    heights = np.tile(math.tan(math.radians(11.0)) * np.clip(x - 9, 0, 3), (80, 1))
+    heights[50:56] *= 0.95
+    asked = {"start": {"x": 3, "y": 6}, "goal": {"x": 20, "y": 6}}
+    answer = plan_route(terrain=terrain(heights), payload={"mass": 25}, **asked)
+    assert answer.status == "no_route"
+    assert 12.0 < answer.cause["y"] < 14.5
+    assert answer.cause["limit"] == "torque peak"
+    share = answer.cause["value"] / answer.cause["allowed"]
+    assert share > 1.0
+    found = re.search(r"([\d.]+) kg instead of 37, or a gear of ([\d.]+) would do", answer.reason)
+    mass, gear = map(float, found.groups())
+    assert mass == pytest.approx(37.0 / share, abs=0.11)
+    assert gear == pytest.approx(26.85 * share, abs=0.11)
+    # The figure is for even driving; bends before the ridge take a little more.
+    lighter = plan_route(terrain=terrain(heights), payload={"mass": 0.88 * mass - 12.0}, **asked)
+    assert lighter.status == "ok", lighter.reason
 
 
 def test_corners_round_obstacles_are_free():
@@ -136,12 +187,13 @@ def test_a_ledge_is_not_a_ramp():
 
 
 def test_a_slope_beyond_the_limit_is_named_with_both_angles():
-    """A ridge of 21° right across: the reason says 21° and the limit."""
+    """A ridge of 26° right across: the reason says 26° and the limit."""
     x = 0.25 * np.arange(100)
-    heights = np.tile(math.tan(math.radians(21.0)) * np.clip(x - 9, 0, 3), (80, 1))
+    heights = np.tile(math.tan(math.radians(26.0)) * np.clip(x - 9, 0, 3), (80, 1))
     answer = plan_route(terrain=terrain(heights), start={"x": 3, "y": 10}, goal={"x": 20, "y": 10})
     assert answer.status == "no_route"
-    assert "slope of 21" in answer.reason or "slope of 20.9" in answer.reason
+    assert "slope of 26" in answer.reason or "slope of 25.9" in answer.reason
+    assert answer.cause["limit"] in ("traction", "torque peak")
     assert "limit" in answer.reason
 
 
