@@ -157,7 +157,7 @@ def _node(field: CostField, place: Place) -> Node:
 def _too_narrow(
     ground: DrivingGround, field: CostField, start: Node, goal: Node
 ) -> Infeasible | None:
-    """The widest gap on the way, where the body with its clearance does not pass it."""
+    """The widest gap on any path, where the body with its clearance does not pass it."""
     if not ground.blocked.any():
         return None
     away = ndimage.distance_transform_edt(~ground.blocked, sampling=(field.dy, field.dx))
@@ -189,7 +189,7 @@ def _too_steep(
     start: Node,
     goal: Node,
 ) -> Infeasible | None:
-    """The gentlest slope on the way, where it is steeper than the robot climbs."""
+    """The gentlest slope that some path needs, where it is steeper than the robot climbs."""
     slope_y, slope_x = np.gradient(field.heights, field.dy, field.dx)
     steepness = np.hypot(slope_x, slope_y)
     # Across a ridge somewhere the travel goes straight up.
