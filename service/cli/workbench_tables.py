@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -61,8 +62,8 @@ def diagnosis(document: Document) -> RenderableType:
     return _group(
         document.get("sentence") or document["verdict"].replace("_", " "),
         errors,
-        ranking(document["candidates"], document["selected"]),
         regimes(document["regimes"]),
+        ranking(document["candidates"], document["selected"], before["heldout_rmse_w"]),
         *_open_questions(document),
         *remarks(document.get("log") or {}),
     )
@@ -137,9 +138,14 @@ def runs(entries: Sequence[Document]) -> RenderableType | None:
     return table
 
 
-def ranking(candidates: Sequence[Document], selected: Sequence[str]) -> RenderableType | None:
-    """Effects that could be missing, best first, with what speaks for them."""
-    testable = [c for c in candidates if c.get("testable", True)]
+def ranking(
+    candidates: Sequence[Document], selected: Sequence[str], before: float
+) -> RenderableType | None:
+    """Effects that could be missing, best first; without those that do not lower ``before``, W."""
+    able = [c for c in candidates if c.get("testable", True)]
+    testable = [
+        c for c in able if c["effect"] in selected or (c["heldout_rmse_w"] or math.inf) < before
+    ]
     if not testable:
         return None
     headings = ("effect", "probability", "held-out rms", "z", "parameters", "aliased with")
@@ -158,8 +164,12 @@ def ranking(candidates: Sequence[Document], selected: Sequence[str]) -> Renderab
             ", ".join(candidate["indistinguishable_from"]),
             style="bold" if candidate["effect"] in selected else "",
         )
-    if len(testable) > _MOST_CANDIDATES:
-        table.caption = f"and {len(testable) - _MOST_CANDIDATES} less likely ones"
+    more = len(testable) - _MOST_CANDIDATES
+    said = [f"{more} less likely ones"] if more > 0 else []
+    if len(able) > len(testable):
+        said.append(f"{len(able) - len(testable)} that do not lower the held-out error")
+    if said:
+        table.caption = f"and {', '.join(said)}"
     return table
 
 
