@@ -170,8 +170,8 @@ def _fall(
         before = history[-1 - SETTLED_LOOKS] if len(history) > SETTLED_LOOKS else -math.inf
         return check() and found - before >= 1e-4 * abs(found)
 
-    if more(psi):
-        steepest_potential(costs, psi, mesh.cell, *ends, more=more)
+    # A first look comes after some iterations, however little time there is.
+    steepest_potential(costs, psi, mesh.cell, *ends, more=more)
     return history[-1]
 
 

@@ -51,12 +51,12 @@ SLOPES = (COARSE - 1) * FINER + 1
 """Nodes of the table along each axis."""
 SPEEDS = 8
 """Speeds up to the largest."""
-EVEN_YAWS = 48
+EVEN_YAWS = 72
 """Yaws to the travel, evenly."""
 STANDING = (0.2, 0.4, 0.7, 1.0, 1.5, 2.0, 3.0, 4.5, 7.0, 10.0, 14.0)
 """Yaws off those at which a rim or roller stands, to both sides: its speed there in widths of the
 smooth sign."""
-RESERVE = 0.003
+RESERVE = 0.006
 """Share taken off for yaws and speeds between those of the table."""
 CRAWL = 0.05
 """Share of full speed at which the steepest slope is looked for."""
