@@ -18,7 +18,7 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from contextlib import suppress
 from importlib import import_module
 
-from planner.compiled_code import cache_base, compiled_modules, is_compiled, state
+from planner.code_cache import cache_base, compiled_modules, is_compiled, state
 from service.lifetime import end_with_parent
 
 MOST_PROCESSES = 4

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from planner import compiled_code
-from planner.compiled_code import KEPT_SECONDS, KERNEL_PREFIX, ContentLocator, code_folder
+from planner.code_cache import code_folder
+from planner.compiled_code import ContentLocator
 
 ROOT = Path(__file__).parents[1]
 PROGRAM = """
@@ -72,30 +72,3 @@ def test_the_own_variable_of_numba_is_obeyed(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setenv("NUMBA_CACHE_DIR", "/somewhere")
     function = type("function", (), {"__module__": "planner.terrain.interpolation"})
     assert ContentLocator.from_function(function, "interpolation.py") is None
-
-
-def test_a_folder_that_cannot_be_made_is_left_to_numba(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    file = tmp_path / "file"
-    file.touch()
-    monkeypatch.setenv("JOULEPATH_CACHE_DIR", str(file))
-    assert code_folder("planner.terrain.interpolation") is None
-
-
-def test_old_code_of_other_content_goes_and_new_stays(tmp_path: Path) -> None:
-    of_module = tmp_path / "cache" / "compiled" / "planner.terrain.interpolation"
-    long_ago = compiled_code.time.time() - 2.0 * KEPT_SECONDS
-    for name in ("old", "new"):
-        (of_module / name).mkdir(parents=True)
-    os.utime(of_module / "old", (long_ago, long_ago))
-    assert code_folder("planner.terrain.interpolation") is not None
-    assert not (of_module / "old").exists()
-    assert (of_module / "new").exists()
-
-
-def test_a_generated_kernel_is_kept_by_its_name() -> None:
-    folder = code_folder(f"{KERNEL_PREFIX}0123456789abcdef0123")
-    assert folder is not None
-    assert folder.name.startswith("0123456789abcdef0123-")
-    assert folder.parent.name == KERNEL_PREFIX.rstrip("_")

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from planner.source_keys import Sources
+from planner.code_cache import Sources
 
 PACKAGE = {
     "__init__.py": "",

@@ -230,8 +230,7 @@ def numba_cache() -> Path:
     joulepath's rules go by the text of the sources, which an ablation leaves as it is.
     """
     import planner
-    from planner.compiled_code import cache_base
-    from planner.source_keys import Sources
+    from planner.code_cache import Sources, cache_base
 
     package = Path(planner.__file__).parent
     return cache_base() / "ablations" / Sources(package).key(package.name)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from planner.compiled_code import compiled_modules, is_compiled, state
+from planner.code_cache import compiled_modules, is_compiled, state
 from service import compiling
 from service.compiling import compile_once, order, show_on_stderr
 

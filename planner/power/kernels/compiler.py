@@ -24,7 +24,7 @@ from typing import Any
 import numba
 
 from planner import quantities
-from planner.compiled_code import KERNEL_PREFIX, cache_base
+from planner.code_cache import KERNEL_PREFIX, cache_base
 from planner.power import account, effect, kernel_math, kinematics
 from planner.power.kernels import idle_lines, pipeline, printed, row_blocks, specialise, stages
 from planner.power.kernels.kernel import Kernel

@@ -24,6 +24,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -161,6 +162,7 @@ def _report(source: LogSource, start: PowerModel, found: Found, floor: Array) ->
         fitted = trimmed(fitted, found.origin, log, answer.additions)
     selection = replace(found.selection, aliases=dict(answer.aliases))
     advice = Advice(found.examination, selection, log)
+    errors: dict[str, Any] = {"after": Errors(fitted.rmse_w, rms(answer.left))}
     floor = decision.floor
     baseline = Errors(found.base.rmse_w, rms(decision.before), rms(floor))
     if sensors:
@@ -179,12 +181,12 @@ def _report(source: LogSource, start: PowerModel, found: Found, floor: Array) ->
         corrected=log,
         refused=found.base.refused,
     )
+    errors["baseline"] = baseline
     diagnosis = Diagnosis(
         **vars(models),
+        **errors,
         verdict=verdict,
         selected=selected,
-        baseline=baseline,
-        after=Errors(fitted.rmse_w, rms(answer.left)),
         candidates=_candidates(found, decision, fitted),
         not_testable=advice.not_testable(selected),
         regimes=tuple(regimes_of(log, found.base.residual, floor, found.base.watts)),

@@ -1,13 +1,14 @@
-"""Keys of modules by content: a module and all modules of the package that it imports.
+"""Where compiled code is kept, by the content it follows from; needs no compiler itself.
 
-    Sources(Path("planner")).key("planner.search.field.cost_field")     # 20 hex digits
+    code_folder("planner.search.field.cost_field")      # Path, or None
 
-Two modules with one key do the same, wherever they stand and whenever they were written. Comments,
-docstrings and layout do not count. A name that a package's ``__init__`` only passes on leads to the
-module that has it, so a room's face does not tie all of its modules together. What a module imports
-for the type checker alone is left out.
+A folder belongs to one module at its present content: to its own and to that of all modules of the
+package that it imports. Comments, docstrings and layout do not count. A name that a package's
+``__init__`` only passes on leads to the module that has it, so a room's face does not tie all of
+its modules together. What a module imports for the type checker alone is left out.
 
 A file is read again only when its size or time changed; what was found in it is kept in a file.
+``JOULEPATH_CACHE_DIR`` moves all folders.
 """
 
 from __future__ import annotations
@@ -16,16 +17,85 @@ import ast
 import hashlib
 import json
 import os
+import shutil
+import sys
 import tempfile
+import time
 from collections.abc import Iterator
 from contextlib import suppress
 from functools import cache
+from importlib.metadata import version
 from pathlib import Path
 
 COMPILER = "planner.compiled_code"
 """Says where code is kept, not what it does: nothing follows from it."""
 Import = tuple[str, str, str]
 """Module, name taken from it ("" for the module itself), and what it is called here."""
+KERNEL_PREFIX = "joulepath_kernel_"
+"""Modules of generated kernels; the rest of such a name is the key of their content."""
+KEPT_SECONDS = 7 * 24 * 3600
+"""Code of another content is removed once it was not used for a week."""
+
+VERSIONS = f"{sys.implementation.cache_tag}-{version('numba')}"
+"""Of what compiles: code of two compilers does not mix."""
+
+
+def cache_base() -> Path:
+    """Folder for everything that joulepath compiles."""
+    chosen = os.environ.get("JOULEPATH_CACHE_DIR")
+    return Path(chosen) if chosen else Path.home() / ".cache" / "joulepath"
+
+
+@cache
+def code_folder(module: str) -> Path | None:
+    """Folder of a module's compiled code; None if it is not of planner or cannot be written."""
+    base = cache_base() / "compiled"
+    if module.startswith(KERNEL_PREFIX):
+        key = module.removeprefix(KERNEL_PREFIX)
+    elif module.partition(".")[0] == __package__:
+        key = _sources().key(module)
+    else:
+        return None
+    of_module = base / module.partition(f"_{key}")[0]
+    folder = of_module / f"{key}-{VERSIONS}"
+    try:
+        new = not folder.exists()
+        folder.mkdir(parents=True, exist_ok=True)
+        os.utime(folder)
+        if new:
+            _forget_old(of_module)
+    except OSError:
+        return None
+    return folder
+
+
+def compiled_modules() -> dict[str, set[str]]:
+    """Modules of planner with compiled code → those of them that each one imports."""
+    found = _sources().users(COMPILER, "njit")
+    return {module: _sources().closure(module) & {*found} - {module} for module in found}
+
+
+def is_compiled(module: str) -> bool:
+    """Whether code of a module of planner at its present content is on disk."""
+    folder = cache_base() / "compiled" / module / f"{_sources().key(module)}-{VERSIONS}"
+    return any(folder.glob("*.nbc"))
+
+
+def state() -> str:
+    """20 hex digits that follow from the content of all modules with compiled code."""
+    keys = (f"{module} {_sources().key(module)}" for module in sorted(compiled_modules()))
+    return hashlib.sha256("\n".join([VERSIONS, *keys]).encode()).hexdigest()[:20]
+
+
+@cache
+def _sources() -> Sources:
+    return Sources(Path(__file__).parent, cache_base() / "compiled" / "sources.json")
+
+
+def _forget_old(folders: Path) -> None:
+    for folder in folders.iterdir():
+        if time.time() - folder.stat().st_mtime > KEPT_SECONDS:
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 class Sources:

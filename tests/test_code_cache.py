@@ -1,0 +1,56 @@
+"""Folders of compiled code: one for each content; old ones go; none where nothing is written."""
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from planner.code_cache import KEPT_SECONDS, KERNEL_PREFIX, code_folder
+
+
+@pytest.fixture(autouse=True)
+def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    monkeypatch.setenv("JOULEPATH_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    code_folder.cache_clear()
+    yield
+    code_folder.cache_clear()
+
+
+def test_a_folder_that_cannot_be_made_is_left_to_numba(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "file"
+    file.touch()
+    monkeypatch.setenv("JOULEPATH_CACHE_DIR", str(file))
+    assert code_folder("planner.terrain.interpolation") is None
+
+
+def test_old_code_of_other_content_goes_and_new_stays(tmp_path: Path) -> None:
+    of_module = tmp_path / "cache" / "compiled" / "planner.terrain.interpolation"
+    long_ago = time.time() - 2.0 * KEPT_SECONDS
+    for name in ("old", "new"):
+        (of_module / name).mkdir(parents=True)
+    os.utime(of_module / "old", (long_ago, long_ago))
+    assert code_folder("planner.terrain.interpolation") is not None
+    assert not (of_module / "old").exists()
+    assert (of_module / "new").exists()
+
+
+def test_a_generated_kernel_is_kept_by_its_name() -> None:
+    folder = code_folder(f"{KERNEL_PREFIX}0123456789abcdef0123")
+    assert folder is not None
+    assert folder.name.startswith("0123456789abcdef0123-")
+    assert folder.parent.name == KERNEL_PREFIX.rstrip("_")
+
+
+def test_looking_for_compiled_code_loads_no_compiler() -> None:
+    program = "import sys, service.compiling; print({'numba', 'numpy'} & {*sys.modules})"
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.strip() == "set()"
