@@ -70,6 +70,7 @@ def test_the_page_says_what_was_minimised(page: Any, workers: ScriptedWorkers) -
     workers.work = lambda *_: json.dumps(answered(found))
     click_metres(page, 2.0, 1.0)
     click_metres(page, 8.0, 4.0)
+    page.locator("#result tbody tr").nth(1).wait_for()
     rows = page.locator("#result tbody tr").all_inner_texts()
     assert [row.split("\t")[0] for row in rows] == ["route (least time)", "fastest"]
 
