@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -14,6 +12,7 @@ from planner.search.field import polyline_cost
 from planner.search.requests import SituationRequest
 from planner.search.results import Route, drive
 from planner.search.situation import situation_of
+from planner.search.solve.anytime import further_candidates
 from planner.search.solve.pipeline import Candidate
 from planner.search.trajectory.limit_checks import broken_limits
 from planner.search.turns import turning
@@ -105,16 +104,20 @@ def test_a_second_request_is_answered_alike(relief):
     assert np.array_equal(first.routes[0].arrays["x"], second.routes[0].arrays["x"])
 
 
-def test_what_breaks_a_limit_is_not_chosen_however_little_it_takes(relief, monkeypatch):
-    def hasty(run, attempt):
-        route = attempt.route
-        motion = replace(route.motion, time=route.motion.time / 5, speed=5 * route.motion.speed)
-        for source, found in (
-            ("hasty", replace(route, energy_j=0.5 * route.energy_j, motion=motion)),
-            ("same", replace(route, energy_j=0.9 * route.energy_j)),
-        ):
-            yield Candidate(found, source, attempt.legs)
+def test_whatever_may_be_chosen_keeps_to_all_limits(relief, monkeypatch):
+    """Nothing looks at the limits of a candidate again, so each keeps to them where it is made."""
+    made: list[Candidate] = []
 
-    monkeypatch.setattr("planner.search.solve.portfolio.further_candidates", hasty)
-    answer = plan_route(terrain=relief, **ENDS, time_budget_s=1.0)
-    assert answer.planner.chosen == "same"
+    def noted(run, attempt):
+        for candidate in further_candidates(run, attempt):
+            made.append(candidate)
+            yield candidate
+
+    monkeypatch.setattr("planner.search.solve.portfolio.further_candidates", noted)
+    answer = plan_route(terrain=relief, **ENDS, time_budget_s=1.5)
+    assert made
+    situation = situation_of(SituationRequest(map="hills"), terrain=relief)
+    field, conditions = situation.field("energy"), situation.conditions
+    motions = [candidate.route.motion for candidate in made]
+    for motion in [*motions, answer.routes[0].motion]:
+        assert not broken_limits(field, conditions, motion, finely=True)
