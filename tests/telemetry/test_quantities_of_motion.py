@@ -11,6 +11,7 @@ from planner.telemetry.quantities_of_motion import (
     AXES,
     FURTHER,
     STANDSTILL,
+    all_axes,
     further_axes,
     motion_axes,
     temperature_of,
@@ -24,8 +25,11 @@ def on_slope(roll=0.0, pitch=0.0, **motion):
 
 
 def test_names_are_those_of_the_diagnosis():
-    assert set(motion_axes(rows_from(vx=[1.0]))) == set(AXES)
-    assert set(further_axes(rows_from(vx=[1.0]))) == set(FURTHER)
+    rows = rows_from(vx=[1.0])
+    assert set(motion_axes(rows)) == set(AXES)
+    # Rows know no power of a model.
+    assert set(further_axes(rows)) == set(FURTHER) - {"predicted_power"}
+    assert set(all_axes(rows)) == {*AXES, *FURTHER, "surface"}
 
 
 @pytest.mark.parametrize(

@@ -104,8 +104,11 @@ def floor_of(log: Telemetry, examination: Examination, explained: Sequence[int])
     for rows in _alike(input_error / plain):
         floor[rows] *= max(_scale(left[rows] / plain[rows]), 1.0)
     # What was fitted to these rows is below the error on others, slow noise above all.
-    held = LinearHeldout(log, examination).residual_with([*explained, *(rest[k] for k in further)])
-    return floor * max(_scale(held / floor), noise.floor_w / rms(floor), 1.0)
+    held = LinearHeldout(log, examination)
+    # Columns that do not hold on other rows, as in a log of a minute, explain nothing.
+    kinds = ([*explained, *(rest[k] for k in further)], list(explained))
+    missed = min(_scale(held.residual_with(kind) / floor) for kind in kinds)
+    return floor * max(missed, noise.floor_w / rms(floor), 1.0)
 
 
 def unexplained_by(log: Telemetry, residual: Array, floor: Array, watts: Array) -> Unexplained:
