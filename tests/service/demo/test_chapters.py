@@ -17,7 +17,7 @@ def run(monkeypatch: pytest.MonkeyPatch, report: Path, **changes: Any) -> int:
     monkeypatch.setattr(
         chapters, "CHAPTERS", chapters.CHAPTERS[:2]
     )  # the rest: test_closing_the_loop
-    monkeypatch.setattr(chapters, "plan_route", lambda request, seed: answer(**changes))
+    monkeypatch.setattr(chapters, "plan_route", lambda request, **_: answer(**changes))
     return chapters.main(report)
 
 

