@@ -92,13 +92,13 @@ def test_a_change_ends_the_job_that_runs(
     assert response.value.json()["state"] == "cancelled"
     page.get_by_text("Stopped, as the log or the model was changed.").wait_for()
     expect(page.get_by_role("button", name="Compare")).to_be_enabled()
-    assert page.locator("#findings").get_attribute("aria-busy") == "false"
+    expect(page.locator("#findings")).to_have_attribute("aria-busy", "false")
     # The next one is about what is chosen now.
     bench.hang = False
     page.get_by_role("button", name="Compare").click()
     page.get_by_text("Compared.").wait_for()
-    assert not page.get_by_text(OLD).is_visible()
-    assert not page.get_by_text("The model lacks air_drag.").is_visible()
+    expect(page.get_by_text(OLD)).not_to_be_visible()
+    expect(page.get_by_text("The model lacks air_drag.")).not_to_be_visible()
 
 
 def test_a_job_that_began_late_is_ended_too(page: Any, bench: Workbench) -> None:
@@ -112,7 +112,7 @@ def test_a_job_that_began_late_is_ended_too(page: Any, bench: Workbench) -> None
     with ended as response:
         held[0].continue_()
     assert response.value.json()["state"] == "cancelled"
-    assert page.get_by_text("Stopped, as the log or the model was changed.").is_visible()
+    expect(page.get_by_text("Stopped, as the log or the model was changed.")).to_be_visible()
 
 
 @pytest.mark.parametrize("what", CHANGES)
@@ -124,17 +124,17 @@ def test_findings_of_another_question_are_marked(page: Any, what: str) -> None:
     page.get_by_text(OLD).wait_for()
     # What was found elsewhere is not adopted here.
     expect(page.get_by_role("button", name="Adopt")).to_be_disabled()
-    assert page.locator("#diagnosis-card.old").is_visible()
+    expect(page.locator("#diagnosis-card.old")).to_be_visible()
     choose_log(page, "second.csv")
     choose_model(page, "minibalance")
-    assert not page.get_by_text(OLD).is_visible()
+    expect(page.get_by_text(OLD)).not_to_be_visible()
     expect(page.get_by_role("button", name="Adopt")).to_be_enabled()
     # A comparison of something else does not stand beside this diagnosis.
     CHANGES[what](page)
     page.get_by_role("button", name="Compare").click()
     page.get_by_text("Compared.").wait_for()
-    assert not page.get_by_text(OLD).is_visible()
-    assert not page.get_by_text("The model lacks air_drag.").is_visible()
+    expect(page.get_by_text(OLD)).not_to_be_visible()
+    expect(page.get_by_text("The model lacks air_drag.")).not_to_be_visible()
 
 
 def test_remarks_are_those_of_the_log_that_is_chosen(page: Any) -> None:
@@ -146,7 +146,7 @@ def test_remarks_are_those_of_the_log_that_is_chosen(page: Any) -> None:
     with page.expect_request(f"**/v1/logs/{first}"):
         choose_log(page, "first.csv")
     # Those of the log before do not stand under this one's name.
-    assert not page.locator("#log-remarks").is_visible()
+    expect(page.locator("#log-remarks")).not_to_be_visible()
     choose_log(page, "second.csv")
     page.locator("#log-remarks").wait_for()
     late = {"report": [], "derived": [], "assumed": ["of the first log"]}
@@ -154,7 +154,7 @@ def test_remarks_are_those_of_the_log_that_is_chosen(page: Any) -> None:
         held[0].fulfill(json=late)
     # A round trip later it would be there.
     page.evaluate("fetch('/v1/logs').then((answer) => answer.json())")
-    assert page.locator("#log-notes li").all_text_contents() == ["a gap", "Assumed: flat"]
+    expect(page.locator("#log-notes li")).to_have_text(["a gap", "Assumed: flat"])
 
 
 def test_findings_do_not_outlive_a_return_to_an_older_version(page: Any, bench: Workbench) -> None:
@@ -174,4 +174,4 @@ def test_findings_do_not_outlive_a_return_to_an_older_version(page: Any, bench: 
     page.get_by_text("The model lacks air_drag.").wait_for()
     page.get_by_role("button", name="Back to it").first.click()
     page.get_by_text("is as version").wait_for()
-    assert not page.get_by_text("The model lacks air_drag.").is_visible()
+    expect(page.get_by_text("The model lacks air_drag.")).not_to_be_visible()

@@ -6,6 +6,7 @@ import json
 from typing import Any
 
 import pytest
+from playwright.sync_api import expect
 from pydantic import SecretStr
 
 from service.settings import Settings
@@ -42,4 +43,4 @@ def test_the_page_asks_for_a_key_until_it_is_right(
         page.get_by_text(READY).wait_for()
         page.reload()
         page.get_by_text(READY).wait_for()
-        assert asked.count() == 0
+        expect(asked).to_have_count(0)

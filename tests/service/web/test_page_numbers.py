@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from playwright.sync_api import expect
 
 from planner.report.workbench import as_html
 from planner.search.results import Route
@@ -115,18 +116,19 @@ def test_power_that_is_only_rounding_is_zero(page: Any, bench: Bench) -> None:
     heights = [1e-15, 0.3, 0.6, 0.3, -4e-17, 0.0, 0.0]
     bench.route = driven(watts, heights, 1.0)
     plan(page)
+    expect(page.locator("#along svg.chart")).to_have_count(3)
     assert not [words for words in words_of(page, "#along") if "e-" in words.lower()]
     # The axis of power begins at zero, which is written once.
     power = page.locator("#along svg", has_text="Power along the route")
     assert power.locator("text[text-anchor=end]").all_text_contents().count("0") == 1
-    assert "gives back" not in page.locator("#legend").inner_text()
+    expect(page.locator("#legend")).not_to_contain_text("gives back")
     assert GIVEN_BACK not in colours(page)
 
 
 def test_power_that_is_given_back_is_said(page: Any, bench: Bench) -> None:
     bench.route = driven([88.0, -12.0, 24.0], [0.0, 1.0, 0.5, 0.0], 1.0)
     plan(page)
-    assert "gives back" in page.locator("#legend").inner_text()
+    expect(page.locator("#legend")).to_contain_text("gives back")
     assert GIVEN_BACK in colours(page)
 
 
@@ -150,10 +152,12 @@ def test_nothing_is_written_with_a_sign_or_an_exponent(
     }
     work(page)
     where = page.locator("#comparison section", has_text="Where the model is wrong")
+    where.wait_for()
     cells = where.locator("tbody td").all_inner_texts()
     assert (cells[1], cells[3]) == ("+0.000 W ± 0.20 W", "0.0 %")
     ranking = page.locator("#diagnosis section", has_text="What could be missing")
-    assert "drag_area = 0 ± 0.01 m²" in ranking.inner_text()
+    expect(ranking).to_contain_text("drag_area = 0 ± 0.01 m²")
+    page.locator("#comparison svg.chart").first.wait_for()
     assert not [words for words in words_of(page, "#comparison") if "e-" in words]
 
 
@@ -200,7 +204,7 @@ def test_all_words_of_all_charts_are_inside(
         page.locator("#versions svg circle").first.wait_for()
         ask(page)
         for place, charts in (("#along", 3), ("#comparison", 6), ("#diagnosis", 6)):
-            assert page.locator(f"{place} svg.chart:visible").count() >= charts
+            expect(page.locator(f"{place} svg.chart:visible").nth(charts - 1)).to_be_visible()
         for now in (width, 400):  # the same after the window has become another one
             page.set_viewport_size({"width": now, "height": 850})
             assert page.evaluate(CLIPPED) == []

@@ -155,7 +155,7 @@ def test_a_change_ends_what_is_planned(page: Any, wire: Wire, what: str) -> None
     wire.let_through()
     # A new map's relief has to arrive before a route can be asked for on it.
     expect(page.get_by_role("button", name="Plan", exact=True)).to_be_enabled()
-    assert page.locator("#answer").get_attribute("aria-busy") == "false"
+    expect(page.locator("#answer")).to_have_attribute("aria-busy", "false")
     if what == "map":
         for field, value in PLACES.items():
             page.locator(f"#{field}").fill(str(value))
@@ -173,21 +173,21 @@ def test_what_was_shown_before_is_marked_until_it_is_asked_again(
     plan(page, wire)
     page.get_by_text(shown(page)).wait_for()
     old = page.get_by_text("This answers an earlier question. Plan again.")
-    assert not old.is_visible()
+    expect(old).not_to_be_visible()
     field, value = CHANGES[what]
     before = page.locator(f"#{field}").input_value()
     change(page, field, value)
-    assert old.is_visible()
+    expect(old).to_be_visible()
     fainter = "s => Number(getComputedStyle(document.querySelector(s)).opacity)"
     for part in ("#message", "#result", ".routes", "#legend", "#along section"):
         assert page.evaluate(fainter, part) < 1
     # Asked as before it is the answer; so is the new one when it is there.
     change(page, field, before)
-    assert not old.is_visible()
+    expect(old).not_to_be_visible()
     change(page, field, value)
     plan(page, wire)
     page.get_by_text(shown(page)).wait_for()
-    assert not old.is_visible()
+    expect(old).not_to_be_visible()
     assert page.evaluate(fainter, "#result") == 1
 
 
@@ -197,10 +197,10 @@ def test_a_refusal_of_another_question_is_marked_too(page: Any, wire: Wire) -> N
     page.route("**/v1/routes?*", answering(problem, status=422))
     page.locator("#plan").click()
     page.get_by_text("start: on an obstacle").wait_for()
-    assert page.locator("#start-x").get_attribute("aria-invalid") == "true"
+    expect(page.locator("#start-x")).to_have_attribute("aria-invalid", "true")
     page.locator("#start-x").fill("3")
-    assert page.get_by_text("This answers an earlier question").is_visible()
-    assert page.locator("[aria-invalid]").count() == 0
+    expect(page.get_by_text("This answers an earlier question")).to_be_visible()
+    expect(page.locator("[aria-invalid]")).to_have_count(0)
 
 
 # Runs in the page after everything that changes it or is typed: what is shown and not marked must
@@ -289,16 +289,17 @@ def test_the_picture_is_that_of_the_map_that_is_chosen(page: Any, wire: Wire) ->
     with page.expect_request("**/v1/maps/hall/relief?*"):
         page.locator("#map").select_option("hall")
     # The warehouse is not taken for the hall while that one is loaded.
-    assert not page.locator("#picture svg.map").is_visible()
+    expect(page.locator("#picture svg.map")).not_to_be_visible()
     page.locator("#stage").click(position={"x": 30, "y": 30})
-    assert page.locator("#start-x").input_value() == ""
+    expect(page.locator("#start-x")).to_have_value("")
     page.locator("#map").select_option("warehouse")
     page.get_by_text("Choose a start and a goal.").wait_for()
     for asked in held:
         with suppress(Exception):
             asked.fulfill(json=RELIEFS["hall"])
     # What was typed for the warehouse has come back with it.
-    assert [page.locator(f"#{field}").input_value() for field in PLACES] == ["2", "1", "8", "4"]
+    for field, value in PLACES.items():
+        expect(page.locator(f"#{field}")).to_have_value(str(value))
     wire.holding = False
     plan(page, wire)
     page.get_by_text(shown(page)).wait_for()

@@ -58,40 +58,40 @@ def test_from_a_log_to_a_route_with_what_was_learnt(
     workers.work = reporting(bench, {"compare": drawn["compare"], "diagnose": drawn["diagnose"]})
     upload(page)
     page.get_by_text("drive.csv was read: 1 rows in 1 runs.").wait_for()
-    assert page.locator("#log-notes li").all_text_contents() == ["a gap", "Assumed: flat"]
+    expect(page.locator("#log-notes li")).to_have_text(["a gap", "Assumed: flat"])
 
     page.get_by_role("button", name="Compare").click()
     page.get_by_text("misses the measured power by 2.36 W rms").wait_for()
     # 48.5 kJ predicted, 50 kJ measured.
     page.get_by_text("3.0 % too low").wait_for()
     regimes = page.locator("#comparison section", has_text="Where the model is wrong")
-    assert "faster than 0.4 m/s" in regimes.locator("tbody tr").inner_text()
+    expect(regimes.locator("tbody tr")).to_contain_text("faster than 0.4 m/s")
     # A line over speed, a point for each ground.
     speed, ground = (
         page.locator("#comparison svg", has_text=f"Residual over {axis}")
         for axis in ("speed", "ground")
     )
-    assert speed.locator("polyline.before").count() == 1
-    assert ground.locator("circle").count() == 2
+    expect(speed.locator("polyline.before")).to_have_count(1)
+    expect(ground.locator("circle")).to_have_count(2)
 
     page.get_by_role("button", name="Diagnose").click()
     page.get_by_text("Something is missing:").wait_for()
     ranking = page.locator("#diagnosis section", has_text="What could be missing")
+    ranking.wait_for()
     row = ranking.locator("tbody tr").first.inner_text()
     assert ["size = 0.1234 ± 0.0056 m²" in row, "97 %" in row] == [True, True]
     assert ["aliased with" in ranking.inner_text(), "vibration" in row] == [True, True]
     untold = page.locator("#diagnosis section", has_text="What this log cannot identify")
-    assert "wear, battery_sag" in untold.inner_text()
+    expect(untold).to_contain_text("wear, battery_sag")
     # What was found last stands first.
-    assert page.locator("#findings article:visible > h3").all_inner_texts() == [
-        "What is missing",
-        "Where the model fails",
-    ]
+    expect(page.locator("#findings article:visible > h3")).to_have_text(
+        ["What is missing", "Where the model fails"]
+    )
 
     page.get_by_role("button", name="Adopt").click()
     page.get_by_text("held-out error 2.10 W → 0.52 W").wait_for()
     assert bench.tasks[-1][1].effects == ("diagnosed",)
-    assert page.locator("#versions svg circle.solid").count() == 1
+    expect(page.locator("#versions svg circle.solid")).to_have_count(1)
 
     for field, value in (("start-x", 2), ("start-y", 1), ("goal-x", 8), ("goal-y", 4)):
         page.locator(f"#{field}").fill(str(value))
@@ -129,22 +129,22 @@ def test_going_back_makes_a_version(page: Any, bench: Workbench) -> None:
     page.get_by_label("Start from").select_option(label="minibalance: version 3, air_drag: 0.52 W")
     rows = page.locator("#versions tbody").first.locator("tr")
     rows.nth(1).wait_for()
-    assert page.locator("#versions svg circle.solid").count() == 2
+    expect(page.locator("#versions svg circle.solid")).to_have_count(2)
     # To the first of the two; the second is what stands.
-    assert page.get_by_role("button", name="Back to it").count() == 1
+    expect(page.get_by_role("button", name="Back to it")).to_have_count(1)
     rows.nth(0).get_by_role("button", name="Back to it").click()
     page.get_by_text("Version 3 is as version 2 was.").wait_for()
     job, path = bench.tasks[-1]
     assert job == "revert"
     assert Path(path).read_text() == bench.saved
-    assert page.locator("#start-model option[data-kind=model]").count() == 2
+    expect(page.locator("#start-model option[data-kind=model]")).to_have_count(2)
 
 
 def test_a_log_that_cannot_be_used_says_why(page: Any, bench: Workbench) -> None:
     bench.refusal = LogError("drive.csv", "has no column 'power'", accepted="columns")
     upload(page)
     page.get_by_role("alert").get_by_text("drive.csv: has no column 'power'").wait_for()
-    assert page.locator("#log option").count() == 0
+    expect(page.locator("#log option")).to_have_count(0)
 
 
 def test_a_long_job_is_cancelled(page: Any, bench: Workbench) -> None:
