@@ -78,7 +78,7 @@ def _fenced(text: str) -> str:
     done = []
     for paragraph in text.split("\n\n"):
         if paragraph.startswith("    "):
-            paragraph = "```\n" + inspect.cleandoc("\n" + paragraph) + "\n```"
+            paragraph = "```text\n" + inspect.cleandoc("\n" + paragraph) + "\n```"
         done.append(paragraph)
     return "\n\n".join(done)
 

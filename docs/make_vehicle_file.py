@@ -19,15 +19,18 @@ HEAD = f"""# The vehicle file
 
 `python -m docs.make_vehicle_file` writes this page from the fields that the reader knows.
 
-    joulepath vehicles new > my-robot.toml        # a file to fill in
-    joulepath vehicles check my-robot.toml        # what is derived, assumed and odd
-    joulepath vehicles minibalance --toml         # an installed one, with a comment for each key
+```sh
+joulepath vehicles new > my-robot.toml        # a file to fill in
+joulepath vehicles check my-robot.toml        # what is derived, assumed and odd
+joulepath vehicles minibalance --toml         # an installed one, with a comment for each key
+```
 
 Each value is a number in SI, or a table that states more of it:
 
 ```toml
+[body]
 mass = 12.5
-mass = {{ value = 12500, unit = "g", source = "data sheet, page 2", uncertainty = 0.02 }}
+length = {{ value = 750, unit = "mm", source = "data sheet, page 2", uncertainty = 0.02 }}
 ```
 
 `unit` is any unit that converts to the SI one, in any usual spelling: "mN·m/A", "mNm/A" and

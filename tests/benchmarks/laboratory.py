@@ -343,7 +343,7 @@ def section_of(found: Mapping[str, Any]) -> str:
         f"{found['median_cpu_seconds']} s of processor time (median).\n"
         "The reported noise floor over the oracle's is "
         f" {low:.2f}, {middle:.2f} and {high:.2f} at 5, 50 and 95 %.\n\n"
-        f"{text_of(found)}\nLogs with a wrong answer:\n\n```\n{wrong}```\n"
+        f"{text_of(found)}\nLogs with a wrong answer:\n\n```text\n{wrong}```\n"
     )
 
 

@@ -1,4 +1,4 @@
-"""A new effect is one new file: everything else follows from it."""
+"""A new effect is one new file, the one that its page shows: everything else follows from it."""
 
 from __future__ import annotations
 
@@ -10,50 +10,17 @@ from typing import Any
 
 import pytest
 
+from tests.documents.blocks import blocks_of
+
 SLUG = "towed_rope"
-FILE = '''"""Towed rope: a rope that is dragged along a rough floor.
-
-    F = t along the direction of travel, only forward motion pulls it taut
-
-Sign
-    a resistance while driving forward.
-Source
-    own, for a test.
-Holds for
-    a rope that hangs behind the robot.
-Left out
-    the rope's own weight.
-"""
-
-from planner.power.effect import Effect, Parameter, WorkedExample
-from planner.power.kernel_math import positive, sign
-
-
-class TowedRope(Effect):
-    """Force of a rope behind the robot."""
-
-    slug = "towed_rope"
-    title = "a rope behind the robot"
-    loss = True
-
-    rope_force = Parameter(unit="N", default=3.0, null=0.0, bounds=(0.0, 50.0), doc="Of the rope.")
-
-    @staticmethod
-    def body_force(vx, rope_force):
-        """N, N, N·m that the wheels must supply."""
-        force = rope_force * positive(sign(vx, 0.05))
-        return force, 0.0 * force, 0.0 * force
-
-    examples = (
-        WorkedExample("body_force", {"vx": 500.0, "rope_force": 3}, (3.0, 0.0, 0.0), "3·1"),
-    )
-'''
+PAGE = "docs/adding-an-effect.md"
 
 
 @pytest.fixture(scope="module")
 def seen(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     folder = tmp_path_factory.mktemp("effects")
-    (folder / f"{SLUG}.py").write_text(FILE, encoding="utf-8")
+    (file,) = (block.text for block in blocks_of(PAGE) if f"{SLUG}.py" in block.title)
+    (folder / f"{SLUG}.py").write_text(file, encoding="utf-8")
     done = subprocess.run(
         [sys.executable, "-m", "tests.conformance.one_more_effect", str(folder)],
         cwd=Path(__file__).parents[2],

@@ -58,7 +58,7 @@ def document_text(document: Mapping[str, Any], rows: Sequence[Row]) -> str:
             "\npenalties are chosen on held-out runs: the sparsest within one standard error.\n"
         ]
     if document["not_right"]:
-        parts += ["\n## Logs without the right answer\n\n```\n"]
+        parts += ["\n## Logs without the right answer\n\n```text\n"]
         parts += [f"{line}\n" for line in document["not_right"]]
         parts += ["```\n"]
     return "".join(parts)
