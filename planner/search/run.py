@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 
 from planner.arrays import Array
 from planner.cancellation import CancellationToken
+from planner.errors import Cancelled
 from planner.progress import Progress
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
@@ -80,12 +81,19 @@ class Run:
 
     @contextmanager
     def within_budget(self) -> Iterator[Run]:
-        """The same run, cancelled when the time budget ends; for what follows a first route."""
+        """The same run, cancelled when the time budget ends; for what follows a first route.
+
+        Where the time is up, the ``with`` ends early and without an error.
+        """
         if math.isinf(self.seconds_left):
             yield self
             return
         with CancellationToken(lambda: self.cancelled() or self.seconds_left <= 0.0) as token:
-            yield replace(self, token=token)
+            try:
+                yield replace(self, token=token)
+            except Cancelled:
+                if self.cancelled():
+                    raise
 
     @property
     def poses(self) -> tuple[PoseRequest, ...]:

@@ -21,10 +21,14 @@ import json
 import pstats
 import statistics
 import sys
+import threading
 import time
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
+from unittest import mock
 
 import numpy as np
 
@@ -32,6 +36,7 @@ from planner import plan_route
 from planner.search.requests import PlanRequest
 from planner.search.resolution import MARGIN
 from planner.search.situation import situation_of
+from planner.search.solve import pipeline
 from planner.terrain.catalogue import open_map
 from planner.terrain.footprint import body_fits
 from planner.terrain.heightmap import Terrain
@@ -241,17 +246,42 @@ def times(seed: int = SEED, count: int | None = None) -> dict[str, Any]:
 
 
 def budgets(seed: int = SEED) -> dict[str, Any]:
-    """How late answers with a time budget come, on one map of each kind, for ``make bench``."""
+    """How late answers with a time budget come, CPU s, on one map of each kind, for ``make bench``.
+
+    The planner's clock is the CPU time of the process, which other programs do not advance. Late is
+    what comes after the end of the budget, or after the first route where that comes later.
+    """
     late: dict[str, float] = {}
-    for name in ("shelves", "jacksboro-1to100"):
-        terrain = made(name, seed)
-        for asked in places(terrain, 2, seed):
-            first = ask(terrain, asked)["wall_s"]
-            for budget in BUDGETS:
-                taken = ask(terrain, asked, time_budget_s=budget)["wall_s"]
-                key = f"{name}, {budget:g} s"
-                late[key] = max(late.get(key, 0.0), round(taken - max(budget, first), 3))
-    return {"late_s": late, "bar": f"≤ {LATE} s", "holds": max(late.values()) <= LATE}
+    clock = SimpleNamespace(perf_counter=time.process_time)
+    firsts: list[float] = []
+    plain = pipeline.priced
+
+    def priced(*given: Any) -> Any:
+        route = plain(*given)
+        if threading.current_thread() is threading.main_thread():
+            firsts.append(time.process_time())
+        return route
+
+    where = "planner.search"
+    with ExitStack() as patched:
+        patched.enter_context(mock.patch(f"{where}.run.time", clock))
+        patched.enter_context(mock.patch(f"{where}.plan.time", clock))
+        for module in ("pipeline", "grid_planner"):
+            patched.enter_context(mock.patch(f"{where}.solve.{module}.priced", priced))
+        for name in ("shelves", "jacksboro-1to100"):
+            terrain = made(name, seed)
+            for asked in places(terrain, 2, seed):
+                plan_route(terrain=terrain, **asked)
+                for budget in BUDGETS:
+                    firsts.clear()
+                    begun = time.process_time()
+                    plan_route(terrain=terrain, **asked, time_budget_s=budget)
+                    ended = time.process_time()
+                    key = f"{name}, {budget:g} s"
+                    taken = round(ended - max(begun + budget, firsts[0]), 3)
+                    late[key] = max(late.get(key, taken), taken)
+                    print(f"{key:26s} late {taken:7.3f} s", flush=True)
+    return {"late_cpu_s": late, "bar": f"≤ {LATE} s", "holds": max(late.values()) <= LATE}
 
 
 def compared(before: dict[str, Any], after: dict[str, Any]) -> str:

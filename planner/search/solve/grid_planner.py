@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner.arrays import Array
-from planner.errors import Cancelled
 from planner.quantities import STANDARD_GRAVITY
 from planner.search.field import CostField, polyline_cost, segment_cost
 from planner.search.limit_places import Infeasible
@@ -118,12 +117,8 @@ class _Sketching:
         """
         found: list[tuple[Sketch, Caution]] = []
         with self.run.within_budget() as limited:
-            try:
-                for latest in self._sketches(caution, limited):
-                    found.append(latest)
-            except Cancelled:
-                if self.run.cancelled():
-                    raise
+            for latest in self._sketches(caution, limited):
+                found.append(latest)
         return [one for one, _ in found], found[-1][1] if found else caution
 
     def _sketches(self, caution: Caution, limited: Run) -> Iterator[tuple[Sketch, Caution]]:

@@ -19,7 +19,6 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.arrays import Array
-from planner.errors import Cancelled
 from planner.quantities import STANDARD_GRAVITY
 from planner.search.field import CostField, polyline_cost
 from planner.search.limit_places import Infeasible
@@ -190,21 +189,23 @@ def finished(
     failed, failed_of = (None, moving[0][1]) if moving else order[0]
     kept: list[tuple[Legs, Route, Sketch]] = []
     descended = _descended(run, moving) if effort.descent and objective == "energy" else []
-    for k, (one, of) in enumerate([*descended, *moving]):
-        closer = one.motion
-        if effort.closely:
-            closer = trajectory(run, of.field, one.legs, objective, CLOSELY)
-        if isinstance(closer, Infeasible):
-            if failed is None:
-                failed, failed_of = Driven(one.legs, closer), of
-            continue
-        route = priced(run, of.field, closer)
-        kept.append((one.legs, route, of))
-        # Where keeping to the limits costs little, the other candidates are not tried.
-        excess = 0.0 if k < len(descended) else DESCENT_EXCESS
-        least = moving[0][0].energy
-        if objective != "energy" or route.energy_j <= least + excess * abs(least):
-            break
+    with run.within_budget() as limited:
+        for k, (one, of) in enumerate([*descended, *moving]):
+            closer = one.motion
+            if effort.closely:
+                hurry = limited if kept else run
+                closer = trajectory(hurry, of.field, one.legs, objective, CLOSELY)
+            if isinstance(closer, Infeasible):
+                if failed is None:
+                    failed, failed_of = Driven(one.legs, closer), of
+                continue
+            route = priced(run, of.field, closer)
+            kept.append((one.legs, route, of))
+            # Where keeping to the limits costs little, the other candidates are not tried.
+            excess = 0.0 if k < len(descended) else DESCENT_EXCESS
+            least = moving[0][0].energy
+            if objective != "energy" or route.energy_j <= least + excess * abs(least):
+                break
     if kept:
         legs, route, of = min(kept, key=lambda one: one[1].energy_j)
         return Attempt(of.field, of.paths, legs, route)
@@ -271,22 +272,18 @@ def _descended(run: Run, moving: Sequence[tuple[Driven, Sketch]]) -> list[tuple[
     """
     found: list[tuple[Driven, Sketch]] = []
     with run.within_budget() as limited:
-        try:
-            for one, of in _worth_descent(moving, found):
-                limited.check()
-                legs = [path for path, _ in one.legs]
-                better = optimise_waypoints(
-                    *(of.field, run.conditions, legs, run.yaws),
-                    both=run.other_core.all,
-                    check=limited.check,
-                )
-                if better.motion is not None and better.energy < one.energy:
-                    moved = with_costs(of.field, better.legs)
-                    driven = Driven(moved, better.motion, better.energy, better.dissipated)
-                    found.append((driven, of))
-        except Cancelled:
-            if run.cancelled():
-                raise
+        for one, of in _worth_descent(moving, found):
+            limited.check()
+            legs = [path for path, _ in one.legs]
+            better = optimise_waypoints(
+                *(of.field, run.conditions, legs, run.yaws),
+                both=run.other_core.all,
+                check=limited.check,
+            )
+            if better.motion is not None and better.energy < one.energy:
+                moved = with_costs(of.field, better.legs)
+                driven = Driven(moved, better.motion, better.energy, better.dissipated)
+                found.append((driven, of))
     return sorted(found, key=lambda pair: pair[0].energy)
 
 
@@ -335,6 +332,7 @@ def trajectory(
         objective=OBJECTIVES[objective],
         care=care,
         checked=checked,
+        check=run.check,
     )
 
 

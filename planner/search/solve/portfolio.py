@@ -22,12 +22,15 @@ from planner.search.limit_places import Infeasible
 from planner.search.resolution import MARGIN
 from planner.search.results import Route, SearchSummary
 from planner.search.run import Run
+from planner.search.second_core import Later
 from planner.search.solve.anytime import further_candidates
 from planner.search.solve.grid_planner import dissipated, on_grid, path_exists
 from planner.search.solve.pipeline import (
+    ANSWER,
     BASELINE,
     Attempt,
     Candidate,
+    Effort,
     Legs,
     cheapest_near,
     drive_legs,
@@ -183,42 +186,50 @@ def _by_grid(run: Run) -> tuple[Attempt, list[Candidate]]:
     A request for time or length gets the routes of the other objectives' requests as well. So its
     answer is no worse than any route that it is compared with.
     """
-    with run.within_budget() as limited:
-        return _aimed(run, limited)
-
-
-def _aimed(run: Run, limited: Run) -> tuple[Attempt, list[Candidate]]:
-    """As ``_by_grid``; baselines, which an answer can do without, end with the time budget."""
     objective = run.request.objective
     field = run.field(objective, MARGIN)
     if not path_exists(run, field, objective):
         # Others would look for it on the same ground, and find as little.
         return on_grid(run, field, objective), []
-    others = baselines(limited)
-    aims = [objective] if objective == "energy" else [objective, "energy", *BASELINES.values()]
-    own = {aim: on_grid(run, run.field(aim, MARGIN), aim) for aim in dict.fromkeys(aims)}
-    compared = others()
-    found: list[Candidate | None] = []
-    for aim, attempt in own.items():
-        source = "grid" if aim == objective else f"grid, {aim}"
-        found.append(attempt.candidate(source))
-        elsewhere = {name: other for name, other in compared.items() if BASELINES[name] != aim}
-        if aim != "energy":
-            elsewhere["least energy"] = own["energy"]
-        driven: set[bytes] = set()
-        for name, other in elsewhere.items():
-            # Both baselines may be straight.
-            path = b"".join(path.tobytes() for path, _ in other.legs or [])
-            if run.seconds_left <= 0.0:
-                break
-            if other.legs is None or path in driven or not _worth_driving(run, attempt, other, aim):
-                continue
-            driven.add(path)
-            route = drive_legs(run, attempt.field, other.legs, aim)
-            if isinstance(route, Route):
-                found.append(Candidate(route, f"{source}, path of the {name}", other.legs))
-    found += [other.candidate(f"grid, {name}") for name, other in compared.items()]
+    with run.within_budget() as limited:
+        others = baselines(limited)
+        aims = [] if objective == "energy" else ["energy", *BASELINES.values()]
+        own: dict[str, Attempt] = {objective: on_grid(run, field, objective)}
+        rest = run if own[objective].route is None else limited
+        own |= {aim: _in_time(rest, aim) for aim in aims if aim != objective}
+        compared = others()
+        found = [own[aim].candidate("grid" if aim == objective else f"grid, {aim}") for aim in own]
+        found += [other.candidate(f"grid, {name}") for name, other in compared.items()]
+        for aim, attempt in own.items():
+            elsewhere = {name: other for name, other in compared.items() if BASELINES[name] != aim}
+            if aim != "energy":
+                elsewhere["least energy"] = own["energy"]
+            driven: set[bytes] = set()
+            for name, other in elsewhere.items():
+                # Both baselines may be straight.
+                path = b"".join(path.tobytes() for path, _ in other.legs or [])
+                limited.check()
+                if other.legs is None or path in driven:
+                    continue
+                if not _worth_driving(run, attempt, other, aim):
+                    continue
+                driven.add(path)
+                route = drive_legs(limited, attempt.field, other.legs, aim)
+                if isinstance(route, Route):
+                    source = "grid" if aim == objective else f"grid, {aim}"
+                    found.append(Candidate(route, f"{source}, path of the {name}", other.legs))
     return own[objective], [one for one in found if one is not None]
+
+
+def _in_time(run: Run, objective: str, effort: Effort = ANSWER, *, patient: bool = True) -> Attempt:
+    """What the grid comes to for an objective; nothing where the time budget ends before."""
+    field = run.field(objective, MARGIN)
+    try:
+        return on_grid(run, field, objective, effort, patient=patient)
+    except Cancelled:
+        if run.seconds_left > 0.0:
+            raise
+        return Attempt(field)
 
 
 def baselines(run: Run) -> Callable[[], dict[str, Attempt]]:
@@ -226,16 +237,11 @@ def baselines(run: Run) -> Callable[[], dict[str, Attempt]]:
     given = "time_budget_s" in run.request.model_fields_set
     patient = given and run.request.time_budget_s >= UNHURRIED
 
-    def search(aim: str) -> Attempt:
-        field = run.field(aim, MARGIN)
-        try:
-            return on_grid(run, field, aim, BASELINE, patient=patient)
-        except Cancelled:
-            if run.seconds_left > 0.0:
-                raise
-            return Attempt(field)
+    def search(aim: str) -> Later[Attempt]:
+        task = partial(_in_time, run, aim, BASELINE, patient=patient)
+        return run.other_core.submit(task)
 
-    waiting = {name: run.other_core.submit(partial(search, aim)) for name, aim in BASELINES.items()}
+    waiting = {name: search(aim) for name, aim in BASELINES.items()}
     return lambda: {name: run.other_core.result(task) for name, task in waiting.items()}
 
 

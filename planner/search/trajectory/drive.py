@@ -8,7 +8,7 @@ planner.search.results.energy_account prices it.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -63,6 +63,7 @@ def move(
     objective: int,
     care: Care = CLOSELY,
     checked: bool = True,
+    check: Callable[[], None] = lambda: None,
 ) -> Motion | Infeasible:
     """The best motion along a path.
 
@@ -74,8 +75,9 @@ def move(
         objective: 1 minimises time, anything else energy.
         care: how closely.
         checked: whether all limits are checked between the samples of the profiles too.
+        check: called between profiles; may raise to stop.
     """
-    motion = _move(field, conditions, legs, yaws, objective, care, checked)
+    motion = _move(field, conditions, legs, yaws, objective, care, checked, check)
     if checked and isinstance(motion, Motion):
         return overheated(field, conditions, motion) or motion
     return motion
@@ -89,11 +91,12 @@ def _move(
     objective: int,
     care: Care,
     checked: bool,
+    check: Callable[[], None],
 ) -> Motion | Infeasible:
     """The best motion by the limits that hold at every moment."""
     turned = [k for k, yaw in enumerate(yaws) if isinstance(yaw, tuple)]
     if turned:
-        return _in_parts(field, conditions, legs, yaws, turned, objective, care, checked)
+        return _in_parts(field, conditions, legs, yaws, turned, objective, care, checked, check)
     free_or_one = [arriving(yaw) for yaw in yaws]
     limits = conditions.model.vehicle.limits
     spacing = pose_spacing(min(field.dx, field.dy))
@@ -110,13 +113,15 @@ def _move(
     steps = _steps(field, track)
     shut: list[tuple[float, float, float]] = []
     for _ in range(care.turned):
+        check()
         yaw = _yaw_through(field, conditions, track, steps, free_or_one, objective, care, shut)
         if isinstance(yaw, Infeasible):
             return yaw
         roomy, yaw = room_to_move(track, yaw)
         on_roomy = steps if roomy is track else _steps(field, roomy)
         motion = _at_speed(
-            field, conditions, roomy, yaw, on_roomy, objective, care.speeds, checked, spacing
+            *(field, conditions, roomy, yaw, on_roomy, objective),
+            *(care.speeds, checked, check, spacing),
         )
         if isinstance(motion, Motion):
             break
@@ -141,6 +146,7 @@ def _in_parts(
     objective: int,
     care: Care,
     checked: bool,
+    check: Callable[[], None],
 ) -> Motion | Infeasible:
     """The motion where ``turned`` fixed points ask for several yaw angles: there it stands."""
     parts: list[Motion] = []
@@ -149,7 +155,7 @@ def _in_parts(
         if end > begun:
             wanted = [leaving(yaws[begun]), *yaws[begun + 1 : end], arriving(yaws[end])]
             inner = legs[begun:end]
-            part = _move(field, conditions, inner, wanted, objective, care, checked)
+            part = _move(field, conditions, inner, wanted, objective, care, checked, check)
             if isinstance(part, Infeasible):
                 return part
             parts.append(part)
@@ -173,6 +179,7 @@ def _at_speed(
     objective: int,
     beside: int,
     checked: bool,
+    check: Callable[[], None],
     spacing: float,
 ) -> Motion | Infeasible:
     """The best speeds along a track with its yaw, within all limits."""
@@ -181,6 +188,7 @@ def _at_speed(
     hardest = np.full(len(track.lengths), limits.acceleration)
     eased = np.zeros(len(track.lengths), np.int64)
     for _ in range(MOST_SPEED_PROFILES):
+        check()
         speeds, broken_at = speed_profile(
             conditions, track, yaw, steps, objective, beside, fastest, hardest
         )

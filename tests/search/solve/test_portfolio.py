@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import math
+import threading
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -14,7 +18,10 @@ from planner.search.results import Route, drive
 from planner.search.situation import situation_of
 from planner.search.solve.anytime import further_candidates
 from planner.search.solve.pipeline import Candidate
+from planner.search.solve.pipeline import priced as price
 from planner.search.trajectory.limit_checks import broken_limits
+from planner.search.trajectory.speed_profile import speed_profile
+from planner.search.trajectory.yaw_profile import yaw_profile
 from planner.search.turns import turning
 from planner.terrain.heightmap import Terrain
 from tests.search.grid.test_least_cost import hills
@@ -60,6 +67,44 @@ def test_when_the_budget_ends_with_the_first_route_it_is_the_answer(relief):
     assert not broken_limits(situation.field("energy"), situation.conditions, motion)
     unhurried = plan_route(terrain=relief, **ENDS).routes[0].energy_j
     assert unhurried <= answer.routes[0].energy_j < 1.1 * unhurried
+
+
+@pytest.mark.parametrize("objective", ["energy", "time"])
+@pytest.mark.parametrize("profiles", [0, 4, 40])
+def test_once_there_is_a_route_nothing_begins_after_the_budget(
+    relief, monkeypatch, objective, profiles
+):
+    """The budget ends so many profiles of yaw and speed after the first route."""
+    clock = SimpleNamespace(now=0.0)
+    left, late = [math.inf], []
+
+    def found(*given):
+        # Baselines may be there before, from the other core.
+        if threading.current_thread() is threading.main_thread():
+            left[0] = min(left[0], profiles)
+            clock.now = 0.0 if left[0] > 0 else 99.0
+        return price(*given)
+
+    def counted(profile):
+        def begin(*given, **named):
+            late.extend([profile] if clock.now else [])
+            left[0] -= 1
+            clock.now = 0.0 if left[0] > 0 else 99.0
+            return profile(*given, **named)
+
+        return begin
+
+    monkeypatch.setattr("planner.search.run.time", SimpleNamespace(perf_counter=lambda: clock.now))
+    monkeypatch.setattr("planner.search.plan.time", SimpleNamespace(perf_counter=lambda: 0.0))
+    monkeypatch.setattr("planner.search.solve.pipeline.priced", found)
+    monkeypatch.setattr("planner.search.solve.grid_planner.priced", found)
+    for name, profile in (("yaw_profile", yaw_profile), ("speed_profile", speed_profile)):
+        monkeypatch.setattr(f"planner.search.trajectory.drive.{name}", counted(profile))
+    answer = plan_route(terrain=relief, **ENDS, objective=objective, time_budget_s=9.0)
+    assert answer.status == "ok"
+    assert clock.now == 99.0
+    # One on either core may just have looked at the clock.
+    assert len(late) <= 2
 
 
 def test_who_stops_once_there_is_a_route_gets_it(relief):
