@@ -13,6 +13,7 @@ from planner import shown as _shown
 if TYPE_CHECKING:
     from planner.power.model import PowerModel
     from planner.search.front import Front, energy_time_front
+    from planner.search.graph import EnergyGraph, energy_graph
     from planner.search.matrix import Matrix, energy_matrix
     from planner.search.plan import plan_route
     from planner.search.reach import Reach, reachable_area
@@ -28,6 +29,7 @@ __all__ = [
     "Answer",
     "Comparison",
     "Diagnosis",
+    "EnergyGraph",
     "Front",
     "Matrix",
     "PlanRequest",
@@ -38,6 +40,7 @@ __all__ = [
     "adopt",
     "compare",
     "diagnose",
+    "energy_graph",
     "energy_matrix",
     "energy_time_front",
     "plan_route",
@@ -64,6 +67,8 @@ def __getattr__(name: str) -> Any:
             from planner.search import plan as home
         case "Front" | "energy_time_front":
             from planner.search import front as home
+        case "EnergyGraph" | "energy_graph":
+            from planner.search import graph as home
         case "Matrix" | "energy_matrix":
             from planner.search import matrix as home
         case "Reach" | "reachable_area":

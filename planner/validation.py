@@ -92,6 +92,9 @@ def accepted_at(asked: type[BaseModel], location: tuple[int | str, ...]) -> str:
 
 
 _PROBLEMS = {
+    "float_type": "is not a number",
+    "bool_type": "is neither true nor false",
+    "bool_parsing": "is neither true nor false",
     "string_type": "is not text",
     "string_unicode": "is not valid text",
     "string_too_short": "is empty",

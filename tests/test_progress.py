@@ -8,6 +8,7 @@ import pytest
 
 import planner
 from tests.search.maps import hills, terrain
+from tests.search.route_graphs import graph
 
 ENDS = {"start": {"x": 3.0, "y": 3.0}, "goal": {"x": 9.0, "y": 8.0}}
 
@@ -17,6 +18,7 @@ ENDS = {"start": {"x": 3.0, "y": 3.0}, "goal": {"x": 9.0, "y": 8.0}}
     [
         ("plan_route", {**ENDS}),
         ("energy_time_front", {**ENDS, "points": 2}),
+        ("energy_graph", {"graph": graph(ENDS.values(), [(0, 1)])}),
         ("energy_matrix", {"starts": list(ENDS.values())}),
         ("reachable_area", {"start": ENDS["start"], "energy_j": 30.0}),
     ],

@@ -1,7 +1,8 @@
-"""The commands that plan: ``plan``, ``matrix``, ``reach`` and ``front``.
+"""The commands that plan: ``plan``, ``graph``, ``matrix``, ``reach`` and ``front``.
 
     joulepath plan REQUEST.json
     joulepath plan --map DEM.tif --start 2,3 --goal 40,25
+    joulepath graph warehouse nodes.geojson --out energies.geojson
     joulepath matrix | reach | front REQUEST.json
 
 Each is a plain function; service.cli.program makes commands of them.
@@ -24,6 +25,7 @@ from planner.search.requests import (
     ReachRequest,
     SituationRequest,
 )
+from planner.search.route_graph import GraphRequest, read_graph
 from service import documents, formats
 from service.cli.tables import tell
 from service.cli.terminal import Json, Report, Verbose, working
@@ -112,6 +114,51 @@ def _check_format(name: str | None, as_json: bool, out: Path | None) -> None:
         raise RequestError("--json", f"and --format {name} both write to stdout", accepted=accepted)
 
 
+def graph(
+    map_: Annotated[
+        str, typer.Argument(metavar="MAP", help="Name of a map, or a file of heights.")
+    ],
+    nodes: Annotated[
+        Path, typer.Argument(metavar="NODES.geojson", help="Places and edges, as for Nav2.")
+    ],
+    vehicle: Annotated[str | None, typer.Option(help="Name or TOML file of a vehicle.")] = None,
+    model: Annotated[str | None, typer.Option(help="A saved model, instead of a vehicle.")] = None,
+    corridor: Annotated[
+        float | None,
+        typer.Option(help="m from the edge within which its route runs; else anywhere."),
+    ] = None,
+    objective: Annotated[str, typer.Option(help="energy, time or length.")] = "energy",
+    add_opposite: Annotated[
+        bool, typer.Option("--add-opposite", help="Add the opposite of edges that have none.")
+    ] = False,
+    out: Annotated[
+        Path | None, typer.Option(help="Write the graph to this file; else to stdout.")
+    ] = None,
+    json_: Json = False,
+    verbose: Verbose = False,
+) -> None:
+    """Energy of every edge of a graph for Nav2's route server, in both directions."""
+    given = {
+        "map": map_,
+        "vehicle": vehicle,
+        "model": model,
+        "corridor_m": corridor,
+        "objective": objective,
+        "add_opposite": add_opposite,
+        "graph": read_graph(nodes),
+    }
+    asked = GraphRequest.from_json({k: v for k, v in given.items() if v is not None})
+    with working() as how:
+        document = planner.energy_graph(asked, **how).to_json()
+    write_document(document, out)
+    if out is None and not json_:
+        typer.echo(documents.strict(document))
+        if closed := len(document["joulepath"]["closed"]):
+            typer.echo(f"{closed} directions cannot be driven; see joulepath.closed", err=True)
+    else:
+        tell("graph", document, json_, out)
+
+
 def _command(
     name: str, function: str, kind: type[SituationRequest], help_: str
 ) -> Callable[..., None]:
@@ -132,6 +179,7 @@ def _command(
 
 VERBS: tuple[Callable[..., None], ...] = (
     plan,
+    graph,
     _command("matrix", "energy_matrix", MatrixRequest, "Energies from each start to each goal."),
     _command("reach", "reachable_area", ReachRequest, "Area within range of an energy."),
     _command("front", "energy_time_front", FrontRequest, "Pareto front of duration and energy."),

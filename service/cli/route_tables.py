@@ -106,6 +106,27 @@ def _place(place: Document) -> str:
     return f"{place['x']:g}, {place['y']:g}"
 
 
+def graph(document: Document) -> Group:
+    """What a graph's edges take, and those that cannot be driven."""
+    summary = document["joulepath"]
+    edges = [
+        feature["properties"]["metadata"]
+        for feature in document["features"]
+        if "startid" in feature["properties"]
+    ]
+    lines = [
+        f"{len(edges)} of {summary['edges'] + summary['added']} edges between "
+        f"{summary['places']} places can be driven; {summary['added']} were added.",
+    ]
+    if edges:
+        energies = [edge["energy_j"] for edge in edges]
+        lines.append(f"An edge takes {joules(min(energies))} to {joules(max(energies))}.")
+    for one in summary["closed"]:
+        edge = "no edge" if one["id"] is None else f"edge {one['id']}"
+        lines.append(f"{edge}, {one['startid']} to {one['endid']}: {one['reason']}")
+    return Group(*(Text(line) for line in lines))
+
+
 def reach(document: Document) -> Group:
     """How far an energy takes the robot."""
     back = "there and back" if document["and_back"] else "there"

@@ -38,6 +38,7 @@ def as_tables(command: str, document: Mapping[str, Any]) -> RenderableType:
         titles = {slug: effect.title for slug, effect in all_effects().items()}
         return route_tables.report(document, titles)
     shown = {
+        "graph": route_tables.graph,
         "matrix": route_tables.matrix,
         "reach": route_tables.reach,
         "front": route_tables.front,

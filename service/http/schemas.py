@@ -242,6 +242,17 @@ class MatrixAnswer(Described):
     """relative error that nine in ten of the other pairs stay within, if known"""
 
 
+class GraphAnswer(Described):
+    """GeoJSON of a graph; edges that can be driven have cost, overridable and metadata."""
+
+    model_config = ConfigDict(extra="allow")
+
+    type: Literal["FeatureCollection"]
+    features: list[dict[str, Any]]
+    joulepath: dict[str, Any]
+    """what was asked, and under closed the directions that cannot be driven, with the reason"""
+
+
 class ReachAnswer(Described):
     """Area that can be reached with an energy."""
 

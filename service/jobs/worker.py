@@ -12,6 +12,7 @@ import planner
 
 # Loaded with the fork server, so that a fresh worker has it.
 import planner.search.front
+import planner.search.graph
 import planner.search.matrix
 import planner.search.reach
 from planner.power.catalogue import list_effects
@@ -19,6 +20,7 @@ from planner.power.vehicles import list_vehicles
 from planner.report.routes import answer_view
 from planner.search.plan import warm_up
 from planner.search.requests import FrontRequest, MatrixRequest, PlanRequest, ReachRequest
+from planner.search.route_graph import GraphRequest
 from planner.search.situation import KINDS
 from planner.terrain.catalogue import list_maps
 from service.documents import finite, route_document, strict
@@ -72,6 +74,11 @@ def less_waiting(request: PlanRequest, waited_s: float) -> PlanRequest:
 def energy_matrix(request: MatrixRequest) -> str:
     """Energies between places as JSON."""
     return strict(planner.energy_matrix(request).to_json())
+
+
+def energy_graph(request: GraphRequest) -> str:
+    """A graph with the energy of its edges as GeoJSON."""
+    return strict(planner.energy_graph(request).to_json())
 
 
 def reachable_area(request: ReachRequest) -> str:

@@ -180,9 +180,11 @@ class Situation:
         """Least cost from a start to everywhere."""
         lattice = self.lattice(objective, field)
         key = ("least_cost_from", self.key, objective, field.margin, start)
-        return CACHE.get(
-            key, lambda: cost_to_go(field, lattice, start, from_start=True, token=token)
-        )
+
+        def search() -> CostToGo:
+            return cost_to_go(field, lattice, start, from_start=True, token=token)
+
+        return CACHE.get(key, search) if field.factor.size == 1 else search()
 
     def path(
         self,

@@ -45,6 +45,9 @@ STRAIGHT = 0.005
 DETOURS, DETOUR_PENALTY = 2, 0.1
 """Searches for another homotopy class where bends cost much, and the share by which ground near
 the best route costs more in each."""
+TURN = 1e-6
+"""rad, and share of the length, up to which a motion is straight: more than rounding, less than any
+turn that costs something."""
 MUCH_TURNING = 1.1
 """Energy over that of even driving from which paths with more room are tried as well."""
 
@@ -159,6 +162,8 @@ class _Sketching:
             return best.infeasible.for_want_of_room
         if best.best is None or self.objective != "energy" or not self.run.ground.blocked.any():
             return False
+        if _straight_on(best.best.motion):
+            return False
         # Turns and ramps are not in the costs of the search.
         metres = sum(polyline_cost(field, path, field.step) for path, _ in best.best.legs)
         return best.best.dissipated > MUCH_TURNING * metres
@@ -198,6 +203,14 @@ class _Sketching:
             yaws[k + 1] = float(path.yaws[-1]) if yaws[k + 1] is None else yaws[k + 1]
         polylines = [path.polyline for path in poses]
         yield sketch(run, field, polylines, self.objective, self.effort, poses=poses)
+
+
+def _straight_on(motion: Motion | Infeasible) -> bool:
+    """Whether a motion neither bends nor turns: then room would save nothing."""
+    if not isinstance(motion, Motion) or float(np.ptp(motion.yaw)) > TURN:
+        return False
+    length = np.hypot(np.diff(motion.x), np.diff(motion.y)).sum()
+    return bool(length <= (1.0 + TURN) * math.dist(*np.column_stack([motion.x, motion.y])[[0, -1]]))
 
 
 def path_exists(run: Run, field: CostField, objective: str) -> bool:

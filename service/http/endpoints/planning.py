@@ -1,4 +1,4 @@
-"""POST /v1/routes, /v1/fronts, /v1/matrices, /v1/reachable-areas: questions about routes.
+"""POST /v1/routes, /v1/fronts, /v1/graphs and others: questions about routes.
 
 A worker process answers each of them.
 """
@@ -20,12 +20,14 @@ from planner.search.requests import (
     ReachRequest,
     SituationRequest,
 )
+from planner.search.route_graph import GraphRequest
 from service.formats import MEDIA_TYPES, accepted
 from service.http.bodies import json_body
 from service.http.endpoints.answers import while_listening
 from service.http.requests import Report
 from service.http.schemas import (
     FrontAnswer,
+    GraphAnswer,
     MatrixAnswer,
     ReachAnswer,
     RouteAnswer,
@@ -42,6 +44,8 @@ _STARTS = [{"x": 2.0, "y": 2.0}, {"x": 20.0, "y": 17.0}, {"x": 27.0, "y": 4.0}]
 EXAMPLE = {**_FAULT, "vehicle": "minibalance", "goal": {"x": 212.0, "y": 73.0}, "seed": 1}
 MATRIX_EXAMPLE = {"map": "warehouse", "starts": _STARTS}
 FRONT_EXAMPLE = {**_WAREHOUSE, "points": 5}
+_GRAPH = GraphRequest.model_fields["graph"].examples or [{}]
+GRAPH_EXAMPLE = {"map": "warehouse", "corridor_m": 1.5, "graph": _GRAPH[0]}
 REACH_EXAMPLE = {**_FAULT, "energy_j": 1500}
 
 
@@ -87,6 +91,12 @@ async def plan_route(request: Request, service: Running, report: Report = False)
 async def energy_matrix(request: Request, service: Running) -> Response:
     """Energies from each start to each goal; null where there is no route."""
     return await _answered(request, service, "energy_matrix", MatrixRequest)
+
+
+@router.post("/graphs", **_described(GraphRequest, GraphAnswer, GRAPH_EXAMPLE))
+async def energy_graph(request: Request, service: Running) -> Response:
+    """A graph of places and edges with the energy of every edge, for Nav2's route server."""
+    return await _answered(request, service, "energy_graph", GraphRequest)
 
 
 @router.post("/reachable-areas", **_described(ReachRequest, ReachAnswer, REACH_EXAMPLE))

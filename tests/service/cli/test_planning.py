@@ -10,6 +10,7 @@ import pytest
 import planner
 from service import cli
 from tests.report import synthetic
+from tests.search.route_graphs import graph as route_graph
 from tests.service.cli.command import START_AND_GOAL, expect_refusal, joulepath
 from tests.service.cli.conftest import Fake
 from tests.service.route_documents import answer
@@ -157,3 +158,20 @@ def test_formats_that_cannot_be_written(
 ) -> None:
     assert cli.run(["plan", "--map", "m", *START_AND_GOAL, *options]) == 2
     assert sentence in capsys.readouterr().err
+
+
+def test_a_graph_for_navigation(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    places = [{"x": 4.0, "y": 12.0}, {"x": 9.0, "y": 12.0}]
+    file, out = tmp_path / "nodes.geojson", tmp_path / "energies.geojson"
+    file.write_text(json.dumps(route_graph(places, [(0, 1), (1, 0)])))
+    assert cli.run(["graph", "tilted-plane", str(file), "--corridor", "1", "--out", str(out)]) == 0
+    told = capsys.readouterr()
+    assert "2 of 2 edges between 2 places can be driven" in told.out
+    assert f"wrote {out}" in told.err
+    up, down = (one["properties"] for one in json.loads(out.read_text())["features"][2:])
+    assert up["metadata"]["energy_j"] > down["metadata"]["energy_j"] > 0.0
+    assert up["cost"] > 0.0 < down["cost"]
+    assert cli.run(["graph", "tilted-plane", str(tmp_path / "none.geojson")]) == 2
+    assert "none.geojson: cannot be read" in capsys.readouterr().err
+    assert cli.run(["graph", "tilted-plane", str(file), "--objective", "fun"]) == 2
+    assert "objective: is none of the choices (got 'fun')" in capsys.readouterr().err

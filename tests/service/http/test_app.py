@@ -90,6 +90,7 @@ def test_a_question_has_the_name_of_the_planners_function(http: Http) -> None:
     asked = {
         "/v1/routes": "plan_route",
         "/v1/fronts": "energy_time_front",
+        "/v1/graphs": "energy_graph",
         "/v1/matrices": "energy_matrix",
         "/v1/reachable-areas": "reachable_area",
         "/v1/compare": "compare",

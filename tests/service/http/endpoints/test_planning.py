@@ -178,6 +178,7 @@ def test_a_client_that_hangs_up_ends_its_job(settings: Settings, workers: Script
 @pytest.mark.parametrize(
     ("path", "job", "body"),
     [
+        ("/v1/graphs", "energy_graph", {"map": "warehouse", "graph": {"features": []}}),
         ("/v1/matrices", "energy_matrix", {"map": "warehouse", "starts": [{"x": 2, "y": 2}]}),
         ("/v1/reachable-areas", "reachable_area", {"map": "warehouse", "start": {"x": 6, "y": 2}}),
         (
