@@ -34,7 +34,7 @@ from planner.search.certificate.mesh import Mesh, coarse_field, mesh_of
 from planner.search.certificate.potential import levelled, steepest_potential, weights_at
 from planner.search.certificate.quick_bound import lower_bound
 from planner.search.certificate.steady_floor import steady_floor
-from planner.search.certificate.triangle_costs import seconds_of_costs, triangle_costs
+from planner.search.certificate.triangle_costs import triangle_costs
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField, sample_surface
 from planner.search.grid import CostToGo, build_lattice, cost_to_go
@@ -128,8 +128,6 @@ def _steady(
     nodes = min(max(NODES_PER_SECOND * seconds, 2_000.0), MOST_NODES)
     mesh = mesh_of(field, floor.steepest, math.ceil(math.sqrt(field.heights.size / nodes)))
     token.check()
-    if seconds_of_costs(floor, mesh) > seconds:
-        return -math.inf
     costs = triangle_costs(floor, mesh)
     open_ground = costs[np.isfinite(costs[..., 0])]
     if not len(open_ground) or open_ground.min() <= 0.0:
