@@ -245,10 +245,12 @@ class PowerModel(Shown):
 
     @cached_property
     def uncertainty(self) -> Array:
-        """(P,) standard deviation of every parameter: of the fit, or its prior spread."""
-        prior = np.array(
-            [abs(v) * s[2].spread for v, s in zip(self.parameters, self.slots, strict=True)]
-        )
+        """(P,) standard deviation of every parameter: fitted, stated, or its prior spread."""
+        shares = []
+        for effect, name, parameter, _ in self.slots:
+            stated = self.vehicle.uncertainty_of(effect.slug, name)
+            shares.append(parameter.spread if stated is None else stated)
+        prior = np.abs(self.parameters) * np.array(shares)
         if self.stderr is None:
             return prior
         return np.where(np.isnan(self.stderr), prior, self.stderr)

@@ -42,6 +42,16 @@ def test_uncertainty_is_the_prior_spread_until_fitted() -> None:
     assert replace(model, stderr=stderr).uncertainty[place] == 0.001
 
 
+def test_a_stated_uncertainty_stands_for_the_prior_spread() -> None:
+    model = model_with()
+    provenance = replace(model.vehicle.provenance, uncertainties={"electronics.power": 0.01})
+    sure = replace(model, vehicle=replace(model.vehicle, provenance=provenance))
+    place = next(k for k, slot in enumerate(model.slots) if slot[0].slug == "electronics")
+    assert sure.uncertainty[place] == pytest.approx(0.01 * model.parameters[place])
+    others = np.arange(len(model.parameters)) != place
+    assert np.array_equal(sure.uncertainty[others], model.uncertainty[others])
+
+
 def test_default_surface_and_labels_beyond_the_model() -> None:
     model = model_with("surface_rolling", surface_rolling__excess=0.5)
     inside, none, beyond, unknown = model.watts(
