@@ -95,7 +95,7 @@ def shifted(source: Source, base: Source, given: AnyMapping[str, float], said: l
     if same_clock and (not believed or small):
         said.append(f"{source.name} not shifted against {base.name}")
         return source
-    said.append(f"{source.name} shifted by {shift:+.4g} s (correlation {best:.2f})")
+    said.append(f"{source.name} shifted by {shift:+.2f} s (correlation {best:.2f})")
     return replace(source, time=source.time + shift)
 
 
