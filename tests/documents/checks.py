@@ -57,7 +57,7 @@ def documents(text: str) -> Iterator[dict[str, Any]]:
 
 
 def check_toml(text: str, file: Path) -> None:
-    """A vehicle (some tables of one), a map, a map's layers, or a mapping of columns.
+    """A vehicle (some tables of one), a map or a part of one, or a mapping of columns.
 
     Args:
         text: of the block.
@@ -72,6 +72,8 @@ def check_toml(text: str, file: Path) -> None:
     elif "rows" in content:
         give(file.parent, file.name.replace(".layers.toml", ".asc"))
         assert open_map(str(file).replace(".layers.toml", ".asc")).obstacles.any()
+    elif "cell" in content:
+        open_map(str(file.with_suffix(".npy")))
     elif content.keys() & {"plan", "heights"}:
         open_map(str(file))
     else:

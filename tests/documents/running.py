@@ -8,6 +8,8 @@ import importlib
 import os
 import re
 import shlex
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
@@ -29,6 +31,7 @@ ADDRESS = "http://127.0.0.1:8000"
 EXAMPLE_LOG, EXAMPLE_MODEL = "5f2d0c1b7a9e4433", "0d8f54c2a1b3e697"
 """Ids in examples; those of the last upload and of the last adoption stand in for them."""
 
+EFFECTS = "planner/power/effects/"
 UNTRIED = {
     r"make \w+": "sets up a machine or takes minutes; tests/test_documented.py knows the targets",
     r"docker (build|run) ": "there is no Docker where the tests run",
@@ -91,12 +94,14 @@ class Reader:
         address: of the service.
         namespace: of the page's programs.
         printed: by the last block that ran.
+        effects: folder of effects that the page adds; what follows runs in processes that have it.
     """
 
     def __init__(self, folder: Path, address: str) -> None:
         self.folder, self.address = folder, address
         self.namespace: dict[str, Any] = {}
         self.printed = ""
+        self.effects: Path | None = None
         self._ids: dict[str, str] = {}
 
     def read(self, block: Block) -> None:
@@ -112,6 +117,8 @@ class Reader:
         give(file.parent if block.title else self.folder, block.text)
         if block.title and not (ROOT / block.title).exists():
             file.write_text(block.text, "utf-8")
+            if block.title.startswith(EFFECTS):
+                self.effects = file.parent
         match block.language:
             case "python":
                 self._run_program(block)
@@ -137,6 +144,9 @@ class Reader:
             name = block.title.removesuffix(".py").replace("/", ".")
             space = dict(vars(importlib.import_module(name)))
         text = block.text.replace(ADDRESS, self.address)
+        if self.effects is not None and not block.title:
+            self.printed = with_effects(self.effects, text)
+            return
         out = StringIO()
         with redirect_stdout(out):
             exec(compile(text, block.place, "exec", dont_inherit=True), space)
@@ -152,7 +162,7 @@ class Reader:
             case "joulepath" if words[1:] == ["serve", "&"]:
                 return ""  # one runs already
             case "joulepath":
-                printed = joulepath(words[1:])
+                printed = self._joulepath(words[1:])
             case "curl":
                 printed = self._curl(words[1:])
             case "python":
@@ -166,6 +176,12 @@ class Reader:
             Path(target).write_text(printed, "utf-8")
             return ""
         return printed
+
+    def _joulepath(self, arguments: list[str]) -> str:
+        if self.effects is None:
+            return joulepath(arguments)
+        program = f"import sys\nfrom service.cli import run\nsys.exit(run({arguments}))"
+        return with_effects(self.effects, program)
 
     def _curl(self, words: list[str]) -> str:
         """What curl would print; the options that the documents use."""
@@ -215,6 +231,16 @@ def joulepath(arguments: list[str]) -> str:
     return out.getvalue()
 
 
+def with_effects(folder: Path, program: str) -> str:
+    """What a program prints in a process whose catalogue has one more folder of effects."""
+    head = f"import planner.power.effects\nplanner.power.effects.__path__.append({str(folder)!r})\n"
+    done = subprocess.run(
+        [sys.executable, "-c", head + program], capture_output=True, text=True, timeout=600
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
 def check_usage(text: str) -> None:
     """Every command and option of a usage exists; other text is for the eye."""
     usage = re.sub(r"\n +", " ", text)
@@ -226,7 +252,7 @@ def check_usage(text: str) -> None:
             assert option in shown, f"joulepath {names[0]} has no {option}"
 
 
-NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
+NUMBER = re.compile(r"-?\d+(?:,\d{3})*(?:\.\d+)?")
 TOLERANCE = 0.05
 """Share by which a printed number may differ: a time limit or a processor may change a route."""
 
@@ -255,6 +281,6 @@ def same_line(shown: str, printed: str) -> bool:
 
 
 def _close(shown: str, printed: str) -> bool:
-    decimals = len(shown.partition(".")[2])
-    allowed = max(TOLERANCE * abs(float(shown)), 1.0 * 10.0**-decimals)
-    return abs(float(shown) - float(printed)) <= allowed * (1 + 1e-9)
+    one, other = (float(number.replace(",", "")) for number in (shown, printed))
+    last_digit = 10.0 ** -len(shown.partition(".")[2])
+    return abs(one - other) <= max(TOLERANCE * abs(one), last_digit) * (1 + 1e-9)

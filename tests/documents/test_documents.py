@@ -22,7 +22,13 @@ import pytest
 from tests.documents.blocks import PAGES, blocks_of
 from tests.documents.running import UNTRIED, Reader, commands, served
 
-NIGHTLY = {f"docs/{name}.md" for name in ("cli", "diagnosis", "guide", "http", "ompl", "python")}
+NIGHTLY = {
+    f"docs/{name}.md"
+    for name in (
+        *("cli", "diagnosis", "guide", "http", "ompl", "python"),
+        *("tutorials/my-effect", "tutorials/my-log"),
+    )
+}
 """Pages that take many seconds of CPU time; README.md has the most important of their commands."""
 LANGUAGES = {"python", "sh", "output", "json", "toml", "yaml", "text"}
 
