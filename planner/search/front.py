@@ -70,6 +70,8 @@ class Front(Shown):
         points: fastest first, so energy falls from each to the next.
         searches: prices that were searched at, beside the two ends.
         reason: what blocks.
+        cause: the limit, its ``value``, what is ``allowed``, and the place ``x``, ``y``; without a
+            route.
     """
 
     status: str
@@ -78,6 +80,7 @@ class Front(Shown):
     points: tuple[FrontPoint, ...] = ()
     searches: int = 0
     reason: str | None = None
+    cause: Mapping[str, Any] | None = None
 
     def within(self, duration_s: float) -> FrontPoint | None:
         """The point of least energy that takes no longer than so many seconds, or None."""
@@ -89,6 +92,8 @@ class Front(Shown):
         document: dict[str, Any] = {"status": self.status}
         if self.reason is not None:
             document["reason"] = self.reason
+        if self.cause is not None:
+            document["cause"] = dict(self.cause)
         document["points"] = [point.to_json() for point in self.points]
         document["searches"] = self.searches
         document["model"] = dict(self.model)
@@ -141,12 +146,13 @@ def _front(run: Run, most: int) -> Front:
     refused = check_places(run, run.field("energy", MARGIN))
     blank = Front("no_route", run.ground.terrain, run.conditions.model.describe())
     if refused is not None:
-        return replace(blank, reason=refused.what)
+        return replace(blank, reason=refused.what, cause=refused.to_json())
     search = PricedSearch(run)
     run.step(0.05, "least energy")
     ends = ends_of(search)
     if not ends:
-        return replace(blank, reason=search.reason)
+        cause = None if search.cause is None else search.cause.to_json()
+        return replace(blank, reason=search.reason, cause=cause)
     front, searches = filled_in(search, ends, most)
     run.progress(1.0, "done")
     return replace(blank, status="ok", points=_points(front), searches=searches)

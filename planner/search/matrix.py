@@ -99,7 +99,10 @@ def energy_matrix(
     starts, goals = request.starts, request.goals or request.starts
     for name, places in (("starts", starts), ("goals", goals)):
         for k, place in enumerate(places):
-            check_place(f"{name}[{k}]", place, situation.ground, field, situation.conditions)
+            check_place(
+                f"{name}[{k}]",
+                *(place, situation.ground, field, situation.conditions, request.avoid),
+            )
             check_hold(f"{name}[{k}]", place, field, situation.conditions)
     with CancellationToken(cancelled) as token:
         return _filled(situation, field, starts, goals, progress or silent, token)

@@ -116,7 +116,8 @@ def reachable_area(
     situation = situation_of(request, terrain=terrain, model=model)
     budget = _budget(request, situation)
     field = situation.field("energy")
-    check_place("start", request.start, situation.ground, field, situation.conditions)
+    ground, conditions = situation.ground, situation.conditions
+    check_place("start", request.start, ground, field, conditions, request.avoid)
     check_hold("start", request.start, field, situation.conditions)
     say(0.1, "least-cost field")
     with CancellationToken(cancelled) as token:

@@ -1,4 +1,4 @@
-"""How finely searches look at yaw, direction, slope and speed, and the reserves that they keep.
+"""How finely searches look at yaw, direction, slope and speed, and the reserve that they keep.
 
     from planner.search.resolution import DIRECTIONS, YAWS
 
@@ -26,8 +26,6 @@ YAW_BINS = 32
 """Bins of the body's yaw in the mask; its rectangle looks the same after half a turn."""
 ALL_YAWS = np.uint64((1 << YAW_BINS) - 1)
 """The mask of a node at which every yaw is free."""
-SPARE = 0.02
-"""m beyond the clearance that the search keeps, for what happens between its samples."""
 
 STATES = 64
 """Angles to the travel at which the body may stand."""

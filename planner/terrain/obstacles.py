@@ -7,6 +7,9 @@ psi from +x). Rectangle and cell square are apart if and only if their projectio
 of four axes, the cell's two and the rectangle's two (separating-axis theorem for convex bodies).
 Contact counts as free up to a micrometre, so that a wall on a cell's border leaves the full aisle.
 
+What a rectangle sweeps while it moves straight without turning is convex, too: a hexagon, whose
+third axis is across the motion. One test answers for the whole motion (`sweep_free`).
+
 `yaw_mask` answers for all cell centres and yaw bins at once. Seen from a cell's centre, which
 neighbours a rectangle covers does not depend on the cell: the table of these bits is made once and
 stamped round each blocked cell. Only the rim of a blocked region is stamped: a rectangle whose
@@ -20,6 +23,7 @@ clearance between the wheels, the body's tilt, which shortens its outline by 4 %
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,26 +41,75 @@ def _covers(
     half_cell: tuple[float, float],
     heading: tuple[float, float],
     half_body: tuple[float, float],
+    half_move: tuple[float, float],
 ) -> bool:
-    """Whether a rectangle covers part of a cell.
+    """Whether a rectangle covers part of a cell, at a place or on its way.
 
     Args:
-        centre: of the cell, m east and north of the rectangle's.
+        centre: of the cell, m east and north of the middle of the rectangle's way.
         half_cell: half its sides, m.
         heading: cosine and sine of the rectangle's yaw.
         half_body: half its length and width, m.
+        half_move: half its way, m east and north.
     """
     (east, north), (half_dx, half_dy) = centre, half_cell
     (cosine, sine), (half_length, half_width) = heading, half_body
+    move_x, move_y = half_move
     c, s = abs(cosine), abs(sine)
-    if abs(east) >= half_dx + half_length * c + half_width * s - CONTACT:
+    if abs(east) >= half_dx + half_length * c + half_width * s + abs(move_x) - CONTACT:
         return False
-    if abs(north) >= half_dy + half_length * s + half_width * c - CONTACT:
+    if abs(north) >= half_dy + half_length * s + half_width * c + abs(move_y) - CONTACT:
         return False
-    if abs(east * cosine + north * sine) >= half_length + half_dx * c + half_dy * s - CONTACT:
+    ahead = half_length + abs(move_x * cosine + move_y * sine)
+    if abs(east * cosine + north * sine) >= ahead + half_dx * c + half_dy * s - CONTACT:
         return False
-    across = abs(north * cosine - east * sine)
-    return across < half_width + half_dx * s + half_dy * c - CONTACT
+    aside = half_width + abs(move_y * cosine - move_x * sine)
+    if abs(north * cosine - east * sine) >= aside + half_dx * s + half_dy * c - CONTACT:
+        return False
+    length = math.sqrt(move_x * move_x + move_y * move_y)
+    if length == 0.0:
+        return True
+    # Across the way: only the extents of the rectangle and the cell themselves.
+    ux, uy = move_x / length, move_y / length
+    body = half_length * abs(uy * cosine - ux * sine) + half_width * abs(ux * cosine + uy * sine)
+    across = abs(north * ux - east * uy)
+    return across < body + half_dx * abs(uy) + half_dy * abs(ux) - CONTACT
+
+
+@njit(cache=True)
+def _sweep_free(
+    blocked: Any, frame: Any, x: float, y: float, heading: Any, half_body: Any, half_move: Any
+) -> bool:
+    x0, y0, dx, dy = frame
+    (cosine, sine), (half_length, half_width) = heading, half_body
+    reach_x = half_length * abs(cosine) + half_width * abs(sine) + abs(half_move[0])
+    reach_y = half_length * abs(sine) + half_width * abs(cosine) + abs(half_move[1])
+    u, v = (x - x0) / dx, (y - y0) / dy
+    slack_x, slack_y = CONTACT / dx, CONTACT / dy
+    west, east = u - reach_x / dx, u + reach_x / dx
+    south, north = v - reach_y / dy, v + reach_y / dy
+    ny, nx = blocked.shape
+    # Written so that NaN fails it.
+    inside = (
+        west >= -0.5 - slack_x
+        and east <= nx - 0.5 + slack_x
+        and south >= -0.5 - slack_y
+        and north <= ny - 0.5 + slack_y
+    )
+    if not inside:
+        return False
+    first_i = max(0, int(math.floor(west + 0.5)))
+    last_i = min(nx - 1, int(math.floor(east + 0.5)))
+    first_j = max(0, int(math.floor(south + 0.5)))
+    last_j = min(ny - 1, int(math.floor(north + 0.5)))
+    half_cell = 0.5 * dx, 0.5 * dy
+    for j in range(first_j, last_j + 1):
+        for i in range(first_i, last_i + 1):
+            if blocked[j, i]:
+                centre = (i - u) * dx, (j - v) * dy
+                if _covers(centre, half_cell, heading, half_body, half_move):
+                    return False
+    return True
 
 
 @njit(
@@ -89,34 +142,27 @@ def rectangle_free(
     Returns:
         False for any covered blocked cell, any part beyond the border, any input not finite.
     """
-    cosine, sine = math.cos(yaw), math.sin(yaw)
-    reach_x = half_length * abs(cosine) + half_width * abs(sine)
-    reach_y = half_length * abs(sine) + half_width * abs(cosine)
-    u, v = (x - x0) / dx, (y - y0) / dy
-    slack_x, slack_y = CONTACT / dx, CONTACT / dy
-    west, east = u - reach_x / dx, u + reach_x / dx
-    south, north = v - reach_y / dy, v + reach_y / dy
-    ny, nx = blocked.shape
-    # Written so that NaN fails it.
-    inside = (
-        west >= -0.5 - slack_x
-        and east <= nx - 0.5 + slack_x
-        and south >= -0.5 - slack_y
-        and north <= ny - 0.5 + slack_y
+    heading = math.cos(yaw), math.sin(yaw)
+    return _sweep_free(
+        blocked, (x0, y0, dx, dy), x, y, heading, (half_length, half_width), (0.0, 0.0)
     )
-    if not inside:
-        return False
-    first_i = max(0, int(math.floor(west + 0.5)))
-    last_i = min(nx - 1, int(math.floor(east + 0.5)))
-    first_j = max(0, int(math.floor(south + 0.5)))
-    last_j = min(ny - 1, int(math.floor(north + 0.5)))
-    half_cell, half_body = (0.5 * dx, 0.5 * dy), (half_length, half_width)
-    for j in range(first_j, last_j + 1):
-        for i in range(first_i, last_i + 1):
-            centre = (i - u) * dx, (j - v) * dy
-            if blocked[j, i] and _covers(centre, half_cell, (cosine, sine), half_body):
-                return False
-    return True
+
+
+@njit(cache=True, error_model="numpy")
+def sweep_free(blocked: Any, frame: Any, x: Any, y: Any, yaw: float, half_body: Any) -> bool:
+    """Whether a rectangle that moves straight with one yaw stays on the map and covers nothing.
+
+    Args:
+        blocked: as for ``rectangle_free``.
+        frame: x0, y0, dx, dy of it.
+        x, y: m, of the centre at both ends of the way.
+        yaw: rad.
+        half_body: half its length and width, m.
+    """
+    middle_x, middle_y = 0.5 * (x[0] + x[1]), 0.5 * (y[0] + y[1])
+    half_move = 0.5 * (x[1] - x[0]), 0.5 * (y[1] - y[0])
+    heading = math.cos(yaw), math.sin(yaw)
+    return bool(_sweep_free(blocked, frame, middle_x, middle_y, heading, half_body, half_move))
 
 
 @njit("uint64[:, ::1](boolean[:, ::1], float64, float64, float64, float64, int64)", cache=True)
@@ -149,7 +195,7 @@ def yaw_mask(
     radius = math.hypot(half_length, half_width)
     reach_i = int(math.ceil(radius / dx + 0.5))
     reach_j = int(math.ceil(radius / dy + 0.5))
-    half_cell = 0.5 * dx, 0.5 * dy
+    half_cell, half_body, still = (0.5 * dx, 0.5 * dy), (half_length, half_width), (0.0, 0.0)
     table = np.zeros((2 * reach_j + 1, 2 * reach_i + 1), dtype=np.uint64)
     within_x = np.zeros(nx, dtype=np.uint64)
     within_y = np.zeros(ny, dtype=np.uint64)
@@ -160,7 +206,7 @@ def yaw_mask(
         for dj in range(-reach_j, reach_j + 1):
             for di in range(-reach_i, reach_i + 1):
                 centre = di * dx, dj * dy
-                if _covers(centre, half_cell, (cosine, sine), (half_length, half_width)):
+                if _covers(centre, half_cell, (cosine, sine), half_body, still):
                     table[dj + reach_j, di + reach_i] |= bit
         reach_x = half_length * abs(cosine) + half_width * abs(sine) - CONTACT
         reach_y = half_length * abs(sine) + half_width * abs(cosine) - CONTACT

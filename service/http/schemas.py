@@ -221,6 +221,8 @@ class FrontAnswer(Described):
     status: Literal["ok", "no_route"]
     reason: str | None = None
     """why there is no route"""
+    cause: Cause | None = None
+    """the same in numbers"""
     points: list[FrontRoute]
     """fastest first, so energy falls"""
     searches: int

@@ -112,6 +112,9 @@ def test_no_path_and_what_cannot_be_used():
     barred = Terrain.from_arrays(np.zeros((40, 40)), cell=(0.5, 0.5), obstacles=obstacles)
     front = energy_time_front(terrain=barred, **WAY)
     assert (front.status, front.points) == ("no_route", ())
+    assert front.cause is not None
+    assert set(front.cause) == {"limit", "value", "allowed", "x", "y"}
+    assert front.to_json()["cause"] == front.cause
     assert "blocks" in front.reason
     assert "No route" in front._repr_html_()
     with pytest.raises(RequestError, match="points"):

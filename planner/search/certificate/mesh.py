@@ -21,7 +21,6 @@ from scipy.ndimage import distance_transform_edt
 from planner.arrays import Array
 from planner.compiled_code import njit
 from planner.search.field import CostField
-from planner.search.resolution import SPARE
 
 Place = tuple[float, float]
 
@@ -163,7 +162,7 @@ def _walls(field: CostField, ranges: Array, steepest: float, after: list[int]) -
     blocked = np.pad(field.blocked, ((1, after[0]), (1, after[1])))
     apart = distance_transform_edt(~blocked, sampling=(field.dy, field.dx))
     # A disc round the centre lies in the body whatever its yaw; one in a cell lies in the cell.
-    inner = min(field.half_length, field.half_width) - SPARE + 0.5 * min(field.dx, field.dy)
+    inner = min(field.half_length, field.half_width) + 0.5 * min(field.dx, field.dy)
     within = apart + math.hypot(field.dx, field.dy) <= inner
     corners = within[:-1, :-1], within[:-1, 1:], within[1:, :-1], within[1:, 1:]
     wall[..., 0] |= corners[0] | corners[1] | corners[2]

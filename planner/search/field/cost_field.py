@@ -26,7 +26,6 @@ from planner.search.resolution import (
     ALL_YAWS,
     DIRECTIONS,
     GENTLE,
-    SPARE,
     STEEPNESSES,
     YAW_BINS,
     YAWS,
@@ -82,8 +81,7 @@ class CostField(NamedTuple):
 
     def body_frame(self) -> NDArray[np.float64]:
         """What ``touches`` needs in addition to blocked cells, (6,): origin, cell, half sides."""
-        sides = self.half_length - SPARE, self.half_width - SPARE
-        return np.array([self.x0, self.y0, self.dx, self.dy, *sides])
+        return np.array([self.x0, self.y0, self.dx, self.dy, self.half_length, self.half_width])
 
 
 @njit(cache=True, error_model="numpy", inline="always")

@@ -8,20 +8,13 @@ nodes below each are grouped (the minimax path, without a search).
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
 from planner.arrays import Array
 
 Node = tuple[int, int]
 DIAGONALS = np.ones((3, 3), bool)
-RAYS = 64
-"""Directions over half a turn in which the width of a gap is measured."""
-RAY_STEP = 0.02
-"""Cells from one point of a ray to the next."""
 
 
 def bottleneck(values: Array, start: Node, goal: Node) -> tuple[float, Node] | None:
@@ -57,32 +50,3 @@ def bottleneck(values: Array, start: Node, goal: Node) -> tuple[float, Node] | N
 def _joined(values: Array, level: float, start: Node, goal: Node) -> bool:
     groups, _ = ndimage.label(values <= level, DIAGONALS)
     return bool(groups[start] == groups[goal] != 0)
-
-
-def gap_width(blocked: NDArray[np.bool_], node: Node, cell: tuple[float, float]) -> float:
-    """m between what is solid on both sides of a free node, in the direction where it is least.
-
-    Args:
-        blocked: (ny, nx).
-        node: row and column.
-        cell: sides in m, along x and y.
-    """
-    least = math.inf
-    reach = RAY_STEP * min(cell)
-    most = math.hypot(blocked.shape[0] * cell[1], blocked.shape[1] * cell[0])
-    for k in range(RAYS):
-        angle = math.pi * k / RAYS
-        width = 0.0
-        for side in (1.0, -1.0):
-            along = side * reach
-            step = along * math.cos(angle) / cell[0], along * math.sin(angle) / cell[1]
-            count = 0
-            while width + count * reach < min(least, most):
-                i, j = (round(node[1] + count * step[0]), round(node[0] + count * step[1]))
-                inside = 0 <= j < blocked.shape[0] and 0 <= i < blocked.shape[1]
-                if not inside or blocked[j, i]:
-                    break
-                count += 1
-            width += (count - 0.5) * reach
-        least = min(least, width)
-    return least

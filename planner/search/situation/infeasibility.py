@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -17,9 +18,10 @@ from planner.power.motion_row import set_motion
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField, sample_surface
 from planner.search.limit_places import Infeasible
-from planner.search.requests import PoseRequest, SituationRequest
-from planner.search.resolution import ALL_YAWS, DIRECTIONS, SPARE
-from planner.search.situation.bottleneck import Node, bottleneck, gap_width
+from planner.search.requests import Area, PoseRequest, SituationRequest
+from planner.search.resolution import ALL_YAWS, DIRECTIONS
+from planner.search.situation.bottleneck import Node, bottleneck
+from planner.search.situation.narrow_passage import narrowest_place, passage_width
 from planner.search.situation.remedies import limit_on_slope, remedy
 from planner.search.situation.traversability import DrivingGround
 from planner.terrain.footprint import body_fits
@@ -39,8 +41,15 @@ def check_place(
     ground: DrivingGround,
     field: CostField,
     conditions: OperatingConditions,
+    avoid: Sequence[Area] = (),
 ) -> None:
     """Refuse a start, goal or via point at which there is no room for the robot.
+
+    Args:
+        name: field of the request.
+        pose: the place, with or without a yaw.
+        ground, field, conditions: map and model.
+        avoid: areas of the request that stand on the map as obstacles.
 
     Raises:
         RequestError: naming the field, the place and what would be accepted.
@@ -59,19 +68,21 @@ def check_place(
     if ground.blocked[j, i]:
         what = _what_blocks(ground, x, y)
         article = {"obstacle": "on an obstacle", "hole": "on a hole (height unknown)"}
+        area = _area_at(avoid, field, x, y)
         raise RequestError(
             name,
-            article.get(what, f"on a {what}"),
+            f"in {area}" if area else article.get(what, f"on a {what}"),
             value=(x, y),
             accepted=_nearest_free(ground, field, x, y),
         )
     yaws = _tried(pose.yaw)
     if not any(body_fits(field, x, y, yaw) for yaw in yaws):
         at = "with this yaw" if pose.yaw is not None else "with any yaw"
+        touched = _area_at(avoid, field, *_nearest_blocked(ground, x, y)) or "something"
         raise RequestError(
             name,
             f"the body with {conditions.model.vehicle.limits.clearance:g} m clearance touches "
-            f"something {at}",
+            f"{touched} {at}",
             value=(x, y) if pose.yaw is None else (x, y, pose.yaw),
             accepted=_nearest_free(ground, field, x, y),
         )
@@ -143,7 +154,7 @@ def explain_no_route(
         return replace(level, what=words + remedy(situation.conditions, level))
     begun, ended = _node(field, start), _node(field, goal)
     return (
-        _too_narrow(ground, field, begun, ended)
+        _too_narrow(ground, start, goal)
         or _too_steep(situation.conditions, ground, field, begun, ended)
         or _between(ground, field, from_start, to_goal, straight, request)
     )
@@ -154,22 +165,17 @@ def _node(field: CostField, place: Place) -> Node:
     return int(j), int(i)
 
 
-def _too_narrow(
-    ground: DrivingGround, field: CostField, start: Node, goal: Node
-) -> Infeasible | None:
+def _too_narrow(ground: DrivingGround, start: Place, goal: Place) -> Infeasible | None:
     """The widest gap on any path, where the body with its clearance does not pass it."""
-    if not ground.blocked.any():
-        return None
-    away = ndimage.distance_transform_edt(~ground.blocked, sampling=(field.dy, field.dx))
-    found = bottleneck(np.where(ground.blocked, np.inf, -away), start, goal)
-    needed = 2.0 * (ground.half_width - SPARE)
+    found = narrowest_place(ground, start, goal)
     if found is None:
         return None
-    j, i = found[1]
-    width = gap_width(ground.blocked, (j, i), (field.dx, field.dy))
+    place, _ = found
+    width = passage_width(ground, place)
+    needed = 2.0 * ground.half_width
     if width >= needed:
         return None
-    x, y = field.x0 + field.dx * i, field.y0 + field.dy * j
+    x, y = place
     missing = max(math.ceil(100.0 * (needed - width) - 1e-6), 1)
     return Infeasible(
         x,
@@ -252,13 +258,12 @@ def _blocking(
     for x, y in points:
         j, i = field.nodes_at((x, y))
         if ground.blocked[j, i]:
-            for number, area in enumerate(request.avoid):
-                if _covers(area.ring(), x, y, max(field.dx, field.dy)):
-                    return f"the area avoid[{number}] of the request", x, y
+            if area := _area_at(request.avoid, field, x, y):
+                return area, x, y
             what = _what_blocks(ground, x, y)
             return f"an {what}" if what[0] in "aeiou" else f"a {what}", x, y
         if ground.mask[j, i] != ALL_YAWS and narrow is None:
-            needed = 2.0 * (ground.half_width - SPARE)
+            needed = 2.0 * ground.half_width
             narrow = (f"a passage too narrow for the body ({needed:.2f} m with clearance)", x, y)
         _, px, py = interpolate(field.heights, field.x0, field.y0, field.dx, field.dy, x, y)
         steepness = math.hypot(px, py)
@@ -277,6 +282,24 @@ def _blocking(
     if steep[0] <= 1.0 and narrow is not None:
         return narrow
     return steep[1], steep[2], steep[3]
+
+
+def _area_at(avoid: Sequence[Area], field: CostField, x: float, y: float) -> str:
+    """The area of the request that blocks the cell round a point, in words; empty if none does."""
+    for number, area in enumerate(avoid):
+        if _covers(area.ring(), x, y, max(field.dx, field.dy)):
+            return f"the area avoid[{number}] of the request"
+    return ""
+
+
+def _nearest_blocked(ground: DrivingGround, x: float, y: float) -> Place:
+    """The middle of the blocked cell nearest to a point; the point itself without any."""
+    j, i = np.nonzero(ground.blocked)
+    if not len(i):
+        return x, y
+    px, py = ground.origin[0] + ground.cell[0] * i, ground.origin[1] + ground.cell[1] * j
+    k = int(np.argmin((px - x) ** 2 + (py - y) ** 2))
+    return float(px[k]), float(py[k])
 
 
 def _covers(ring: list[Place], x: float, y: float, cell: float) -> bool:

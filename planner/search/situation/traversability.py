@@ -19,7 +19,7 @@ from planner.compiled_code import njit
 from planner.power.kinematics import X, Y
 from planner.power.vehicles import Vehicle
 from planner.search.field import CostField
-from planner.search.resolution import DIRECTIONS, MARGIN, SPARE, YAW_BINS
+from planner.search.resolution import DIRECTIONS, MARGIN, YAW_BINS
 from planner.search.second_core import in_halves
 from planner.search.steady import SteadyCosts
 from planner.terrain.heightmap import Terrain
@@ -45,7 +45,7 @@ class DrivingGround:
         heights: (ny, nx) m, averaged over the footprint: the height at which the robot rides.
         blocked: (ny, nx) cells that no part of the body may cover.
         mask: (ny, nx) bit k is set where the body fits with yaw k·π/YAW_BINS.
-        half_length, half_width: m, of the body with clearance and ``SPARE``.
+        half_length, half_width: m, of the body with clearance.
         step_height: m, edge that counts as a ledge.
         steepest: (ny, nx) largest tan(slope) within three cells of a node.
     """
@@ -113,8 +113,8 @@ def driving_ground(terrain: Terrain, vehicle: Vehicle) -> DrivingGround:
     heights = np.ascontiguousarray(terrain.riding_surface(half_footprint))
     blocked = terrain.blocked_cells(step_height(vehicle))
     clearance = vehicle.limits.clearance
-    half_length = 0.5 * vehicle.length + clearance + SPARE
-    half_width = 0.5 * vehicle.width + clearance + SPARE
+    half_length = 0.5 * vehicle.length + clearance
+    half_width = 0.5 * vehicle.width + clearance
     parts = _division(blocked, terrain.cell, half_width, vehicle.length)
     origin, cell, ground = terrain.origin, terrain.cell, terrain.ground
     if parts > 1:

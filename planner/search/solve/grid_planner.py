@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from planner.search.run import Run
 from planner.search.se2 import PosePath, pose_path
 from planner.search.situation import explain_no_route
 from planner.search.solve.alternatives import nearness
+from planner.search.solve.narrow_passages import through_passages
 from planner.search.solve.pipeline import (
     ANSWER,
     BASELINE,
@@ -64,7 +66,15 @@ def on_grid(
             thousand off the best.
         patient: whether recovery goes on for as long as for an answer.
     """
-    attempt = _on_grid(run, field, objective, effort, patient)
+    passages: Callable[[], Attempt | None] | None = None
+    if effort is not BASELINE:
+        part = partial(_on_grid, field=field, objective=objective, effort=ONE_OF_MANY)
+        passages = partial(through_passages, run, field, objective, part)
+    attempt = _on_grid(run, field, objective, effort, patient, passages)
+    # Nobody asks why there is no baseline.
+    if attempt.route is None and not attempt.reason and effort is not BASELINE:
+        cause = _why_not(run, attempt.field, objective)
+        return replace(attempt, reason=cause.what, infeasible=cause)
     if attempt.route is not None or attempt.infeasible is None or not attempt.infeasible.too_warm:
         return attempt
     # What never exceeds the continuous torque keeps the limit of its mean.
@@ -74,25 +84,30 @@ def on_grid(
     return attempt if found.route is None else found
 
 
-def _on_grid(run: Run, field: CostField, objective: str, effort: Effort, patient: bool) -> Attempt:
+def _on_grid(
+    run: Run,
+    field: CostField,
+    objective: str,
+    effort: Effort,
+    patient: bool = False,
+    passages: Callable[[], Attempt | None] | None = None,
+) -> Attempt:
     """The best of all attempts within the limits that hold at every moment, and the mean torque."""
     if effort is BASELINE and (straight := _straight(run, field, objective)) is not None:
         return straight
     caution: Caution | None = first_caution(run, field, patient)
-    sketching = _Sketching(run, objective, effort, patient, field)
+    sketching = _Sketching(run, objective, effort, patient, field, passages)
     attempt = Attempt(field)
     while caution is not None:
         sketches, caution = sketching.with_caution(caution)
+        if sketching.passed is not None:
+            return sketching.passed
         if not sketches:
-            break
+            return attempt if attempt.reason else Attempt(sketching.field)
         attempt = finished(run, sketches, objective, effort)
         if attempt.route is not None:
             return attempt
         caution = next_caution(caution, attempt)
-    # Nobody asks why there is no baseline.
-    if not sketches and effort is not BASELINE and not attempt.reason:
-        cause = _why_not(run, sketching.field, objective)
-        return replace(attempt, reason=cause.what, infeasible=cause)
     return attempt
 
 
@@ -104,6 +119,9 @@ class _Sketching:
         run, objective, effort: as for ``on_grid``.
         poses_left: whether poses may still be searched.
         field: map and costs of the latest search.
+        passages: looks for a way through narrow passages; None after it did, or where none is
+            wanted.
+        passed: what it found.
     """
 
     run: Run
@@ -111,6 +129,8 @@ class _Sketching:
     effort: Effort
     poses_left: bool
     field: CostField
+    passages: Callable[[], Attempt | None] | None
+    passed: Attempt | None = None
 
     def with_caution(self, caution: Caution) -> tuple[list[Sketch], Caution]:
         """All sketches to choose among, and the caution that the last of them came from.
@@ -133,8 +153,13 @@ class _Sketching:
             self.field = caution.field(run, objective)
             paths = _paths(run, self.field, objective)
             if paths is None:
+                if best is None and self._passes():
+                    return
                 break
             latest = sketch(run, self.field, paths, objective, self.effort, plain=plain)
+            stuck = latest.infeasible
+            if stuck is not None and stuck.for_want_of_room and self._passes():
+                return
             yield latest, caution
             improved = best is None or latest.energy < best.energy
             if best is None or improved:
@@ -155,6 +180,12 @@ class _Sketching:
             run = self.run if best.best is None else limited
             for latest in self._by_poses(run, plain):
                 yield latest, caution
+
+    def _passes(self) -> bool:
+        """Whether narrow passages are the way; they are looked for once."""
+        if self.passages is not None:
+            self.passed, self.passages = self.passages(), None
+        return self.passed is not None
 
     def _wants_room(self, best: Sketch, field: CostField) -> bool:
         """Whether paths with more room, or poses, may do better among obstacles."""

@@ -190,7 +190,9 @@ def _by_grid(run: Run) -> tuple[Attempt, list[Candidate]]:
     field = run.field(objective, MARGIN)
     if not path_exists(run, field, objective):
         # Others would look for it on the same ground, and find as little.
-        return on_grid(run, field, objective), []
+        attempt = on_grid(run, field, objective)
+        passed = attempt.candidate("narrow passages")
+        return attempt, [] if passed is None else [passed]
     with run.within_budget() as limited:
         others = baselines(limited)
         aims = [] if objective == "energy" else ["energy", *BASELINES.values()]

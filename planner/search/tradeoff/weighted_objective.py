@@ -17,6 +17,7 @@ from planner.arrays import Array
 from planner.power.time_weight import with_time_weight
 from planner.search.field import CostField
 from planner.search.goals import settled
+from planner.search.limit_places import Infeasible
 from planner.search.ompl import solved
 from planner.search.resolution import MARGIN
 from planner.search.results import Route, drive, price
@@ -78,11 +79,13 @@ class PricedSearch:
 
     Attributes:
         reason: why the first search that failed found no route.
+        cause: what was in its way.
     """
 
     def __init__(self, run: Run) -> None:
         self.run = run
         self.reason = ""
+        self.cause: Infeasible | None = None
 
     def at(self, watts: float) -> DrivenRoute | None:
         """The best route that the grid with refinement finds at a price, W.
@@ -105,6 +108,7 @@ class PricedSearch:
         )
         if attempt.route is None or attempt.legs is None:
             self.reason = self.reason or attempt.reason
+            self.cause = self.cause or attempt.infeasible
             return None
         legs = tuple(leg for leg, _ in attempt.legs)
         route = self._repriced(attempt.route, attempt.field)

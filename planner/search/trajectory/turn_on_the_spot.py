@@ -17,7 +17,6 @@ from planner.power.limits import broken_limit
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
 from planner.search.limit_places import Infeasible
-from planner.search.resolution import ALL_YAWS
 from planner.search.trajectory.motion import Motion, assemble, motion_rows
 from planner.search.trajectory.track import Track
 from planner.search.trajectory.yaw_profile import YawProfile
@@ -36,12 +35,10 @@ def first_contact(field: CostField, motion: Motion) -> int:
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _contact(field: Any, frame: Any, x: Any, y: Any, yaw: Any) -> int:
-    ny, nx = field.mask.shape
     for k in range(x.shape[0]):
         after = min(k + 1, x.shape[0] - 1)
-        i = min(max(int(math.floor((x[k] - field.x0) / field.dx + 0.5)), 0), nx - 1)
-        j = min(max(int(math.floor((y[k] - field.y0) / field.dy + 0.5)), 0), ny - 1)
-        if field.mask[j, i] != ALL_YAWS and touches(
+        # Everywhere: what the mask says of a node need not hold beside it.
+        if touches(
             field.blocked, frame, x[k], y[k], x[after], y[after], yaw[k], yaw[after] - yaw[k]
         ):
             return k

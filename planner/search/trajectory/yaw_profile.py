@@ -10,6 +10,7 @@ left out.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -88,8 +89,8 @@ def yaw_profile(
     at = _waypoints(track, crowded, most_waypoints)
     directions = _directions(track, at)
     places, after = track.points[at], np.minimum(at, len(steps.lengths) - 1)
-    free, shift = _free_states(field, places, directions)
-    _add_crab_angles(field, places, at, directions, steps, free, shift)
+    free, shift = _free_states(field, places, directions, crowded[at])
+    _add_crab_angles(field, places, at, directions, steps, crowded[at], free, shift)
     for x, y, angle in shut:
         apart = np.hypot(*(places - (x, y)).T)
         if apart.min() <= track.lengths.max():
@@ -161,11 +162,14 @@ def _waypoints(track: Track, crowded: NDArray[np.bool_], most: int) -> NDArray[n
 
 
 def _crowded(field: CostField, points: Array) -> NDArray[np.bool_]:
-    """Whether some yaw does not fit at points (n, 2)."""
+    """Whether some yaw may not fit at points (n, 2): it does not at a node beside them."""
     ny, nx = field.mask.shape
-    i = np.clip(np.floor((points[:, 0] - field.x0) / field.dx + 0.5).astype(int), 0, nx - 1)
-    j = np.clip(np.floor((points[:, 1] - field.y0) / field.dy + 0.5).astype(int), 0, ny - 1)
-    return np.asarray(field.mask[j, i] != ALL_YAWS)
+    j, i = field.nodes_at(points)
+    crowded = np.zeros(len(points), bool)
+    for b, a in itertools.product((-1, 0, 1), (-1, 0, 1)):
+        beside = field.mask[np.clip(j + b, 0, ny - 1), np.clip(i + a, 0, nx - 1)]
+        crowded |= beside != ALL_YAWS
+    return crowded
 
 
 def _directions(track: Track, at: NDArray[np.int64]) -> Array:
@@ -177,20 +181,18 @@ def _directions(track: Track, at: NDArray[np.int64]) -> Array:
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _free_states(field: Any, points: Any, directions: Any) -> tuple[Any, Any]:
+def _free_states(field: Any, points: Any, directions: Any, crowded: Any) -> tuple[Any, Any]:
     """Whether the body fits at points (n, 2) in every state, and its turn off the state, rad.
 
-    The turn is half a state at most, to the middle of the angles that fit.
+    The turn is half a state at most, to the middle of the angles that fit. Where it is not
+    ``crowded`` (n,), every angle fits.
     """
-    ny, nx = field.heights.shape
     free = np.ones((points.shape[0], STATES), np.bool_)
     shift = np.zeros((points.shape[0], STATES))
     half = STATES // 2  # the body looks the same after half a turn
     for k in range(points.shape[0]):
         x, y = points[k]
-        i = min(max(int(math.floor((x - field.x0) / field.dx + 0.5)), 0), nx - 1)
-        j = min(max(int(math.floor((y - field.y0) / field.dy + 0.5)), 0), ny - 1)
-        if field.mask[j, i] == ALL_YAWS:
+        if not crowded[k]:
             continue
         for s in range(half):
             angle = directions[k] + s * WIDTH
@@ -212,7 +214,14 @@ def _free_states(field: Any, points: Any, directions: Any) -> tuple[Any, Any]:
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _add_crab_angles(
-    field: Any, places: Any, at: Any, directions: Any, steps: Any, free: Any, shift: Any
+    field: Any,
+    places: Any,
+    at: Any,
+    directions: Any,
+    steps: Any,
+    crowded: Any,
+    free: Any,
+    shift: Any,
 ) -> None:
     """Turn the body off the states' angles, into ``shift``, where that costs less."""
     slopes = steps.slopes
@@ -220,7 +229,6 @@ def _add_crab_angles(
     for s in range(STATES):
         crabbing[s] = np.any(field.crab_angle[:, s] != 0.0)
     last = slopes.shape[0] - 1
-    ny, nx = field.heights.shape
     for k in range(at.shape[0]):
         before, after = max(at[k] - 1, 0), min(at[k], last)
         px = 0.5 * (slopes[before, 0] + slopes[after, 0])
@@ -228,9 +236,6 @@ def _add_crab_angles(
         steepness = math.sqrt(px * px + py * py)
         azimuth = math.atan2(py, px) - directions[k]
         x, y = places[k]
-        i = min(max(int(math.floor((x - field.x0) / field.dx + 0.5)), 0), nx - 1)
-        j = min(max(int(math.floor((y - field.y0) / field.dy + 0.5)), 0), ny - 1)
-        roomy = field.mask[j, i] == ALL_YAWS
         for s in range(STATES):
             if not crabbing[s] or not free[k, s] or shift[k, s] != 0.0:
                 continue
@@ -238,7 +243,7 @@ def _add_crab_angles(
             off = crab_angle_for_yaw(
                 field.crab_angle, field.yaw_limit, ground, s, azimuth, steepness
             )
-            if roomy or body_fits(field, x, y, directions[k] + s * WIDTH + off):
+            if not crowded[k] or body_fits(field, x, y, directions[k] + s * WIDTH + off):
                 shift[k, s] = off
 
 

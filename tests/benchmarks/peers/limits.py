@@ -17,7 +17,6 @@ from planner.power.limits import LIMIT_NAMES, broken_limit, gear_torques, rms_to
 from planner.power.motion_row import set_acceleration, set_motion, set_wind
 from planner.quantities import INDEX
 from planner.search.field import ground_classes, sample_surface
-from planner.search.resolution import SPARE
 from planner.search.results import Route
 from planner.terrain.obstacles import rectangle_free
 from tests.benchmarks.peers.case import Array, Case
@@ -75,7 +74,7 @@ def broken_limits(case: Case, route: Route) -> dict[str, int]:
             *(field.x0, field.y0, field.dx, field.dy),
             *points[n],
             angles[n],
-            *(field.half_length - SPARE, field.half_width - SPARE),
+            *(field.half_length, field.half_width),
         ):
             broken["clearance"] += 1
     broken["speed"] = int((here > limits.speed * (1.0 + ROUNDING)).sum())

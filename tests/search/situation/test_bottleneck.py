@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from planner.search.situation.bottleneck import bottleneck, gap_width
+from planner.search.situation.bottleneck import bottleneck
 
 
 def reached(open_nodes: np.ndarray, start: tuple[int, int]) -> set[tuple[int, int]]:
@@ -37,13 +37,3 @@ def test_nothing_joins_what_a_wall_parts():
     values = np.zeros((6, 9))
     values[:, 4] = np.inf
     assert bottleneck(values, (2, 1), (2, 7)) is None
-
-
-@pytest.mark.parametrize("cells", [3, 6, 11])
-def test_the_width_of_a_gap(cells):
-    blocked = np.zeros((40, 60), bool)
-    blocked[:, 30] = True
-    blocked[10 : 10 + cells, 30] = False
-    assert gap_width(blocked, (10 + cells // 2, 30), (0.1, 0.1)) == pytest.approx(
-        0.1 * cells, abs=0.004
-    )

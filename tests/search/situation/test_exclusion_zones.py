@@ -64,3 +64,14 @@ def test_a_polygon_across_every_path_leaves_none(level):
 def test_what_is_no_area_is_refused(level, area, words):
     with pytest.raises(RequestError, match=words):
         plan_route(terrain=level, **WAY, avoid=[area])
+
+
+@pytest.mark.parametrize(
+    ("x", "words"),
+    [(10.0, r"goal: in the area avoid\[1\]"), (11.2, r"goal: .* touches the area avoid\[1\]")],
+)
+def test_a_place_in_an_area_or_beside_it_is_refused_by_the_areas_number(level, x, words):
+    areas = [{"x": 5.0, "y": 8.0, "radius": 0.5}, {"x": 10.0, "y": 5.0, "radius": 1.0}]
+    asked = {"start": WAY["start"], "goal": {"x": x, "y": 5.0, "yaw": 0.0}}
+    with pytest.raises(RequestError, match=words):
+        plan_route(terrain=level, **asked, avoid=areas)
