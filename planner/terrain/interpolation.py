@@ -20,6 +20,7 @@ Left out: the sharp edge of a step, which the cubic rounds over two cells and ov
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,9 +28,11 @@ from numpy.typing import NDArray
 from planner.compiled_code import njit
 
 
-@njit("UniTuple(float64, 8)(float64)", cache=True, inline="always")
-def _weights(t: float) -> tuple[float, float, float, float, float, float, float, float]:
-    """Four weights of the cubic convolution at t in [0, 1), then their derivatives."""
+def cubic_weights(t: Any) -> tuple[Any, Any, Any, Any, Any, Any, Any, Any]:
+    """Four weights of the cubic convolution at t in [0, 1), then their derivatives.
+
+    Numbers or arrays; compiled loops call it for numbers.
+    """
     t2 = t * t
     t3 = t2 * t
     return (
@@ -42,6 +45,9 @@ def _weights(t: float) -> tuple[float, float, float, float, float, float, float,
         0.5 * (-9.0 * t2 + 8.0 * t + 1.0),
         0.5 * (3.0 * t2 - 2.0 * t),
     )
+
+
+_weights = njit("UniTuple(float64, 8)(float64)", cache=True, inline="always")(cubic_weights)
 
 
 @njit("UniTuple(int64, 3)(int64, int64)", cache=True, inline="always")

@@ -60,4 +60,5 @@ def test_where_bends_cost_much_a_detour_can_be_cheaper(monkeypatch):
     ends = {"start": {"x": 60.0, "y": 60.0}, "goal": {"x": 75.69457456465163, "y": 24.125}}
     found = plan_route(terrain=relief, **ends).routes[0].energy_j
     monkeypatch.setattr(grid_planner, "DETOURS", 0)
-    assert found < 0.999 * plan_route(terrain=relief, **ends).routes[0].energy_j
+    # By 0.08 % on the ground as the footprint feels it; without an average, by more.
+    assert found < 0.9995 * plan_route(terrain=relief, **ends).routes[0].energy_j
