@@ -270,9 +270,9 @@ class _Driver:
         ground, conditions = self.situation.ground, self.situation.conditions
         pose = PoseRequest(x=x, y=y)
         if not ground.terrain.contains(x, y):
-            check_place(name, pose, ground, self.field, conditions)
+            check_place(name, pose, ground, self.field, conditions, self.asked)
         try:
-            check_place(name, pose, ground, self.field, conditions)
+            check_place(name, pose, ground, self.field, conditions, self.asked)
             check_hold(name, pose, self.field, conditions)
         except RequestError as error:
             return f"{name}: {error.problem}"

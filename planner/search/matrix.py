@@ -101,7 +101,7 @@ def energy_matrix(
         for k, place in enumerate(places):
             check_place(
                 f"{name}[{k}]",
-                *(place, situation.ground, field, situation.conditions, request.avoid),
+                *(place, situation.ground, field, situation.conditions, request),
             )
             check_hold(f"{name}[{k}]", place, field, situation.conditions)
     with CancellationToken(cancelled) as token:

@@ -117,7 +117,7 @@ def reachable_area(
     budget = _budget(request, situation)
     field = situation.field("energy")
     ground, conditions = situation.ground, situation.conditions
-    check_place("start", request.start, ground, field, conditions, request.avoid)
+    check_place("start", request.start, ground, field, conditions, request)
     check_hold("start", request.start, field, situation.conditions)
     say(0.1, "least-cost field")
     with CancellationToken(cancelled) as token:

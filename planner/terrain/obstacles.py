@@ -43,7 +43,7 @@ def _covers(
     half_body: tuple[float, float],
     half_move: tuple[float, float],
 ) -> bool:
-    """Whether a rectangle covers part of a cell, at a place or on its way.
+    """Whether a rectangle covers part of a cell, at a place or on a straight path.
 
     Args:
         centre: of the cell, m east and north of the middle of the rectangle's way.
@@ -60,8 +60,8 @@ def _covers(
         return False
     if abs(north) >= half_dy + half_length * s + half_width * c + abs(move_y) - CONTACT:
         return False
-    ahead = half_length + abs(move_x * cosine + move_y * sine)
-    if abs(east * cosine + north * sine) >= ahead + half_dx * c + half_dy * s - CONTACT:
+    reach = half_length + abs(move_x * cosine + move_y * sine)
+    if abs(east * cosine + north * sine) >= reach + half_dx * c + half_dy * s - CONTACT:
         return False
     aside = half_width + abs(move_y * cosine - move_x * sine)
     if abs(north * cosine - east * sine) >= aside + half_dx * s + half_dy * c - CONTACT:

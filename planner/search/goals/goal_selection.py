@@ -88,7 +88,7 @@ def check_places(run: Run, field: CostField) -> Infeasible | None:
     if isinstance(request.goal, PoseRequest):
         named.append(("goal", request.goal))
     for name, place in named:
-        check_place(name, place, run.ground, field, run.conditions, request.avoid)
+        check_place(name, place, run.ground, field, run.conditions, request)
     check_hold("start", request.start, field, run.conditions)
     try:
         for name, place in named[1:]:
@@ -211,7 +211,7 @@ class _Arrival:
             try:
                 check_place(
                     *(name(k), place, self.run.ground, self.field),
-                    *(self.run.conditions, self.run.request.avoid),
+                    *(self.run.conditions, self.run.request),
                 )
                 check_hold(name(k), place, self.field, self.run.conditions)
             except RequestError as error:

@@ -5,12 +5,11 @@
 Python, the command line and HTTP share these classes.
 """
 
-from planner.search.requests.places import Area, PoseRequest, RegionRequest
+from planner.search.requests.places import PoseRequest, RegionRequest
 from planner.search.requests.questions import FrontRequest, MatrixRequest, PlanRequest, ReachRequest
 from planner.search.requests.scenario import RequestLike, SituationRequest
 
 __all__ = [
-    "Area",
     "FrontRequest",
     "MatrixRequest",
     "PlanRequest",

@@ -7,7 +7,6 @@ It also refuses places without room, and says what blocks where there is no rout
 """
 
 from planner.search.situation.infeasibility import check_hold, check_place, explain_no_route
-from planner.search.situation.narrow_passage import NarrowPassage, narrow_passage
 from planner.search.situation.remedies import remedy
 from planner.search.situation.situation import KINDS, Situation, situation_of
 from planner.search.situation.traversability import DrivingGround
@@ -15,12 +14,10 @@ from planner.search.situation.traversability import DrivingGround
 __all__ = [
     "KINDS",
     "DrivingGround",
-    "NarrowPassage",
     "Situation",
     "check_hold",
     "check_place",
     "explain_no_route",
-    "narrow_passage",
     "remedy",
     "situation_of",
 ]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -18,7 +17,7 @@ from planner.power.motion_row import set_motion
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField, sample_surface
 from planner.search.limit_places import Infeasible
-from planner.search.requests import Area, PoseRequest, SituationRequest
+from planner.search.requests import PoseRequest, SituationRequest
 from planner.search.resolution import ALL_YAWS, DIRECTIONS
 from planner.search.situation.bottleneck import Node, bottleneck
 from planner.search.situation.narrow_passage import narrowest_place, passage_width
@@ -41,7 +40,7 @@ def check_place(
     ground: DrivingGround,
     field: CostField,
     conditions: OperatingConditions,
-    avoid: Sequence[Area] = (),
+    request: SituationRequest,
 ) -> None:
     """Refuse a start, goal or via point at which there is no room for the robot.
 
@@ -49,7 +48,7 @@ def check_place(
         name: field of the request.
         pose: the place, with or without a yaw.
         ground, field, conditions: map and model.
-        avoid: areas of the request that stand on the map as obstacles.
+        request: its areas to avoid stand on the map as obstacles.
 
     Raises:
         RequestError: naming the field, the place and what would be accepted.
@@ -68,7 +67,7 @@ def check_place(
     if ground.blocked[j, i]:
         what = _what_blocks(ground, x, y)
         article = {"obstacle": "on an obstacle", "hole": "on a hole (height unknown)"}
-        area = _area_at(avoid, field, x, y)
+        area = _area_at(request, field, x, y)
         raise RequestError(
             name,
             f"in {area}" if area else article.get(what, f"on a {what}"),
@@ -78,7 +77,7 @@ def check_place(
     yaws = _tried(pose.yaw)
     if not any(body_fits(field, x, y, yaw) for yaw in yaws):
         at = "with this yaw" if pose.yaw is not None else "with any yaw"
-        touched = _area_at(avoid, field, *_nearest_blocked(ground, x, y)) or "something"
+        touched = _area_at(request, field, *_nearest_blocked(ground, x, y)) or "something"
         raise RequestError(
             name,
             f"the body with {conditions.model.vehicle.limits.clearance:g} m clearance touches "
@@ -258,7 +257,7 @@ def _blocking(
     for x, y in points:
         j, i = field.nodes_at((x, y))
         if ground.blocked[j, i]:
-            if area := _area_at(request.avoid, field, x, y):
+            if area := _area_at(request, field, x, y):
                 return area, x, y
             what = _what_blocks(ground, x, y)
             return f"an {what}" if what[0] in "aeiou" else f"a {what}", x, y
@@ -284,9 +283,9 @@ def _blocking(
     return steep[1], steep[2], steep[3]
 
 
-def _area_at(avoid: Sequence[Area], field: CostField, x: float, y: float) -> str:
+def _area_at(request: SituationRequest, field: CostField, x: float, y: float) -> str:
     """The area of the request that blocks the cell round a point, in words; empty if none does."""
-    for number, area in enumerate(avoid):
+    for number, area in enumerate(request.avoid):
         if _covers(area.ring(), x, y, max(field.dx, field.dy)):
             return f"the area avoid[{number}] of the request"
     return ""

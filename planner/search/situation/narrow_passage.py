@@ -1,4 +1,4 @@
-"""The straight way through a narrow passage, found from the corners of what stands beside it.
+"""The straight path through a narrow passage, found from the corners of what stands beside it.
 
     passage = narrow_passage(ground, start, goal)
     passage.entrance, passage.exit, passage.yaw
@@ -40,7 +40,7 @@ FURTHEST = 6.0
 
 @dataclass(frozen=True)
 class NarrowPassage:
-    """A straight way between places where the body can turn.
+    """A straight path between places where the body can turn.
 
     Attributes:
         entrance, exit: m, on the start's and on the goal's side.
@@ -55,7 +55,7 @@ class NarrowPassage:
 
 
 def narrow_passage(ground: DrivingGround, start: Place, goal: Place) -> NarrowPassage | None:
-    """The straight way through the narrowest place of the widest path, if the body passes there.
+    """The straight path through the narrowest place of the widest one, if the body passes there.
 
     None as well where it is so wide that nodes and yaw bins cannot miss it.
 
@@ -83,8 +83,8 @@ def narrow_passage(ground: DrivingGround, start: Place, goal: Place) -> NarrowPa
         if ends[0] is None or ends[1] is None:
             continue
         first, last = _in_order(ground, (ends[1], ends[0]), (centre, level), (start, goal))
-        ahead = direction if first is ends[1] else direction + math.pi
-        return NarrowPassage(first, last, ahead, width)
+        travel = direction if first is ends[1] else direction + math.pi
+        return NarrowPassage(first, last, travel, width)
     return None
 
 

@@ -33,6 +33,7 @@ from planner.search.grid import (
 )
 from planner.search.requests import SituationRequest
 from planner.search.resolution import MARGIN, OBJECTIVES
+from planner.search.situation.narrow_passage import NarrowPassage, narrow_passage
 from planner.search.situation.traversability import DrivingGround, driving_ground
 from planner.search.steady import SteadyCosts, steady_costs
 from planner.search.turns import turning
@@ -185,6 +186,10 @@ class Situation:
             return cost_to_go(field, lattice, start, from_start=True, token=token)
 
         return CACHE.get(key, search) if field.factor.size == 1 else search()
+
+    def narrow_passage(self, start: Point, goal: Point) -> NarrowPassage | None:
+        """The straight path through the narrowest place of the widest one between two places, m."""
+        return narrow_passage(self.ground, start, goal)
 
     def path(
         self,

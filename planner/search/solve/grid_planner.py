@@ -157,8 +157,8 @@ class _Sketching:
                     return
                 break
             latest = sketch(run, self.field, paths, objective, self.effort, plain=plain)
-            stuck = latest.infeasible
-            if stuck is not None and stuck.for_want_of_room and self._passes():
+            refused = latest.infeasible
+            if refused is not None and refused.for_want_of_room and self._passes():
                 return
             yield latest, caution
             improved = best is None or latest.energy < best.energy
@@ -182,7 +182,7 @@ class _Sketching:
                 yield latest, caution
 
     def _passes(self) -> bool:
-        """Whether narrow passages are the way; they are looked for once."""
+        """Whether there is a route through narrow passages; it is looked for once."""
         if self.passages is not None:
             self.passed, self.passages = self.passages(), None
         return self.passed is not None

@@ -1,4 +1,4 @@
-"""A way through passages that nodes and yaw bins miss: straight through each, and planned between.
+"""Routes through passages that nodes and yaw bins miss: straight in each, and planned between.
 
     attempt = through_passages(run, field, "energy")        # or None
 
@@ -23,12 +23,11 @@ from planner.search.requests import PoseRequest
 from planner.search.resolution import YAW_BINS
 from planner.search.results import Route
 from planner.search.run import Run
-from planner.search.situation import NarrowPassage, narrow_passage
 from planner.search.solve.pipeline import Attempt, drive_legs, with_costs
 from planner.search.wanted_yaw import arriving, leaving
 
 MOST_PASSAGES = 8
-"""Narrow passages on the way between two places that are given, at most."""
+"""Narrow passages between two places that are given, at most."""
 
 Search = Callable[[Run], Attempt]
 Piece = tuple[Array, PoseRequest]
@@ -44,7 +43,7 @@ def through_passages(run: Run, field: CostField, objective: str, search: Search)
     """
     legs: list[Array] = []
     pieces: list[Piece] = []
-    passages: list[NarrowPassage] = []
+    passages: list[Array] = []
     yaws = run.yaws
     for k, (a, b) in enumerate(itertools.pairwise(run.places)):
         start = PoseRequest(x=a[0], y=a[1], yaw=leaving(yaws[k]))
@@ -74,19 +73,23 @@ def _pieces(
     start: PoseRequest,
     goal: PoseRequest,
     search: Search,
-    passages: list[NarrowPassage],
+    passages: list[Array],
 ) -> list[Piece] | None:
-    """Polylines from start to goal, each with the pose at its end; new ``passages`` are added."""
+    """Polylines from start to goal, each with the pose at its end; new passages are added.
+
+    Those are (2, 2) m, entrance and exit.
+    """
     asked = run.request.model_copy(update={"start": start, "goal": goal, "via": ()})
     attempt = search(replace(run, request=asked))
     if attempt.route is not None and attempt.legs is not None:
         return [(attempt.legs[0][0], goal)]
     if len(passages) == MOST_PASSAGES:
         return None
-    passage = narrow_passage(run.ground, (start.x, start.y), (goal.x, goal.y))
+    passage = run.situation.narrow_passage((start.x, start.y), (goal.x, goal.y))
     if passage is None:
         return None
-    passages.append(passage)
+    line = np.array([passage.entrance, passage.exit])
+    passages.append(line)
     # The body passes forwards or backwards, whichever turns it less.
     known = start.yaw if start.yaw is not None else goal.yaw
     backwards = known is not None and math.cos(known - passage.direction) < 0.0
@@ -96,21 +99,20 @@ def _pieces(
     after = None if before is None else _pieces(run, ends[1], goal, search, passages)
     if before is None or after is None:
         return None
-    return [*before, (np.array([passage.entrance, passage.exit]), ends[1]), *after]
+    return [*before, (line, ends[1]), *after]
 
 
-def _opened(field: CostField, passages: list[NarrowPassage]) -> CostField:
-    """The field with the yaw of each passage allowed at the nodes along it.
+def _opened(field: CostField, passages: list[Array]) -> CostField:
+    """The field with the yaw along each passage (2, 2), in m, allowed at the nodes along it.
 
     The mask speaks for nodes, which lie off the line; prices on the line test the body exactly.
     """
     mask: NDArray[np.uint32] = field.mask.copy()
-    for passage in passages:
-        (xa, ya), (xb, yb) = passage.entrance, passage.exit
-        count = 2 * math.ceil(math.hypot(xb - xa, yb - ya) / min(field.dx, field.dy)) + 1
-        share = np.linspace(0.0, 1.0, count)
-        at = field.nodes_at(np.column_stack([xa + share * (xb - xa), ya + share * (yb - ya)]))
-        nearest = round(passage.direction / math.pi * YAW_BINS)
+    for entrance, leaving_at in passages:
+        line = leaving_at - entrance
+        count = 2 * math.ceil(math.hypot(*line) / min(field.dx, field.dy)) + 1
+        at = field.nodes_at(entrance + np.linspace(0.0, 1.0, count)[:, None] * line)
+        nearest = round(math.atan2(line[1], line[0]) / math.pi * YAW_BINS)
         for b in (nearest - 1, nearest, nearest + 1):
             mask[at] |= np.uint32(1 << b % YAW_BINS)
     return field._replace(mask=mask)
