@@ -7,6 +7,8 @@
 Constants stand in ablation_table.toml. Every value is measured in a fresh process:
 
     planning     change of the energy in % (mean, worst), and ratio of the CPU times
+    time         the same for answers of least time, with their duration
+    hard         energy among obstacles, on relief and on steep ground, two questions on each map
     anytime      the same with iterations given
     certificate  change of the gap between route and lower bound, in percentage points
     naming       right verdicts on logs with hidden effects, of so many
@@ -35,8 +37,14 @@ from tests.benchmarks.ablated_constant import environment, replace_when_imported
 ROOT = Path(__file__).parents[2]
 TABLE = Path(__file__).with_name("ablation_table.toml")
 KEPT = ROOT / "docs" / "benchmarks" / "ablations.json"
-ITERATIONS = 6
+ITERATIONS = 24
 """Of searches with iterations given."""
+STEEP = 9.0
+"""Mean slope of steep ground, °: the slope limit is reached at many places."""
+HARD = ("warehouse", "shelves", "rocks", "maze", "jacksboro-1to100")
+"""Maps of ``hard``; a question on relief of full size takes longer than on all of them."""
+ABLATED_SEED = 4
+"""Of the maps and questions of ``hard``; other ones than those that ``make bench`` times."""
 SECONDS = 10.0
 """s that a certificate is given."""
 QUESTIONS = (
@@ -94,26 +102,50 @@ def _tuples(value: Any) -> Any:
 # What a fresh process measures. Nothing of planner is imported before the constant is replaced.
 
 
-def planning(count: int, iterations: int | None = None) -> dict[str, Any]:
-    """Energies in J by question, None where there is no route, and CPU seconds of all."""
+def planning(
+    count: int, iterations: int | None = None, objective: str = "energy"
+) -> dict[str, Any]:
+    """Energies in J, or durations in s, by question, None without a route, and CPU s of all."""
     from planner import plan_route
 
-    def energy(name: str, start: Sequence[float], goal: Sequence[float]) -> float | None:
+    def answer(name: str, start: Sequence[float], goal: Sequence[float]) -> float | None:
         ends = {
             "start": dict(zip("xy", start, strict=True)),
             "goal": dict(zip("xy", goal, strict=True)),
         }
         more = {} if iterations is None else {"iterations": iterations}
-        routes = plan_route(map=name, **ends, **more).routes
-        return routes[0].energy_j if routes else None
+        routes = plan_route(map=name, **ends, **more, objective=objective).routes
+        return routes[0].value(objective) if routes else None
 
-    energy("test-bench", (2.0, 0.8), (11.0, 2.3))  # compiles or loads what is needed
+    answer("test-bench", (2.0, 0.8), (11.0, 2.3))  # compiles or loads what is needed
     begun = time.process_time()
     found = {
-        f"{name} {start} {goal}": energy(name, start, goal)
+        f"{name} {start} {goal}": answer(name, start, goal)
         for name, start, goal in QUESTIONS[:count]
     }
-    return {"energy_j": found, "cpu_s": time.process_time() - begun}
+    return {"answers": found, "cpu_s": time.process_time() - begun}
+
+
+def hard(count: int) -> dict[str, Any]:
+    """As ``planning``, for ``count`` questions on hard maps."""
+    from planner import plan_route
+    from planner.terrain.heightmap import Terrain
+    from tests.benchmarks import hard_maps
+
+    hills = hard_maps.rolling((200, 200), 0.25, STEEP, ABLATED_SEED)
+    steep = Terrain.from_arrays(hills, cell=(0.25, 0.25), name="steep")
+    maps = [*(hard_maps.made(name, ABLATED_SEED) for name in HARD), steep]
+    energies: dict[str, float | None] = {}
+    taken = 0.0
+    for terrain in maps:
+        each = hard_maps.places(terrain, -(-count // len(maps)) + 1, ABLATED_SEED)
+        for k, asked in enumerate(each):
+            begun = time.process_time()
+            routes = plan_route(terrain=terrain, **asked).routes
+            if k:  # the first one warms the map up
+                taken += time.process_time() - begun
+                energies[f"{terrain.name} {k}"] = routes[0].energy_j if routes else None
+    return {"answers": energies, "cpu_s": taken}
 
 
 def certificate(count: int) -> dict[str, Any]:
@@ -140,6 +172,8 @@ def naming(count: int) -> dict[str, Any]:
 
 MEASURES: dict[str, Callable[[int], dict[str, Any]]] = {
     "planning": planning,
+    "hard": hard,
+    "time": lambda count: planning(count, objective="time"),
     "anytime": lambda count: planning(count, ITERATIONS),
     "certificate": certificate,
     "naming": naming,
@@ -157,12 +191,12 @@ def worth(base: Mapping[str, Any], ablated: Mapping[str, Any]) -> dict[str, floa
     """
     if set(base) != set(ablated):
         raise ValueError("results of different measures")
-    if "energy_j" in base:
-        pairs = list(zip(base["energy_j"].values(), ablated["energy_j"].values(), strict=True))
+    if "answers" in base:
+        pairs = list(zip(base["answers"].values(), ablated["answers"].values(), strict=True))
         changes = [100.0 * (b / a - 1.0) for a, b in pairs if a and b]
         lost = sum(a is not None and b is None for a, b in pairs)
         return {
-            "energy_percent": statistics.fmean(changes) if changes else math.nan,
+            "percent": statistics.fmean(changes) if changes else math.nan,
             "worst_percent": max(changes, default=math.nan),
             "cpu_ratio": ablated["cpu_s"] / base["cpu_s"],
             "routes_lost": lost,
@@ -177,10 +211,10 @@ def worth(base: Mapping[str, Any], ablated: Mapping[str, Any]) -> dict[str, floa
 
 def in_words(change: Mapping[str, float]) -> str:
     """The change in a cell of the table."""
-    if "energy_percent" in change:
+    if "percent" in change:
         lost = f", {change['routes_lost']:.0f} routes lost" if change["routes_lost"] else ""
         return (
-            f"energy {change['energy_percent']:+.3f} % (worst {change['worst_percent']:+.2f} %), "
+            f"answer {change['percent']:+.3f} % (worst {change['worst_percent']:+.2f} %), "
             f"CPU x{change['cpu_ratio']:.2f}{lost}"
         )
     if "gap_points" in change:
@@ -251,6 +285,7 @@ def rows(constants: Sequence[Constant], count: int) -> Iterator[dict[str, Any]]:
                 "ablated": value,
                 "unit": one.unit,
                 "decides": one.decides,
+                "measured": one.measured,
                 "questions": count,
                 **worth(base[one.measured], found),
             }
@@ -262,13 +297,21 @@ def page(kept: Sequence[Mapping[str, Any]]) -> str:
         "# What tuned constants are worth",
         "",
         "Written by `python -m tests.benchmarks.ablations --save`. Each constant is given another",
-        "value in a fresh process; the last column says how the result changes.",
+        "value in a fresh process; the last column says how the answer changes: energy,",
+        "with `time` duration, with `certificate` the gap, with `naming` right verdicts.",
         "",
-        "| constant | value | ablated | unit | decides | worth |",
-        "|---|---|---|---|---|---|",
+        "| constant | value | ablated | unit | decides | measured | worth |",
+        "|---|---|---|---|---|---|---|",
     ]
     for row in kept:
-        cells = (row["value"], row["ablated"], row["unit"], row["decides"], in_words(row))
+        cells = (
+            row["value"],
+            row["ablated"],
+            row["unit"],
+            row["decides"],
+            row["measured"],
+            in_words(row),
+        )
         lines.append(f"| `{row['constant']}` | {' | '.join(map(str, cells))} |")
     return "\n".join(lines) + "\n"
 

@@ -55,10 +55,10 @@ def test_an_absurd_value_changes_what_is_measured() -> None:
     margin = next(one for one in TABLE if one.name == "SURPLUS")
     base = in_fresh_process("planning", 1)
     same = in_fresh_process("planning", 1, margin, margin.value)
-    assert worth(base, same)["energy_percent"] == 0.0
+    assert worth(base, same)["percent"] == 0.0
     # Waypoints that are never moved leave a path that costs more.
     never = in_fresh_process("planning", 1, margin, 1e9)
-    assert worth(base, never)["energy_percent"] > 0.01
+    assert worth(base, never)["percent"] > 0.01
 
 
 @pytest.fixture
@@ -147,9 +147,9 @@ def test_a_constant_that_is_not_there_is_refused() -> None:
 
 
 def test_what_an_ablation_is_worth() -> None:
-    base = {"energy_j": {"a": 100.0, "b": 200.0, "c": None}, "cpu_s": 2.0}
-    found = worth(base, {"energy_j": {"a": 101.0, "b": None, "c": None}, "cpu_s": 1.0})
-    assert found["energy_percent"] == pytest.approx(1.0)
+    base = {"answers": {"a": 100.0, "b": 200.0, "c": None}, "cpu_s": 2.0}
+    found = worth(base, {"answers": {"a": 101.0, "b": None, "c": None}, "cpu_s": 1.0})
+    assert found["percent"] == pytest.approx(1.0)
     assert found["routes_lost"] == 1
     assert in_words(found) == "energy +1.000 % (worst +1.00 %), CPU x0.50, 1 routes lost"
     gaps = worth({"gap_percent": {"a": 5.0}}, {"gap_percent": {"a": 7.5}})

@@ -7,16 +7,13 @@ attempt.route            # or None, with attempt.reason
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 
-import numpy as np
-
 from planner.arrays import Array
 from planner.quantities import STANDARD_GRAVITY
-from planner.search.field import CostField, polyline_cost, segment_cost
+from planner.search.field import CostField, polyline_cost
 from planner.search.limit_places import Infeasible
 from planner.search.results import Route
 from planner.search.run import Run
@@ -33,17 +30,13 @@ from planner.search.solve.pipeline import (
     Sketch,
     cheapest_near,
     finished,
-    priced,
     sketch,
-    trajectory,
 )
 from planner.search.solve.recovery import Caution, first_caution, more_clearance, next_caution
-from planner.search.trajectory import CLOSELY, ROUGHLY, Motion
+from planner.search.trajectory import Motion
 from planner.search.wanted_yaw import arriving, leaving
 from planner.search.waypoints import suggests_detour
 
-STRAIGHT = 0.005
-"""Share by which a baseline may cost more than the bound of its length and still be straight."""
 DETOURS, DETOUR_PENALTY = 2, 0.1
 """Searches for another homotopy class where bends cost much, and the share by which ground near
 the best route costs more in each."""
@@ -93,8 +86,6 @@ def _on_grid(
     passages: Callable[[], Attempt | None] | None = None,
 ) -> Attempt:
     """The best of all attempts within the limits that hold at every moment, and the mean torque."""
-    if effort is BASELINE and (straight := _straight(run, field, objective)) is not None:
-        return straight
     caution: Caution | None = first_caution(run, field, patient)
     sketching = _Sketching(run, objective, effort, patient, field, passages)
     attempt = Attempt(field)
@@ -263,24 +254,6 @@ def near_path_of(run: Run, field: CostField, factor: Array, objective: str) -> A
 def dissipated(run: Run, route: Route) -> float:
     """J that a route takes without what climbing stores."""
     return route.energy_j - run.conditions.mass * STANDARD_GRAVITY * route.rise_m
-
-
-def _straight(run: Run, field: CostField, objective: str) -> Attempt | None:
-    """The straight line, where no path undercuts it by more than a few parts in 1000."""
-    if field.factor.size > 1:
-        return None
-    cheapest = run.situation.lattice(objective, field).cheapest
-    legs = []
-    for a, b in itertools.pairwise(run.places):
-        cost = float(segment_cost(field, *a, *b, field.step))
-        if not cost <= (1.0 + STRAIGHT) * cheapest * math.dist(a, b):
-            return None
-        legs.append((np.array([a, b]), cost))
-    # Another yaw is tried sooner than another path: a search takes longer.
-    motion = trajectory(run, field, legs, objective, ROUGHLY._replace(turned=CLOSELY.turned))
-    if isinstance(motion, Infeasible):
-        return None
-    return Attempt(field, [path for path, _ in legs], legs, priced(run, field, motion))
 
 
 def _why_not(run: Run, field: CostField, objective: str) -> Infeasible:
