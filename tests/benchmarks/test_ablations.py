@@ -162,13 +162,13 @@ def test_what_an_ablation_is_worth() -> None:
 
 def test_rows_are_kept_beside_those_of_earlier_runs(tmp_path: Path) -> None:
     row = {"constant": "a.B", "value": 1.0, "unit": "m", "decides": "all", "gap_points": 1.0}
-    row |= {"worst_points": 2.0}
+    row |= {"worst_points": 2.0, "measured": "certificate"}
     save([{**row, "ablated": 2.0}, {**row, "ablated": 3.0}], tmp_path / "kept.json")
     save([{**row, "ablated": 2.0, "gap_points": 4.0}], tmp_path / "kept.json")
     kept = json.loads((tmp_path / "kept.json").read_text("utf-8"))
     assert [(one["ablated"], one["gap_points"]) for one in kept] == [(2.0, 4.0), (3.0, 1.0)]
     assert (tmp_path / "kept.md").read_text("utf-8") == page(kept)
-    assert "| `a.B` | 1.0 | 2.0 | m | all | gap +4.00 points" in page(kept)
+    assert "| `a.B` | 1.0 | 2.0 | m | all | certificate | gap +4.00 points" in page(kept)
 
 
 def test_questions_and_logs_are_enough() -> None:
