@@ -151,7 +151,7 @@ def test_what_an_ablation_is_worth() -> None:
     found = worth(base, {"answers": {"a": 101.0, "b": None, "c": None}, "cpu_s": 1.0})
     assert found["percent"] == pytest.approx(1.0)
     assert found["routes_lost"] == 1
-    assert in_words(found) == "energy +1.000 % (worst +1.00 %), CPU x0.50, 1 routes lost"
+    assert in_words(found) == "answer +1.000 % (worst +1.00 %), CPU x0.50, 1 routes lost"
     gaps = worth({"gap_percent": {"a": 5.0}}, {"gap_percent": {"a": 7.5}})
     assert in_words(gaps) == "gap +2.50 points (worst +2.50)"
     right = worth({"right": {"a": True, "b": True}}, {"right": {"a": True, "b": False}})
