@@ -7,9 +7,12 @@ attempt.route            # or None, with attempt.reason
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
+
+import numpy as np
 
 from planner.arrays import Array
 from planner.quantities import STANDARD_GRAVITY
