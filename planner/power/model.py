@@ -250,7 +250,7 @@ class PowerModel(Shown):
         for effect, name, parameter, _ in self.slots:
             stated = self.vehicle.uncertainty_of(effect.slug, name)
             shares.append(parameter.spread if stated is None else stated)
-        prior = np.abs(self.parameters) * np.array(shares)
+        prior: Array = np.abs(self.parameters) * np.array(shares)
         if self.stderr is None:
             return prior
         return np.where(np.isnan(self.stderr), prior, self.stderr)
