@@ -1,4 +1,4 @@
-"""The commands that list what is installed: ``maps``, ``vehicles`` and ``effects``."""
+"""The commands about what is installed: ``maps``, ``vehicles``, ``effects`` and ``doctor``."""
 
 from __future__ import annotations
 
@@ -141,7 +141,26 @@ def effects(json_: Json = False, verbose: Verbose = False) -> None:
     _list(list_effects(), columns, "Effects", json_)
 
 
-VERBS: tuple[Callable[..., None], ...] = (maps, vehicles, effects)
+def doctor(json_: Json = False, verbose: Verbose = False) -> None:
+    """Check this installation, and say what would mend it; status 1 where something is broken."""
+    from service.doctor import examine
+
+    findings = [finding.to_json() for finding in examine()]
+    broken = any(finding["status"] == "broken" for finding in findings)
+    if json_:
+        typer.echo(documents.strict({"status": "broken" if broken else "ok", "checks": findings}))
+    else:
+        from service.cli.grids import grid
+
+        rows = [
+            [finding[key] for key in ("name", "status", "found", "mend")] for finding in findings
+        ]
+        show(grid(("check", "status", "found", "what would help"), rows, left=range(4)))
+    if broken:
+        raise typer.Exit(1)
+
+
+VERBS: tuple[Callable[..., None], ...] = (maps, vehicles, effects, doctor)
 
 
 def _check_vehicle(vehicle: Any, as_json: bool) -> None:

@@ -4,7 +4,7 @@
     joulepath compare-planners …                  see service.cli.planners
     joulepath compare | diagnose | adopt … LOG    see service.cli.workbench
     joulepath logs join …                         see service.cli.logs
-    joulepath maps | vehicles | effects           see service.cli.catalogues
+    joulepath maps | vehicles | effects | doctor  see service.cli.catalogues
     joulepath serve
 
 ``--json`` puts exactly one JSON document on stdout; everything else goes to stderr. Exit status: 0
