@@ -1,4 +1,4 @@
-"""Whether joulepath can work on this machine, and what would mend it: ``joulepath doctor``.
+"""Whether joulepath can work on this machine, and what would fix it: ``joulepath doctor``.
 
     findings = examine()
     [one.name for one in findings if one.status == "broken"]
@@ -40,14 +40,14 @@ class Finding:
         name: what was looked at.
         status: "odd" works, but less well than it could.
         found: in words.
-        mend: what would help; empty where nothing has to.
+        fix: what would help; empty where nothing has to.
         seconds: s that it took, of what is timed.
     """
 
     name: str
     status: Literal["ok", "odd", "broken"]
     found: str
-    mend: str = ""
+    fix: str = ""
     seconds: float | None = None
 
     def to_json(self) -> dict[str, Any]:
@@ -81,8 +81,8 @@ def _versions() -> Iterator[Finding]:
         except PackageNotFoundError:
             missing.append(name)
     if missing:
-        mend = f"pip install {' '.join(missing)}"
-        yield Finding("versions", "broken", f"not installed: {', '.join(missing)}", mend)
+        fix = f"pip install {' '.join(missing)}"
+        yield Finding("versions", "broken", f"not installed: {', '.join(missing)}", fix)
     else:
         yield Finding("versions", "ok", ", ".join(there))
 
@@ -94,8 +94,8 @@ def _compiled_code() -> Iterator[Finding]:
         found = f"kept in NUMBA_CACHE_DIR, {os.environ['NUMBA_CACHE_DIR']}"
         yield Finding("compiled code", "ok", found)
     elif code_folder(min(modules)) is None:
-        mend = "set JOULEPATH_CACHE_DIR to a folder that can be written"
-        yield Finding("compiled code", "broken", f"{folder} cannot be written", mend)
+        fix = "set JOULEPATH_CACHE_DIR to a folder that can be written"
+        yield Finding("compiled code", "broken", f"{folder} cannot be written", fix)
     else:
         done = sum(map(is_compiled, modules))
         found = f"{done} of {len(modules)} modules in {folder}, state {state()}"
@@ -106,15 +106,15 @@ def _compiled_code() -> Iterator[Finding]:
 def _machine() -> Iterator[Finding]:
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     one = (cores or 1) < 2
-    mend = "a second core: searches use two" if one else ""
-    yield Finding("cores", "odd" if one else "ok", str(cores or 1), mend)
+    fix = "a second core: searches use two" if one else ""
+    yield Finding("cores", "odd" if one else "ok", str(cores or 1), fix)
     free = memory_mb()
     if free is None:
         yield Finding("memory", "ok", "not known on this system")
         return
     little = free < LEAST_MEMORY_MB
-    mend = f"{LEAST_MEMORY_MB} MiB for large maps and logs" if little else ""
-    yield Finding("memory", "odd" if little else "ok", f"{free:.0f} MiB available", mend)
+    fix = f"{LEAST_MEMORY_MB} MiB for large maps and logs" if little else ""
+    yield Finding("memory", "odd" if little else "ok", f"{free:.0f} MiB available", fix)
 
 
 def memory_mb() -> float | None:
@@ -152,8 +152,8 @@ def _folders() -> Iterator[Finding]:
         with tempfile.TemporaryFile():
             pass
     except OSError as error:
-        mend = "set TMPDIR to a folder that can be written and is not full"
-        yield Finding("temporary folder", "broken", str(error), mend)
+        fix = "set TMPDIR to a folder that can be written and is not full"
+        yield Finding("temporary folder", "broken", str(error), fix)
     else:
         yield Finding("temporary folder", "ok", tempfile.gettempdir())
 
@@ -186,8 +186,8 @@ def _trials() -> Iterator[Finding]:
             trial()
         except Exception as error:
             found = f"{type(error).__name__}: {error}".splitlines()[0]
-            mend = f"{COMPILE}, or install joulepath again"
-            yield Finding(name, "broken", found, mend)
+            fix = f"{COMPILE}, or install joulepath again"
+            yield Finding(name, "broken", found, fix)
         else:
             seconds = time.perf_counter() - begun
             yield Finding(name, "ok", f"{seconds:.1f} s", seconds=seconds)

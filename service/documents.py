@@ -12,6 +12,8 @@ import math
 from pathlib import Path
 from typing import Any
 
+from planner.errors import InputError
+
 
 def finite(document: Any) -> Any:
     """The same document with lists for arrays, and null for every number that is not finite."""
@@ -44,8 +46,17 @@ def model_text(model: Any) -> str:
 
 
 def write_whole(path: Path, text: str) -> None:
-    """Write a file so that a reader sees all of it or none of it."""
-    path.parent.mkdir(parents=True, exist_ok=True)
+    """Write a file so that a reader sees all of it or none of it.
+
+    Raises:
+        InputError: it cannot be written.
+    """
     unfinished = path.with_name(path.name + ".unfinished")
-    unfinished.write_text(text, encoding="utf-8")
-    unfinished.replace(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        unfinished.write_text(text, encoding="utf-8")
+        unfinished.replace(path)
+    except OSError as error:
+        problem = f"cannot be written: {error.strerror or error}"
+        accepted = "a file in a folder that can be written"
+        raise InputError(str(path), problem, accepted=accepted) from None

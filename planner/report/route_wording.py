@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from planner.amounts import chance, joules
+from planner.amounts import chance, joules, share
 
 Document = Mapping[str, Any]
 
@@ -117,13 +117,18 @@ def remarks(document: Document, titles: Mapping[str, str]) -> Iterator[str]:
     )
     if battery := best.get("battery"):
         fits = "fits the battery" if battery["fits"] else "DOES NOT FIT the battery"
-        sentence = f"The route {fits}: it takes {100 * battery['share']:.2g} % of the "
+        sentence = f"The route {fits}: it takes {of_battery(battery['share'])} of the "
         sentence += f"{joules(battery['available_j'])} in it"
         if "chance" in battery:
             sentence += f"; the chance that it suffices is {chance(battery['chance'])}"
         yield f"{sentence}."
     for note in document.get("notes", ()):
         yield f"Note: {note}."
+
+
+def of_battery(used: float) -> str:
+    """A share of the battery as per cent: 180 %, 12 %, 0.42 %."""
+    return share(used) if used >= 0.1 else f"{100 * used:.2g} %"
 
 
 def called(name: str, planner: Mapping[str, Any]) -> str:

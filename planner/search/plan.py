@@ -163,6 +163,14 @@ def _arrived(asked: PoseRequest | RegionRequest, route: Route) -> Mapping[str, f
 def _notes(run: Run) -> tuple[str, ...]:
     defaults = run.conditions.model.defaults_in_words()
     notes = [f"defaults taken: {', '.join(defaults)}"] if defaults else []
+    ends = {"start": run.request.start, "goal": run.request.goal}
+    ends |= {f"via[{k}]": place for k, place in enumerate(run.request.via)}
+    for name, place in ends.items():
+        if place.yaw is not None and abs(place.yaw) > 2.0 * math.pi:
+            notes.append(
+                f"{name}.yaw of {place.yaw:g} rad is more than a turn; if degrees were meant, "
+                f"{place.yaw:g}° are {math.radians(place.yaw):.4g} rad"
+            )
     given = run.request.conditions.model_fields_set
     reads = {name for effect in run.conditions.model.effects for name in effect.reads}
     needed = {"wind": "wind_x", "motor_temp": "motor_temp", "ambient_temp": "ambient_temp"}

@@ -10,7 +10,7 @@ import typer
 
 from planner.errors import RequestError
 from service import documents
-from service.cli.terminal import Json, Verbose, show
+from service.cli.terminal import Json, Verbose, check_places, show
 
 
 def maps(
@@ -45,6 +45,8 @@ def maps(
     if what != "check" or file is None:
         raise RequestError("maps", "no such command", value=what, accepted="maps check FILE")
     from planner.terrain.map_files import describe_map
+
+    check_places(report)
 
     terrain = open_map(file)
     found = describe_map(terrain)
@@ -142,7 +144,7 @@ def effects(json_: Json = False, verbose: Verbose = False) -> None:
 
 
 def doctor(json_: Json = False, verbose: Verbose = False) -> None:
-    """Check this installation, and say what would mend it; status 1 where something is broken."""
+    """Check this installation, and say what would fix it; status 1 where something is broken."""
     from service.doctor import examine
 
     findings = [finding.to_json() for finding in examine()]
@@ -153,7 +155,7 @@ def doctor(json_: Json = False, verbose: Verbose = False) -> None:
         from service.cli.grids import grid
 
         rows = [
-            [finding[key] for key in ("name", "status", "found", "mend")] for finding in findings
+            [finding[key] for key in ("name", "status", "found", "fix")] for finding in findings
         ]
         show(grid(("check", "status", "found", "what would help"), rows, left=range(4)))
     if broken:

@@ -11,7 +11,7 @@ import typer
 from planner.errors import RequestError
 from planner.reading import finite_number
 from service import documents
-from service.cli.terminal import Json, Verbose
+from service.cli.terminal import Json, Verbose, check_places
 
 
 def logs(
@@ -43,6 +43,7 @@ def logs(
 
     if what != "join":
         raise RequestError("logs", "no such command", value=what, accepted="logs join FILE…")
+    check_places(out)
     joined = join_logs(
         files,
         vehicle=None if vehicle is None else load_vehicle(vehicle),

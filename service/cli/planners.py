@@ -10,7 +10,7 @@ import typer
 from planner.search.requests import PlanRequest
 from service.cli.planning import Out, RequestFile, request_from, write_document
 from service.cli.tables import tell
-from service.cli.terminal import Json, Report, Verbose, working
+from service.cli.terminal import Json, Report, Verbose, check_places, working
 
 
 def compare_planners(
@@ -30,6 +30,7 @@ def compare_planners(
     """
     from planner.search.ompl import compare_planners as compare
 
+    check_places(out, report)
     asked = request_from(request, PlanRequest)
     with working() as how:
         found = compare(asked, seconds=seconds_, runs=runs, **how)

@@ -28,7 +28,7 @@ from planner.search.requests import (
 from planner.search.route_graph import GraphRequest, read_graph
 from service import documents, formats
 from service.cli.tables import tell
-from service.cli.terminal import Json, Report, Verbose, working
+from service.cli.terminal import Json, Report, Verbose, check_places, working
 
 Asked = TypeVar("Asked", bound=SituationRequest)
 
@@ -72,6 +72,7 @@ def plan(
 ) -> None:
     """Plan the route of least energy; options override fields of the file."""
     _check_format(format_, json_, out)
+    check_places(out, report)
     given = {
         "map": map_,
         "vehicle": vehicle,
@@ -138,6 +139,7 @@ def graph(
     verbose: Verbose = False,
 ) -> None:
     """Energy of every edge of a graph for Nav2's route server, in both directions."""
+    check_places(out)
     given = {
         "map": map_,
         "vehicle": vehicle,
@@ -167,6 +169,7 @@ def _command(
     def ask(
         request: RequestFile, out: Out = None, json_: Json = False, verbose: Verbose = False
     ) -> None:
+        check_places(out)
         asked = request_from(request, kind)
         with working() as how:
             document = getattr(planner, function)(asked, **how).to_json()

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import signal
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+
+from planner.errors import RequestError
 
 Json = Annotated[
     bool, typer.Option("--json", help="Print one JSON document to stdout and nothing else.")
@@ -74,3 +77,28 @@ def progress_bar() -> Iterator[Callable[[float, str], None] | None]:
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("starting", total=1.0)
         yield lambda share, what: bar.update(task, description=what, completed=share)
+
+
+def check_places(*paths: Path | None) -> None:
+    """Refuse now what could not be written after minutes of work.
+
+    Raises:
+        RequestError: a file that could not be written.
+    """
+    for path in paths:
+        if path is None:
+            continue
+        folder = next(p for p in path.absolute().parents if p.exists())
+        if path.is_dir() or not _can_be_written(folder):
+            raise RequestError(
+                str(path), "cannot be written", accepted="a file in a folder that can be written"
+            )
+
+
+def _can_be_written(folder: Path) -> bool:
+    # Permissions alone do not tell: some file systems take no files from anybody.
+    try:
+        with tempfile.TemporaryFile(dir=folder):
+            return True
+    except OSError:
+        return False

@@ -13,7 +13,6 @@ as there.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
@@ -21,11 +20,10 @@ from typing import Annotated, Any
 import typer
 
 import planner
-from planner.errors import RequestError
 from service import documents
 from service.cli.model_files import read_definition
 from service.cli.tables import tell
-from service.cli.terminal import Json, Report, Verbose, working
+from service.cli.terminal import Json, Report, Verbose, check_places, working
 from service.workbench import effects_to_adopt, starting_model
 
 Log = Annotated[
@@ -57,7 +55,7 @@ def _examining(verb: str, title: str, help_: str) -> Callable[..., None]:
     ) -> None:
         from planner.report.workbench_wording import proposed
 
-        _check_places(report)
+        check_places(report)
         found = _found(verb, log, vehicle=vehicle, model=model, mapping=mapping)
         _write_report(found, report, f"{title} {log.name}")
         document = found.to_json()
@@ -103,7 +101,7 @@ def adopt(
     verbose: Verbose = False,
 ) -> None:
     """Add effects to the model, fit it to the log, and write it as a new version."""
-    _check_places(out, report)
+    check_places(out, report)
     definition = None if formula is None else read_definition(formula)
     effects = effects_to_adopt([name.strip() for name in effect.split(",")], definition)
     found = _found("adopt", effects, log, vehicle=vehicle, model=model, mapping=mapping)
@@ -120,7 +118,7 @@ def revert(
     verbose: Verbose = False,
 ) -> None:
     """Revert a model to an earlier version; the result is a new version."""
-    _check_places(out)
+    check_places(out)
     after = planner.revert(planner.PowerModel.load(model), to)
     documents.write_whole(out, documents.model_text(after))
     tell("revert", _with_history(after), json_, out)
@@ -130,7 +128,7 @@ def history(
     model: ModelFile, report: Report = None, json_: Json = False, verbose: Verbose = False
 ) -> None:
     """Show a model's history: adopted effects, their logs, and the change in error."""
-    _check_places(report)
+    check_places(report)
     loaded = planner.PowerModel.load(model)
     document = _with_history(loaded)
     _write_report(loaded, report, f"History of {model.name}")
@@ -175,15 +173,3 @@ def _write_report(found: Any, report: Path | None, title: str) -> None:
         from planner.report import write_report
 
         write_report(found, report, title)
-
-
-def _check_places(*paths: Path | None) -> None:
-    """Refuse now what could not be written after minutes of work."""
-    for path in paths:
-        if path is None:
-            continue
-        folder = next(p for p in path.absolute().parents if p.exists())
-        if path.is_dir() or not folder.is_dir() or not os.access(folder, os.W_OK):
-            raise RequestError(
-                str(path), "cannot be written", accepted="a file in a folder that can be written"
-            )

@@ -2,7 +2,7 @@
 
 import pytest
 
-from planner.report.route_wording import extra_cost, extra_share, width_from
+from planner.report.route_wording import extra_cost, extra_share, of_battery, width_from
 
 
 @pytest.mark.parametrize(
@@ -49,3 +49,10 @@ def test_where_the_width_comes_from() -> None:
 def test_rounding_errors_have_no_sign() -> None:
     assert extra_share(200.0 - 1e-9, 200.0) == "+0.0 %"
     assert extra_share(150.0, 200.0) == "-25 %"
+
+
+@pytest.mark.parametrize(
+    ("used", "text"), [(1.8, "180 %"), (0.4567, "46 %"), (0.0123, "1.2 %"), (0.00042, "0.042 %")]
+)
+def test_the_battery_is_never_in_powers_of_ten(used: float, text: str) -> None:
+    assert of_battery(used) == text

@@ -65,3 +65,19 @@ def test_the_path_of_a_request_is_planned(tmp_path: Path, level: Terrain) -> Non
     assert from_file.routes[0].energy_j == plan_route(terrain=level, **ASKED).routes[0].energy_j
     with pytest.raises(RequestError, match=r"none\.json: cannot be read"):
         plan_route(tmp_path / "none.json")
+
+
+def test_a_robot_that_is_too_heavy_is_not_told_of_slopes(level: Terrain) -> None:
+    answer = plan_route(terrain=level, **ASKED, payload={"mass": 500.0})
+    assert answer.status == "no_route"
+    assert answer.reason is not None
+    assert "512 kg with its payload, cannot drive even on level ground" in answer.reason
+    assert "slope" not in answer.reason
+
+
+def test_a_yaw_in_degrees_is_met_with_a_hint(level: Terrain) -> None:
+    asked = {**ASKED, "start": {**ASKED["start"], "yaw": 90.0}}
+    notes = plan_route(terrain=level, **asked, iterations=1).notes
+    assert [note for note in notes if "start.yaw" in note and "90° are 1.571 rad" in note]
+    asked["start"]["yaw"] = 1.571
+    assert not any("yaw" in note for note in plan_route(terrain=level, **asked, iterations=1).notes)

@@ -33,7 +33,7 @@ def test_a_sound_installation() -> None:
 def test_a_store_that_cannot_be_made(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("JOULEPATH_STORE_DIR", str(tmp_path / "file" / "store"))
-    assert broken()["store and database"].mend
+    assert broken()["store and database"].fix
 
 
 def test_a_database_of_no_kind(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -45,7 +45,7 @@ def test_a_setting_that_cannot_be_read(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("JOULEPATH_PORT", "many")
     found = broken()["settings"]
     assert "JOULEPATH_PORT" in found.found
-    assert found.mend == "unset JOULEPATH_PORT"
+    assert found.fix == "unset JOULEPATH_PORT"
 
 
 def test_a_plan_that_fails(

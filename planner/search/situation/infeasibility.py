@@ -135,6 +135,13 @@ def explain_no_route(
         request: its areas to avoid stand on the map as obstacles.
     """
     ground, (start, goal) = situation.ground, ends
+    if float(field.limit.max()) <= 0.0:
+        level = limit_on_slope(situation.conditions, 0, 0.0, *start)
+        words = (
+            f"the robot, {situation.conditions.mass:.4g} kg with its payload, cannot drive even on "
+            "level ground: it is too heavy or too weak for it"
+        )
+        return replace(level, what=words + remedy(situation.conditions, level))
     to_goal = np.isfinite(situation.least_cost_to(objective, field, goal, start).values)
     from_start = np.isfinite(situation.least_cost_from(field, start, objective=objective).values)
     straight = math.atan2(goal[1] - start[1], goal[0] - start[0])
@@ -147,10 +154,6 @@ def explain_no_route(
             ring = [(x, y), *((x + field.dx * a, y + field.dy * b) for a, b in steps)]
             what, bx, by = _blocking(ground, field, ring, straight, request)
             return Infeasible(bx, by, f"{words}: {what} at x {bx:.2f}, y {by:.2f}")
-    if float(field.limit.max()) <= 0.0:
-        level = limit_on_slope(situation.conditions, 0, 0.0, *start)
-        words = "the robot cannot drive even on level ground: it is too heavy or too weak for it"
-        return replace(level, what=words + remedy(situation.conditions, level))
     begun, ended = _node(field, start), _node(field, goal)
     return (
         _too_narrow(ground, start, goal)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from planner.errors import Cancelled
-from service import cli
+from service import cli, compiling
 from tests.service.cli.command import JOULEPATH, START_AND_GOAL, expect_refusal, joulepath
 from tests.service.cli.conftest import Fake
 
@@ -74,3 +74,53 @@ def test_a_reader_that_has_enough_is_no_failure_of_ours() -> None:
     first = f"{JOULEPATH} effects | head -n 1"
     done = subprocess.run(["bash", "-c", first], capture_output=True, text=True, timeout=60)
     assert done.stderr == ""
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["plan", "--map", "m", *START_AND_GOAL, "--out"],
+        ["plan", "--map", "m", *START_AND_GOAL, "--report"],
+        ["matrix", "request.json", "--out"],
+        ["reach", "request.json", "--out"],
+        ["front", "request.json", "--out"],
+        ["graph", "warehouse", "nodes.geojson", "--out"],
+        ["compare-planners", "request.json", "--out"],
+        ["compare", "log.csv", "--vehicle", "minibalance", "--report"],
+        ["diagnose", "log.csv", "--vehicle", "minibalance", "--report"],
+        ["adopt", "air_drag", "log.csv", "--vehicle", "minibalance", "--out"],
+        ["logs", "join", "log.csv", "--out"],
+        ["maps", "check", "warehouse", "--report"],
+    ],
+)
+def test_a_file_that_cannot_be_written_is_said_before_any_work(
+    arguments: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").write_text("")
+    place = tmp_path / "file" / "answer"
+    # Before any work: not even that the log or the request is missing is found.
+    assert cli.run([*arguments, str(place)]) == 2
+    said = capsys.readouterr().err.strip()
+    assert said == f"joulepath: {place}: cannot be written; accepted: " + (
+        "a file in a folder that can be written"
+    )
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--host", "not a host"), ("host", "is not known", "'not a host'", "127.0.0.1")),
+        (("--host", "192.0.2.7"), ("host", "no address of this machine", "'192.0.2.7'")),
+    ],
+)
+def test_a_host_that_nothing_can_listen_on(
+    options: tuple[str, ...],
+    words: tuple[str, ...],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr(compiling, "compile_once", lambda *_: False)
+    assert cli.run(["serve", "--port", "0", *options]) == 2
+    said = capsys.readouterr().err
+    assert len(said.strip().splitlines()) == 1
+    assert [word for word in words if word not in said] == []
