@@ -69,6 +69,16 @@ def how_it_came_about(model: Document, entries: Sequence[Document]) -> str:
     return sentence + "."
 
 
+def about(experiment: Document) -> str:
+    """What a recommendation is for, before its sentence."""
+    names = list(experiment["separates"])
+    if not names:
+        return ""
+    if len(names) == 1:
+        return f"To know {names[0]} better: "
+    return f"To tell {', '.join(names[:-1])} and {names[-1]} apart: "
+
+
 def not_testable(entries: Iterable[Document]) -> dict[tuple[str, str], list[str]]:
     """Why, and what would help → effects of which that is true."""
     alike: dict[tuple[str, str], list[str]] = {}

@@ -3,7 +3,7 @@
     joulepath plan | matrix | reach | front …     see service.cli.planning
     joulepath compare-planners …                  see service.cli.planners
     joulepath compare | diagnose | adopt … LOG    see service.cli.workbench
-    joulepath logs join …                         see service.cli.logs
+    joulepath logs join … | experiment …          see service.cli.logs
     joulepath maps | vehicles | effects | doctor  see service.cli.catalogues
     joulepath serve
 
@@ -70,7 +70,14 @@ def serve(
     run(host=host, port=port)
 
 
-VERBS = (*planning.VERBS, *planners.VERBS, *workbench.VERBS, *logs.VERBS, *catalogues.VERBS, serve)
+VERBS = (
+    *planning.VERBS,
+    *planners.VERBS,
+    *workbench.VERBS,
+    *logs.VERBS,
+    *catalogues.VERBS,
+    serve,
+)
 for verb in VERBS:
     app.command()(verb)
 

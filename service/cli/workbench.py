@@ -60,9 +60,15 @@ def _examining(verb: str, title: str, help_: str) -> Callable[..., None]:
         _write_report(found, report, f"{title} {log.name}")
         document = found.to_json()
         tell(verb, document, json_, report)
-        if verb == "diagnose" and proposed(document) and not json_:
+        if verb == "diagnose" and not json_:
             start = f"--model {model}" if model else f"--vehicle {vehicle}"
-            typer.echo(f"Next: joulepath adopt diagnosed {log} {start} --out M2.json")
+            if any(entry["settings"] for entry in document["experiments"]):
+                typer.echo(
+                    f"Drives as commands: joulepath diagnose {log} {start} --json > D.json, then "
+                    "joulepath experiment D.json --out DRIVE.csv"
+                )
+            if proposed(document):
+                typer.echo(f"Next: joulepath adopt diagnosed {log} {start} --out M2.json")
 
     examine.__name__, examine.__doc__ = verb, help_
     return examine

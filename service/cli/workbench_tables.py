@@ -13,6 +13,7 @@ from rich.text import Text
 from planner.amounts import estimate, joules, number, share, signed, watts
 from planner.report.workbench_wording import (
     Document,
+    about,
     excess,
     how_far,
     how_it_came_about,
@@ -240,7 +241,7 @@ def _open_questions(document: Document) -> Iterator[Text]:
         reason = f": {why}; {help_}" if help_ else f": {why}"
         yield Text.assemble(("Not testable: ", "dim"), ", ".join(effects), (reason, "dim"))
     for entry in document["experiments"]:
-        yield Text(f"To separate {' and '.join(entry['separates'])}: {entry['run']}", style="bold")
+        yield Text(about(entry) + entry["run"], style="bold")
 
 
 def _z(value: float | None) -> str:

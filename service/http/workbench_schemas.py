@@ -142,7 +142,7 @@ class Diagnosis(_Open):
     unexplained: Unexplained
     outside_catalogue: dict[str, Any] | None
     experiments: list[dict[str, Any]]
-    """runs that would separate tied effects"""
+    """what to measure next, best first: drives with ``settings``, and quantities to log"""
     refused_fit: RefusedFit | None = None
     meter: Meter | None = None
 

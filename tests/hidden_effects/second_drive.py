@@ -1,13 +1,11 @@
 """Drives what a diagnosis recommends to tell effects apart, with the same robot, and asks again.
 
-    recommended_drive(settings, vehicle) -> Profile
+    recommended_drive(settings) -> Profile
     drive_again(case, made, experiment) -> Path of the first log and the second drive together
     tie_broken(case, made, found, diagnose) -> what was recommended and whether it parted the tie
 
-``settings`` is what an experiment says in numbers: runs with payload and motor temperature, each of
-segments with velocity, slope as roll and pitch, acceleration along the motion, and seconds. Between
-segments the robot changes its motion along smooth ramps of 1.5 s. A segment with an acceleration
-goes up and down between rest and twice its speed.
+``settings`` is what an experiment says in numbers (planner.telemetry.diagnosis.drives). The robot
+drives the same commands that `joulepath experiment` writes.
 """
 
 from __future__ import annotations
@@ -20,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.power.vehicles import Vehicle
+from planner.telemetry.diagnosis.drives import poses_of, sampled, tilt_of
 from planner.telemetry.virtual import Noise, Profile, VirtualLog, VirtualRobot
 from tests.hidden_effects.cases import Case
 from tests.hidden_effects.logs import VEHICLE, Made
@@ -28,58 +26,32 @@ from tests.hidden_effects.scoring import aliases_of
 
 Array = NDArray[np.float64]
 
-RAMP = 1.5  # s
 SAMPLING = 20.0  # Hz of the robot's sensors
 AIR = 22.0  # °C
 
 
-def recommended_drive(
-    settings: Mapping[str, Any], vehicle: Vehicle, odometer: float = 0.0
-) -> Profile:
-    """The profile of an experiment's settings; shorter runs stand still at their end."""
+def recommended_drive(settings: Mapping[str, Any], odometer: float = 0.0) -> Profile:
+    """The profile of an experiment's settings."""
     runs = settings["runs"]
-    rows = [
-        math.ceil(sum(s["seconds"] + RAMP for s in run["segments"]) / Profile.ROW) for run in runs
-    ]
-    bins = (max(rows) + 2) * round(Profile.ROW / Profile.BIN)
+    driven = sampled(settings, Profile.BIN)
+    yaw = poses_of(driven)[:, 2]
+    row = round(Profile.ROW / Profile.BIN)
+    bins = math.ceil(len(driven) / row) * row
     motion = np.zeros((len(runs), bins + 1, len(Profile.MOTION)))
+    # The robot stands at its end until a row is full.
+    motion[:, : len(driven), :3] = driven[:, 1:]
+    roll, pitch = tilt_of(settings, np.append(yaw, np.full(bins + 1 - len(yaw), yaw[-1])))
+    motion[:, :, 3], motion[:, :, 4] = roll, pitch
     labels = [f"again{k}" for k in range(len(runs))]
     drive = Profile.plain("recommended", motion, labels)
     conditions, starts = drive.conditions, drive.starts
     conditions[:, :, 3] = SAMPLING
     starts[:, 3], starts[:, 7] = AIR, odometer
     for k, run in enumerate(runs):
-        motion[k] = _motion(run["segments"], bins, vehicle)
-        tilt = np.arccos(np.cos(motion[k, :, 3]) * np.cos(motion[k, :, 4]))
-        conditions[k, :, 0] = np.abs(np.diff(tilt)) / Profile.BIN
         starts[k, 0] = run.get("payload") or 0.0
         if run.get("motor_temp") is not None:
             conditions[k, :, 5] = run["motor_temp"]
     return drive
-
-
-def _motion(segments: list[dict[str, float]], bins: int, vehicle: Vehicle) -> Array:
-    edges = np.arange(bins + 1) * Profile.BIN
-    curve = np.zeros((bins + 1, len(Profile.MOTION)))
-    before = np.zeros(len(Profile.MOTION))
-    clock = 0.0
-    for segment in [*segments, {"seconds": math.inf}]:
-        target = np.array([segment.get(name, 0.0) for name in Profile.MOTION])
-        here = edges >= clock
-        ways = np.clip((edges[here] - clock) / RAMP, 0.0, 1.0)
-        share = 0.5 * (1.0 - np.cos(math.pi * ways))[:, None]
-        curve[here] = before + (target - before) * share
-        change = abs(segment.get("acceleration", 0.0))
-        speed = math.hypot(target[0], target[1])
-        if change > 0.0 and speed > 0.0:
-            # A triangle of this slope between rest and twice the speed, in phase with the ramp.
-            top = min(2.0 * speed, vehicle.limits.speed)
-            since = np.maximum(edges[here] - clock - RAMP, 0.0) * change / top
-            wave = np.abs((since + 0.5) % 2.0 - 1.0) * 2.0  # 1 at first, then 0 … 2
-            curve[here, :2] *= np.where(ways < 1.0, 1.0, wave * top / (2.0 * speed))[:, None]
-        before = target
-        clock += segment["seconds"] + RAMP
-    return curve
 
 
 def drive_again(case: Case, made: Made, experiment: Mapping[str, Any]) -> Path:
@@ -90,7 +62,7 @@ def drive_again(case: Case, made: Made, experiment: Mapping[str, Any]) -> Path:
     robot = VirtualRobot(str(made.robot), hidden=made.truth["strengths"], seed=case.number)
     first = pyarrow.parquet.read_table(made.log)
     far = float(robot.profile(case.design).starts[:, 7].max())
-    drive = recommended_drive(experiment["settings"], robot.vehicle, far)
+    drive = recommended_drive(experiment["settings"], far)
     noise = Noise(**{**case.noise, "level": made.truth["level"]})
     second = robot.drive(drive, noise=noise, sensors=case.sensors, seed=case.number + 1)
     path = made.log.with_name(f"{made.log.stem}-again.parquet")

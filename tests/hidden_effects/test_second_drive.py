@@ -5,17 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from planner.telemetry.diagnosis.drives import Drive, settings_of, there_and_back
 from planner.telemetry.virtual import QUIET, VirtualRobot
 from tests.hidden_effects.cases import cases
-from tests.hidden_effects.second_drive import RAMP, recommended_drive, tie_broken
-
-CLIMB = {"vx": 0.3, "vy": 0.0, "wz": 0.0, "pitch": -0.08, "roll": 0.0, "acceleration": 0.0}
-HARD = {"vx": 0.0, "vy": 0.4, "wz": 0.0, "pitch": 0.0, "roll": 0.0, "acceleration": 0.5}
-
-
-def settings(*segments, payload=0.0, motor_temp=None, seconds=10.0):
-    run = {"payload": payload, "motor_temp": motor_temp}
-    return {"runs": [{**run, "segments": [{**s, "seconds": seconds} for s in segments]}]}
+from tests.hidden_effects.second_drive import recommended_drive, tie_broken
 
 
 @pytest.fixture(scope="module")
@@ -23,28 +16,36 @@ def robot():
     return VirtualRobot("minibalance")
 
 
-def test_segments_are_held_one_after_the_other(robot):
-    drive = recommended_drive(settings(CLIMB, HARD | {"acceleration": 0.0}), robot.vehicle)
-    log = robot.drive(drive, noise=QUIET).columns
-    climbing = (log["time"] > RAMP + 1.0) & (log["time"] < 10.0)
-    aside = (log["time"] > 10.0 + 2.0 * RAMP + 1.5) & (log["time"] < 21.0)
-    assert log["vx"][climbing] == pytest.approx(0.3, abs=0.01)
-    assert log["pitch"][climbing] == pytest.approx(-0.08, abs=1e-6)
-    assert log["vy"][aside] == pytest.approx(0.4, abs=0.01)
-    assert log["pitch"][aside] == pytest.approx(0.0, abs=1e-6)
+def settings(robot, *, vx=0.0, vy=0.0, payload=0.0, motor_temp=None, **more):
+    legs = there_and_back(robot.vehicle, vx, vy, 0.0)
+    drive = Drive("there and back", legs, **more)
+    return settings_of(drive, robot.vehicle, [{"payload": payload, "motor_temp": motor_temp}], 2)
 
 
-def test_an_acceleration_is_driven_up_and_down(robot):
-    drive = recommended_drive(settings(HARD, seconds=20.0), robot.vehicle)
+def test_legs_are_driven_there_and_back_on_the_ramp(robot):
+    asked = settings(robot, vx=0.3, slope=0.08)
+    log = robot.drive(recommended_drive(asked), noise=QUIET).columns
+    there = asked["legs"][0]
+    steady = (log["time"] > there["ramp"] + 0.5) & (log["time"] < there["ramp"] + there["hold"])
+    assert log["vx"][steady] == pytest.approx(0.3, abs=0.01)
+    assert log["pitch"] == pytest.approx(-0.08, abs=1e-6)  # nose up
+    assert np.sum(log["vx"]) * 0.5 == pytest.approx(0.0, abs=0.02)  # back at the start
+    # Up costs what comes back downhill, less the losses.
+    weight = robot.vehicle.mass * 9.80665 * math.sin(0.08) * 0.3
+    up = np.median(log["power"][log["vx"] > 0.29])
+    down = np.median(log["power"][log["vx"] < -0.29])
+    assert up - down > 1.5 * weight
+
+
+def test_a_ramp_to_the_left_rolls_the_robot(robot):
+    drive = recommended_drive(settings(robot, vy=0.3, slope=0.08, uphill=0.5 * math.pi))
     log = robot.drive(drive, noise=QUIET).columns
-    here = (log["time"] > 3.0) & (log["time"] < 20.0)
-    assert np.median(np.abs(log["ay"][here])) == pytest.approx(0.5, rel=0.1)
-    assert np.min(log["vy"][here]) >= -0.05
-    assert np.max(log["vy"][here]) == pytest.approx(0.8, abs=0.1)
+    assert log["roll"] == pytest.approx(0.08, abs=1e-6)
+    assert log["pitch"] == pytest.approx(0.0, abs=1e-6)
 
 
 def test_load_and_heat_are_those_asked_for(robot):
-    drive = recommended_drive(settings(CLIMB, payload=4.8, motor_temp=60.0), robot.vehicle)
+    drive = recommended_drive(settings(robot, vx=0.3, payload=4.8, motor_temp=60.0))
     log = robot.drive(drive, noise=QUIET).columns
     assert set(log["payload"]) == {4.8}
     assert log["motor_temp"] == pytest.approx(60.0)

@@ -26,9 +26,9 @@ from planner.report.markup import (
 )
 from planner.report.workbench.bars import MOST_CANDIDATES
 from planner.report.workbench.residuals import Look, axis_of
-from planner.report.workbench_wording import Document, model_name, not_testable
+from planner.report.workbench_wording import Document, about, model_name, not_testable
 from planner.telemetry.comparison import RunComparison
-from planner.telemetry.diagnosis import Candidate, Diagnosis
+from planner.telemetry.diagnosis import Candidate, Diagnosis, Experiment
 from planner.telemetry.regimes import Regime
 
 MOST_RUNS = 12
@@ -264,8 +264,12 @@ def sensors(diagnosis: Diagnosis) -> Markup:
 
 
 def experiments(diagnosis: Diagnosis) -> Markup:
-    """Drives that would separate what this log cannot."""
-    return section("What to drive next", *(_experiment(e.to_json()) for e in diagnosis.experiments))
+    """What to measure next."""
+    shown = [_experiment(entry) for entry in Experiment.documents(diagnosis.experiments)]
+    drives = any(entry.settings for entry in diagnosis.experiments)
+    command = element("code", "joulepath experiment DIAGNOSIS.json --out drive.csv")
+    how = paragraph(joined(command, " writes the drives as velocity commands."), "note")
+    return section("What to measure next", *shown, how if drives else "")
 
 
 def not_identifiable(diagnosis: Diagnosis) -> Markup:
@@ -277,24 +281,31 @@ def not_identifiable(diagnosis: Diagnosis) -> Markup:
 
 
 def _experiment(experiment: Document) -> Markup:
-    heads = ["part", "load (kg)", "motors (°C)", "vx (m/s)", "vy (m/s)", "yaw rate (rad/s)"]
-    heads += ["pitch (°)", "roll (°)", "acceleration (m/s²)", "for (s)"]
-    rows = [
-        [
-            number(run.get("payload")),
-            number(run.get("motor_temp")) or "as it is",
-            *(number(part[name]) for name in ("vx", "vy", "wz")),
-            *(f"{math.degrees(part[name]):.3g}" for name in ("pitch", "roll")),
-            number(part["acceleration"]),
-            number(part["seconds"]),
-        ]
-        for run in experiment["settings"].get("runs", ())
-        for part in run["segments"]
+    names = " and ".join(experiment["separates"])
+    lead = paragraph(joined(about(experiment), element("b", experiment["run"])), "experiment")
+    settings = experiment["settings"]
+    if not settings:
+        return lead
+    length, width = settings["area"]
+    facts = [
+        f"{experiment['minutes']:g} minutes, changes of load and temperature included",
+        f"the standard error of {names} falls by a factor of {2 ** experiment['gain']:.2g} "
+        "in the simulation",
+        f"free area: {length:g} m by {width:g} m",
     ]
-    numbered = table("", heads, [[k, *row] for k, row in enumerate(rows, start=1)])
-    what = f"To tell {' and '.join(experiment['separates'])} apart: "
-    drive = paragraph(joined(what, element("b", experiment["run"])), "experiment")
-    return joined(drive, folded("settings", numbered))
+    runs = [
+        f"run {k}: load {number(run['payload'])} kg, motors "
+        + ("as they are" if run["motor_temp"] is None else f"at {run['motor_temp']:g} °C")
+        for k, run in enumerate(settings["runs"], start=1)
+    ]
+    heads = ["leg", "vx (m/s)", "vy (m/s)", "yaw rate (rad/s)", "ramp (s)", "steady (s)"]
+    rows = [
+        [k, *(number(leg[name]) for name in ("vx", "vy", "wz", "ramp", "hold"))]
+        for k, leg in enumerate(settings["legs"], start=1)
+    ]
+    rounds = f"every run: {settings['rounds']} times these legs"
+    parts = joined(bullets([*runs, rounds]), table("", heads, rows))
+    return joined(lead, bullets(facts), folded("settings", parts))
 
 
 def by_run(runs: Sequence[RunComparison], pictures: Pictures) -> Markup:

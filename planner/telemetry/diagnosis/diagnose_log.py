@@ -36,17 +36,20 @@ from planner.power.model import PowerModel
 from planner.power.vehicles import Vehicle
 from planner.progress import Progress
 from planner.telemetry.diagnosis.decision import Answer, Decision, columns_in, decide, stands
-from planner.telemetry.diagnosis.experiments import Advice
+from planner.telemetry.diagnosis.experiments import UNKNOWN, WIDE, Advice
+from planner.telemetry.diagnosis.missing_columns import Aliases, slope_to_log
 from planner.telemetry.diagnosis.reconcile import more_credible
 from planner.telemetry.diagnosis.results import (
     Candidate,
     Diagnosis,
     Errors,
     Estimate,
+    Experiment,
     FittedModels,
     SensorFault,
 )
 from planner.telemetry.diagnosis.unexplained import floor_of
+from planner.telemetry.diagnosis.untestable import Untestable
 from planner.telemetry.diagnosis.verdict import sentence_of, verdict_of
 from planner.telemetry.estimation import Fit
 from planner.telemetry.evidence import Examination
@@ -62,6 +65,9 @@ from planner.telemetry.selection import (
 )
 from planner.telemetry.starting_model import starting_model
 from planner.telemetry.terms import Addition, trimmed
+
+MOST_EXPERIMENTS = 3
+"""Recommendations of a diagnosis."""
 
 
 def diagnose(
@@ -188,15 +194,50 @@ def _report(source: LogSource, start: PowerModel, found: Found, floor: Array) ->
         verdict=verdict,
         selected=selected,
         candidates=_candidates(found, decision, fitted),
-        not_testable=advice.not_testable(selected),
+        not_testable=Untestable(advice).listed(selected),
         regimes=tuple(regimes_of(log, found.base.residual, floor, found.base.watts)),
         unexplained=decision.unexplained,
         outside=answer.proposal.outside if answer.proposal else None,
         sensors=sensors,
-        experiments=advice.experiments(),
+        experiments=_experiments(advice, found, decision, fitted),
         log=source.describe(),
     )
     return replace(diagnosis, sentence=sentence_of(diagnosis, decision.alike, decision.near))
+
+
+def _experiments(
+    advice: Advice, found: Found, decision: Decision, fitted: Fit
+) -> tuple[Experiment, ...]:
+    """What to measure next: quantities to log first, then drives."""
+    answer = decision.answer
+    names = [member.name for member in answer.members]
+    slope = slope_to_log(found.local, found.log, answer.left)
+    aliased = Aliases(advice)
+    columns = [one for one in (slope, *map(aliased.parted, names)) if one is not None]
+    undecided = not answer.claims and not decision.complete
+    drives = [
+        drive
+        for drive in advice.experiments(_wide(fitted, names), undecided)
+        # A column that parts the same effects comes first, and is enough.
+        if not any(set(drive.separates) <= set(column.separates) for column in columns)
+    ]
+    return (*columns, *drives)[:MOST_EXPERIMENTS]
+
+
+def _wide(fitted: Fit, names: Sequence[str]) -> list[str]:
+    """Named effects of one parameter, or one of every wheel, whose intervals are wide.
+
+    Of size and shape together the log knows what they do jointly; how far each is known alone, a
+    linear simulation does not say.
+    """
+    nulls = {(e.slug, name): parameter.null for e, name, parameter, _ in fitted.model.slots}
+    wide = []
+    for slug in names:
+        own = [p for p in fitted.parameters if p.effect == slug and p.identifiable]
+        widths = [p.stderr / max(abs(p.value - (nulls[slug, p.name] or 0.0)), 1e-300) for p in own]
+        if len({p.name for p in own}) == 1 and WIDE < max(widths) < UNKNOWN:
+            wide.append(slug)
+    return wide
 
 
 def _additions(found: Found, answer: Answer) -> dict[str, Addition]:

@@ -6,8 +6,9 @@ and of the service.
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
@@ -158,11 +159,21 @@ class SensorFault:
 
 @dataclass(frozen=True)
 class NotTestable:
-    """An effect that is not identifiable from this log."""
+    """An effect that is not identifiable from this log.
+
+    Attributes:
+        effect: slug.
+        why: in words.
+        what_would_help: a drive, a column or a measurement, in words.
+        cause: what the reason has in common with those of other effects.
+        size: what is special to this one, such as "up to 0.26 W"; or "".
+    """
 
     effect: str
     why: str
     what_would_help: str
+    cause: str = ""
+    size: str = ""
 
     def to_json(self) -> dict[str, Any]:
         """One entry of ``not_testable``."""
@@ -171,21 +182,32 @@ class NotTestable:
 
 @dataclass(frozen=True)
 class Experiment:
-    """A run that would separate effects that are confounded in this log.
+    """What to measure next: a drive, or a quantity to log.
 
     Attributes:
-        separates: slugs.
-        run: what to drive, in words.
-        settings: the same in numbers, SI.
+        separates: slugs that it tells apart, or whose interval it halves.
+        run: what to do, in words.
+        settings: of a drive, SI (planner.telemetry.diagnosis.drives); {} for a quantity to log.
+        minutes: that a drive takes, changes of load and temperature included.
+        gain: bits; the standard error of what is asked falls by a factor of 2 to this power.
     """
 
     separates: tuple[str, ...]
     run: str
     settings: Mapping[str, Any]
+    minutes: float = 0.0
+    gain: float = 0.0
 
-    def to_json(self) -> dict[str, Any]:
-        """One entry of ``experiments``."""
-        return {**asdict(self), "separates": list(self.separates)}
+    def to_json(self, number: int = 1) -> dict[str, Any]:
+        """One entry of ``experiments``; ``number`` counts its drives from 1."""
+        file = f"drive{'' if number == 1 else f'-{number}'}.csv" if self.settings else None
+        return {**asdict(self), "separates": list(self.separates), "file": file}
+
+    @classmethod
+    def documents(cls, experiments: Sequence[Experiment]) -> list[dict[str, Any]]:
+        """The entry ``experiments``: each with the name of its command file."""
+        numbers = itertools.accumulate(bool(e.settings) for e in experiments)
+        return [e.to_json(k) for e, k in zip(experiments, numbers, strict=True)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -222,7 +244,7 @@ class Diagnosis(FittedModels, Shown):
         unexplained: what the answer leaves: held-out error over the noise floor, and where.
         outside: a formula outside the catalogue, or None.
         sensors: faulty sensors.
-        experiments: runs that would separate ties.
+        experiments: what to measure next, best first.
         log: source, hash, rows, runs, findings.
     """
 
@@ -269,7 +291,7 @@ class Diagnosis(FittedModels, Shown):
             "unexplained": self.unexplained.to_json(),
             "outside_catalogue": None if self.outside is None else self.outside.to_json(),
             "sensor": [s.to_json() for s in self.sensors] or None,
-            "experiments": [e.to_json() for e in self.experiments],
+            "experiments": Experiment.documents(self.experiments),
             "model": self.base.describe(),
             "log": dict(self.log),
             "refused_fit": None if self.refused is None else self.refused.to_json(),

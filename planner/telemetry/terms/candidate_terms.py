@@ -119,6 +119,26 @@ class CandidateLibrary:
                 )
         return watts, own, columns
 
+    def forms_of(self, slug: str, log: Telemetry) -> list[Array]:
+        """Columns of an effect that another log could show.
+
+        Args:
+            slug: of an effect that this library lacks.
+            log: rows with the quantities that the effect reads.
+
+        Returns:
+            (n, k) W per usual size of its parameters, by value of a scanned shape.
+        """
+        columns, _ = _columns(self.model, {slug}, log)
+        if not columns:
+            return []
+        sizes = np.array([_usual(self.model, column) for column in columns])
+        own = replace(self, candidates=tuple(columns), amplitudes=sizes, held=())
+        watts = own.columns(Nodes.of(log, self.model))[2] * sizes
+        if columns[0].shape is None:
+            return [watts]
+        return [watts[:, [k]] for k in range(len(columns))]
+
     @cached_property
     def held_model(self) -> PowerModel:
         """The model with what is held at its size."""

@@ -62,8 +62,12 @@ def test_what_cannot_be_told_is_gathered_by_reason(pages: dict[str, str]) -> Non
 def test_experiments_with_their_settings(pages: dict[str, str]) -> None:
     section = words(tree(pages["diagnosis"]))
     assert "To tell air_drag and vibration apart: Drive against a wind." in section
-    rows = rows_of(pages["diagnosis"], "What to drive next")
-    assert rows[1] == ["1", "5", "as it is", "0.25", "0", "0", "5", "0", "0", "60"]
+    rows = rows_of(pages["diagnosis"], "What to measure next")
+    assert rows[1] == ["1", "0.25", "0", "0", "0.625", "8"]
+    assert rows[2] == ["2", "-0.25", "0", "0", "0.625", "8"]
+    assert "run 1: load 5 kg, motors as they are" in section
+    assert "falls by a factor of 4 in the simulation" in section
+    assert "free area: 3.2 m by 1.1 m" in section
 
 
 def test_sensors_and_the_log(pages: dict[str, str]) -> None:

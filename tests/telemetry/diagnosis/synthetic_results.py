@@ -142,24 +142,17 @@ def diagnosis(made: Material, **changes: Any) -> Diagnosis:
         p_value=0.0,
         indistinguishable_from=("vibration",),
     )
+    legs = [
+        {"vx": way * 0.25, "vy": 0.0, "wz": 0.0, "ramp": 0.625, "hold": 8.0} for way in (1.0, -1.0)
+    ]
     settings = {
-        "runs": [
-            {
-                "payload": 5.0,
-                "motor_temp": None,
-                "segments": [
-                    {
-                        "vx": 0.25,
-                        "vy": 0.0,
-                        "wz": 0.0,
-                        "pitch": np.pi / 36,
-                        "roll": 0.0,
-                        "acceleration": 0.0,
-                        "seconds": 60.0,
-                    }
-                ],
-            }
-        ]
+        "runs": [{"payload": 5.0, "motor_temp": None}],
+        "rounds": 7,
+        "slope": np.pi / 36,
+        "uphill": 0.0,
+        "robot": [0.86, 0.52],
+        "area": [3.2, 1.1],
+        "legs": legs,
     }
     given: dict[str, Any] = {
         "verdict": "outside_catalogue",
@@ -177,7 +170,9 @@ def diagnosis(made: Material, **changes: Any) -> Diagnosis:
         "outside": outside(made),
         "sensors": (SensorFault("slope_offset", 0.034, 0.002, "rad", f"pitch is off {EVIL}"),),
         "experiments": (
-            Experiment(("air_drag", "vibration"), f"Drive against a wind. {EVIL}", settings),
+            Experiment(
+                ("air_drag", "vibration"), f"Drive against a wind. {EVIL}", settings, 3.0, 2.0
+            ),
         ),
         "base": made.base.model,
         "fitted": made.full,
