@@ -78,7 +78,9 @@ def served(store: Path) -> Iterator[str]:
     thread = threading.Thread(target=server.run)
     thread.start()
     try:
-        assert ready.wait(60)
+        # Where nothing is compiled yet this takes minutes.
+        while not ready.wait(1.0):
+            assert thread.is_alive(), "the service did not start"
         host, port = server.servers[0].sockets[0].getsockname()
         yield f"http://{host}:{port}"
     finally:
