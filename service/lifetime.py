@@ -11,7 +11,7 @@ from multiprocessing.connection import wait
 
 
 def end_with_parent() -> None:
-    """Let the system kill this process when its parent process ends.
+    """Let the system kill this process, with the group that it leads, when its parent ends.
 
     Only the parent holds the other end of this pipe. The signal comes from the system, since a
     thread that watches the pipe would wait for compiled code too. Elsewhere than on Linux a worker
@@ -21,7 +21,8 @@ def end_with_parent() -> None:
     if parent is None or sys.platform != "linux":
         return
     pipe = int(parent.sentinel)
-    fcntl.fcntl(pipe, fcntl.F_SETOWN, os.getpid())
+    leads = os.getpgrp() == os.getpid()
+    fcntl.fcntl(pipe, fcntl.F_SETOWN, -os.getpid() if leads else os.getpid())
     fcntl.fcntl(pipe, fcntl.F_SETSIG, signal.SIGKILL)
     fcntl.fcntl(pipe, fcntl.F_SETFL, fcntl.fcntl(pipe, fcntl.F_GETFL) | os.O_ASYNC)
     if wait([pipe], timeout=0):

@@ -72,6 +72,10 @@ class TooLarge(JoulepathError):
     """The body of the request is too large."""
 
 
+class TooSlow(JoulepathError):
+    """The body of the request did not arrive in time."""
+
+
 class NoSuch(JoulepathError):
     """Nothing has the requested id."""
 
@@ -112,6 +116,7 @@ STATUS = {
     Conflict: (409, "conflict"),
     NoSuch: (404, "not-found"),
     TooLarge: (413, "too-large"),
+    TooSlow: (408, "too-slow"),
     TookTooLong: (504, "time-limit"),
     WorkerLost: (500, "worker-lost"),
 }

@@ -11,6 +11,12 @@ from pydantic import Field, SecretStr, field_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 
+def _share_of_memory_mb() -> int:
+    """Half of the machine's memory, divided by its cores; from 512 to 4096 MiB."""
+    machine = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") >> 20
+    return min(4096, max(512, machine // (2 * (os.cpu_count() or 1))))
+
+
 class Settings(BaseSettings):
     """Settings of ``joulepath serve``, read from the environment."""
 
@@ -38,6 +44,10 @@ class Settings(BaseSettings):
     """largest request body in bytes; a larger one gets 413"""
     memory_limit_mb: int = Field(8192, ge=512)
     """address space that a worker may use, in MiB"""
+    worker_memory_mb: int = Field(default_factory=_share_of_memory_mb, ge=256)
+    """memory in MiB above which a worker is replaced after its request; half of it is cache"""
+    worker_age_s: float = Field(3600.0, ge=0)
+    """seconds after which a worker is replaced; 0 gives every request a fresh one"""
     data_dir: Path | None = None
     """folder with further maps, vehicles and models that requests may name; by default none"""
     store_dir: Path | None = None

@@ -22,6 +22,7 @@ from planner.search.requests import FrontRequest, MatrixRequest, PlanRequest, Re
 from service.http import error_handlers, keys
 from service.http.endpoints import catalogues, health, jobs, logs, models, page, planning, workbench
 from service.http.keys import KeyGuard
+from service.http.patience import BodyDeadline
 from service.http.requests import AdoptRequest, CompareRequest, DiagnoseRequest, RevertRequest
 from service.http.state import Service
 from service.jobs import Names, Runner, WorkerPool, Workers
@@ -76,12 +77,16 @@ async def _running(
             queue=settings.queue,
             time_limit_s=settings.time_limit_s,
             memory_limit_mb=settings.memory_limit_mb,
+            keep_mb=settings.worker_memory_mb,
+            keep_s=settings.worker_age_s,
         )
         job_pool = job_workers or WorkerPool(
             workers=settings.job_workers,
             queue=settings.job_workers,
             time_limit_s=settings.job_time_limit_s,
             memory_limit_mb=settings.memory_limit_mb,
+            # Jobs are long and their logs large: nothing is worth keeping.
+            keep_s=0.0,
             advice="send a shorter log, or raise JOULEPATH_JOB_TIME_LIMIT_S",
         )
         for processes in (pool, job_pool):
@@ -139,6 +144,7 @@ def create_app(
     page.install(app)
     if settings.keys:
         app.add_middleware(KeyGuard, keys=settings.keys)
+    app.add_middleware(BodyDeadline)
     app.add_middleware(_SafeHeaders)
     _describe(app)
     return app

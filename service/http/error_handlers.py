@@ -17,7 +17,7 @@ from starlette.requests import ClientDisconnect
 
 from planner.errors import InputError
 from planner.validation import first_complaint
-from service.problems import STATUS, Unavailable, describe, document
+from service.problems import STATUS, TooSlow, Unavailable, describe, document
 
 MEDIA_TYPE = "application/problem+json"
 
@@ -43,8 +43,13 @@ def install(app: FastAPI) -> None:
 
 
 async def _described(request: Request, error: Exception) -> JSONResponse:
-    retry = {"Retry-After": str(error.retry_after_s)} if isinstance(error, Unavailable) else None
-    return respond(describe(error), retry)
+    headers = None
+    if isinstance(error, Unavailable):
+        headers = {"Retry-After": str(error.retry_after_s)}
+    elif isinstance(error, TooSlow):
+        # What else comes of its body is no next request.
+        headers = {"Connection": "close"}
+    return respond(describe(error), headers)
 
 
 async def _bad_parameter(request: Request, error: Exception) -> JSONResponse:

@@ -38,6 +38,7 @@ class Problem(Described):
 
 _PROBLEMS = {
     404: "Nothing has this id.",
+    408: "The body did not arrive in time.",
     406: "`Accept` asks for a format that routes do not have.",
     409: "Conflicts with the current state.",
     413: "The body is too large.",
@@ -313,3 +314,5 @@ class Health(Described):
     status: Literal["ok", "failing"]
     version: str
     workers: WorkersHealth
+    store: str = Field(examples=["ok"])
+    """ok, or why the store cannot be used any more"""

@@ -13,6 +13,7 @@ import uvicorn
 from planner.errors import InputError
 from service.http.app import create_app
 from service.http.keys import check_address
+from service.http.patience import PatientProtocol
 from service.settings import Settings
 from service.store import Store
 
@@ -48,6 +49,7 @@ def serve(*, host: str | None = None, port: int | None = None) -> None:
         port=port,
         log_level=settings.log_level,
         server_header=False,
+        http=PatientProtocol,
     )
 
 

@@ -21,6 +21,9 @@ SUFFIXES = {
 }
 
 
+MAP_FILE = "map.toml"
+"""Makes a folder a map of several files, see planner.terrain.formats."""
+
 Asked = TypeVar("Asked", bound=SituationRequest)
 
 
@@ -70,7 +73,7 @@ class Names:
         )
 
     def files(self, field: str) -> list[str]:
-        """Files in the folder that a field of a request may name, as paths relative to it."""
+        """What a field may name in the folder, files and maps that are folders, relative to it."""
         if self.folder is None:
             return []
         folder = self.folder.resolve()
@@ -78,7 +81,14 @@ class Names:
         return sorted(
             str(path.relative_to(folder))
             for path in folder.rglob("*")
-            if path.suffix.lower() in SUFFIXES[field]
-            and path.is_file()
-            and path.resolve().is_relative_to(folder)
+            if _fits(field, path) and path.resolve().is_relative_to(folder)
         )
+
+
+def _fits(field: str, path: Path) -> bool:
+    """Whether a path may be meant by a field; a map of several files is its folder."""
+    if path.is_dir():
+        return field == "map" and (path / MAP_FILE).is_file()
+    if path.name == MAP_FILE:
+        return False
+    return path.suffix.lower() in SUFFIXES[field] and path.is_file()

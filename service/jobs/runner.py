@@ -26,6 +26,7 @@ from sqlalchemy.orm import Session
 from service import problems
 from service.jobs import progress
 from service.jobs.names import Names
+from service.jobs.pace import Pace
 from service.jobs.pool import Workers
 from service.jobs.tasks import Task, prepare
 from service.problems import Busy, DatabaseLocked, found
@@ -67,7 +68,7 @@ class Runner:
         self._workers = workers
         self._names = names
         self._most = slots + queue
-        self._retry_after_s = max(1, queue // slots)
+        self._pace = Pace(slots)
         self._slots = asyncio.Semaphore(slots)
         self._clock = clock
         self._tasks: dict[str, asyncio.Task[None]] = {}
@@ -106,7 +107,7 @@ class Runner:
             Busy: too many jobs wait.
         """
         if len(self._tasks) >= self._most:
-            raise Busy(self._retry_after_s)
+            raise Busy(self._pace.retry_after_s(len(self._tasks)))
         await asyncio.to_thread(prepare, "", request, self._store, self._names)
         job = await asyncio.to_thread(self._store.jobs.create, kind, request)
         self._spawn(job["id"])
@@ -194,9 +195,11 @@ class Runner:
         """The worker's outcome; meanwhile its progress is written to the row."""
         work = asyncio.ensure_future(self._workers.run(kind, task))
         watch = asyncio.ensure_future(self._watch(job, work))
+        begun = time.monotonic()
         try:
             return await work
         finally:
+            self._pace.add(time.monotonic() - begun)
             watch.cancel()
             work.cancel()
 

@@ -10,10 +10,11 @@ one service at a time, and the meaning of failures.
 from __future__ import annotations
 
 import errno
+import os
 import sqlite3
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, Self, TypeVar
 
 from sqlalchemy import Connection, Engine, create_engine, event, insert, inspect, select, update
 from sqlalchemy.exc import (
@@ -71,6 +72,19 @@ class Database:
         except InputError:
             self.close()
             raise
+        self._file = _Identity.of(self._engine)
+
+    def problem(self) -> str | None:
+        """Why the database cannot be used any more, or None."""
+        if _Identity.of(self._engine) != self._file:
+            # The open file would still take changes, which end with this process.
+            return "the database's file was removed or replaced; start the service again"
+        try:
+            with self.session() as session:
+                there = _version(session.connection(), lock=False) == SCHEMA
+        except (SQLAlchemyError, DatabaseLocked, OSError) as error:
+            return f"the database cannot be read: {type(error).__name__}"
+        return None if there else "the database's tables are not those of this service"
 
     @contextmanager
     def session(self) -> Iterator[Session]:
@@ -104,6 +118,25 @@ class Database:
     def close(self) -> None:
         """Close all connections."""
         self._engine.dispose()
+
+
+class _Identity(NamedTuple):
+    """Which file an SQLite database is."""
+
+    device: int
+    number: int
+
+    @classmethod
+    def of(cls, engine: Engine) -> Self | None:
+        """None where there is no file: another kind of database, one in memory, or removed."""
+        path = engine.url.database
+        if engine.dialect.name != "sqlite" or not path:
+            return None
+        try:
+            found = os.stat(path)
+        except OSError:
+            return None
+        return cls(found.st_dev, found.st_ino)
 
 
 def _meaning(error: SQLAlchemyError) -> Exception:
@@ -140,11 +173,17 @@ def _bring_up_to_date(engine: Engine) -> None:
         _make_or_migrate(engine)
 
 
-def _version(connection: Connection) -> int | None:
-    """Version of the tables, None if they do not exist; locks its row in the transaction."""
+def _version(connection: Connection, *, lock: bool = True) -> int | None:
+    """Version of the tables, None if they do not exist.
+
+    Args:
+        connection: of the database.
+        lock: whether to lock its row in the transaction.
+    """
     if not inspect(connection).has_table(SchemaRow.__tablename__):
         return None
-    return connection.execute(select(SchemaRow.version).with_for_update()).scalar_one_or_none()
+    query = select(SchemaRow.version)
+    return connection.execute(query.with_for_update() if lock else query).scalar_one_or_none()
 
 
 def _make_or_migrate(engine: Engine) -> None:

@@ -86,6 +86,13 @@ class Files:
                 accepted="a folder for logs, models and jobs",
             ) from None
 
+    def problem(self) -> str | None:
+        """Why the folders cannot be used any more, or None."""
+        for name in _FOLDERS:
+            if not os.access(self.folder / name, os.W_OK | os.X_OK):
+                return f"the store's folder {name} was removed or cannot be written"
+        return None
+
     def incoming(self) -> Path:
         """Path for a new upload."""
         return self.folder / "incoming" / secrets.token_hex(8)

@@ -59,6 +59,10 @@ class Store:
         document = self.models.document(model)
         return None if document is None else self.files.model(model, document)
 
+    def problem(self) -> str | None:
+        """Why the store cannot be used any more, or None; such as files that were removed."""
+        return self.files.problem() or self.database.problem()
+
     def close(self) -> None:
         """Close the database."""
         self.database.close()

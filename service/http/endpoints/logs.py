@@ -35,7 +35,7 @@ _ANSWERS = {
     201: {"model": Log, "description": "The log was read and stored."},
     202: {"model": Job, "description": "The unfinished job; its result is the log."},
 }
-_PROBLEMS = (409, 413, 422, 500, 503, 504, 507)
+_PROBLEMS = (408, 409, 413, 422, 500, 503, 504, 507)
 
 
 @router.post("", **described(_CONTENT, _ANSWERS, *_PROBLEMS, status_code=201))

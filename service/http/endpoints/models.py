@@ -26,7 +26,7 @@ _SCHEMA = {"type": "object", "description": "a file written by joulepath adopt"}
 _SAVED = {"application/json": {"schema": _SCHEMA}}
 _REVERT = json_content(RevertRequest, {"version": 2})
 _STORED = {201: {"model": ModelSummary, "description": "The stored version."}}
-_PROBLEMS = (413, 415, 422, 500, 503)
+_PROBLEMS = (408, 413, 415, 422, 500, 503)
 _NOT_FOUND = problem_responses(404)
 
 

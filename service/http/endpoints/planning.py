@@ -62,6 +62,7 @@ def _described(
         json_content(asked, example),
         answer,
         *(406,) * bool(other_media),
+        408,
         413,
         415,
         422,

@@ -29,7 +29,7 @@ def _described(
         200: {"model": answered, "description": "The result, if ready within `wait`."},
         202: {"model": Job, "description": _UNFINISHED, "headers": HEADER_LOCATION},
     }
-    problems = (409, 413, 415, 422, 500, 503, 504)
+    problems = (408, 409, 413, 415, 422, 500, 503, 504)
     return described(json_content(asked, example), answers, *problems, status_code=202)
 
 

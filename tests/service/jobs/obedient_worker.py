@@ -6,10 +6,13 @@ import itertools
 import json
 import os
 import signal
+import subprocess
+import sys
 import time
 from pathlib import Path
 from typing import Any
 
+from planner.cache import CACHE
 from planner.errors import LogError, MapError
 from planner.search.requests import PlanRequest
 from service.jobs import process, progress
@@ -25,6 +28,39 @@ def add_one() -> int:
     global count
     count += 1
     return count
+
+
+def pid() -> int:
+    """Which process this is."""
+    return os.getpid()
+
+
+def cache_bytes() -> int:
+    """How much this process keeps for later jobs."""
+    return CACHE.most_bytes
+
+
+def hang_once(pid_file: str) -> str:
+    """Never end, but where another process tried before."""
+    if os.path.exists(pid_file):
+        return "done by another"
+    hang(pid_file)
+    return ""
+
+
+def start_another(pid_file: str) -> None:
+    """Wait for a process that ignores SIGTERM, and say which."""
+    program = (
+        "import os, signal; signal.signal(signal.SIGTERM, signal.SIG_IGN); "
+        f"open({pid_file!r}, 'w').write(str(os.getpid())); signal.pause()"
+    )
+    subprocess.run([sys.executable, "-c", program], check=True)
+
+
+def report_half(path: str) -> None:
+    """Report half of the work, and end when there is a file."""
+    process.report(0.5, "half way")
+    wait_for(path)
 
 
 def refuse() -> MapError:

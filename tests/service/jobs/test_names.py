@@ -40,6 +40,24 @@ def test_files_are_those_of_the_field_inside_the_folder(names: Names) -> None:
     assert found == {"map": ["hill.TIF"], "vehicle": ["deep/cart.toml"], "model": ["saved.json"]}
 
 
+def test_a_folder_with_a_map_in_it_is_a_map(names: Names, tmp_path: Path) -> None:
+    """Its parts may be maps too; what puts them together is neither a map nor a vehicle."""
+    hall = tmp_path / "data" / "site" / "hall"
+    hall.mkdir(parents=True)
+    for name in ("map.toml", "floor.yaml"):
+        (hall / name).touch()
+    assert names.find("map", "site/hall") == str(hall.resolve())
+    assert names.files("map") == ["hill.TIF", "site/hall", "site/hall/floor.yaml"]
+    assert names.files("vehicle") == ["deep/cart.toml"]
+    outside = tmp_path / "outside"
+    outside.mkdir()
+    (outside / "map.toml").touch()
+    (tmp_path / "data" / "link").symlink_to(outside)
+    for other in ("site", "link", "site/hall/map.toml", "site/../site/hall"):
+        with pytest.raises(RequestError, match="no such map"):
+            names.find("map", other)
+
+
 @pytest.mark.parametrize(
     "name",
     [
