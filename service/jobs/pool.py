@@ -15,7 +15,6 @@ import multiprocessing
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import partial
 from typing import Any, Protocol
 
 from planner.progress import Progress, silent
@@ -115,8 +114,12 @@ class WorkerPool:
             longest = max(1, round(self.time_limit_s))
             raise Busy(min(self._pace.retry_after_s(self._taken), longest))
         self._taken += 1
-        tell = partial(asyncio.get_running_loop().call_soon_threadsafe, progress)
-        task = _Task(job, time.monotonic(), arguments, tell)
+        loop = asyncio.get_running_loop()
+
+        def report(share: float, sentence: str) -> None:
+            loop.call_soon_threadsafe(progress, share, sentence)
+
+        task = _Task(job, time.monotonic(), arguments, report)
         try:
             async with asyncio.timeout(self.time_limit_s):
                 return await self._in_its_turn(task)

@@ -18,6 +18,7 @@ import signal
 import sys
 import time
 import traceback
+from contextlib import suppress
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -142,11 +143,9 @@ def _portable(error: Exception) -> Exception:
     known = isinstance(error, JoulepathError)
     if known or type(error) is getattr(builtins, type(error).__name__, None):
         error.add_note(traceback.format_exc())
-        try:
+        with suppress(Exception):
             pickle.loads(pickle.dumps(error))
             return error
-        except Exception:  # noqa: S110 - the plain one below says the same
-            pass
     plain = RuntimeError(f"{type(error).__name__}: {error}")
     plain.add_note(traceback.format_exc())
     return plain

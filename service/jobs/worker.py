@@ -1,9 +1,9 @@
 """What a worker process does. Loaded once in the fork server, so that a fresh worker starts warm.
 
-Every job gets a process of its own: OMPL's random numbers are seeded once for a process, so only a
-fresh one repeats an answer. Functions here take and return plain data that crosses a process
-border cheaply, and raise InputError for input that cannot be used. A function that answers a
-question has the name of the planner's function that it calls.
+A worker lives for many requests, and no answer depends on earlier ones: the planner's caches go by
+content, and a sampler of OMPL's runs in a fresh process. Functions here take and return plain data
+that crosses a process border cheaply, and raise InputError for input that cannot be used. A
+function that answers a question has the name of the planner's function that it calls.
 """
 
 from __future__ import annotations

@@ -22,6 +22,7 @@ from tests.benchmarks import (
     power,
     routes,
     serving,
+    serving_many,
     start,
 )
 from tests.benchmarks.peers.comparison import side_by_side
@@ -42,6 +43,9 @@ MEASUREMENTS = {
     "service: CPU of an empty job": serving.empty_job,
     "service: clients that hang up": serving.hanging_up,
     "service: first starts side by side": serving.first_starts,
+    "service: HTTP against in process": serving_many.over_http,
+    "service: workers that are killed": serving_many.killed_workers,
+    "service: memory over many requests": serving_many.memory,
     "OMPL's frame of an answer": routes.frame,
     "OMPL's samplers over least-energy, fixed maps": routes.measure,
     "planners side by side": side_by_side,
