@@ -60,7 +60,7 @@ def problem_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
 
 
 def described(
-    content: Mapping[str, Any], responses: Mapping[int, Any], *problems: int, status_code: int = 200
+    content: Mapping[str, Any], responses: Mapping[Any, Any], *problems: int, status_code: int = 200
 ) -> dict[str, Any]:
     """Options of a route whose endpoint reads the body and writes the response itself.
 
@@ -185,6 +185,8 @@ class BaselineSummary(RouteSummary):
 
     extra_share: float
     """energy beyond the answer's: 0.23 costs 23 % more"""
+    poses: list[Pose] | None = None
+    """with `baseline_poses`"""
 
 
 class RouteAnswer(Described):
@@ -207,6 +209,10 @@ class RouteAnswer(Described):
     """name, version and effects of the power model"""
     notes: list[str] = []
     """assumptions, and what could not be done"""
+    report: str | None = None
+    """with `report`: pictures and tables as HTML"""
+    files: dict[str, str] | None = None
+    """with `files`: the routes as text in every other format, by its name"""
 
 
 class FrontRoute(Route):
@@ -297,6 +303,13 @@ class Relief(Described):
     """m, row by row from the south"""
     blocked: list[int]
     """1 at obstacles, 0 elsewhere"""
+
+
+class Ground(Described):
+    """Where a robot cannot go on a map, and the kinds of its ground."""
+
+    report: str
+    """SVG of the size of the map's picture, and a legend, as HTML"""
 
 
 class WorkersHealth(Described):

@@ -1,13 +1,16 @@
-"""A map at reduced resolution for a picture: heights, holes and obstacles."""
+"""Pictures of a map: heights, holes and obstacles, and where a robot cannot go."""
 
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from planner.report.routes import whole_map
+from planner.power.model import PowerModel
+from planner.power.vehicles import load_vehicle
+from planner.report.routes import ground_layer, whole_map
 from planner.terrain.catalogue import open_map
 
 
@@ -40,6 +43,17 @@ def relief_of(name: str, most: int, report: bool = False) -> dict[str, Any]:
         "blocked": _any_in_blocks(terrain.obstacles, step).ravel().astype(int).tolist(),
         **({"report": whole_map(terrain)} if report else {}),
     }
+
+
+def ground_of(name: str, vehicle: str | None, model: str | None) -> dict[str, Any]:
+    """``report``: where a robot cannot go on a map and kinds of its ground, as HTML with a legend.
+
+    Args:
+        name: of the map.
+        vehicle, model: as in a request; the vehicle is a model's own if there is one.
+    """
+    robot = PowerModel.load(Path(model)).vehicle if model else load_vehicle(vehicle or "")
+    return {"report": ground_layer(open_map(name), robot)}
 
 
 def _any_in_blocks(cells: Any, step: int) -> Any:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import tempfile
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
@@ -23,11 +24,27 @@ from planner.power.model import PowerModel
 from planner.power.saved import ACCEPTED
 from planner.report.workbench import as_html
 from planner.telemetry.logs import Telemetry
+from planner.telemetry.virtual import Noise, VirtualRobot
 from service.documents import finite, model_text, strict
 from service.jobs import progress
 from service.jobs.outcomes import Adopted
 from service.jobs.tasks import Task
 from service.workbench import effects_to_adopt, starting_model
+
+DEMO_VEHICLE, DEMO_HIDDEN = "minibalance", {"air_drag": {"size": 0.1}}
+"""Robot of the demo log, and what its base model does not know: drag area, m²."""
+DEMO_RUNS, DEMO_ROWS, DEMO_NOISE = 9, 120, 0.02
+"""Enough to name the effect in seconds; noise is a share of the power."""
+
+
+def demo_log() -> bytes:
+    """A log of a simulated robot with an effect that its vehicle's model lacks, as CSV."""
+    robot = VirtualRobot(DEMO_VEHICLE, hidden=DEMO_HIDDEN, seed=2)
+    profile = robot.profile("rich", runs=DEMO_RUNS, rows=DEMO_ROWS)
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "demo.csv"
+        robot.drive(profile, noise=Noise(level=DEMO_NOISE)).write_csv(file)
+        return file.read_bytes()
 
 
 def check(task: Task) -> dict[str, Any]:

@@ -24,14 +24,16 @@ from planner.search.route_graph import GraphRequest
 from planner.search.situation import KINDS
 from planner.terrain.catalogue import list_maps
 from service.documents import finite, route_document, strict
-from service.formats import written
+from service.formats import FORMATS, written
 from service.jobs.outcomes import Catalogues
+from service.jobs.process import report as tell
 from service.jobs.process import waited_s
-from service.jobs.relief import relief_of
+from service.jobs.relief import ground_of, relief_of
 from service.jobs.telemetry import adopt as adopt
 from service.jobs.telemetry import check as check
 from service.jobs.telemetry import check_model as check_model
 from service.jobs.telemetry import compare as compare
+from service.jobs.telemetry import demo_log as demo_log
 from service.jobs.telemetry import diagnose as diagnose
 from service.jobs.telemetry import model_report as model_report
 from service.jobs.telemetry import revert as revert
@@ -49,18 +51,36 @@ def catalogues() -> Catalogues:
     )
 
 
-def plan_route(request: PlanRequest, report: bool = False, format_: str = "json") -> str:
+def plan_route(
+    request: PlanRequest,
+    report: bool = False,
+    files: bool = False,
+    baseline_poses: bool = False,
+    format_: str = "json",
+) -> str:
     """A request's answer in a format; its time budget counts from its arrival.
 
-    With ``report``, ROUTE.json also has the answer's pictures and tables as HTML, over the whole
-    map.
+    Args:
+        request: the question.
+        report: whether the answer's pictures and tables, over the whole map, come as HTML.
+        files: whether the answer comes in every other format too.
+        baseline_poses: whether the shortest and the fastest route have their poses.
+        format_: one of service.formats.FORMATS; only "json" has those three.
     """
-    answer = planner.plan_route(less_waiting(request, waited_s()))
+    answer = planner.plan_route(less_waiting(request, waited_s()), progress=tell)
     if format_ != "json":
         return written(answer, format_)
-    view = answer_view(answer, answer.terrain.extent) if report else None
-    more = {} if view is None else {"report": "".join(view.sections)}
-    return strict({**route_document(answer.to_json()), **more})
+    document = route_document(answer.to_json())
+    if baseline_poses:
+        for name, baseline in answer.baselines.items():
+            document["baselines"][name]["poses"] = baseline.route.to_json()["poses"]
+    if report:
+        document["report"] = "".join(answer_view(answer, answer.terrain.extent).sections)
+    if files:
+        document["files"] = {
+            name: written(answer, name) for name in FORMATS if name != "json" and answer.routes
+        }
+    return strict(document)
 
 
 def less_waiting(request: PlanRequest, waited_s: float) -> PlanRequest:
@@ -94,3 +114,8 @@ def energy_time_front(request: FrontRequest) -> str:
 def relief(name: str, most: int, report: bool = False) -> str:
     """Heights of a map for a picture, as JSON; see service.jobs.relief."""
     return strict(relief_of(name, most, report))
+
+
+def ground(name: str, vehicle: str | None, model: str | None) -> str:
+    """Where a robot cannot go on a map, as JSON; see service.jobs.relief."""
+    return strict(ground_of(name, vehicle, model))

@@ -28,8 +28,31 @@ async function askForKey() {
   }
 }
 
+// An answer in lines of JSON: `tell` gets each progress, the last line has the answer or {problem}.
+async function lastLine(response, tell) {
+  const reader = response.body.pipeThrough(new TextDecoderStream()).getReader();
+  let last = null;
+  let rest = "";
+  for (;;) {
+    const { done, value } = await reader.read();
+    if (done) return last?.progress ? null : (last?.answer ?? last);
+    const lines = (rest + value).split("\n");
+    rest = lines.pop();
+    for (const line of lines) {
+      last = JSON.parse(line);
+      if (last.progress) tell(last.progress);
+    }
+  }
+}
+
+const read = (response, tell) =>
+  response.headers.get("Content-Type")?.startsWith("application/x-ndjson") ? lastLine(response, tell) : response.json();
+
+const refusal = (problem, otherwise) => Object.assign(new Error(problem?.detail ?? problem?.title ?? otherwise), { problem });
+
 // The answer as JSON. A signal that was aborted lets no answer through, however late it was.
-export async function fetchJson(path, options = {}) {
+// `tell` gets the progress of an answer that reports any.
+export async function fetchJson(path, options = {}, tell = () => {}) {
   const lost = () => {
     options.signal?.throwIfAborted();
     throw new ServerLost();
@@ -38,18 +61,21 @@ export async function fetchJson(path, options = {}) {
   if (response.status === 401) {
     asking ??= askForKey().finally(() => (asking = null));
     await asking.catch(lost);
-    return fetchJson(path, options);
+    return fetchJson(path, options, tell);
   }
-  const answer = await response.json().catch((error) => (error instanceof SyntaxError ? null : lost()));
+  const answer = await read(response, tell).catch((error) => (error instanceof SyntaxError ? null : lost()));
   options.signal?.throwIfAborted();
   if (answer === null && (response.ok || NOBODY.includes(response.status))) throw new ServerLost();
-  if (response.ok) return answer;
-  throw Object.assign(new Error(answer?.detail ?? answer?.title ?? response.statusText), { problem: answer });
+  if (!response.ok) throw refusal(answer, response.statusText);
+  // What went wrong after progress was reported.
+  if (answer.problem) throw refusal(answer.problem);
+  return answer;
 }
 
 // The body is JSON text.
-export function post(path, body, signal) {
-  return fetchJson(path, { method: "POST", headers: { "Content-Type": "application/json" }, body, signal });
+export function post(path, body, signal, tell) {
+  const headers = { "Content-Type": "application/json" };
+  return fetchJson(path, { method: "POST", headers, body, signal }, tell);
 }
 
 const pause = (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds));

@@ -2,13 +2,17 @@
 
 import { Turns, byId, fragment, post, sayIn } from "./api.js";
 import { chosen, fill, fillStarts, optionOf } from "./choices.js";
+import { offerDownloads, withdrawDownloads } from "./downloads.js";
+import { beginGround, drawGround, forgetGround, loadGround } from "./ground.js";
 
 const ENDS = ["start", "goal"];
 const FIELDS = ["start-x", "start-y", "goal-x", "goal-y"];
 const ANSWER = ["legend", "result", "along"];
+// Planned when the page opens, if the service has its map; the first input takes its place.
+const EXAMPLE = { map: "jacksboro-1to100", places: [93, 225, 212, 73] };
 // The map, what was typed for other maps, the end that a click sets, and the question that the
-// answer on the page answers.
-const state = { map: null, places: new Map(), next: "start", shown: null };
+// answer on the page answers; whether what is planned is the example that nobody asked for.
+const state = { map: null, places: new Map(), next: "start", shown: null, example: false };
 const planning = new Turns();
 const drawing = new Turns();
 
@@ -55,13 +59,26 @@ function clearMarks() {
 
 function showBusy() {
   byId("plan").disabled = planning.busy || !picture();
+  byId("planning").hidden = !planning.busy;
   byId("answer").setAttribute("aria-busy", String(planning.busy));
+}
+
+function showProgress({ share, sentence }) {
+  byId("plan-progress").value = share;
+  say(`${sentence[0].toUpperCase()}${sentence.slice(1)} …`);
+}
+
+function cancel() {
+  planning.abort();
+  say("Cancelled.");
+  showBusy();
 }
 
 function clearAnswer() {
   state.shown = null;
   for (const drawn of byId("picture").querySelectorAll(".routes, .here")) drawn.remove();
   for (const id of ANSWER) byId(id).replaceChildren();
+  withdrawDownloads();
   questionChanged();
 }
 
@@ -96,6 +113,7 @@ function showMap() {
   const name = byId("map").value;
   changePlaces(name);
   byId("picture").replaceChildren();
+  forgetGround();
   clearAnswer();
   say("Loading the map …");
   const path = name.split("/").map(encodeURIComponent).join("/");
@@ -103,8 +121,28 @@ function showMap() {
     byId("picture").replaceChildren(fragment(report));
     questionChanged();
     say("Choose a start and a goal.");
+    showGround();
+    if (state.example) planExample();
   };
   drawing.load([`/v1/maps/${path}/relief?most=16&report=true`], show, complain);
+}
+
+const showGround = () => picture() && loadGround(byId("map").value, chosen(byId("vehicle")));
+
+function planExample() {
+  FIELDS.forEach((id, k) => (byId(id).value = EXAMPLE.places[k]));
+  byId("request").requestSubmit();
+}
+
+// The first input of a person ends the example, and what stands there is theirs.
+function endExample({ target }) {
+  if (!state.example) return;
+  state.example = false;
+  if (!planning.busy) return;
+  planning.abort();
+  for (const id of FIELDS) if (byId(id) !== target) byId(id).value = "";
+  questionChanged();
+  say("Choose a start and a goal.");
 }
 
 function choose(event) {
@@ -120,13 +158,16 @@ function choose(event) {
 }
 
 // The report's map becomes the one that is clicked; its table stands beside it, the rest below.
-function showAnswer({ status, report }) {
+function showAnswer(answer) {
+  const { status, report } = answer;
   const section = fragment(report).firstElementChild;
   const part = (selector) => section.querySelector(selector);
   say(part(".lead, .reason").textContent, status !== "ok");
   if (status !== "ok") return;
   window.linkCursor(section);
   byId("picture").replaceChildren(part("svg.map"));
+  drawGround();
+  offerDownloads(answer);
   byId("legend").replaceChildren(part("figcaption"));
   byId("result").replaceChildren(...part(".top > div").childNodes);
   for (const shown of [part(".lead"), part(".top")]) shown.remove();
@@ -140,9 +181,11 @@ async function plan(event) {
   const signal = planning.begin(asked);
   clearMarks();
   clearAnswer();
-  say("Planning …");
+  say(state.example ? "Planning an example …" : "Planning …");
+  byId("plan-progress").removeAttribute("value");
+  const tell = (progress) => signal.aborted || showProgress(progress);
   try {
-    showAnswer(await post("/v1/routes?report=true", asked, signal));
+    showAnswer(await post("/v1/routes?report=true&files=true&progress=true", asked, signal, tell));
     state.shown = asked;
   } catch (error) {
     if (signal.aborted) return;
@@ -159,6 +202,7 @@ async function plan(event) {
 
 // Choose a version of a model for the next route, and plan it where start and goal are set.
 export function planWith(model) {
+  state.example = false;
   byId("vehicle").value = model;
   byId("request").scrollIntoView({ behavior: "smooth", block: "start" });
   questionChanged();
@@ -174,12 +218,19 @@ export function offerModels(vehicles, models) {
 }
 
 export function beginPlanning(maps, vehicles, models) {
-  fill(byId("map"), maps.map(optionOf), "jacksboro-1to100");
+  fill(byId("map"), maps.map(optionOf), EXAMPLE.map);
   fillStarts(byId("vehicle"), vehicles, models, "minibalance");
   byId("choices").disabled = false;
   byId("map").addEventListener("change", showMap);
+  byId("vehicle").addEventListener("change", showGround);
+  byId("cancel-plan").addEventListener("click", cancel);
+  for (const input of ["pointerdown", "keydown", "input"]) {
+    for (const id of ["stage", "request"]) byId(id).addEventListener(input, endExample);
+  }
   byId("stage").addEventListener("click", choose);
   byId("request").addEventListener("submit", plan);
   byId("request").addEventListener("input", questionChanged);
+  beginGround();
+  state.example = byId("map").value === EXAMPLE.map;
   showMap();
 }

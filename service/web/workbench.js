@@ -4,6 +4,7 @@ import { Turns, byId, element, fetchJson, fragment, list, load, post, resultOf, 
 import { chosen, fill, fillStarts } from "./choices.js";
 
 const WHAT_NEXT = "Choose a log, then compare or diagnose.";
+const DEMO_VEHICLE = "minibalance";
 const CARDS = ["diagnosis-card", "comparison-card"];
 // `locked` while choosing is not possible; `shown` is the question that the findings answer.
 const state = { vehicles: [], models: [], titles: {}, job: null, locked: false, first: "", shown: null, planWith: null, modelsChanged: null };
@@ -27,7 +28,7 @@ function refresh() {
   byId("log").disabled = none || state.locked;
   byId("start-model").disabled = state.locked;
   for (const id of ["compare", "diagnose"]) byId(id).disabled = busy || none;
-  for (const id of ["log-file", "mapping-file", "upload"]) byId(id).disabled = busy;
+  for (const id of ["log-file", "mapping-file", "upload", "demo-log"]) byId(id).disabled = busy;
   byId("adopt").disabled = busy || old;
   for (const button of byId("versions-card").querySelectorAll("button")) button.disabled = busy;
   byId("work").hidden = !busy;
@@ -103,14 +104,31 @@ function upload(event) {
   work(`Sending ${file.name} …`, {
     begin: () => fetchJson("/v1/logs?wait=0", { method: "POST", body: form }),
     show: async (log) => {
-      fillLogs(await load("/v1/logs", complain), log.id);
-      notes.abort();
-      showLog(log);
+      await chooseLog(log);
       byId("upload-form").reset();
-      clearFindings();
       say(`${log.name} was read: ${sizeOf(log).join(" in ")}.`);
     },
   });
+}
+
+// A log of a simulated robot that has an effect which its vehicle's model lacks.
+function demoLog() {
+  work("Driving a simulated robot …", {
+    begin: () => fetchJson("/v1/logs/demo?wait=0", { method: "POST" }),
+    show: async (log) => {
+      await chooseLog(log);
+      fillStarts(byId("start-model"), state.vehicles, state.models, DEMO_VEHICLE);
+      showVersions();
+      say(`${log.name} was read: ${sizeOf(log).join(" in ")}. The robot hides an effect: press Diagnose.`);
+    },
+  });
+}
+
+async function chooseLog(log) {
+  fillLogs(await load("/v1/logs", complain), log.id);
+  notes.abort();
+  showLog(log);
+  clearFindings();
 }
 
 function showLog({ report, derived, assumed }) {
@@ -260,9 +278,10 @@ export function beginWorkbench({ vehicles, effects, models, logs, planWith, mode
   fillLogs(logs);
   const cancel = () => end(state.job).catch(complain);
   byId("upload-form").addEventListener("submit", upload);
+  byId("demo-log").addEventListener("click", demoLog);
   byId("log").addEventListener("change", logChosen);
   byId("start-model").addEventListener("change", startChosen);
   for (const [id, press] of Object.entries({ compare, diagnose, adopt, cancel })) byId(id).addEventListener("click", press);
   refresh();
-  say(logs.length ? WHAT_NEXT : "Upload a log of measured power to begin.");
+  say(logs.length ? WHAT_NEXT : "Upload a log of measured power to begin. Or try the demo log: its robot hides an effect.");
 }

@@ -15,6 +15,7 @@ import httpx
 import pytest
 from fastapi import FastAPI
 
+from planner.progress import Progress, silent
 from service.http import create_app
 from service.settings import Settings
 from tests.service.route_documents import answer
@@ -29,6 +30,7 @@ class ScriptedWorkers:
         )
         self.asked: list[tuple[str, tuple[Any, ...]]] = []
         self.alive = True
+        self.tell: Progress = silent
         self.cancelled = 0
 
     async def start(self) -> None:
@@ -37,7 +39,7 @@ class ScriptedWorkers:
     async def stop(self) -> None:
         """Nothing to stop."""
 
-    async def run(self, job: str, *arguments: Any) -> Any:
+    async def run(self, job: str, *arguments: Any, progress: Progress = silent) -> Any:
         """What the test's ``work`` gives; a coroutine is awaited."""
         if job == "catalogues":
             return SimpleNamespace(
@@ -47,6 +49,7 @@ class ScriptedWorkers:
                 kinds=("sound",),
             )
         self.asked.append((job, arguments))
+        self.tell = progress
         result = self.work(job, arguments)
         try:
             return await result if asyncio.iscoroutine(result) else result

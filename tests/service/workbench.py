@@ -44,6 +44,10 @@ class Workbench:
     def __call__(self, job: str, arguments: tuple[Any, ...]) -> Any:
         if job == "plan_route":
             return json.dumps(answer())
+        if job == "ground":
+            return json.dumps({"report": ""})
+        if job == "demo_log":
+            return CSV
         self.tasks.append((job, arguments[0]))
         if self.refusal is not None:
             raise self.refusal

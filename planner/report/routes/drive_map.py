@@ -12,6 +12,7 @@ from __future__ import annotations
 import base64
 import io
 import math
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,17 @@ from planner.power.model import PowerModel
 from planner.power.sanity import steepest_slopes
 from planner.power.vehicles import Vehicle
 from planner.report.axes import Axes
-from planner.report.markup import bullets, document, dot, element, figure, joined, paragraph
+from planner.report.markup import (
+    Markup,
+    bullets,
+    document,
+    dot,
+    element,
+    figure,
+    joined,
+    paragraph,
+)
+from planner.report.routes.relief_image import ground_colour
 from planner.report.routes.relief_map import ground_axes, relief_map
 from planner.terrain.heightmap import Terrain
 from planner.terrain.obstacles import yaw_mask
@@ -44,6 +55,7 @@ KINDS = {
 }
 """Kind of a cell → its colour, in the order of their numbers."""
 _BLOCKED, _NO_ROOM, _STEEP, _SOME, _FREE = range(len(KINDS))
+_LAYERED = (_NO_ROOM, _STEEP, _SOME)
 
 
 def drive_page(terrain: Terrain, vehicle: Vehicle) -> tuple[str, dict[str, float]]:
@@ -85,6 +97,36 @@ def drive_page(terrain: Terrain, vehicle: Vehicle) -> tuple[str, dict[str, float
     return document(title, body), shares
 
 
+def ground_layer(terrain: Terrain, vehicle: Vehicle, *, width: int = 720) -> Markup:
+    """Where a vehicle cannot go, as a layer for ``whole_map``, with a legend of the ground.
+
+    Free and blocked ground are left out: the relief shows them. A map with more than MOST_CELLS
+    cells gets no layer.
+
+    Args:
+        terrain: the map.
+        vehicle: whose room and slopes are meant.
+        width: of that map, pixels.
+    """
+    grounds = [
+        joined(dot(ground_colour(k)), f" {ground.name}")
+        for k, ground in enumerate(terrain.ground_classes)
+        if len(terrain.ground_classes) > 1
+    ]
+    if terrain.heights.size > MOST_CELLS:
+        return joined(element("svg", element("g", kind="drivable")), bullets(grounds, "legend"))
+    kinds = _looked_at(terrain, vehicle)[0]
+    shown = [name for number, name in enumerate(KINDS) if number in _LAYERED]
+    overlay = _overlay(kinds, ground_axes(terrain.extent, width), _LAYERED)
+    entries = [
+        joined(dot(KINDS[name]), f" {name}")
+        for name in shown
+        if (kinds == list(KINDS).index(name)).any()
+    ]
+    layer = element("svg", element("g", overlay, kind="drivable"))
+    return joined(layer, bullets([*entries, *grounds], "legend"))
+
+
 def _looked_at(
     terrain: Terrain, vehicle: Vehicle
 ) -> tuple[NDArray[np.uint8], dict[str, float], NDArray[np.bool_]]:
@@ -111,9 +153,14 @@ def _looked_at(
     return kinds, slopes, allowed
 
 
-def _overlay(kinds: NDArray[np.uint8], ground: Axes) -> Any:
-    """Colours of the cells over the relief, half transparent."""
-    colours = [(*bytes.fromhex(colour[1:]), 110) for colour in KINDS.values()]
+def _overlay(
+    kinds: NDArray[np.uint8], ground: Axes, shown: Collection[int] = range(len(KINDS))
+) -> Any:
+    """Colours of the cells of some kinds over the relief, half transparent."""
+    colours = [
+        (*bytes.fromhex(colour[1:]), 110 if number in shown else 0)
+        for number, colour in enumerate(KINDS.values())
+    ]
     step = max(1, math.ceil(max(kinds.shape) / 1200))
     picture = np.array(colours, np.uint8)[kinds[::step, ::step][::-1]]
     buffer = io.BytesIO()

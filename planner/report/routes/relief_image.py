@@ -56,6 +56,12 @@ def relief_image(terrain: Terrain, window: Window, *, pixels: int = 900) -> Imag
     return Image.fromarray(np.clip(colour, 0, 255).astype(np.uint8), "RGB")
 
 
+def ground_colour(number: int) -> str:
+    """Colour of level ground of a class, half way up the map."""
+    red, green, blue = (_TINTS[1:3].mean(axis=0) * _GROUNDS[number % len(_GROUNDS)]).astype(int)
+    return f"#{red:02x}{green:02x}{blue:02x}"
+
+
 def as_data_url(image: Image.Image) -> str:
     """A picture as text that a page can hold; JPEG, as relief has few sharp edges."""
     buffer = io.BytesIO()

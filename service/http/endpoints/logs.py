@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import hashlib
 from contextlib import suppress
 from typing import Annotated, Any
 
@@ -10,7 +11,7 @@ from fastapi import APIRouter, Query, Request, Response
 from fastapi.responses import JSONResponse
 
 from service.http.bodies import Upload, receive_log
-from service.http.endpoints.answers import job_response
+from service.http.endpoints.answers import job_response, while_listening
 from service.http.requests import Wait
 from service.http.schemas import described, problem_responses
 from service.http.state import Running, Service
@@ -30,7 +31,7 @@ _CONTENT = {
     "application/vnd.apache.parquet": {"schema": _BYTES},
     "application/octet-stream": {"schema": _BYTES},
 }
-_ANSWERS = {
+_ANSWERS: dict[int | str, dict[str, Any]] = {
     200: {"model": Log, "description": "The same log is already stored."},
     201: {"model": Log, "description": "The log was read and stored."},
     202: {"model": Job, "description": "The unfinished job; its result is the log."},
@@ -50,12 +51,35 @@ async def upload_log(
     The log is read completely before it is accepted. The same bytes with the same mapping are
     the same log; its first name is kept.
     """
-    if request.headers.get("sec-fetch-site") == "cross-site":
-        # A form on another site's page could send this without consent.
-        raise Conflict("logs are not accepted from pages of other sites")
+    _refuse_other_sites(request)
     place = service.store.files.incoming()
     async with receive_log(request, place, service.settings.max_log_bytes) as received:
         return await _take_in(service, received, wait)
+
+
+@router.post(
+    "/demo",
+    response_class=Response,
+    status_code=201,
+    responses={**_ANSWERS, **problem_responses(*_PROBLEMS)},
+)
+async def demo_log(request: Request, service: Running, wait: Wait = 60.0) -> Response:
+    """Upload a log of a simulated minibalance with an effect that its base model lacks."""
+    _refuse_other_sites(request)
+    content = await while_listening(request, service.workers.run("demo_log"))
+    digest = hashlib.sha256(content).hexdigest()
+    made = Upload(service.store.files.incoming(), "demo.csv", digest, len(content))
+    try:
+        await asyncio.to_thread(made.path.write_bytes, content)
+        return await _take_in(service, made, wait)
+    finally:
+        made.path.unlink(missing_ok=True)
+
+
+def _refuse_other_sites(request: Request) -> None:
+    if request.headers.get("sec-fetch-site") == "cross-site":
+        # A form on another site's page could send this without consent.
+        raise Conflict("logs are not accepted from pages of other sites")
 
 
 async def _take_in(service: Service, received: Upload, wait: float) -> Response:

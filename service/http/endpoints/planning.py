@@ -6,7 +6,8 @@ A worker process answers each of them.
 from __future__ import annotations
 
 import asyncio
-from typing import Any
+from functools import partial
+from typing import Any, TypeVar
 
 from fastapi import APIRouter, Request, Response
 from pydantic import BaseModel
@@ -23,8 +24,8 @@ from planner.search.requests import (
 from planner.search.route_graph import GraphRequest
 from service.formats import MEDIA_TYPES, accepted
 from service.http.bodies import json_body
-from service.http.endpoints.answers import while_listening
-from service.http.requests import Report
+from service.http.endpoints.answers import LINES, while_listening, with_progress
+from service.http.requests import BaselinePoses, Files, Report, Told
 from service.http.schemas import (
     FrontAnswer,
     GraphAnswer,
@@ -49,7 +50,9 @@ GRAPH_EXAMPLE = {"map": "warehouse", "corridor_m": 1.5, "graph": _GRAPH[0]}
 REACH_EXAMPLE = {**_FAULT, "energy_j": 1500}
 
 
-_OTHER_FORMATS = tuple(media for media in MEDIA_TYPES if media != "application/json")
+_OTHER_FORMATS = (*(media for media in MEDIA_TYPES if media != "application/json"), LINES)
+
+Asked = TypeVar("Asked", bound=SituationRequest)
 
 
 def _described(
@@ -73,7 +76,14 @@ def _described(
 
 
 @router.post("/routes", **_described(PlanRequest, RouteAnswer, EXAMPLE, *_OTHER_FORMATS))
-async def plan_route(request: Request, service: Running, report: Report = False) -> Response:
+async def plan_route(
+    request: Request,
+    service: Running,
+    report: Report = False,
+    files: Files = False,
+    baseline_poses: BaselinePoses = False,
+    progress: Told = False,
+) -> Response:
     """Plan the route of least energy.
 
     The body is a PlanRequest. If no route exists, the status is 200 with `"status": "no_route"`.
@@ -83,9 +93,12 @@ async def plan_route(request: Request, service: Running, report: Report = False)
     if best is None:
         raise HTTPException(406, f"a route is sent as one of {', '.join(MEDIA_TYPES)}")
     media, format_ = best
-    answer = await _answered(request, service, "plan_route", PlanRequest, report, format_)
-    answer.headers["content-type"] = media
-    return answer
+    options = (report, files, baseline_poses, format_)
+    asked = await _asked(request, service, PlanRequest)
+    work = partial(service.workers.run, "plan_route", asked, *options)
+    if progress and format_ == "json":
+        return await with_progress(request, work)
+    return Response(await while_listening(request, work()), media_type=media)
 
 
 @router.post("/matrices", **_described(MatrixRequest, MatrixAnswer, MATRIX_EXAMPLE))
@@ -113,9 +126,16 @@ async def energy_time_front(request: Request, service: Running) -> Response:
 
 
 async def _answered(
-    request: Request, service: Service, job: str, kind: type[SituationRequest], *options: bool | str
+    request: Request, service: Service, job: str, kind: type[SituationRequest]
 ) -> Response:
     """JSON text from a worker; a client that disconnects ends its own job."""
+    asked = await _asked(request, service, kind)
+    text = await while_listening(request, service.workers.run(job, asked))
+    return Response(text, media_type="application/json")
+
+
+async def _asked(request: Request, service: Service, kind: type[Asked]) -> Asked:
+    """The request in the body, within the service's limits, with names as paths."""
     asked = kind.from_text(await json_body(request, service.settings.max_body_bytes))
     most = service.settings.max_time_budget_s
     for name in ("time_budget_s", "certify_s"):
@@ -126,6 +146,4 @@ async def _answered(
                 value=seconds,
                 accepted=f"seconds, above 0 up to {most:g}",
             )
-    asked = await asyncio.to_thread(service.names.resolve, asked)
-    text = await while_listening(request, service.workers.run(job, asked, *options))
-    return Response(text, media_type="application/json")
+    return await asyncio.to_thread(service.names.resolve, asked)

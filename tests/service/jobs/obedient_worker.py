@@ -119,7 +119,7 @@ STEADY_S = 0.5
 """How long planning takes on the map "steady", s. It takes no CPU, which others may use."""
 
 
-def plan_route(request: PlanRequest, report: bool = False, format_: str = "json") -> str:
+def plan_route(request: PlanRequest, *options: bool | str) -> str:
     """A route; on the map "endless" a note beside the vehicle's file, and none."""
     if request.map == "endless":
         burn(f"{request.vehicle}.{os.getpid()}.pid")

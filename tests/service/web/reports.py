@@ -8,7 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from planner.report.routes import answer_view, whole_map
+from planner.power.vehicles import load_vehicle
+from planner.report.routes import answer_view, ground_layer, whole_map
 from planner.report.workbench import as_html
 from planner.report.workbench.history import history_chart, history_table
 from planner.search.results import Answer, Baseline, Route
@@ -18,6 +19,10 @@ from tests.telemetry.diagnosis import synthetic_results
 
 RELIEF = {"report": whole_map(synthetic.terrain())}
 """20 m × 10 m, rising to the east."""
+
+
+GROUND = {"report": ground_layer(synthetic.terrain(), load_vehicle("minibalance"))}
+"""Where the robot cannot go on it."""
 
 
 def route(energy_j: float, **changes: Any) -> Route:
@@ -63,6 +68,8 @@ def reporting(
     def work(job: str, arguments: tuple[Any, ...]) -> Any:
         if job == "relief":
             return json.dumps(RELIEF)
+        if job == "ground":
+            return json.dumps(GROUND)
         if job == "plan_route":
             return json.dumps(answered(answer()))
         if job == "model_report":

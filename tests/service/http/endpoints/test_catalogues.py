@@ -6,7 +6,7 @@ import json
 
 from service.settings import Settings
 from tests.service.conftest import Http, ScriptedWorkers
-from tests.service.http.exchanges import GOOD
+from tests.service.http.exchanges import GOOD, expect_problem
 
 
 def test_files_in_the_folder_are_named_by_their_place_in_it(
@@ -36,3 +36,12 @@ def test_relief_is_read_by_a_worker(http: Http, workers: ScriptedWorkers) -> Non
     response = http.get("/v1/maps/site/yard.tif/relief", params={"most": 64})
     assert response.json()["job"] == "relief"
     assert response.json()["arguments"][1] == 64
+
+
+def test_ground_is_looked_at_for_a_robot(http: Http, workers: ScriptedWorkers) -> None:
+    workers.work = lambda job, arguments: json.dumps({"job": job, "arguments": arguments})
+    answer = http.get("/v1/maps/warehouse/ground", params={"vehicle": "minibalance"}).json()
+    assert answer == {"job": "ground", "arguments": ["warehouse", "minibalance", None]}
+    for wrong in ({"vehicle": "tank"}, {"model": "lost"}):
+        expect_problem(http.get("/v1/maps/warehouse/ground", params=wrong), 404)
+    expect_problem(http.get("/v1/maps/nowhere/ground"), 404)

@@ -119,3 +119,18 @@ def test_a_log_is_removed_unless_a_job_reads_it(
         assert [*(settings.store_dir / "logs").iterdir()] == []
 
     talk(settings, workers, conversation)
+
+
+def test_the_demo_log_is_a_log_like_any(
+    bench: Workbench, workers: ScriptedWorkers, settings: Settings
+) -> None:
+    async def conversation(client: httpx.AsyncClient) -> None:
+        first = await client.post("/v1/logs/demo")
+        assert (first.status_code, first.json()["name"]) == (201, "demo.csv")
+        # The second one is the same, and nothing of it stays.
+        again = await client.post("/v1/logs/demo")
+        assert (again.status_code, again.json()["id"]) == (200, first.json()["id"])
+        assert [*((settings.store_dir or Path()) / "incoming").iterdir()] == []
+
+    talk(settings, workers, conversation)
+    assert bench.read == [CSV]

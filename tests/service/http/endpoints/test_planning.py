@@ -216,3 +216,59 @@ def test_a_format_that_routes_do_not_have_is_refused(http: Http, workers: Script
     assert document["type"].endswith(":no-such-format")
     assert "application/geo+json" in document["detail"]
     assert workers.asked == []
+
+
+def lines(response: Any) -> list[Any]:
+    assert response.status_code == 200
+    assert response.headers["content-type"].startswith("application/x-ndjson")
+    return [json.loads(line) for line in response.text.splitlines()]
+
+
+@pytest.mark.parametrize("path", ["/v1/routes?progress=true&files=true&baseline_poses=true"])
+def test_progress_comes_in_lines_before_the_answer(
+    http: Http, workers: ScriptedWorkers, path: str
+) -> None:
+    async def work() -> str:
+        workers.tell(0.25, "looking")
+        await asyncio.sleep(0)
+        workers.tell(0.5, "found")
+        return json.dumps(answer())
+
+    workers.work = lambda *_: work()
+    found = lines(http.post(path, json=GOOD))
+    told = [
+        {"progress": {"share": 0.25, "sentence": "looking"}},
+        {"progress": {"share": 0.5, "sentence": "found"}},
+    ]
+    assert found == [*told, {"answer": answer()}]
+    # Report, files, poses of the baselines, format.
+    assert workers.asked[-1][1][1:] == (False, True, True, "json")
+
+
+def test_what_fails_after_progress_is_told_in_the_last_line(
+    http: Http, workers: ScriptedWorkers
+) -> None:
+    async def work() -> str:
+        workers.tell(0.25, "looking")
+        await asyncio.sleep(0)
+        raise MapError("map", "is no map", accepted="a map")
+
+    workers.work = lambda *_: work()
+    last = lines(http.post("/v1/routes?progress=true", json=GOOD))[-1]["problem"]
+    assert (last["status"], last["field"]) == (422, "map")
+
+
+def test_what_fails_before_progress_is_a_problem_as_ever(
+    http: Http, workers: ScriptedWorkers
+) -> None:
+    def refuse(*_: Any) -> Any:
+        raise Busy(7)
+
+    workers.work = refuse
+    response = http.post("/v1/routes?progress=true", json=GOOD)
+    expect_problem(response, 503)
+    assert response.headers["retry-after"] == "7"
+
+
+def test_an_answer_without_progress_is_one_line(http: Http) -> None:
+    assert lines(http.post("/v1/routes?progress=true", json=GOOD)) == [{"answer": answer()}]
