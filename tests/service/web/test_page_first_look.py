@@ -197,7 +197,8 @@ def test_one_click_to_a_log_with_a_hidden_effect(address: str, workers: Scripted
 def test_words_stand_out_from_what_is_behind_them(address: str, scheme: str) -> None:
     """WCAG 2.2, contrast of text: at least 4.5 : 1."""
     contrast = """(selectors) => {
-      const part = (c) => (c / 255 <= 0.04045 ? c / 255 / 12.92 : ((c / 255 + 0.055) / 1.055) ** 2.4);
+      const linear = (c) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4);
+      const part = (c) => linear(c / 255);
       const light = ([r, g, b]) => 0.2126 * part(r) + 0.7152 * part(g) + 0.0722 * part(b);
       const numbers = (colour) => colour.match(/[\\d.]+/g).map(Number);
       const behind = (node) => {
