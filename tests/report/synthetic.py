@@ -36,7 +36,7 @@ def terrain() -> Terrain:
         known=known,
         obstacles=obstacles,
         ground=np.zeros(heights.shape, np.uint8),
-        ground_classes=(PLAIN_GROUND,),
+        ground_classes=PLAIN_GROUND,
         origin=(0.5, 0.5),
         cell=(1.0, 1.0),
         crs=None,

@@ -35,7 +35,7 @@ from planner.report.markup import (
     joined,
     paragraph,
 )
-from planner.report.routes.relief_image import ground_colour
+from planner.report.routes.relief_image import ground_colours
 from planner.report.routes.relief_map import ground_axes, relief_map
 from planner.terrain.heightmap import Terrain
 from planner.terrain.obstacles import yaw_mask
@@ -108,20 +108,15 @@ def ground_layer(terrain: Terrain, vehicle: Vehicle, *, width: int = 720) -> Mar
         vehicle: whose room and slopes are meant.
         width: of that map, pixels.
     """
-    grounds = [
-        joined(dot(ground_colour(k)), f" {ground.name}")
-        for k, ground in enumerate(terrain.ground_classes)
-        if len(terrain.ground_classes) > 1
-    ]
+    colours = ground_colours(terrain)
+    grounds = [joined(dot(c), name) for name, c in colours.items() if len(colours) > 1]
     if terrain.heights.size > MOST_CELLS:
         return joined(element("svg", element("g", kind="drivable")), bullets(grounds, "legend"))
     kinds = _looked_at(terrain, vehicle)[0]
     shown = [name for number, name in enumerate(KINDS) if number in _LAYERED]
     overlay = _overlay(kinds, ground_axes(terrain.extent, width), _LAYERED)
     entries = [
-        joined(dot(KINDS[name]), f" {name}")
-        for name in shown
-        if (kinds == list(KINDS).index(name)).any()
+        joined(dot(KINDS[name]), name) for name in shown if (kinds == list(KINDS).index(name)).any()
     ]
     layer = element("svg", element("g", overlay, kind="drivable"))
     return joined(layer, bullets([*entries, *grounds], "legend"))

@@ -56,10 +56,16 @@ def relief_image(terrain: Terrain, window: Window, *, pixels: int = 900) -> Imag
     return Image.fromarray(np.clip(colour, 0, 255).astype(np.uint8), "RGB")
 
 
-def ground_colour(number: int) -> str:
-    """Colour of level ground of a class, half way up the map."""
-    red, green, blue = (_TINTS[1:3].mean(axis=0) * _GROUNDS[number % len(_GROUNDS)]).astype(int)
-    return f"#{red:02x}{green:02x}{blue:02x}"
+def ground_colours(terrain: Terrain) -> dict[str, str]:
+    """Kinds of ground that a map has, each with its mean colour in the picture."""
+    tints = _tint(terrain.heights)
+    found = {}
+    for number, ground in enumerate(terrain.ground_classes):
+        cells = (terrain.ground == number) & terrain.known & ~terrain.obstacles
+        if cells.any():
+            mean = tints[cells].mean(axis=0) * _GROUNDS[number % len(_GROUNDS)]
+            found[ground.name] = "#{:02x}{:02x}{:02x}".format(*mean.astype(int))
+    return found
 
 
 def as_data_url(image: Image.Image) -> str:

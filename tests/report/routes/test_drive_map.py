@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import base64
+import io
 import math
+import re
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from planner.errors import MapError
 from planner.power.model import PowerModel
 from planner.power.sanity import steepest_slopes
 from planner.power.vehicles import load_vehicle
-from planner.report.routes import drive_page
-from planner.terrain import Terrain
+from planner.report.routes import drive_page, ground_layer
+from planner.terrain import Terrain, open_map
 
 VEHICLE = load_vehicle("minibalance")  # 0.86 m by 0.52 m, 0.05 m of clearance
 
@@ -66,3 +70,19 @@ def test_a_map_that_is_too_large_is_refused() -> None:
     huge = Terrain.from_arrays(np.zeros((2100, 2000)), cell=(0.1, 0.1), name="huge")
     with pytest.raises(MapError, match="too many for this picture"):
         drive_page(huge, VEHICLE)
+
+
+def test_a_layer_shows_where_a_vehicle_cannot_go_and_leaves_the_rest_clear() -> None:
+    """Free ground is transparent: a plain without obstacles differs from it at its edges alone."""
+    warehouse = open_map("warehouse")
+    layer = ground_layer(warehouse, load_vehicle("minibalance"))
+    href = re.search(r"base64,([^\"]+)", layer)
+    assert href is not None
+    picture = np.asarray(Image.open(io.BytesIO(base64.b64decode(href[1]))))
+    page, shares = drive_page(warehouse, load_vehicle("minibalance"))
+    clear = float((picture[..., 3] == 0).mean())
+    assert clear == pytest.approx(shares["free"] + shares["blocked or unknown"])
+    for name in ("no room for the body", *(kind.name for kind in warehouse.ground_classes)):
+        assert name in layer
+    # What the map does not have is not explained.
+    assert "too steep" not in layer
