@@ -21,7 +21,7 @@ Wait = Annotated[
 Report = Annotated[bool, Query(description="add `report`: its pictures and tables as HTML")]
 Files = Annotated[bool, Query(description="add `files`: the routes in every other format, as text")]
 BaselinePoses = Annotated[bool, Query(description="add `poses` to the baselines")]
-Told = Annotated[
+WithProgress = Annotated[
     bool,
     Query(description="answer in lines of JSON: `progress` while it works, then `answer`"),
 ]

@@ -218,7 +218,7 @@ class WorkerPool:
 
 @dataclass(eq=False)
 class _Task:
-    """A job on its way through the pool.
+    """A job in the pool.
 
     Attributes:
         job, arrived, arguments, report: see WorkerProcess.carry_out.

@@ -77,8 +77,8 @@ def work(connection: Connection, module: str, memory_limit_mb: int, cache_mb: in
         try:
             connection.send(Outcome(value, error, _resident_mb()))
         except (pickle.PicklingError, TypeError, AttributeError) as problem:
-            told = RuntimeError(f"the result of {job} cannot be sent: {problem}")
-            connection.send(Outcome(None, told, _resident_mb()))
+            failure = RuntimeError(f"the result of {job} cannot be sent: {problem}")
+            connection.send(Outcome(None, failure, _resident_mb()))
         # Nothing of a finished job stays while the process waits.
         del value, error, arguments
 
@@ -110,7 +110,7 @@ def perform(
 
 
 def report(share: float, sentence: str) -> None:
-    """Tell the service how far the job is; reports within 0.1 s of the last one are skipped."""
+    """Report to the service how far the job is; within 0.1 s of the last report it is skipped."""
     global _reported
     now = time.monotonic()
     if _connection is not None and now - _reported >= _REPORT_EVERY_S:

@@ -25,7 +25,7 @@ from planner.search.route_graph import GraphRequest
 from service.formats import MEDIA_TYPES, accepted
 from service.http.bodies import json_body
 from service.http.endpoints.answers import LINES, while_listening, with_progress
-from service.http.requests import BaselinePoses, Files, Report, Told
+from service.http.requests import BaselinePoses, Files, Report, WithProgress
 from service.http.schemas import (
     FrontAnswer,
     GraphAnswer,
@@ -82,7 +82,7 @@ async def plan_route(
     report: Report = False,
     files: Files = False,
     baseline_poses: BaselinePoses = False,
-    progress: Told = False,
+    progress: WithProgress = False,
 ) -> Response:
     """Plan the route of least energy.
 

@@ -79,7 +79,7 @@ def test_a_layer_shows_where_a_vehicle_cannot_go_and_leaves_the_rest_clear() -> 
     href = re.search(r"base64,([^\"]+)", layer)
     assert href is not None
     picture = np.asarray(Image.open(io.BytesIO(base64.b64decode(href[1]))))
-    page, shares = drive_page(warehouse, load_vehicle("minibalance"))
+    _, shares = drive_page(warehouse, load_vehicle("minibalance"))
     clear = float((picture[..., 3] == 0).mean())
     assert clear == pytest.approx(shares["free"] + shares["blocked or unknown"])
     for name in ("no room for the body", *(kind.name for kind in warehouse.ground_classes)):
