@@ -51,7 +51,7 @@ async def hasty(settings: Settings, workers: ScriptedWorkers) -> AsyncIterator[i
     ("sent", "answered"),
     [
         (b"", b"HTTP/1.1 408"),
-        (b"POST /v1/routes HTTP/1.1\r\nHost: ser", b"HTTP/1.1 408"),
+        (b"POST /v1/routes HTTP/1.1\r\nHost: serv", b"HTTP/1.1 408"),
         (HEAD + b'{"map":', b"HTTP/1.1 408"),
         (HEAD.replace(b"/v1/routes", b"/v1/logs") + b"x", b"HTTP/1.1 408"),
         # One request as a whole, and the head of the next one by half.
