@@ -33,6 +33,7 @@ from planner.search.resolution import (
 from planner.search.steady import cost_for_best_yaw, polar
 from planner.terrain.footprint import body_fits
 from planner.terrain.interpolation import interpolate
+from planner.terrain.obstacles import rectangle_free
 
 
 class CostField(NamedTuple):
@@ -90,6 +91,15 @@ def _node(offset: float, cell: float, count: int) -> int:
 
 
 @njit(cache=True, error_model="numpy")
+def _middle_fits(field: Any, x: float, y: float) -> bool:
+    """Whether a square is free that the body covers with any yaw; without it, none fits."""
+    half = math.sqrt(0.5) * min(field.half_length, field.half_width)
+    return bool(
+        rectangle_free(field.blocked, field.x0, field.y0, field.dx, field.dy, x, y, 0.0, half, half)
+    )
+
+
+@njit(cache=True, error_model="numpy")
 def masked_cost(
     field: Any,
     ground: int,
@@ -106,6 +116,8 @@ def masked_cost(
     With ``exact`` the rectangle is tested at (x, y) itself; otherwise the mask of the node speaks
     for the point. Yaws are tried in the order of their costs at the nearest entry of the tables.
     """
+    if exact and not _middle_fits(field, x, y):
+        return np.inf
     f = int(math.floor(azimuth / (2.0 * math.pi) * DIRECTIONS + 0.5)) % DIRECTIONS
     edge = field.limit[ground, f]
     s = 0
@@ -118,13 +130,16 @@ def masked_cost(
     for rank in range(YAWS):
         t = order[rank]
         # Angles of the body are as far apart as bins.
-        if not mask & (np.uint64(1) << np.uint64((forward + t) % YAW_BINS)):
+        bit = np.uint64(1) << np.uint64((forward + t) % YAW_BINS)
+        if not mask & bit:
             continue
         cost: float = polar(by_yaw[t], yaw_limit[t], azimuth, steepness, margin)
-        if cost < np.inf and (
-            not exact or body_fits(field, x, y, direction + 2.0 * math.pi * t / YAWS)
-        ):
+        if cost == np.inf:
+            continue
+        if not exact or body_fits(field, x, y, direction + 2.0 * math.pi * t / YAWS):
             return cost
+        # After half a turn the body looks the same.
+        mask &= ~bit
     return np.inf
 
 

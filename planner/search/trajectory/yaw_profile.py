@@ -36,6 +36,7 @@ from planner.search.trajectory.yaw_kernel import (
 )
 from planner.search.turns import spin_costs, turning
 from planner.terrain.footprint import body_fits
+from planner.terrain.obstacles import rectangle_free
 
 FINER_ANGLES = 4
 """Angles to either side of a state's own, 0.7° apart, that are tried where the body does not fit
@@ -180,6 +181,19 @@ def _directions(track: Track, at: NDArray[np.int64]) -> Array:
     return np.asarray(before + 0.5 * turn)
 
 
+@njit(cache=True, error_model="numpy")
+def _core_fits(field: Any, x: float, y: float, yaw: float) -> bool:
+    """Whether a rectangle is free that the body covers with all angles of a state.
+
+    Turned by half a state at most, its corners still lie within the body's sides.
+    """
+    a, b, off = field.half_length, field.half_width, math.sin(0.5 * WIDTH)
+    core = a - b * off, b - a * off
+    return min(core) <= 0.0 or bool(
+        rectangle_free(field.blocked, field.x0, field.y0, field.dx, field.dy, x, y, yaw, *core)
+    )
+
+
 @njit(cache=True, error_model="numpy", nogil=True)
 def _free_states(field: Any, points: Any, directions: Any, crowded: Any) -> tuple[Any, Any]:
     """Whether the body fits at points (n, 2) in every state, and its turn off the state, rad.
@@ -197,7 +211,7 @@ def _free_states(field: Any, points: Any, directions: Any, crowded: Any) -> tupl
         for s in range(half):
             angle = directions[k] + s * WIDTH
             free[k, s] = body_fits(field, x, y, angle)
-            if not free[k, s]:
+            if not free[k, s] and _core_fits(field, x, y, angle):
                 first, last = FINER_ANGLES + 1, -FINER_ANGLES - 1
                 for n in range(-FINER_ANGLES, FINER_ANGLES + 1):
                     if n != 0 and body_fits(field, x, y, angle + 0.5 * n * WIDTH / FINER_ANGLES):
