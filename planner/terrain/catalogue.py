@@ -31,14 +31,15 @@ import os
 import tomllib
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from planner.errors import MapError
-from planner.terrain.formats import load_terrain
-from planner.terrain.heightmap import Terrain
+
+if TYPE_CHECKING:
+    from planner.terrain.heightmap import Terrain
 
 _MAPS = Path(__file__).resolve().parents[2] / "maps"
 _LISTED = ("name", "title", "size", "cell", "crs", "source", "licence", "sha256")
@@ -72,9 +73,16 @@ def open_map(name_or_path: str | Path) -> Terrain:
                 accepted=f"one of {', '.join(_entries())}, or a path to a heightmap "
                 "(.tif, .asc, .npz, .npy, .yaml, .png)",
             )
-        return load_terrain(Path(text))
+        return _loaded(Path(text))
     openers = {"file": _open_file, "fractal": _open_fractal, "jacksboro": _open_jacksboro}
     return openers[entry["kind"]](entry)
+
+
+def _loaded(file: Path) -> Terrain:
+    # Reading loads a compiler, which a list of maps does without.
+    from planner.terrain.formats import load_terrain
+
+    return load_terrain(file)
 
 
 def list_maps() -> list[dict[str, Any]]:
@@ -98,7 +106,7 @@ def _open_file(entry: dict[str, Any]) -> Terrain:
     layers = file.with_name(file.stem + ".layers.toml")
     content = _content(entry, file)
     _verify(entry, content + (_content(entry, layers) if layers.exists() else b""))
-    return _named(entry, load_terrain(file))
+    return _named(entry, _loaded(file))
 
 
 def _content(entry: dict[str, Any], file: Path) -> bytes:
@@ -135,6 +143,8 @@ def _centred(
     entry: dict[str, Any], heights: NDArray[np.float64], cell: tuple[float, float]
 ) -> Terrain:
     """The terrain of an entry whose outer south-west corner is (0, 0)."""
+    from planner.terrain.heightmap import Terrain
+
     origin = 0.5 * cell[0], 0.5 * cell[1]
     return _named(entry, Terrain.from_arrays(heights, cell=cell, origin=origin))
 

@@ -25,10 +25,13 @@ def test_catalogues_are_lists_of_named_objects(command: str) -> None:
     assert all(name in table.stdout for name in names)
 
 
-def test_listing_maps_loads_no_planner() -> None:
+@pytest.mark.parametrize("asked", ["maps", "--help", "plan --help"])
+def test_what_needs_no_kernel_loads_no_compiler(asked: str) -> None:
     script = (
-        "import sys; from service.cli import run; run(['maps', '--json']); "
-        "sys.exit(bool({'ompl', 'matplotlib', 'fastapi', 'rasterio'} & {*sys.modules}))"
+        "import sys; from service.cli import run\n"
+        "heavy = {'numba', 'scipy', 'ompl', 'fastapi', 'rasterio'}\n"
+        f"try: run({asked.split()!r})\n"
+        "finally: sys.exit(bool(heavy & {*sys.modules}))"
     )
     assert subprocess.run([sys.executable, "-c", script], stdout=subprocess.DEVNULL).returncode == 0
 
