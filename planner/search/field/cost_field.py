@@ -91,7 +91,7 @@ def _node(offset: float, cell: float, count: int) -> int:
 
 
 @njit(cache=True, error_model="numpy")
-def _middle_fits(field: Any, x: float, y: float) -> bool:
+def middle_fits(field: Any, x: float, y: float) -> bool:
     """Whether a square is free that the body covers with any yaw; without it, none fits."""
     half = math.sqrt(0.5) * min(field.half_length, field.half_width)
     return bool(
@@ -116,7 +116,7 @@ def masked_cost(
     With ``exact`` the rectangle is tested at (x, y) itself; otherwise the mask of the node speaks
     for the point. Yaws are tried in the order of their costs at the nearest entry of the tables.
     """
-    if exact and not _middle_fits(field, x, y):
+    if exact and not middle_fits(field, x, y):
         return np.inf
     f = int(math.floor(azimuth / (2.0 * math.pi) * DIRECTIONS + 0.5)) % DIRECTIONS
     edge = field.limit[ground, f]

@@ -182,7 +182,7 @@ def _directions(track: Track, at: NDArray[np.int64]) -> Array:
 
 
 @njit(cache=True, error_model="numpy")
-def _core_fits(field: Any, x: float, y: float, yaw: float) -> bool:
+def core_fits(field: Any, x: float, y: float, yaw: float) -> bool:
     """Whether a rectangle is free that the body covers with all angles of a state.
 
     Turned by half a state at most, its corners still lie within the body's sides.
@@ -211,7 +211,7 @@ def _free_states(field: Any, points: Any, directions: Any, crowded: Any) -> tupl
         for s in range(half):
             angle = directions[k] + s * WIDTH
             free[k, s] = body_fits(field, x, y, angle)
-            if not free[k, s] and _core_fits(field, x, y, angle):
+            if not free[k, s] and core_fits(field, x, y, angle):
                 first, last = FINER_ANGLES + 1, -FINER_ANGLES - 1
                 for n in range(-FINER_ANGLES, FINER_ANGLES + 1):
                     if n != 0 and body_fits(field, x, y, angle + 0.5 * n * WIDTH / FINER_ANGLES):

@@ -8,9 +8,17 @@ import numpy as np
 import pytest
 
 from planner.search.field import CostField
-from planner.search.field.cost_field import passable, polyline_cost, segment_cost
+from planner.search.field.cost_field import (
+    middle_fits,
+    passable,
+    polyline_cost,
+    segment_cost,
+)
 from planner.search.requests import SituationRequest
+from planner.search.resolution import WIDTH
 from planner.search.situation import situation_of
+from planner.search.trajectory.yaw_profile import core_fits
+from planner.terrain.footprint import body_fits
 from planner.terrain.heightmap import Terrain
 from tests.search.maps import hills
 
@@ -87,3 +95,22 @@ def test_no_line_leads_through_a_wall():
     assert segment_cost(field, 8.0, 12.0, 16.0, 12.0, field.step) == math.inf
     assert not passable(field, 12.0, 12.0, 0.0)
     assert math.isfinite(segment_cost(field, 8.0, 4.0, 8.0, 20.0, field.step))
+
+
+def test_where_the_middle_or_the_core_of_the_body_touches_no_yaw_fits():
+    """They spare tests of the body, and so must never refuse where it fits."""
+    rng = np.random.default_rng(5)
+    field = field_of(np.zeros((40, 40)), rng.random((40, 40)) < 0.06)
+    fitting = refused = 0
+    for _ in range(400):
+        x, y = rng.uniform(1.0, 9.0, 2)
+        yaws = rng.uniform(0.0, math.pi, 24)
+        fits = [body_fits(field, x, y, yaw) for yaw in yaws]
+        middle = middle_fits(field, x, y)
+        assert middle or not any(fits)
+        for yaw, fit in zip(yaws, fits, strict=True):
+            core = core_fits(field, x, y, yaw + rng.uniform(-0.5, 0.5) * WIDTH)
+            assert core or not fit
+            fitting, refused = fitting + fit, refused + (not core)
+    assert fitting > 1000
+    assert refused > 1000
