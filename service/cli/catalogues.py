@@ -136,7 +136,10 @@ def vehicles(
 
 
 def effects(json_: Json = False, verbose: Verbose = False) -> None:
-    """List the physical effects that a power model can hold."""
+    """List the physical effects that a power model can hold.
+
+    Example: joulepath effects --json
+    """
     from planner.power.catalogue import list_effects
 
     columns = {"name": "name", "title": "what", "stages": "acts on", "base": "in every model"}
@@ -144,7 +147,10 @@ def effects(json_: Json = False, verbose: Verbose = False) -> None:
 
 
 def doctor(json_: Json = False, verbose: Verbose = False) -> None:
-    """Check this installation, and say what would fix it; status 1 where something is broken."""
+    """Check this installation, and say what would fix it; status 1 where something is broken.
+
+    Example: joulepath doctor
+    """
     from service.doctor import examine
 
     findings = [finding.to_json() for finding in examine()]

@@ -27,6 +27,8 @@ def compare_planners(
     """Compare least-energy with OMPL's samplers on one request, using OMPL's Benchmark.
 
     Energies are those of the best route along each planner's path.
+
+    Example: joulepath compare-planners REQUEST.json --seconds 5
     """
     from planner.search.ompl import compare_planners as compare
 

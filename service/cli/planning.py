@@ -70,7 +70,10 @@ def plan(
     json_: Json = False,
     verbose: Verbose = False,
 ) -> None:
-    """Plan the route of least energy; options override fields of the file."""
+    """Plan the route of least energy; options override fields of the file.
+
+    Example: joulepath plan --map warehouse --start 1.5,2 --goal 27,17 --report route.html
+    """
     _check_format(format_, json_, out)
     check_places(out, report)
     given = {
@@ -138,7 +141,10 @@ def graph(
     json_: Json = False,
     verbose: Verbose = False,
 ) -> None:
-    """Energy of every edge of a graph for Nav2's route server, in both directions."""
+    """Energy of every edge of a graph for Nav2's route server, in both directions.
+
+    Example: joulepath graph warehouse nodes.geojson --corridor 1 --out energies.geojson
+    """
     check_places(out)
     given = {
         "map": map_,
@@ -176,7 +182,8 @@ def _command(
         write_document(document, out)
         tell(name, document, json_, out)
 
-    ask.__name__, ask.__doc__ = name, help_
+    ask.__name__ = name
+    ask.__doc__ = f"{help_}\n\nExample: joulepath {name} REQUEST.json --out answer.json"
     return ask
 
 

@@ -23,8 +23,10 @@ from importlib.metadata import version
 from typing import Annotated
 
 import typer
+from pydantic import ValidationError
 
 from planner.errors import Cancelled, InputError
+from planner.validation import first_complaint
 from service.cli import catalogues, logs, planners, planning, workbench
 from service.cli.terminal import Verbose
 
@@ -32,7 +34,6 @@ app = typer.Typer(
     name="joulepath",
     help="Lowest-energy routes on real terrain, with the energy accounted for by physical effect.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
 )
 
@@ -62,7 +63,10 @@ def serve(
     port: Annotated[int | None, typer.Option(help="Port to listen on.")] = None,
     verbose: Verbose = False,
 ) -> None:
-    """Serve HTTP and the page."""
+    """Serve HTTP and the page.
+
+    Example: joulepath serve --port 8080
+    """
     from service.compiling import compile_once, show_on_stderr
     from service.http import serve as run
 
@@ -94,6 +98,9 @@ def run(arguments: Sequence[str]) -> int:
             raise KeyboardInterrupt
         return status if isinstance(status, int) else 0
     except typer.TyperException as error:
+        if refused := _refused_option(error):
+            _say(str(refused))
+            return 2
         # A bare `joulepath` raises this with the help text that was already shown.
         if message := error.format_message():
             _say(message.rstrip(".") + "; see joulepath --help")
@@ -114,6 +121,20 @@ def run(arguments: Sequence[str]) -> int:
         what = f"{type(error).__name__}: {error}".splitlines()[0]
         _say(f"unexpected failure: {what} (run again with {VERBOSE} for the traceback)")
         return 1
+
+
+def _refused_option(error: typer.TyperException) -> InputError | None:
+    """An option's value that is of the wrong kind or size, with the value; None for other errors.
+
+    Typer's own sentence leaves the value out.
+    """
+    cause, option = error.__cause__, getattr(error, "param", None)
+    if not isinstance(cause, ValidationError) or option is None:
+        return None
+    first = first_complaint(cause.errors(include_url=False))
+    # "Input should be a valid integer, unable to parse …"
+    accepted = first.message.removeprefix("Input should be ").partition(",")[0]
+    return InputError(option.opts[0], "cannot be used", value=first.value, accepted=accepted)
 
 
 def _say(sentence: str) -> None:

@@ -70,7 +70,8 @@ def _examining(verb: str, title: str, help_: str) -> Callable[..., None]:
             if proposed(document):
                 typer.echo(f"Next: joulepath adopt diagnosed {log} {start} --out M2.json")
 
-    examine.__name__, examine.__doc__ = verb, help_
+    examine.__name__ = verb
+    examine.__doc__ = f"{help_}\n\nExample: joulepath {verb} drive.csv --vehicle minibalance"
     return examine
 
 
@@ -106,7 +107,10 @@ def adopt(
     json_: Json = False,
     verbose: Verbose = False,
 ) -> None:
-    """Add effects to the model, fit it to the log, and write it as a new version."""
+    """Add effects to the model, fit it to the log, and write it as a new version.
+
+    Example: joulepath adopt diagnosed drive.csv --vehicle minibalance --out robot-2.json
+    """
     check_places(out, report)
     definition = None if formula is None else read_definition(formula)
     effects = effects_to_adopt([name.strip() for name in effect.split(",")], definition)
@@ -123,7 +127,10 @@ def revert(
     json_: Json = False,
     verbose: Verbose = False,
 ) -> None:
-    """Revert a model to an earlier version; the result is a new version."""
+    """Revert a model to an earlier version; the result is a new version.
+
+    Example: joulepath revert robot-2.json --to 1 --out robot-3.json
+    """
     check_places(out)
     after = planner.revert(planner.PowerModel.load(model), to)
     documents.write_whole(out, documents.model_text(after))
@@ -133,7 +140,10 @@ def revert(
 def history(
     model: ModelFile, report: Report = None, json_: Json = False, verbose: Verbose = False
 ) -> None:
-    """Show a model's history: adopted effects, their logs, and the change in error."""
+    """Show a model's history: adopted effects, their logs, and the change in error.
+
+    Example: joulepath history robot-2.json
+    """
     check_places(report)
     loaded = planner.PowerModel.load(model)
     document = _with_history(loaded)
@@ -154,7 +164,10 @@ def bench(
     json_: Json = False,
     verbose: Verbose = False,
 ) -> None:
-    """Time the power model, a plan and a diagnosis on this machine."""
+    """Time the power model, a plan and a diagnosis on this machine.
+
+    Example: joulepath bench --rows 20000
+    """
     from service.cli.bench import measure
 
     with working() as how:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 
 from planner.errors import Cancelled
 from service import cli, compiling
+from service.cli import program
 from tests.service.cli.command import JOULEPATH, START_AND_GOAL, expect_refusal, joulepath
 from tests.service.cli.conftest import Fake
 
@@ -124,3 +126,21 @@ def test_a_host_that_nothing_can_listen_on(
     said = capsys.readouterr().err
     assert len(said.strip().splitlines()) == 1
     assert [word for word in words if word not in said] == []
+
+
+@pytest.mark.parametrize("name", [one.__name__.replace("_", "-") for one in program.VERBS])
+def test_every_help_has_an_example(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.run([name, "--help"]) == 0
+    shown = " ".join(capsys.readouterr().out.split())
+    assert f"joulepath {name}" in shown.partition("Example")[2]
+
+
+def test_the_shell_completes_commands() -> None:
+    environment = {
+        **os.environ,
+        "_JOULEPATH_COMPLETE": "complete_bash",
+        "COMP_WORDS": "joulepath doc",
+        "COMP_CWORD": "1",
+    }
+    done = subprocess.run([JOULEPATH], capture_output=True, text=True, env=environment, timeout=60)
+    assert done.stdout.split() == ["doctor"]
