@@ -26,7 +26,7 @@ NIGHTLY = {
     f"docs/{name}.md"
     for name in (
         *("cli", "diagnosis", "guide", "http", "ompl", "python"),
-        *("tutorials/my-effect", "tutorials/my-log"),
+        *("tutorials/my-building", "tutorials/my-effect", "tutorials/my-log"),
     )
 }
 """Pages that take many seconds of CPU time; README.md has the most important of their commands."""
