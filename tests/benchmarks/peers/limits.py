@@ -35,6 +35,11 @@ def broken_limits(case: Case, route: Route) -> dict[str, int]:
     x, y, yaw, time, speed = (route.arrays[name] for name in ("x", "y", "yaw", "t", "speed"))
     lengths, seconds = np.hypot(np.diff(x), np.diff(y)), np.diff(time)
     turns = _turning(x, y, lengths)
+    forces = turns
+    if route.motion is not None:
+        # A straight step beside an arc is no bend, though its chords have one at an end.
+        arcs = (1.0 + BENDS) * np.abs(route.motion.curvatures)
+        forces = np.clip(turns, -arcs, arcs)
     # What the robot drives along the surface is a little longer than its shadow on the map.
     way = np.hypot(lengths, np.diff(route.arrays["z"]))
     count = np.maximum(1, np.ceil(lengths / (SHARE * min(field.dx, field.dy)))).astype(int)
@@ -58,7 +63,7 @@ def broken_limits(case: Case, route: Route) -> dict[str, int]:
         set_motion(rows[n], *slopes[n], angles[n], direction, here[n] if moving else 0.0)
         if moving:
             vx, vy = rows[n, INDEX["vx"]], rows[n, INDEX["vy"]]
-            sideways = here[n] ** 2 * turns[k]
+            sideways = here[n] ** 2 * forces[k]
             set_acceleration(rows[n], faster[k], sideways, vx, vy, max(here[n], 1e-12))
         rows[n, INDEX["wz"]] = rates[n]
         set_wind(rows[n], conditions.wind, angles[n])
