@@ -37,6 +37,9 @@ _THREE = (
 )
 SPIN_STEP = math.radians(10.0)
 """rad, largest turn on the spot between two poses of an answer."""
+MOST_BY_TIME = 200.0
+"""Intervals of time that a step is cut into at most: within a step speed and yaw are even, and the
+ground counts by cells. On cells of hundreds of metres a step lasts for minutes."""
 
 
 @dataclass(frozen=True)
@@ -314,11 +317,12 @@ def motion_rows(
         class_rows: (classes, ROW_LENGTH) conditions.
         wind: (2,) m/s in the map's frame.
         fineness: three samples at least every ``fineness`` cells.
-        seconds: and every so many s.
+        seconds: and every so many s, but for steps of more than ``MOST_BY_TIME`` times that.
     """
     length = np.hypot(np.diff(motion.x), np.diff(motion.y))
     cell = min(field.dx, field.dy)
-    pieces = np.maximum(length / (fineness * cell), np.diff(motion.time) / seconds)
+    by_time = np.minimum(np.diff(motion.time) / seconds, MOST_BY_TIME)
+    pieces = np.maximum(length / (fineness * cell), by_time)
     pieces = np.maximum(1, np.ceil(pieces)).astype(np.int64)
     arrays = (
         *(motion.x, motion.y, motion.heights, motion.yaw, motion.time, motion.speed),
