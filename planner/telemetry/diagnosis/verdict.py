@@ -69,9 +69,20 @@ def _errors(diagnosis: Diagnosis) -> str:
     return f"{errors}: {rest.heldout_over_floor:.2g} times the noise stays unexplained{most}"
 
 
+def _names(diagnosis: Diagnosis) -> str:
+    """The selected effects, each with those that explain the residual equally well."""
+    aliases = {c.effect: c.indistinguishable_from for c in diagnosis.candidates}
+    return " and ".join(
+        f"{' or '.join([effect, *aliases[effect]])} (this log cannot tell which)"
+        if aliases.get(effect)
+        else effect
+        for effect in diagnosis.selected
+    )
+
+
 def _verdict_in_words(diagnosis: Diagnosis, alike: Sequence[str]) -> str:
     before, after = diagnosis.baseline, diagnosis.after
-    errors, names = _errors(diagnosis), " and ".join(diagnosis.selected)
+    errors, names = _errors(diagnosis), _names(diagnosis)
     if diagnosis.verdict == "sensor_error":
         faults = "; ".join(s.sentence for s in diagnosis.sensors)
         rest = f"; in addition, {names} is missing" if names else ""
@@ -84,20 +95,13 @@ def _verdict_in_words(diagnosis: Diagnosis, alike: Sequence[str]) -> str:
             f"{diagnosis.outside.formula} ({errors})."
         )
     if diagnosis.verdict == "missing_effect":
-        aliases = {
-            alias
-            for c in diagnosis.candidates
-            if c.effect in diagnosis.selected
-            for alias in c.indistinguishable_from
-        }
-        aliased = f"; aliased in this log with {', '.join(sorted(aliases))}" if aliases else ""
         # Named all the same, so the loss of single rows fell.
         unsure = (
             "; most rows improve, but not a few that small errors of the speeds decide"
             if after.heldout_rmse_w >= before.heldout_rmse_w
             else ""
         )
-        return f"Missing: {names} ({errors}){aliased}{unsure}."
+        return f"Missing: {names} ({errors}){unsure}."
     if diagnosis.verdict == "not_identifiable":
         structure = _structure(diagnosis)
         where = f", most of all {structure.sentence}" if structure else ""

@@ -61,6 +61,13 @@ def test_a_claim_says_what_it_leaves(made):
         assert ("stays unexplained, most of all on carpet" in sentence_of(found)) is said
 
 
+@pytest.mark.parametrize("verdict", ["missing_effect", "outside_catalogue", "sensor_error"])
+def test_no_verdict_hides_a_tie(made, verdict):
+    outside = results.outside(made) if verdict == "outside_catalogue" else None
+    said = sentence_of(results.diagnosis(made, verdict=verdict, outside=outside))
+    assert "air_drag or vibration (this log cannot tell which)" in said
+
+
 def test_a_near_decision_says_so(made):
     found = results.diagnosis(made, **{**vars(results.complete(made)), "verdict": "complete"})
     assert "near decision" not in sentence_of(found)
