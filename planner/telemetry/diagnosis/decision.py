@@ -5,8 +5,9 @@
 
 Effects, formulas and errors of sensors are judged by one rule (planner.telemetry.holdout.supports):
 what is claimed lowers the error on held-out runs. A formula must beat the best answer without one,
-single effects of the catalogue included. A claim must also explain most of what is missing: its
-held-out error is near the noise floor, or it takes off MOST_OF_EXCESS of what lies above it.
+single effects of the catalogue included. A claim must also be the main cause of what is missing: it
+takes off MOST_OF_EXCESS of the squared error above the noise floor, however near that is. What is
+left of sensors and data sheet always looks a little like some effect.
 
 Nothing is missing where the held-out error is near the floor and no regime stands out
 (planner.telemetry.diagnosis.unexplained).
@@ -43,8 +44,8 @@ from planner.telemetry.selection import (
 from planner.telemetry.terms import Addition
 
 MOST_OF_EXCESS = 0.5
-"""Share of the squared error above the floor that a claim must take off where the error stays above
-MOST_OVER_FLOOR: what is named is the main cause."""
+"""Share of the squared error above the floor that a claim must take off: what is named explains
+more than all else that is left."""
 NEAR_ERROR = 1.02
 """Factor on the held-out error of a claim that makes a near decision fail."""
 CERTAIN_Z, CERTAIN = 5.0, 0.9
@@ -120,7 +121,7 @@ def decide(found: Found, floor: Array) -> Decision:
     nothing = best = Answer(found.base, before)
     searched, formula = _searched(found), _formula(found)
     answers = [answer.left for answer in (nothing, searched, formula) if answer is not None]
-    floor = _undercut(floor, answers)
+    expected, floor = floor, _undercut(floor, answers)
     left_by_nothing = unexplained_by(log, before, floor, found.base.watts)
     if searched is not None and _supported(found, before, searched, floor):
         best = searched
@@ -132,9 +133,13 @@ def decide(found: Found, floor: Array) -> Decision:
         tried = fitted_singles(found, LinearHeldout(log, found.local), before, floor)
         floor = _undercut(floor, [one.residual for one in tried])
         best = _better(found, best, tried, floor)
-    if formula is not None and supports(log, best.left, formula.left, floor, formula=True):
+    if (
+        formula is not None
+        and supports(log, best.left, formula.left, floor, formula=True)
+        and stands(best.left, formula.left, expected)
+    ):
         best = formula
-    if best.claims and not stands(before, best.left, floor):
+    if best.claims and not stands(before, best.left, expected):
         best = nothing
     if best.claims:
         left, alike = unexplained_by(log, best.left, floor, best.fit.watts), ()
@@ -145,11 +150,9 @@ def decide(found: Found, floor: Array) -> Decision:
 
 
 def stands(before: Array, after: Array, floor: Array) -> bool:
-    """Whether held-out residuals (n,) W are near the floor, or most of the excess is gone."""
+    """Whether most of what held-out residuals (n,) W have above the floor is gone."""
     one, other, least = (rms(counted(r, floor)) for r in (before, after, floor))
-    if other <= MOST_OVER_FLOOR * least:
-        return True
-    return one**2 - other**2 >= MOST_OF_EXCESS * (one**2 - least**2)
+    return one**2 - other**2 >= MOST_OF_EXCESS * (one**2 - min(least, other) ** 2)
 
 
 def columns_in(

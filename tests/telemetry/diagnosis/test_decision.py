@@ -39,10 +39,15 @@ def test_nothing_is_missing_where_nothing_is_left(decision):
         assert not replace(decision, **change).complete, change
 
 
-def test_a_claim_is_near_the_floor_or_about_the_main_cause():
+def test_a_claim_takes_most_of_what_lies_above_the_floor():
     floor = np.full(1000, 1.0)
     before, near, half, little = (np.full(1000, e) for e in (3.0, 1.19, 2.2, 2.4))
     assert stands(before, near, floor)
     assert 9.0 - 2.2**2 > MOST_OF_EXCESS * 8.0 > 9.0 - 2.4**2
     assert stands(before, half, floor)
     assert not stands(before, little, floor)
+    # Near the floor, too: what takes off a little of the little that is left is not the cause.
+    near, slightly, nearly = (np.full(1000, e) for e in (1.19, 1.17, 1.02))
+    assert not stands(near, slightly, floor)
+    assert stands(near, nearly, floor)
+    assert stands(near, np.full(1000, 0.9), floor)  # the floor was estimated too high
