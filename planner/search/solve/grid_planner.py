@@ -62,6 +62,11 @@ def on_grid(
             thousand off the best.
         patient: whether recovery goes on for as long as for an answer.
     """
+    if patient and effort is BASELINE:
+        # Recovery in small steps takes longer, and may end in a longer route.
+        quick = on_grid(run, field, objective, effort, patient=False)
+        if quick.route is not None:
+            return quick
     passages: Callable[[], Attempt | None] | None = None
     if effort is not BASELINE:
         part = partial(_on_grid, field=field, objective=objective, effort=ONE_OF_MANY)
