@@ -114,13 +114,13 @@ def summary(story: ClosedLoop) -> str:
     """Benefit of adopting: smaller errors of the plans, and less energy."""
     old, new = (
         sum(d.took_before_j for d in story.drives),
-        sum(d.took_after_j for d in story.drives),
+        sum(d.takes_j for d in story.drives),
     )
     said_old = sum(d.before.routes[0].energy_j for d in story.drives)
-    said_new = sum(d.after.routes[0].energy_j for d in story.drives)
+    said_new = sum(d.said_j for d in story.drives)
     return (
         f"The plans were {_off(old / said_old - 1.0)} and are {_off(new / said_new - 1.0)} now; "
-        f"on its new routes the robot takes {joules(new)} instead of {joules(old)}, "
+        f"on its routes now the robot takes {joules(new)} instead of {joules(old)}, "
         f"{100 * (1 - new / old):.1f} % less."
     )
 
@@ -140,10 +140,10 @@ def _errands(story: ClosedLoop) -> Table:
             joules(drive.before.routes[0].energy_j),
             joules(drive.took_before_j),
             f"{100 * drive.error_before:+.1f} %",
-            joules(drive.after.routes[0].energy_j),
-            joules(drive.took_after_j),
+            joules(drive.said_j),
+            joules(drive.takes_j),
             f"{100 * drive.error_after:+.1f} %",
-            f"{100 * drive.saved:.1f} %",
+            "old route" if drive.kept else f"{100 * drive.saved:.1f} %",
         )
     return table
 
