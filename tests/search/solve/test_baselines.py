@@ -61,7 +61,7 @@ def test_baselines_keep_to_the_limits_and_no_answer_is_worse(name):
         assert best["time"].duration_s <= compared["fastest"].duration_s + 1e-9
 
 
-def test_patience_finds_a_shortest_route_that_haste_gives_up():
+def test_patience_finds_a_shortest_route_no_longer_than_that_of_haste():
     """Not through the answer: among its other routes one may be nearly as short by chance."""
     request = PlanRequest.from_json(asked("steep, over a ridge"))
     run = Run(request, situation_of(request), silent, CancellationToken())
