@@ -1,16 +1,27 @@
 """Clocks of files that are to be joined: their unit, and the shift of one against another.
 
     scale, absolute = clock_of(time, "power.csv")       # stamps since 1970 in ns are 1e-9 s
-    source = shifted(source, base, {}, said)            # with its times on the clock of ``base``
+    sources = on_one_clock(sources, base, {}, said)     # with their times on the clock of ``base``
 
 The shift is where the activity in one file (speed, power, yaw rate) correlates best with that in
 the other. A sample stands for the interval that it ends, so that a slow meter's averages are
 compared with the speeds of the same interval.
+
+Power peaks while a robot speeds up, before its speed does. Against the speed alone a meter would
+seem 0.5 to 1 s early. So near that shift the power is regressed on what a drive takes in each of
+the meter's intervals, for shifts a fraction of an interval apart:
+
+    P(s) = c0 + Σ c |u| + d u²  over u = vx, vy, wz, + m Δ(vx² + vy²)/2Δt + J Δ(wz²)/2Δt
+           + g vx sin pitch + h vy sin roll, where a file on the same clock has the angles
+
+The best of them, refined by a parabola, is the shift.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping as AnyMapping
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,8 +35,16 @@ GAIN = 0.05
 """Correlation that a shift must gain over none."""
 LONGEST_SHIFT = 30.0
 """s that two clocks that count since 1970 may differ by."""
+AROUND = 2.0
+"""s, or intervals of the meter if longer, on both sides of the first shift that are looked at."""
+FINE_STEP = 0.05
+"""s between shifts that the power is regressed at; a parabola goes on from there."""
+LEAST_INTERVALS = 30
+"""Intervals of the meter for a regression of eleven terms."""
 RATE = 20.0
 """Hz at which files are compared; slower than any odometry, faster than any shift that matters."""
+MOST_REGRESSED = 20_000
+"""Intervals of the meter that are regressed: at 2 Hz nearly three hours."""
 MOST_COMPARED = 2_000_000
 """Samples at RATE that are compared: 28 hours."""
 _SINCE_1970 = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3), (1e8, 1.0))
@@ -63,6 +82,31 @@ def clock_of(time: Array, where: str) -> tuple[float, bool]:
     return 1.0, False
 
 
+def on_one_clock(
+    sources: Sequence[Source], base: Source, given: AnyMapping[str, float], said: list[str]
+) -> list[Source]:
+    """Files on the clock of one of them; those with power last, as the angles help to place them.
+
+    Args, raises: as ``shifted``.
+    """
+    placed = {
+        number: shifted(source, base, given, said)
+        for number, source in enumerate(sources)
+        if "power" not in source.channels or source is base
+    }
+    angles: dict[str, Array] = {
+        name: np.interp(base.time, one.time, one.channels[name])
+        for one in placed.values()
+        for name in ("pitch", "roll")
+        if name in one.channels
+    }
+    leaning = replace(base, channels={**base.channels, **angles})
+    for number, source in enumerate(sources):
+        if number not in placed:
+            placed[number] = shifted(source, leaning, given, said)
+    return [placed[number] for number in range(len(sources))]
+
+
 def shifted(source: Source, base: Source, given: AnyMapping[str, float], said: list[str]) -> Source:
     """The file on the clock of another one.
 
@@ -79,7 +123,10 @@ def shifted(source: Source, base: Source, given: AnyMapping[str, float], said: l
     if source.name in given:
         said.append(f"{source.name} shifted by {given[source.name]:+.4g} s, as given")
         return replace(source, time=source.time + given[source.name])
-    shift, gain, best = _best_shift(source, base)
+    found = _best_shift(source, base)
+    if found is None:
+        return _without_activity(source, base, said)
+    shift, gain, best = _refined(source, base, *found)
     overlap = min(source.time[-1], base.time[-1]) - max(source.time[0], base.time[0])
     same_clock = source.absolute == base.absolute and overlap > 0.0
     believed = best >= CLEAR and gain >= GAIN
@@ -99,6 +146,83 @@ def shifted(source: Source, base: Source, given: AnyMapping[str, float], said: l
     return replace(source, time=source.time + shift)
 
 
+def _without_activity(source: Source, base: Source, said: list[str]) -> Source:
+    """A file with nothing that could be compared, such as accelerations and angles alone."""
+    channels = ", ".join(sorted(source.channels))
+    overlap = min(source.time[-1], base.time[-1]) - max(source.time[0], base.time[0])
+    if source.absolute != base.absolute or overlap <= 0.0:
+        raise LogError(
+            source.name,
+            f"shares no clock with {base.name}, and {channels} cannot tell the shift",
+            accepted=f"wz, speeds or power in this file, or the shift in s, --shift "
+            f"{source.name}=SECONDS",
+        )
+    said.append(f"{source.name} not shifted against {base.name}; {channels} cannot tell a shift")
+    return source
+
+
+def _refined(
+    source: Source, base: Source, shift: float, gain: float, best: float
+) -> tuple[float, float, float]:
+    """The shift of a file with power by regression; of another one as it was."""
+    if "power" not in source.channels or {"vx", "vy", "wz"} - set(base.channels):
+        return shift, gain, best
+    reach = AROUND * max(1.0, source.interval)
+    steps = np.arange(-round(reach / FINE_STEP), round(reach / FINE_STEP) + 1) * FINE_STEP
+    curve = np.array([_explained(source, base, shift + step) for step in steps])
+    top = int(curve.argmax())
+    if not curve[top] > 0.0:
+        return shift, gain, best
+    further = 0.0
+    if 0 < top < len(curve) - 1 and np.isfinite(curve[top - 1 : top + 2]).all():
+        left, middle, right = curve[top - 1 : top + 2]
+        bend = left - 2.0 * middle + right
+        further = 0.5 * (left - right) / bend if bend < 0.0 else 0.0
+    none = _explained(source, base, 0.0)
+    refined = float(shift + steps[top] + further * FINE_STEP)
+    gain = float(curve[top] - none) if math.isfinite(none) else 1.0
+    return refined, gain, float(curve[top])
+
+
+def _explained(source: Source, base: Source, shift: float) -> float:
+    """Multiple correlation of a file's power with the terms of a drive; -inf where too few meet."""
+    time, length = source.time + shift, source.interval
+    power = source.channels["power"]
+    meets = (time - length >= base.time[0]) & (time <= base.time[-1]) & np.isfinite(power)
+    if meets.sum() < LEAST_INTERVALS:
+        return -math.inf
+    ends, power = time[meets][:MOST_REGRESSED], power[meets][:MOST_REGRESSED]
+    columns = [np.ones(len(ends))]
+    dt = np.diff(base.time, prepend=base.time[0] - base.interval)
+
+    middles = base.time - 0.5 * dt
+
+    def change(times: Array, state: Array) -> Array:
+        """Mean rate of change of a state over each interval."""
+        upto = np.interp(ends, times, state)
+        return np.asarray((upto - np.interp(ends - length, times, state)) / length)
+
+    speeds = {name: np.nan_to_num(base.channels[name]) for name in ("vx", "vy", "wz")}
+    for values in speeds.values():
+        for shape in (np.abs(values), values**2):
+            columns.append(change(base.time, np.cumsum(shape * dt)))
+    for angle, along in (("pitch", "vx"), ("roll", "vy")):
+        if angle in base.channels:
+            climbing = np.sin(np.nan_to_num(base.channels[angle])) * speeds[along]
+            columns.append(change(base.time, np.cumsum(climbing * dt)))
+    # A sample is a mean, so it shows the state in the middle of its interval.
+    columns.append(change(middles, speeds["vx"] ** 2 + speeds["vy"] ** 2))
+    columns.append(change(middles, speeds["wz"] ** 2))
+    design = np.column_stack(columns)
+    centred = power - power.mean()
+    total = float(centred @ centred)
+    if not total > 0.0:
+        return -math.inf
+    fitted = design @ np.linalg.lstsq(design, power, rcond=None)[0]
+    left = float(np.sum((power - fitted) ** 2))
+    return math.sqrt(max(0.0, 1.0 - left / total))
+
+
 def _activity(source: Source) -> tuple[str, Array] | None:
     """Name and values of the channel that shows when the robot moves."""
     channels = source.channels
@@ -113,11 +237,14 @@ def _activity(source: Source) -> tuple[str, Array] | None:
     return None
 
 
-def _best_shift(source: Source, base: Source) -> tuple[float, float, float]:
-    """Shift in s, its correlation above that of none, and its correlation."""
+def _best_shift(source: Source, base: Source) -> tuple[float, float, float] | None:
+    """Shift in s, its correlation above that of none, and its correlation.
+
+    None where a file has no channel that shows when the robot moves.
+    """
     own, other = _activity(source), _activity(base)
     if own is None or other is None:
-        return 0.0, 0.0, -1.0
+        return None
     reference = np.abs(base.channels["wz"]) if own[0] == "wz" else other[1]
     values = np.abs(own[1]) if own[0] == "wz" else own[1]
     a, start_a = _resampled(base.time, reference)

@@ -35,7 +35,7 @@ from planner.arrays import Array
 from planner.errors import LogError
 from planner.power.kinematics import RIM
 from planner.power.vehicles import Vehicle
-from planner.telemetry.logs.clocks import Source, clock_of, shifted
+from planner.telemetry.logs.clocks import Source, clock_of, on_one_clock
 from planner.telemetry.logs.columns import TEXT
 from planner.telemetry.logs.formats import open_log
 from planner.telemetry.logs.mapping import Mapping, read_mapping
@@ -111,7 +111,7 @@ def join_logs(
     sources = [_without_repeats(source, findings) for source in sources]
     taken = _owners(sources, used, said)
     base = sources[taken["vx"]]
-    sources = [shifted(source, base, shifts or {}, said) for source in sources]
+    sources = on_one_clock(sources, base, shifts or {}, said)
     ends, starts, step = _intervals(sources, taken, interval, findings, said)
     columns = _columns(sources, taken, (starts, ends), step, said, findings)
     constants = {k: v for k, v in used.constants.items() if isinstance(v, float)}

@@ -13,6 +13,7 @@ from planner.power.kinematics import RIM
 from planner.power.vehicles import load_vehicle
 from planner.telemetry.logs.join import JoinedLog, join_logs
 from planner.telemetry.logs.log import Telemetry
+from planner.telemetry.virtual import Noise, VirtualRobot
 
 SECONDS = 120
 EPOCH = 1.76e9
@@ -101,6 +102,52 @@ def test_a_clock_of_its_own_is_found(tmp_path: Path, shift: float) -> None:
     (sentence,) = [one for one in joined.said if "shifted" in one]
     assert float(sentence.split("by ")[1].split(" s")[0]) == pytest.approx(-shift, abs=0.06)
     right(joined, 0.5, of=0.15)
+
+
+@pytest.mark.parametrize("seed", [3, 5])
+def test_power_that_leads_the_speed_does_not_mislead(tmp_path: Path, seed: int) -> None:
+    """A robot draws most while it speeds up: by the speed alone its meter seems 0.5 s early."""
+    robot = VirtualRobot("minibalance", seed=seed)
+    profile = robot.profile("rich", runs=3, rows=1500, row=0.1)
+    columns = robot.drive(profile, noise=Noise(level=0.02)).columns
+    first = columns["run"] == columns["run"][0]
+    time = EPOCH + np.asarray(columns["time"], float)[first]
+
+    def keep(name: str, stamps: Array, **values: Array) -> Path:
+        table = np.column_stack([stamps, *values.values()])
+        heading = ",".join(["time", *values])
+        np.savetxt(tmp_path / name, table, delimiter=",", header=heading, comments="", fmt="%.15g")
+        return tmp_path / name
+
+    speeds = {name: np.asarray(columns[name], float)[first] for name in ("vx", "vy", "wz")}
+    angles = {name: np.asarray(columns[name], float)[first] for name in ("pitch", "roll")}
+    power = np.asarray(columns["power"], float)[first].reshape(-1, 5).mean(axis=1)
+    files = [
+        keep("odom.csv", time, **speeds),
+        keep("power.csv", time[4::5] + 3.37, power=power),
+        keep("imu.csv", time, **angles),
+    ]
+    (sentence,) = [one for one in join_logs(files).said if "power.csv shifted" in one]
+    assert float(sentence.split("by ")[1].split(" s")[0]) == pytest.approx(-3.37, abs=0.25)
+    with_own_clock = [files[0], keep("power.csv", time[4::5], power=power), files[2]]
+    assert "power.csv not shifted against odom.csv" in join_logs(with_own_clock).said
+
+
+def test_angles_alone_tell_no_shift(tmp_path: Path) -> None:
+    odometry = write(tmp_path / "odom.csv", every(0.02), 0.02, "vx vy wz", EPOCH)
+    power = write(tmp_path / "power.csv", every(0.5), 0.5, "power", EPOCH)
+    angles = write(tmp_path / "imu.csv", every(0.01), 0.01, "pitch", EPOCH + 2.0)
+    said = join_logs([odometry, power, angles]).said
+    assert "imu.csv not shifted against odom.csv; pitch cannot tell a shift" in said
+    foreign = write(tmp_path / "imu.csv", every(0.01), 0.01, "pitch")
+    with pytest.raises(LogError) as caught:
+        join_logs([odometry, power, foreign])
+    assert str(caught.value) == (
+        "imu.csv: shares no clock with odom.csv, and pitch cannot tell the shift; accepted: wz, "
+        "speeds or power in this file, or the shift in s, --shift imu.csv=SECONDS"
+    )
+    shifts = {"imu.csv": EPOCH}
+    right(join_logs([odometry, power, foreign], shifts=shifts), 0.5)
 
 
 def test_a_file_that_counts_from_its_own_start(tmp_path: Path) -> None:
