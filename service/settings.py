@@ -42,6 +42,8 @@ class Settings(BaseSettings):
     """largest time_budget_s, and certify_s, that a request may ask for"""
     max_body_bytes: int = Field(65_536, ge=1024)
     """largest request body in bytes; a larger one gets 413"""
+    max_graph_bytes: int = Field(4 * 2**20, ge=1024)
+    """largest body of a graph in bytes; a larger one gets 413"""
     memory_limit_mb: int = Field(8192, ge=512)
     """address space that a worker may use, in MiB"""
     worker_memory_mb: int = Field(default_factory=_share_of_memory_mb, ge=256)

@@ -35,8 +35,14 @@ _ACCEPTED = "the log as the body, or a form with the file 'log' and optionally '
 T = TypeVar("T", bound=BaseModel)
 
 
-async def json_body(request: Request, most: int) -> bytes:
-    """The body of a request, refused as soon as it is too large or not JSON."""
+async def json_body(request: Request, most: int, setting: str = "") -> bytes:
+    """The body of a request, refused as soon as it is too large or not JSON.
+
+    Args:
+        request: whose body it is.
+        most: bytes that it may have.
+        setting: that says so.
+    """
     media_type = request.headers.get("content-type", "").split(";")[0].strip().lower()
     if media_type != "application/json":
         raise HTTPException(415, "the body must be JSON, sent with Content-Type: application/json")
@@ -44,7 +50,8 @@ async def json_body(request: Request, most: int) -> bytes:
     async for chunk in request.stream():
         body += chunk
         if len(body) > most:
-            raise TooLarge(f"the body is larger than {most} bytes")
+            by = f", the service's JOULEPATH_{setting.upper()}" if setting else ""
+            raise TooLarge(f"the body is larger than {most} bytes{by}")
     return bytes(body)
 
 

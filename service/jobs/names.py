@@ -12,10 +12,11 @@ from pathlib import Path
 from typing import TypeVar
 
 from planner.errors import RequestError
+from planner.reading import parse_toml
 from planner.search.requests import SituationRequest
 
 SUFFIXES = {
-    "map": (".tif", ".tiff", ".asc", ".npy", ".npz", ".yaml", ".yml"),
+    "map": (".tif", ".tiff", ".asc", ".npy", ".npz", ".yaml", ".yml", ".toml"),
     "vehicle": (".toml",),
     "model": (".json",),
 }
@@ -23,6 +24,10 @@ SUFFIXES = {
 
 MAP_FILE = "map.toml"
 """Makes a folder a map of several files, see planner.terrain.formats."""
+MAP_KEYS = {"plan", "heights"}
+"""One of these a map's TOML has, and no vehicle's."""
+LONGEST_TOML = 1 << 20
+"""Bytes of a TOML file that are looked at."""
 
 Asked = TypeVar("Asked", bound=SituationRequest)
 
@@ -86,9 +91,21 @@ class Names:
 
 
 def _fits(field: str, path: Path) -> bool:
-    """Whether a path may be meant by a field; a map of several files is its folder."""
+    """Whether a path may be meant by a field; a map of several files is its folder or its TOML."""
     if path.is_dir():
         return field == "map" and (path / MAP_FILE).is_file()
-    if path.name == MAP_FILE:
+    if path.name == MAP_FILE or not path.is_file():
         return False
-    return path.suffix.lower() in SUFFIXES[field] and path.is_file()
+    if path.suffix.lower() == ".toml":
+        return field == ("map" if _puts_a_map_together(path) else "vehicle")
+    return path.suffix.lower() in SUFFIXES[field]
+
+
+def _puts_a_map_together(path: Path) -> bool:
+    """Whether a TOML file is a map's and not a vehicle's; its parts stand in its folder."""
+    try:
+        with path.open("rb") as file:
+            content = parse_toml(file.read(LONGEST_TOML))
+    except (OSError, ValueError):
+        return False
+    return not MAP_KEYS.isdisjoint(content)

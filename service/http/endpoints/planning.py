@@ -110,7 +110,7 @@ async def energy_matrix(request: Request, service: Running) -> Response:
 @router.post("/graphs", **_described(GraphRequest, GraphAnswer, GRAPH_EXAMPLE))
 async def energy_graph(request: Request, service: Running) -> Response:
     """A graph of places and edges with the energy of every edge, for Nav2's route server."""
-    return await _answered(request, service, "energy_graph", GraphRequest)
+    return await _answered(request, service, "energy_graph", GraphRequest, "max_graph_bytes")
 
 
 @router.post("/reachable-areas", **_described(ReachRequest, ReachAnswer, REACH_EXAMPLE))
@@ -126,17 +126,23 @@ async def energy_time_front(request: Request, service: Running) -> Response:
 
 
 async def _answered(
-    request: Request, service: Service, job: str, kind: type[SituationRequest]
+    request: Request,
+    service: Service,
+    job: str,
+    kind: type[SituationRequest],
+    limit: str = "max_body_bytes",
 ) -> Response:
     """JSON text from a worker; a client that disconnects ends its own job."""
-    asked = await _asked(request, service, kind)
+    asked = await _asked(request, service, kind, limit)
     text = await while_listening(request, service.workers.run(job, asked))
     return Response(text, media_type="application/json")
 
 
-async def _asked(request: Request, service: Service, kind: type[Asked]) -> Asked:
+async def _asked(
+    request: Request, service: Service, kind: type[Asked], limit: str = "max_body_bytes"
+) -> Asked:
     """The request in the body, within the service's limits, with names as paths."""
-    asked = kind.from_text(await json_body(request, service.settings.max_body_bytes))
+    asked = kind.from_text(await json_body(request, getattr(service.settings, limit), limit))
     most = service.settings.max_time_budget_s
     for name in ("time_budget_s", "certify_s"):
         if (seconds := getattr(asked, name, None) or 0.0) > most:

@@ -65,7 +65,7 @@ async def _as_job(
     wait: float,
     report: bool,
 ) -> Response:
-    body = await json_body(request, service.settings.max_body_bytes)
+    body = await json_body(request, service.settings.max_body_bytes, "max_body_bytes")
     wanted = read_json(asked, body).model_dump(mode="json", exclude_none=True)
     job = await service.jobs.submit(kind, {**wanted, "report": True} if report else wanted)
     return job_response(await service.jobs.wait(job["id"], wait) if wait else job)

@@ -58,6 +58,15 @@ def test_a_folder_with_a_map_in_it_is_a_map(names: Names, tmp_path: Path) -> Non
             names.find("map", other)
 
 
+def test_a_toml_that_puts_a_map_together_is_a_map(names: Names, tmp_path: Path) -> None:
+    folder = (tmp_path / "data").resolve()
+    (folder / "floor.toml").write_text('plan = "floor.yaml"\n')
+    (folder / "broken.toml").write_text("plan = ")
+    assert names.find("map", "floor.toml") == str(folder / "floor.toml")
+    assert names.files("map") == ["floor.toml", "hill.TIF"]
+    assert names.files("vehicle") == ["broken.toml", "deep/cart.toml"]
+
+
 @pytest.mark.parametrize(
     "name",
     [

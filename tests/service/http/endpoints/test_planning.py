@@ -66,7 +66,18 @@ def test_a_hostile_body_is_one_problem_and_reaches_no_worker(
 
 def test_a_body_that_is_too_large_is_refused(http: Http) -> None:
     padded = TEXT + " " * 3000
-    expect_problem(http.post("/v1/routes", content=padded, headers=JSON), 413)
+    said = expect_problem(http.post("/v1/routes", content=padded, headers=JSON), 413)["detail"]
+    assert said == "the body is larger than 2048 bytes, the service's JOULEPATH_MAX_BODY_BYTES"
+
+
+def test_graphs_have_a_limit_of_their_own(http: Http, workers: ScriptedWorkers) -> None:
+    asked = {"map": "warehouse", "graph": {"type": "FeatureCollection", "features": []}}
+    padded = json.dumps(asked) + " " * 100_000
+    assert http.post("/v1/graphs", content=padded, headers=JSON).status_code == 200
+    assert len(workers.asked) == 1
+    huge = padded + " " * 5_000_000
+    said = expect_problem(http.post("/v1/graphs", content=huge, headers=JSON), 413)["detail"]
+    assert "4194304 bytes, the service's JOULEPATH_MAX_GRAPH_BYTES" in said
 
 
 def test_a_body_that_is_not_said_to_be_json_is_refused(http: Http) -> None:
