@@ -70,6 +70,7 @@ lock: $(READY) ## Resolve the newest versions again and lock them with hashes
 	$(COMPILE) pyproject.toml --extra dev -c requirements/lock.txt -o requirements/dev.txt
 	$(COMPILE) pyproject.toml --extra bench -c requirements/dev.txt -o requirements/bench.txt
 	$(COMPILE) pyproject.toml --extra docs -c requirements/dev.txt -o requirements/docs.txt
+	$(COMPILE) pyproject.toml --extra notebooks -c requirements/dev.txt -o requirements/notebooks.txt
 	echo "hatchling>=1.27" | $(COMPILE) - -c requirements/dev.txt -o requirements/build.txt
 
 clean: ## Remove what the targets make, the virtual environment included

@@ -7,6 +7,7 @@
     │   ├── VehicleError    a vehicle's TOML file
     │   ├── ModelError      a saved power model
     │   └── LogError        a telemetry log
+    ├── MissingPackage      an optional package is not installed
     └── Cancelled           the caller asked to stop
 
 Every InputError is one sentence that names the field, the value and what would be accepted. The
@@ -58,6 +59,7 @@ def short(value: Any) -> str:
     except ValueError:
         # The interpreter prints no whole number of more than some thousand digits.
         return "a number with too many digits"
+    text = " ".join(text.split()) if "\n" in text else text
     return text if len(text) <= 80 else text[:77] + "..."
 
 
@@ -79,6 +81,22 @@ class ModelError(InputError):
 
 class LogError(InputError):
     """A telemetry log."""
+
+
+class MissingPackage(JoulepathError):
+    """An optional package is not installed.
+
+    Args:
+        package: that is needed.
+        extra: of joulepath that installs it.
+    """
+
+    def __init__(self, package: str, extra: str) -> None:
+        self.package, self.extra = package, extra
+        super().__init__(f'{package} is not installed; pip install "joulepath[{extra}]"')
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.package, self.extra)
 
 
 class Cancelled(JoulepathError):

@@ -5,6 +5,7 @@
     comparison                                  # in a notebook
     comparison.figure("speed").save("speed.svg")
     comparison.write_report("comparison.html")
+    comparison.to_frame()                       # a DataFrame of pandas
 
 A result knows no renderer. The public face ``planner`` registers one, and any import of a
 submodule passes through that face.
@@ -12,9 +13,14 @@ submodule passes through that face.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
+
+from planner.errors import MissingPackage
+
+if TYPE_CHECKING:
+    import pandas
 
 
 class Picture(Protocol):
@@ -65,6 +71,23 @@ def _renderer() -> Renderer:
     if _open is None:
         raise RuntimeError("no renderer is registered; import planner registers one")
     return _open()
+
+
+def frame(rows: Mapping[Any, Any] | Iterable[Mapping[str, Any]]) -> pandas.DataFrame:
+    """A DataFrame of pandas, which is loaded here and nowhere else.
+
+    Args:
+        rows: columns by name, or one mapping for each row.
+
+    Raises:
+        MissingPackage: pandas is not installed.
+    """
+    try:
+        import pandas
+    except ImportError:
+        raise MissingPackage("pandas", "pandas") from None
+    table = rows if isinstance(rows, Mapping) else list(rows)
+    return pandas.DataFrame(table)
 
 
 class Shown:

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
-LOCKS = ("lock.txt", "dev.txt", "bench.txt", "build.txt", "docs.txt")
+LOCKS = ("lock.txt", "dev.txt", "bench.txt", "build.txt", "docs.txt", "notebooks.txt")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 
 
@@ -54,7 +54,7 @@ def test_every_declared_dependency_is_locked() -> None:
 
     runtime = names(PROJECT["dependencies"])
     assert runtime <= set(locked("lock.txt"))
-    for extra in ("bench", "dev", "docs"):
+    for extra in ("bench", "dev", "docs", "notebooks"):
         declared = names(PROJECT["optional-dependencies"][extra])
         assert runtime | declared <= set(locked(f"{extra}.txt"))
 

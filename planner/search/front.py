@@ -22,7 +22,8 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
+from os import PathLike
+from typing import TYPE_CHECKING, Any
 
 from planner.cancellation import CancellationToken
 from planner.power.model import PowerModel
@@ -32,10 +33,13 @@ from planner.search.requests import FrontRequest, PlanRequest, RequestLike
 from planner.search.resolution import MARGIN
 from planner.search.results import Route
 from planner.search.run import Run
-from planner.search.situation import situation_of
+from planner.search.situation import Situation
 from planner.search.tradeoff import DrivenRoute, PricedSearch, chord_price, ends_of, filled_in
-from planner.shown import Shown
+from planner.shown import Shown, frame
 from planner.terrain.heightmap import Terrain
+
+if TYPE_CHECKING:
+    import pandas
 
 
 @dataclass(frozen=True)
@@ -99,6 +103,20 @@ class Front(Shown):
         document["model"] = dict(self.model)
         return document
 
+    def to_frame(self) -> pandas.DataFrame:
+        """The routes as a DataFrame, fastest first.
+
+        Columns are ``duration_s``, ``energy_j``, ``length_m``, ``low_w`` and ``high_w``, the time
+        weights between which a route is optimal.
+        """
+        return frame(
+            {
+                **{name: getattr(p.route, name) for name in ("duration_s", "energy_j", "length_m")},
+                **dict(zip(("low_w", "high_w"), p.price_w, strict=True)),
+            }
+            for p in self.points
+        )
+
     def svg(self) -> str:
         """The curve of energy over duration, and the map with all routes, as SVG."""
         return self.figure("front").svg
@@ -108,7 +126,7 @@ def energy_time_front(
     request: FrontRequest | RequestLike = None,
     *,
     terrain: Terrain | None = None,
-    model: PowerModel | None = None,
+    model: PowerModel | str | PathLike[str] | None = None,
     progress: Progress | None = None,
     cancelled: Callable[[], bool] | None = None,
     **fields: Any,
@@ -118,10 +136,12 @@ def energy_time_front(
     Args:
         request: a FrontRequest, a mapping with its fields or the path of a JSON file; or give
             the fields as keywords.
-        terrain, model: already there, instead of those that the request names.
+        terrain, model: already there, instead of those that the request names; a text or a path
+            as model is the request's field ``model``.
         progress: called with the share done, 0 to 1, and what is being done.
         cancelled: asked often; True raises Cancelled.
-        fields: fields of the request, over those of ``request``.
+        fields: fields of the request, over those of ``request``; ``map`` may be a Terrain,
+            ``vehicle`` a Vehicle and ``model`` a PowerModel.
 
     Returns:
         A Front of status "ok", or "no_route" with the reason.
@@ -130,10 +150,7 @@ def energy_time_front(
         RequestError, MapError, VehicleError, ModelError: something given cannot be used.
         Cancelled: ``cancelled`` returned True.
     """
-    if terrain is not None:
-        fields = {"map": terrain.name, **fields}
-    request = FrontRequest.from_call(request, fields)
-    situation = situation_of(request, terrain=terrain, model=model)
+    request, situation = Situation.asked(FrontRequest, request, fields, terrain, model)
     question = request.model_dump(exclude_unset=True, exclude={"points"})
     with CancellationToken(cancelled) as token:
         asked = PlanRequest.from_json(question)

@@ -15,10 +15,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from os import PathLike
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -34,9 +34,13 @@ from planner.search.resolution import MARGIN
 from planner.search.results import Route
 from planner.search.route_graph import Edge, GraphRequest, RouteGraph, read_graph
 from planner.search.run import COINCIDENT, Run
-from planner.search.situation import Situation, check_hold, check_place, situation_of
+from planner.search.situation import Situation, check_hold, check_place
 from planner.search.solve import on_grid
+from planner.shown import frame
 from planner.terrain.heightmap import Terrain
+
+if TYPE_CHECKING:
+    import pandas
 
 LEAST_COST = 1e-3
 """J, s or m that an edge costs at least: the route server refuses a graph with a cost of 0."""
@@ -106,6 +110,19 @@ class EnergyGraph:
             "joulepath": self._summary(len(added)),
         }
 
+    def to_frame(self) -> pandas.DataFrame:
+        """All directions as a DataFrame, one row each.
+
+        Columns are ``start`` and ``end`` (ids of places), ``cost``, ``energy_j``, ``duration_s``,
+        ``length_m``; and ``closed``, why a direction cannot be driven.
+        """
+        rows = [
+            {"start": ends[0], "end": ends[1], **asdict(drive), "closed": None}
+            for ends, drive in self.drives.items()
+        ]
+        rows += [{"start": a, "end": b, "closed": why} for (a, b), why in self.closed.items()]
+        return frame(rows)
+
     def _opposites(self) -> list[Edge]:
         """Edges to add: the opposite of those that have none and can be driven back."""
         if not self.asked.add_opposite:
@@ -160,7 +177,7 @@ def energy_graph(
     request: GraphRequest | RequestLike = None,
     *,
     terrain: Terrain | None = None,
-    model: PowerModel | None = None,
+    model: PowerModel | str | PathLike[str] | None = None,
     progress: Progress | None = None,
     cancelled: Callable[[], bool] | None = None,
     **fields: Any,
@@ -170,22 +187,22 @@ def energy_graph(
     Args:
         request: a GraphRequest, a mapping with its fields or the path of a JSON file; or give
             the fields as keywords. ``graph`` may be the path of a GeoJSON file.
-        terrain, model: already there, instead of those that the request names.
+        terrain, model: already there, instead of those that the request names; a text or a path
+            as model is the request's field ``model``.
         progress: called with the share done, 0 to 1, and what is being done.
         cancelled: asked often; True raises Cancelled.
-        fields: fields of the request, over those of ``request``.
+        fields: fields of the request, over those of ``request``; ``map`` may be a Terrain,
+            ``vehicle`` a Vehicle and ``model`` a PowerModel.
 
     Raises:
         RequestError, MapError, VehicleError, ModelError: something given cannot be used.
         Cancelled: ``cancelled`` returned True.
     """
-    if terrain is not None:
-        fields = {"map": terrain.name, **fields}
-    if isinstance(fields.get("graph"), str | PathLike):
-        fields["graph"] = read_graph(fields["graph"])
-    asked = GraphRequest.from_call(request, fields)
+    given = fields.get("graph") or (request.get("graph") if isinstance(request, Mapping) else None)
+    if isinstance(given, str | PathLike):
+        fields["graph"] = read_graph(given)
+    asked, situation = Situation.asked(GraphRequest, request, fields, terrain, model)
     graph = RouteGraph.parse(asked.graph)
-    situation = situation_of(asked, terrain=terrain, model=model)
     drives: dict[Ends, Drive] = {}
     closed: dict[Ends, str] = {}
     with CancellationToken(cancelled) as token:
@@ -303,10 +320,10 @@ def _turned(feature: Mapping[str, Any], edge: Edge) -> dict[str, Any]:
     properties = {key: value for key, value in feature["properties"].items() if key != "operations"}
     geometry = dict(feature["geometry"])
     line = geometry.get("coordinates")
-    if isinstance(line, list):
+    if isinstance(line, list | tuple):
         turned = line[::-1]
         if geometry["type"] == "MultiLineString":
-            turned = [part[::-1] if isinstance(part, list) else part for part in turned]
+            turned = [part[::-1] if isinstance(part, list | tuple) else part for part in turned]
         geometry["coordinates"] = turned
     ends = {"id": edge.id, "startid": edge.start, "endid": edge.end}
     return {**feature, "geometry": geometry, "properties": {**properties, **ends}}

@@ -14,7 +14,8 @@ import math
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
+from os import PathLike
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,9 +29,12 @@ from planner.search.field import CostField, sample_surface
 from planner.search.grid import cost_from
 from planner.search.legs import LegPlanner
 from planner.search.requests import MatrixRequest, PoseRequest, RequestLike
-from planner.search.situation import Situation, check_hold, check_place, situation_of
-from planner.shown import Shown
+from planner.search.situation import Situation, check_hold, check_place
+from planner.shown import Shown, frame
 from planner.terrain.heightmap import Terrain
+
+if TYPE_CHECKING:
+    import pandas
 
 DRIVEN_PAIRS = 32
 """Pairs that are driven in full; enough to fit two coefficients well within a second or two."""
@@ -67,12 +71,20 @@ class Matrix(Shown):
             "error_share": None if math.isnan(self.error_share) else self.error_share,
         }
 
+    def to_frame(self) -> pandas.DataFrame:
+        """The energies as a DataFrame, J; a row for each start, a column for each goal.
+
+        Both are labelled by number; infinite where there is no path.
+        """
+        table = frame({k: self.energy_j[:, k].copy() for k in range(len(self.goals))})
+        return table.rename_axis(index="start", columns="goal")
+
 
 def energy_matrix(
     request: MatrixRequest | RequestLike = None,
     *,
     terrain: Terrain | None = None,
-    model: PowerModel | None = None,
+    model: PowerModel | str | PathLike[str] | None = None,
     progress: Progress | None = None,
     cancelled: Callable[[], bool] | None = None,
     **fields: Any,
@@ -82,19 +94,18 @@ def energy_matrix(
     Args:
         request: a MatrixRequest, a mapping with its fields or the path of a JSON file; or give
             the fields as keywords.
-        terrain, model: already there, instead of those that the request names.
+        terrain, model: already there, instead of those that the request names; a text or a path
+            as model is the request's field ``model``.
         progress: called with the share done, 0 to 1, and what is being done.
         cancelled: asked often; True raises Cancelled.
-        fields: fields of the request, over those of ``request``.
+        fields: fields of the request, over those of ``request``; ``map`` may be a Terrain,
+            ``vehicle`` a Vehicle and ``model`` a PowerModel.
 
     Raises:
         RequestError, MapError, VehicleError, ModelError: something given cannot be used.
         Cancelled: ``cancelled`` returned True.
     """
-    if terrain is not None:
-        fields = {"map": terrain.name, **fields}
-    request = MatrixRequest.from_call(request, fields)
-    situation = situation_of(request, terrain=terrain, model=model)
+    request, situation = Situation.asked(MatrixRequest, request, fields, terrain, model)
     field = situation.field("energy")
     starts, goals = request.starts, request.goals or request.starts
     for name, places in (("starts", starts), ("goals", goals)):

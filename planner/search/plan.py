@@ -15,6 +15,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import lru_cache
+from os import PathLike
 from typing import Any
 
 from planner.arrays import Array
@@ -34,7 +35,7 @@ from planner.search.requests import (
 from planner.search.resolution import MARGIN
 from planner.search.results import Answer, Baseline, Route
 from planner.search.run import Run
-from planner.search.situation import situation_of
+from planner.search.situation import Situation
 from planner.search.solve import find_alternatives, on_grid, summary_of, with_bounds
 from planner.search.tradeoff import in_time
 from planner.terrain.heightmap import Terrain
@@ -44,7 +45,7 @@ def plan_route(
     request: PlanRequest | RequestLike = None,
     *,
     terrain: Terrain | None = None,
-    model: PowerModel | str | None = None,
+    model: PowerModel | str | PathLike[str] | None = None,
     progress: Progress | None = None,
     cancelled: Callable[[], bool] | None = None,
     **fields: Any,
@@ -56,10 +57,11 @@ def plan_route(
             the fields as keyword arguments.
         terrain: a terrain that is already there, instead of the request's ``map``.
         model: a power model that is already there, instead of the request's vehicle or model;
-            a text is the request's field ``model``.
+            a text or a path is the request's field ``model``.
         progress: called with the share done, 0 to 1, and what is being done.
         cancelled: asked often; True raises Cancelled.
-        fields: fields of the request, over those of ``request``.
+        fields: fields of the request, over those of ``request``; ``map`` may be a Terrain,
+            ``vehicle`` a Vehicle and ``model`` a PowerModel.
 
     Returns:
         An Answer of status "ok", or "no_route" with the reason.
@@ -69,14 +71,9 @@ def plan_route(
         Cancelled: ``cancelled`` returned True.
     """
     begun = time.perf_counter()
-    if isinstance(model, str):
-        fields, model = {"model": model, **fields}, None
-    if terrain is not None:
-        fields = {"map": terrain.name, **fields}
-    request = PlanRequest.from_call(request, fields)
     say = progress or silent
     say(0.0, "reading map and model")
-    situation = situation_of(request, terrain=terrain, model=model)
+    request, situation = Situation.asked(PlanRequest, request, fields, terrain, model)
     with CancellationToken(cancelled) as token:
         return _plan(Run(request, situation, say, token, begun=begun))
 

@@ -15,7 +15,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from os import PathLike
+from typing import TYPE_CHECKING, Any
 
 import contourpy
 import numpy as np
@@ -30,9 +31,12 @@ from planner.search.field import CostField, sample_surface
 from planner.search.grid import CostToGo
 from planner.search.legs import EdgeRoutes
 from planner.search.requests import ReachRequest, RequestLike
-from planner.search.situation import Situation, check_hold, check_place, situation_of
-from planner.shown import Shown
+from planner.search.situation import Situation, check_hold, check_place
+from planner.shown import Shown, frame
 from planner.terrain.heightmap import Terrain
+
+if TYPE_CHECKING:
+    import pandas
 
 Point = tuple[float, float]
 EDGE_POINTS = 30
@@ -85,12 +89,18 @@ class Reach(Shown):
             "checked": self.checked,
         }
 
+    def to_frame(self) -> pandas.DataFrame:
+        """The outlines as a DataFrame: ``outline`` counts them, ``x`` and ``y`` are corners, m."""
+        corners = np.vstack([np.empty((0, 2)), *self.outlines])
+        numbers = np.repeat(np.arange(len(self.outlines)), [len(line) for line in self.outlines])
+        return frame({"outline": numbers, "x": corners[:, 0], "y": corners[:, 1]})
+
 
 def reachable_area(
     request: ReachRequest | RequestLike = None,
     *,
     terrain: Terrain | None = None,
-    model: PowerModel | None = None,
+    model: PowerModel | str | PathLike[str] | None = None,
     progress: Progress | None = None,
     cancelled: Callable[[], bool] | None = None,
     **fields: Any,
@@ -100,20 +110,19 @@ def reachable_area(
     Args:
         request: a ReachRequest, a mapping with its fields or the path of a JSON file; or give
             the fields as keywords.
-        terrain, model: already there, instead of those that the request names.
+        terrain, model: already there, instead of those that the request names; a text or a path
+            as model is the request's field ``model``.
         progress: called with the share done, 0 to 1, and what is being done.
         cancelled: asked often; True raises Cancelled.
-        fields: fields of the request, over those of ``request``.
+        fields: fields of the request, over those of ``request``; ``map`` may be a Terrain,
+            ``vehicle`` a Vehicle and ``model`` a PowerModel.
 
     Raises:
         RequestError, MapError, VehicleError, ModelError: something given cannot be used.
         Cancelled: ``cancelled`` returned True.
     """
-    if terrain is not None:
-        fields = {"map": terrain.name, **fields}
-    request = ReachRequest.from_call(request, fields)
+    request, situation = Situation.asked(ReachRequest, request, fields, terrain, model)
     say = progress or silent
-    situation = situation_of(request, terrain=terrain, model=model)
     budget = _budget(request, situation)
     field = situation.field("energy")
     ground, conditions = situation.ground, situation.conditions

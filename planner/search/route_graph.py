@@ -115,7 +115,7 @@ class RouteGraph:
             RequestError: the first feature that cannot be used.
         """
         features = document.get("features") if isinstance(document, Mapping) else None
-        if not isinstance(features, list):
+        if not isinstance(features, list | tuple):
             raise RequestError("graph", "is no collection of features", accepted=COLLECTION)
         places: dict[int, tuple[float, float]] = {}
         frames: dict[str, int] = {}
@@ -202,7 +202,7 @@ def _id(number: int, properties: Mapping[str, Any], key: str) -> int:
 def _place(number: int, geometry: Mapping[str, Any]) -> tuple[float, float]:
     """Coordinates of a place, m."""
     given = geometry.get("coordinates")
-    pair = given[:2] if isinstance(given, list) else []
+    pair = given[:2] if isinstance(given, list | tuple) else []
     x, y = (finite_number(value) for value in (*pair, None, None)[:2])
     if x is None or y is None:
         where = f"graph.features[{number}].geometry.coordinates"

@@ -10,8 +10,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from os import PathLike
 from statistics import median
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ompl import tools
 from ompl import util as ou
@@ -27,9 +28,13 @@ from planner.search.ompl.sampling import SAMPLERS, Sampling, in_fresh_process
 from planner.search.requests import PlanRequest, RequestLike
 from planner.search.results import Route
 from planner.search.run import Run
+from planner.search.situation import Situation
 from planner.search.solve import Found, best_along, best_route, summary_of
-from planner.shown import Shown
+from planner.shown import Shown, frame
 from planner.terrain.heightmap import Terrain
+
+if TYPE_CHECKING:
+    import pandas
 
 MEMORY_MB = 1e6
 """MB that a planner may use: no limit that matters."""
@@ -123,6 +128,10 @@ class PlannerComparison(Shown):
             "model": dict(self.model),
         }
 
+    def to_frame(self) -> pandas.DataFrame:
+        """``rows`` as a DataFrame, one row for each planner."""
+        return frame(self.rows)
+
 
 def compare_planners(
     request: PlanRequest | RequestLike = None,
@@ -130,7 +139,7 @@ def compare_planners(
     seconds: float = 2.0,
     runs: int = 3,
     terrain: Terrain | None = None,
-    model: PowerModel | None = None,
+    model: PowerModel | str | PathLike[str] | None = None,
     progress: Progress | None = None,
     cancelled: Callable[[], bool] | None = None,
     **fields: Any,
@@ -150,16 +159,16 @@ def compare_planners(
         RequestError, MapError, VehicleError, ModelError: something given cannot be used.
         Cancelled: ``cancelled`` returned True.
     """
-    if terrain is not None:
-        fields = {"map": terrain.name, **fields}
-    asked = PlanRequest.from_call(request, fields).model_dump(exclude_unset=True)
+    checked, situation = Situation.asked(PlanRequest, request, fields, terrain, model)
+    asked = checked.model_dump(exclude_unset=True)
     if asked.get("via"):
         raise RequestError("via", "is not for samplers", accepted="a request without via places")
     ou.setLogLevel(ou.LOG_NONE)
     token = CancellationToken(cancelled)
     watched = token.watched(progress or silent)
     watched(0.0, "least-energy")
-    problem = EnergyProblem(terrain=terrain, model=model, **asked)
+    given = {"terrain": situation.ground.terrain, "model": situation.conditions.model}
+    problem = EnergyProblem(**{**asked, **given})
     problem.run = replace(problem.run, token=token)
     own = _of_least_energy(problem)
     for k, name in enumerate(SAMPLERS):

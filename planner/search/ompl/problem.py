@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -28,7 +29,7 @@ from planner.search.requests import PlanRequest, PoseRequest
 from planner.search.resolution import OBJECTIVES, YAW_BINS
 from planner.search.results import Route, drive
 from planner.search.run import Run
-from planner.search.situation import situation_of
+from planner.search.situation import Situation
 from planner.terrain.heightmap import Terrain
 
 AT_GOAL = 1e-6
@@ -125,14 +126,11 @@ class EnergyProblem(Frame):
         objective: str = "energy",
         *,
         terrain: Terrain | None = None,
-        model: PowerModel | None = None,
+        model: PowerModel | str | PathLike[str] | None = None,
         **request: Any,
     ) -> None:
         fields = {"space": space, "objective": objective, **request}
-        if terrain is not None:
-            fields = {"map": terrain.name, **fields}
-        asked = PlanRequest.from_call(None, fields)
-        situation = situation_of(asked, terrain=terrain, model=model)
+        asked, situation = Situation.asked(PlanRequest, None, fields, terrain, model)
         run = Run(asked, situation, silent, CancellationToken())
         refused = check_places(run, run.field(asked.objective))
         if refused is not None:

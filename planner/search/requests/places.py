@@ -2,6 +2,7 @@
 
     goal: Goal = Field(...)          # a PoseRequest or a RegionRequest, told apart by its keys
 
+A pose is {"x", "y", "yaw"}, or in short [x, y] or [x, y, yaw]; Python takes tuples and arrays, too.
 Metres in the map's frame; yaw in rad, counter-clockwise from the map's x axis, omitted = free.
 """
 
@@ -18,10 +19,11 @@ from pydantic import (
     ConfigDict,
     Discriminator,
     Field,
+    GetJsonSchemaHandler,
     Tag,
     model_validator,
 )
-from pydantic_core import PydanticCustomError
+from pydantic_core import CoreSchema, PydanticCustomError
 
 from planner.reading import finite_number
 from planner.validation import (
@@ -58,6 +60,11 @@ class Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
 
 
+def _listed(value: Any) -> Any:
+    """Arrays as lists."""
+    return value.tolist() if hasattr(value, "tolist") else value
+
+
 class PoseRequest(Part):
     """A place, and the direction to stand in there."""
 
@@ -67,6 +74,33 @@ class PoseRequest(Part):
     """metres in the map's frame, -1e9 to 1e9"""
     yaw: Number | None = None
     """rad counter-clockwise from the map's x axis; left out, the planner chooses"""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_coordinates(cls, value: Any) -> Any:
+        value = _listed(value)
+        if isinstance(value, list | tuple) and len(value) in (2, 3):
+            return dict(zip(("x", "y", "yaw"), value, strict=False))
+        if not isinstance(value, Mapping):
+            raise PydanticCustomError("no_place", "is not a place")
+        return value
+
+    @classmethod
+    def __get_pydantic_json_schema__(
+        cls, core_schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        schema = handler(core_schema)
+        fields = handler.resolve_ref_schema(schema)
+        written = dict(fields)
+        fields.clear()
+        numbers_ = {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 3}
+        short = {**numbers_, "title": "Coordinates", "description": "[x, y] or [x, y, yaw]"}
+        fields.update(title=written.pop("title"), anyOf=[written, short])
+        return schema
+
+
+Places = Annotated[tuple[PoseRequest, ...], BeforeValidator(_listed)]
+"""Poses; an array (n, 2) of x and y, or (n, 3) with the yaw, is read row by row."""
 
 
 class Area(Part):
@@ -78,7 +112,7 @@ class Area(Part):
     """m, the circle's centre, -1e9 to 1e9"""
     radius: Metres | None = Field(default=None, gt=0)
     """m, of the circle, above 0 up to 1e9"""
-    polygon: tuple[tuple[Metres, Metres], ...] | None = Field(
+    polygon: Annotated[tuple[tuple[Metres, Metres], ...] | None, BeforeValidator(_listed)] = Field(
         default=None, min_length=3, max_length=1000
     )
     """corners as [x, y] in m, 3 to 1000, such as [[2, 2], [4, 2], [3, 5]]"""
@@ -133,12 +167,12 @@ class RegionRequest(Area):
         description="rad counter-clockwise from the map's x axis, to arrive with in a circle or "
         "polygon; left out, the planner chooses",
     )
-    any: tuple[PoseRequest, ...] | None = Field(
+    any: Places | None = Field(
         default=None,
         min_length=1,
         max_length=100,
-        description='1 to 100 places of which one will do, such as [{"x": 2, "y": 3}, {"x": 8, '
-        '"y": 1, "yaw": 0}]',
+        description='1 to 100 places of which one will do, such as [[2, 3], {"x": 8, "y": 1, '
+        '"yaw": 0}]',
     )
 
     def _check_kind(self) -> None:

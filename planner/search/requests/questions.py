@@ -12,7 +12,7 @@ from typing import Literal
 from pydantic import Field, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 
-from planner.search.requests.places import Goal, Number, PoseRequest
+from planner.search.requests.places import Goal, Number, Places, PoseRequest
 from planner.search.requests.scenario import SituationRequest, Whole
 
 
@@ -20,15 +20,15 @@ class TripRequest(SituationRequest):
     """From where to where, over which ground, with which robot."""
 
     start: PoseRequest = Field(examples=[{"x": 4.0, "y": 4.0, "yaw": 0.0}])
-    """where the robot stands, such as {"x": 2, "y": 3, "yaw": 0}"""
+    """where the robot stands, such as [2, 3] or {"x": 2, "y": 3, "yaw": 0}"""
     goal: Goal = Field(
-        description='where it shall go: {"x": 20, "y": 8}, anywhere in {"x": 20, "y": 8, '
-        '"radius": 2} or in {"polygon": [[2, 2], [4, 2], [3, 5]]}, or one of {"any": [{"x": 20, '
-        '"y": 8}, {"x": 4, "y": 9}]}',
+        description='where it shall go: [20, 8] or {"x": 20, "y": 8, "yaw": 0}, anywhere in '
+        '{"x": 20, "y": 8, "radius": 2} or in {"polygon": [[2, 2], [4, 2], [3, 5]]}, or one of '
+        '{"any": [[20, 8], [4, 9]]}',
         examples=[{"x": 28.0, "y": 30.0}],
     )
-    via: tuple[PoseRequest, ...] = Field(default=(), max_length=50)
-    """up to 50 places to pass in this order"""
+    via: Places = Field(default=(), max_length=50)
+    """up to 50 places to pass in this order, such as [[2, 3], [8, 1]]"""
 
 
 class PlanRequest(TripRequest):
@@ -85,9 +85,9 @@ class FrontRequest(TripRequest):
 class MatrixRequest(SituationRequest):
     """The energy from each of some places to each of others."""
 
-    starts: tuple[PoseRequest, ...] = Field(min_length=1, max_length=1000)
-    """1 to 1000 places to start from, such as [{"x": 2, "y": 3}, {"x": 8, "y": 1}]"""
-    goals: tuple[PoseRequest, ...] | None = Field(default=None, min_length=1, max_length=1000)
+    starts: Places = Field(min_length=1, max_length=1000)
+    """1 to 1000 places to start from, such as [[2, 3], [8, 1]] or [{"x": 2, "y": 3}]"""
+    goals: Places | None = Field(default=None, min_length=1, max_length=1000)
     """1 to 1000 places to go to; left out, the starts"""
 
 
@@ -95,7 +95,7 @@ class ReachRequest(SituationRequest):
     """How far an energy takes the robot."""
 
     start: PoseRequest = Field(examples=[{"x": 4.0, "y": 4.0}])
-    """where the robot stands, such as {"x": 2, "y": 3}"""
+    """where the robot stands, such as [2, 3] or {"x": 2, "y": 3}"""
     energy_j: Number | None = Field(default=None, gt=0)
     """J to spend, above 0; left out, what is in the vehicle's battery"""
     and_back: bool = False

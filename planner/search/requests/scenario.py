@@ -14,7 +14,7 @@ from __future__ import annotations
 import json
 import numbers
 from collections.abc import Mapping
-from os import PathLike
+from os import PathLike, fspath
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self
 
@@ -54,7 +54,12 @@ def _plain_text(value: str) -> str:
 
 
 Whole = Annotated[int, BeforeValidator(_whole)]
-Name = Annotated[str, Field(min_length=1, max_length=1024), AfterValidator(_plain_text)]
+Name = Annotated[
+    str,
+    Field(min_length=1, max_length=1024),
+    BeforeValidator(lambda value: fspath(value) if isinstance(value, PathLike) else value),
+    AfterValidator(_plain_text),
+]
 
 
 class Payload(Part):
@@ -173,7 +178,15 @@ class SituationRequest(Part):
             return request
         if isinstance(request, SituationRequest):
             request = request.model_dump(exclude_unset=isinstance(request, cls))
-        return cls.from_json(_override({} if request is None else request, fields))
+        return cls.from_json(cls.overridden({} if request is None else request, fields))
+
+    @staticmethod
+    def overridden(document: Any, overrides: Mapping[str, Any]) -> Any:
+        """Fields laid over an object; a vehicle over a model, or the reverse, replaces it."""
+        if not overrides or not isinstance(document, Mapping):
+            return document
+        replaced = {"vehicle", "model"} if {"vehicle", "model"} & overrides.keys() else set()
+        return {k: v for k, v in document.items() if k not in replaced} | dict(overrides)
 
     @classmethod
     def from_file(
@@ -226,16 +239,8 @@ class SituationRequest(Part):
         except RecursionError:
             raise too_deep(cls) from None
         else:
-            return cls.from_json(_override(document, overrides or {}))
+            return cls.from_json(cls.overridden(document, overrides or {}))
         raise RequestError("request", problem, accepted=fields_of(cls))
-
-
-def _override(document: Any, overrides: Mapping[str, Any]) -> Any:
-    """Fields laid over an object; a vehicle given over a model, or the reverse, replaces it."""
-    if not overrides or not isinstance(document, Mapping):
-        return document
-    replaced = {"vehicle", "model"} if {"vehicle", "model"} & overrides.keys() else set()
-    return {k: v for k, v in document.items() if k not in replaced} | dict(overrides)
 
 
 def _without_duplicates(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

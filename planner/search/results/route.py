@@ -16,8 +16,11 @@ from planner.arrays import Array
 from planner.search.results.energy_interval import Contribution, EnergyDistribution
 from planner.search.results.search_summary import SearchSummary
 from planner.search.trajectory import poses_every
-from planner.shown import Picture, Shown
+from planner.shown import Picture, Shown, frame
 from planner.terrain.heightmap import Terrain
+
+if TYPE_CHECKING:
+    import pandas
 
 if TYPE_CHECKING:
     from planner.search.limit_places import LimitUse
@@ -146,6 +149,10 @@ class Route:
             objective
         ]
 
+    def to_frame(self) -> pandas.DataFrame:
+        """The poses as a DataFrame: x, y, z, yaw, t, speed, energy_j, watts; one row a pose."""
+        return frame({name: values.copy() for name, values in self.arrays.items()})
+
     def to_json(self, *, poses: bool = True) -> dict[str, Any]:
         """The route as in ROUTE.json; baselines leave the poses out."""
         document: dict[str, Any] = {
@@ -241,6 +248,25 @@ class Answer(Shown):
         document["notes"] = list(self.notes)
         return document
 
+    def to_frame(self) -> pandas.DataFrame:
+        """The routes and baselines as a DataFrame, one row each, with J by effect as columns.
+
+        Columns are ``route`` ("best", "alternative 1", …, "shortest", "fastest"), ``energy_j``,
+        ``low_j`` and ``high_j`` (95 %), ``lower_bound_j``, ``gap``, ``duration_s``, ``length_m``,
+        then the effects. The poses of one route are ``routes[0].to_frame()``.
+        """
+        named = {f"alternative {k}" if k else "best": r for k, r in enumerate(self.routes)}
+        named |= {name: baseline.route for name, baseline in self.baselines.items()}
+        return frame({"route": name, **_in_one_row(route)} for name, route in named.items())
+
     def plot(self) -> Picture:
         """The map with the route coloured by watts and its profiles; without a route the map."""
         return self.figure("overview" if self.routes else "map")
+
+
+def _in_one_row(route: Route) -> dict[str, float]:
+    low, high = route.energy_interval_j
+    numbers = {"energy_j": route.energy_j, "low_j": low, "high_j": high}
+    numbers |= {name: getattr(route, name) for name in ("lower_bound_j", "gap")}
+    numbers |= {"duration_s": route.duration_s, "length_m": route.length_m}
+    return {**numbers, **route.breakdown_j}

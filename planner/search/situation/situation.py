@@ -9,9 +9,12 @@ and conditions, the lattice by map and table, fields by goal.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from os import PathLike
 from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,9 +34,10 @@ from planner.search.grid import (
     grid_path,
     number_nodes,
 )
-from planner.search.requests import SituationRequest
+from planner.search.requests import RequestLike, SituationRequest
 from planner.search.resolution import MARGIN, OBJECTIVES
 from planner.search.situation.narrow_passage import NarrowPassage, narrow_passage
+from planner.search.situation.objects import by_name
 from planner.search.situation.traversability import DrivingGround, driving_ground
 from planner.search.steady import SteadyCosts, steady_costs
 from planner.search.turns import turning
@@ -44,6 +48,7 @@ Point = tuple[float, float]
 KINDS = ("sound", "printed/A", "printed/B")
 LARGE_MAP_NODES = 2_000_000
 """Nodes above which a field for one start is not cached: it takes 10 MB and seldom serves again."""
+Asked = TypeVar("Asked", bound=SituationRequest)
 CORNER_PENALTY = {"energy": 0.13, "time": 0.02}
 """Corner penalty as a share of what a stop costs: of 0.03 to 0.4 the best on fractal relief."""
 
@@ -97,6 +102,31 @@ class Situation:
 
     ground: DrivingGround
     conditions: OperatingConditions
+
+    @classmethod
+    def asked(
+        cls,
+        kind: type[Asked],
+        request: SituationRequest | RequestLike,
+        fields: Mapping[str, Any],
+        terrain: Terrain | None = None,
+        model: PowerModel | str | PathLike[str] | None = None,
+    ) -> tuple[Asked, Situation]:
+        """A request as a function takes it, checked, and its situation.
+
+        Args:
+            kind: of the request.
+            request: ready, a mapping of its fields, the path of a REQUEST.json, or None.
+            fields: over those of the request. ``map`` may be a Terrain, ``vehicle`` a Vehicle and
+                ``model`` a PowerModel.
+            terrain, model: instead of those that the request names.
+
+        Raises:
+            RequestError, MapError, VehicleError, ModelError: something given cannot be used.
+        """
+        named = by_name(request, fields, terrain, model)
+        asked = kind.from_call(named.request, named.fields)
+        return asked, situation_of(asked, terrain=named.terrain, model=named.model)
 
     @property
     def large(self) -> bool:

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,15 +23,18 @@ from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.power.vehicles import Vehicle
 from planner.progress import Progress, silent
-from planner.shown import Shown
+from planner.shown import Shown, frame
 from planner.telemetry.adoption.versions import history, new_version, rmse_of
 from planner.telemetry.diagnosis import Diagnosis, Errors, diagnose_source
 from planner.telemetry.estimation import Fit, FittedParameter
 from planner.telemetry.holdout import heldout_rmse
-from planner.telemetry.logs import Telemetry
+from planner.telemetry.logs import LogLike, MappingLike
 from planner.telemetry.sampling import open_source
 from planner.telemetry.starting_model import starting_model
 from planner.telemetry.terms import fit_with
+
+if TYPE_CHECKING:
+    import pandas
 
 DIAGNOSED = "diagnosed"
 """Name for everything that a diagnosis of the log selects and proposes."""
@@ -62,6 +65,10 @@ class Adoption(Shown):
     warnings: tuple[str, ...]
     diagnosis: Diagnosis
 
+    def to_frame(self) -> pandas.DataFrame:
+        """The fitted parameters as a DataFrame, one row each, as in the JSON document."""
+        return frame(asdict(parameter) for parameter in self.parameters)
+
     def to_json(self) -> dict[str, Any]:
         """The document of ``joulepath adopt --json``."""
         return {
@@ -81,10 +88,10 @@ class Adoption(Shown):
 
 def adopt(
     effects: Wanted | Sequence[Wanted],
-    log: Telemetry | str | Path,
+    log: LogLike,
     model: PowerModel | Vehicle | str | Path,
     *,
-    mapping: str | Path | None = None,
+    mapping: MappingLike | None = None,
     progress: Progress | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> Adoption:

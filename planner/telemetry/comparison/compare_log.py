@@ -27,7 +27,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -38,11 +38,11 @@ from planner.power.model import PowerModel
 from planner.power.vehicles import Vehicle
 from planner.progress import Progress
 from planner.quantities import INDEX
-from planner.shown import Shown
+from planner.shown import Shown, frame
 from planner.telemetry.comparison.sums import RunComparison, Sums, curve_bins
 from planner.telemetry.estimation import FittedParameter, RefusedFit
 from planner.telemetry.holdout import heldout_rmse, meter_beside, metered_base_fit
-from planner.telemetry.logs import Finding, Meter, Telemetry
+from planner.telemetry.logs import Finding, LogLike, MappingLike, Meter, Telemetry
 from planner.telemetry.noise import Noise, noise_of, strongest_columns
 from planner.telemetry.other_terms import Dictionary
 from planner.telemetry.parameters import free_places
@@ -55,7 +55,10 @@ from planner.telemetry.quantities_of_motion import (
 )
 from planner.telemetry.regimes import Regime, find_regimes
 from planner.telemetry.sampling import LogSource, at_steady_speeds, open_source
-from planner.telemetry.starting_model import starting_model
+from planner.telemetry.starting_model import is_model, starting_model
+
+if TYPE_CHECKING:
+    import pandas
 
 CLOUD = 2000
 """Points of ``measured`` and ``predicted``: as many as a picture can show."""
@@ -121,6 +124,13 @@ class Comparison(ComparedModel, Shown):
         """Mean of measured minus predicted, W."""
         return self.whole.bias_w
 
+    def to_frame(self) -> pandas.DataFrame:
+        """The regimes as a DataFrame, the largest share of the squared error first.
+
+        Columns are those of ``regimes`` in the JSON document: ``where``, ``rows``, ``bias_w``, …
+        """
+        return frame(regime.to_json() for regime in self.regimes)
+
     def to_json(self) -> dict[str, Any]:
         """The document of ``joulepath compare --json``, strict JSON."""
         return {
@@ -142,20 +152,20 @@ class Comparison(ComparedModel, Shown):
 
 
 def compare(
-    log: Telemetry | str | Path,
+    log: LogLike,
     model: PowerModel | Vehicle | str | Path,
     *,
-    mapping: str | Path | None = None,
+    mapping: MappingLike | None = None,
     progress: Progress | None = None,
     cancelled: Callable[[], bool] | None = None,
 ) -> Comparison:
     """Compare a log with a model.
 
     Args:
-        log: what Telemetry.read gave, or a path as it takes; of any length.
-        model: a model, taken as it is; or a vehicle, by name or file, whose base model is fitted
-            to the log first.
-        mapping: a mapping file for other names, units and signs.
+        log: what Telemetry.read gave, or what it takes: a path, a DataFrame; of any length.
+        model: a model or its .json file, taken as it is; or a vehicle, by name or file, whose base
+            model is fitted to the log first.
+        mapping: a mapping file for other names, units and signs, or its content.
         progress: called with the share done, 0 to 1, and what is being done.
         cancelled: asked between the steps.
 
@@ -167,7 +177,7 @@ def compare(
     watch(0.0, "reading the log")
     start = starting_model(model)
     source = open_source(log, mapping, watch)
-    settled, sums, share = _settle(source, start, not isinstance(model, PowerModel), watch)
+    settled, sums, share = _settle(source, start, not is_model(model), watch)
     done = 0
     for chunk in source.chunks():
         watch(0.65 + 0.35 * done / source.rows, f"comparing {source.rows:,} rows")

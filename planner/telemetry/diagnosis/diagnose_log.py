@@ -54,7 +54,7 @@ from planner.telemetry.diagnosis.verdict import sentence_of, verdict_of
 from planner.telemetry.estimation import Fit
 from planner.telemetry.evidence import Examination
 from planner.telemetry.holdout import LinearHeldout, base_fit, heldout_residual, rms, supports
-from planner.telemetry.logs import Telemetry
+from planner.telemetry.logs import LogLike, MappingLike, Telemetry
 from planner.telemetry.other_terms import SENSORS, measured_residual
 from planner.telemetry.regimes import regimes_of
 from planner.telemetry.sampling import LogSource, open_source
@@ -71,10 +71,10 @@ MOST_EXPERIMENTS = 3
 
 
 def diagnose(
-    log: Telemetry | str | Path,
+    log: LogLike,
     model: PowerModel | Vehicle | str | Path,
     *,
-    mapping: str | Path | None = None,
+    mapping: MappingLike | None = None,
     extra: Sequence[type[Effect]] = (),
     progress: Progress | None = None,
     cancelled: Callable[[], bool] | None = None,
@@ -82,9 +82,10 @@ def diagnose(
     """Find out which effect is missing.
 
     Args:
-        log: what Telemetry.read gave, or a path as it takes.
-        model: a model; or a vehicle, by name or file, whose base model is then the start.
-        mapping: a mapping file for other names, units and signs.
+        log: what Telemetry.read gave, or what it takes, such as a path or a DataFrame.
+        model: a model or its .json file; or a vehicle, by name or file, whose base model is then
+            the start.
+        mapping: a mapping file for other names, units and signs, or its content.
         extra: custom effects that compete with the catalogue.
         progress: called with the share done, 0 to 1, and what is being done.
         cancelled: asked between the steps.

@@ -10,16 +10,19 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from planner.power.effect import Effect
 from planner.power.model import PowerModel
-from planner.shown import Shown
+from planner.shown import Shown, frame
 from planner.telemetry.diagnosis.unexplained import Unexplained
 from planner.telemetry.estimation import Fit, RefusedFit
 from planner.telemetry.logs import Meter, Telemetry
 from planner.telemetry.regimes import Regime
 from planner.telemetry.terms import Addition
+
+if TYPE_CHECKING:
+    import pandas
 
 Verdict = Literal[
     "missing_effect", "complete", "not_identifiable", "outside_catalogue", "sensor_error"
@@ -276,6 +279,25 @@ class Diagnosis(FittedModels, Shown):
     def proposed(self) -> tuple[str, ...]:
         """Names of everything to adopt: ``selected``, and the formula of ``outside``."""
         return (*self.selected, *((self.outside.name,) if self.outside else ()))
+
+    def to_frame(self) -> pandas.DataFrame:
+        """The ranking of candidates as a DataFrame, best first.
+
+        Columns are ``effect``, ``selected``, ``probability``, ``heldout_rmse_w``, the numbers of
+        ``evidence`` in the JSON document, ``indistinguishable_from`` and ``why_not``.
+        """
+        documents = [candidate.to_json() for candidate in self.candidates]
+        return frame(
+            {
+                "effect": one["effect"],
+                "selected": one["effect"] in self.selected,
+                **{key: one[key] for key in ("probability", "heldout_rmse_w")},
+                **one["evidence"],
+                "indistinguishable_from": ", ".join(one["indistinguishable_from"]),
+                "why_not": one["why_not"],
+            }
+            for one in documents
+        )
 
     def to_json(self) -> dict[str, Any]:
         """The document of ``joulepath diagnose --json``."""

@@ -54,8 +54,8 @@ class LogFile:
     """An opened log: its headings, and how it was read.
 
     Attributes:
-        path: the file.
-        kind: "csv" or "parquet".
+        path: the file, or the name of a table in memory.
+        kind: "csv", "parquet", "table" or "recording".
         columns: headings, without blanks around them.
         notes: what was found about the format, in sentences (separator, byte-order mark ...).
         ragged: rows of the file that have too few or too many cells, filled while reading.
@@ -71,6 +71,7 @@ class LogFile:
     gzipped: bool = False
     headings_as_written: list[str] = field(default_factory=list)
     comments: int = 0
+    table: Any = None
 
     def blocks(self, numeric: Sequence[str], text: Sequence[str], rows: int) -> Iterator[Block]:
         """The wanted columns in blocks of at most ``rows`` rows.
@@ -80,6 +81,8 @@ class LogFile:
         """
         if self.kind == "csv":
             batches = self._csv(numeric, text)
+        elif self.kind == "table":
+            batches = iter(self._wanted(self.table, numeric, text).to_batches(rows))
         else:
             batches = self._parquet(numeric, text, min(rows, _PARQUET_ROWS))
         first = 1
@@ -132,13 +135,20 @@ class LogFile:
             yield from reader
 
     def _parquet(self, numeric: Sequence[str], text: Sequence[str], rows: int) -> Iterator[Any]:
-        written = dict(zip(self.columns, self.headings_as_written, strict=True))
-        wanted = [written[name] for name in (*numeric, *text)]
+        wanted = self._written(numeric, text)
         # Buffers read ahead would be kept until the end of the file.
         with pq.ParquetFile(self.path, pre_buffer=False) as file:
             for batch in file.iter_batches(batch_size=rows, columns=wanted):
-                # In the order that is wanted, which need not be that of the file.
-                yield batch.select(wanted).rename_columns([*numeric, *text])
+                yield self._wanted(batch, numeric, text)
+
+    def _written(self, numeric: Sequence[str], text: Sequence[str]) -> list[str]:
+        """The headings of columns as the file has them."""
+        written = dict(zip(self.columns, self.headings_as_written, strict=True))
+        return [written[name] for name in (*numeric, *text)]
+
+    def _wanted(self, rows: Any, numeric: Sequence[str], text: Sequence[str]) -> Any:
+        """The wanted columns in the order that is wanted, which need not be that of the file."""
+        return rows.select(self._written(numeric, text)).rename_columns([*numeric, *text])
 
     def _block(self, batch: Any, numeric: Sequence[str], text: Sequence[str], first: int) -> Block:
         numbers = {

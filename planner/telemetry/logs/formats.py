@@ -1,7 +1,8 @@
 """Find the format of a telemetry log, and refuse what is not a table.
 
 ``open_log`` looks at the first bytes and the headings: separator, decimal sign, byte-order mark,
-gzip, comment lines. planner.telemetry.logs.files reads the rows.
+gzip, comment lines. ``open_table`` takes a table in memory, such as a DataFrame of pandas.
+planner.telemetry.logs.files reads the rows.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ MOST_COMMENTS = 1_000
 """Lines that begin with # above the headings."""
 LONGEST_HEADER = 1_000_000
 """Bytes of the line of headings; a longer one is a sign of another kind of file."""
+TABLE_ACCEPTED = "a table with the columns of a log, one value a cell, distinct headings"
 _SAMPLE_BYTES = 20_000
 """Bytes below the headings that show the decimal sign."""
 
@@ -53,6 +55,27 @@ def open_log(path: Path) -> LogFile:
         if start.startswith(magic):
             raise LogError(where, f"is {name}", accepted=ACCEPTED)
     return _open_csv(path, gzipped=start[:2] == b"\x1f\x8b")
+
+
+def open_table(table: Any) -> LogFile:
+    """A table in memory as a log: a DataFrame of pandas, or any table that Arrow can read.
+
+    An index counts as a column where it has a name.
+
+    Raises:
+        LogError: its columns cannot be read, or it has no rows.
+    """
+    where = type(table).__name__
+    try:
+        arrow = pa.table(table)
+    except (pa.ArrowException, TypeError, ValueError) as error:
+        problem = f"cannot be read: {' '.join(str(error).split())[:160]}"
+        raise LogError(where, problem, accepted=TABLE_ACCEPTED) from None
+    if arrow.num_rows == 0:
+        raise LogError(where, "has no rows", accepted=TABLE_ACCEPTED)
+    names = [name.strip() for name in arrow.column_names]
+    _check_headings(where, names)
+    return LogFile(Path(where), "table", names, headings_as_written=arrow.column_names, table=arrow)
 
 
 _OTHER_FORMATS = {

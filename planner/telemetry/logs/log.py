@@ -6,7 +6,8 @@
 
 One row is one sample: averages over an interval that ends at ``time``. Units are SI, names those of
 planner.quantities. A mapping file adapts other logs (mapping). Formats: CSV, also gzipped, and
-Parquet (files), rosbag2 recordings (rosbag). Rows are made by assemble and checked by checks.
+Parquet (files), rosbag2 recordings (rosbag), tables in memory (formats). Rows are made by assemble
+and checked by checks.
 
 Sign
     power drawn from the supply is positive; pitch > 0 is nose down (REP-103).
@@ -22,7 +23,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -42,8 +43,8 @@ from planner.telemetry.logs.columns import (
     wheel_number,
 )
 from planner.telemetry.logs.files import Block, LogFile
-from planner.telemetry.logs.formats import open_log
-from planner.telemetry.logs.mapping import Column, Mapping, read_mapping
+from planner.telemetry.logs.formats import open_log, open_table
+from planner.telemetry.logs.mapping import Column, Mapping, MappingLike, read_mapping
 from planner.telemetry.logs.meter import Meter
 
 __all__ = ["Finding", "Telemetry", "pieces_of"]
@@ -51,6 +52,8 @@ __all__ = ["Finding", "Telemetry", "pieces_of"]
 
 MOST_ROWS = 5_000_000
 """Rows that ``read`` takes into memory (240 bytes each); longer logs are read in chunks."""
+LogLike = Any
+"""A path, or a table in memory: a DataFrame of pandas, or another one with Arrow's interface."""
 _RECORDINGS = (".db3", ".mcap")
 
 
@@ -71,7 +74,7 @@ class Telemetry(Rows):
         derived: what was computed from other columns, in sentences.
         assumed: what was taken for granted, in sentences.
         report: what was found; of a chunk, up to its end, so that the last chunk's is complete.
-        source: path of the log.
+        source: path of the log; of a table in memory the name of its class.
         power_at: "terminals" or "source", from the mapping file.
         meter: what the power was read from; None shows the power as it is.
     """
@@ -93,22 +96,23 @@ class Telemetry(Rows):
         return len(self.power)
 
     @classmethod
-    def read(cls, path: str | Path, mapping: str | Path | None = None) -> Telemetry:
+    def read(cls, log: LogLike, mapping: MappingLike | None = None) -> Telemetry:
         """Read a whole log.
 
         Args:
-            path: CSV, gzipped CSV, Parquet, or a rosbag2 recording (.db3, .mcap or its folder).
-            mapping: a mapping file for other names, units and signs.
+            log: path of a CSV, gzipped CSV, Parquet, or a rosbag2 recording (.db3, .mcap or its
+                folder); or a table in memory, such as a DataFrame of pandas.
+            mapping: a mapping file for other names, units and signs, or its content.
 
         Raises:
             LogError: the log or the mapping file cannot be used; one sentence says why.
         """
         parts: list[Telemetry] = []
-        for part in cls.chunks(path, mapping, rows=500_000):
+        for part in cls.chunks(log, mapping, rows=500_000):
             parts.append(part)
             if sum(map(len, parts)) > MOST_ROWS:
                 raise LogError(
-                    str(path),
+                    part.source,
                     f"has more than {MOST_ROWS} rows",
                     accepted="Telemetry.chunks for longer logs",
                 )
@@ -116,7 +120,7 @@ class Telemetry(Rows):
 
     @classmethod
     def chunks(
-        cls, path: str | Path, mapping: str | Path | None = None, *, rows: int = 200_000
+        cls, log: LogLike, mapping: MappingLike | None = None, *, rows: int = 200_000
     ) -> Iterator[Telemetry]:
         """The log in chunks of about ``rows`` rows; together they are what ``read`` gives.
 
@@ -128,16 +132,8 @@ class Telemetry(Rows):
         if rows < 1:
             raise LogError("rows", "too few rows for a chunk", value=rows, accepted="at least 1")
         used = Mapping() if mapping is None else read_mapping(mapping)
-        path = Path(path)
-        if path.suffix in _RECORDINGS or (path.is_dir() and (path / "metadata.yaml").exists()):
-            from planner.telemetry.logs.rosbag import read_recording
-
-            headings, block, notes = read_recording(path, used)
-            file = LogFile(path, "recording", headings, notes)
-            blocks: Iterable[Block] = (block,)
-        else:
-            file, blocks = open_log(path), ()
-        where = str(path)
+        file, blocks = _opened(log, used)
+        where = str(file.path)
         resolved = used.resolve(file.columns, where)
         given = {*resolved, *used.constants}
         _require(given, file.columns, where)
@@ -217,6 +213,22 @@ class Telemetry(Rows):
                 while part := file.read(1 << 20):
                     digest.update(part)
         return digest.hexdigest()
+
+
+def _opened(log: LogLike, mapping: Mapping) -> tuple[LogFile, Iterable[Block]]:
+    """A log's headings; and its rows where they come at once."""
+    if hasattr(log, "__arrow_c_stream__"):
+        return open_table(log), ()
+    if not isinstance(log, str | Path):
+        accepted = "a path, a DataFrame, or what Telemetry.read gave"
+        raise LogError("log", "is not a log", value=log, accepted=accepted)
+    path = Path(log)
+    if path.suffix in _RECORDINGS or (path.is_dir() and (path / "metadata.yaml").exists()):
+        from planner.telemetry.logs.rosbag import read_recording
+
+        headings, block, notes = read_recording(path, mapping)
+        return LogFile(path, "recording", headings, notes), (block,)
+    return open_log(path), ()
 
 
 def pieces_of(values: Integers) -> list[tuple[int, int]]:

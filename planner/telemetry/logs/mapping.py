@@ -14,13 +14,14 @@ TOML, for example::
     odometry = "/odom"
     interval = 0.1
 
-A column that the file does not name keeps its heading. Units other than SI are converted here and
-nowhere else; the sign is applied after the unit.
+In Python the same may be given as a dictionary. A column that the file does not name keeps its
+heading. Units other than SI are converted here and nowhere else; the sign comes after the unit.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping as AnyMapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -31,6 +32,8 @@ from planner.telemetry.logs.columns import TEXT, UNITS, is_quantity, suggestion,
 from planner.units import LONGEST, conversion
 
 ACCEPTED = "a mapping file as docs/logs.md describes it"
+MappingLike = str | Path | AnyMapping[str, Any]
+"""A mapping file's path, or its content as a dictionary."""
 _ROSBAG_KEYS = ("odometry", "imu", "battery", "interval")
 
 
@@ -79,19 +82,17 @@ class Mapping:
         return {name: Column(name) for name in own if name not in self.constants} | self.columns
 
 
-def read_mapping(path: str | Path) -> Mapping:
-    """Read a mapping file.
+def read_mapping(given: MappingLike) -> Mapping:
+    """Read a mapping file, or its content as a dictionary.
 
     Raises:
         LogError: not TOML, an unknown key or quantity, a unit of another dimension.
     """
-    where = str(path)
-    try:
-        document = parse_toml(Path(path).read_bytes())
-    except OSError as error:
-        raise LogError(where, f"cannot be opened: {error.strerror}", accepted=ACCEPTED) from error
-    except ValueError as error:
-        raise LogError(where, f"is not TOML: {str(error)[:120]}", accepted=ACCEPTED) from error
+    where = str(given) if isinstance(given, str | Path) else "mapping"
+    if isinstance(given, AnyMapping):
+        document = {str(key): value for key, value in given.items()}
+    else:
+        document = _content(where, given)
     _only(document, ("power_at", "columns", "constants", "rosbag"), where)
     power_at = document.get("power_at", "terminals")
     if power_at not in ("terminals", "source"):
@@ -124,6 +125,18 @@ def read_mapping(path: str | Path) -> Mapping:
                 f"{where}: rosbag.{key}", "cannot be used", value=value, accepted=accepted
             )
     return Mapping(columns, constants, power_at, rosbag, where)
+
+
+def _content(where: str, path: str | Path) -> dict[str, Any]:
+    """The TOML document of a mapping file."""
+    try:
+        return parse_toml(Path(path).read_bytes())
+    except OSError as error:
+        raise LogError(where, f"cannot be opened: {error.strerror}", accepted=ACCEPTED) from error
+    except TypeError:
+        raise LogError(where, "is not a mapping", value=path, accepted=ACCEPTED) from None
+    except ValueError as error:
+        raise LogError(where, f"is not TOML: {str(error)[:120]}", accepted=ACCEPTED) from error
 
 
 def _column(where: str, heading: str, entry: Any) -> tuple[str, Column]:

@@ -19,9 +19,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from planner.arrays import Integers
-from planner.errors import LogError
 from planner.progress import Progress, silent
-from planner.telemetry.logs import Telemetry, pieces_of
+from planner.telemetry.logs import LogLike, MappingLike, Telemetry, pieces_of
 from planner.telemetry.sampling.steady_drive import at_steady_speeds
 
 
@@ -44,7 +43,7 @@ class LogSource:
     complete: bool
     log: Telemetry | None
     path: Path | None
-    mapping: Path | None
+    mapping: MappingLike | None
     steady_speeds: bool = False
 
     SAMPLE_ROWS: ClassVar[int] = 12_000
@@ -92,13 +91,13 @@ class LogSource:
 
 
 def open_source(
-    log: Telemetry | str | Path, mapping: str | Path | None = None, watch: Progress = silent
+    log: LogLike, mapping: MappingLike | None = None, watch: Progress = silent
 ) -> LogSource:
-    """Open a log that was read already or stands on disk.
+    """Open a log that was read already, is a table in memory or stands on disk.
 
     Args:
-        log: what Telemetry.read gave, or a path as it takes.
-        mapping: a mapping file for other names, units and signs.
+        log: what Telemetry.read gave, or what it takes.
+        mapping: a mapping file for other names, units and signs, or its content.
         watch: progress, called after every chunk; raises when the caller cancelled.
 
     Raises:
@@ -106,9 +105,7 @@ def open_source(
         Cancelled: raised by ``watch``.
     """
     if not isinstance(log, Telemetry | str | Path):
-        raise LogError(
-            "log", "is not a log", value=log, accepted="a path, or what Telemetry.read gave"
-        )
+        log = Telemetry.read(log, mapping)
     kept, path = (log, None) if isinstance(log, Telemetry) else (None, Path(log))
     if isinstance(log, Telemetry):
         chunks = iter([log])
@@ -121,8 +118,7 @@ def open_source(
     in_memory = kept is not None and picker.stride == 1
     sample = last if in_memory else picker.sample(last)  # Telemetry.chunks refuses an empty log
     run_rows = np.array([picker.run_rows.get(run, 0) for run in range(len(sample.run_names))])
-    by = None if mapping is None else Path(mapping)
-    return LogSource(sample, picker.rows, run_rows, picker.stride == 1, kept, path, by)
+    return LogSource(sample, picker.rows, run_rows, picker.stride == 1, kept, path, mapping)
 
 
 class _Picker:

