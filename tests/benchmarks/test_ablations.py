@@ -20,7 +20,6 @@ from tests.benchmarks.ablated_constant import (
     stale_files,
 )
 from tests.benchmarks.ablations import (
-    LOGS,
     MEASURES,
     QUESTIONS,
     Constant,
@@ -154,22 +153,23 @@ def test_what_an_ablation_is_worth() -> None:
     assert in_words(found) == "answer +1.000 % (worst +1.00 %), CPU x0.50, 1 routes lost"
     gaps = worth({"gap_percent": {"a": 5.0}}, {"gap_percent": {"a": 7.5}})
     assert in_words(gaps) == "gap +2.50 points (worst +2.50)"
-    right = worth({"right": {"a": True, "b": True}}, {"right": {"a": True, "b": False}})
-    assert in_words(right) == "1 of 2 right, before 2"
+    before = {"outcomes": {"a": "exact", "b": "complete", "c": "abstained"}}
+    said = worth(before, {"outcomes": {"a": "exact", "b": "wrong", "c": "missed"}})
+    assert in_words(said) == "1 right, 1 wrong of 3, before 2 and 0"
     with pytest.raises(ValueError, match="different"):
-        worth(base, {"right": {}})
+        worth(base, before)
 
 
 def test_rows_are_kept_beside_those_of_earlier_runs(tmp_path: Path) -> None:
     row = {"constant": "a.B", "value": 1.0, "unit": "m", "decides": "all", "gap_points": 1.0}
-    row |= {"worst_points": 2.0, "measured": "certificate"}
+    row |= {"worst_points": 2.0, "measured": "certificate", "questions": 3, "commit": "abc"}
     save([{**row, "ablated": 2.0}, {**row, "ablated": 3.0}], tmp_path / "kept.json")
     save([{**row, "ablated": 2.0, "gap_points": 4.0}], tmp_path / "kept.json")
     kept = json.loads((tmp_path / "kept.json").read_text("utf-8"))
     assert [(one["ablated"], one["gap_points"]) for one in kept] == [(2.0, 4.0), (3.0, 1.0)]
     assert (tmp_path / "kept.md").read_text("utf-8") == page(kept)
-    assert "| `a.B` | 1.0 | 2.0 | m | all | certificate | gap +4.00 points" in page(kept)
+    assert "| `a.B` | 1.0 | 2.0 | m | all | certificate | 3 | gap +4.00 points" in page(kept)
 
 
-def test_questions_and_logs_are_enough() -> None:
-    assert len(QUESTIONS) == len(set(QUESTIONS)) == len(LOGS) == len(set(LOGS)) == 12
+def test_questions_are_enough() -> None:
+    assert len(QUESTIONS) == len(set(QUESTIONS)) == 12
