@@ -8,7 +8,8 @@ Constants stand in ablation_table.toml. Every value is measured in a fresh proce
 
     planning     change of the energy in % (mean, worst), and ratio of the CPU times
     time         the same for answers of least time, with their duration
-    hard         energy among obstacles, on relief and on steep ground, two questions on each map
+    hard         energy among obstacles and on relief
+    steep        energy on open hills, without and with payload, so many questions on each
     anytime      the same with iterations given
     certificate  change of the gap between route and lower bound, in percentage points
     naming       right and wrong verdicts on drawn laboratory logs, of so many
@@ -43,8 +44,10 @@ TABLE = Path(__file__).with_name("ablation_table.toml")
 KEPT = ROOT / "docs" / "benchmarks" / "ablations.json"
 ITERATIONS = 24
 """Of searches with iterations given."""
-STEEP = 9.0
-"""Mean slope of steep ground, °: the slope limit is reached at many places."""
+STEEP = (8.0, 11.0)
+"""Mean slopes of open hills, °: on the steeper ones the slope limit is reached at many places."""
+LOADS = (0.0, 20.0)
+"""Payloads on hills, kg: with the second one, many slopes are too steep."""
 HARD = ("warehouse", "shelves", "rocks", "maze", "jacksboro-1to100")
 """Maps of ``hard``; a question on relief of full size takes longer than on all of them."""
 ABLATED_SEED = 4
@@ -126,23 +129,42 @@ def planning(
 
 def hard(count: int) -> dict[str, Any]:
     """As ``planning``, for ``count`` questions on hard maps."""
-    from planner import plan_route
-    from planner.terrain.heightmap import Terrain
-    from tests.benchmarks import hard_maps
+    from tests.benchmarks.hard_maps import made
 
-    hills = hard_maps.rolling((200, 200), 0.25, STEEP, ABLATED_SEED)
-    steep = Terrain.from_arrays(hills, cell=(0.25, 0.25), name="steep")
-    maps = [*(hard_maps.made(name, ABLATED_SEED) for name in HARD), steep]
+    maps = [made(name, ABLATED_SEED) for name in HARD]
+    return _on(maps, -(-count // len(maps)), LOADS[:1])
+
+
+def steep(count: int) -> dict[str, Any]:
+    """As ``planning``, for ``count`` questions on each of the hills, with each payload."""
+    from planner.terrain.heightmap import Terrain
+    from tests.benchmarks.hard_maps import rolling
+
+    hills = {slope: rolling((160, 160), 0.25, slope, ABLATED_SEED) for slope in STEEP}
+    maps = [
+        Terrain.from_arrays(heights, cell=(0.25, 0.25), name=f"hills of {slope:g}°")
+        for slope, heights in hills.items()
+    ]
+    return _on(maps, count, LOADS)
+
+
+def _on(maps: Sequence[Any], each: int, loads: Sequence[float]) -> dict[str, Any]:
+    """Energies and CPU time of ``each`` questions on every map, with every payload in kg."""
+    from planner import plan_route
+    from tests.benchmarks.hard_maps import places
+
     energies: dict[str, float | None] = {}
     taken = 0.0
     for terrain in maps:
-        each = hard_maps.places(terrain, -(-count // len(maps)) + 1, ABLATED_SEED)
-        for k, asked in enumerate(each):
-            begun = time.process_time()
-            routes = plan_route(terrain=terrain, **asked).routes
-            if k:  # the first one warms the map up
-                taken += time.process_time() - begun
-                energies[f"{terrain.name} {k}"] = routes[0].energy_j if routes else None
+        for k, asked in enumerate(places(terrain, each + 1, ABLATED_SEED)):
+            for load in loads:
+                begun = time.process_time()
+                routes = plan_route(terrain=terrain, payload={"mass": load}, **asked).routes
+                if k:  # the first one warms the map up
+                    taken += time.process_time() - begun
+                    energies[f"{terrain.name} {load:g} kg {k}"] = (
+                        routes[0].energy_j if routes else None
+                    )
     return {"answers": energies, "cpu_s": taken}
 
 
@@ -173,6 +195,7 @@ def naming(count: int) -> dict[str, Any]:
 MEASURES: dict[str, Callable[[int], dict[str, Any]]] = {
     "planning": planning,
     "hard": hard,
+    "steep": steep,
     "time": lambda count: planning(count, objective="time"),
     "anytime": lambda count: planning(count, ITERATIONS),
     "certificate": certificate,
@@ -352,13 +375,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(json.dumps(MEASURES[asked.worker](asked.questions)))
         return 0
     chosen = [c for c in table() if not asked.only or any(word in c.label for word in asked.only)]
-    found = []
     for row in rows(chosen, asked.questions):
-        found.append(row)
         told = f"{row['value']} -> {row['ablated']} {row['unit'] if row['unit'] != '1' else ''}"
         print(f"{row['constant']:<58} {told:<22} {in_words(row)}", flush=True)
-    if asked.save:
-        save(found)
+        if asked.save:
+            save([row])
     return 0
 
 
