@@ -13,11 +13,13 @@ from typing import Any
 
 import httpx
 import pytest
+import uvicorn
 from fastapi import FastAPI
 
 from planner.progress import Progress, silent
 from service.http import create_app
 from service.settings import Settings
+from tests.service.jobs.processes import until
 from tests.service.route_documents import answer
 
 
@@ -71,6 +73,19 @@ async def talking(app: FastAPI) -> AsyncIterator[httpx.AsyncClient]:
         httpx.AsyncClient(transport=transport, base_url="http://service") as client,
     ):
         yield client
+
+
+@asynccontextmanager
+async def listening(app: FastAPI, **options: Any) -> AsyncIterator[int]:
+    """The port of a server in this process; options are those of uvicorn."""
+    server = uvicorn.Server(uvicorn.Config(app, port=0, log_level="error", **options))
+    service = asyncio.ensure_future(server.serve())
+    await until(lambda: server.started or service.done())
+    try:
+        yield server.servers[0].sockets[0].getsockname()[1]
+    finally:
+        server.should_exit = True
+        await service
 
 
 @contextmanager

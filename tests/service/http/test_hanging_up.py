@@ -6,18 +6,16 @@ import asyncio
 import json
 import statistics
 import time
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager, suppress
+from contextlib import AbstractAsyncContextManager, suppress
 from pathlib import Path
 from typing import Any
 
 import pytest
-import uvicorn
 
 from service.http import create_app
 from service.jobs import WorkerPool
 from service.settings import Settings
-from tests.service.conftest import ScriptedWorkers
+from tests.service.conftest import ScriptedWorkers, listening
 from tests.service.jobs.processes import WORKER, process_exists, run, until
 
 PLACES = {"start": {"x": 1, "y": 1}, "goal": {"x": 2, "y": 1}}
@@ -31,19 +29,10 @@ def settings(tmp_path: Path) -> Settings:
     return Settings(data_dir=tmp_path / "data", store_dir=tmp_path / "store")
 
 
-@asynccontextmanager
-async def serving(settings: Settings) -> AsyncIterator[int]:
+def serving(settings: Settings) -> AbstractAsyncContextManager[int]:
     """The port of a service with two workers; jobs have none that are real."""
     pool = WorkerPool(workers=2, queue=16, time_limit_s=50.0, memory_limit_mb=4096, module=WORKER)
-    app = create_app(settings, pool, ScriptedWorkers())
-    server = uvicorn.Server(uvicorn.Config(app, port=0, log_level="error"))
-    service = asyncio.ensure_future(server.serve())
-    await until(lambda: server.started or service.done())
-    try:
-        yield server.servers[0].sockets[0].getsockname()[1]
-    finally:
-        server.should_exit = True
-        await service
+    return listening(create_app(settings, pool, ScriptedWorkers()))
 
 
 async def ask(port: int, path: str, body: dict[str, Any] | None) -> Any:

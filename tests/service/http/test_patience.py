@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import AbstractAsyncContextManager
 from typing import Any
 
 import pytest
-import uvicorn
 from starlette.types import Message, Receive, Scope, Send
 
 from service.http import create_app
 from service.http.patience import BodyDeadline, PatientProtocol
 from service.problems import TooSlow
 from service.settings import Settings
-from tests.service.conftest import ScriptedWorkers
+from tests.service.conftest import ScriptedWorkers, listening
 from tests.service.jobs.processes import run, until
 
 SHORT_S = 0.2
@@ -32,19 +30,11 @@ class Hasty(PatientProtocol):
     patience_s = SHORT_S
 
 
-@asynccontextmanager
-async def hasty(settings: Settings, workers: ScriptedWorkers) -> AsyncIterator[int]:
+def hasty(settings: Settings, workers: ScriptedWorkers) -> AbstractAsyncContextManager[int]:
     """The port of a service that waits for a moment only."""
     app = create_app(settings, workers)
     app.add_middleware(BodyDeadline, patience_s=SHORT_S)
-    server = uvicorn.Server(uvicorn.Config(app, port=0, log_level="error", http=Hasty))
-    service = asyncio.ensure_future(server.serve())
-    await until(lambda: server.started or service.done())
-    try:
-        yield server.servers[0].sockets[0].getsockname()[1]
-    finally:
-        server.should_exit = True
-        await service
+    return listening(app, http=Hasty)
 
 
 @pytest.mark.parametrize(
