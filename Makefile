@@ -7,15 +7,16 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 COMPARED := $(VENV)/.compared
 WRITING := $(VENV)/.writing
+NOTEBOOKS := $(VENV)/.notebooks
 
 # The first interpreter that runs and is new enough (a pyenv shim may exist and not run).
 PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3; do \
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { echo $$p; break; }; done)
 
-.PHONY: help setup demo test check docs bench serve lock clean
+.PHONY: help setup demo test check docs notebooks bench serve lock clean
 
 help: ## List the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 setup: $(READY) ## Create .venv with the locked versions and joulepath in it
 
@@ -50,6 +51,13 @@ docs: $(READY) $(WRITING) ## Build the documents and the API reference as a site
 $(WRITING): requirements/docs.txt | $(READY)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/docs.txt
 	@touch $(WRITING)
+
+notebooks: $(READY) $(NOTEBOOKS) ## Execute docs/notebooks, outputs included
+	$(BIN)/python -m docs.run_notebooks
+
+$(NOTEBOOKS): requirements/notebooks.txt | $(READY)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/notebooks.txt
+	@touch $(NOTEBOOKS)
 
 bench: $(READY) $(COMPARED) ## Measure speed, route quality, naming of hidden effects
 	$(BIN)/python -m tests.benchmarks

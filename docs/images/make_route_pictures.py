@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from planner import plan_route
+from planner import energy_time_front, plan_route, reachable_area
 
 HERE = Path(__file__).resolve().parent
 WAREHOUSE: dict[str, Any] = {
@@ -26,21 +27,25 @@ RELIEF: dict[str, Any] = {
 }
 SADDLE: dict[str, Any] = {"map": "saddle", "start": {"x": 5, "y": 20}, "goal": {"x": 35, "y": 20}}
 
-PICTURES: dict[str, tuple[dict[str, Any], str]] = {
-    "route": ({**RELIEF, "seed": 1}, "overview"),
-    "gallery-warehouse": ({**WAREHOUSE, "seed": 1}, "map"),
-    "gallery-energy": ({**WAREHOUSE, "seed": 1}, "energy"),
-    "gallery-cone": ({**CONE, "seed": 1}, "map"),
-    "gallery-saddle": ({**SADDLE, "seed": 1}, "map"),
+REACH: dict[str, Any] = {"map": "saddle", "start": {"x": 5, "y": 20}, "energy_j": 400}
+
+PICTURES: dict[str, tuple[Callable[..., Any], dict[str, Any], str]] = {
+    "route": (plan_route, {**RELIEF, "seed": 1}, "overview"),
+    "gallery-warehouse": (plan_route, {**WAREHOUSE, "seed": 1}, "map"),
+    "gallery-energy": (plan_route, {**WAREHOUSE, "seed": 1}, "energy"),
+    "gallery-cone": (plan_route, {**CONE, "seed": 1}, "map"),
+    "gallery-saddle": (plan_route, {**SADDLE, "seed": 1}, "map"),
+    "gallery-front": (energy_time_front, {**CONE, "points": 4}, "front"),
+    "gallery-reach": (reachable_area, REACH, "map"),
 }
-"""Name of a picture: the request, and the figure of its answer."""
+"""Name of a picture: the question, its request, and the figure of its answer."""
 
 
 def main(names: list[str]) -> None:
     """Plan and draw."""
     for name in names or PICTURES:
-        request, figure = PICTURES[name]
-        plan_route(request).figure(figure).save(HERE / f"{name}.svg")
+        ask, request, figure = PICTURES[name]
+        ask(request).figure(figure).save(HERE / f"{name}.svg")
 
 
 if __name__ == "__main__":
