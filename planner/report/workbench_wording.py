@@ -5,12 +5,15 @@ Documents are those of ``to_json``.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from planner.amounts import watts
+from planner.amounts import chance, watts
 
 Document = Mapping[str, Any]
+
+LIKELY = 0.5
+"""Probability from which a table shows an effect as rather there than not."""
 
 
 def model_name(model: Document) -> str:
@@ -79,10 +82,45 @@ def about(experiment: Document) -> str:
     return f"To tell {', '.join(names[:-1])} and {names[-1]} apart: "
 
 
-def not_testable(entries: Iterable[Document]) -> dict[tuple[str, str], list[str]]:
-    """Why, and what would help → effects of which that is true."""
-    alike: dict[tuple[str, str], list[str]] = {}
-    for entry in entries:
-        reason = (entry["why"], entry.get("what_would_help") or "")
-        alike.setdefault(reason, []).append(entry["effect"])
-    return alike
+def could_be_missing(diagnosis: Document) -> tuple[list[Document], int]:
+    """Candidates worth a look, and how many are left out.
+
+    A candidate that is not selected must lower the error on unseen runs, by as much as is shown.
+    """
+    before, selected = diagnosis["baseline"]["heldout_rmse_w"], diagnosis["selected"]
+    able = [c for c in diagnosis["candidates"] if c.get("testable", True)]
+    shown = [c for c in able if c["effect"] in selected or _lowers(c["heldout_rmse_w"], before)]
+    shown.sort(key=lambda c: c["effect"] not in selected)
+    return shown, len(able) - len(shown)
+
+
+def _lowers(error: float | None, before: float) -> bool:
+    return error is not None and error < before and watts(error) != watts(before)
+
+
+def likelihood(candidate: Document, diagnosis: Document) -> str:
+    """Probability of a candidate in words that the verdict does not contradict."""
+    known, selected = candidate["probability"], diagnosis["selected"]
+    if candidate["effect"] not in selected:
+        tied = (
+            set(c["indistinguishable_from"])
+            for c in diagnosis["candidates"]
+            if c["effect"] in selected
+        )
+        if candidate["effect"] in set().union(*tied):
+            return "tied"
+        if known is not None and known >= LIKELY:
+            return "not confirmed"
+    return "not known" if known is None else chance(known)
+
+
+def untestable(diagnosis: Document) -> dict[str, tuple[list[str], dict[str, list[str]]]]:
+    """Cause → effects with their sizes, and what would help → effects that it helps."""
+    causes: dict[str, tuple[list[str], dict[str, list[str]]]] = {}
+    for entry in diagnosis.get("not_testable", ()):
+        effects, helps = causes.setdefault(entry.get("cause") or entry["why"], ([], {}))
+        size = entry.get("size")
+        effects.append(f"{entry['effect']} ({size})" if size else entry["effect"])
+        if help_ := entry.get("what_would_help"):
+            helps.setdefault(help_, []).append(entry["effect"])
+    return causes

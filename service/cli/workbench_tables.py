@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -14,20 +13,23 @@ from planner.amounts import estimate, joules, number, share, signed, watts
 from planner.report.workbench_wording import (
     Document,
     about,
+    could_be_missing,
     excess,
     how_far,
     how_it_came_about,
+    likelihood,
     model_name,
-    not_testable,
-    proposed,
+    untestable,
     what_came_of_it,
 )
+from service.cli.evidence import evidence
 from service.cli.grids import grid
 
 _MOST_RUNS = 10
 _MOST_CANDIDATES = 8
 # Findings about the format of a log are not shown with a result.
 _SILENT = ("format", "not used")
+_HINTED = "the log hints at it, "
 
 
 def comparison(document: Document) -> RenderableType:
@@ -52,21 +54,14 @@ def comparison(document: Document) -> RenderableType:
 
 
 def diagnosis(document: Document) -> RenderableType:
-    """Output of `joulepath diagnose`."""
-    before, after = document["baseline"], document.get("after") or {}
-    errors = grid(("", "rms", "held-out rms"))
-    errors.add_row("model as it is", watts(before["rmse_w"]), watts(before["heldout_rmse_w"]))
-    if (named := proposed(document)) and after:
-        title = f"with {' + '.join(named)}"
-        errors.add_row(title, watts(after["rmse_w"]), watts(after["heldout_rmse_w"]))
-    errors.add_row("the log's own noise, about", watts(before["noise_floor_w"]), "")
-    return _group(
-        document.get("sentence") or document["verdict"].replace("_", " "),
-        errors,
-        regimes(document["regimes"]),
-        ranking(document["candidates"], document["selected"], before["heldout_rmse_w"]),
-        *_open_questions(document),
-        *remarks(document.get("log") or {}),
+    """Output of `joulepath diagnose`: the verdict, its evidence, and what could be missing."""
+    return _apart(
+        Text(document.get("sentence") or document["verdict"].replace("_", " "), style="bold"),
+        *evidence(document),
+        ranking(document),
+        *_next_steps(document),
+        Group(*_open_questions(document)),
+        Group(*remarks(document.get("log") or {})),
     )
 
 
@@ -139,38 +134,38 @@ def runs(entries: Sequence[Document]) -> RenderableType | None:
     return table
 
 
-def ranking(
-    candidates: Sequence[Document], selected: Sequence[str], before: float
-) -> RenderableType | None:
-    """Effects that could be missing, best first; without those that do not lower ``before``, W."""
-    able = [c for c in candidates if c.get("testable", True)]
-    testable = [
-        c for c in able if c["effect"] in selected or (c["heldout_rmse_w"] or math.inf) < before
-    ]
-    if not testable:
-        return None
-    headings = ("effect", "probability", "held-out rms", "z", "parameters", "aliased with")
-    table = grid(headings, left=(0, 4, 5), title="What could be missing")
-    for candidate in testable[:_MOST_CANDIDATES]:
+def ranking(document: Document) -> RenderableType | None:
+    """Effects that could be missing, best first; without those that do not lower the error."""
+    shown, left_out = could_be_missing(document)
+    selected = document["selected"]
+    if not shown:
+        said = f"None of {left_out} effects lowers the error on unseen runs."
+        return Text(said) if left_out else None
+    tied = any(c["indistinguishable_from"] for c in shown)
+    headings = ("effect", "probability", "error with it", "size", *["tied with"] * tied)
+    title = "What could be missing, best first"
+    if not selected:
+        title = "Effects that lower the error a little; none is named"
+    table = grid(headings, left=(0, 3, 4), title=title)
+    for candidate in shown[:_MOST_CANDIDATES]:
         fitted = [
             f"{name} {estimate(p['value'], p.get('stderr'), p.get('unit') or '')}"
             for name, p in candidate["parameters"].items()
         ]
         table.add_row(
             candidate["effect"],
-            share(candidate["probability"]),
+            likelihood(candidate, document),
             watts(candidate["heldout_rmse_w"]),
-            _z(candidate["evidence"].get("z")),
             ", ".join(fitted),
-            ", ".join(candidate["indistinguishable_from"]),
+            *[", ".join(candidate["indistinguishable_from"])] * tied,
             style="bold" if candidate["effect"] in selected else "",
         )
-    more = len(testable) - _MOST_CANDIDATES
-    said = [f"{more} less likely ones"] if more > 0 else []
-    if len(able) > len(testable):
-        said.append(f"{len(able) - len(testable)} that do not lower the held-out error")
-    if said:
-        table.caption = f"and {', '.join(said)}"
+    more = len(shown) - _MOST_CANDIDATES
+    rest = [f"{more} less likely ones"] if more > 0 else []
+    if left_out:
+        rest.append(f"{left_out} that do not lower the error")
+    if rest:
+        table.caption = f"and {', '.join(rest)}"
     return table
 
 
@@ -226,26 +221,21 @@ def remarks(log: Document) -> Iterator[Text]:
             yield Text(f"{kind.capitalize()}: {'; '.join(sentences)}.", style="dim")
 
 
+def _next_steps(document: Document) -> Iterator[RenderableType]:
+    """What to measure next."""
+    if entries := document["experiments"]:
+        said = [Text(f"{about(entry)}{entry['run']}") for entry in entries]
+        yield Group(Text("What to measure next", style="italic"), *said)
+
+
 def _open_questions(document: Document) -> Iterator[Text]:
-    """What lies outside the catalogue, what could not be tested, what to drive next."""
-    if outside := document.get("outside_catalogue"):
-        formula = outside.get("formula")
-        of = ", ".join(outside["quantities"])
-        yield Text(
-            f"Outside the catalogue: a shape over {of}" + (f": {formula}" if formula else "") + "."
-        )
-    for sensor in document.get("sensor") or ():
-        if sensor["sentence"] not in (document.get("sentence") or ""):
-            yield Text(f"Sensor: {sensor['sentence']}")
-    for (why, help_), effects in not_testable(document.get("not_testable", ())).items():
-        reason = f": {why}; {help_}" if help_ else f": {why}"
-        yield Text.assemble(("Not testable: ", "dim"), ", ".join(effects), (reason, "dim"))
-    for entry in document["experiments"]:
-        yield Text(about(entry) + entry["run"], style="bold")
-
-
-def _z(value: float | None) -> str:
-    return "" if value is None else f"{value:z.1f}"
+    """What could not be tested, one line for each cause."""
+    for cause, (effects, helps) in untestable(document).items():
+        alike = f" {next(iter(helps))}" if len(helps) == 1 else ""
+        hinted = cause.startswith(_HINTED)
+        lead, between = ("Hinted at: ", ", ") if hinted else ("Not testable: ", ": ")
+        why = f"{between}{cause.removeprefix(_HINTED)}.{alike}"
+        yield Text.assemble((lead, "dim"), ", ".join(effects), (why, "dim"))
 
 
 def _time(seconds: float) -> str:
@@ -257,6 +247,13 @@ def _time(seconds: float) -> str:
 
 def _count(value: Any) -> int:
     return value if isinstance(value, int) else len(value)
+
+
+def _apart(*parts: RenderableType | None) -> Group:
+    """Parts with an empty line between them."""
+    shown = [part for part in parts if part is not None and getattr(part, "renderables", True)]
+    spaced = [line for part in shown for line in (Text(""), part)]
+    return Group(*spaced[1:])
 
 
 def _group(sentence: str, *parts: RenderableType | str | None) -> Group:

@@ -145,6 +145,8 @@ class Diagnosis(_Open):
     """what to measure next, best first: drives with ``settings``, and quantities to log"""
     refused_fit: RefusedFit | None = None
     meter: Meter | None = None
+    pictures: dict[str, Any] | None = None
+    """the evidence as numbers: worst stretch, curves of the residual, shares of the error"""
 
 
 class Adoption(_Open):

@@ -37,6 +37,39 @@ REGIMES = [
         "share_of_squared_error": 0.41,
     }
 ]
+PICTURES: dict[str, Any] = {
+    "stretch": {
+        "run": "b",
+        "time_s": [0.5 * k for k in range(12)],
+        "measured_w": [10.0] * 6 + [20.0] * 6,
+        "predicted_w": [10.0] * 12,
+        "proposed_w": [10.0] * 6 + [20.0] * 6,
+    },
+    "curves": [
+        {
+            "of": "air_drag",
+            "quantity": "speed",
+            "x": [0.2, 0.8],
+            "missing_w": [0.0, 4.0],
+            "stderr_w": [0.1, None],
+            "rows": [3100, 900],
+            "fitted_w": [0.0, 4.0],
+        }
+    ],
+    "shares": [
+        {
+            "where": where,
+            "rows": rows,
+            "share_of_rows": rows / 4000,
+            "share_of_squared_error": share,
+            "bias_w": bias,
+        }
+        for where, rows, share, bias in (
+            ("faster than 0.6 m/s", 900, 0.41, 3.1),
+            ("everywhere else", 3100, 0.59, -0.2),
+        )
+    ],
+}
 
 
 def comparison(**changes: Any) -> dict[str, Any]:
@@ -106,8 +139,18 @@ def diagnosis(**changes: Any) -> dict[str, Any]:
             {
                 "effect": "motor_heating",
                 "why": "the log has no motor_temp",
-                "what_would_help": "log motor_temp",
-            }
+                "what_would_help": "Log motor_temp.",
+            },
+            *(
+                {
+                    "effect": effect,
+                    "why": f"it would go unnoticed {size}, 3.0 % of the mean power",
+                    "what_would_help": f"Look at {effect}.",
+                    "cause": "it would go unnoticed",
+                    "size": size,
+                }
+                for effect, size in (("wear", "up to 0.31 W"), ("stiction", "up to 0.12 W"))
+            ),
         ],
         "regimes": REGIMES,
         "unexplained": {"heldout_over_floor": 1.07, "where": []},
@@ -122,6 +165,7 @@ def diagnosis(**changes: Any) -> dict[str, Any]:
         ],
         "log": LOG,
         "model": MODEL,
+        "pictures": PICTURES,
         **changes,
     }
 

@@ -26,7 +26,7 @@ from planner.report.markup import (
 )
 from planner.report.workbench.bars import MOST_CANDIDATES
 from planner.report.workbench.residuals import Look, axis_of
-from planner.report.workbench_wording import Document, about, model_name, not_testable
+from planner.report.workbench_wording import Document, about, model_name, untestable
 from planner.telemetry.comparison import RunComparison
 from planner.telemetry.diagnosis import Candidate, Diagnosis, Experiment
 from planner.telemetry.regimes import Regime
@@ -274,10 +274,20 @@ def experiments(diagnosis: Diagnosis) -> Markup:
 
 def not_identifiable(diagnosis: Diagnosis) -> Markup:
     """What the log cannot identify, and what would help."""
-    heads = ["effects", "reason", "what would help"]
-    alike = not_testable(n.to_json() for n in diagnosis.not_testable)
-    rows = [[", ".join(effects), why, help_] for (why, help_), effects in alike.items()]
+    heads = ["reason", "effects", "what would help"]
+    entries = {"not_testable": [n.to_json() for n in diagnosis.not_testable]}
+    rows = [
+        [cause, ", ".join(effects), _helps(helps)]
+        for cause, (effects, helps) in untestable(entries).items()
+    ]
     return section("What this log cannot identify", table("", heads, rows, words=(0, 1, 2)))
+
+
+def _helps(helps: Mapping[str, Sequence[str]]) -> str:
+    """What would help; of several things, which effects each helps."""
+    if len(helps) == 1:
+        return next(iter(helps))
+    return " ".join(f"{', '.join(names)}: {help_}" for help_, names in helps.items())
 
 
 def _experiment(experiment: Document) -> Markup:

@@ -5,6 +5,6 @@ log passes by.
 """
 
 from planner.telemetry.comparison.compare_log import CLOUD, Comparison, compare
-from planner.telemetry.comparison.sums import RunComparison, Sums, curve_bins
+from planner.telemetry.comparison.sums import CurveBins, RunComparison, Sums, curve_bins
 
-__all__ = ["CLOUD", "Comparison", "RunComparison", "Sums", "compare", "curve_bins"]
+__all__ = ["CLOUD", "Comparison", "CurveBins", "RunComparison", "Sums", "compare", "curve_bins"]

@@ -38,6 +38,7 @@ from planner.progress import Progress
 from planner.telemetry.diagnosis.decision import Answer, Decision, columns_in, decide, stands
 from planner.telemetry.diagnosis.experiments import UNKNOWN, WIDE, Advice
 from planner.telemetry.diagnosis.missing_columns import Aliases, slope_to_log
+from planner.telemetry.diagnosis.pictures import Pictures, pictures_of
 from planner.telemetry.diagnosis.reconcile import more_credible
 from planner.telemetry.diagnosis.results import (
     Candidate,
@@ -56,7 +57,8 @@ from planner.telemetry.evidence import Examination
 from planner.telemetry.holdout import LinearHeldout, base_fit, heldout_residual, rms, supports
 from planner.telemetry.logs import LogLike, MappingLike, Telemetry
 from planner.telemetry.other_terms import SENSORS, measured_residual
-from planner.telemetry.regimes import regimes_of
+from planner.telemetry.prediction import predict
+from planner.telemetry.regimes import Regime, regimes_of
 from planner.telemetry.sampling import LogSource, open_source
 from planner.telemetry.selection import (
     Found,
@@ -172,6 +174,7 @@ def _report(source: LogSource, start: PowerModel, found: Found, floor: Array) ->
     errors: dict[str, Any] = {"after": Errors(fitted.rmse_w, rms(answer.left))}
     floor = decision.floor
     baseline = Errors(found.base.rmse_w, rms(decision.before), rms(floor))
+    as_measured, stated = log, found.base
     if sensors:
         # What is claimed is an error of the log as it was measured.
         as_measured = _as_measured(source, found)
@@ -189,6 +192,7 @@ def _report(source: LogSource, start: PowerModel, found: Found, floor: Array) ->
         refused=found.base.refused,
     )
     errors["baseline"] = baseline
+    regimes = tuple(regimes_of(log, found.base.residual, floor, found.base.watts))
     diagnosis = Diagnosis(
         **vars(models),
         **errors,
@@ -196,14 +200,48 @@ def _report(source: LogSource, start: PowerModel, found: Found, floor: Array) ->
         selected=selected,
         candidates=_candidates(found, decision, fitted),
         not_testable=Untestable(advice).listed(selected),
-        regimes=tuple(regimes_of(log, found.base.residual, floor, found.base.watts)),
+        regimes=regimes,
         unexplained=decision.unexplained,
         outside=answer.proposal.outside if answer.proposal else None,
         sensors=sensors,
         experiments=_experiments(advice, found, decision, fitted),
         log=source.describe(),
+        pictures=_pictures(as_measured, stated, models, sensors, regimes),
     )
     return replace(diagnosis, sentence=sentence_of(diagnosis, decision.alike, decision.near))
+
+
+def _pictures(
+    as_measured: Telemetry,
+    stated: Fit,
+    models: FittedModels,
+    sensors: Sequence[SensorFault],
+    regimes: Sequence[Regime],
+) -> Pictures:
+    """What to look at: errors of sensors change the whole prediction, effects add to it."""
+    before, fitted = stated.watts, models.fitted
+    known = {effect.slug for effect in models.base.effects}
+    parts = {
+        effect.slug: fitted.watts - predict(_without(fitted.model, effect.slug), models.corrected)
+        for effect in fitted.model.effects
+        if effect.slug not in known
+    }
+    if not parts and not sensors:
+        return pictures_of(as_measured, before, None, {}, regimes)
+    scale = {fault.kind: fault.value for fault in sensors}
+    after = measured_residual(fitted.watts, scale)
+    if sensors:
+        parts = {sensors[0].kind: after - before, **parts}
+    return pictures_of(as_measured, before, after, parts, regimes)
+
+
+def _without(model: PowerModel, slug: str) -> PowerModel:
+    """The same model with an effect at its null values."""
+    values = model.parameters.copy()
+    for place, (effect, _, parameter, _) in enumerate(model.slots):
+        if effect.slug == slug and parameter.null is not None:
+            values[place] = parameter.null
+    return replace(model, parameters=values)
 
 
 def _experiments(
@@ -282,8 +320,8 @@ def _sensor_faults(found: Found) -> tuple[SensorFault, ...]:
     faults = []
     for kind, (value, stderr) in _corrections(found).items():
         sensor = SENSORS[kind]
-        sentence = sensor.sentence.format(value=f"{value:.3g} ± {stderr:.1g}")
-        faults.append(SensorFault(kind, value, stderr, sensor.unit, sentence))
+        said = sensor.said(value, stderr)
+        faults.append(SensorFault(kind, value, stderr, sensor.unit, said))
     return tuple(faults)
 
 

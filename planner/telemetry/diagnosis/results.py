@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.shown import Shown, frame
+from planner.telemetry.diagnosis.pictures import Pictures
 from planner.telemetry.diagnosis.unexplained import Unexplained
 from planner.telemetry.estimation import Fit, RefusedFit
 from planner.telemetry.logs import Meter, Telemetry
@@ -27,6 +28,9 @@ if TYPE_CHECKING:
 Verdict = Literal[
     "missing_effect", "complete", "not_identifiable", "outside_catalogue", "sensor_error"
 ]
+
+HINTED = "the log hints at it, "
+"""How the reason begins why an effect is not named that could be seen."""
 
 
 @dataclass(frozen=True)
@@ -249,6 +253,7 @@ class Diagnosis(FittedModels, Shown):
         sensors: faulty sensors.
         experiments: what to measure next, best first.
         log: source, hash, rows, runs, findings.
+        pictures: what a person looks at to believe it.
     """
 
     verdict: Verdict
@@ -264,6 +269,7 @@ class Diagnosis(FittedModels, Shown):
     sensors: tuple[SensorFault, ...]
     experiments: tuple[Experiment, ...]
     log: Mapping[str, Any]
+    pictures: Pictures
 
     @property
     def meter(self) -> Meter | None:
@@ -318,6 +324,7 @@ class Diagnosis(FittedModels, Shown):
             "log": dict(self.log),
             "refused_fit": None if self.refused is None else self.refused.to_json(),
             "meter": None if self.meter is None else self.meter.to_json(),
+            "pictures": self.pictures.to_json(),
         }
 
 

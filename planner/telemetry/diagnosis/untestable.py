@@ -22,14 +22,13 @@ from planner.telemetry.diagnosis.experiments import (
     Option,
     left_after,
 )
-from planner.telemetry.diagnosis.results import NotTestable
+from planner.telemetry.diagnosis.results import HINTED, NotTestable
 from planner.telemetry.selection import RankedTerm
 
 HINT = 3.0
 """Standard errors from which an effect that is not named is mentioned."""
-HINTED = "the log hints at it, "
 UNNOTICED = "it would go unnoticed "
-"""How reasons begin that state the size up to which an effect is not seen."""
+"""How the reason begins that states the size up to which an effect is not seen."""
 
 
 class Untestable:
@@ -70,7 +69,11 @@ class Untestable:
         for ranked in self.selection.ranking:
             z = self._beside(ranked, selected)
             if z > HINT and not ranked.member.sensor:
-                but = "held-out rows do not" if ranked.name in chosen else "too little to name it"
+                but = (
+                    "held-out rows do not bear it out"
+                    if ranked.name in chosen
+                    else "too little to name it"
+                )
                 reasons[ranked.name] = f"{HINTED}{z:.1f} standard errors, {but}"
         aliased = {alias for name in selected for alias in self.selection.aliases.get(name, ())}
         return tuple(
@@ -117,5 +120,5 @@ def _cause(why: str) -> tuple[str, str]:
         return UNNOTICED.strip(), why.removeprefix(UNNOTICED).partition(",")[0]
     if why.startswith(HINTED):
         size, _, but = why.removeprefix(HINTED).partition(", ")
-        return f"{HINTED.strip()}: {but}", size
+        return f"{HINTED}but {but}", size
     return why, ""

@@ -8,9 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from planner.telemetry.diagnosis.results import Diagnosis, Verdict
+from planner.amounts import watts
+from planner.power.catalogue import all_effects
+from planner.telemetry.diagnosis.results import HINTED, Diagnosis, Verdict
 from planner.telemetry.diagnosis.unexplained import MOST_OVER_FLOOR
 from planner.telemetry.regimes import Regime
+
+CLOSE = 1.05
+"""Held-out error over the noise floor up to which both are called the same."""
 
 
 def verdict_of(*, faulty: bool, formula: bool, named: bool, lost: bool) -> Verdict:
@@ -40,13 +45,76 @@ def sentence_of(diagnosis: Diagnosis, alike: Sequence[str] = (), near: str = "")
         near: what decided narrowly.
     """
     said = [_verdict_in_words(diagnosis, alike)]
+    if diagnosis.outside is not None:
+        said.append(f"The formula is {diagnosis.outside.formula}.")
     if near:
         said.append(f"This is a near decision: {near}.")
+    if diagnosis.verdict == "complete":
+        said.append(_scope(diagnosis))
     if diagnosis.meter is not None:
         said.append(f"{diagnosis.meter.sentence}.")
     if diagnosis.refused is not None:
         said.append(diagnosis.refused.sentence)
     return " ".join(said)
+
+
+def _verdict_in_words(diagnosis: Diagnosis, alike: Sequence[str]) -> str:
+    names = _names(diagnosis)
+    if diagnosis.verdict == "sensor_error":
+        faults = "; ".join(s.sentence for s in diagnosis.sensors)
+        rest = f", and the model lacks {names}" if names else ""
+        return f"A sensor is wrong: {faults}{rest}. {_fall(diagnosis, 'Corrected')}."
+    if diagnosis.outside is not None:
+        over = " and ".join(diagnosis.outside.quantities).replace("_", " ")
+        further = f"{names} and " if names else ""
+        return (
+            f"The model lacks {further}something over {over} that no effect of the catalogue "
+            f"describes: {_fall(diagnosis, 'with a formula')}."
+        )
+    if diagnosis.verdict == "missing_effect":
+        return f"The model lacks {names}: {_fall(diagnosis, 'with it')}."
+    error = watts(diagnosis.baseline.heldout_rmse_w)
+    if diagnosis.verdict == "not_identifiable":
+        structure = _structure(diagnosis)
+        where = f", most of all {structure.sentence}" if structure else ""
+        like = f" ({', '.join(alike)} would look the same)" if alike else ""
+        return (
+            f"Something is missing{where}; this log cannot tell what{like}: "
+            f"the error on unseen runs is {error}, {_beside_noise(diagnosis)}."
+        )
+    return (
+        "Nothing is missing that this log could show: the error on unseen runs is "
+        f"{error}, {_beside_noise(diagnosis)}."
+    )
+
+
+def _fall(diagnosis: Diagnosis, how: str) -> str:
+    """What a claim does to the error, and what it leaves."""
+    before, after = diagnosis.baseline.heldout_rmse_w, diagnosis.after.heldout_rmse_w
+    # Named all the same, so the loss of single rows fell.
+    but = (
+        " most rows improve, but not a few that small errors of the speeds decide;"
+        if after >= before
+        else ""
+    )
+    verb = "goes" if but else "falls"
+    return (
+        f"{how},{but} the error on unseen runs {verb} from {watts(before)} to {watts(after)}, "
+        f"{_beside_noise(diagnosis)}"
+    )
+
+
+def _beside_noise(diagnosis: Diagnosis) -> str:
+    """The error that is left, beside the noise; where it is, once that is much."""
+    rest, floor = diagnosis.unexplained, watts(diagnosis.baseline.noise_floor_w or 0.0)
+    if rest.heldout_over_floor <= CLOSE:
+        return f"which is the log's own noise (about {floor})"
+    if rest.heldout_over_floor <= MOST_OVER_FLOOR:
+        return f"close to the log's own noise (about {floor})"
+    structure = _structure(diagnosis)
+    most = f", most of all {structure.sentence}" if structure and diagnosis.proposed else ""
+    times = f"{rest.heldout_over_floor:.2g} times the log's own noise (about {floor})"
+    return f"still {times}{most}" if diagnosis.proposed else times
 
 
 def _structure(diagnosis: Diagnosis) -> Regime | None:
@@ -55,56 +123,29 @@ def _structure(diagnosis: Diagnosis) -> Regime | None:
     return max(where, key=lambda r: r.share_of_squared_error, default=None)
 
 
-def _errors(diagnosis: Diagnosis) -> str:
-    """Held-out errors and noise, and what stays unexplained."""
-    before, after, rest = diagnosis.baseline, diagnosis.after, diagnosis.unexplained
-    error = f"held-out error {before.heldout_rmse_w:.3g} W"
-    if diagnosis.proposed or diagnosis.sensors:
-        error += f" → {after.heldout_rmse_w:.3g} W"
-    errors = f"{error}, noise {before.noise_floor_w or 0.0:.3g} W"
-    if rest.heldout_over_floor <= MOST_OVER_FLOOR:
-        return errors
-    structure = _structure(diagnosis)
-    most = f", most of all {structure.sentence}" if structure and diagnosis.proposed else ""
-    return f"{errors}: {rest.heldout_over_floor:.2g} times the noise stays unexplained{most}"
-
-
 def _names(diagnosis: Diagnosis) -> str:
     """The selected effects, each with those that explain the residual equally well."""
     aliases = {c.effect: c.indistinguishable_from for c in diagnosis.candidates}
     return " and ".join(
         f"{' or '.join([effect, *aliases[effect]])} (this log cannot tell which)"
         if aliases.get(effect)
-        else effect
+        else _titled(effect)
         for effect in diagnosis.selected
     )
 
 
-def _verdict_in_words(diagnosis: Diagnosis, alike: Sequence[str]) -> str:
-    before, after = diagnosis.baseline, diagnosis.after
-    errors, names = _errors(diagnosis), _names(diagnosis)
-    if diagnosis.verdict == "sensor_error":
-        faults = "; ".join(s.sentence for s in diagnosis.sensors)
-        rest = f"; in addition, {names} is missing" if names else ""
-        return f"A sensor is wrong rather than the model: {faults}{rest} ({errors})."
-    if diagnosis.outside is not None:
-        over = " and ".join(diagnosis.outside.quantities).replace("_", " ")
-        further = f" in addition to {names}" if names else ""
-        return (
-            f"Something outside the catalogue is missing{further}, over {over}: "
-            f"{diagnosis.outside.formula} ({errors})."
-        )
-    if diagnosis.verdict == "missing_effect":
-        # Named all the same, so the loss of single rows fell.
-        unsure = (
-            "; most rows improve, but not a few that small errors of the speeds decide"
-            if after.heldout_rmse_w >= before.heldout_rmse_w
-            else ""
-        )
-        return f"Missing: {names} ({errors}){unsure}."
-    if diagnosis.verdict == "not_identifiable":
-        structure = _structure(diagnosis)
-        where = f", most of all {structure.sentence}" if structure else ""
-        like = f": {', '.join(alike)} would look the same" if alike else ""
-        return f"Something is missing{where}; this log cannot attribute it{like} ({errors})."
-    return f"Nothing is missing that this log could show ({errors})."
+def _titled(slug: str) -> str:
+    """A slug, and its title where that says more."""
+    effect = all_effects().get(slug)
+    if effect is None or set(effect.title.split()) <= set(slug.split("_")):
+        return slug
+    return f"{slug} ({effect.title})"
+
+
+def _scope(diagnosis: Diagnosis) -> str:
+    """How many effects the log could have shown."""
+    unseen = {n.effect for n in diagnosis.not_testable if not n.cause.startswith(HINTED)}
+    every = {c.effect for c in diagnosis.candidates} | unseen
+    if every <= unseen:
+        return "But it could show none of the effects of the catalogue."
+    return f"It could show {len(every - unseen)} of {len(every)} effects of the catalogue."

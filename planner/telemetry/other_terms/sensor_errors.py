@@ -43,7 +43,8 @@ class Sensor:
         usual: standard deviation of such errors over sensors in use.
         limit: the largest size that is believed.
         step: size at which its column is taken at first.
-        sentence: with {value} for the size.
+        sentence: with places for the size and for words about its sign.
+        signs: of each place, the words above and below zero.
         correct: log and size → the log without this error.
     """
 
@@ -54,7 +55,20 @@ class Sensor:
     limit: float
     step: float
     sentence: str
+    signs: tuple[str, ...]
     correct: Callable[[Telemetry, float], Telemetry]
+
+    def said(self, value: float, stderr: float) -> str:
+        """An error in words, its size in degrees or per cent.
+
+        Args:
+            value: SI.
+            stderr: its standard error.
+        """
+        scale, unit = (180.0 / np.pi, "°") if self.unit == "rad" else (100.0, " %")
+        size = f"{scale * abs(value):.3g}{unit} (± {scale * stderr:.1g}{unit})"
+        chosen = self.signs[::2] if value > 0.0 else self.signs[1::2]
+        return self.sentence.format(size, *chosen)
 
     def column(
         self, log: Telemetry, model: PowerModel, watts: Array, size: float | None = None
@@ -133,28 +147,27 @@ _TURN = 0.01, 0.05, 0.3, 0.02
 """rad."""
 _POWER = 0.01, 0.05, 0.4, 0.02
 """Share of the power."""
-_MISALIGNED = "the velocity is turned by {value} rad in the body frame"
-_SCALED = (
-    "power is too large by a share of {value}, or the data sheet's mass is too small by that share"
-)
+_HIGH = "high", "low"
+_TURNED = "the velocity in the body frame is turned {} to the {}"
+_SCALED = "power reads {} too {}, or the mass in the data sheet is too {} by as much"
 SENSORS: dict[str, Sensor] = {
-    kind: Sensor(kind, unit, *sizes, sentence, correct)
-    for kind, unit, sizes, sentence, correct in (
-        ("slope_offset", "rad", _TILT, "the pitch sensor is off by {value} rad", _pitched),
-        ("roll_offset", "rad", _TILT, "the roll sensor is off by {value} rad", _rolled),
-        ("speed_scale", "1", _SPEED, "speeds are too large by a share of {value}", _slower),
-        ("heading_misalignment", "rad", _TURN, _MISALIGNED, _turned),
-        ("power_scale", "1", _POWER, _SCALED, _smaller_power),
+    kind: Sensor(kind, unit, *sizes, sentence, signs, correct)
+    for kind, unit, sizes, sentence, signs, correct in (
+        ("slope_offset", "rad", _TILT, "pitch reads {} too {}", _HIGH, _pitched),
+        ("roll_offset", "rad", _TILT, "roll reads {} too {}", _HIGH, _rolled),
+        ("speed_scale", "1", _SPEED, "speeds read {} too {}", _HIGH, _slower),
+        ("heading_misalignment", "rad", _TURN, _TURNED, ("left", "right"), _turned),
+        ("power_scale", "1", _POWER, _SCALED, (*_HIGH, *_HIGH[::-1]), _smaller_power),
     )
 }
 """By kind."""
 
 
 def measured_residual(residual: Array, corrections: dict[str, float]) -> Array:
-    """Residuals (n,) W of a corrected log, in watts as they were measured.
+    """Residuals or powers (n,) W of a corrected log, in watts as they were measured.
 
     Args:
-        residual: (n,) W, measured less modelled, of the corrected rows.
+        residual: (n,) W, of the corrected rows.
         corrections: kind of a sensor's error → its size.
     """
     return residual * (1.0 + corrections.get("power_scale", 0.0))

@@ -76,6 +76,17 @@ class Condition:
             met &= size < self.high
         return met
 
+    @property
+    def rest(self) -> Condition | None:
+        """The other side of a single bound; None where that is no condition."""
+        if self.axis in ("heading", "surface") or (self.low is None) == (self.high is None):
+            return None
+        if {**AXES, **FURTHER}[self.axis].signed and not self.magnitude:
+            return None
+        unit = _unit(self.axis)
+        low, high = (None if bound is None else bound / unit for bound in (self.high, self.low))
+        return within(self.axis, low, high, magnitude=self.magnitude)
+
     def to_json(self) -> dict[str, object]:
         """Axis and bounds, ready for JSON."""
         document: dict[str, object] = {"axis": self.axis}

@@ -152,15 +152,12 @@ def find_regimes(
                 break
             conditions = _refined(conditions, axes, left)
             met = _met(conditions, axes)
-            if (
-                not met.any()
-                or abs(search.excess_of(met, left, len(conditions))) < 1.0
-                or not search.runs_agree(met, left)
-            ):
+            sides = _sides(conditions, met, axes)
+            if not met.any() or not _stands_out(sides, left, len(conditions), search):
                 candidates.drop()
                 continue
             left[met] -= left[met].mean()
-            regime = _regime(conditions, met, residual, total, search)
+            regime = _regime(conditions, met, sides, residual, total, search)
             repeated = any(
                 _says_the_same(regime, met, *other) for other in zip(found, masks, strict=True)
             )
@@ -175,6 +172,26 @@ def _met(conditions: Sequence[Condition], axes: Mapping[str, Array]) -> Mask:
     for condition in conditions:
         met &= condition.holds(axes[condition.axis])
     return met
+
+
+def _sides(conditions: tuple[Condition, ...], met: Mask, axes: Mapping[str, Array]) -> list[Mask]:
+    """The rows of a regime, and those on the other side of its only bound, if it has just one.
+
+    A contrast with the rest of the log is one of both sides. Where one of them holds few rows in
+    few clusters, the other one may show it more surely.
+    """
+    rest = conditions[0].rest if len(conditions) == 1 else None
+    if rest is None:
+        return [met]
+    other = rest.holds(axes[rest.axis])
+    return [met, other] if other.any() else [met]
+
+
+def _stands_out(sides: Sequence[Mask], left: Array, axes: int, search: Search) -> bool:
+    return any(
+        abs(search.excess_of(side, left, axes)) >= 1.0 and search.runs_agree(side, left)
+        for side in sides
+    )
 
 
 def _refined(
@@ -209,6 +226,8 @@ class _Candidates:
         for pair, excess in zip(search.pairs, search.excess, strict=True):
             count = np.maximum(self._box(ones, pair), 1.0)
             sums = self._box(residual, pair)
+            if pair[1] < 0:
+                excess = self._surer(excess, pair[0])
             stands_out = np.abs(excess) > 1.0
             stands_out &= (sums * sums / count > LEAST_EXPLAINED * total) & (sums * excess > 0.0)
             self._counts.append(count)
@@ -261,6 +280,13 @@ class _Candidates:
             self.axes[b].sets[second[at % len(second)]],
         )
 
+    def _surer(self, excess: Array, axis: int) -> Array:
+        """Excess (sets,) of conditions on one axis, or of the other side where that is larger."""
+        place = {condition: k for k, condition in enumerate(self.axes[axis].sets)}
+        rest = [place.get(c.rest, k) if c.rest else k for k, c in enumerate(place)]
+        other = np.where(np.arange(len(rest)) == rest, excess, -excess[rest])
+        return np.where(np.abs(other) > np.abs(excess), other, excess)
+
     def _plain(self, pair: tuple[int, int]) -> Array:
         a, b = pair
         if b < 0:
@@ -277,7 +303,12 @@ class _Candidates:
 
 
 def _regime(
-    conditions: tuple[Condition, ...], met: Mask, residual: Array, total: float, search: Search
+    conditions: tuple[Condition, ...],
+    met: Mask,
+    sides: Sequence[Mask],
+    residual: Array,
+    total: float,
+    search: Search,
 ) -> Regime:
     inside = residual[met]
     bias, squares = float(inside.mean()), float(inside @ inside)
@@ -290,7 +321,7 @@ def _regime(
         share_of_squared_error=squares / total,
         explained=len(inside) * bias * bias / total,
         stderr_w=search.stderr_of(met, residual),
-        chance=search.chance_of(met, residual, len(conditions)),
+        chance=min(search.chance_of(side, residual, len(conditions)) for side in sides),
         conditions=ordered,
     )
 

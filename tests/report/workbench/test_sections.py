@@ -55,7 +55,7 @@ def test_regimes_in_words_and_figures(pages: dict[str, str]) -> None:
 
 def test_what_cannot_be_told_is_gathered_by_reason(pages: dict[str, str]) -> None:
     rows = rows_of(pages["diagnosis"], "What this log cannot identify")
-    assert [row[0] for row in rows[1:]] == ["wear, battery_sag"]
+    assert [row[1] for row in rows[1:]] == ["wear, battery_sag"]
     assert rows[1][2] == "Drive for weeks."
 
 

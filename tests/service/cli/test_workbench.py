@@ -103,7 +103,7 @@ def test_diagnose_says_the_sentence_first(
     assert said.startswith("The model lacks air_drag.")
     assert "97 %" in said
     assert "drag_area 0.22 ± 0.01 m²" in said
-    assert "Not testable: motor_heating: the log has no motor_temp; log motor_temp" in said
+    assert "Not testable: motor_heating: the log has no motor_temp. Log motor_temp." in said
     assert "Next: joulepath adopt diagnosed drive.csv --vehicle minibalance" in said
     assert "To tell viscous_drag and converter_efficiency apart: drive 60 s" in said
 

@@ -73,7 +73,7 @@ def test_the_chapter_tells_it(
     monkeypatch.setattr(chapters, "close_the_loop", lambda *given: told)
     answers = chapters.hidden_effect(Console(width=110), tmp_path)
     said = " ".join(capsys.readouterr().out.split())
-    assert "Missing: regeneration_limit" in said
+    assert "The model lacks regeneration_limit" in said
     assert "What was named is what it hid" in said
     assert chapters.summary(told) in said
     assert all(answer.routes for answer in answers.values())

@@ -17,6 +17,13 @@ from planner.power.catalogue import find_effect
 from planner.power.model import PowerModel
 from planner.telemetry.adoption import Adoption
 from planner.telemetry.comparison import Comparison, RunComparison
+from planner.telemetry.diagnosis.pictures import (
+    ELSEWHERE,
+    Curve,
+    Pictures,
+    Share,
+    worst_stretch,
+)
 from planner.telemetry.diagnosis.results import (
     Candidate,
     Diagnosis,
@@ -179,8 +186,26 @@ def diagnosis(made: Material, **changes: Any) -> Diagnosis:
         "additions": {},
         "corrected": made.log,
         "log": described(),
+        "pictures": pictures(made),
     }
     return Diagnosis(**{**given, **changes})
+
+
+def pictures(made: Material, **changes: Any) -> Pictures:
+    """Something to look at: a ripple, and the formula that goes through it."""
+    x, y = np.array(CURVE[::4]).T
+    place = regime()
+    given: dict[str, Any] = {
+        "stretch": worst_stretch(made.log, {"before": made.base.watts, "after": made.full.watts}),
+        "curves": (
+            Curve("air_drag", "heading", tuple(x), y + 0.05, 0.1 + 0.0 * y, 9.0 + 0.0 * y, y),
+        ),
+        "shares": (
+            Share(place.where, place.rows, 0.2, 0.41, place.bias_w),
+            Share(ELSEWHERE, 1605, 0.8, 0.59, 0.02),
+        ),
+    }
+    return Pictures(**{**given, **changes})
 
 
 def complete(made: Material) -> Diagnosis:

@@ -12,7 +12,7 @@ import pytest
 
 import planner
 from planner.telemetry.diagnosis.diagnose_log import diagnose
-from planner.telemetry.diagnosis.results import Diagnosis
+from planner.telemetry.diagnosis.results import Diagnosis, NotTestable
 from planner.telemetry.diagnosis.unexplained import MOST_OVER_FLOOR, Unexplained
 from planner.telemetry.diagnosis.verdict import sentence_of
 from planner.telemetry.holdout.heldout import LEAST_FORMULA_FALL
@@ -45,7 +45,7 @@ def test_the_first_sentence_says_where_the_error_is(made):
     )
     said = sentence_of(found)
     assert "on carpet: +2.6 W, 79 %" in said.split(". ")[0]
-    assert "3.3 times the noise" in said
+    assert "3.3 times the log's own noise" in said
 
 
 def test_a_claim_says_what_it_leaves(made):
@@ -58,7 +58,9 @@ def test_a_claim_says_what_it_leaves(made):
             sensors=(),
             unexplained=Unexplained(ratio, (carpet,)),
         )
-        assert ("stays unexplained, most of all on carpet" in sentence_of(found)) is said
+        text = sentence_of(found)
+        assert (f"still {ratio} times the log's own noise" in text) is said
+        assert ("most of all on carpet" in text) is said
 
 
 @pytest.mark.parametrize("verdict", ["missing_effect", "outside_catalogue", "sensor_error"])
@@ -76,8 +78,31 @@ def test_a_near_decision_says_so(made):
 
 def test_a_sentence_without_a_proposal_shows_one_error(made):
     found = results.diagnosis(made, **{**vars(results.complete(made)), "verdict": "complete"})
-    assert "→" not in sentence_of(found)
-    assert "2.35 W" in sentence_of(found)
+    assert " to " not in first_sentence(found)
+    assert "is 2.35 W" in sentence_of(found)
+
+
+def test_the_first_sentence_is_plain(made):
+    """Words that a reader of logs need not know stand further down."""
+    changes = {"unexplained": Unexplained(1.02)}
+    for verdict in ("missing_effect", "outside_catalogue", "sensor_error", "complete"):
+        outside = results.outside(made) if verdict == "outside_catalogue" else None
+        sensors = results.diagnosis(made).sensors if verdict == "sensor_error" else ()
+        given = {**changes, "verdict": verdict, "outside": outside, "sensors": sensors}
+        said = sentence_of(results.diagnosis(made, **given)).split(". ")[0]
+        for word in ("held-out", "RMS", "cos(", "residual", "rad"):
+            assert word not in said
+
+
+def test_a_log_that_shows_nothing_says_so(made):
+    unseen = tuple(
+        NotTestable(effect, "it would go unnoticed", "") for effect in ("wear", "air_drag")
+    )
+    given = {**vars(results.complete(made)), "candidates": (), "not_testable": unseen}
+    assert "none of the effects" in sentence_of(results.diagnosis(made, **given))
+    seen = (*given["candidates"], results.candidate("stiction", 0.0))
+    said = sentence_of(results.diagnosis(made, **{**given, "candidates": seen}))
+    assert "1 of 3 effects" in said
 
 
 @pytest.mark.parametrize("strength", [0.11, 0.14, 0.3])

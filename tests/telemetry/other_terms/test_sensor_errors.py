@@ -114,3 +114,14 @@ def test_a_run_of_one_row_has_finite_columns(motion, base):
     for sensor in SENSORS.values():
         assert np.all(np.isfinite(sensor.column(one, base, watts)))
         assert np.all(np.isfinite(sensor.correct(one, sensor.step).power))
+
+
+def test_an_error_is_said_in_degrees_and_per_cent():
+    said = {kind: sensor.said(-0.0349, 0.00175) for kind, sensor in SENSORS.items()}
+    assert said["slope_offset"] == "pitch reads 2° (± 0.1°) too low"
+    assert said["speed_scale"] == "speeds read 3.49 % (± 0.2 %) too low"
+    assert said["heading_misalignment"].endswith("to the right")
+    # Too little power is the same as too much mass.
+    assert "too low" in said["power_scale"]
+    assert "mass in the data sheet is too high" in said["power_scale"]
+    assert "mass in the data sheet is too low" in SENSORS["power_scale"].said(0.02, 0.01)

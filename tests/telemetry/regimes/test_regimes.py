@@ -179,3 +179,19 @@ def test_forty_thousand_rows_take_a_second():
     started = time.perf_counter()
     regimes(residual, axes, run)
     assert time.perf_counter() - started < 3.0  # 0.4 s on a free core
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_few_rows_that_hold_most_of_the_error_are_listed(seed):
+    """Four runs, and power flows back in short bursts: the rest of the log shows it more surely."""
+    axes, run = drive(runs=4, seed=seed)
+    chance = np.random.default_rng(seed)
+    power = 20.0 + chance.normal(0.0, 1.0, len(run))
+    for start in chance.choice(len(run) - 100, 5, replace=False):
+        power[start : start + chance.integers(5, 30)] = -chance.uniform(1.0, 15.0)
+    back = power < 0.0
+    residual = noisy(np.where(back, -power, -0.4), seed)
+    first = regimes(residual, {**axes, "predicted_power": power}, run)[0]
+    assert first.where == "where the model predicts negative power"
+    assert first.bias_w > 3.0
+    assert first.share_of_squared_error > 0.6
