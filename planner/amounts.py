@@ -82,3 +82,8 @@ def estimate(value: float, stderr: float | None, unit: str) -> str:
     unit = "" if unit in ("", "1") else f" {unit}"
     between = "" if stderr is None else f" ± {stderr:.2g}"
     return f"{number(value, stderr)}{between}{unit}"
+
+
+def finite(value: float | None) -> float | None:
+    """A number, or None where it is not known."""
+    return None if value is None or not math.isfinite(value) else float(value)

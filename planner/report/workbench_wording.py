@@ -21,6 +21,11 @@ def model_name(model: Document) -> str:
     return f"{model['name']}, version {model['version']}"
 
 
+def run_name(label: str) -> str:
+    """A run's label in a sentence: run 10, but run07 and over the ridge."""
+    return f"run {label}" if label.replace(".", "").isdigit() else label
+
+
 def proposed(diagnosis: Document) -> list[str]:
     """Names of everything that a diagnosis proposes to adopt."""
     outside = diagnosis.get("outside_catalogue") or {}
@@ -85,13 +90,21 @@ def about(experiment: Document) -> str:
 def could_be_missing(diagnosis: Document) -> tuple[list[Document], int]:
     """Candidates worth a look, and how many are left out.
 
-    A candidate that is not selected must lower the error on unseen runs, by as much as is shown.
+    A candidate that is neither selected nor tied with one that is must lower the error on unseen
+    runs, by as much as is shown.
     """
     before, selected = diagnosis["baseline"]["heldout_rmse_w"], diagnosis["selected"]
+    kept = {*selected, *_tied(diagnosis)}
     able = [c for c in diagnosis["candidates"] if c.get("testable", True)]
-    shown = [c for c in able if c["effect"] in selected or _lowers(c["heldout_rmse_w"], before)]
+    shown = [c for c in able if c["effect"] in kept or _lowers(c["heldout_rmse_w"], before)]
     shown.sort(key=lambda c: c["effect"] not in selected)
     return shown, len(able) - len(shown)
+
+
+def _tied(diagnosis: Document) -> set[str]:
+    """Effects that explain the residual as well as a selected one."""
+    chosen = [c for c in diagnosis["candidates"] if c["effect"] in diagnosis["selected"]]
+    return {name for c in chosen for name in c["indistinguishable_from"]}
 
 
 def _lowers(error: float | None, before: float) -> bool:
@@ -100,14 +113,9 @@ def _lowers(error: float | None, before: float) -> bool:
 
 def likelihood(candidate: Document, diagnosis: Document) -> str:
     """Probability of a candidate in words that the verdict does not contradict."""
-    known, selected = candidate["probability"], diagnosis["selected"]
-    if candidate["effect"] not in selected:
-        tied = (
-            set(c["indistinguishable_from"])
-            for c in diagnosis["candidates"]
-            if c["effect"] in selected
-        )
-        if candidate["effect"] in set().union(*tied):
+    known = candidate["probability"]
+    if candidate["effect"] not in diagnosis["selected"]:
+        if candidate["effect"] in _tied(diagnosis):
             return "tied"
         if known is not None and known >= LIKELY:
             return "not confirmed"

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Literal
 
 from planner.amounts import share, signed, watts
-from planner.report.workbench_wording import Document, proposed
+from planner.report.workbench_wording import Document, proposed, run_name
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -40,7 +40,7 @@ def evidence(document: Document) -> Iterator[RenderableType]:
 
 def claims(document: Document) -> list[str]:
     """Names of what a diagnosis claims: sensors that are wrong, effects and a formula."""
-    return [*(s["kind"] for s in document.get("sensor") or ()), *proposed(document)]
+    return [*(f"{s['kind']} corrected" for s in document.get("sensor") or ()), *proposed(document)]
 
 
 def errors(document: Document) -> RenderableType:
@@ -66,11 +66,9 @@ def over_time(stretch: Document, named: str) -> RenderableType:
     if stretch["proposed_w"] is not None:
         series[CLAIMED] = stretch["proposed_w"]
     claimed = f", {CLAIMED} with {named}" if CLAIMED in series else ""
-    run = stretch["run"]
-    run = run if "run" in run else f"run {run}"
     title = (
-        f"Where the model errs most: {run}, {time[0]:.0f} to {time[-1]:.0f} s\n"
-        f"{MEASURED} measured, {MODEL} model as it is{claimed}"
+        f"Where the model errs most: {run_name(stretch['run'])}, "
+        f"{time[0]:.0f} to {time[-1]:.0f} s\n{MEASURED} measured, {MODEL} model as it is{claimed}"
         + (f", {BOTH} both" if claimed else "")
     )
     lines = _plot(series)

@@ -10,7 +10,7 @@ from planner.report.drawing import chart, circle, line, short, text, width_of
 from planner.report.markup import joined
 from planner.report.workbench.residuals import SURE
 from planner.telemetry.comparison import RunComparison
-from planner.telemetry.diagnosis import Candidate
+from planner.telemetry.diagnosis import Candidate, Share
 from planner.telemetry.regimes import Regime
 
 MOST_CANDIDATES = 10
@@ -77,29 +77,54 @@ def regimes_chart(regimes: Sequence[Regime]) -> str:
     return chart(width, end + 4, joined(*parts), title, said, kind="chart bars")
 
 
+def shares_chart(shares: Sequence[Share]) -> str:
+    """Which rows hold the squared error: their share of the rows above their share of the error."""
+    if not shares:
+        return ""
+    width, row, room = 560, 62, 200
+    end = 4 + row * len(shares)
+    axes = Axes(width, end, (0.0, 1.0), inner=(0.0, 4.0, width - room, end))
+    parts = []
+    for number, s in enumerate(shares):
+        y = 4 + row * number
+        bias = f"{s.where}: on average {signed(s.bias_w)}"
+        parts.append(text(0, y + 13, short(bias, 80), "ink halo"))
+        for down, part, kind, of in (
+            (19, s.share_of_rows, "noise", "of the rows"),
+            (35, s.share_of_squared_error, "before", "of the squared error"),
+        ):
+            words = f"{share(part)} {of}"
+            parts.append(axes.bar(0.0, part, y + down, 13, f"{kind} solid", tooltip=words))
+            parts.append(text(axes.x(part) + 8, y + down + 11, words, "strong halo"))
+    said = "; ".join(
+        f"{s.where}: {share(s.share_of_rows)} of the rows, "
+        f"{share(s.share_of_squared_error)} of the squared error"
+        for s in shares
+    )
+    return chart(width, end, joined(*parts), "Where the squared error is", said, kind="chart bars")
+
+
 def candidates_chart(
-    candidates: Sequence[Candidate],
+    candidates: Mapping[str, Candidate],
     selected: Sequence[str],
     before: float,
     floor: float,
-    *,
-    likely: bool = True,
+    likely: Mapping[str, str],
 ) -> str:
     """Probability of every candidate, and the held-out error that the model would have with it.
 
     Args:
-        candidates: those that the log can tell, best first.
+        candidates: by slug, those to be shown, best first.
         selected: slugs.
         before: W, held-out error of the model without any of them.
         floor: W, noise.
-        likely: whether probabilities are told.
+        likely: slug → its probability in words; {} where probabilities are not told.
     """
-    shown = candidates[:MOST_CANDIDATES]
+    shown = [*candidates.values()][:MOST_CANDIDATES]
     if not shown:
         return ""
-    width, row, names, full = 640, 26, 176, 110
-    middle = 386 if likely else names
-    aliased = {a for c in candidates if c.effect in selected for a in c.indistinguishable_from}
+    width, row, names, full = 640, 26, 176, 90
+    middle = 400 if likely else names
     known = [c.heldout_rmse_w for c in shown if c.heldout_rmse_w is not None]
     most = 1.02 * max([before, floor, *known])
     end = 30 + row * len(shown)
@@ -112,7 +137,7 @@ def candidates_chart(
             axes.bar(0.0, floor, 24, end - 24, "noise area"),
             axes.mark(floor, 20, end, "noise dashed"),
             axes.mark(before, 20, end, "before dashed"),
-            text(middle, 12, "held-out error with it"),
+            text(middle, 12, "error on unseen runs with it"),
             text(axes.x(floor), end + 14, f"noise {watts(floor)}", anchor="middle"),
             text(axes.x(before), end + 30, f"without any {watts(before)}", anchor="end"),
         ]
@@ -122,16 +147,15 @@ def candidates_chart(
         parts.append(text(0, y + 14, short(c.effect, 26), "strong" if chosen else "ink"))
         hue = "after" if chosen else "noise"
         if likely:
-            mark = " · tied" if c.effect in aliased else ""
-            known_as = c.probability or 0.0
+            words = likely[c.effect]
+            known_as = c.probability or 0.0 if words[-1:] == "%" else 0.0
             parts.append(chances.bar(0.0, known_as, y + 3, 14, f"{hue} solid"))
-            label = (share(c.probability) or "not known") + mark
-            parts.append(text(chances.x(known_as) + 6, y + 15, label, "ink"))
+            parts.append(text(chances.x(known_as) + 6, y + 15, words, "ink"))
         if c.heldout_rmse_w is not None:
             kind = f"{hue} {'solid' if chosen else 'hollow'}"
             name = f"{c.effect}: {watts(c.heldout_rmse_w)}"
             parts.append(circle(axes.x(c.heldout_rmse_w), y + 10, 5.5, kind, tooltip=name))
-    said = "; ".join(f"{c.effect} {share(c.probability) if likely else ''}" for c in shown) + "."
+    said = "; ".join(f"{c.effect} {likely.get(c.effect, '')}".rstrip() for c in shown) + "."
     title = "What could be missing"
     return chart(width, end + 38, joined(*parts), title, said, kind="chart bars")
 

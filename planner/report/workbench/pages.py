@@ -14,11 +14,18 @@ from planner.power.model import PowerModel
 from planner.report.markup import Markup, element, joined, paragraph, section
 from planner.report.markup import figure as figure_of
 from planner.report.view import View
-from planner.report.workbench import sections
-from planner.report.workbench.bars import candidates_chart, errors_chart, regimes_chart, runs_chart
+from planner.report.workbench import ranking, sections
+from planner.report.workbench.bars import (
+    candidates_chart,
+    errors_chart,
+    regimes_chart,
+    runs_chart,
+    shares_chart,
+)
 from planner.report.workbench.history import history_chart, history_table
 from planner.report.workbench.parameter_tables import known_parameters, parameters
 from planner.report.workbench.residual_charts import (
+    claim_chart,
     cloud,
     common_range,
     distribution,
@@ -34,7 +41,6 @@ from planner.telemetry.diagnosis import Diagnosis, Errors
 
 _START = "model as it is"
 _NOISE, _MEASURED = {"noise": "the log's own noise"}, {"measured": "measured"}
-_MORE = {**_MEASURED, **_NOISE}
 _CLOUDS: dict[str, dict[str, str]] = {"predicted": {}, "distribution": _NOISE, "time": _MEASURED}
 """Pictures of single rows, and what they show beside the models."""
 
@@ -43,7 +49,7 @@ def _view(
     title: str, look: Look, names: dict[str, str], pictures: dict[str, str], parts: list[Markup]
 ) -> View:
     """With a card of the first section and the most telling pictures."""
-    main = [name for name in ("shape", "candidates") if name in pictures][:1]
+    main = [name for name in ("shape", "curve", "candidates") if name in pictures][:1]
     shown = [*main, *[*look.curves][: 2 if main else 3]]
     grid = [figure_of(pictures[name], kind="main" if name in main else "") for name in shown]
     # Labels of bars say what their colours mean.
@@ -99,22 +105,30 @@ def _comparison(result: Comparison) -> View:
 
 
 def _diagnosis(result: Diagnosis) -> View:
-    look, names = look_of(result), _names(result.proposed)
+    claimed = (*(f"{fault.kind} corrected" for fault in result.sensors), *result.proposed)
+    look, names = look_of(result), _names(claimed)
     before, after, found = result.baseline, result.after, result.outside
     errors, facts = {_START: before.heldout_rmse_w}, []
+    if claimed:
+        errors[_with(claimed)] = after.heldout_rmse_w
+        facts = _less(before, after)
     if result.proposed:
-        errors[_with(result.proposed)] = after.heldout_rmse_w
-        facts = [*_less(before, after), f"To adopt: {', '.join(result.proposed)}"]
+        facts.append(f"To adopt: {', '.join(result.proposed)}")
+    candidates, _ = ranking.shown_candidates(result)
+    shown = result.pictures
+    curves = zip(sections.curve_names(shown.curves), shown.curves, strict=True)
     pictures = _pictures(
         look,
         before.noise_floor_w,
         errors,
+        **{name: claim_chart(curve) for name, curve in curves},
+        shares=shares_chart(shown.shares),
         candidates=candidates_chart(
-            [c for c in result.candidates if c.why_not is None],
+            candidates,
             result.selected,
             before.heldout_rmse_w,
             before.noise_floor_w or 0.0,
-            likely=sections.likely(result),
+            ranking.chances(result),
         ),
         shape=""
         if found is None
@@ -128,15 +142,17 @@ def _diagnosis(result: Diagnosis) -> View:
             pictures["errors"],
             facts,
             verdict=result.verdict,
-            warnings=sections.aliases(result),
+            warnings=ranking.aliases(result),
+            caption="Error on runs that the fit has not seen (root mean square).",
         ),
+        sections.evidence(result, pictures, {**names, **_MEASURED}),
         sections.sensors(result),
         sections.outside(result, pictures),
-        sections.ranking(result, pictures),
+        ranking.ranking(result, pictures.get("candidates", "")),
         sections.experiments(result),
         sections.where(result.regimes, pictures),
         sections.axes(look, pictures, names),
-        sections.agreement(look, pictures, {**names, **_MORE}),
+        sections.agreement(look, pictures, {**names, **_NOISE}),
         parameters(result.fitted.parameters, result.model, without),
         sections.not_identifiable(result),
         sections.about_log(result.log, result.base.describe()),
@@ -157,8 +173,9 @@ def _adoption(result: Adoption) -> View:
         sections.headline(lead, pictures["errors"], facts, warnings=warnings),
         parameters(result.parameters, result.model, found.base),
         _history(result.model, versions),
+        sections.stretch(look, pictures, {**names, **_MEASURED}),
         sections.axes(look, pictures, names),
-        sections.agreement(look, pictures, {**names, **_MORE}),
+        sections.agreement(look, pictures, {**names, **_NOISE}),
         sections.about_log(found.log, result.model.describe()),
     ]
     return _view(f"Adopted from {_source(found.log)}", look, names, pictures, parts)

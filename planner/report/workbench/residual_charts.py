@@ -7,7 +7,7 @@ the model at the start, teal the one that was proposed or made.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -16,7 +16,8 @@ from planner.arrays import Array
 from planner.report.axes import Axes, nice_ticks, padded
 from planner.report.drawing import chart, circle, line, text
 from planner.report.markup import Markup, element, joined
-from planner.report.workbench.residuals import Axis, Bins, Curve, Look, Stretch, axis_of
+from planner.report.workbench.residuals import SURE, Axis, Bins, Curve, Look, axis_of
+from planner.telemetry.diagnosis import ResidualCurve, Stretch
 
 RESIDUAL = "measured − predicted (W)"
 _FEW = 8  # bins from which on a curve needs no dots
@@ -69,7 +70,7 @@ def over_time(stretch: Stretch) -> Markup:
     lines |= {f"{kind} thin": watts for kind, watts in stretch.predicted.items()}
     values = np.concatenate([*lines.values()])
     times = (float(stretch.time[0]), float(stretch.time[-1]))
-    axes = Axes(1000, 250, times, padded(float(values.min()), float(values.max())))
+    axes = Axes(800, 240, times, padded(float(values.min()), float(values.max())))
     parts = [axes.frame("time since the start of the run (s)", "power (W)")]
     parts += [axes.line(stretch.time, watts, kind) for kind, watts in lines.items()]
     return axes.svg(joined(*parts), f"Power over time in {stretch.run}")
@@ -188,6 +189,34 @@ def shape_chart(
         parts.append(draw if len(piece) > 1 else axes.dots(xs[piece], ys[piece], "after"))
     said = "Dots: the log, with 95 % intervals. Line: the formula, median of its rows there."
     return axes.svg(joined(*parts), f"What is missing, over {axis.words}", said)
+
+
+def claim_chart(curve: ResidualCurve) -> Markup:
+    """The residual over the quantity that a claim follows, and what everything claimed changes."""
+    axis = axis_of(curve.quantity)
+    labels = [] if axis.unit else [str(x) for x in curve.x]
+    xs = np.arange(float(len(labels))) if labels else axis.scale * np.array(curve.x, float)
+    reach = SURE * np.nan_to_num(curve.stderr)
+    low, high = curve.missing - reach, curve.missing + reach
+    fitted = curve.fitted
+    values = np.concatenate([low, high, np.zeros(1), *([] if fitted is None else [fitted])])
+    limits = (-180.0, 180.0) if curve.quantity == "heading" else padded(xs.min(), xs.max(), 0.03)
+    names: Mapping[float, str] | None = dict(enumerate(labels)) or None
+    if curve.quantity == "heading":
+        names = _COMPASS
+    if labels:
+        limits = (-0.5, len(labels) - 0.5)
+    axes = Axes(460, 280, limits, padded(float(values.min()), float(values.max()), 0.08), names)
+    parts = [axes.frame(axis.label, RESIDUAL)]
+    if fitted is not None:
+        parts.append(
+            axes.dots(xs, fitted, "after", 5.5) if labels else axes.line(xs, fitted, "after line")
+        )
+    parts += [axes.whiskers(xs, low, high, "before"), axes.dots(xs, curve.missing, "before")]
+    said = "Dots: measured minus predicted in this log, with 95 % intervals."
+    if fitted is not None:
+        said += " Line: what the claim changes."
+    return axes.svg(joined(*parts), f"Residual over {axis.words}", said)
 
 
 def _in_words(axis: Axis, curve: Curve) -> str:

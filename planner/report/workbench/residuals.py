@@ -11,7 +11,7 @@ a comparison has no "after". Residuals are measured minus predicted.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -21,14 +21,12 @@ from planner.power.model import PowerModel
 from planner.report.axes import thinned
 from planner.telemetry.adoption import Adoption
 from planner.telemetry.comparison import CLOUD, Comparison, Sums, curve_bins
-from planner.telemetry.diagnosis import Diagnosis
+from planner.telemetry.diagnosis import Diagnosis, Stretch, worst_stretch
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.prediction import predict
 from planner.telemetry.quantities_of_motion import AXES, FURTHER, all_axes, temperature_of
 from planner.telemetry.regimes import WORDS
 
-STRETCH = 120
-"""Rows of the stretch that is drawn over time."""
 SURE = 1.96
 """Standard errors of a 95 % interval."""
 _NAMES = {
@@ -115,23 +113,6 @@ Curve = dict[str, Bins]
 
 
 @dataclass(frozen=True)
-class Stretch:
-    """Consecutive rows of one run, those in which the model at the start errs most.
-
-    Attributes:
-        run: its label.
-        time: (n,) s since the run's first row.
-        measured: (n,) W.
-        predicted: "before" and perhaps "after" → (n,) W.
-    """
-
-    run: str
-    time: Array
-    measured: Array
-    predicted: dict[str, Array]
-
-
-@dataclass(frozen=True)
 class Look:
     """What is drawn of a log.
 
@@ -157,7 +138,8 @@ def look_of(result: Comparison | Diagnosis | Adoption) -> Look:
         return _look(found.corrected, {"before": found.base, "after": result.model})
     if isinstance(result, Diagnosis):
         proposed = {"after": result.model} if result.proposed else {}
-        return _look(result.corrected, {"before": result.base, **proposed})
+        look = _look(result.corrected, {"before": result.base, **proposed})
+        return replace(look, stretch=result.pictures.stretch)
     curves = {axis: {"before": Bins.of(lists)} for axis, lists in result.curves.items()}
     residuals = {"before": result.measured - result.predicted}
     return Look(result.measured, {"before": result.predicted}, _ordered(curves), None, residuals)
@@ -179,7 +161,7 @@ def _look(log: Telemetry, models: Mapping[str, PowerModel]) -> Look:
         log.power[shown],
         {kind: values[shown] for kind, values in watts.items()},
         _ordered(curves),
-        _stretch(log, watts),
+        worst_stretch(log, watts),
         {kind: log.power - values for kind, values in watts.items()},
     )
 
@@ -209,23 +191,3 @@ def lacking(diagnosis: Diagnosis) -> Bins | None:
 def _ordered(curves: Mapping[str, Curve]) -> dict[str, Curve]:
     identifiable = {axis: curve for axis, curve in curves.items() if len(curve["before"].x) > 1}
     return dict(sorted(identifiable.items(), key=lambda entry: -entry[1]["before"].structure))
-
-
-def _stretch(log: Telemetry, predicted: Mapping[str, Array]) -> Stretch | None:
-    squares = np.concatenate([[0.0], np.cumsum((log.power - predicted["before"]) ** 2)])
-    best, place = -1.0, slice(0, 0)
-    for start, stop in log.segments():
-        length = min(STRETCH, stop - start)
-        if length < 8:
-            continue
-        gathered = squares[start + length : stop + 1] - squares[start : stop + 1 - length]
-        at = int(np.argmax(gathered))
-        # Of short segments none may win because its few rows are bad: sums, not means.
-        if gathered[at] > best:
-            best, place = float(gathered[at]), slice(start + at, start + at + length)
-    if best < 0.0:
-        return None
-    run = int(log.run[place.start])
-    time = log.time[place] - float(log.time[np.argmax(log.run == run)])
-    shown = {kind: values[place] for kind, values in predicted.items()}
-    return Stretch(log.run_names[run], time, log.power[place], shown)

@@ -5,12 +5,9 @@ Each takes what it shows and gives HTML, or nothing where there is nothing to sh
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
 
-from planner.amounts import estimate, joules, number, share, signed, watts
-from planner.power.catalogue import all_effects
+from planner.amounts import estimate, finite, joules, number, share, signed, watts
 from planner.report.markup import (
     Markup,
     bullets,
@@ -20,15 +17,19 @@ from planner.report.markup import (
     joined,
     pair,
     paragraph,
-    plain,
     section,
     table,
 )
-from planner.report.workbench.bars import MOST_CANDIDATES
 from planner.report.workbench.residuals import Look, axis_of
-from planner.report.workbench_wording import Document, about, model_name, untestable
+from planner.report.workbench_wording import (
+    Document,
+    about,
+    model_name,
+    run_name,
+    untestable,
+)
 from planner.telemetry.comparison import RunComparison
-from planner.telemetry.diagnosis import Candidate, Diagnosis, Experiment
+from planner.telemetry.diagnosis import Diagnosis, Experiment, ResidualCurve, Stretch
 from planner.telemetry.regimes import Regime
 
 MOST_RUNS = 12
@@ -37,28 +38,28 @@ MOST_RUNS = 12
 VERDICTS = {
     "missing_effect": (
         "An effect is missing",
-        "A physical effect of the catalogue explains the residual. Adopt it, and the error on "
-        "held-out runs falls as shown.",
+        "A physical effect of the catalogue explains what the model misses. Adopt it, and the "
+        "error on runs that the fit has not seen falls as shown.",
     ),
     "complete": (
         "Nothing is missing",
-        "The residual is not distinguishable from noise. Only a log of other motions can show "
-        "whether this holds elsewhere.",
+        "What the model misses looks like noise. Only a log of other motions can show whether "
+        "this holds elsewhere.",
     ),
     "not_identifiable": (
         "Cannot be attributed",
         "Something is missing, but this log does not show clearly what. To adopt an effect would "
-        "be a guess. The regimes below show where the model fails; experiments, where there are "
-        "some, would tell causes apart.",
+        "be a guess. The pictures below show where the model fails, and what to measure next "
+        "would tell causes apart.",
     ),
     "outside_catalogue": (
         "Outside the catalogue",
-        "No effect of the catalogue has the shape of the residual. A formula describes it "
-        "and can be adopted; what physics is behind it, the formula does not say.",
+        "No effect of the catalogue has the shape of what the model misses. A formula describes "
+        "it and can be adopted; what physics is behind it, the formula does not say.",
     ),
     "sensor_error": (
         "A sensor is wrong",
-        "An error of a sensor explains the residual better than any effect. Repair or correct "
+        "An error of a sensor explains what the model misses better than any effect. Correct "
         "the sensor first; everything below is of the log corrected for it.",
     ),
 }
@@ -74,15 +75,19 @@ def headline(
     *,
     verdict: str = "",
     warnings: Iterable[str] = (),
+    caption: str = "",
 ) -> Markup:
     """The answer: badge, sentence, the errors as a picture, and the few figures beside it."""
     heading, meaning = VERDICTS.get(verdict, ("", ""))
     badge = paragraph(heading, f"badge {verdict}") if heading else ""
     meant = paragraph(meaning) if meaning else ""
+    first, end, rest = lead.partition(". ") if verdict else (lead, "", "")
+    said = paragraph(first + end.rstrip(), "lead")
+    more = paragraph(rest) if rest else ""
     warned = [paragraph(warning, "warning") for warning in dict.fromkeys(warnings)]
     beside = element("div", meant, *warned, bullets(facts))
-    content = pair(figure(drawing), beside)
-    return section("", badge, paragraph(lead, "lead"), content, kind="verdict")
+    content = pair(figure(drawing, caption), beside)
+    return section("", badge, said, more, content, kind="verdict")
 
 
 def taken_away(before: float, after: float, floor: float | None) -> str:
@@ -93,7 +98,7 @@ def taken_away(before: float, after: float, floor: float | None) -> str:
         return ""
     gone = min((before**2 - after**2) / excess, 1.0)
     if gone < 0.0:
-        return "The held-out error grows."
+        return "The error on unseen runs grows."
     return f"Of the squared error above the noise, {100 * gone:.0f} % is gone."
 
 
@@ -103,6 +108,46 @@ def legend(names: Mapping[str, str]) -> Markup:
     return bullets(entries, "legend")
 
 
+def evidence(result: Diagnosis, pictures: Pictures, names: Mapping[str, str]) -> Markup:
+    """What a person looks at first: the worst stretch, the claim, and where the error is."""
+    shown = result.pictures
+    time = ""
+    if shown.stretch is not None:
+        time = _over_time(shown.stretch, pictures)
+    drawn = [
+        figure(pictures[name], _about_curve(curve, len(shown.curves)))
+        for name, curve in zip(curve_names(shown.curves), shown.curves, strict=True)
+    ]
+    if shown.shares:
+        caption = (
+            "A row counts in the first line that it fits. Few rows may hold most of the error."
+        )
+        drawn.append(figure(pictures["shares"], caption))
+    both = element("div", *drawn, kind="pair") if drawn else ""
+    return section("The evidence", legend(names), time, both)
+
+
+def curve_names(curves: Sequence[ResidualCurve]) -> list[str]:
+    """Names of the pictures of claims: curve, curve-2 …"""
+    return [f"curve-{k}" if k > 1 else "curve" for k in range(1, len(curves) + 1)]
+
+
+def _over_time(shown: Stretch, pictures: Pictures) -> Markup:
+    """Power over time; on a narrow screen it scrolls by itself."""
+    caption = f"{run_name(shown.run)}: the stretch in which the model at the start errs most."
+    drawing = element("div", figure(pictures["time"]), kind="wide", tabindex=0)
+    return joined(drawing, paragraph(caption, "note"))
+
+
+def _about_curve(curve: ResidualCurve, claims: int) -> str:
+    over = axis_of(curve.quantity).words
+    dots = f"Dots: what the model as it is misses, over {over}, with 95 % intervals."
+    if curve.fitted is None:
+        return dots
+    others = " and all else that is claimed" if claims > 1 else ""
+    return f"{dots} Line: what {curve.of}{others} changes. It should go through the dots."
+
+
 def agreement(look: Look, pictures: Pictures, names: Mapping[str, str]) -> Markup:
     """Prediction beside measurement."""
     noise = "All errors; the dashed line is the log's own noise, beyond which no model gets."
@@ -110,11 +155,14 @@ def agreement(look: Look, pictures: Pictures, names: Mapping[str, str]) -> Marku
         figure(pictures["predicted"], "Rows spread over the log; on the line both agree."),
         figure(pictures["distribution"], noise),
     )
-    time = ""
-    if look.stretch is not None:
-        caption = f"{look.stretch.run}: the stretch in which the model at the start errs most."
-        time = figure(pictures["time"], caption)
-    return section("Prediction and measurement", legend(names), both, time)
+    return section("Prediction and measurement", legend(names), both)
+
+
+def stretch(look: Look, pictures: Pictures, names: Mapping[str, str]) -> Markup:
+    """Power over time, where the model at the start errs most."""
+    if look.stretch is None:
+        return Markup("")
+    return section("Over time", legend(names), _over_time(look.stretch, pictures))
 
 
 def axes(look: Look, pictures: Pictures, names: Mapping[str, str]) -> Markup:
@@ -162,68 +210,6 @@ def where(regimes: Sequence[Regime], pictures: Pictures) -> Markup:
     )
 
 
-def ranking(diagnosis: Diagnosis, pictures: Pictures) -> Markup:
-    """The candidates with their evidence."""
-    testable = [c for c in diagnosis.candidates if c.why_not is None]
-    if not testable:
-        return Markup("")
-    with_probability = likely(diagnosis)
-    columns = ["probability"] * with_probability + ["size / noise", "z", "p", "held-out error"]
-    further = ["parameters"]
-    further += ["aliased with"] * any(bool(c.indistinguishable_from) for c in testable)
-    heads = ["effect", *columns, *further]
-    rows = [[cells[head] for head in heads] for cells in map(_candidate, testable)]
-    words = (0, *range(1 + len(columns), len(heads)))
-    first, rest = rows[:MOST_CANDIDATES], rows[MOST_CANDIDATES:]
-    strong = [k for k, c in enumerate(testable) if c.effect in diagnosis.selected]
-    probability = (
-        "Probability: that the effect is missing, if one to three of these may be. "
-        if with_probability
-        else "No probabilities: none of these explains the residual. "
-    )
-    size = "Size: what it adds to the power, rms, over the noise. z and p: of its test alone."
-    return section(
-        "What could be missing",
-        figure(pictures["candidates"]),
-        table("", heads, first, words=words, strong=strong),
-        folded(f"{len(rest)} less likely ones", table("", heads, rest, words=words)),
-        paragraph(probability + size, "note"),
-    )
-
-
-def aliases(diagnosis: Diagnosis) -> list[str]:
-    """Selected effects and their aliases."""
-    return [
-        f"{c.effect} is aliased with {' or '.join(c.indistinguishable_from)} in this log: "
-        "each explains the residual equally well."
-        for c in diagnosis.candidates
-        if c.effect in diagnosis.selected and c.indistinguishable_from
-    ]
-
-
-def likely(diagnosis: Diagnosis) -> bool:
-    """Whether the candidates' probabilities mean something: not when all of them were ruled out."""
-    return diagnosis.outside is None or bool(diagnosis.selected)
-
-
-def _candidate(c: Candidate) -> dict[str, object]:
-    effect = all_effects().get(c.effect)
-    title = joined(" ", element("small", effect.title)) if effect else ""
-    fitted = [
-        f"{n} = {estimate(p.value, _finite(p.stderr), p.unit)}" for n, p in c.parameters.items()
-    ]
-    return {
-        "effect": joined(element("b", c.effect), title),
-        "probability": share(c.probability),
-        "size / noise": f"{c.rho:.2g}",
-        "z": f"{c.z:.1f}",
-        "p": "< 1e-12" if c.p_value < 1e-12 else f"{c.p_value:.2g}",
-        "held-out error": watts(c.heldout_rmse_w),
-        "parameters": Markup("<br/>".join(map(plain, fitted))),
-        "aliased with": ", ".join(c.indistinguishable_from),
-    }
-
-
 def outside(diagnosis: Diagnosis, pictures: Pictures) -> Markup:
     """What the catalogue does not have."""
     found = diagnosis.outside
@@ -231,7 +217,7 @@ def outside(diagnosis: Diagnosis, pictures: Pictures) -> Markup:
         return Markup("")
     over = " and ".join(axis_of(q).words for q in found.quantities)
     fitted = [
-        [p.name, estimate(p.value, _finite(p.stderr), p.unit)]
+        [p.name, estimate(p.value, finite(p.stderr), p.unit)]
         for p in diagnosis.fitted.parameters
         if p.effect == found.name
     ]
@@ -257,7 +243,7 @@ def sensors(diagnosis: Diagnosis) -> Markup:
     """Faulty sensors."""
     heads = ["error", "size", "what it is"]
     rows = [
-        [s.kind.replace("_", " "), estimate(s.value, _finite(s.stderr), s.unit), s.sentence]
+        [s.kind.replace("_", " "), estimate(s.value, finite(s.stderr), s.unit), s.sentence]
         for s in diagnosis.sensors
     ]
     return section("Sensors", table("", heads, rows, words=(0, 2)))
@@ -354,7 +340,3 @@ def about_log(log: Document, model: Document) -> Markup:
         if items:
             parts += [element("h3", heading), bullets(items)]
     return section("The log", *parts)
-
-
-def _finite(value: Any) -> float | None:
-    return None if value is None or not math.isfinite(value) else float(value)

@@ -73,7 +73,7 @@ class Stretch:
 
 
 @dataclass(frozen=True)
-class Curve:
+class ResidualCurve:
     """A residual in bins of one quantity, and what a claim says there.
 
     Attributes:
@@ -142,7 +142,7 @@ class Pictures:
     """
 
     stretch: Stretch | None
-    curves: tuple[Curve, ...]
+    curves: tuple[ResidualCurve, ...]
     shares: tuple[Share, ...]
 
     def to_json(self) -> dict[str, Any]:
@@ -178,7 +178,7 @@ def pictures_of(
     predicted = {"before": before} if after is None else {"before": before, "after": after}
     axes = all_axes(log.rows, watts=before)
     shares = shares_of(log.power - before, axes, regimes)
-    curves: dict[str, Curve] = {}
+    curves: dict[str, ResidualCurve] = {}
     if parts:
         for name, part in parts.items():
             curve = _curve(log, axes, predicted, name, part)
@@ -259,7 +259,7 @@ def _curve(
     predicted: Mapping[str, Array],
     name: str | None,
     part: Array,
-) -> Curve | None:
+) -> ResidualCurve | None:
     """The residual over the quantity that a part of the power, (n,) W, follows most closely."""
     bins = list(_bins(axes, log.surfaces, part))
     if not bins:
@@ -275,7 +275,7 @@ def _curve(
     enough = np.array(left["rows"]) >= max(LEAST_BIN_ROWS, LEAST_BIN_SHARE * len(log))
     kept = [int(k) for k in np.flatnonzero(enough)]
     stderr = np.array([np.nan if e is None else e for e in left["stderr_w"]], float)
-    return Curve(
+    return ResidualCurve(
         of=name,
         quantity=chosen.name,
         x=tuple(left["x"][k] for k in kept),

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from planner.amounts import watts
+from planner.amounts import share, watts
 from planner.power.catalogue import all_effects
 from planner.telemetry.diagnosis.results import HINTED, Diagnosis, Verdict
 from planner.telemetry.diagnosis.unexplained import MOST_OVER_FLOOR
@@ -72,14 +72,13 @@ def _verdict_in_words(diagnosis: Diagnosis, alike: Sequence[str]) -> str:
             f"describes: {_fall(diagnosis, 'with a formula')}."
         )
     if diagnosis.verdict == "missing_effect":
-        return f"The model lacks {names}: {_fall(diagnosis, 'with it')}."
+        how = "with it" if len(diagnosis.selected) == 1 else "with them"
+        return f"The model lacks {names}: {_fall(diagnosis, how)}."
     error = watts(diagnosis.baseline.heldout_rmse_w)
     if diagnosis.verdict == "not_identifiable":
-        structure = _structure(diagnosis)
-        where = f", most of all {structure.sentence}" if structure else ""
         like = f" ({', '.join(alike)} would look the same)" if alike else ""
         return (
-            f"Something is missing{where}; this log cannot tell what{like}: "
+            f"Something is missing that this log cannot name{like}{_most_of_all(diagnosis)}: "
             f"the error on unseen runs is {error}, {_beside_noise(diagnosis)}."
         )
     return (
@@ -106,13 +105,14 @@ def _fall(diagnosis: Diagnosis, how: str) -> str:
 
 def _beside_noise(diagnosis: Diagnosis) -> str:
     """The error that is left, beside the noise; where it is, once that is much."""
-    rest, floor = diagnosis.unexplained, watts(diagnosis.baseline.noise_floor_w or 0.0)
-    if rest.heldout_over_floor <= CLOSE:
+    rest, noise = diagnosis.unexplained, diagnosis.baseline.noise_floor_w or 0.0
+    error, floor = diagnosis.after.heldout_rmse_w, watts(noise)
+    # The ratio leaves out a few far rows; what is shown beside each other must agree, too.
+    if max(rest.heldout_over_floor, error / max(noise, 1e-300)) <= CLOSE:
         return f"which is the log's own noise (about {floor})"
     if rest.heldout_over_floor <= MOST_OVER_FLOOR:
         return f"close to the log's own noise (about {floor})"
-    structure = _structure(diagnosis)
-    most = f", most of all {structure.sentence}" if structure and diagnosis.proposed else ""
+    most = _most_of_all(diagnosis) if diagnosis.proposed else ""
     times = f"{rest.heldout_over_floor:.2g} times the log's own noise (about {floor})"
     return f"still {times}{most}" if diagnosis.proposed else times
 
@@ -121,6 +121,17 @@ def _structure(diagnosis: Diagnosis) -> Regime | None:
     """The regime that makes most of what stays unexplained, or of the residual as it was."""
     where = diagnosis.unexplained.where or diagnosis.regimes
     return max(where, key=lambda r: r.share_of_squared_error, default=None)
+
+
+def _most_of_all(diagnosis: Diagnosis) -> str:
+    structure = _structure(diagnosis)
+    if structure is None:
+        return ""
+    side = "more" if structure.bias_w > 0.0 else "less"
+    return (
+        f", most of all {structure.where} ({watts(abs(structure.bias_w))} {side} than predicted, "
+        f"{share(structure.share_of_squared_error)} of the squared error)"
+    )
 
 
 def _names(diagnosis: Diagnosis) -> str:

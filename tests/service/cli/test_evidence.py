@@ -51,7 +51,7 @@ def test_bars_are_as_long_as_the_errors() -> None:
 
 
 def test_what_is_claimed_lies_on_what_was_measured() -> None:
-    plot = lines(shown(), "Where the model errs most: run b, 0 to 6 s")[2:]
+    plot = lines(shown(), "Where the model errs most: b, 0 to 6 s")[2:]
     # Measured and claimed: first low, then high. The model as it is stays low.
     assert plot[0] == "     20 W │      ⊕⊕⊕⊕⊕⊕"
     assert plot[-1] == "     10 W │⊕⊕⊕⊕⊕⊕······"

@@ -19,8 +19,8 @@ from planner.telemetry.adoption import Adoption
 from planner.telemetry.comparison import Comparison, RunComparison
 from planner.telemetry.diagnosis.pictures import (
     ELSEWHERE,
-    Curve,
     Pictures,
+    ResidualCurve,
     Share,
     worst_stretch,
 )
@@ -198,7 +198,9 @@ def pictures(made: Material, **changes: Any) -> Pictures:
     given: dict[str, Any] = {
         "stretch": worst_stretch(made.log, {"before": made.base.watts, "after": made.full.watts}),
         "curves": (
-            Curve("air_drag", "heading", tuple(x), y + 0.05, 0.1 + 0.0 * y, 9.0 + 0.0 * y, y),
+            ResidualCurve(
+                "air_drag", "heading", tuple(x), y + 0.05, 0.1 + 0.0 * y, 9.0 + 0.0 * y, y
+            ),
         ),
         "shares": (
             Share(place.where, place.rows, 0.2, 0.41, place.bias_w),

@@ -44,7 +44,7 @@ def test_the_first_sentence_says_where_the_error_is(made):
         },
     )
     said = sentence_of(found)
-    assert "on carpet: +2.6 W, 79 %" in said.split(". ")[0]
+    assert "on carpet (2.63 W more than predicted, 79 %" in said.split(". ")[0]
     assert "3.3 times the log's own noise" in said
 
 
