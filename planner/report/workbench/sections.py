@@ -46,6 +46,11 @@ VERDICTS = {
         "What the model misses looks like noise. Only a log of other motions can show whether "
         "this holds elsewhere.",
     ),
+    "too_little": (
+        "Too little to tell",
+        "What the model misses looks like noise, but no effect of the catalogue could be seen in "
+        "this log. The last table but one says what would help.",
+    ),
     "not_identifiable": (
         "Cannot be attributed",
         "Something is missing, but this log does not show clearly what. To adopt an effect would "
@@ -63,7 +68,7 @@ VERDICTS = {
         "the sensor first; everything below is of the log corrected for it.",
     ),
 }
-"""Verdict → heading, and what follows from it."""
+"""Verdict → heading, and what follows from it; "too_little" stands for an empty ``complete``."""
 
 Pictures = Mapping[str, str]
 

@@ -350,7 +350,7 @@ def _candidates(found: Found, decision: Decision, fitted: Fit) -> tuple[Candidat
             heldout = in_full[ranked.name]
         else:
             heldout = linear.rmse(columns_in(found.local, where, [ranked.member]))
-        if chosen != (ranked.probability >= 0.5) and (chosen or ranked.name in in_full):
+        if chosen != (ranked.probability >= 0.5):
             # The weights are those of the search, which held-out runs have overruled.
             probability = None
         known = ranked.name, probability, heldout, parameters

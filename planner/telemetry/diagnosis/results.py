@@ -305,6 +305,13 @@ class Diagnosis(FittedModels, Shown):
             for one in documents
         )
 
+    @property
+    def showable(self) -> tuple[int, int]:
+        """How many effects of the catalogue the log could have shown, and of how many."""
+        unseen = {n.effect for n in self.not_testable if not n.cause.startswith(HINTED)}
+        every = {c.effect for c in self.candidates} | unseen
+        return len(every - unseen), len(every)
+
     def to_json(self) -> dict[str, Any]:
         """The document of ``joulepath diagnose --json``."""
         return {

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from planner.amounts import share, watts
 from planner.power.catalogue import all_effects
-from planner.telemetry.diagnosis.results import HINTED, Diagnosis, Verdict
+from planner.telemetry.diagnosis.results import Diagnosis, Verdict
 from planner.telemetry.diagnosis.unexplained import MOST_OVER_FLOOR
 from planner.telemetry.regimes import Regime
 
@@ -55,7 +55,7 @@ def sentence_of(diagnosis: Diagnosis, alike: Sequence[str] = (), near: str = "")
         said.append(f"{diagnosis.meter.sentence}.")
     if diagnosis.refused is not None:
         said.append(diagnosis.refused.sentence)
-    return " ".join(said)
+    return " ".join(filter(None, said))
 
 
 def _verdict_in_words(diagnosis: Diagnosis, alike: Sequence[str]) -> str:
@@ -81,10 +81,10 @@ def _verdict_in_words(diagnosis: Diagnosis, alike: Sequence[str]) -> str:
             f"Something is missing that this log cannot name{like}{_most_of_all(diagnosis)}: "
             f"the error on unseen runs is {error}, {_beside_noise(diagnosis)}."
         )
-    return (
-        "Nothing is missing that this log could show: the error on unseen runs is "
-        f"{error}, {_beside_noise(diagnosis)}."
-    )
+    lead = "Nothing is missing that this log could show"
+    if not diagnosis.showable[0]:
+        lead = "This log is too short or too uniform to show any effect of the catalogue"
+    return f"{lead}: the error on unseen runs is {error}, {_beside_noise(diagnosis)}."
 
 
 def _fall(diagnosis: Diagnosis, how: str) -> str:
@@ -155,8 +155,5 @@ def _titled(slug: str) -> str:
 
 def _scope(diagnosis: Diagnosis) -> str:
     """How many effects the log could have shown."""
-    unseen = {n.effect for n in diagnosis.not_testable if not n.cause.startswith(HINTED)}
-    every = {c.effect for c in diagnosis.candidates} | unseen
-    if every <= unseen:
-        return "But it could show none of the effects of the catalogue."
-    return f"It could show {len(every - unseen)} of {len(every)} effects of the catalogue."
+    able, every = diagnosis.showable
+    return f"It could show {able} of {every} effects of the catalogue." if able else ""

@@ -80,7 +80,7 @@ def test_from_a_log_to_a_route_with_what_was_learnt(
     ranking.wait_for()
     row = ranking.locator("tbody tr").first.inner_text()
     assert ["size = 0.1234 ± 0.0056 m²" in row, "97 %" in row] == [True, True]
-    assert ["aliased with" in ranking.inner_text(), "vibration" in row] == [True, True]
+    assert ["tied with" in ranking.inner_text(), "vibration" in row] == [True, True]
     untold = page.locator("#diagnosis section", has_text="What this log cannot identify")
     expect(untold).to_contain_text("wear, battery_sag")
     # What was found last stands first.
