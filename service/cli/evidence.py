@@ -84,7 +84,7 @@ def over_quantity(curve: Document, named: str) -> RenderableType:
     low, high = min(0.0, *missing, *(fitted or ())), max(0.0, *missing, *(fitted or ()))
     rows = []
     for k, x in enumerate(curve["x"]):
-        place = x if isinstance(x, str) else f"{axis.scale * x:z.2g}".replace("-", "−")
+        place = x if isinstance(x, str) else _place(axis.scale * x)
         error = curve["stderr_w"][k]
         said = _bare(missing[k]) + ("" if error is None else f" ± {_bare(error).lstrip('+')}")
         marks = {MEASURED: missing[k]} | ({} if fitted is None else {CLAIMED: fitted[k]})
@@ -179,6 +179,12 @@ def _plot(series: Mapping[str, Sequence[float]]) -> list[str]:
     if low < 0.0 < high:
         ticks.setdefault(round((_HIGH - 1) * high / span), _tick(0.0))
     return [f"{ticks.get(k, ''):>9} │{''.join(line).rstrip()}" for k, line in enumerate(canvas)]
+
+
+def _place(value: float) -> str:
+    """A value of a quantity, with two figures or as a whole number."""
+    said = f"{value:z,.0f}" if abs(value) >= 99.5 else f"{value:z.2g}"
+    return said.replace("-", "−")
 
 
 def _bare(value: float) -> str:

@@ -194,7 +194,8 @@ function diagnose() {
   });
 }
 
-const title = (slug) => state.titles[slug] ?? slug;
+// As sentences have it, the slug, and what it stands for.
+const title = (slug) => (state.titles[slug] ? `${slug} (${state.titles[slug]})` : slug);
 
 // All that the diagnosis proposes, and each other effect that the log can tell.
 function offerToAdopt({ selected, outside_catalogue: outside, candidates }) {

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from planner.amounts import share, signed, watts
 from planner.report.axes import Axes
-from planner.report.drawing import chart, circle, line, short, text, width_of
+from planner.report.drawing import chart, circle, line, short, shortened, text, width_of
 from planner.report.markup import joined
 from planner.report.workbench.residuals import SURE
 from planner.telemetry.comparison import RunComparison
@@ -24,7 +24,7 @@ def errors_chart(errors: Mapping[str, float], floor: float) -> str:
         errors: what it is of → W.
         floor: W that no model can go below, about.
     """
-    width, row, room = 560, 44, 90
+    width, row, room = 440, 44, 90
     most = max(*errors.values(), floor, 1e-9)
     end = 14 + row * len(errors)
 
@@ -32,7 +32,7 @@ def errors_chart(errors: Mapping[str, float], floor: float) -> str:
     parts = [axes.bar(0.0, floor, 8, end - 4, "noise area")]
     for number, (name, value) in enumerate(errors.items()):
         y, kind = 12 + row * number, "after" if number else "before"
-        parts.append(text(4, y + 11, short(name, 76), "ink halo"))
+        parts.append(text(4, y + 11, shortened(name, width - 8.0, 13.0), "ink halo"))
         parts.append(
             axes.bar(0.0, value, y + 17, 16, f"{kind} solid", tooltip=f"{name}: {watts(value)}")
         )
@@ -44,7 +44,7 @@ def errors_chart(errors: Mapping[str, float], floor: float) -> str:
     said = "; ".join(f"{name} {watts(value)}" for name, value in errors.items())
     title = "Error on held-out runs against the log's own noise"
     return chart(
-        width, end + 28, joined(*parts), title, f"{said}; {floor_text}.", kind="chart bars"
+        width, end + 28, joined(*parts), title, f"{said}; {floor_text}.", kind="chart bars small"
     )
 
 
@@ -81,14 +81,14 @@ def shares_chart(shares: Sequence[Share]) -> str:
     """Which rows hold the squared error: their share of the rows above their share of the error."""
     if not shares:
         return ""
-    width, row, room = 560, 62, 200
+    width, row, room = 460, 62, 180
     end = 4 + row * len(shares)
     axes = Axes(width, end, (0.0, 1.0), inner=(0.0, 4.0, width - room, end))
     parts = []
     for number, s in enumerate(shares):
         y = 4 + row * number
         bias = f"{s.where}: on average {signed(s.bias_w)}"
-        parts.append(text(0, y + 13, short(bias, 80), "ink halo"))
+        parts.append(text(0, y + 13, shortened(bias, width, 13.0), "ink halo"))
         for down, part, kind, of in (
             (19, s.share_of_rows, "noise", "of the rows"),
             (35, s.share_of_squared_error, "before", "of the squared error"),
@@ -101,7 +101,9 @@ def shares_chart(shares: Sequence[Share]) -> str:
         f"{share(s.share_of_squared_error)} of the squared error"
         for s in shares
     )
-    return chart(width, end, joined(*parts), "Where the squared error is", said, kind="chart bars")
+    return chart(
+        width, end, joined(*parts), "Where the squared error is", said, kind="chart bars small"
+    )
 
 
 def candidates_chart(

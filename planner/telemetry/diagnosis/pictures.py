@@ -224,7 +224,9 @@ def worst_stretch(log: Telemetry, predicted: Mapping[str, Array]) -> Stretch | N
 def shares_of(
     residual: Array, axes: Mapping[str, Array], regimes: Sequence[Regime]
 ) -> tuple[Share, ...]:
-    """Shares of the squared error by regime, largest first; a row counts in the first one.
+    """Shares of the squared error by regime; a row counts in the first one.
+
+    First comes what holds most of the error in few rows: the one share less the other.
 
     Args:
         residual: (n,) W.
@@ -239,12 +241,16 @@ def shares_of(
     free = np.ones(len(residual), bool)
     found = []
     while masks:
-        where = max(masks, key=lambda name: float(squares[masks[name] & free].sum()))
+        where = max(masks, key=lambda name: _excess(squares, masks[name] & free))
         met = masks.pop(where) & free
         if met.any():
             found.append(_share(where, met, residual, total))
             free &= ~met
     return (*found, _share(ELSEWHERE, free, residual, total)) if free.any() else tuple(found)
+
+
+def _excess(squares: Array, met: Mask) -> float:
+    return float(squares[met].sum() / squares.sum() - met.mean())
 
 
 def _share(where: str, met: Mask, residual: Array, total: float) -> Share:
