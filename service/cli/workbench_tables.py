@@ -55,8 +55,10 @@ def comparison(document: Document) -> RenderableType:
 
 def diagnosis(document: Document) -> RenderableType:
     """Output of `joulepath diagnose`: the verdict, its evidence, and what could be missing."""
+    sentence = document.get("sentence") or document["verdict"].replace("_", " ")
+    first, end, rest = sentence.partition(". ")
     return _apart(
-        Text(document.get("sentence") or document["verdict"].replace("_", " "), style="bold"),
+        Text.assemble((first + end, "bold"), rest),
         *evidence(document),
         ranking(document),
         *_next_steps(document),

@@ -176,9 +176,9 @@ def test_forty_thousand_rows_take_a_second():
     axes, run = drive(40_000, 100)
     residual = noisy(2.0 * (axes["speed"] > 0.5))
     regimes(residual, axes, run)
-    started = time.perf_counter()
+    started = time.process_time()
     regimes(residual, axes, run)
-    assert time.perf_counter() - started < 3.0  # 0.4 s on a free core
+    assert time.process_time() - started < 3.0  # 0.4 s on a free core
 
 
 @pytest.mark.parametrize("seed", range(3))
