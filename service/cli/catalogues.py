@@ -158,7 +158,7 @@ def doctor(json_: Json = False, verbose: Verbose = False) -> None:
     if json_:
         typer.echo(documents.strict({"status": "broken" if broken else "ok", "checks": findings}))
     else:
-        from service.cli.grids import grid
+        from service.cli.terminal import grid
 
         rows = [
             [finding[key] for key in ("name", "status", "found", "fix")] for finding in findings
@@ -186,7 +186,7 @@ def _vehicle_report(report: dict[str, Any]) -> Any:
     from rich.console import Group, RenderableType
     from rich.text import Text
 
-    from service.cli.grids import grid
+    from service.cli.terminal import grid
 
     parts: list[RenderableType] = [Text(f"{report['name']}: {report['title']}", "bold")]
     table = grid(

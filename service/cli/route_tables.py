@@ -12,7 +12,7 @@ from rich.text import Text
 from planner.amounts import joules, metres, seconds
 from planner.report import route_wording
 from planner.report.route_wording import called, compared, extra_cost
-from service.cli.grids import grid
+from service.cli.terminal import grid
 
 Document = Mapping[str, Any]
 

@@ -1,18 +1,21 @@
-"""Parts that commands share: options, interruptible work, a line of progress, output."""
+"""Parts that commands share: options, interruptible work, a line of progress, tables, output."""
 
 from __future__ import annotations
 
 import signal
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from planner.errors import RequestError
+
+if TYPE_CHECKING:
+    from rich.table import Table
 
 Json = Annotated[
     bool, typer.Option("--json", help="Print one JSON document to stdout and nothing else.")
@@ -23,6 +26,31 @@ Report = Annotated[
 Verbose = Annotated[
     bool, typer.Option("--verbose", help="Show the traceback of an unexpected error.")
 ]
+
+
+def grid(
+    headings: Sequence[str],
+    rows: Iterable[Sequence[str]] = (),
+    *,
+    left: Collection[int] = (0,),
+    title: str | None = None,
+) -> Table:
+    """A table of text.
+
+    Args:
+        headings: one per column.
+        rows: cells, one per column.
+        left: numbers of the left-justified columns; all others are right-justified.
+        title: above the table.
+    """
+    from rich.table import Table
+
+    table = Table(title=title, title_justify="left", header_style="bold")
+    for number, heading in enumerate(headings):
+        table.add_column(heading, justify="left" if number in left else "right")
+    for row in rows:
+        table.add_row(*row)
+    return table
 
 
 def show(renderable: Any) -> None:

@@ -23,7 +23,7 @@ from planner.report.workbench_wording import (
     what_came_of_it,
 )
 from service.cli.evidence import evidence
-from service.cli.grids import grid
+from service.cli.terminal import grid
 
 _MOST_RUNS = 10
 _MOST_CANDIDATES = 8
