@@ -94,14 +94,14 @@ def could_be_missing(diagnosis: Document) -> tuple[list[Document], int]:
     runs, by as much as is shown.
     """
     before, selected = diagnosis["baseline"]["heldout_rmse_w"], diagnosis["selected"]
-    kept = {*selected, *_tied(diagnosis)}
+    kept = {*selected, *_aliased(diagnosis)}
     able = [c for c in diagnosis["candidates"] if c.get("testable", True)]
     shown = [c for c in able if c["effect"] in kept or _lowers(c["heldout_rmse_w"], before)]
     shown.sort(key=lambda c: c["effect"] not in selected)
     return shown, len(able) - len(shown)
 
 
-def _tied(diagnosis: Document) -> set[str]:
+def _aliased(diagnosis: Document) -> set[str]:
     """Effects that explain the residual as well as a selected one."""
     chosen = [c for c in diagnosis["candidates"] if c["effect"] in diagnosis["selected"]]
     return {name for c in chosen for name in c["indistinguishable_from"]}
@@ -115,7 +115,7 @@ def likelihood(candidate: Document, diagnosis: Document) -> str:
     """Probability of a candidate in words that the verdict does not contradict."""
     known = candidate["probability"]
     if candidate["effect"] not in diagnosis["selected"]:
-        if candidate["effect"] in _tied(diagnosis):
+        if candidate["effect"] in _aliased(diagnosis):
             return "tied"
         if known is not None and known >= LIKELY:
             return "not confirmed"

@@ -143,8 +143,8 @@ def ranking(document: Document) -> RenderableType | None:
     if not shown:
         said = f"None of {left_out} effects lowers the error on unseen runs."
         return Text(said) if left_out else None
-    tied = any(c["indistinguishable_from"] for c in shown)
-    headings = ("effect", "probability", "error with it", "size", *["tied with"] * tied)
+    aliased = any(c["indistinguishable_from"] for c in shown)
+    headings = ("effect", "probability", "error with it", "size", *["tied with"] * aliased)
     title = "What could be missing, best first"
     if not selected:
         title = "Effects that lower the error a little; none is named"
@@ -159,7 +159,7 @@ def ranking(document: Document) -> RenderableType | None:
             likelihood(candidate, document),
             watts(candidate["heldout_rmse_w"]),
             ", ".join(fitted),
-            *[", ".join(candidate["indistinguishable_from"])] * tied,
+            *[", ".join(candidate["indistinguishable_from"])] * aliased,
             style="bold" if candidate["effect"] in selected else "",
         )
     more = len(shown) - _MOST_CANDIDATES

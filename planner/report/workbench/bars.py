@@ -10,7 +10,8 @@ from planner.report.drawing import chart, circle, line, short, shortened, text, 
 from planner.report.markup import joined
 from planner.report.workbench.residuals import SURE
 from planner.telemetry.comparison import RunComparison
-from planner.telemetry.diagnosis import Candidate, Share
+from planner.telemetry.diagnosis import Candidate
+from planner.telemetry.pictures import Share
 from planner.telemetry.regimes import Regime
 
 MOST_CANDIDATES = 10

@@ -53,8 +53,8 @@ def ranking(diagnosis: Diagnosis, drawing: str) -> Markup:
     if not shown:
         return section(heading, paragraph(others)) if others else Markup("")
     columns = ["probability"] * bool(known_as) + ["error with it"]
-    tied = any(bool(c.indistinguishable_from) for c in shown.values())
-    heads = ["effect", *columns, "parameters", *["tied with"] * tied]
+    aliased = any(bool(c.indistinguishable_from) for c in shown.values())
+    heads = ["effect", *columns, "parameters", *["tied with"] * aliased]
     cells = [_candidate(c, known_as.get(c.effect, "")) for c in shown.values()]
     rows = [[row[head] for head in heads] for row in cells]
     words = (0, *range(1 + len(columns), len(heads)))

@@ -17,7 +17,7 @@ from planner.report.axes import Axes, nice_ticks, padded
 from planner.report.drawing import chart, circle, line, text
 from planner.report.markup import Markup, element, joined
 from planner.report.workbench.residuals import SURE, Axis, Bins, Curve, Look, axis_of
-from planner.telemetry.diagnosis import ResidualCurve, Stretch
+from planner.telemetry.pictures import ResidualCurve, Stretch
 
 RESIDUAL = "measured − predicted (W)"
 _FEW = 8  # bins from which on a curve needs no dots

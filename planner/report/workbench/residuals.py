@@ -21,8 +21,9 @@ from planner.power.model import PowerModel
 from planner.report.axes import thinned
 from planner.telemetry.adoption import Adoption
 from planner.telemetry.comparison import CLOUD, Comparison, Sums, curve_bins
-from planner.telemetry.diagnosis import Diagnosis, Stretch, worst_stretch
+from planner.telemetry.diagnosis import Diagnosis
 from planner.telemetry.logs import Telemetry
+from planner.telemetry.pictures import Stretch, worst_stretch
 from planner.telemetry.prediction import predict
 from planner.telemetry.quantities_of_motion import AXES, FURTHER, all_axes, temperature_of
 from planner.telemetry.regimes import WORDS

@@ -29,7 +29,8 @@ from planner.report.workbench_wording import (
     untestable,
 )
 from planner.telemetry.comparison import RunComparison
-from planner.telemetry.diagnosis import Diagnosis, Experiment, ResidualCurve, Stretch
+from planner.telemetry.diagnosis import Diagnosis, Experiment
+from planner.telemetry.pictures import ResidualCurve, Stretch
 from planner.telemetry.regimes import Regime
 
 MOST_RUNS = 12

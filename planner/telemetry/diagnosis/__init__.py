@@ -1,19 +1,12 @@
 """Name the physical effect that a model lacks, or say why a log does not show it.
 
-diagnose gives a Diagnosis: verdict, candidates with evidence, regimes, pictures to look at, and
-experiments that would tell more. sampled gives the commands of a recommended drive, fitted_into
+diagnose gives a Diagnosis: verdict, candidates with evidence, regimes, and experiments that would
+tell more. sampled gives the commands of a recommended drive, fitted_into
 makes it fit an area.
 """
 
 from planner.telemetry.diagnosis.diagnose_log import diagnose, diagnose_source
 from planner.telemetry.diagnosis.drives import fitted_into, sampled
-from planner.telemetry.diagnosis.pictures import (
-    Pictures,
-    ResidualCurve,
-    Share,
-    Stretch,
-    worst_stretch,
-)
 from planner.telemetry.diagnosis.results import Candidate, Diagnosis, Errors, Experiment
 
 __all__ = [
@@ -21,13 +14,8 @@ __all__ = [
     "Diagnosis",
     "Errors",
     "Experiment",
-    "Pictures",
-    "ResidualCurve",
-    "Share",
-    "Stretch",
     "diagnose",
     "diagnose_source",
     "fitted_into",
     "sampled",
-    "worst_stretch",
 ]

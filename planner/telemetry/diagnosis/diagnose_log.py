@@ -38,7 +38,6 @@ from planner.progress import Progress
 from planner.telemetry.diagnosis.decision import Answer, Decision, columns_in, decide, stands
 from planner.telemetry.diagnosis.experiments import UNKNOWN, WIDE, Advice
 from planner.telemetry.diagnosis.missing_columns import Aliases, slope_to_log
-from planner.telemetry.diagnosis.pictures import Pictures, pictures_of
 from planner.telemetry.diagnosis.reconcile import more_credible
 from planner.telemetry.diagnosis.results import (
     Candidate,
@@ -57,6 +56,7 @@ from planner.telemetry.evidence import Examination
 from planner.telemetry.holdout import LinearHeldout, base_fit, heldout_residual, rms, supports
 from planner.telemetry.logs import LogLike, MappingLike, Telemetry
 from planner.telemetry.other_terms import SENSORS, measured_residual
+from planner.telemetry.pictures import Pictures, pictures_of
 from planner.telemetry.prediction import predict
 from planner.telemetry.regimes import Regime, regimes_of
 from planner.telemetry.sampling import LogSource, open_source
@@ -193,20 +193,21 @@ def _report(source: LogSource, start: PowerModel, found: Found, floor: Array) ->
     )
     errors["baseline"] = baseline
     regimes = tuple(regimes_of(log, found.base.residual, floor, found.base.watts))
+    pictures = _pictures(as_measured, stated, models, sensors, regimes)
+    seen: dict[str, Any] = {"regimes": regimes, "pictures": pictures}
     diagnosis = Diagnosis(
         **vars(models),
         **errors,
+        **seen,
         verdict=verdict,
         selected=selected,
         candidates=_candidates(found, decision, fitted),
         not_testable=Untestable(advice).listed(selected),
-        regimes=regimes,
         unexplained=decision.unexplained,
         outside=answer.proposal.outside if answer.proposal else None,
         sensors=sensors,
         experiments=_experiments(advice, found, decision, fitted),
         log=source.describe(),
-        pictures=_pictures(as_measured, stated, models, sensors, regimes),
     )
     return replace(diagnosis, sentence=sentence_of(diagnosis, decision.alike, decision.near))
 

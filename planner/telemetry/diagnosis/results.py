@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any, Literal
 from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.shown import Shown, frame
-from planner.telemetry.diagnosis.pictures import Pictures
 from planner.telemetry.diagnosis.unexplained import Unexplained
 from planner.telemetry.estimation import Fit, RefusedFit
 from planner.telemetry.logs import Meter, Telemetry
+from planner.telemetry.pictures import Pictures
 from planner.telemetry.regimes import Regime
 from planner.telemetry.terms import Addition
 

@@ -17,13 +17,6 @@ from planner.power.catalogue import find_effect
 from planner.power.model import PowerModel
 from planner.telemetry.adoption import Adoption
 from planner.telemetry.comparison import Comparison, RunComparison
-from planner.telemetry.diagnosis.pictures import (
-    ELSEWHERE,
-    Pictures,
-    ResidualCurve,
-    Share,
-    worst_stretch,
-)
 from planner.telemetry.diagnosis.results import (
     Candidate,
     Diagnosis,
@@ -39,6 +32,13 @@ from planner.telemetry.diagnosis.unknown_effect import formula_of
 from planner.telemetry.estimation import Fit, fit
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.other_terms import Shape
+from planner.telemetry.pictures import (
+    ELSEWHERE,
+    Pictures,
+    ResidualCurve,
+    Share,
+    worst_stretch,
+)
 from planner.telemetry.prediction import predict
 from planner.telemetry.regimes import Regime
 from planner.telemetry.starting_model import starting_model

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.telemetry.diagnosis.pictures import ELSEWHERE, pictures_of, shares_of, worst_stretch
+from planner.telemetry.pictures import ELSEWHERE, pictures_of, shares_of, worst_stretch
 from planner.telemetry.prediction import predict
 from planner.telemetry.quantities_of_motion import all_axes
 from planner.telemetry.regimes import regimes_of

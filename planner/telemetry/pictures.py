@@ -187,8 +187,8 @@ def pictures_of(
     else:
         first = next((r for r in regimes if shares and r.where == shares[0].where), None)
         own = {condition.axis for condition in first.conditions} if first else set()
-        told = {name: values for name, values in axes.items() if name in own} or axes
-        curve = _curve(log, told, predicted, None, log.power - before)
+        given = {name: values for name, values in axes.items() if name in own} or axes
+        curve = _curve(log, given, predicted, None, log.power - before)
         curves = {} if curve is None else {curve.quantity: curve}
     return Pictures(worst_stretch(log, predicted), tuple(curves.values()), shares)
 
@@ -317,7 +317,7 @@ def _bins(axes: Mapping[str, Array], surfaces: Sequence[str], part: Array) -> It
 
 
 def _followed(bins: CurveBins, values: Array, part: Array) -> float:
-    """Share of the variance of a part (n,) W that its means in bins tell, less that of chance."""
+    """Share of the variance of a part (n,) W that its means in bins hold, less that of chance."""
     place = bins.place(values)
     known = place < bins.count
     if np.count_nonzero(known) < 2 * bins.count:
