@@ -2,7 +2,7 @@
 
     cost = best_states(kernel, arrays, ..., states)
 
-A change of state is first estimated by tables (yaw_estimate). The best path by these estimates is
+A change of state is first estimated by tables (yaw_moves). The best path by these estimates is
 priced exactly, with its neighbours. The error of an estimate corrects the others at its waypoint.
 This repeats until the best path has exact prices alone. (Lazy evaluation of edges: Dellin and
 Srinivasa, ICAPS 2016.)
@@ -20,78 +20,24 @@ from numpy.typing import NDArray
 from planner.arrays import Array
 from planner.compiled_code import njit
 from planner.power.kernels import BLOCK_KERNEL
-from planner.search.kernel_arguments import B1, B2, F1, F2, I1, MODEL_ARRAYS, STEPS, tuple_type
+from planner.search.kernel_arguments import I1, MODEL_ARRAYS, STEPS
 from planner.search.resolution import STATES, WIDTH
+from planner.search.trajectory.yaw_moves import (
+    SURROUNDINGS,
+    WAYPOINTS,
+    change_of,
+    moves_near,
+    pieces_of,
+    wrap,
+)
 from planner.search.turns import TURNING, spin_round, step_costs, turn_cost, turn_place
-from planner.terrain.footprint import touches
 
-MOST_SAMPLES = 2
-"""Steps that stand for all between two waypoints, where there are more than three."""
-WIDEST_TURN = 8
-"""Largest change of the angle to the travel between waypoints, in states (45°)."""
 REFUSALS = 2
 """Paths refused at a waypoint for each state by which the search there widens."""
 LAZY_ROUNDS = 24
 """Rounds of pricing after which estimates no longer count."""
 MOST_ROUNDS = 20 * LAZY_ROUNDS
 """Rounds at most, so that the loop ends."""
-
-
-class Surroundings(NamedTuple):
-    """What a body may touch along a track.
-
-    Attributes:
-        blocked, frame: as for ``planner.terrain.footprint.touches``.
-        points: (samples, 2) m.
-        crowded: (samples,) whether some yaw does not fit there.
-    """
-
-    blocked: NDArray[np.bool_]
-    frame: Array
-    points: Array
-    crowded: NDArray[np.bool_]
-
-
-class Waypoints(NamedTuple):
-    """Places on a track at which the yaw is decided.
-
-    Attributes:
-        at: (n,) samples of the track.
-        directions: (n,) rad, of the travel.
-        stride: (n - 1,) every so many of the steps after a waypoint stands for the others.
-        steady: (n - 1, STATES) estimated cost to the next waypoint at an even angle.
-        free: (n, STATES) whether the body fits.
-        shift: (n, STATES) rad by which its angle is off the state's own so that it does.
-        spin: (n, STATES) cost per rad of turning on the spot.
-    """
-
-    at: NDArray[np.int64]
-    directions: Array
-    stride: NDArray[np.int64]
-    steady: Array
-    free: NDArray[np.bool_]
-    shift: Array
-    spin: Array
-
-
-class Pieces(NamedTuple):
-    """Stretches between two waypoints, (n - 1,) each.
-
-    Attributes:
-        spans: m.
-        bends: rad by which the travel turns.
-        scale: m that a metre of the steps that are looked at stands for.
-        samples: steps that are looked at.
-        window: states by which the angle to the travel may change at most.
-        narrow: whether the body may touch something.
-    """
-
-    spans: Array
-    bends: Array
-    scale: Array
-    samples: NDArray[np.int64]
-    window: NDArray[np.int64]
-    narrow: NDArray[np.bool_]
 
 
 class Reached(NamedTuple):
@@ -107,25 +53,6 @@ class Reached(NamedTuple):
     cost: Array
     came: NDArray[np.int64]
     spun: NDArray[np.int64]
-
-
-_SURROUNDINGS = tuple_type(Surroundings, B2, F1, F2, B1)
-_WAYPOINTS = tuple_type(Waypoints, I1, F1, I1, F2, B2, F2, F2)
-
-
-@njit(cache=True)
-def wrap(angle: float) -> float:
-    """The same angle between -π and π."""
-    return angle - 2.0 * math.pi * math.floor((angle + math.pi) / (2.0 * math.pi))
-
-
-@njit(cache=True)
-def most_turn(span: float, bend: float, limits: Any) -> int:
-    """States by which the angle to the travel may change over ``span`` metres with a bend."""
-    # No further than the yaw rate allows at full speed, and one state more.
-    window = min(WIDEST_TURN, 1 + int(math.ceil(limits[6] * span / limits[0] / WIDTH)))
-    # Where the travel turns sharply the body may keep its yaw instead.
-    return min(window + int(math.ceil(abs(bend) / WIDTH)), STATES // 2)
 
 
 @njit(cache=True, error_model="numpy")
@@ -167,56 +94,6 @@ def _relax(
         better = total < next_cost[n]
         next_cost[n] = total if better else next_cost[n]
         origin[n] = n if better else origin[n]
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def _touching(
-    blocked: Any,
-    frame: Any,
-    points: Any,
-    first: int,
-    last: int,
-    lengths: Any,
-    span: float,
-    yaw: float,
-    turn: float,
-) -> bool:
-    """Whether the body touches something between two samples while it turns evenly."""
-    done = 0.0
-    for j in range(first, last):
-        share = lengths[j] / span
-        x, y, to_x, to_y = points[j, 0], points[j, 1], points[j + 1, 0], points[j + 1, 1]
-        if touches(blocked, frame, x, y, to_x, to_y, yaw + turn * done, turn * share):
-            return True
-        done += share
-    return False
-
-
-@njit(cache=True, error_model="numpy")
-def _pieces(waypoints: Any, lengths: Any, crowded: Any, limits: Any) -> Any:
-    at, stride = waypoints.at, waypoints.stride
-    last = at.shape[0] - 1
-    spans, bends, scale = np.zeros(last), np.empty(last), np.empty(last)
-    samples, window = np.zeros(last, np.int64), np.empty(last, np.int64)
-    narrow = np.empty(last, np.bool_)
-    for k in range(last):
-        taken = 0.0
-        for j in range(at[k], at[k + 1]):
-            spans[k] += lengths[j]
-        for j in range(at[k] + (stride[k] - 1) // 2, at[k + 1], stride[k]):
-            taken += lengths[j]
-            samples[k] += 1
-        scale[k] = spans[k] / taken
-        narrow[k] = crowded[at[k] : at[k + 1] + 1].any()
-        bends[k] = wrap(waypoints.directions[k + 1] - waypoints.directions[k])
-        window[k] = most_turn(spans[k], bends[k], limits)
-    return Pieces(spans, bends, scale, samples, window, narrow)
-
-
-@njit(cache=True, error_model="numpy")
-def _change(before: int, after: int) -> int:
-    """Change of the angle from one state to another, the shorter way round."""
-    return (after - before + STATES // 2) % STATES - STATES // 2
 
 
 @njit(cache=True, error_model="numpy")
@@ -301,63 +178,9 @@ def _trace_back(reached: Any, goal_state: int, states: Any) -> float:
     return best
 
 
-@njit(cache=True, error_model="numpy")
-def _moves_near(
-    conditions: Any,
-    lengths: Any,
-    waypoints: Any,
-    pieces: Any,
-    price: Any,
-    states: Any,
-    far: Any,
-    most: int,
-) -> Any:
-    """Moves to price near the best path: step (m,), move (m, 3), and the pair of states (m,).
-
-    Pairs that touch something get an infinite price at once. ``far`` (n - 1,) is how many states
-    off the path count, negative for none; ``most`` is how many moves that makes.
-    """
-    at, directions, stride, _, free, shift, _ = waypoints
-    spans, bends, scale, _, window, narrow = pieces
-    blocked, frame, points, _ = conditions
-    widest = price.shape[1] // 2
-    asked, moves = np.empty(most, np.int64), np.empty((most, 3))
-    pairs = np.empty(most, np.int64)
-    size = 0
-    for k in range(far.shape[0]):
-        s, t = states[2 * k + 1], states[2 * k + 2]
-        for a in range(s - far[k], s + far[k] + 1):
-            for b in range(t - far[k], t + far[k] + 1):
-                p, q = a % STATES, b % STATES
-                w = _change(p, q)
-                if abs(w) > window[k] or not free[k + 1, q]:
-                    continue
-                if not math.isnan(price[k, w + widest, p]):
-                    continue
-                turn = wrap(bends[k] + w * WIDTH) + shift[k + 1, q] - shift[k, p]
-                yaw = directions[k] + p * WIDTH + shift[k, p]
-                price[k, w + widest, p] = 0.0
-                if narrow[k] and _touching(
-                    *(blocked, frame, points, at[k], at[k + 1], lengths, spans[k], yaw, turn)
-                ):
-                    price[k, w + widest, p] = np.inf
-                    continue
-                done = 0.0
-                for j in range(at[k] + (stride[k] - 1) // 2, at[k + 1], stride[k]):
-                    share = lengths[j] * scale[k] / spans[k]
-                    asked[size] = j
-                    moves[size, 0] = yaw + turn * (done + 0.5 * share)
-                    moves[size, 1] = lengths[j] * scale[k]
-                    moves[size, 2] = turn * share
-                    pairs[size] = (k * price.shape[1] + w + widest) * STATES + p
-                    done += share
-                    size += 1
-    return asked[:size], moves[:size], pairs[:size]
-
-
 @njit(
     types.float64(
-        *(BLOCK_KERNEL, MODEL_ARRAYS, types.int64, _SURROUNDINGS, STEPS, _WAYPOINTS, TURNING),
+        *(BLOCK_KERNEL, MODEL_ARRAYS, types.int64, SURROUNDINGS, STEPS, WAYPOINTS, TURNING),
         *(types.int64, types.int64, types.int64, I1),
     ),
     cache=True,
@@ -397,7 +220,7 @@ def best_states(
         np.empty((count, STATES), np.int64),
         np.empty((count, STATES), np.int64),
     )
-    pieces = _pieces(waypoints, steps.lengths, conditions.crowded, arrays.limits)
+    pieces = pieces_of(waypoints, steps.lengths, conditions.crowded, arrays.limits)
     refused, far = np.zeros(last, np.int64), np.empty(last, np.int64)
     off = np.zeros(last)
     # By the change of the angle to the travel, and the state before it.
@@ -423,13 +246,13 @@ def best_states(
         for k in range(last):
             s = states[2 * k + 1]
             far[k] = -1
-            if math.isnan(price[k, _change(s, states[2 * k + 2]) + widest, s]):
+            if math.isnan(price[k, change_of(s, states[2 * k + 2]) + widest, s]):
                 # Where much was refused before, the search looks further about.
                 far[k] = min(beside + refused[k] // REFUSALS, STATES // 2)
                 most += (2 * far[k] + 1) ** 2 * pieces.samples[k]
         if most == 0:
             return best
-        asked, moves, pairs = _moves_near(
+        asked, moves, pairs = moves_near(
             conditions, steps.lengths, waypoints, pieces, price, states, far, most
         )
         costs = np.empty(asked.shape[0])
@@ -446,7 +269,7 @@ def best_states(
             if far[k] < 0:
                 continue
             s, t = states[2 * k + 1], states[2 * k + 2]
-            w = _change(s, t)
+            w = change_of(s, t)
             if price[k, w + widest, s] == np.inf:
                 refused[k] += 1
             else:

@@ -27,12 +27,12 @@ from planner.search.kernel_arguments import Steps
 from planner.search.resolution import ALL_YAWS, STATES, WIDTH
 from planner.search.steady import crab_angle_for_yaw
 from planner.search.trajectory.track import GENTLE, Track
-from planner.search.trajectory.yaw_estimate import steady_costs_of
-from planner.search.trajectory.yaw_kernel import (
+from planner.search.trajectory.yaw_kernel import best_states
+from planner.search.trajectory.yaw_moves import (
     MOST_SAMPLES,
     Surroundings,
     Waypoints,
-    best_states,
+    steady_costs_of,
 )
 from planner.search.turns import spin_costs, turning
 from planner.terrain.footprint import body_fits
@@ -86,7 +86,7 @@ def yaw_profile(
         most_waypoints: places at most at which yaw is decided, where there is room.
         shut: x, y and yaw with which the body is not to pass there, nor with angles near it.
     """
-    crowded = _crowded(field, track.points)
+    crowded = crowded_at(field, track.points)
     at = _waypoints(track, crowded, most_waypoints)
     directions = _directions(track, at)
     places, after = track.points[at], np.minimum(at, len(steps.lengths) - 1)
@@ -162,8 +162,8 @@ def _waypoints(track: Track, crowded: NDArray[np.bool_], most: int) -> NDArray[n
     return np.array([*chosen, len(along) - 1], np.int64)
 
 
-def _crowded(field: CostField, points: Array) -> NDArray[np.bool_]:
-    """Whether some yaw may not fit at points (n, 2): it does not at a node beside them."""
+def crowded_at(field: CostField, points: Array) -> NDArray[np.bool_]:
+    """Whether (n,) some yaw may not fit at points (n, 2): it does not at a node beside them."""
     ny, nx = field.mask.shape
     j, i = field.nodes_at(points)
     crowded = np.zeros(len(points), bool)

@@ -1,0 +1,251 @@
+"""Moves of the yaw profile: where it is decided, how far it may turn between, and what is priced.
+
+    steady_costs_of(field, at, steps, stride, steady)      # estimates, before the model prices
+    pieces = pieces_of(waypoints, lengths, crowded, limits)
+    asked, moves, pairs = moves_near(surroundings, lengths, waypoints, pieces, ...)
+
+yaw_kernel chooses among the moves. The cost of turning on the move is in
+planner.search.turns.turning_table.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planner.arrays import Array
+from planner.compiled_code import njit
+from planner.search.kernel_arguments import B1, B2, F1, F2, I1, tuple_type
+from planner.search.resolution import STATES, WIDTH
+from planner.search.steady import costs_for_yaws
+from planner.terrain.footprint import touches
+
+DOUBTFUL = 10.0
+"""Factor on the highest cost known, as the cost of what the tables refuse: priced last."""
+MOST_SAMPLES = 2
+"""Steps that stand for all between two waypoints, where there are more than three."""
+WIDEST_TURN = 8
+"""Largest change of the angle to the travel between waypoints, in states (45°)."""
+
+
+class Surroundings(NamedTuple):
+    """What a body may touch along a track.
+
+    Attributes:
+        blocked, frame: as for ``planner.terrain.footprint.touches``.
+        points: (samples, 2) m.
+        crowded: (samples,) whether some yaw does not fit there.
+    """
+
+    blocked: NDArray[np.bool_]
+    frame: Array
+    points: Array
+    crowded: NDArray[np.bool_]
+
+
+class Waypoints(NamedTuple):
+    """Places on a track at which the yaw is decided.
+
+    Attributes:
+        at: (n,) samples of the track.
+        directions: (n,) rad, of the travel.
+        stride: (n - 1,) every so many of the steps after a waypoint stands for the others.
+        steady: (n - 1, STATES) estimated cost to the next waypoint at an even angle.
+        free: (n, STATES) whether the body fits.
+        shift: (n, STATES) rad by which its angle is off the state's own so that it does.
+        spin: (n, STATES) cost per rad of turning on the spot.
+    """
+
+    at: NDArray[np.int64]
+    directions: Array
+    stride: NDArray[np.int64]
+    steady: Array
+    free: NDArray[np.bool_]
+    shift: Array
+    spin: Array
+
+
+class Pieces(NamedTuple):
+    """Stretches between two waypoints, (n - 1,) each.
+
+    Attributes:
+        spans: m.
+        bends: rad by which the travel turns.
+        scale: m that a metre of the steps that are looked at stands for.
+        samples: steps that are looked at.
+        window: states by which the angle to the travel may change at most.
+        narrow: whether the body may touch something.
+    """
+
+    spans: Array
+    bends: Array
+    scale: Array
+    samples: NDArray[np.int64]
+    window: NDArray[np.int64]
+    narrow: NDArray[np.bool_]
+
+
+SURROUNDINGS = tuple_type(Surroundings, B2, F1, F2, B1)
+WAYPOINTS = tuple_type(Waypoints, I1, F1, I1, F2, B2, F2, F2)
+
+
+@njit(cache=True)
+def wrap(angle: float) -> float:
+    """The same angle between -π and π."""
+    return angle - 2.0 * math.pi * math.floor((angle + math.pi) / (2.0 * math.pi))
+
+
+@njit(cache=True)
+def most_turn(span: float, bend: float, limits: Any) -> int:
+    """States by which the angle to the travel may change over ``span`` metres with a bend."""
+    # No further than the yaw rate allows at full speed, and one state more.
+    window = min(WIDEST_TURN, 1 + int(math.ceil(limits[6] * span / limits[0] / WIDTH)))
+    # Where the travel turns sharply the body may keep its yaw instead.
+    return min(window + int(math.ceil(abs(bend) / WIDTH)), STATES // 2)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def steady_costs_of(field: Any, at: Any, steps: Any, stride: Any, steady: Any) -> None:
+    """Cost from each waypoint to the next at an even angle to the travel.
+
+    Args:
+        field: tables of steady costs by yaw.
+        at: (n,) samples of the track that are waypoints.
+        steps: Steps between the samples.
+        stride: (n - 1,) every so many of the steps after a waypoint stands for the others.
+        steady: (n - 1, STATES) written.
+    """
+    directions, lengths = steps.directions, steps.lengths
+    slopes, ground = steps.slopes, steps.ground
+    by_yaw, yaw_limit = field.by_yaw, field.yaw_limit
+    costs = np.empty(STATES)
+    for k in range(at.shape[0] - 1):
+        first, last = at[k], at[k + 1]
+        whole, taken = 0.0, 0.0
+        for j in range(first, last):
+            whole += lengths[j]
+        steady[k] = 0.0
+        for j in range(first + (stride[k] - 1) // 2, last, stride[k]):
+            taken += lengths[j]
+            steepness = math.sqrt(slopes[j, 0] ** 2 + slopes[j, 1] ** 2)
+            azimuth = math.atan2(slopes[j, 1], slopes[j, 0]) - directions[j]
+            costs_for_yaws(by_yaw, yaw_limit, ground[j], azimuth, steepness, 1.0, costs)
+            for s in range(STATES):
+                steady[k, s] += lengths[j] * costs[s]
+        worst = 0.0
+        for s in range(STATES):
+            steady[k, s] *= whole / taken
+            if steady[k, s] < np.inf:
+                worst = max(worst, steady[k, s])
+        # Near a limit the tables err on the safe side: what they refuse is tried in the end.
+        for s in range(STATES):
+            if steady[k, s] == np.inf:
+                steady[k, s] = max(DOUBTFUL * worst, 1e6)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _touching(
+    blocked: Any,
+    frame: Any,
+    points: Any,
+    first: int,
+    last: int,
+    lengths: Any,
+    span: float,
+    yaw: float,
+    turn: float,
+) -> bool:
+    """Whether the body touches something between two samples while it turns evenly."""
+    done = 0.0
+    for j in range(first, last):
+        share = lengths[j] / span
+        x, y, to_x, to_y = points[j, 0], points[j, 1], points[j + 1, 0], points[j + 1, 1]
+        if touches(blocked, frame, x, y, to_x, to_y, yaw + turn * done, turn * share):
+            return True
+        done += share
+    return False
+
+
+@njit(cache=True, error_model="numpy")
+def pieces_of(waypoints: Any, lengths: Any, crowded: Any, limits: Any) -> Any:
+    """Pieces between waypoints of a track with steps of these lengths, m."""
+    at, stride = waypoints.at, waypoints.stride
+    last = at.shape[0] - 1
+    spans, bends, scale = np.zeros(last), np.empty(last), np.empty(last)
+    samples, window = np.zeros(last, np.int64), np.empty(last, np.int64)
+    narrow = np.empty(last, np.bool_)
+    for k in range(last):
+        taken = 0.0
+        for j in range(at[k], at[k + 1]):
+            spans[k] += lengths[j]
+        for j in range(at[k] + (stride[k] - 1) // 2, at[k + 1], stride[k]):
+            taken += lengths[j]
+            samples[k] += 1
+        scale[k] = spans[k] / taken
+        narrow[k] = crowded[at[k] : at[k + 1] + 1].any()
+        bends[k] = wrap(waypoints.directions[k + 1] - waypoints.directions[k])
+        window[k] = most_turn(spans[k], bends[k], limits)
+    return Pieces(spans, bends, scale, samples, window, narrow)
+
+
+@njit(cache=True, error_model="numpy")
+def change_of(before: int, after: int) -> int:
+    """Change of the angle from one state to another, the shorter way round."""
+    return (after - before + STATES // 2) % STATES - STATES // 2
+
+
+@njit(cache=True, error_model="numpy")
+def moves_near(
+    conditions: Any,
+    lengths: Any,
+    waypoints: Any,
+    pieces: Any,
+    price: Any,
+    states: Any,
+    far: Any,
+    most: int,
+) -> Any:
+    """Moves to price near the best path: step (m,), move (m, 3), and the pair of states (m,).
+
+    Pairs that touch something get an infinite price at once. ``far`` (n - 1,) is how many states
+    off the path count, negative for none; ``most`` is how many moves that makes.
+    """
+    at, directions, stride, _, free, shift, _ = waypoints
+    spans, bends, scale, _, window, narrow = pieces
+    blocked, frame, points, _ = conditions
+    widest = price.shape[1] // 2
+    asked, moves = np.empty(most, np.int64), np.empty((most, 3))
+    pairs = np.empty(most, np.int64)
+    size = 0
+    for k in range(far.shape[0]):
+        s, t = states[2 * k + 1], states[2 * k + 2]
+        for a in range(s - far[k], s + far[k] + 1):
+            for b in range(t - far[k], t + far[k] + 1):
+                p, q = a % STATES, b % STATES
+                w = change_of(p, q)
+                if abs(w) > window[k] or not free[k + 1, q]:
+                    continue
+                if not math.isnan(price[k, w + widest, p]):
+                    continue
+                turn = wrap(bends[k] + w * WIDTH) + shift[k + 1, q] - shift[k, p]
+                yaw = directions[k] + p * WIDTH + shift[k, p]
+                price[k, w + widest, p] = 0.0
+                if narrow[k] and _touching(
+                    *(blocked, frame, points, at[k], at[k + 1], lengths, spans[k], yaw, turn)
+                ):
+                    price[k, w + widest, p] = np.inf
+                    continue
+                done = 0.0
+                for j in range(at[k] + (stride[k] - 1) // 2, at[k + 1], stride[k]):
+                    share = lengths[j] * scale[k] / spans[k]
+                    asked[size] = j
+                    moves[size, 0] = yaw + turn * (done + 0.5 * share)
+                    moves[size, 1] = lengths[j] * scale[k]
+                    moves[size, 2] = turn * share
+                    pairs[size] = (k * price.shape[1] + w + widest) * STATES + p
+                    done += share
+                    size += 1
+    return asked[:size], moves[:size], pairs[:size]
