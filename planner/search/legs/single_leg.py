@@ -34,8 +34,9 @@ from planner.search.waypoints import (
 )
 
 Yaws = tuple[float | None, float | None]
-MOST_DESCENT_SAVING = 0.004
-"""Share of a motion's dissipated energy that waypoint descent saves at most, by experience."""
+MOST_DESCENT_SAVING, MOST_YAW_SAVING = 0.004, 0.015
+"""Shares of a rough motion's dissipated energy that waypoint descent, and the refined yaw of the
+finished motion, save at most, by experience."""
 
 
 @dataclass(frozen=True)
@@ -129,12 +130,13 @@ class LegPlanner:
             if math.isfinite(polyline_cost(field, path, field.step)):
                 found = drive_roughly(field, conditions, (path,), yaws)
                 best = min(best, found, key=lambda one: one.energy)
-        if best.motion is None or best.energy - MOST_DESCENT_SAVING * best.dissipated >= below:
+        most_saving = (MOST_DESCENT_SAVING + MOST_YAW_SAVING) * best.dissipated
+        if best.motion is None or best.energy - most_saving >= below:
             return None
         if worth_optimising(best.dissipated, polyline_cost(field, best.legs[0], field.step)):
             better = optimise_waypoints(field, conditions, best.legs, yaws, check=self.token.check)
             best = min(best, better, key=lambda one: one.energy)
-        if best.energy >= below:
+        if best.energy - MOST_YAW_SAVING * best.dissipated >= below:
             return None
         route = drive(field, conditions, best.legs, yaws, objective=0)
         if not isinstance(route, Route) or route.energy_j >= below:

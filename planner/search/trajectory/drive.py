@@ -1,4 +1,4 @@
-"""From a path to a motion that a robot drives: corners, yaw, speed, in this order.
+"""From a path to a motion that a robot drives: corners, yaw, speed, and the yaw once more.
 
     motion = move(field, conditions, legs, yaws, objective=0)      # or Infeasible that says where
 
@@ -9,15 +9,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.arrays import Array
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField, ground_classes
 from planner.search.kernel_arguments import Steps
 from planner.search.limit_places import Infeasible
+from planner.search.resolution import OBJECTIVES
 from planner.search.trajectory.limit_checks import broken_limits, ease, overheated
 from planner.search.trajectory.motion import Motion, assemble, joined, room_to_move
 from planner.search.trajectory.speed_profile import speed_profile
@@ -28,6 +31,7 @@ from planner.search.trajectory.turn_on_the_spot import (
     turn_on_the_spot,
 )
 from planner.search.trajectory.yaw_profile import YawProfile, yaw_profile
+from planner.search.trajectory.yaw_refinement import refined_yaw
 from planner.search.wanted_yaw import Wanted, arriving, leaving
 
 
@@ -47,11 +51,15 @@ class Care(NamedTuple):
 
 
 ROUGHLY, CLOSELY = Care(1, 1, 240, 1), Care(2, 3, 480, 8)
-"""The first is good to a few parts in ten thousand, to choose among paths."""
+"""The first is good to a few parts in a thousand, to choose among paths."""
 MOST_SPEED_PROFILES = 12
 """Speed profiles until no limit is broken between samples either."""
 SPEED_REPAIRS = 2
 """Repairs of one place, other than of the voltage, before another yaw is tried."""
+
+MOST_REFINED, LEFT_ALONE = 4, 1.0
+"""Refinements of the yaw at most, and m round a place where one breaks a limit that the next one
+leaves alone."""
 
 
 def move(
@@ -114,15 +122,22 @@ def _move(
     shut: list[tuple[float, float, float]] = []
     for _ in range(care.turned):
         check()
-        yaw = _yaw_through(field, conditions, track, steps, free_or_one, objective, care, shut)
-        if isinstance(yaw, Infeasible):
-            return yaw
-        roomy, yaw = room_to_move(track, yaw)
+        found = _yaw_through(field, conditions, track, steps, free_or_one, objective, care, shut)
+        if isinstance(found, Infeasible):
+            return found
+        roomy, yaw = room_to_move(track, found)
         on_roomy = steps if roomy is track else _steps(field, roomy)
-        motion = _at_speed(
-            *(field, conditions, roomy, yaw, on_roomy, objective),
-            *(care.speeds, checked, check, spacing),
+        at_speed = partial(
+            _at_speed,
+            *(field, conditions, roomy),
+            steps=on_roomy,
+            objective=objective,
+            beside=care.speeds,
+            checked=checked,
+            check=check,
+            spacing=spacing,
         )
+        motion = at_speed(yaw)
         if isinstance(motion, Motion):
             break
         # With another yaw the robot may keep to its limits there.
@@ -134,6 +149,41 @@ def _move(
     if touched >= 0:
         x, y = motion.x[touched], motion.y[touched]
         return Infeasible(float(x), float(y), "the body touches something", True)
+    if not checked or objective == OBJECTIVES["time"]:
+        return motion
+    wanted = zip(roomy.marks, free_or_one, strict=True)
+    fixed = np.isin(np.arange(len(roomy.points)), [mark for mark, one in wanted if one is not None])
+    return _finer(field, conditions, roomy, yaw, motion, fixed, at_speed)
+
+
+def _finer(
+    field: CostField,
+    conditions: OperatingConditions,
+    track: Track,
+    yaw: YawProfile,
+    motion: Motion,
+    fixed: NDArray[np.bool_],
+    at_speed: Callable[[YawProfile], Motion | Infeasible],
+) -> Motion:
+    """A motion with its yaw refined; around places where a limit is then broken, the yaw stays.
+
+    Args:
+        field, conditions, track, yaw: what is driven.
+        motion: along the track, within all limits.
+        fixed: (samples,) where the yaw was asked for.
+        at_speed: the best speeds for a yaw, within all limits.
+    """
+    for _ in range(MOST_REFINED):
+        finer = at_speed(refined_yaw(field, conditions, track, yaw, motion, fixed))
+        if isinstance(finer, Infeasible):
+            x, y = finer.x, finer.y
+        else:
+            touched = first_contact(field, finer)
+            if touched < 0:
+                return finer
+            x, y = finer.x[touched], finer.y[touched]
+        away = np.hypot(*(track.points - (x, y)).T)
+        fixed = fixed | (away <= max(LEFT_ALONE, 3.0 * float(track.lengths.max())))
     return motion
 
 
@@ -175,6 +225,7 @@ def _at_speed(
     conditions: OperatingConditions,
     track: Track,
     yaw: YawProfile,
+    *,
     steps: Steps,
     objective: int,
     beside: int,

@@ -195,7 +195,7 @@ def _divided(
         track.lengths[step] / counts[step],
         track.curvatures[step],
         stops,
-        track.marks,
+        tuple(int(counts[:mark].sum()) for mark in track.marks),
     )
     # Acceleration is constant on a step, so it is the squared speed that is even in distance.
     squared = spread(speeds[:-1] ** 2, speeds[1:] ** 2)
