@@ -87,13 +87,20 @@ def about(experiment: Document) -> str:
     return f"To tell {', '.join(names[:-1])} and {names[-1]} apart: "
 
 
+def error_without(diagnosis: Document) -> float:
+    """W, error on unseen runs that a candidate must lower: with sensors as right ones have it."""
+    corrected = diagnosis.get("sensor") and not diagnosis["selected"]
+    errors = diagnosis["after"] if corrected else diagnosis["baseline"]
+    return float(errors["heldout_rmse_w"])
+
+
 def could_be_missing(diagnosis: Document) -> tuple[list[Document], int]:
     """Candidates worth a look, and how many are left out.
 
     A candidate that is neither selected nor tied with one that is must lower the error on unseen
     runs, by as much as is shown.
     """
-    before, selected = diagnosis["baseline"]["heldout_rmse_w"], diagnosis["selected"]
+    before, selected = error_without(diagnosis), diagnosis["selected"]
     kept = {*selected, *_aliased(diagnosis)}
     able = [c for c in diagnosis["candidates"] if c.get("testable", True)]
     shown = [c for c in able if c["effect"] in kept or _lowers(c["heldout_rmse_w"], before)]

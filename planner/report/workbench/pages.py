@@ -126,7 +126,7 @@ def _diagnosis(result: Diagnosis) -> View:
         candidates=candidates_chart(
             candidates,
             result.selected,
-            before.heldout_rmse_w,
+            ranking.without_any(result),
             before.noise_floor_w or 0.0,
             ranking.chances(result),
         ),

@@ -18,7 +18,7 @@ from planner.report.markup import (
     table,
 )
 from planner.report.workbench.bars import MOST_CANDIDATES
-from planner.report.workbench_wording import could_be_missing, likelihood
+from planner.report.workbench_wording import could_be_missing, error_without, likelihood
 from planner.telemetry.diagnosis import Candidate, Diagnosis
 
 
@@ -27,6 +27,11 @@ def shown_candidates(diagnosis: Diagnosis) -> tuple[dict[str, Candidate], int]:
     known = {c.effect: c for c in diagnosis.candidates}
     shown, left_out = could_be_missing(_ranked(diagnosis))
     return {c["effect"]: known[c["effect"]] for c in shown}, left_out
+
+
+def without_any(diagnosis: Diagnosis) -> float:
+    """W, error on unseen runs that the candidates are compared with."""
+    return error_without(_ranked(diagnosis))
 
 
 def chances(diagnosis: Diagnosis) -> dict[str, str]:
@@ -91,6 +96,8 @@ def aliases(diagnosis: Diagnosis) -> list[str]:
 def _ranked(diagnosis: Diagnosis) -> dict[str, Any]:
     return {
         "baseline": diagnosis.baseline.to_json(),
+        "after": diagnosis.after.to_json(),
+        "sensor": [fault.kind for fault in diagnosis.sensors],
         "selected": diagnosis.selected,
         "candidates": [c.to_json() for c in diagnosis.candidates],
     }

@@ -42,10 +42,10 @@ def test_a_column_that_says_nothing_is_left_out(made: Material, tmp_path: Path) 
 def test_probabilities_are_not_told_when_no_candidate_was_chosen(
     made: Material, tmp_path: Path
 ) -> None:
-    page = written(tmp_path, made, selected=())
+    page = written(tmp_path, made, selected=(), sensors=())
     assert "probability" not in rows_of(page, "Effects that were tried")[0]
     assert "none of these explains the residual" in page
-    alone = replace(results.diagnosis(made), selected=())
+    alone = replace(results.diagnosis(made), selected=(), sensors=())
     assert "97 %" not in alone.figure("candidates").svg
 
 

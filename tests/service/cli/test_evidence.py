@@ -123,3 +123,12 @@ def test_an_answer_without_pictures_is_shown() -> None:
     said = shown(pictures=None)
     assert "Where the model errs most" not in said
     assert "What could be missing" in said
+
+
+def test_beside_a_wrong_sensor_candidates_are_held_against_the_corrected_log() -> None:
+    fault = {"kind": "slope_offset", "value": 0.03, "stderr": 0.001, "unit": "rad", "sentence": ""}
+    # Less than the error as measured, 2.1 W, and more than that of the corrected log, 0.52 W.
+    other = documents.candidate("vibration", 0.01, heldout_rmse_w=0.9)
+    changes = {"verdict": "sensor_error", "sensor": [fault], "selected": []}
+    assert "vibration" not in shown(**changes, candidates=[other])
+    assert "with slope_offset corrected" in shown(**changes)
