@@ -82,16 +82,16 @@ def shares_chart(shares: Sequence[Share]) -> str:
     """Which rows hold the squared error: their share of the rows above their share of the error."""
     if not shares:
         return ""
-    width, row, room = 460, 62, 180
+    width, row, room = 460, 62, 190
     end = 4 + row * len(shares)
     axes = Axes(width, end, (0.0, 1.0), inner=(0.0, 4.0, width - room, end))
     parts = []
     for number, s in enumerate(shares):
         y = 4 + row * number
-        bias = f"{s.where}: on average {signed(s.bias_w)}"
-        parts.append(text(0, y + 13, shortened(bias, width, 13.0), "ink halo"))
+        parts.append(text(0, y + 13, shortened(s.where, width, 13.0), "ink halo"))
+        rows = f"of the rows, {signed(s.bias_w)}"
         for down, part, kind, of in (
-            (19, s.share_of_rows, "noise", "of the rows"),
+            (19, s.share_of_rows, "noise", rows),
             (35, s.share_of_squared_error, "before", "of the squared error"),
         ):
             words = f"{share(part)} {of}"

@@ -126,7 +126,8 @@ def evidence(result: Diagnosis, pictures: Pictures, names: Mapping[str, str]) ->
     ]
     if shown.shares:
         caption = (
-            "A row counts in the first line that it fits. Few rows may hold most of the error."
+            "A row counts in the first line that it fits. Few rows may hold most of the error. "
+            "Watts: measured minus predicted, on average."
         )
         drawn.append(figure(pictures["shares"], caption))
     both = element("div", *drawn, kind="pair") if drawn else ""

@@ -193,7 +193,10 @@ def _report(source: LogSource, start: PowerModel, found: Found, floor: Array) ->
     )
     errors["baseline"] = baseline
     regimes = tuple(regimes_of(log, found.base.residual, floor, found.base.watts))
-    pictures = _pictures(as_measured, stated, models, sensors, regimes)
+    shown = regimes
+    if sensors:
+        shown = tuple(regimes_of(as_measured, stated.residual, floor, stated.watts))
+    pictures = _pictures(as_measured, stated, models, sensors, shown)
     seen: dict[str, Any] = {"regimes": regimes, "pictures": pictures}
     diagnosis = Diagnosis(
         **vars(models),
