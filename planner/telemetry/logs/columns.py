@@ -61,12 +61,18 @@ OFTEN_MISTAKEN: dict[str, str] = {
     "battery_current": "mA",
 }
 _WHEEL_CURRENT = re.compile(r"wheel_current_([1-9][0-9]?)")
+_WHEEL_SPEED = re.compile(r"wheel_speed_[1-9][0-9]?")
 
 
 def wheel_number(name: str) -> int | None:
     """The n of "wheel_current_n", None for any other name."""
     match = _WHEEL_CURRENT.fullmatch(name)
     return int(match[1]) if match else None
+
+
+def is_wheel_speed(name: object) -> bool:
+    """True for "wheel_speed_1", "wheel_speed_2", …, which files have that are to be joined."""
+    return isinstance(name, str) and _WHEEL_SPEED.fullmatch(name) is not None
 
 
 def is_quantity(name: str) -> bool:
@@ -76,6 +82,8 @@ def is_quantity(name: str) -> bool:
 
 def unit_of(name: str) -> str:
     """SI unit of a log's quantity ("text" for labels)."""
+    if is_wheel_speed(name):
+        return "rad/s"
     return "A" if wheel_number(name) else UNITS[name]
 
 

@@ -23,7 +23,6 @@ from __future__ import annotations
 
 import csv
 import math
-import re
 from collections.abc import Mapping as AnyMapping
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -36,16 +35,17 @@ from planner.errors import LogError
 from planner.power.kinematics import RIM
 from planner.power.vehicles import Vehicle
 from planner.telemetry.logs.clocks import Source, clock_of, on_one_clock
-from planner.telemetry.logs.columns import TEXT
+from planner.telemetry.logs.columns import TEXT, is_wheel_speed
 from planner.telemetry.logs.formats import open_log
-from planner.telemetry.logs.mapping import Mapping, read_mapping
+from planner.telemetry.logs.mapping import Column, Mapping, MappingLike, read_mapping
 
 MOST_FILES = 20
 MOST_ROWS = 5_000_000
 """Rows of one file that are held in memory."""
 HELD_SHARE = 0.5
 """Share of equal neighbours above which a channel is one that repeats its last value."""
-_WHEEL = re.compile(r"wheel_speed_([1-9][0-9]?)")
+FAST = 2.0
+"""Speed over the vehicle's limit from which wheel speeds may be in another unit: rpm are 9.5."""
 _SPEEDS = ("vx", "vy", "wz")
 
 
@@ -81,7 +81,7 @@ def join_logs(
     paths: Sequence[str | Path],
     *,
     vehicle: Vehicle | None = None,
-    mapping: str | Path | None = None,
+    mapping: MappingLike | None = None,
     interval: float | None = None,
     shifts: AnyMapping[str, float] | None = None,
     run: str = "",
@@ -92,7 +92,8 @@ def join_logs(
         paths: CSV or Parquet files, each with ``time`` and some quantities of a log, or
             ``wheel_speed_1 … n`` in rad/s in the order of the vehicle's wheels.
         vehicle: whose kinematics turn wheel speeds into body velocities.
-        mapping: a mapping file for other names and units; a file need not have all its columns.
+        mapping: a mapping file for other names and units, or its content; a file need not have all
+            its columns.
         interval: length of the rows, s, instead of that of the slowest needed channel.
         shifts: by file name, s to add to its times; the others are found.
         run: label of the drive; the first file's name by default.
@@ -104,7 +105,7 @@ def join_logs(
         raise LogError(
             "files", "cannot be joined", value=len(paths), accepted=f"1 to {MOST_FILES} files"
         )
-    used = Mapping() if mapping is None else read_mapping(mapping)
+    used = Mapping() if mapping is None else read_mapping(mapping, wheel_speeds=True)
     findings: list[str] = []
     sources = [_read(Path(path), used, vehicle, findings) for path in paths]
     said: list[str] = []
@@ -126,11 +127,12 @@ def _read(path: Path, used: Mapping, vehicle: Vehicle | None, findings: list[str
     where = str(path)
     own = {name: c for name, c in used.columns.items() if c.heading in file.columns}
     resolved = replace(used, columns=own, constants={}).resolve(file.columns, where)
-    wheels = [name for name in file.columns if _WHEEL.fullmatch(name)]
+    taken = {column.heading for column in own.values()}
+    resolved |= {n: Column(n) for n in file.columns if is_wheel_speed(n) and n not in taken}
     if "time" not in resolved:
         raise LogError(where, "has no column 'time'", accepted="time in s, or since 1970 in ns")
     wanted = {name: c for name, c in resolved.items() if name not in TEXT}
-    headings = [c.heading for c in wanted.values()] + wheels
+    headings = [c.heading for c in wanted.values()]
     parts: list[dict[str, Array]] = []
     for block in file.blocks(headings, [], 200_000):
         parts.append(block.numbers)
@@ -140,6 +142,7 @@ def _read(path: Path, used: Mapping, vehicle: Vehicle | None, findings: list[str
         raise LogError(where, "has no rows", accepted="one row for each sample")
     cells = {name: np.concatenate([part[name] for part in parts]) for name in headings}
     channels = {n: c.factor * cells[c.heading] + c.offset for n, c in wanted.items()}
+    wheels = {name: channels.pop(name) for name in wanted if is_wheel_speed(name)}
     time = channels.pop("time")
     scale, absolute = clock_of(time, where)
     time = time * scale
@@ -150,7 +153,7 @@ def _read(path: Path, used: Mapping, vehicle: Vehicle | None, findings: list[str
     if good.sum() < 2:
         raise LogError(where, "has no two rows of increasing time", accepted="times that increase")
     if wheels:
-        channels |= _body_velocities(cells, wheels, vehicle, where, findings)
+        channels |= _body_velocities(wheels, vehicle, where, findings)
     if not channels:
         raise LogError(where, "has no column that a log may have", accepted="docs/logs.md, Columns")
     channels = {name: values[good] for name, values in channels.items()}
@@ -158,8 +161,7 @@ def _read(path: Path, used: Mapping, vehicle: Vehicle | None, findings: list[str
 
 
 def _body_velocities(
-    cells: dict[str, Array],
-    wheels: list[str],
+    wheels: dict[str, Array],
     vehicle: Vehicle | None,
     where: str,
     found: list[str],
@@ -176,7 +178,7 @@ def _body_velocities(
             value=", ".join(wheels),
             accepted=", ".join(names),
         )
-    rims = layout.radius * np.column_stack([cells[name] for name in names])
+    rims = layout.radius * np.column_stack([wheels[name] for name in names])
     velocity = rims @ np.linalg.pinv(layout.table[:, RIM : RIM + 3]).T
     if count > 3:
         misfit = rims - velocity @ layout.table[:, RIM : RIM + 3].T
@@ -186,6 +188,13 @@ def _body_velocities(
                 f"{Path(where).name}: wheel speeds disagree with each other by {share:.0%}; "
                 "wheels slip, or their order or signs are not those of the vehicle"
             )
+    top = float(np.nanquantile(np.hypot(velocity[:, 0], velocity[:, 1]), 0.99))
+    if top > FAST * vehicle.limits.speed:
+        found.append(
+            f"{Path(where).name}: wheel speeds taken as rad/s give {top:.3g} m/s, "
+            f"{top / vehicle.limits.speed:.3g} times the limit of {vehicle.name}; where they are "
+            'rpm, a mapping file says so: { quantity = "wheel_speed_1", unit = "rpm" }'
+        )
     return dict(zip(_SPEEDS, velocity.T, strict=True))
 
 

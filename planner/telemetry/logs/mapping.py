@@ -28,7 +28,14 @@ from typing import Any
 
 from planner.errors import LogError
 from planner.reading import finite_number, parse_toml
-from planner.telemetry.logs.columns import TEXT, UNITS, is_quantity, suggestion, unit_of
+from planner.telemetry.logs.columns import (
+    TEXT,
+    UNITS,
+    is_quantity,
+    is_wheel_speed,
+    suggestion,
+    unit_of,
+)
 from planner.units import LONGEST, conversion
 
 ACCEPTED = "a mapping file as docs/logs.md describes it"
@@ -82,8 +89,12 @@ class Mapping:
         return {name: Column(name) for name in own if name not in self.constants} | self.columns
 
 
-def read_mapping(given: MappingLike) -> Mapping:
+def read_mapping(given: MappingLike, *, wheel_speeds: bool = False) -> Mapping:
     """Read a mapping file, or its content as a dictionary.
+
+    Args:
+        given: its path, or the dictionary.
+        wheel_speeds: whether columns may be wheel speeds as well.
 
     Raises:
         LogError: not TOML, an unknown key or quantity, a unit of another dimension.
@@ -101,7 +112,8 @@ def read_mapping(given: MappingLike) -> Mapping:
         )
     columns: dict[str, Column] = {}
     for heading, entry in _table(document, "columns", where).items():
-        quantity, column = _column(f"{where}: columns.{heading}", heading.strip(), entry)
+        place = f"{where}: columns.{heading}"
+        quantity, column = _column(place, heading.strip(), entry, wheel_speeds)
         if quantity in columns:
             problem, accepted = "a second column for the same quantity", "one column a quantity"
             raise LogError(
@@ -139,14 +151,15 @@ def _content(where: str, path: str | Path) -> dict[str, Any]:
         raise LogError(where, f"is not TOML: {str(error)[:120]}", accepted=ACCEPTED) from error
 
 
-def _column(where: str, heading: str, entry: Any) -> tuple[str, Column]:
+def _column(where: str, heading: str, entry: Any, wheel_speeds: bool) -> tuple[str, Column]:
     if isinstance(entry, str):
         entry = {"quantity": entry}
     if not isinstance(entry, dict):
         raise LogError(where, "cannot be used", value=entry, accepted="a quantity or a table")
     _only(entry, ("quantity", "unit", "sign"), where)
     quantity = entry.get("quantity")
-    _known(where, quantity)
+    if not (wheel_speeds and is_wheel_speed(quantity)):
+        _known(where, quantity)
     sign = entry.get("sign", 1)
     if isinstance(sign, bool) or sign not in (1, -1):
         raise LogError(f"{where}.sign", "is not a sign", value=sign, accepted="1 or -1")

@@ -212,6 +212,21 @@ def test_wheel_speeds_become_body_velocities(tmp_path: Path, name: str) -> None:
     assert not joined.findings
     with pytest.raises(LogError, match=r"has wheel speeds.*the vehicle"):
         join_logs([path, power])
+    # The same in rpm, by a mapping file and without one.
+    turned = np.column_stack([EPOCH + ends, wheels * 60.0 / (2.0 * np.pi)])
+    rpm = tmp_path / "rpm.csv"
+    names_of = [f"n{k + 1}" for k in range(wheels.shape[1])]
+    np.savetxt(
+        rpm, turned, fmt="%.15g", delimiter=",", header=",".join(["time", *names_of]), comments=""
+    )
+    columns = {n: {"quantity": q, "unit": "rpm"} for n, q in zip(names_of, names, strict=True)}
+    joined = join_logs([rpm, power], vehicle=vehicle, mapping={"columns": columns})
+    right(joined, 0.5)
+    assert not joined.findings
+    rpm.write_text("\n".join([",".join(["time", *names]), *rpm.read_text().splitlines()[1:]]))
+    (finding,) = join_logs([rpm, power], vehicle=vehicle).findings
+    assert "wheel speeds taken as rad/s give" in finding
+    assert "rpm" in finding
     if vehicle.layout.wheel_count > 3:
         # Front and rear left exchanged; the two front wheels would be another motion instead.
         text = path.read_text().replace("wheel_speed_1,", "rear,", 1)
