@@ -13,7 +13,7 @@ submodule passes through that face.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -73,11 +73,14 @@ def _renderer() -> Renderer:
     return _open()
 
 
-def frame(rows: Mapping[Any, Any] | Iterable[Mapping[str, Any]]) -> pandas.DataFrame:
+def frame(
+    rows: Mapping[Any, Any] | Iterable[Mapping[str, Any]], columns: Sequence[str] = ()
+) -> pandas.DataFrame:
     """A DataFrame of pandas, which is loaded here and nowhere else.
 
     Args:
         rows: columns by name, or one mapping for each row.
+        columns: those of a table that may have no row; by default those of the rows.
 
     Raises:
         MissingPackage: pandas is not installed.
@@ -87,7 +90,7 @@ def frame(rows: Mapping[Any, Any] | Iterable[Mapping[str, Any]]) -> pandas.DataF
     except ImportError:
         raise MissingPackage("pandas", "pandas") from None
     table = rows if isinstance(rows, Mapping) else list(rows)
-    return pandas.DataFrame(table)
+    return pandas.DataFrame(table, columns=list(columns) or None)
 
 
 class Shown:

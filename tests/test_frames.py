@@ -95,6 +95,9 @@ def test_the_workbench_ranks(results: synthetic_results.Material) -> None:
     regimes = (synthetic_results.regime(where="fast"), synthetic_results.regime(where="slow"))
     comparison = replace(synthetic_results.comparison(results), regimes=regimes)
     assert list(comparison.to_frame()["where"]) == [r.where for r in comparison.regimes]
+    empty = replace(comparison, regimes=()).to_frame()
+    assert list(empty) == list(comparison.to_frame())
+    assert empty.empty
     adoption = synthetic_results.adoption(results)
     assert list(adoption.to_frame()["value"]) == [p.value for p in adoption.parameters]
 

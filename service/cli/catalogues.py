@@ -22,8 +22,9 @@ def maps(
         str | None, typer.Argument(metavar="[FILE]", help="For check: a name, file or folder.")
     ] = None,
     vehicle: Annotated[
-        str, typer.Option(help="Of the picture: a name, or a TOML file.")
-    ] = "minibalance",
+        str | None,
+        typer.Option(help="Also print where it can go: a name, or a TOML file."),
+    ] = None,
     report: Annotated[
         Path | None,
         typer.Option(
@@ -35,7 +36,7 @@ def maps(
 ) -> None:
     """List the maps of the catalogue, or check one.
 
-    Example: joulepath maps check hall/map.toml
+    Example: joulepath maps check hall/map.toml --vehicle my-robot.toml --report hall.html
     """
     from planner.terrain.catalogue import list_maps, open_map
 
@@ -50,13 +51,15 @@ def maps(
 
     terrain = open_map(file)
     found = describe_map(terrain)
-    if report is not None:
+    if report is not None or vehicle is not None:
         from planner.power.vehicles import load_vehicle
         from planner.report.routes import drive_page
 
-        page, shares = drive_page(terrain, load_vehicle(vehicle))
-        report.write_text(page, encoding="utf-8")
-        found["for_vehicle"] = {"name": vehicle, "shares": shares}
+        name = vehicle or "minibalance"
+        page, shares = drive_page(terrain, load_vehicle(name))
+        if report is not None:
+            report.write_text(page, encoding="utf-8")
+        found["for_vehicle"] = {"name": name, "shares": shares}
     typer.echo(documents.strict(documents.finite(found)) if json_ else _map_report(found))
     return None
 

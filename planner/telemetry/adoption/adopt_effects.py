@@ -10,7 +10,7 @@ Effects that a log does not support can be adopted too; the warnings then say wh
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -67,7 +67,8 @@ class Adoption(Shown):
 
     def to_frame(self) -> pandas.DataFrame:
         """The fitted parameters as a DataFrame, one row each, as in the JSON document."""
-        return frame(asdict(parameter) for parameter in self.parameters)
+        names = [one.name for one in fields(FittedParameter)]
+        return frame((asdict(parameter) for parameter in self.parameters), names)
 
     def to_json(self) -> dict[str, Any]:
         """The document of ``joulepath adopt --json``."""

@@ -25,7 +25,7 @@ Left out
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -129,7 +129,8 @@ class Comparison(ComparedModel, Shown):
 
         Columns are those of ``regimes`` in the JSON document: ``where``, ``rows``, ``bias_w``, …
         """
-        return frame(regime.to_json() for regime in self.regimes)
+        names = [one.name for one in fields(Regime) if one.name not in ("explained", "chance")]
+        return frame((regime.to_json() for regime in self.regimes), names)
 
     def to_json(self) -> dict[str, Any]:
         """The document of ``joulepath compare --json``, strict JSON."""

@@ -43,5 +43,8 @@ def test_a_map_is_checked() -> None:
     told = joulepath("maps", "check", "warehouse")
     for word in ("extent", "slopes", "obstacles", "unknown", "carpet"):
         assert word in told.stdout
+    told = joulepath("maps", "check", "warehouse", "--vehicle", "minibalance").stdout
+    assert "minibalance: " in told
+    assert "too steep" in told
     expect_refusal(joulepath("maps", "check"), "maps check FILE")
     expect_refusal(joulepath("maps", "check", "atlantis"), "atlantis")
