@@ -94,6 +94,11 @@ class ResidualCurve:
     rows: Array
     fitted: Array | None
 
+    @property
+    def structure(self) -> float:
+        """W², mean square of the residual that the bins hold."""
+        return float(self.rows @ self.missing**2 / max(self.rows.sum(), 1))
+
     def to_json(self) -> dict[str, Any]:
         """One entry of ``curves``."""
         known = np.isfinite(self.stderr)
@@ -137,7 +142,7 @@ class Pictures:
 
     Attributes:
         stretch: where the model at the start errs most; None where no rows follow each other.
-        curves: one for every claim, or one for the residual where nothing is claimed.
+        curves: one for every claim, most telling first, or one where nothing is claimed.
         shares: of the squared error, the rest last; () where no regime stands out.
     """
 
@@ -190,7 +195,8 @@ def pictures_of(
         given = {name: values for name, values in axes.items() if name in own} or axes
         curve = _curve(log, given, predicted, None, log.power - before)
         curves = {} if curve is None else {curve.quantity: curve}
-    return Pictures(worst_stretch(log, predicted), tuple(curves.values()), shares)
+    telling = sorted(curves.values(), key=lambda curve: -curve.structure)
+    return Pictures(worst_stretch(log, predicted), tuple(telling), shares)
 
 
 def worst_stretch(log: Telemetry, predicted: Mapping[str, Array]) -> Stretch | None:

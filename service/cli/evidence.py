@@ -32,7 +32,8 @@ def evidence(document: Document) -> Iterator[RenderableType]:
         yield over_time(stretch, named)
     # Where nothing is missing the residual is noise over every quantity.
     if document["verdict"] != "complete":
-        for curve in pictures.get("curves", ()):
+        # The page has all of them.
+        for curve in pictures.get("curves", ())[:1]:
             yield over_quantity(curve, named)
     if shares := pictures.get("shares"):
         yield by_regime(shares)

@@ -166,8 +166,11 @@ def ranking(document: Document) -> RenderableType | None:
     rest = [f"{more} less likely ones"] if more > 0 else []
     if left_out:
         rest.append(f"{left_out} that do not lower the error")
-    if rest:
-        table.caption = f"and {', '.join(rest)}"
+    notes = [f"and {', '.join(rest)}"] if rest else []
+    if len(selected) > 1:
+        notes.append("the error with a named effect is that with all named ones")
+    if notes:
+        table.caption = "; ".join(notes)
     return table
 
 

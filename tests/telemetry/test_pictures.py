@@ -59,6 +59,14 @@ def test_a_claim_that_is_wrong_misses_the_dots(motion, watts):
     assert np.max(np.abs(curve.missing - curve.fitted)) > 1.0
 
 
+def test_the_most_telling_curve_comes_first(motion, watts):
+    axes = all_axes(motion.rows, watts=watts)
+    parts = {"small": KNOWN["speed"](axes) * 0.1, "large": ripple(axes)}
+    truth = sum(parts.values())
+    curves = pictures_of(logged(motion, watts, truth), watts, watts + truth, parts, ()).curves
+    assert [curve.of for curve in curves] == ["large", "small"]
+
+
 def test_without_a_claim_the_worst_regime_says_over_what(motion, watts):
     axes = all_axes(motion.rows, watts=watts)
     log = logged(motion, watts, np.where(axes["speed"] > 0.5, 2.0, 0.0))

@@ -72,13 +72,18 @@ def ranking(diagnosis: Diagnosis, drawing: str) -> Markup:
         if known_as
         else "No probabilities: none of these explains the residual. "
     )
+    together = (
+        " The error with a named effect is that with all named ones."
+        if len(diagnosis.selected) > 1
+        else ""
+    )
     size = "Size: what it adds to the power, rms, over the noise. z and p: of its test alone."
     return section(
         heading,
         figure(drawing),
         table("", heads, first, words=words, strong=strong),
         folded(f"{len(rest)} less likely ones", table("", heads, rest, words=words)),
-        paragraph(probability + others, "note"),
+        paragraph(probability + others + together, "note"),
         folded("statistics of the tests", statistics, paragraph(size, "note")),
     )
 
