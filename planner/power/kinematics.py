@@ -71,6 +71,21 @@ class WheelLayout:
         speeds: NDArray[np.float64] = self.table[:, RIM : RIM + 3] @ np.array([vx, vy, wz])
         return speeds / self.radius
 
+    def stretched(self, along: float, across: float) -> WheelLayout:
+        """The same wheels, turned as they are, at other places.
+
+        Args:
+            along, across: factors on the places forward and to the left.
+        """
+        wheels = []
+        for row in self.table:
+            lever, drag = row[AXIS_LEVER], row[DRAG_LEVER]
+            ax, ay = row[RIM_VX] * lever, row[RIM_VY] * lever
+            # The rolling direction, out of its parts along the axle and across it.
+            rolling = math.atan2(lever * ay + drag * ax, lever * ax - drag * ay)
+            wheels.append((row[X] * along, row[Y] * across, rolling, (ax, ay)))
+        return _layout(wheels, self.radius)
+
 
 def mecanum(
     *, half_wheelbase: float, half_track: float, radius: float, roller_angle: float = math.pi / 4

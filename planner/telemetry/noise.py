@@ -22,7 +22,7 @@ Left out
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -83,6 +83,9 @@ class Noise:
         by_run: (2, 2) covariance of the runs' offset and gain in whitened units.
         floor_w: rms over the log of what no column explains, W: noise of the meter, and what errors
             of the inputs make of a perfect model.
+        rowwise: fits take the rows one by one. A whitened fit follows changes from row to row, in
+            which errors of the inputs are largest: where those are what correlates, every slope
+            comes out too flat, and a robot that stands too hungry.
     """
 
     powers: Array
@@ -91,11 +94,18 @@ class Noise:
     shrink: Array
     by_run: Array
     floor_w: float
+    rowwise: bool = False
 
     @property
     def correlation(self) -> float:
         """Correlation of neighbouring rows."""
         return float(self.reflections[1, 0]) if len(self.reflections) > 1 else 0.0
+
+    def for_fits(self) -> Noise:
+        """What fits weight rows by: this noise, or without correlation where it is ``rowwise``."""
+        if not self.rowwise:
+            return self
+        return replace(self, reflections=np.zeros((1, 1)), shrink=np.ones(1))
 
     def spread(self, watts: Array, input_error: Array) -> Array:
         """(n,) W, standard deviation of single rows at a modelled power and input uncertainty."""
@@ -177,7 +187,7 @@ def strongest_columns(residual: Array, own: Array, others: Array) -> list[int]:
     Returns:
         At most MOST_HELPERS; none that explains less than HELPER_SHARE of the squares left.
     """
-    basis, _ = np.linalg.qr(own)
+    basis, _ = np.linalg.qr(own[:, np.any(own != 0.0, axis=0)])
     before = np.linalg.norm(others, axis=0)
     left = residual - basis @ (basis.T @ residual)
     rest = others - basis @ (basis.T @ others)

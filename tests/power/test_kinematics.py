@@ -204,3 +204,14 @@ def test_omni_wheel_speeds_by_hand() -> None:
 def test_too_few_wheels() -> None:
     with pytest.raises(ValueError, match="at least three"):
         omni(base_radius=0.1, angles=(0.0, 2.0), radius=0.05)
+
+
+def test_stretched_wheels_are_wheels_at_other_places() -> None:
+    four = mecanum(half_wheelbase=0.2, half_track=0.15, radius=0.05)
+    longer = mecanum(half_wheelbase=0.24, half_track=0.12, radius=0.05)
+    assert four.stretched(1.2, 0.8).table == pytest.approx(longer.table, abs=1e-12)
+    angles = (0.3, 2.4, 4.5)
+    three = omni(base_radius=0.2, angles=angles, radius=0.04)
+    wider = omni(base_radius=0.25, angles=angles, radius=0.04)
+    assert three.stretched(1.25, 1.25).table == pytest.approx(wider.table, abs=1e-12)
+    assert four.stretched(1.0, 1.0).table == pytest.approx(four.table, abs=1e-12)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.linalg import block_diag, toeplitz
@@ -51,6 +53,17 @@ def test_offsets_and_gains_of_runs_are_whitened_too(lengths):
     noise = first_order(by_run=(offset**2, gain**2))
     matrix = noise.whiten(log, watts, spread, np.eye(len(log)))
     assert matrix @ covariance @ matrix.T == pytest.approx(np.eye(len(log)), abs=1e-9)
+
+
+@pytest.mark.parametrize("rowwise", [False, True])
+def test_rows_taken_one_by_one_are_only_scaled(rowwise):
+    log = plain_log(RUNS["mixed"])
+    spread = np.linspace(0.5, 3.0, len(log))
+    used = replace(first_order(), rowwise=rowwise).for_fits()
+    matrix = used.whiten(log, np.zeros(len(log)), spread, np.eye(len(log)))
+    assert np.array_equal(matrix, np.diag(np.diag(matrix))) is rowwise
+    if rowwise:
+        assert np.diag(matrix) == pytest.approx(1.0 / spread)
 
 
 def drawn(lengths, seed: int):

@@ -29,7 +29,6 @@ from planner.telemetry.estimation import Fit
 from planner.telemetry.evidence import Examination
 from planner.telemetry.holdout import (
     LinearHeldout,
-    heldout_residual,
     rms,
     supports,
 )
@@ -117,7 +116,7 @@ def decide(found: Found, floor: Array) -> Decision:
         floor: (n,) W, from floor_of.
     """
     log, selection = found.log, found.selection
-    before = heldout_residual(log, found.base)
+    before = found.heldout(found.base)
     nothing = best = Answer(found.base, before)
     searched, formula = _searched(found), _formula(found)
     answers = [answer.left for answer in (nothing, searched, formula) if answer is not None]
@@ -132,10 +131,14 @@ def decide(found: Found, floor: Array) -> Decision:
     if formula is not None or (not best.claims and unsettled):
         tried = fitted_singles(found, LinearHeldout(log, found.local), before, floor)
         floor = _undercut(floor, [one.residual for one in tried])
-        best = _better(found, best, tried, floor)
+        if not left_by_nothing.little or _shown(found, tried):
+            best = _better(found, best, tried, floor, before)
+        if not best.claims and not left_by_nothing.little:
+            alike = alike or _competing(tried)
+    leading = best.left if best.claims or not _competing(tried) else tried[0].residual
     if (
         formula is not None
-        and supports(log, best.left, formula.left, floor, formula=True)
+        and supports(log, leading, formula.left, floor, formula=True)
         and stands(best.left, formula.left, expected)
     ):
         best = formula
@@ -179,7 +182,7 @@ def _searched(found: Found) -> Answer | None:
     members = tuple(m for m in found.selection.members if not m.sensor)
     if not members:
         return None
-    left = heldout_residual(found.log, found.fitted)
+    left = found.heldout(found.fitted)
     return Answer(
         found.fitted, left, members, found.additions, aliases=dict(found.selection.aliases)
     )
@@ -197,7 +200,7 @@ def _formula(found: Found) -> Answer | None:
     axis = examination.competitors.dictionary.shapes[shape.number].axis
     given = columns_in(found.local, examination, kept)
     proposal = propose(found.local, axis, shape, found.log, found.origin, additions, given)
-    left = heldout_residual(found.log, proposal.fit)
+    left = found.heldout(proposal.fit)
     return Answer(proposal.fit, left, kept, additions, proposal, dict(found.selection.aliases))
 
 
@@ -206,9 +209,7 @@ def _supported(found: Found, before: Array, answer: Answer, floor: Array) -> boo
         return True
     # Whether an effect is there is asked of the fewest parameters that show it.
     fewest = found.searched
-    return fewest is not None and supports(
-        found.log, before, heldout_residual(found.log, fewest), floor
-    )
+    return fewest is not None and supports(found.log, before, found.heldout(fewest), floor)
 
 
 def _certain(found: Found) -> bool:
@@ -221,16 +222,35 @@ def _certain(found: Found) -> bool:
     )
 
 
-def _better(found: Found, best: Answer, tried: tuple[Tried, ...], floor: Array) -> Answer:
-    """The best single effect where it beats the best answer so far."""
+def _better(
+    found: Found, best: Answer, tried: tuple[Tried, ...], floor: Array, before: Array
+) -> Answer:
+    """The best single effect where it beats the best answer so far.
+
+    One that the search does not show needs as much as a formula: it was chosen by its error.
+    """
     first = next((one for one in tried if one.supported), None)
-    if first is None:
+    if first is None or first.competing:
         return best
     if best.claims and not supports(found.log, best.left, first.residual, floor):
+        return best
+    shown = _shown(found, (first,))
+    if not shown and not supports(found.log, before, first.residual, floor, formula=True):
         return best
     member = first.ranked.member
     aliases = {first.name: first.equals}
     return Answer(first.fit, first.residual, (member,), (first.addition,), aliases=aliases)
+
+
+def _shown(found: Found, tried: tuple[Tried, ...]) -> bool:
+    """Whether the search shows the best single effect where hardly anything is left to explain."""
+    chosen = {m.name for m in found.selection.members}
+    return bool(tried) and (tried[0].name in chosen or tried[0].ranked.z >= CERTAIN_Z)
+
+
+def _competing(tried: tuple[Tried, ...]) -> tuple[str, ...]:
+    """Effects of which each alone explains the log as well as the others; () where one leads."""
+    return (tried[0].name, *tried[0].competing) if tried and tried[0].competing else ()
 
 
 def _near(log: Telemetry, before: Array, answer: Answer, left: Unexplained, floor: Array) -> str:

@@ -150,7 +150,7 @@ def _as_measured(source: LogSource, found: Found) -> Telemetry:
 def _floor(found: Found) -> Array:
     members = [m for m in found.selection.members if not m.sensor]
     explained = columns_in(found.local, found.examination, members)
-    return floor_of(found.log, found.local, explained)
+    return floor_of(found.log, found.local, explained, exact=found.given is None)
 
 
 # What is said about it.
@@ -171,9 +171,13 @@ def _report(source: LogSource, start: PowerModel, found: Found, floor: Array) ->
         fitted = trimmed(fitted, found.origin, log, answer.additions)
     selection = replace(found.selection, aliases=dict(answer.aliases))
     advice = Advice(found.examination, selection, log)
-    errors: dict[str, Any] = {"after": Errors(fitted.rmse_w, rms(answer.left))}
-    floor = decision.floor
-    baseline = Errors(found.base.rmse_w, rms(decision.before), rms(floor))
+    # What is reported is the error of the model that can be adopted: as data sheet and sensors are.
+    sizes = {kind: value for kind, (value, _) in found.corrections.items()}
+    after = rms(measured_residual(heldout_residual(log, answer.fit), sizes))
+    before = after if answer.fit is found.base else rms(heldout_residual(log, found.base))
+    errors: dict[str, Any] = {"after": Errors(fitted.rmse_w, after)}
+    floor = decision.floor * (after / rms(measured_residual(answer.left, sizes)))
+    baseline = Errors(found.base.rmse_w, before, rms(floor))
     as_measured, stated = log, found.base
     if sensors:
         # What is claimed is an error of the log as it was measured.
@@ -204,7 +208,7 @@ def _report(source: LogSource, start: PowerModel, found: Found, floor: Array) ->
         **seen,
         verdict=verdict,
         selected=selected,
-        candidates=_candidates(found, decision, fitted),
+        candidates=_candidates(found, decision, fitted, after),
         not_testable=Untestable(advice).listed(selected),
         unexplained=decision.unexplained,
         outside=answer.proposal.outside if answer.proposal else None,
@@ -329,16 +333,21 @@ def _sensor_faults(found: Found) -> tuple[SensorFault, ...]:
     return tuple(faults)
 
 
-def _candidates(found: Found, decision: Decision, fitted: Fit) -> tuple[Candidate, ...]:
+def _candidates(
+    found: Found, decision: Decision, fitted: Fit, after_w: float
+) -> tuple[Candidate, ...]:
     entries = []
     examination, answer = found.examination, decision.answer
     selected = {m.name for m in answer.members}
-    in_full = {one.name: rms(one.residual) for one in decision.tried}
+    in_full = {one.name: rms(heldout_residual(found.log, one.fit)) for one in decision.tried}
     if decision.searched is not None and not selected:
         names = [m.name for m in decision.searched.members]
-        in_full = {**dict.fromkeys(names, rms(decision.searched.left)), **in_full}
+        in_full = {
+            **dict.fromkeys(names, rms(heldout_residual(found.log, decision.searched.fit))),
+            **in_full,
+        }
     # The statistics of a long log do not keep its rows: the sample's errors stand for it.
-    linear = LinearHeldout(found.log, found.local)
+    linear = LinearHeldout(found.log, found.local, exact=True)
     order = sorted(_ranking(found), key=lambda entry: entry[0].name not in selected)
     for ranked, where in order:
         chosen = ranked.name in selected
@@ -349,7 +358,7 @@ def _candidates(found: Found, decision: Decision, fitted: Fit) -> tuple[Candidat
         # An effect alone; a selected one with all that were selected.
         probability: float | None = ranked.probability
         if chosen:
-            heldout = rms(answer.left)
+            heldout = after_w
         elif ranked.name in in_full:
             heldout = in_full[ranked.name]
         else:

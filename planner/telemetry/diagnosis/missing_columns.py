@@ -198,11 +198,16 @@ class Aliases:
             if member.name != name
             for c in member.columns
         ]
-        base = raw[:, [*range(examination.competitors.tangent), *beside]]
+        own = [*range(examination.competitors.tangent), *beside]
+        # What is known of data sheet and sensors counts as further rows.
+        sure = np.diag(np.sqrt(examination.competitors.known))[examination.competitors.usual][
+            :, own
+        ]
+        base = np.concatenate([raw[:, own], sure])
+        effect = np.append(effect, np.zeros(len(sure)))
         forms = [form * self.scale for form in self.library.forms_of(alternative, known)]
-        return min(
-            (_left(effect, np.column_stack([base, form])) for form in forms), default=math.inf
-        )
+        pad = [np.concatenate([form, np.zeros((len(sure), form.shape[1]))]) for form in forms]
+        return min((_left(effect, np.column_stack([base, form])) for form in pad), default=math.inf)
 
     def _levels(self, quantities: tuple[str, ...]) -> tuple[Array, Array]:
         """(n,) values of a quantity that stays as it is, and that alternates from run to run."""

@@ -16,9 +16,10 @@ import numpy as np
 from planner.telemetry.diagnosis.results import Diagnosis
 from planner.telemetry.holdout import heldout_residual
 
-BELIEVED_RATIO, OVERRULING_RATIO = 0.98, 0.5
-"""Held-out error of the second search over that of the first, below which the second wins. The
-latter holds where the first found nothing, and must have taken a large effect for noise."""
+BELIEVED_RATIO, NAMING_RATIO, OVERRULING_RATIO = 0.98, 0.9, 0.5
+"""Held-out error of the second search over that of the first, below which the second wins: where
+the first named something; where it could not tell what is missing; and where it found nothing, and
+must have taken a large effect for noise."""
 EQUAL_Z, EQUAL_RATIO = 2.0, 1.05
 """Standard errors over runs, and ratio, within which held-out errors count as equal."""
 
@@ -30,8 +31,8 @@ def more_credible(first: Diagnosis, second: Diagnosis) -> Diagnosis:
         first: of the search around the fit.
         second: of the search around the model as given.
     """
-    named = first.verdict != "complete"
-    enough = BELIEVED_RATIO if named else OVERRULING_RATIO
+    ratios = {"complete": OVERRULING_RATIO, "not_identifiable": NAMING_RATIO}
+    enough = ratios.get(first.verdict, BELIEVED_RATIO)
     if second.after.heldout_rmse_w < enough * first.after.heldout_rmse_w:
         return second
     both = first.proposed and second.proposed and not (first.sensors or second.sensors)

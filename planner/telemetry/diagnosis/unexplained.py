@@ -12,6 +12,8 @@ make it larger than the noise of most rows:
              the scatter differs from row to row (Huber's proposal 2 measures it)
     rest     where a wheel may stand or turn, errors of odometry decide the direction of friction;
              the scatter of these rows counts as it is
+    change   where the power changes from row to row, so does what a slightly other moment shows,
+             and errors of an acceleration that was derived; these rows count as they are, too
 
 It is measured on held-out runs. A few rows must not decide. At most MOST_OUTLIERS of the rows,
 those furthest out, count at the clip of the noise model.
@@ -34,6 +36,7 @@ from planner.telemetry.evidence import Examination
 from planner.telemetry.holdout import LinearHeldout, rms
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import counted, noise_of, strongest_columns
+from planner.telemetry.other_terms import GIVEN
 from planner.telemetry.prediction import input_uncertainty
 from planner.telemetry.regimes import Regime, regimes_of
 
@@ -48,7 +51,7 @@ STRUCTURE_CHANCE = 0.01
 TAIL = 2.0
 """Standard deviations at which proposal 2 bends; beyond lie 5 % of normal rows."""
 UNSURE_GROUPS = 4
-"""Groups of rows near rest, of at least 40 rows, whose own scatter is measured."""
+"""Groups of unsure rows, of at least 40 rows, whose own scatter is measured."""
 
 
 @dataclass(frozen=True)
@@ -81,17 +84,21 @@ class Unexplained:
         }
 
 
-def floor_of(log: Telemetry, examination: Examination, explained: Sequence[int]) -> Array:
+def floor_of(
+    log: Telemetry, examination: Examination, explained: Sequence[int], *, exact: bool = False
+) -> Array:
     """(n,) W, standard deviation of every row that no model can undercut.
 
     Args:
         log: the rows that were examined.
         examination: of these rows.
         explained: columns of what was selected.
+        exact: take data sheet and sensors for exact; otherwise their usual errors are explained.
     """
     raw, watts = examination.raw, examination.watts
     competitors = examination.competitors
-    own = raw[:, [*range(competitors.tangent), *explained]]
+    tangent = competitors.first_given if exact else competitors.tangent
+    own = raw[:, [*range(tangent), *explained]]
     used = {*range(competitors.tangent), *explained, competitors.residual}
     rest = [k for k in range(raw.shape[1]) if k not in used]
     further = strongest_columns(raw[:, -1], own, raw[:, rest])
@@ -101,10 +108,11 @@ def floor_of(log: Telemetry, examination: Examination, explained: Sequence[int])
     noise, left = noise_of(log, examination.residual, watts, input_error, columns)
     plain = noise.spread(watts, np.zeros(len(log)))
     floor = plain.copy()
-    for rows in _alike(input_error / plain):
+    lively = np.abs(examination.given[:, -GIVEN.moments :]).sum(axis=1)
+    for rows in _alike(np.hypot(input_error, lively) / plain):
         floor[rows] *= max(_scale(left[rows] / plain[rows]), 1.0)
     # What was fitted to these rows is below the error on others, slow noise above all.
-    held = LinearHeldout(log, examination)
+    held = LinearHeldout(log, examination, exact=exact)
     # Columns that do not hold on other rows, as in a log of a minute, explain nothing.
     kinds = ([*explained, *(rest[k] for k in further)], list(explained))
     missed = min(_scale(held.residual_with(kind) / floor) for kind in kinds)
@@ -124,7 +132,10 @@ def unexplained_by(log: Telemetry, residual: Array, floor: Array, watts: Array) 
     where = [
         regime
         for regime in regimes_of(log, kept, floor, watts)
-        if regime.explained >= LEAST_STRUCTURE and regime.chance < STRUCTURE_CHANCE
+        # A bias everywhere is the electronics' power, or an offset of the meter.
+        if regime.conditions
+        and regime.explained >= LEAST_STRUCTURE
+        and regime.chance < STRUCTURE_CHANCE
     ]
     return Unexplained(rms(kept) / rms(floor), tuple(where))
 

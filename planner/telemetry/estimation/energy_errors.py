@@ -103,7 +103,7 @@ class _Sums:
         nodes = Nodes.of(log, model)
         _, self.columns = tangent(model, nodes, self.places)
         residual = clipped(fitted.residual, fitted.spread)
-        white = fitted.noise.whiten(
+        white = fitted.noise.for_fits().whiten(
             log, fitted.watts, fitted.spread, np.column_stack([self.columns, residual])
         )
         self.units, self.folds = _held_out(log)

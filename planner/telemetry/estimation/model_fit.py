@@ -7,7 +7,7 @@
 
 The values are those of gauss_newton: residuals are whitened and count
 at most 3.5 spreads, no parameter leaves its physical range, and one that the log says nothing about
-stays where it starts and is marked as not identifiable.
+stays where it starts and is marked as not identifiable. ``rowwise`` leaves the whitening out.
 
 Standard errors are those of parameter_errors.
 
@@ -126,6 +126,7 @@ def fit(
     free: Sequence[int] | None = None,
     noise: Noise | None = None,
     tried: Sequence[int] = (),
+    rowwise: bool = False,
 ) -> Fit:
     """Fit the free parameters of a model to the measured power.
 
@@ -135,6 +136,7 @@ def fit(
         free: numbers of the parameters to change; None takes all that may be fitted.
         noise: what the measurement scatters by; None estimates it from the residual.
         tried: numbers of the free parameters whose intervals are tried out at both ends.
+        rowwise: as in Noise, where the noise is estimated.
     """
     rows = log.rows_for(model.surfaces)
     nodes, input_error = Nodes.of(log, model), input_uncertainty(model, rows)
@@ -145,12 +147,16 @@ def fit(
 
     def scatter_of(found: Solution) -> Noise:
         residual = log.power - found.watts
-        return noise or noise_of(log, residual, found.watts, input_error, found.columns)[0]
+        if noise is not None:
+            return noise
+        estimated, _ = noise_of(log, residual, found.watts, input_error, found.columns)
+        return replace(estimated, rowwise=rowwise)
 
     # A first fit only has to show the noise.
     for least_gain in [LEAST_STEP_GAIN] if noise else [FIRST_STEP_GAIN, LEAST_STEP_GAIN]:
         scatter = scatter_of(found)
-        found = problem.solve(found, scatter, scatter.spread(found.watts, input_error), least_gain)
+        spread = scatter.spread(found.watts, input_error)
+        found = problem.solve(found, scatter.for_fits(), spread, least_gain)
     scatter = scatter_of(found)
     given = run_errors(found.model, nodes, found.watts, log.present)
     finely = Nodes.of(log, found.model, finely=True)
@@ -172,7 +178,8 @@ def _finished(
     given[:, 0] = clipped(given[:, 0], spread)
     everything = np.column_stack([found.columns, clipped(residual, spread), given])
     meter = meter_columns(log, predict(model, problem.nodes.unmetered()))
-    white = noise.whiten(log, watts, spread, np.column_stack([everything, meter]))
+    by_fit = noise.for_fits()
+    white = by_fit.whiten(log, watts, spread, np.column_stack([everything, meter]))
     if meter.shape[1]:
         # The meter is as unsure as the parameters are: they answer for what it leaves alone.
         white, beside = np.split(white, [everything.shape[1]], axis=1)
@@ -183,7 +190,7 @@ def _finished(
     for place in tried:
         k = int(np.flatnonzero(index == place)[0])
         if known[k]:
-            stderr[place] = profiled(problem, found, noise, spread, white, covariance, k)
+            stderr[place] = profiled(problem, found, by_fit, spread, white, covariance, k)
     fitted = []
     for k, place in enumerate(index):
         effect, name, parameter, element = model.slots[place]

@@ -5,9 +5,9 @@
     examination.evidence                                  # statistics for all tests
     examination.testable["air_drag"]                      # None, or why it is not identifiable
 
-The order of the columns: Jacobian of the model and of the log's meter, candidates of the catalogue,
-errors of sensors, shapes, residual. All are as the meter shows them. Residuals count at most a few
-spreads (planner.telemetry.noise).
+The order of the columns: Jacobian of the model and of the log's meter, usual errors of data sheet
+and sensors, candidates of the catalogue, errors of sensors, shapes, residual. All are as the meter
+shows them. Residuals count at most a few spreads (planner.telemetry.noise).
 
 An effect is not identifiable where less than 0.2 % of a column survives refitting the model; where
 what survives is no larger than the sensors' own errors; or where it would have to exceed a tenth of
@@ -17,16 +17,23 @@ the mean power to be noticed. That is settled before anything is ranked.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from planner.arrays import Array
+from planner.arrays import Array, Integers
 from planner.quantities import INDEX
 from planner.telemetry.evidence.evidence import Evidence
 from planner.telemetry.evidence.gram_matrices import RowClusters
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import Noise, clipped, noise_of, strongest_columns
-from planner.telemetry.other_terms import SENSORS, Dictionary, Sensor
+from planner.telemetry.other_terms import (
+    GIVEN,
+    SENSORS,
+    Dictionary,
+    Sensor,
+    given_columns,
+)
 from planner.telemetry.prediction import (
     Nodes,
     Readings,
@@ -79,6 +86,7 @@ class DesignColumns:
         testable_before: effects that an earlier round could tell and chose, or found tied with its
             choice. Around another model they stay in the race with smaller margins.
         meter_numbers: fitted numbers of the log's meter; their columns stand beside the model's.
+        rowwise: how the base model was fitted, as in Noise; so are all others.
     """
 
     library: CandidateLibrary
@@ -87,10 +95,16 @@ class DesignColumns:
     exact: bool = False
     testable_before: frozenset[str] = frozenset()
     meter_numbers: int = 0
+    rowwise: bool = False
 
     @property
     def tangent(self) -> int:
-        """Number of the columns of the model and of the meter."""
+        """Number of the columns of the model, of the meter and of the usual errors."""
+        return self.first_given + GIVEN.total
+
+    @property
+    def first_given(self) -> int:
+        """Column of the first usual error of data sheet and sensors."""
         return len(self.library.places) + self.meter_numbers
 
     def candidate(self, number: int) -> int:
@@ -111,6 +125,35 @@ class DesignColumns:
         """Column of the residual, the last one."""
         return self.first_shape + len(self.dictionary.shapes)
 
+    @property
+    def usual(self) -> slice:
+        """Columns of usual errors of data sheet and sensors."""
+        return slice(self.first_given, self.tangent)
+
+    @property
+    def known(self) -> Array:
+        """(columns,) what is known of each coefficient before the log, one over its variance."""
+        known = np.zeros(self.residual + 1)
+        known[self.usual] = 1.0
+        return known
+
+    def with_known(
+        self, white: Array, numbers: Integers, runs: Integers
+    ) -> tuple[Array, Integers, Integers]:
+        """Whitened rows, and a cluster of rows that say what is known before the log.
+
+        Args:
+            white: (n, columns).
+            numbers, runs: (n,) of cluster and run.
+        """
+        rows = np.diag(self.known)[self.usual]
+        more = np.full(len(rows), 1, np.int64)
+        return (
+            np.concatenate([white, rows]),
+            np.concatenate([numbers, (numbers[-1] + 1) * more]),
+            np.concatenate([runs, runs[-1] * more]),
+        )
+
     def raw(self, log: Telemetry) -> tuple[Array, Array]:
         """(n,) W of the model and (n, columns) W per unit, the residual last."""
         model = self.library.held_model
@@ -125,10 +168,11 @@ class DesignColumns:
             if log.meter is not None:
                 meter[:] = meter_columns(log, predict(model, nodes.unmetered()))
             tangent = np.column_stack([tangent, meter])
+        given = given_columns(log, model, watts)
         # What is held counts as not explained yet: its columns compete with all others for it.
         held = list(self.library.held)
         residual = log.power - watts + candidates[:, held] @ self.library.amplitudes[held]
-        return watts, np.column_stack([tangent, candidates, *sensors, shapes, residual])
+        return watts, np.column_stack([tangent, given, candidates, *sensors, shapes, residual])
 
 
 @dataclass(frozen=True)
@@ -163,6 +207,18 @@ class Examination:
     shapes: tuple[int, ...]
     mean_watts: float
 
+    @cached_property
+    def exact(self) -> Evidence:
+        """The evidence where data sheet and sensors are taken for exact."""
+        known = self.evidence
+        first = self.competitors.first_given
+        return Evidence(first, known.clusters, known.plain, known.rows, known.slow)
+
+    @property
+    def given(self) -> Array:
+        """(n, k) W of the sample, by usual errors of data sheet and sensors."""
+        return self.raw[:, self.competitors.usual]
+
     def barely_testable(self, slug: str) -> str | None:
         """A sentence on an identifiable effect of which much would go unnoticed, else None."""
         watts = self.unnoticed.get(slug, 0.0)
@@ -188,13 +244,15 @@ def examine(
     noise, left = noise_of(
         log, residual, watts, input_error, np.column_stack([own, raw[:, helpers]])
     )
+    noise = replace(noise, rowwise=competitors.rowwise)
     spread = noise.spread(watts, input_error)
     raw[:, -1] = residual - left + clipped(left, spread)
     white = noise.whiten(log, watts, spread, raw)
     scaled = raw / spread[:, None]
-    clusters = RowClusters(white, cluster_numbers(log), log.run)
+    clusters = RowClusters(*competitors.with_known(white, cluster_numbers(log), log.run))
     slow = _slow_shares(log, raw)
-    evidence = Evidence(competitors.tangent, clusters, scaled.T @ scaled, len(log), slow)
+    plain_sums = scaled.T @ scaled + np.diag(competitors.known)
+    evidence = Evidence(competitors.tangent, clusters, plain_sums, len(log), slow)
     mean = float(np.mean(np.abs(watts)))
     plain = Examination(
         competitors, evidence, noise, watts, spread, raw, residual, {}, {}, (), (), mean
@@ -351,7 +409,9 @@ def over_sensor_errors(log: Telemetry, plain: Examination) -> Array:
     own = slice(0, competitors.tangent)
     norms = np.sqrt((first[:, own] ** 2).sum(axis=0))
     norms[norms == 0.0] = 1.0  # a parameter that does nothing here has no share
-    share, *_ = np.linalg.lstsq(first[:, own] / norms, first, rcond=1e-8)
+    known = np.diag(np.sqrt(competitors.known * len(at) / len(log)))[own]
+    used = np.concatenate([first, known])
+    share, *_ = np.linalg.lstsq(used[:, own] / norms, used, rcond=1e-8)
     left, right = first - first[:, own] / norms @ share, second - second[:, own] / norms @ share
     signal, error = (left**2).sum(axis=0), ((right - left) ** 2).sum(axis=0)
     ratio = signal / np.maximum(error, 1e-300)

@@ -90,6 +90,10 @@ def examine_all(
             everything = everything.and_then(waiting.popleft().result())
     grams, runs, plain, rows = everything
     slow = sample.evidence.slow[kept]
+    # What is known before the log is the sample's last cluster.
+    grams.append(np.diag(reduced.known))
+    runs.append(runs[-1])
+    plain += np.diag(reduced.known)
     evidence = Evidence(reduced.tangent, GramClusters(grams, runs), plain, rows, slow)
     shapes = tuple(range(len(reduced.dictionary.shapes)))
     return replace(

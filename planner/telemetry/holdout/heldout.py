@@ -28,6 +28,12 @@ FOLDS = 5
 """Parts of the log, of which each is held out in turn."""
 LEAST_RUNS = 4
 """Runs from which on whole runs are held out; with fewer, stretches of rows."""
+STRETCH, MOST_STRETCHES = 20.0, 20
+"""s of a stretch that takes the place of a run, at least, where a log is long enough for one in
+each fold; and the number of stretches, at most."""
+FEW_RUNS = 10
+"""Runs below which stretches say whether a gain is there everywhere: of so few runs, one with most
+of the gain makes their scatter as large as their sum."""
 CLAIMED_RATIO = 0.98
 """Held-out error of a fit over that of the vehicle as stated, above which the fit is refused.
 Smaller differences are scatter between choices of the held-out runs."""
@@ -37,13 +43,16 @@ must take off the best answer without it: a formula chooses its shape as well.""
 LEAST_LOSS_FALL = 0.05
 """Share of the held-out loss, each row counted by how sure it is, that will do instead: a few rows
 near rest may outweigh all others in the squares."""
+MOST_GIVEN = 2.5
+"""Standard deviations that data sheet and sensors may be off by, at most: an error of more is
+something that is missing."""
 MOST_RISE = 0.02
 """Share by which the held-out error may rise then."""
 LEAST_Z, LEAST_FORMULA_Z = 1.64, 2.33
 """Standard errors over runs of what an effect, and a formula, takes off: 5 % and 1 %, one side."""
 
 
-def base_fit(log: Telemetry, start: PowerModel) -> Fit:
+def base_fit(log: Telemetry, start: PowerModel, *, rowwise: bool = False) -> Fit:
     """The model fitted to a log, or as stated where that predicts held-out runs better.
 
     A log whose power is delayed or filtered can bend a fit far away from the robot. Runs that it
@@ -52,11 +61,12 @@ def base_fit(log: Telemetry, start: PowerModel) -> Fit:
     Args:
         log: the rows.
         start: the model as stated; where the fit starts.
+        rowwise: as in Noise.
 
     Returns:
         The fit. With ``refused`` set, it is ``start`` with no parameter freed.
     """
-    fitted = fit(log, start)
+    fitted = fit(log, start, rowwise=rowwise)
     error, stated = heldout_rmse(log, fitted), rms(log.power - predict(start, log))
     if CLAIMED_RATIO * error <= stated:
         return fitted
@@ -73,7 +83,8 @@ def fold_numbers(log: Telemetry) -> Integers:
 
 def stretch_numbers(log: Telemetry) -> Integers:
     """(n,) number of the stretch of rows that takes the place of a run."""
-    return np.arange(len(log)) * (4 * FOLDS) // max(len(log), 1)
+    count = int(np.clip(log.interval.sum() / STRETCH, FOLDS, MOST_STRETCHES))
+    return np.arange(len(log)) * count // max(len(log), 1)
 
 
 def heldout_rmse(log: Telemetry, fitted: Fit) -> float:
@@ -121,31 +132,46 @@ def supports(
 def _z_by_run(log: Telemetry, gain: Array) -> float:
     """Standard errors, over held-out parts, by which the mean of a gain (n,) is above 0."""
     _, part = np.unique(log.run, return_inverse=True)
-    if int(part.max()) + 1 < LEAST_RUNS:
+    if int(part.max()) + 1 < FEW_RUNS:
         part = stretch_numbers(log)
     sums = np.bincount(part, gain)
     scatter = float(np.sqrt(len(sums)) * sums.std(ddof=1))
     return float(sums.sum()) / scatter if scatter > 0.0 else 0.0
 
 
-def heldout_residual(log: Telemetry, fitted: Fit) -> Array:
-    """(n,) W, measured less modelled, of every row by the fit without its fold."""
+def heldout_residual(log: Telemetry, fitted: Fit, given: Array | None = None) -> Array:
+    """(n,) W, measured less modelled, of every row by the fit without its fold.
+
+    Args:
+        log: the rows.
+        fitted: the fit to all of them.
+        given: (n, k) W per standard deviation, usual errors of data sheet and sensors, which may
+            then explain what they can; None takes what is given for exact.
+    """
     model = fitted.model
     nodes = Nodes.of(log, model)
     _, columns = tangent(model, nodes, fitted.places)
+    count = len(fitted.places)
+    if given is not None:
+        columns = np.column_stack([columns, given])
     residual = clipped(fitted.residual, fitted.spread)
-    white = fitted.noise.whiten(
+    white = fitted.noise.for_fits().whiten(
         log, fitted.watts, fitted.spread, np.column_stack([columns, residual])
     )
     known = Prior.of(model, fitted.places)
-    prior, low, high = known.precision, known.low, known.high
     value = model.parameters[list(fitted.places)]
+    free = columns.shape[1] - count
+    prior = np.eye(count + free)
+    prior[:count, :count] = known.precision
+    low = np.concatenate([known.low - value, np.full(free, -MOST_GIVEN)])
+    high = np.concatenate([known.high - value, np.full(free, MOST_GIVEN)])
+    away = np.concatenate([value - fitted.start, np.zeros(free)])
     folds = fold_numbers(log)
     left = np.empty(len(log))
     for fold in np.unique(folds):
         held = folds == fold
         own = white[~held, :-1]
-        score = own.T @ white[~held, -1] - prior @ (value - fitted.start)
-        step = bounded_step(own.T @ own + prior, score, low - value, high - value)
+        score = own.T @ white[~held, -1] - prior @ away
+        step = bounded_step(own.T @ own + prior, score, low, high)
         left[held] = fitted.residual[held] - columns[held] @ step
     return left

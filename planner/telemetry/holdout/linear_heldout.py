@@ -26,14 +26,18 @@ class LinearHeldout:
     Args:
         log: the rows that were examined.
         examination: of the same rows.
+        exact: take data sheet and sensors for exact; otherwise their usual errors may explain what
+            they can.
     """
 
-    def __init__(self, log: Telemetry, examination: Examination) -> None:
+    def __init__(self, log: Telemetry, examination: Examination, *, exact: bool = False) -> None:
         evidence = examination.evidence
         self.examination = examination
+        competitors = examination.competitors
+        self.tangent = list(range(competitors.first_given if exact else competitors.tangent))
         self.folds = fold_numbers(log)
         blocks = cluster_numbers(log)
-        library = examination.competitors.library
+        library = competitors.library
         self.prior = Prior.of(library.held_model, library.places).precision
         self.grams = {
             int(fold): evidence.total
@@ -48,7 +52,7 @@ class LinearHeldout:
     def residual_with(self, columns: Sequence[int]) -> Array:
         """(n,) W, held-out, of the model with some columns."""
         evidence, examination = self.examination.evidence, self.examination
-        at = [*evidence.tangent.tolist(), *columns]
+        at = [*self.tangent, *columns]
         prior = np.zeros((len(at), len(at)))
         own = range(len(self.prior))
         prior[np.ix_(own, own)] = self.prior

@@ -14,8 +14,8 @@ from dataclasses import replace
 
 from planner.power.model import PowerModel
 from planner.telemetry.estimation import Fit, with_meter
-from planner.telemetry.holdout.heldout import base_fit, heldout_rmse
-from planner.telemetry.logs import Telemetry, same_meter
+from planner.telemetry.holdout.heldout import CLAIMED_RATIO, base_fit, heldout_rmse
+from planner.telemetry.logs import Meter, Telemetry, same_meter
 from planner.telemetry.noise import strongest_columns
 from planner.telemetry.other_terms import Dictionary
 from planner.telemetry.parameters import free_places
@@ -25,13 +25,19 @@ MOST_ROUNDS = 3
 """Rounds of fitting the meter and the parameters."""
 
 
-def metered_base_fit(log: Telemetry, start: PowerModel) -> tuple[Telemetry, Fit]:
+def metered_base_fit(
+    log: Telemetry, start: PowerModel, known: tuple[Meter | None] | None = None
+) -> tuple[Telemetry, Fit]:
     """The base model fitted to a log, and the log with its meter.
 
     Args:
-        log: the rows; their meter is estimated anew.
+        log: the rows.
         start: the model as stated; where the fit starts.
+        known: the meter where it is known; otherwise it is estimated anew.
     """
+    if known is not None:
+        log = replace(log, meter=known[0])
+        return log, _by_row_if_better(log, start, base_fit(log, start))
     log = replace(log, meter=None)
     plain = base_fit(log, start)
     metered = meter_beside(log, start)
@@ -50,7 +56,19 @@ def metered_base_fit(log: Telemetry, start: PowerModel) -> tuple[Telemetry, Fit]
         metered = meter_beside(log, fitted.model)
         if same_meter(metered.meter, found[0].meter):
             break
-    return found
+    log, whitened = found
+    return log, _by_row_if_better(log, start, whitened)
+
+
+def _by_row_if_better(log: Telemetry, start: PowerModel, whitened: Fit) -> Fit:
+    """The fit to single rows instead of a whitened one, where it predicts held-out runs better.
+
+    Correlation is noise of the meter, which whitening is for, or comes from the errors of the
+    inputs, which it makes worse. Held-out runs say which.
+    """
+    by_row = base_fit(log, start, rowwise=True)
+    better = heldout_rmse(log, by_row) < CLAIMED_RATIO * heldout_rmse(log, whitened)
+    return by_row if better and by_row.refused is None else whitened
 
 
 def meter_beside(

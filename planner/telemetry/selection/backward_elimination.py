@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from planner.progress import Progress
-from planner.telemetry.holdout import heldout_residual, rms, supports
+from planner.telemetry.holdout import rms, supports
 from planner.telemetry.selection.selection_loop import Found
 
 
@@ -26,13 +26,13 @@ def without_unsupported(found: Found, watch: Progress) -> Found:
         return found
     members = list(found.selection.members)
     while len(members) > 1:
-        residual = heldout_residual(found.log, found.fitted)
+        residual = found.heldout(found.fitted)
         unsupported = []
         for k, member in enumerate(members):
             watch(0.9, f"fitting without {member.name}")
             rest = tuple(a for j, a in enumerate(found.additions) if j != k)
             fitted = found.refit(rest)
-            without = heldout_residual(found.log, fitted)
+            without = found.heldout(fitted)
             if not supports(found.log, without, residual, found.base.spread):
                 unsupported.append((rms(without), k, rest, fitted))
         if not unsupported:

@@ -21,11 +21,12 @@ import numpy as np
 
 from planner.arrays import Array
 from planner.telemetry.estimation import Fit
-from planner.telemetry.evidence import Examination
+from planner.telemetry.evidence import Examination, solve
 from planner.telemetry.holdout import heldout_residual, supports
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import clipped
 from planner.telemetry.other_terms import measured_residual
+from planner.telemetry.prediction import Nodes, tangent
 from planner.telemetry.sampling import cluster_numbers
 from planner.telemetry.selection.select_effects import Selection
 from planner.telemetry.selection.subset_search import CompetingModel
@@ -101,7 +102,7 @@ class FullFits:
         clusters = cluster_numbers(self.log)
         entries = []
         for model in competing:
-            rows, surprise = self.row_likelihood(model)
+            rows, surprise = self.row_likelihood(model, exact=selection.exact)
             by_cluster = np.bincount(clusters, rows).astype(float)
             score = float(by_cluster.sum()) - model.penalty - surprise
             entries.append(Refit(model, score, by_cluster))
@@ -112,7 +113,7 @@ class FullFits:
 
         entries.sort(key=rank, reverse=True)
         entries = [e for e in entries if entries[0].score - e.score < FAR_BEHIND]
-        rows, _ = self.row_likelihood(CompetingModel((), ()))
+        rows, _ = self.row_likelihood(CompetingModel((), ()), exact=selection.exact)
         nothing, count = np.bincount(clusters, rows).astype(float), len(self.log)
         return simpler_first(
             [
@@ -147,22 +148,32 @@ class FullFits:
         before, after = self._heldout(without), self._heldout(with_it)
         return supports(self.log, before, after, self.examination.spread)
 
-    def row_likelihood(self, alternative: CompetingModel) -> tuple[Array, float]:
+    def row_likelihood(
+        self, alternative: CompetingModel, *, exact: bool = True
+    ) -> tuple[Array, float]:
         """(n,) log-likelihood of every row under a competing model, up to a constant.
 
         The second value is the log-likelihood that its sensors' errors cost, by how unusual their
-        sizes are.
+        sizes are. Unless data sheet and sensors are taken for ``exact``, so do their usual errors,
+        which then explain what they can.
         """
         _, fitted, sizes = self._fitted(alternative)
         log, examination = self.log, self.examination
         residual = measured_residual(fitted.residual, sizes)
         spread = examination.spread
+        beside = np.empty((len(log), 0)) if exact else self._beside(fitted)
         white = examination.noise.whiten(
-            log, examination.watts, spread, clipped(residual, spread)[:, None]
+            log, examination.watts, spread, np.column_stack([beside, clipped(residual, spread)])
         )
+        left, cost = _relaxed(white, examination.given.shape[1] if not exact else 0)
         usual = {sensor.kind: sensor.usual for sensor in examination.competitors.sensors}
-        surprise = sum(0.5 * (size / usual[kind]) ** 2 for kind, size in sizes.items())
-        return np.asarray(-0.5 * white[:, 0] ** 2), surprise
+        cost += sum(0.5 * (size / usual[kind]) ** 2 for kind, size in sizes.items())
+        return np.asarray(-0.5 * left**2), cost
+
+    def _beside(self, fitted: Fit) -> Array:
+        """(n, p + k) what refitting and usual errors of data sheet and sensors can change."""
+        _, own = tangent(fitted.model, Nodes.of(self.log, fitted.model), fitted.places)
+        return np.column_stack([own, self.examination.given])
 
     def _heldout(self, alternative: CompetingModel) -> Array:
         """(n,) W, held-out residual of a competing model, in watts as measured."""
@@ -185,6 +196,20 @@ class FullFits:
         noise, within = examination.noise, library.model
         fitted = fit_with(self.base.model, corrected, additions, noise=noise, within=within)
         return corrected, fitted, sizes
+
+
+def _relaxed(white: Array, given: int) -> tuple[Array, float]:
+    """What columns (n, p + given + 1) leave of the last one, and what that costs.
+
+    The ``given`` last columns before it have coefficients of standard deviation 1.
+    """
+    columns, residual = white[:, :-1], white[:, -1]
+    if not columns.shape[1]:
+        return residual, 0.0
+    known = np.zeros(columns.shape[1])
+    known[len(known) - given :] = 1.0
+    found = solve(columns.T @ columns + np.diag(known), columns.T @ residual)
+    return residual - columns @ found, float(0.5 * known @ found**2)
 
 
 def simpler_first(entries: list[Refit]) -> list[Refit]:

@@ -19,6 +19,7 @@ import numpy as np
 
 from planner.arrays import Array
 from planner.telemetry.evidence import Examination, Test
+from planner.telemetry.other_terms import tolerance_of
 from planner.telemetry.selection.off_catalogue import (
     ShapeFound,
     prefer_sensor_fault,
@@ -66,6 +67,8 @@ class Selection:
         ranking: every identifiable effect, best first.
         shape: what remains, or None.
         alternatives: subsets that were scored, best first, the members' own among them.
+        exact: an error of a sensor is among the members; data sheet and sensors are otherwise taken
+            for exact beside it. Without one, their usual errors stand beside every effect.
     """
 
     members: tuple[Member, ...]
@@ -73,6 +76,7 @@ class Selection:
     ranking: tuple[RankedTerm, ...]
     shape: ShapeFound | None
     alternatives: tuple[CompetingModel, ...]
+    exact: bool = False
 
     def ranked(self, name: str) -> RankedTerm:
         """The entry in the ranking of an effect or a sensor."""
@@ -83,6 +87,8 @@ def select(
     examination: Examination,
     members: Sequence[Member] | None = None,
     sizes: Mapping[str, float] = MappingProxyType({}),
+    *,
+    exact: bool | None = None,
 ) -> Selection:
     """Choose among all competing terms.
 
@@ -91,8 +97,14 @@ def select(
         members: take these instead of the best subset, as far as they pass the tests. Where they
             blame no sensor, none is blamed instead of a shape either: it has lost already.
         sizes: of members that were fitted in full.
+        exact: as in Selection; None finds out whether a sensor is to blame.
     """
-    scorer = SubsetScorer(examination)
+    if exact is None:
+        first = select(examination, members, sizes, exact=True)
+        if any(_beyond_tolerance(examination, first, m) for m in first.members if m.sensor):
+            return first
+        exact = False
+    scorer = SubsetScorer(examination, exact=exact)
     best = scorer.search()
     if members is not None:
         best = tuple(sorted(scorer.members.index(m) for m in members))
@@ -108,7 +120,15 @@ def select(
     order = sorted(chosen, key=lambda k: -scorer.gains.get((k,), (0.0,))[0])
     strongest_first = tuple(scorer.members[k] for k in order)
     ranking = _ranking(scorer, chosen, tests)
-    return Selection(strongest_first, {}, ranking, shape, scorer.alternatives(chosen))
+    return Selection(strongest_first, {}, ranking, shape, scorer.alternatives(chosen), exact)
+
+
+def _beyond_tolerance(examination: Examination, selection: Selection, member: Member) -> bool:
+    """Whether a sensor's error is larger than what may well be an error of the data sheet."""
+    vehicle = examination.competitors.library.model.vehicle
+    return abs(float(selection.ranked(member.name).coefficients[0])) > tolerance_of(
+        member.name, vehicle
+    )
 
 
 def _ranking(

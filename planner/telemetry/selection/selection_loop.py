@@ -12,20 +12,22 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
+from planner.arrays import Array
 from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.progress import Progress
 from planner.telemetry.estimation import Fit
 from planner.telemetry.evidence import DesignColumns, Examination, examine
 from planner.telemetry.holdout import (
-    base_fit,
+    heldout_residual,
     heldout_rmse,
     meter_beside,
     metered_base_fit,
+    rms,
 )
 from planner.telemetry.logs import Meter, Telemetry, same_meter
 from planner.telemetry.other_terms import SENSORS, Dictionary, Sensor
@@ -71,6 +73,16 @@ class Found:
         """The origin fitted with additions; ``tried`` as in fit_with."""
         noise, within = self.local.noise, self.local.competitors.library.model
         return fit_with(self.origin, self.log, additions, noise=noise, within=within, tried=tried)
+
+    def heldout(self, fitted: Fit) -> Array:
+        """(n,) W, held-out residual of a fit, once usual errors of what is given are explained."""
+        return heldout_residual(self.log, fitted, self.given)
+
+    @cached_property
+    def given(self) -> Array | None:
+        """(n, k) W, usual errors of data sheet and sensors; None where they predict no better."""
+        plain, given = heldout_residual(self.log, self.base), self.local.given
+        return given if rms(heldout_residual(self.log, self.base, given)) < rms(plain) else None
 
     def at_bounds(self, start: PowerModel) -> bool:
         """Whether the base fit ran into physical bounds: something strong is missing."""
@@ -133,11 +145,7 @@ def _without_faults(
     log = sample
     for number in range(MOST_SENSOR_ROUNDS):
         watch(0.15 + 0.05 * number, "laying out what every effect would add")
-        if known is None:
-            log, base = metered_base_fit(log, start)
-        else:
-            log = replace(log, meter=known[0])
-            base = base_fit(log, start)
+        log, base = metered_base_fit(log, start, known)
         origin = replace(base, model=start) if as_stated else base
         library = candidate_library(origin.model, log, extra=extra)
         # A sensor that was corrected once may be corrected further by however little.
@@ -202,7 +210,14 @@ def _settled(
     """Choose, refit, lay out anew, until the choice stays; ``exact`` as in DesignColumns."""
     numbers = meter_columns(log.take(slice(0, 2)), log.power[:2]).shape[1]
     dictionary = Dictionary.of(log)
-    competitors = DesignColumns(library, dictionary, sensors, exact=exact, meter_numbers=numbers)
+    competitors = DesignColumns(
+        library,
+        dictionary,
+        sensors,
+        exact=exact,
+        meter_numbers=numbers,
+        rowwise=base.noise.rowwise,
+    )
     examination = examine(log, competitors)
     known: list[CompetingModel] = []
     reached = share
@@ -273,12 +288,20 @@ def _chosen(fits: FullFits, known: list[CompetingModel]) -> Selection:
 
     ``known`` are alternatives of earlier rounds; those of this round replace them.
     """
+    selection = select(fits.examination)
+    found = _compared(fits, selection, known)
+    if selection.exact and not any(m.sensor for m in found.members):
+        # No sensor is to blame after all, so their usual errors stand beside every effect.
+        found = _compared(fits, select(fits.examination, exact=False), known)
+    return found
+
+
+def _compared(fits: FullFits, selection: Selection, known: list[CompetingModel]) -> Selection:
     examination = fits.examination
-    selection = select(examination)
     if not selection.members:
         return selection
     # An effect that was identifiable around other parameters need not be so here.
-    there = members_of(examination)
+    there = members_of(examination, exact=selection.exact)
     able = [alternative for alternative in known if all(m in there for m in alternative.members)]
     ranked = fits.compare(selection, able)
     known[:] = [outcome.alternative for outcome in ranked]
@@ -288,7 +311,8 @@ def _chosen(fits: FullFits, known: list[CompetingModel]) -> Selection:
         wanted = outcome.names
         stands = selection
         if wanted != names:
-            stands = select(examination, outcome.alternative.members, outcome.sizes)
+            members = outcome.alternative.members
+            stands = select(examination, members, outcome.sizes, exact=selection.exact)
         aliases = {m.name: outcome.aliases.get(m.name, ()) for m in stands.members}
         stands = replace(stands, aliases=aliases)
         if stands.shape is not None or {m.name for m in stands.members} == wanted:

@@ -10,7 +10,8 @@ the effect. The best ones by their linear held-out error are fitted with everyth
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from planner.arrays import Array
@@ -18,7 +19,6 @@ from planner.telemetry.estimation import Fit
 from planner.telemetry.evidence import Examination
 from planner.telemetry.holdout import (
     LinearHeldout,
-    heldout_residual,
     rms,
     supports,
 )
@@ -31,8 +31,12 @@ MOST_TRIED = 4
 """Effects that are fitted in full."""
 LEAST_TRIED_Z = 3.0
 """Standard errors of its own test, from which an effect is tried whatever its linear error."""
-EQUAL_RATIO = 1.01
-"""Held-out error over the best one's, up to which two effects explain a log as well."""
+EQUAL_SHARE = 0.8
+"""Share of the squared error that the best one takes off, from which another explains a log as
+well. Errors of sensors that no column describes look a little like many effects."""
+ALIAS_COSINE = 0.95
+"""Cosine of what refitting leaves of two effects' columns, from which they are aliases in this log:
+naming one says the other, too. Others that explain as much say that it is neither."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +50,8 @@ class Tried:
         residual: (n,) W on held-out runs.
         error_w: W, its root mean square, rows far out counted at the clip.
         supported: whether held-out runs support it.
-        equals: slugs that explain the log as well, of the best one.
+        equals: slugs of its aliases that explain the log as well, of the best one.
+        competing: slugs that explain it as well by other columns, of the best one.
     """
 
     ranked: RankedTerm
@@ -56,6 +61,7 @@ class Tried:
     error_w: float
     supported: bool
     equals: tuple[str, ...] = ()
+    competing: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -75,7 +81,8 @@ def fitted_singles(
         floor: (n,) W, spread of single rows.
     """
     library, examination = found.examination.competitors.library, found.examination
-    error = rms(before)
+    # Around the same linearisation: what is given may be wrong in both.
+    error = linear.rmse([])
     promising = []
     for ranked in found.selection.ranking:
         if ranked.member.sensor:
@@ -89,22 +96,37 @@ def fitted_singles(
         addition = Addition.of(library, ranked.member.term, ranked.coefficients)
         addition = addition.completed(found.local.competitors.library)
         fitted = found.refit((addition,))
-        left = heldout_residual(found.log, fitted)
+        left = found.heldout(fitted)
         supported = supports(found.log, before, left, floor)
         kept = rms(counted(left, floor))
         tried.append(Tried(ranked, addition, fitted, left, kept, supported))
     tried.sort(key=lambda one: (not one.supported, one.error_w))
-    return with_equals(tried)
+
+    def aliased(one: Tried, other: Tried) -> bool:
+        pairs = itertools.product(one.ranked.member.columns, other.ranked.member.columns)
+        return max(examination.evidence.collinearity(*pair) for pair in pairs) > ALIAS_COSINE
+
+    return with_equals(tried, rms(counted(before, floor)), aliased)
 
 
-def with_equals(tried: Sequence[Tried]) -> tuple[Tried, ...]:
-    """The same, best first, with the effects that explain the log as well as the best one."""
+def with_equals(
+    tried: Sequence[Tried], before_w: float, aliased: Callable[[Tried, Tried], bool]
+) -> tuple[Tried, ...]:
+    """The same, best first, with the effects that explain the log as well as the best one.
+
+    Args:
+        tried: supported ones first, by their error.
+        before_w: W, the error without any of them.
+        aliased: whether two effects have the same columns, up to a factor.
+    """
     if not tried or not tried[0].supported:
         return tuple(tried)
     best, *others = tried
-    enough = EQUAL_RATIO * best.error_w
-    equals = tuple(one.name for one in others if one.supported and one.error_w <= enough)
-    return replace(best, equals=equals), *others
+    enough = before_w**2 - EQUAL_SHARE * (before_w**2 - best.error_w**2)
+    equal = [one for one in others if one.error_w**2 <= enough]
+    alike = tuple(one.name for one in equal if aliased(best, one))
+    competing = tuple(one.name for one in equal if one.name not in alike)
+    return replace(best, equals=alike, competing=competing), *others
 
 
 def _local_columns(found: Found, examination: Examination, ranked: RankedTerm) -> list[int]:

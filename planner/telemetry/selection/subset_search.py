@@ -92,27 +92,33 @@ class CompetingModel:
         return frozenset(member.name for member in self.members)
 
 
-def members_of(examination: Examination) -> list[Member]:
-    """All terms and sensors' errors that compete."""
+def members_of(examination: Examination, *, exact: bool = True) -> list[Member]:
+    """All terms that compete; where data sheet and sensors are ``exact``, their errors too."""
     competitors = examination.competitors
     members = [
         Member(term.effect, tuple(competitors.candidate(n) for n in term.columns), term)
         for term in examination.terms
     ]
-    for number, sensor in enumerate(competitors.sensors):
+    for number, sensor in enumerate(competitors.sensors if exact else ()):
         column = competitors.sensor(number)
-        if examination.evidence.tolerance(column) > 2e-3:
+        if examination.exact.tolerance(column) > 2e-3:
             members.append(Member(sensor.kind, (column,)))
     return members
 
 
 class SubsetScorer:
-    """Scores subsets of all terms and sensors' errors of one examination."""
+    """Scores subsets of terms of one examination.
 
-    def __init__(self, examination: Examination) -> None:
-        self.examination = examination
-        self.evidence = examination.evidence
-        self.members = members_of(examination)
+    Args:
+        examination: of the log.
+        exact: take data sheet and sensors for exact; then errors of sensors compete, too.
+            Otherwise their usual errors stand beside every subset.
+    """
+
+    def __init__(self, examination: Examination, *, exact: bool = False) -> None:
+        self.examination, self.exact = examination, exact
+        self.evidence = examination.exact if exact else examination.evidence
+        self.members = members_of(examination, exact=exact)
         self.low, self.high = _limits(examination)
         self.least = np.zeros(self.evidence.columns)
         self.usual = np.full(self.evidence.columns, np.inf)

@@ -101,7 +101,7 @@ def test_a_sensor_fault_is_named_where_the_log_without_its_error_is_likelier(
 
 
 def test_what_is_selected_is_among_the_competitors_however_low_it_scores(examined):
-    scorer = SubsetScorer(examined[2])
+    scorer = SubsetScorer(examined[2], exact=True)
     scorer.admit((0,))
     scorer.admit((1,))
     low = min([(0,), (1,)], key=lambda chosen: scorer.scored[chosen])

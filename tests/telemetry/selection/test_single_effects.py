@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.telemetry.selection.single_effects import EQUAL_RATIO, Tried, with_equals
+from planner.telemetry.selection.single_effects import EQUAL_SHARE, Tried, with_equals
 
 
 def tried(name: str, error_w: float, *, supported: bool = True) -> Tried:
@@ -16,16 +16,27 @@ def tried(name: str, error_w: float, *, supported: bool = True) -> Tried:
     return Tried(unused, unused, unused, np.zeros(0), error_w, supported)
 
 
-def test_effects_with_the_error_of_the_best_one_are_its_equals():
-    near, far = 0.999 * EQUAL_RATIO, 1.001 * EQUAL_RATIO
-    best, *others = with_equals([tried("a", 1.0), tried("b", near), tried("c", far)])
+def with_error(share: float) -> float:
+    """Error of an effect that takes off a share of what is taken off from 2 W to 1 W."""
+    return float(np.sqrt(4.0 - 3.0 * share))
+
+
+def test_twins_that_explain_as_much_are_its_equals_and_others_compete():
+    near, far = with_error(1.01 * EQUAL_SHARE), with_error(0.99 * EQUAL_SHARE)
+    singles = [tried("a", 1.0), tried("twin", near), tried("other", near), tried("c", far)]
+    best, *others = with_equals(singles, 2.0, lambda one, other: other.name == "twin")
     assert best.name == "a"
-    assert best.equals == ("b",)
-    assert all(other.equals == () for other in others)
+    assert best.equals == ("twin",)
+    assert best.competing == ("other",)
+    assert all(other.equals == other.competing == () for other in others)
 
 
 def test_nothing_equals_what_held_out_runs_do_not_support():
-    assert with_equals([]) == ()
-    alone = with_equals([tried("a", 1.0), tried("b", 1.0, supported=False)])
-    assert alone[0].equals == ()
-    assert with_equals([tried("a", 1.0, supported=False)])[0].equals == ()
+    assert with_equals([], 2.0, lambda one, other: True) == ()
+    unsupported = [tried("a", 1.0, supported=False)]
+    assert with_equals(unsupported, 2.0, lambda one, other: True)[0].equals == ()
+
+
+def test_a_competitor_counts_whether_it_is_supported_itself_or_not():
+    singles = [tried("a", 1.0), tried("b", 1.0, supported=False)]
+    assert with_equals(singles, 2.0, lambda one, other: False)[0].competing == ("b",)

@@ -15,8 +15,8 @@ from tests.telemetry.rows import measured
 def test_what_every_effect_adds_is_what_its_model_adds(motion, base):
     log = motion.take(slice(0, 300))
     library = candidate_library(base, log)
-    watts, columns = DesignColumns(library, Dictionary.of(log), ()).raw(log)
-    own = len(library.places)
+    design = DesignColumns(library, Dictionary.of(log), ())
+    watts, columns = design.raw(log)
     for number, column in enumerate(library.candidates):
         if column.effect not in ("yaw_scrub", "air_drag"):
             continue
@@ -26,5 +26,5 @@ def test_what_every_effect_adds_is_what_its_model_adds(motion, base):
         null = library.model.parameters[column.place]
         on, off = (changed(extended, **{name: null + value}) for value in (size, 0.0))
         exact = measured(log, on, 0.0, 0).power - measured(log, off, 0.0, 0).power
-        assert columns[:, own + number] * size == pytest.approx(exact, abs=1e-9)
+        assert columns[:, design.candidate(number)] * size == pytest.approx(exact, abs=1e-9)
     assert watts == pytest.approx(measured(log, base, 0.0, 0).power)
