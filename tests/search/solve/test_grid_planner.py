@@ -17,13 +17,19 @@ from planner.search.trajectory.limit_checks import broken_limits
 from planner.search.waypoints import waypoint_descent as optimise_waypoints
 from planner.terrain.catalogue import open_map
 from planner.terrain.heightmap import Terrain
+from tests.benchmarks.hard_maps import rolling
 from tests.search.maps import hills
 
 
-@pytest.mark.parametrize("goal", [(6.4, 12.4), (35.3, 9.6)])
-def test_answers_at_once_are_cheaper_for_it_and_keep_all_limits(monkeypatch, goal):
+@pytest.mark.parametrize(
+    ("start", "goal"), [((8.0, 8.0), (33.0, 30.0)), ((12.0, 20.0), (28.0, 20.0))]
+)
+def test_answers_at_once_are_cheaper_for_it_and_keep_all_limits(monkeypatch, start, goal):
     cone = open_map("cone")
-    ends = {"start": {"x": 20.0, "y": 10.0}, "goal": {"x": goal[0], "y": goal[1]}}
+    ends = {
+        "start": dict(zip("xy", start, strict=True)),
+        "goal": dict(zip("xy", goal, strict=True)),
+    }
     request = PlanRequest.from_json({"map": "cone", **ends})
     with CancellationToken() as token:
         run = Run(request, situation_of(request, terrain=cone), silent, token)
@@ -31,8 +37,7 @@ def test_answers_at_once_are_cheaper_for_it_and_keep_all_limits(monkeypatch, goa
         monkeypatch.setattr(grid_planner, "DETOURS", 0)
         monkeypatch.setattr(optimise_waypoints, "SURPLUS", math.inf)
         plain = grid_planner.on_grid(run, run.field("energy"), "energy")
-    # Refining the yaw of both wins back part of what descent saves.
-    assert found.route.energy_j <= 1.003 * plain.route.energy_j
+    assert found.route.energy_j < 0.995 * plain.route.energy_j
     assert not broken_limits(found.field, run.conditions, found.route.motion)
 
 
@@ -57,9 +62,9 @@ def test_detours_from_expensive_bends_are_tried_but_never_taken_at_a_loss(monkey
 
 
 def test_where_bends_cost_much_a_detour_can_be_cheaper(monkeypatch):
-    relief = open_map("fractal-512")
-    ends = {"start": {"x": 60.0, "y": 60.0}, "goal": {"x": 75.69457456465163, "y": 24.125}}
-    found = plan_route(terrain=relief, **ends).routes[0].energy_j
+    steep = Terrain.from_arrays(rolling((160, 160), 0.25, 12.0, 21), cell=(0.25, 0.25))
+    ends = {"start": {"x": 27.71, "y": 23.32}, "goal": {"x": 3.96, "y": 12.99}}
+    found = plan_route(terrain=steep, **ends).routes[0].energy_j
     monkeypatch.setattr(grid_planner, "DETOURS", 0)
-    # They are chosen by rough motions, before their yaw is refined.
-    assert found < 1.001 * plan_route(terrain=relief, **ends).routes[0].energy_j
+    # The search takes metres as even; here speed and heading change with every hill.
+    assert found < 0.98 * plan_route(terrain=steep, **ends).routes[0].energy_j
