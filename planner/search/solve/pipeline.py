@@ -191,8 +191,6 @@ def finished(
     descended = _descended(run, moving) if effort.descent and objective == "energy" else []
     with run.within_budget() as limited:
         for k, (one, of) in enumerate([*descended, *moving]):
-            if kept and k < len(descended):
-                continue
             closer = one.motion
             if effort.closely:
                 hurry = limited if kept else run
@@ -203,8 +201,6 @@ def finished(
                 continue
             route = priced(run, of.field, closer)
             kept.append((one.legs, route, of))
-            if k < len(descended):
-                continue  # refining the yaw may save more on the path as it was
             # Where keeping to the limits costs little, the other candidates are not tried.
             excess = 0.0 if k < len(descended) else DESCENT_EXCESS
             least = moving[0][0].energy
