@@ -15,6 +15,7 @@ import pytest
 
 from planner.errors import LogError
 from planner.quantities import INDEX, STANDARD_GRAVITY
+from planner.telemetry.logs.columns import REQUIRED
 from planner.telemetry.logs.log import Telemetry
 from tests.telemetry.odd_logs import (
     GAPPED,
@@ -99,7 +100,7 @@ REFUSED: dict[str, tuple[Callable[[Path], Path], str]] = {
     ),
     "Parquet text as numbers": (parquet(power=["many"] * 60), "'power'.*numeric"),
     "Parquet lists": (parquet(power=[[1.0]] * 60), "'power'.*numeric"),
-    "missing column": (changed(power=None), "no column 'power'"),
+    **{f"no {name}": (changed(**{name: None}), f"no column '{name}'") for name in REQUIRED},
     "missing columns": (changed(power=None, vy=None), "'vy', 'power'"),
     "misspelt column": (changed(power=None, Power=table()["power"]), "'Power' for power"),
     "unit in heading": (changed(vx=None, **{"vx [m/s]": table()["vx"]}), r"'vx \[m/s\]' for vx"),
