@@ -36,7 +36,9 @@ length = {{ value = 750, unit = "mm", source = "data sheet, page 2", uncertainty
 `unit` is any unit that converts to the SI one, in any usual spelling: "mN·m/A", "mNm/A" and
 "mN*m/A" are the same. A torque constant may be a speed constant in rpm/V, a capacity a charge in
 Ah beside `battery.voltage`. `source` starts with "assumed" where nobody stated the value.
-`uncertainty` is the standard deviation as a share of the value. Unknown keys are refused.
+`uncertainty` is the standard deviation as a share of the value. A
+diagnosis takes it for mass, wheel radius and wheel places in the place of its usual 5 %.
+Unknown keys are refused.
 
 ## From a data sheet
 
