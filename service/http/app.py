@@ -92,8 +92,8 @@ async def _running(
         for processes in (pool, job_pool):
             stack.push_async_callback(processes.stop)
             await processes.start()
-        # The first job waits until a worker has everything loaded: ready means ready.
-        known = await pool.run("catalogues")
+        # The first job waits until a worker has everything loaded, however busy the machine is.
+        known = await pool.run("catalogues", limited=False)
         catalogue = {
             "map": [entry["name"] for entry in known.maps],
             "vehicle": [entry["name"] for entry in known.vehicles],

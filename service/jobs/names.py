@@ -26,6 +26,8 @@ MAP_FILE = "map.toml"
 """Makes a folder a map of several files, see planner.terrain.formats."""
 MAP_KEYS = {"plan", "heights"}
 """One of these a map's TOML has, and no vehicle's."""
+MAPPING_KEYS = {"columns", "constants", "rosbag", "power_at"}
+"""One of these the mapping file of a log has, see docs/logs.md, and no vehicle's TOML."""
 LONGEST_TOML = 1 << 20
 """Bytes of a TOML file that are looked at."""
 
@@ -97,15 +99,20 @@ def _fits(field: str, path: Path) -> bool:
     if path.name == MAP_FILE or not path.is_file():
         return False
     if path.suffix.lower() == ".toml":
-        return field == ("map" if _puts_a_map_together(path) else "vehicle")
+        return field == _meant_by_toml(path)
     return path.suffix.lower() in SUFFIXES[field]
 
 
-def _puts_a_map_together(path: Path) -> bool:
-    """Whether a TOML file is a map's and not a vehicle's; its parts stand in its folder."""
+def _meant_by_toml(path: Path) -> str | None:
+    """The field that a TOML file is for; None for one that no request names.
+
+    A file that cannot be read is a vehicle's: asked for, it says what is wrong with it.
+    """
     try:
         with path.open("rb") as file:
             content = parse_toml(file.read(LONGEST_TOML))
     except (OSError, ValueError):
-        return False
-    return not MAP_KEYS.isdisjoint(content)
+        return "vehicle"
+    if not MAP_KEYS.isdisjoint(content):
+        return "map"
+    return None if not MAPPING_KEYS.isdisjoint(content) else "vehicle"

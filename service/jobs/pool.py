@@ -37,7 +37,9 @@ class Workers(Protocol):
     async def stop(self) -> None:
         """End all work."""
 
-    async def run(self, job: str, *arguments: Any, progress: Progress = silent) -> Any:
+    async def run(
+        self, job: str, *arguments: Any, progress: Progress = silent, limited: bool = True
+    ) -> Any:
         """Result of a function of service.jobs.worker."""
 
     def state(self) -> dict[str, Any]:
@@ -94,13 +96,16 @@ class WorkerPool:
             await asyncio.to_thread(self._idle.pop().end)
         await asyncio.to_thread(self._threads.shutdown)
 
-    async def run(self, job: str, *arguments: Any, progress: Progress = silent) -> Any:
+    async def run(
+        self, job: str, *arguments: Any, progress: Progress = silent, limited: bool = True
+    ) -> Any:
         """Carry out a job in a process that does nothing else meanwhile.
 
         Args:
             job: name of a function of service.jobs.worker.
             arguments: what it takes; must pickle.
             progress: called with the share done, 0 to 1, and a sentence.
+            limited: whether the time limit holds; it is for what clients ask.
 
         Raises:
             InputError: the job raised one.
@@ -121,7 +126,7 @@ class WorkerPool:
 
         task = _Task(job, time.monotonic(), arguments, report)
         try:
-            async with asyncio.timeout(self.time_limit_s):
+            async with asyncio.timeout(self.time_limit_s if limited else None):
                 return await self._in_its_turn(task)
         except TimeoutError:
             raise TookTooLong(

@@ -1,7 +1,8 @@
 """One constant of a module replaced before anything reads it, compiled code included.
 
     replace_when_imported("planner.search.resolution", "SLOWEST", 0.1)     # first of all
-    environment("planner.search.resolution", "SLOWEST", cache, folder)     # for the process
+    in_compiled_code("planner.search.resolution", "SLOWEST")               # if so, then
+    environment("planner.search.resolution", cache, folder)                # for the process
 
 The module's text is compiled with the other value, so that all that is made of the constant at
 import follows. numba would still load machine code with the old value from disk, since it looks at
@@ -99,20 +100,14 @@ def _targets(node: ast.stmt) -> Sequence[ast.expr]:
     return [node.target] if isinstance(node, ast.AnnAssign) and node.value else []
 
 
-def environment(
-    module: str, name: str, cache: Path, folder: Path, *, compiled: bool = False
-) -> dict[str, str]:
-    """Variables of the environment with which a process compiles anew what holds the constant.
+def environment(module: str, cache: Path, folder: Path) -> dict[str, str]:
+    """Variables of the environment with which a process compiles a module's code anew.
 
     Args:
-        module: where the constant stands.
-        name: the constant.
+        module: where the constant stands that compiled code holds.
         cache: numba's cache of the code as it is; it is copied.
         folder: an empty one for the copy.
-        compiled: true where compiled code holds it though no text says so.
     """
-    if not (compiled or module.startswith(GENERATED) or in_compiled_code(module, name)):
-        return {"NUMBA_CACHE_DIR": str(cache)}
     copy = folder / "numba"
     shutil.copytree(cache, copy)
     for stale in stale_files(module, copy):
@@ -138,6 +133,8 @@ def stale_files(module: str, cache: Path) -> Iterator[Path]:
 
 def in_compiled_code(module: str, name: str) -> bool:
     """Whether a compiled function reads the constant, or one that is made of it."""
+    if module.startswith(GENERATED):
+        return True
     package = module.partition(".")[0]
     graph = grimp.build_graph(package, cache_dir=None)
     waiting, seen = [(module, name)], set()

@@ -33,7 +33,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tests.benchmarks.ablated_constant import environment, replace_when_imported
+from tests.benchmarks.ablated_constant import environment, in_compiled_code, replace_when_imported
 
 ROOT = Path(__file__).parents[2]
 RIGHT = ("exact", "tied", "complete", "sensor")
@@ -259,16 +259,17 @@ def in_fresh_process(
     command = [sys.executable, "-m", "tests.benchmarks.ablations", "--worker", measured]
     command += ["--questions", str(count)]
     if constant is None:
-        return _result(command, {"NUMBA_CACHE_DIR": str(numba_cache())})
-    command += ["--set", constant.module, constant.name, repr(value)]
+        return _result(command, {})
+    changed = [*command, "--set", constant.module, constant.name, repr(value)]
+    if not (constant.compiled or in_compiled_code(constant.module, constant.name)):
+        return _result(changed, {})
     cache = numba_cache()
+    if not cache.exists():
+        _result(command, {"NUMBA_CACHE_DIR": str(cache)})
     with tempfile.TemporaryDirectory() as folder:
-        own = environment(
-            constant.module, constant.name, cache, Path(folder), compiled=constant.compiled
-        )
-        if own["NUMBA_CACHE_DIR"] != str(cache):
-            _result(command, own)  # compiles, so that the time is not counted
-        return _result(command, own)
+        own = environment(constant.module, cache, Path(folder))
+        _result(changed, own)  # compiles, so that the time is not counted
+        return _result(changed, own)
 
 
 def _result(command: Sequence[str], variables: Mapping[str, str]) -> dict[str, Any]:

@@ -51,7 +51,7 @@ class WorkersHere:
     async def stop(self) -> None:
         """Nothing to stop."""
 
-    async def run(self, job: str, *arguments: Any) -> Any:
+    async def run(self, job: str, *arguments: Any, limited: bool = True) -> Any:
         """Result of a function of service.jobs.worker."""
         from service.jobs import worker
 

@@ -41,7 +41,9 @@ class ScriptedWorkers:
     async def stop(self) -> None:
         """Nothing to stop."""
 
-    async def run(self, job: str, *arguments: Any, progress: Progress = silent) -> Any:
+    async def run(
+        self, job: str, *arguments: Any, progress: Progress = silent, limited: bool = True
+    ) -> Any:
         """What the test's ``work`` gives; a coroutine is awaited."""
         if job == "catalogues":
             return SimpleNamespace(

@@ -86,6 +86,14 @@ def test_anything_else_is_refused(names: Names, name: str, tmp_path: Path) -> No
         assert "valley" in str(caught.value)
 
 
+def test_the_mapping_file_of_a_log_is_neither(names: Names, tmp_path: Path) -> None:
+    before = {field: names.files(field) for field in ("map", "vehicle", "model")}
+    (tmp_path / "data" / "log.toml").write_text('power_at = "source"\n[columns]\nstamp = "time"\n')
+    assert {field: names.files(field) for field in before} == before
+    with pytest.raises(RequestError, match="no such vehicle"):
+        names.find("vehicle", "log.toml")
+
+
 def test_without_a_folder_there_are_no_files(names: Names) -> None:
     assert Names(names.catalogue, None).files("map") == []
 

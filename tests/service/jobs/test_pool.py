@@ -145,6 +145,16 @@ def test_the_time_limit_ends_the_process(tmp_path: Path) -> None:
     run(talk)
 
 
+def test_what_no_client_asks_for_has_no_time_limit() -> None:
+    async def talk() -> None:
+        async with pool(time_limit_s=1e-3) as workers:
+            with pytest.raises(TookTooLong):
+                await workers.run("add_one")
+            assert await workers.run("add_one", limited=False) == 1
+
+    run(talk)
+
+
 def test_cancelling_ends_the_process_and_frees_its_place(tmp_path: Path) -> None:
     async def talk() -> None:
         note = tmp_path / "pid"

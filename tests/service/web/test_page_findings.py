@@ -28,8 +28,8 @@ OLD = "What is shown below answers an earlier question: the log or the model was
 class TwoVehicles(ScriptedWorkers):
     """Of which one can be changed for the other."""
 
-    async def run(self, job: str, *arguments: Any) -> Any:
-        known = await super().run(job, *arguments)
+    async def run(self, job: str, *arguments: Any, **how: Any) -> Any:
+        known = await super().run(job, *arguments, **how)
         if job == "catalogues":
             known.vehicles.append({"name": "robotino", "battery_j": None})
         return known
