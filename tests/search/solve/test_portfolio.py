@@ -77,19 +77,22 @@ def test_once_there_is_a_route_nothing_begins_after_the_budget(
     """The budget ends so many profiles of yaw and speed after the first route."""
     clock = SimpleNamespace(now=0.0)
     left, late = [math.inf], []
+    counting = threading.Lock()
 
     def found(*given):
         # Baselines may be there before, from the other core.
         if threading.current_thread() is threading.main_thread():
-            left[0] = min(left[0], profiles)
-            clock.now = 0.0 if left[0] > 0 else 99.0
+            with counting:
+                left[0] = min(left[0], profiles)
+                clock.now = 0.0 if left[0] > 0 else 99.0
         return price(*given)
 
     def counted(profile):
         def begin(*given, **named):
-            late.extend([profile] if clock.now else [])
-            left[0] -= 1
-            clock.now = 0.0 if left[0] > 0 else 99.0
+            with counting:
+                late.extend([profile] if clock.now else [])
+                left[0] -= 1
+                clock.now = 0.0 if left[0] > 0 else 99.0
             return profile(*given, **named)
 
         return begin
@@ -102,8 +105,9 @@ def test_once_there_is_a_route_nothing_begins_after_the_budget(
     answer = plan_route(terrain=relief, **ENDS, objective=objective, time_budget_s=9.0)
     assert answer.status == "ok"
     assert clock.now == 99.0
-    # One on either core may just have looked at the clock.
-    assert len(late) <= 2
+    # A motion on either core may just have looked at the clock; a rough one does so once.
+    assert late.count(yaw_profile) <= 2
+    assert late.count(speed_profile) <= 2
 
 
 def test_who_stops_once_there_is_a_route_gets_it(relief):
