@@ -13,7 +13,7 @@ NOTEBOOKS := $(VENV)/.notebooks
 PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3; do \
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { echo $$p; break; }; done)
 
-.PHONY: help setup demo test check docs notebooks bench serve lock clean
+.PHONY: help setup demo test nightly check docs notebooks bench serve lock clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
@@ -34,6 +34,9 @@ demo: $(READY) ## Plan on real relief, then find out what a robot hides; writes 
 
 test: $(READY) ## Run the tests
 	$(BIN)/python -m pytest -n 2 --dist worksteal -m "not bench and not nightly" tests
+
+nightly: $(READY) ## Run the slow tests: long pages, notebooks, every planner on every space
+	$(BIN)/python -m pytest -n 2 --dist worksteal -m nightly tests
 
 check: $(READY) ## Style, types, layers, documentation
 	$(BIN)/ruff check .

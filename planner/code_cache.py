@@ -81,6 +81,11 @@ def is_compiled(module: str) -> bool:
     return any(folder.glob("*.nbc"))
 
 
+def content_key(module: str) -> str:
+    """20 hex digits that follow from a module of planner and from all that it imports of it."""
+    return _sources().key(module)
+
+
 def state() -> str:
     """20 hex digits that follow from the content of all modules with compiled code."""
     keys = (f"{module} {_sources().key(module)}" for module in sorted(compiled_modules()))

@@ -45,6 +45,11 @@ class OperatingConditions:
         return (model_key(self.model), *(array.tobytes() for array in arrays))
 
     @cached_property
+    def content(self) -> tuple[object, ...]:
+        """Key for planner.kept_results: effects are meant by their sources, not by their names."""
+        return (self.model.kernel.name, *self.key)
+
+    @cached_property
     def arrays(self) -> ModelArrays:
         """The numbers that compiled loops take with the model's kernel."""
         model = self.model

@@ -31,11 +31,15 @@ class Kernel:
 
     numba would look up type and address of a plain compiled function at every call that it is
     handed to, which takes longer than a short loop itself. Both names with underscores are numba's.
+
+    Attributes:
+        name: of the module that was written for it; follows from all that the kernel follows from.
     """
 
     def __init__(self, evaluate: Any) -> None:
         [compiled] = evaluate.overloads.values()
         name = compiled.fndesc.llvm_cfunc_wrapper_name
+        self.name: str = evaluate.__module__
         self._evaluate = evaluate
         self._address: int = compiled.library.get_pointer_to_function(name)
         self._numba_type_ = types.FunctionType(compiled.signature)

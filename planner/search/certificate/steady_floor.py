@@ -34,6 +34,7 @@ from scipy.ndimage import maximum_filter
 from planner.arrays import Array
 from planner.cache import CACHE
 from planner.compiled_code import njit
+from planner.kept_results import kept_result
 from planner.power.kernel_math import REST_SPEED, SLIDING_SPEED
 from planner.power.kernels import BLOCK, BLOCK_KERNEL
 from planner.power.kinematics import RIM, ROLLER
@@ -93,13 +94,18 @@ class SteadyFloor:
 
 def steady_floor(conditions: OperatingConditions) -> SteadyFloor | None:
     """The table of a model under its conditions; None where nothing can be driven."""
-    return CACHE.get(("steady floor", conditions.key), lambda: _steady_floor(conditions))
+    return CACHE.get(("steady floor", conditions.key), lambda: _kept(conditions))
 
 
-def _steady_floor(conditions: OperatingConditions) -> SteadyFloor | None:
+def _kept(conditions: OperatingConditions) -> SteadyFloor | None:
     steepest = _steepest(conditions)
     if steepest <= 0.0:
         return None
+    key = __name__, *conditions.content
+    return kept_result(key, SteadyFloor, lambda: _steady_floor(conditions, steepest))
+
+
+def _steady_floor(conditions: OperatingConditions, steepest: float) -> SteadyFloor:
     yaws = tried_yaws(conditions.model, float(conditions.limits[0]))
     slopes = np.linspace(-steepest, steepest, COARSE)
     along, across = (axis.ravel() for axis in np.meshgrid(slopes, slopes, indexing="ij"))

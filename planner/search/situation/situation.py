@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from planner.arrays import Array
 from planner.cache import CACHE
 from planner.cancellation import CancellationToken
+from planner.kept_results import kept_result
 from planner.power.model import PowerModel
 from planner.power.vehicles import Vehicle, load_vehicle
 from planner.search.conditions import OperatingConditions, operating_conditions
@@ -145,9 +146,14 @@ class Situation:
 
     def costs(self, objective: str) -> SteadyCosts:
         """Costs of steady driving for "energy", "time" or "length"."""
+        conditions = self.conditions
+        key = steady_costs.__module__, *conditions.content, objective
+
+        def build() -> SteadyCosts:
+            return steady_costs(conditions.model, conditions.class_rows, objective)
+
         return CACHE.get(
-            ("steady", self.conditions.key, objective),
-            lambda: steady_costs(self.conditions.model, self.conditions.class_rows, objective),
+            ("steady", conditions.key, objective), lambda: kept_result(key, SteadyCosts, build)
         )
 
     def field(
