@@ -46,7 +46,7 @@ class OperatingConditions:
 
     @cached_property
     def content(self) -> tuple[object, ...]:
-        """Key for planner.kept_results: effects are meant by their sources, not by their names."""
+        """Key for kept tables: effects are meant by their sources, not by their names."""
         return (self.model.kernel.name, *self.key)
 
     @cached_property

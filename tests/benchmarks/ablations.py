@@ -276,8 +276,8 @@ def _result(command: Sequence[str], variables: Mapping[str, str]) -> dict[str, A
     done = subprocess.run(
         command,
         cwd=ROOT,
-        # Results on disk follow from the sources, which an ablation leaves as they are.
-        env={**os.environ, **variables, "JOULEPATH_KEEP_RESULTS": "0"},
+        # Tables on disk follow from the sources, which an ablation leaves as they are.
+        env={**os.environ, **variables, "JOULEPATH_KEEP_TABLES": "0"},
         capture_output=True,
         text=True,
         check=False,

@@ -34,7 +34,6 @@ from scipy.ndimage import maximum_filter
 from planner.arrays import Array
 from planner.cache import CACHE
 from planner.compiled_code import njit
-from planner.kept_results import kept_result
 from planner.power.kernel_math import REST_SPEED, SLIDING_SPEED
 from planner.power.kernels import BLOCK, BLOCK_KERNEL
 from planner.power.kinematics import RIM, ROLLER
@@ -45,6 +44,7 @@ from planner.quantities import INDEX, STANDARD_GRAVITY
 from planner.search.conditions import OperatingConditions
 from planner.search.kernel_arguments import F1, F2, F3
 from planner.search.second_core import CORE
+from planner.search.steady import kept_table
 
 COARSE, FINER = 41, 4
 """Nodes along each axis at which all yaws are tried, and parts of a step between them."""
@@ -102,7 +102,7 @@ def _kept(conditions: OperatingConditions) -> SteadyFloor | None:
     if steepest <= 0.0:
         return None
     key = __name__, *conditions.content
-    return kept_result(key, SteadyFloor, lambda: _steady_floor(conditions, steepest))
+    return kept_table(key, SteadyFloor, lambda: _steady_floor(conditions, steepest))
 
 
 def _steady_floor(conditions: OperatingConditions, steepest: float) -> SteadyFloor:

@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 from planner.arrays import Array
 from planner.cache import CACHE
 from planner.cancellation import CancellationToken
-from planner.kept_results import kept_result
 from planner.power.model import PowerModel
 from planner.power.vehicles import Vehicle, load_vehicle
 from planner.search.conditions import OperatingConditions, operating_conditions
@@ -40,7 +39,7 @@ from planner.search.resolution import MARGIN, OBJECTIVES
 from planner.search.situation.narrow_passage import NarrowPassage, narrow_passage
 from planner.search.situation.objects import by_name
 from planner.search.situation.traversability import DrivingGround, driving_ground
-from planner.search.steady import SteadyCosts, steady_costs
+from planner.search.steady import SteadyCosts, kept_table, steady_costs
 from planner.search.turns import turning
 from planner.terrain.catalogue import open_map
 from planner.terrain.heightmap import Terrain
@@ -153,7 +152,7 @@ class Situation:
             return steady_costs(conditions.model, conditions.class_rows, objective)
 
         return CACHE.get(
-            ("steady", conditions.key, objective), lambda: kept_result(key, SteadyCosts, build)
+            ("steady", conditions.key, objective), lambda: kept_table(key, SteadyCosts, build)
         )
 
     def field(

@@ -5,6 +5,7 @@
 The other names look these tables up from compiled code.
 """
 
+from planner.search.steady.kept_tables import kept_table
 from planner.search.steady.steady_cost import (
     SteadyCosts,
     cost_for_best_yaw,
@@ -19,6 +20,7 @@ __all__ = [
     "cost_for_best_yaw",
     "costs_for_yaws",
     "crab_angle_for_yaw",
+    "kept_table",
     "polar",
     "steady_costs",
 ]

@@ -1,13 +1,13 @@
-"""Results on disk that all processes of a machine share, by the content they follow from.
+"""Tables on disk that all processes of a machine share, by the content they follow from.
 
     key = "planner.search.steady.steady_cost_tables", model_key, "energy"
-    costs = kept_result(key, SteadyCosts, lambda: steady_costs(model, rows, "energy"))
+    costs = kept_table(key, SteadyCosts, lambda: steady_costs(model, rows, "energy"))
 
-A result is a dataclass or a named tuple of arrays and numbers. The first part of its key is the
+A table is a dataclass or a named tuple of arrays and numbers. The first part of its key is the
 module that makes it: its content and that of all that it imports count, as for compiled code. The
 least recently used files go first. A file that cannot be read or written is no error.
 
-``JOULEPATH_CACHE_DIR`` moves the folder; ``JOULEPATH_KEEP_RESULTS=0`` keeps nothing.
+``JOULEPATH_CACHE_DIR`` moves the folder; ``JOULEPATH_KEEP_TABLES=0`` keeps nothing.
 """
 
 from __future__ import annotations
@@ -33,22 +33,22 @@ UNREADABLE = (OSError, EOFError, KeyError, ValueError, TypeError, zipfile.BadZip
 Result = TypeVar("Result")
 
 
-def kept_result(
+def kept_table(
     key: tuple[object, ...], kind: Callable[..., Result], build: Callable[[], Result]
 ) -> Result:
-    """The result under a key: read, or built and written for the next process.
+    """The table under a key: read, or built and written for the next process.
 
     Args:
         key: the module that makes it, then whatever else it follows from; numbers, texts, bytes.
         kind: a dataclass or a named tuple, whose fields are arrays, int or float.
-        build: makes the result.
+        build: makes the table.
     """
     module, *more = key
-    if os.environ.get("JOULEPATH_KEEP_RESULTS") == "0":
+    if os.environ.get("JOULEPATH_KEEP_TABLES") == "0":
         return build()
     parts = [VERSIONS, np.__version__, content_key(str(module)), *more]
     name = hashlib.sha256(repr(parts).encode()).hexdigest()[:32]
-    path = cache_base() / "results" / f"{name}.npz"
+    path = cache_base() / "tables" / f"{name}.npz"
     try:
         return _read(path, kind)
     except UNREADABLE:
