@@ -48,14 +48,15 @@ from planner.telemetry.diagnosis.results import (
     FittedModels,
     SensorFault,
 )
-from planner.telemetry.diagnosis.unexplained import floor_of
+from planner.telemetry.diagnosis.unexplained import MOST_OVER_FLOOR, floor_of
 from planner.telemetry.diagnosis.untestable import Untestable
 from planner.telemetry.diagnosis.verdict import sentence_of, verdict_of
 from planner.telemetry.estimation import Fit
 from planner.telemetry.evidence import Examination
 from planner.telemetry.holdout import LinearHeldout, base_fit, heldout_residual, rms, supports
 from planner.telemetry.logs import LogLike, MappingLike, Telemetry
-from planner.telemetry.other_terms import SENSORS, measured_residual
+from planner.telemetry.noise import counted
+from planner.telemetry.other_terms import SENSORS, but_own, given_columns, measured_residual
 from planner.telemetry.pictures import Pictures, pictures_of
 from planner.telemetry.prediction import predict
 from planner.telemetry.regimes import Regime, regimes_of
@@ -123,23 +124,41 @@ def diagnose_source(
 def _with_supported_sensors(
     source: LogSource, start: PowerModel, search: Callable[..., Found]
 ) -> Found:
-    """A search; without errors of sensors, where correcting them does not lower the error."""
+    """A search; without errors of sensors, where correcting them does not explain the log.
+
+    A sensor takes the blame for whatever it resembles. So it must explain what usual errors of
+    everything else cannot, most of the excess over the floor, and leave little more than the floor.
+    """
     found = search()
     if not _corrections(found):
         return found
     before, after = _with_sensors(source, start, found)
     floor = _floor(found)
-    if supports(found.log, before, after, floor) and stands(before, after, floor):
+    near = rms(counted(after, floor)) <= MOST_OVER_FLOOR * rms(floor)
+    if near and supports(found.log, before, after, floor) and stands(before, after, floor):
         return found
     return search(sensors=frozenset())
 
 
 def _with_sensors(source: LogSource, start: PowerModel, found: Found) -> tuple[Array, Array]:
-    """Held-out residuals (n,) W as measured: of the model as it is, and once sensors are right."""
+    """Held-out residuals (n,) W as measured: of the model as it is, and once sensors are right.
+
+    Usual errors of data sheet and other sensors explain what they can, before and after.
+    """
     sizes = {kind: value for kind, (value, _) in found.corrections.items()}
-    after = heldout_residual(found.log, found.fitted if found.additions else found.base)
+    blamed = _corrections(found)
     log = _as_measured(source, found)
-    return heldout_residual(log, base_fit(log, start)), measured_residual(after, sizes)
+    base = base_fit(log, start)
+    before = _least(log, base, but_own(given_columns(log, base.model, base.watts), blamed))
+    fitted = found.fitted if found.additions else found.base
+    after = _least(found.log, fitted, but_own(found.local.given, blamed))
+    return before, measured_residual(after, sizes)
+
+
+def _least(log: Telemetry, fitted: Fit, given: Array) -> Array:
+    """(n,) W, held-out residual of a fit, with usual errors (n, k) W where these predict better."""
+    each = heldout_residual(log, fitted), heldout_residual(log, fitted, given)
+    return min(each, key=rms)
 
 
 def _as_measured(source: LogSource, found: Found) -> Telemetry:

@@ -13,7 +13,7 @@ sensors stand here; larger ones are named (sensor_errors).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -140,6 +140,29 @@ class _Given(NamedTuple):
 
 GIVEN = _Given(len(_SHEET) + len(_SENSORS) + 2, 2)
 """How many columns there are."""
+_OWN = {
+    "power_scale": 0,
+    **{
+        kind: len(_SHEET) + number
+        for kind, number in (
+            ("speed_scale", 0),
+            ("slope_offset", 3),
+            ("roll_offset", 4),
+            ("heading_misalignment", 5),
+        )
+    },
+}
+"""Column that is the same error as one of SENSORS; of the power's scale, the data sheet's mass."""
+
+
+def but_own(columns: Array, kinds: Collection[str]) -> Array:
+    """Usual errors beside which an error of a sensor is tested: all but the same one.
+
+    Args:
+        columns: (n, GIVEN.total) W, of given_columns.
+        kinds: of SENSORS.
+    """
+    return np.delete(columns, [_OWN[kind] for kind in kinds], axis=1)
 
 
 def given_columns(log: Telemetry, model: PowerModel, watts: Array) -> Array:

@@ -12,10 +12,15 @@ from planner.telemetry.holdout import base_fit, heldout_residual, rms
 from planner.telemetry.holdout.heldout import MOST_GIVEN
 from planner.telemetry.other_terms.given_errors import (
     GIVEN,
+    SCALE,
     SHEET_SHARE,
+    TILT,
+    TURN,
+    but_own,
     given_columns,
     tolerance_of,
 )
+from planner.telemetry.other_terms.sensor_errors import SENSORS
 from planner.telemetry.prediction import predict
 from tests.telemetry.rows import measured
 
@@ -94,3 +99,22 @@ def test_a_turned_velocity_is_among_them(motion, base):
     used = columns[:, norms > 0.0] / norms[norms > 0.0]
     cosines = np.abs(used.T @ turned) / np.linalg.norm(turned)
     assert cosines.max() > 0.9
+
+
+@pytest.mark.parametrize("kind", sorted(set(SENSORS) - {"power_scale"}))
+def test_a_sensor_is_tested_without_the_column_that_is_its_own(motion, base, kind):
+    """What is left out is the error itself; what stays is another one."""
+    derived = replace(motion, present=motion.present - {"ax", "ay"})
+    watts = predict(base, derived)
+    columns = given_columns(derived, base, watts)
+    usual = {"speed_scale": -SCALE, "heading_misalignment": TURN}
+    error = SENSORS[kind].column(derived, base, watts, usual.get(kind, TILT))
+    error /= np.linalg.norm(error)
+
+    def likest(some):
+        norms = np.linalg.norm(some, axis=0)
+        return float(np.abs(error @ some[:, norms > 0.0] / norms[norms > 0.0]).max())
+
+    kept = but_own(columns, {kind})
+    assert kept.shape == (len(motion), GIVEN.total - 1)
+    assert likest(columns) > 0.99 > likest(kept)
