@@ -56,7 +56,7 @@ from planner.telemetry.evidence import Examination
 from planner.telemetry.holdout import LinearHeldout, base_fit, heldout_residual, rms, supports
 from planner.telemetry.logs import LogLike, MappingLike, Telemetry
 from planner.telemetry.noise import counted
-from planner.telemetry.other_terms import SENSORS, but_own, given_columns, measured_residual
+from planner.telemetry.other_terms import GIVEN, SENSORS, given_columns, measured_residual
 from planner.telemetry.pictures import Pictures, pictures_of
 from planner.telemetry.prediction import predict
 from planner.telemetry.regimes import Regime, regimes_of
@@ -149,9 +149,9 @@ def _with_sensors(source: LogSource, start: PowerModel, found: Found) -> tuple[A
     blamed = _corrections(found)
     log = _as_measured(source, found)
     base = base_fit(log, start)
-    before = _least(log, base, but_own(given_columns(log, base.model, base.watts), blamed))
+    before = _least(log, base, GIVEN.beside(given_columns(log, base.model, base.watts), blamed))
     fitted = found.fitted if found.additions else found.base
-    after = _least(found.log, fitted, but_own(found.local.given, blamed))
+    after = _least(found.log, fitted, GIVEN.beside(found.local.given, blamed))
     return before, measured_residual(after, sizes)
 
 

@@ -7,7 +7,6 @@ given_columns are the usual small errors of data sheet and sensors, which stand 
 
 from planner.telemetry.other_terms.given_errors import (
     GIVEN,
-    but_own,
     given_columns,
     tolerance_of,
 )
@@ -20,7 +19,6 @@ __all__ = [
     "Dictionary",
     "Sensor",
     "Shape",
-    "but_own",
     "given_columns",
     "measured_residual",
     "tolerance_of",

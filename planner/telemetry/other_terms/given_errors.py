@@ -13,7 +13,7 @@ sensors stand here; larger ones are named (sensor_errors).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -132,37 +132,39 @@ BLUR = 0.25
 
 
 class _Given(NamedTuple):
-    """Numbers of columns: all of them, and those of the moment within a row, which come last."""
+    """Numbers of columns: all of them, and those of the moment within a row, which come last.
+
+    ``own`` is the column that is the same error as one of SENSORS, by kind. Of the power's scale it
+    is the data sheet's mass.
+    """
 
     total: int
     moments: int
+    own: Mapping[str, int]
+
+    def beside(self, columns: Array, kinds: Collection[str]) -> Array:
+        """Usual errors beside which errors of sensors are tested: all but the same ones.
+
+        Args:
+            columns: (n, total) W, of given_columns.
+            kinds: of SENSORS.
+        """
+        return np.delete(columns, [self.own[kind] for kind in kinds], axis=1)
 
 
-GIVEN = _Given(len(_SHEET) + len(_SENSORS) + 2, 2)
-"""How many columns there are."""
-_OWN = {
-    "power_scale": 0,
-    **{
-        kind: len(_SHEET) + number
-        for kind, number in (
-            ("speed_scale", 0),
-            ("slope_offset", 3),
-            ("roll_offset", 4),
-            ("heading_misalignment", 5),
-        )
+_FIRST = len(_SHEET)
+GIVEN = _Given(
+    len(_SHEET) + len(_SENSORS) + 2,
+    2,
+    {
+        "power_scale": 0,
+        "speed_scale": _FIRST,
+        "slope_offset": _FIRST + 3,
+        "roll_offset": _FIRST + 4,
+        "heading_misalignment": _FIRST + 5,
     },
-}
-"""Column that is the same error as one of SENSORS; of the power's scale, the data sheet's mass."""
-
-
-def but_own(columns: Array, kinds: Collection[str]) -> Array:
-    """Usual errors beside which an error of a sensor is tested: all but the same one.
-
-    Args:
-        columns: (n, GIVEN.total) W, of given_columns.
-        kinds: of SENSORS.
-    """
-    return np.delete(columns, [_OWN[kind] for kind in kinds], axis=1)
+)
+"""How many columns there are, and which is whose."""
 
 
 def given_columns(log: Telemetry, model: PowerModel, watts: Array) -> Array:

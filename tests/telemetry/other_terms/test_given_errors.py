@@ -16,7 +16,6 @@ from planner.telemetry.other_terms.given_errors import (
     SHEET_SHARE,
     TILT,
     TURN,
-    but_own,
     given_columns,
     tolerance_of,
 )
@@ -115,6 +114,6 @@ def test_a_sensor_is_tested_without_the_column_that_is_its_own(motion, base, kin
         norms = np.linalg.norm(some, axis=0)
         return float(np.abs(error @ some[:, norms > 0.0] / norms[norms > 0.0]).max())
 
-    kept = but_own(columns, {kind})
+    kept = GIVEN.beside(columns, {kind})
     assert kept.shape == (len(motion), GIVEN.total - 1)
     assert likest(columns) > 0.99 > likest(kept)
