@@ -146,12 +146,12 @@ def _with_sensors(source: LogSource, start: PowerModel, found: Found) -> tuple[A
     Usual errors of data sheet and other sensors explain what they can, before and after.
     """
     sizes = {kind: value for kind, (value, _) in found.corrections.items()}
-    blamed = _corrections(found)
+    faulty = _corrections(found)
     log = _as_measured(source, found)
     base = base_fit(log, start)
-    before = _least(log, base, GIVEN.beside(given_columns(log, base.model, base.watts), blamed))
+    before = _least(log, base, GIVEN.beside(given_columns(log, base.model, base.watts), faulty))
     fitted = found.fitted if found.additions else found.base
-    after = _least(found.log, fitted, GIVEN.beside(found.local.given, blamed))
+    after = _least(found.log, fitted, GIVEN.beside(found.local.given, faulty))
     return before, measured_residual(after, sizes)
 
 
