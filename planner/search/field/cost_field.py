@@ -84,6 +84,14 @@ class CostField(NamedTuple):
         """What ``touches`` needs in addition to blocked cells, (6,): origin, cell, half sides."""
         return np.array([self.x0, self.y0, self.dx, self.dy, self.half_length, self.half_width])
 
+    def least_cost(self) -> float:
+        """Cost of a metre that no metre on this map goes below, in any direction, with any yaw."""
+        tables = (self.gentle, self.best, self.by_yaw)
+        least = min(float(table.min(initial=np.inf)) for table in tables)
+        least *= min(1.0, float(self.factor.min()))
+        # Rounding of the sum over a segment's points is far below this.
+        return (1.0 - 1e-9) * max(least + float(self.extra.min()), 1e-3)
+
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _node(offset: float, cell: float, count: int) -> int:
@@ -185,6 +193,46 @@ def _tight_cost(
 
 
 @njit(cache=True, error_model="numpy")
+def _masked_out(
+    field: Any, xa: float, ya: float, ex: float, ey: float, begun: int, count: int, finer: int
+) -> bool:
+    """Whether no yaw is free round a point that ``segment_cost`` would price, by masks alone.
+
+    Args:
+        field: map and costs.
+        xa, ya, ex, ey: m, where the segment begins, and the way to its end.
+        begun: number of the piece that is looked at first.
+        count: pieces of the segment.
+        finer: points on each of them where something may be near.
+    """
+    mask, steep = field.mask, field.steep
+    ny, nx = mask.shape
+    for k in range(begun, count):
+        w = (k + 0.5) / count
+        i = _node(xa + w * ex - field.x0, field.dx, nx)
+        j = _node(ya + w * ey - field.y0, field.dy, ny)
+        points = 1
+        if steep[j, i]:
+            points = 2 * finer
+        elif mask[j, i] != ALL_YAWS:
+            points = finer
+        for point in range(points):
+            if points > 1:
+                w = (k + (point + 0.5) / points) / count
+                i = _node(xa + w * ex - field.x0, field.dx, nx)
+                j = _node(ya + w * ey - field.y0, field.dy, ny)
+            if mask[j, i] != 0:
+                continue
+            free = np.uint64(0)
+            for b in range(max(j - 1, 0), min(j + 2, ny)):
+                for a in range(max(i - 1, 0), min(i + 2, nx)):
+                    free |= mask[b, a]
+            if free == np.uint64(0):
+                return True
+    return False
+
+
+@njit(cache=True, error_model="numpy")
 def segment_cost(field: Any, xa: float, ya: float, xb: float, yb: float, step: float) -> float:
     """Cost of a straight segment by the midpoint rule with steps of at most ``step`` metres.
 
@@ -207,6 +255,7 @@ def segment_cost(field: Any, xa: float, ya: float, xb: float, yb: float, step: f
     count = max(1, int(math.ceil(length / step)))
     finer = max(1, int(step / field.step + 0.5))
     total = 0.0
+    doubtful = False
     for k in range(count):
         w = (k + 0.5) / count
         i = _node(xa + w * ex - x0, dx, nx)
@@ -238,6 +287,11 @@ def segment_cost(field: Any, xa: float, ya: float, xb: float, yb: float, step: f
                     gentle[g, a, b + 1] * (1.0 - u) + gentle[g, a + 1, b + 1] * u
                 ) * v
             else:
+                if not doubtful and mask[j, i] != ALL_YAWS:
+                    # Masks settle most of what is impassable, much faster than the body's outline.
+                    doubtful = True
+                    if _masked_out(field, xa, ya, ex, ey, k, count, finer):
+                        return np.inf
                 cost = _tight_cost(field, j, i, x, y, px, py, math.atan2(ey, ex))
                 if cost == np.inf:
                     return np.inf

@@ -89,33 +89,47 @@ def _bends(path: Array) -> NDArray[np.bool_]:
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _straight(field: Any, path: Any, reach: int, step: float) -> Any:
-    """Cost of straight lines to every waypoint from those before it, (waypoints, reach)."""
-    count = path.shape[0]
-    cost = np.full((count, reach), np.inf)
-    for k in range(1, count):
-        for back in range(min(reach, k)):
-            q = k - 1 - back
-            # The longer it is, the less a single point matters.
-            apart = FAR_STEP * step if back >= MANY_SKIPPED else step
-            cost[k, back] = segment_cost(
-                field, path[q, 0], path[q, 1], path[k, 0], path[k, 1], apart
-            )
-    return cost
+def _fewest(
+    field: Any, path: Any, straight: Any, step: float, least: float, corner_penalty: float
+) -> Any:
+    """The subset of waypoints of least cost, where each costs a corner penalty, and that cost.
 
+    A line counts with its length times ``least`` until it seems to be the best; then it is priced.
 
-@njit(cache=True, error_model="numpy", nogil=True)
-def _fewest(straight: Any, corner_penalty: float) -> Any:
-    """The subset of waypoints of least cost, where each costs a corner penalty."""
+    Args:
+        field: map and costs.
+        path: (waypoints, 2) m.
+        straight: (waypoints, reach) costs of straight lines to every waypoint from those before
+            it; NaN where not priced, and written where they are.
+        step: m between the points at which lines are priced.
+        least: cost of a metre at least.
+        corner_penalty: of each waypoint.
+    """
     count, reach = straight.shape
     cost = np.full(count, np.inf)
     came = np.zeros(count, np.int64)
+    total, known = np.empty(reach), np.empty(reach, np.bool_)
     cost[0] = 0.0
     for k in range(1, count):
-        for back in range(min(reach, k)):
-            c = cost[k - 1 - back] + corner_penalty + straight[k, back]
-            if c < cost[k]:
-                cost[k], came[k] = c, k - 1 - back
+        near = min(reach, k)
+        for back in range(near):
+            q = k - 1 - back
+            price = straight[k, back]
+            known[back] = not math.isnan(price)
+            if not known[back]:
+                price = least * math.hypot(path[k, 0] - path[q, 0], path[k, 1] - path[q, 1])
+            total[back] = cost[q] + corner_penalty + price
+        while True:
+            back = int(np.argmin(total[:near]))
+            q = k - 1 - back
+            if known[back] or total[back] == np.inf:
+                break
+            # The longer it is, the less a single point matters.
+            apart = FAR_STEP * step if back >= MANY_SKIPPED else step
+            price = segment_cost(field, path[q, 0], path[q, 1], path[k, 0], path[k, 1], apart)
+            straight[k, back], known[back] = price, True
+            total[back] = cost[q] + corner_penalty + price
+        cost[k], came[k] = total[back], q
     kept = np.empty(count, np.int64)
     size, k = 0, count - 1
     while k > 0:
@@ -132,11 +146,12 @@ def shortcuts(field: CostField, path: Array, penalties: Sequence[float]) -> list
     if not math.isfinite(whole):
         return [path] * len(penalties)
     reach = MOST_SKIPPED if len(path) <= LONG_PATH else MOST_SKIPPED // 2
-    straight = _straight(field, path, reach, COARSE_STEP * field.step)
+    straight, least = np.full((len(path), reach), np.nan), field.least_cost()
     found = []
     for corner_penalty in penalties:
         # A tiny penalty at least: on even ground a straight line then has no inner waypoints.
-        kept, cost = _fewest(straight, max(corner_penalty, 1e-6 * whole))
+        penalty = max(corner_penalty, 1e-6 * whole)
+        kept, cost = _fewest(field, path, straight, COARSE_STEP * field.step, least, penalty)
         found.append(path[kept] if math.isfinite(cost) else path)
     return found
 

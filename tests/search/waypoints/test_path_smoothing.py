@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -12,7 +13,8 @@ from planner.search.field import polyline_cost, segment_cost
 from planner.search.requests import SituationRequest
 from planner.search.situation import situation_of
 from planner.search.waypoints import path_smoothing as refinement
-from planner.search.waypoints.path_smoothing import refine
+from planner.search.waypoints.path_smoothing import even_where_free, refine, shortcuts
+from planner.terrain.heightmap import Terrain
 from tests.search.maps import hills, terrain
 
 
@@ -154,3 +156,58 @@ def test_corners_stand_only_where_an_even_spacing_meets_something_solid():
     ((found, cost),) = refine(field, path, waypoint_cells=24.0)
     assert cost <= polyline_cost(field, path, field.step)
     np.testing.assert_array_equal(found[[0, -1]], path[[0, -1]])
+
+
+def cluttered():
+    """Gentle hills with some solid squares, and a driven way round them."""
+    solid = np.zeros((96, 96), bool)
+    for j, i in ((30, 40), (48, 20), (60, 62), (22, 70)):
+        solid[j : j + 9, i : i + 9] = True
+    heights = hills(96, rms_degrees=3.0, seed=4)
+    ground = Terrain.from_arrays(heights, cell=(0.25, 0.25), obstacles=solid, name="cluttered")
+    ends = (2.0, 2.0), (22.0, 22.0)
+    situation = situation_of(SituationRequest(map=ground.name), terrain=ground)
+    field = situation.field("energy")
+    return field, even_where_free(field, situation.path("energy", field, *ends), 0.75)
+
+
+def with_all_lines(field, path, corner_penalty):
+    """The least cost over all subsets of waypoints, every line between two of them priced."""
+    step = refinement.COARSE_STEP * field.step
+    cost = [0.0]
+    for k in range(1, len(path)):
+        totals = []
+        for back in range(min(refinement.MOST_SKIPPED, k)):
+            q = k - 1 - back
+            apart = step * (refinement.FAR_STEP if back >= refinement.MANY_SKIPPED else 1.0)
+            totals.append(cost[q] + corner_penalty + segment_cost(field, *path[q], *path[k], apart))
+        cost.append(min(totals))
+    return cost[-1]
+
+
+@pytest.mark.parametrize("corner_penalties", [(4.0, 0.4), (0.4, 4.0), (0.05,)])
+def test_shortcuts_find_what_pricing_every_line_finds(rough, corner_penalties):
+    for field, path in (cluttered(), (rough, ways_across(rough, 1)[0])):
+        assert len(path) > 10
+        found = shortcuts(field, path, corner_penalties)
+        for corner_penalty, shorter in zip(corner_penalties, found, strict=True):
+            whole = corner_penalty * (len(shorter) - 1)
+            number = [int(np.flatnonzero((path == at).all(axis=1))[0]) for at in shorter]
+            step = refinement.COARSE_STEP * field.step
+            for a, b in itertools.pairwise(number):
+                far = b - a > refinement.MANY_SKIPPED
+                apart = step * (refinement.FAR_STEP if far else 1.0)
+                whole += segment_cost(field, *path[a], *path[b], apart)
+            least = with_all_lines(field, path, corner_penalty)
+            assert whole == pytest.approx(least, rel=1e-9)
+
+
+def test_no_metre_costs_less_than_the_least(rough):
+    random = np.random.default_rng(8)
+    for field in (rough, cluttered()[0]):
+        least, costs = field.least_cost(), []
+        for a, b in random.uniform(1.0, 22.0, (400, 2, 2)):
+            costs.append(segment_cost(field, *a, *b, field.step) / math.dist(a, b))
+        assert least > 0.0
+        assert min(costs) >= least
+        assert np.isfinite(costs).sum() > 20
