@@ -127,7 +127,7 @@ def _with_supported_sensors(
     """A search; without errors of sensors, where correcting them does not explain the log.
 
     A sensor takes the blame for whatever it resembles. So it must explain what usual errors of
-    everything else cannot: most of the excess over the floor, down to about the floor.
+    everything else cannot, most of the excess over the floor, and leave little more than the floor.
     """
     found = search()
     if not _corrections(found):

@@ -28,9 +28,6 @@ from planner.telemetry.selection.off_catalogue import (
 )
 from planner.telemetry.selection.subset_search import CompetingModel, Member, SubsetScorer
 
-SURE_Z = 1.64
-"""Standard errors by which a sensor's error must pass its tolerance: 95 % sure, one side."""
-
 
 @dataclass(frozen=True)
 class RankedTerm:
@@ -127,11 +124,11 @@ def select(
 
 
 def _beyond_tolerance(examination: Examination, selection: Selection, member: Member) -> bool:
-    """Whether a sensor's error is surely larger than what may well be one of the data sheet."""
+    """Whether a sensor's error is larger than what may well be an error of the data sheet."""
     vehicle = examination.competitors.library.model.vehicle
-    ranked = selection.ranked(member.name)
-    least = abs(float(ranked.coefficients[0])) - SURE_Z * ranked.stderr
-    return least > tolerance_of(member.name, vehicle)
+    return abs(float(selection.ranked(member.name).coefficients[0])) > tolerance_of(
+        member.name, vehicle
+    )
 
 
 def _ranking(
