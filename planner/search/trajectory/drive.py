@@ -22,7 +22,13 @@ from planner.search.kernel_arguments import Steps
 from planner.search.limit_places import Infeasible
 from planner.search.resolution import OBJECTIVES
 from planner.search.trajectory.limit_checks import broken_limits, ease, overheated
-from planner.search.trajectory.motion import Motion, assemble, joined, room_to_move
+from planner.search.trajectory.motion import (
+    Motion,
+    assemble,
+    joined,
+    motion_rows,
+    room_to_move,
+)
 from planner.search.trajectory.speed_profile import speed_profile
 from planner.search.trajectory.track import Track, lay_track, slopes_of_steps
 from planner.search.trajectory.turn_on_the_spot import (
@@ -165,7 +171,9 @@ def _finer(
     fixed: NDArray[np.bool_],
     at_speed: Callable[[YawProfile], Motion | Infeasible],
 ) -> Motion:
-    """A motion with its yaw refined; around places where a limit is then broken, the yaw stays.
+    """A motion with its yaw refined, where it takes less energy so.
+
+    Around places where a limit is then broken, the yaw stays.
 
     Args:
         field, conditions, track, yaw: what is driven.
@@ -180,11 +188,18 @@ def _finer(
         else:
             touched = first_contact(field, finer)
             if touched < 0:
-                return finer
+                # Its speeds were chosen again, and may cost more than the yaw saves.
+                return min(motion, finer, key=partial(_joules, field, conditions))
             x, y = finer.x[touched], finer.y[touched]
         away = np.hypot(*(track.points - (x, y)).T)
         fixed = fixed | (away <= max(LEFT_ALONE, 3.0 * float(track.lengths.max())))
     return motion
+
+
+def _joules(field: CostField, conditions: OperatingConditions, motion: Motion) -> float:
+    """J that a motion takes."""
+    rows, seconds, _ = motion_rows(field, motion, conditions.class_rows, conditions.wind)
+    return float(conditions.model.power_and_limits(rows)[:, 0] @ seconds)
 
 
 def _in_parts(

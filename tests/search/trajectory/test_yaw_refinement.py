@@ -12,6 +12,7 @@ from planner.power.vehicles import load_vehicle
 from planner.search.requests import PlanRequest
 from planner.search.results import energy_of
 from planner.search.situation import situation_of
+from planner.search.trajectory import drive
 from planner.search.trajectory.drive import move
 from planner.search.trajectory.limit_checks import broken_limits
 from planner.search.trajectory.motion import Motion
@@ -127,3 +128,24 @@ def test_a_refined_body_touches_nothing() -> None:
     finer = refined_yaw(field, conditions, track, yaw, plain, none)
     assert np.abs(finer.arriving - plain.yaw).max() > 0.005
     assert first_contact(field, replace(plain, yaw=finer.arriving)) < 0
+
+
+def test_a_refined_motion_that_costs_more_is_left(rough, monkeypatch):
+    """The speeds are chosen again for the refined yaw, so that it may cost more in the end."""
+    field, conditions, _ = rough
+    seen = []
+
+    def swinging(field, conditions, track, yaw, motion, fixed):
+        seen.append(track)
+        added = 0.4 * np.sin(np.linspace(0.0, 4.0 * np.pi, len(yaw.arriving)))
+        return YawProfile(yaw.arriving + added, yaw.leaving + added, yaw.cost)
+
+    def as_it_is(field, conditions, track, yaw, motion, fixed):
+        return yaw
+
+    monkeypatch.setattr(drive, "refined_yaw", as_it_is)
+    plain = _moved(field, conditions)
+    monkeypatch.setattr(drive, "refined_yaw", swinging)
+    kept = _moved(field, conditions)
+    assert len(seen) == 1  # it keeps all limits
+    assert energy_of(field, conditions, kept) == energy_of(field, conditions, plain)
