@@ -171,7 +171,7 @@ def _divided(
     if (counts == 1).all():
         return track, yaw, speeds
     step = np.repeat(np.arange(len(counts)), counts)
-    share = np.concatenate([np.arange(1, count + 1) / count for count in counts])
+    share = (np.arange(1, len(step) + 1) - (np.cumsum(counts) - counts)[step]) / counts[step]
     last = share == 1.0
 
     def spread(before: Array, after: Array) -> Array:

@@ -10,7 +10,6 @@ left out.
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -162,14 +161,19 @@ def _waypoints(track: Track, crowded: NDArray[np.bool_], most: int) -> NDArray[n
     return np.array([*chosen, len(along) - 1], np.int64)
 
 
-def crowded_at(field: CostField, points: Array) -> NDArray[np.bool_]:
+@njit(cache=True, error_model="numpy", nogil=True)
+def crowded_at(field: Any, points: Any) -> Any:
     """Whether (n,) some yaw may not fit at points (n, 2): it does not at a node beside them."""
-    ny, nx = field.mask.shape
-    j, i = field.nodes_at(points)
-    crowded = np.zeros(len(points), bool)
-    for b, a in itertools.product((-1, 0, 1), (-1, 0, 1)):
-        beside = field.mask[np.clip(j + b, 0, ny - 1), np.clip(i + a, 0, nx - 1)]
-        crowded |= beside != ALL_YAWS
+    mask = field.mask
+    ny, nx = mask.shape
+    crowded = np.zeros(points.shape[0], np.bool_)
+    for k in range(points.shape[0]):
+        i = int(math.floor((points[k, 0] - field.x0) / field.dx + 0.5))
+        j = int(math.floor((points[k, 1] - field.y0) / field.dy + 0.5))
+        i, j = min(max(i, 0), nx - 1), min(max(j, 0), ny - 1)
+        for b in range(max(j - 1, 0), min(j + 2, ny)):
+            for a in range(max(i - 1, 0), min(i + 2, nx)):
+                crowded[k] |= mask[b, a] != ALL_YAWS
     return crowded
 
 
