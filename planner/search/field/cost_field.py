@@ -164,6 +164,20 @@ def wind_cost(field: Any, direction: float) -> float:
     return extra
 
 
+@njit(cache=True, error_model="numpy", inline="always")
+def _free_round(mask: Any, j: int, i: int) -> Any:
+    """Yaws (bits) that are free at node (j, i) or at a neighbour.
+
+    A yaw that is free at a point may be masked at the nearest node, not at all its neighbours.
+    """
+    ny, nx = mask.shape
+    free = np.uint64(0)
+    for b in range(max(j - 1, 0), min(j + 2, ny)):
+        for a in range(max(i - 1, 0), min(i + 2, nx)):
+            free |= mask[b, a]
+    return free
+
+
 @njit(cache=True, error_model="numpy")
 def _tight_cost(
     field: Any, j: int, i: int, x: float, y: float, px: float, py: float, direction: float
@@ -177,16 +191,12 @@ def _tight_cost(
         px, py: gradient there.
         direction: rad, of the travel.
     """
-    ny, nx = field.heights.shape
     ground, mask = field.ground[j, i], field.mask[j, i]
     steepness = math.sqrt(px * px + py * py)
     azimuth = math.atan2(py, px) - direction
     if mask == ALL_YAWS:
         return cost_for_best_yaw(field.best, field.limit, ground, azimuth, steepness, field.margin)
-    # A yaw that is free here may be masked at the nearest node, not at all its neighbours.
-    for b in range(max(j - 1, 0), min(j + 2, ny)):
-        for a in range(max(i - 1, 0), min(i + 2, nx)):
-            mask |= field.mask[b, a]
+    mask = _free_round(field.mask, j, i)
     if mask == np.uint64(0):
         return np.inf
     return masked_cost(field, ground, mask, direction, azimuth, steepness, x, y, True)
@@ -221,13 +231,7 @@ def _masked_out(
                 w = (k + (point + 0.5) / points) / count
                 i = _node(xa + w * ex - field.x0, field.dx, nx)
                 j = _node(ya + w * ey - field.y0, field.dy, ny)
-            if mask[j, i] != 0:
-                continue
-            free = np.uint64(0)
-            for b in range(max(j - 1, 0), min(j + 2, ny)):
-                for a in range(max(i - 1, 0), min(i + 2, nx)):
-                    free |= mask[b, a]
-            if free == np.uint64(0):
+            if mask[j, i] == 0 and _free_round(mask, j, i) == np.uint64(0):
                 return True
     return False
 
