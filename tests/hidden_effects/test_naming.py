@@ -56,8 +56,9 @@ def test_what_cannot_be_told_gets_no_confident_name(folder):
     assert not confidently_wrong(row["outcome"]), failure_text(row)
 
 
-def test_a_sensor_that_is_off_is_no_missing_effect(folder):
-    row = run_case(CASES["hard/slope_offset/0"], folder=folder)
+@pytest.mark.parametrize("name", ["hard/slope_offset/0", "hard/speed_scale/1"])
+def test_a_sensor_that_is_off_is_no_missing_effect(name, folder):
+    row = run_case(CASES[name], folder=folder)
     assert row["outcome"] == "right_sensor", failure_text(row)
 
 
