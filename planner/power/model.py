@@ -154,7 +154,10 @@ class PowerModel(Shown):
 
     def _compile(self, number: str, *, output: Output = "account") -> Kernel:
         printed = self.kind.partition("/")[2] or None
-        surfaces, wheels = max(1, len(self.surfaces)), self.vehicle.layout.wheel_count
+        # Numbers of what no parameter is given for do not count: such models share their code.
+        per = {parameter.per for _, _, parameter, _ in self.slots}
+        wheels = self.vehicle.layout.wheel_count if "wheel" in per else 0
+        surfaces = max(1, len(self.surfaces)) if "surface" in per else 0
         return compile_kernel(KernelSpec(self.effects, wheels, surfaces, number, printed, output))
 
     def evaluate(self, rows: Array) -> tuple[Array, Array]:

@@ -57,7 +57,7 @@ def kernel_source(spec: KernelSpec) -> str:
         arguments = BLOCK_ARGUMENTS
         kinds = [real.format(1), "types.int64", array.format(1), real.format(1), real.format(2)]
         signature = f"types.void({', '.join([*kinds, real.format(1)])})"
-        lines = in_blocks(body, spec.wheel_count)
+        lines = in_blocks(body)
     custom = [effect for effect in spec.effects if effect.definition is not None]
     head = [
         f'"""Power model written out by {__name__}; not to be edited."""',

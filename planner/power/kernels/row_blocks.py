@@ -1,6 +1,6 @@
 """The stages for a block of rows at once: the same lines, each under a loop over the rows.
 
-    in_blocks(body, wheel_count)    # statements of a function body about one ``row``
+    in_blocks(body)                 # statements of a function body about one ``row``
 
 A log asks for the power of many rows. Row by row, each effect at its null values costs a test for
 every wheel of every row, and the processor's vector units stay idle. So the lines are rewritten.
@@ -32,13 +32,12 @@ BLOCK_ARGUMENTS = ("columns", "count", "parameters", "body", "wheels", "found")
 _KEPT = 3  # values that a wheel keeps in per_wheel for the lines further down
 
 
-def in_blocks(body: Sequence[ast.stmt], wheel_count: int) -> list[str]:
+def in_blocks(body: Sequence[ast.stmt]) -> list[str]:
     """Lines of the body of a function of BLOCK_ARGUMENTS.
 
     Args:
         body: body of a function of ``row``, ``parameters``, ``body``, ``wheels`` and
             ``per_wheel``, see the head of this module.
-        wheel_count: number of wheels.
 
     Raises:
         ValueError: a line that cannot be rewritten.
@@ -49,7 +48,7 @@ def in_blocks(body: Sequence[ast.stmt], wheel_count: int) -> list[str]:
     results = last.value.elts if isinstance(last.value, ast.Tuple) else [last.value]
     for number, result in enumerate(results):
         lines += ast.parse(f"found[{number * BLOCK} + k] = {ast.unparse(result)}").body
-    blocks = _Blocks(lines, wheel_count)
+    blocks = _Blocks(lines)
     for result in results:
         if not blocks.of_row.intersection(_read(result)):
             raise ValueError(f"{ast.unparse(result)}: depends on no row")
@@ -83,7 +82,7 @@ def _written(node: ast.AST) -> list[str]:
 class _Blocks:
     """The rewriting: which names depend on the row, which of them outlive their loop, the text."""
 
-    def __init__(self, body: Sequence[ast.stmt], wheel_count: int) -> None:
+    def __init__(self, body: Sequence[ast.stmt]) -> None:
         self._read = cache(_read)  # every line is asked for several times
         self.of_row = self._of_row(body)
         self._refuse(body)
@@ -101,7 +100,7 @@ class _Blocks:
             name: number for number, name in enumerate(sorted(needed - set(self.inputs)))
         }
         self.lines = [f"scratch = np.empty({max(1, len(self.places)) * BLOCK})"]
-        self.lines.append(f"per_wheel = np.empty(({wheel_count}, {_KEPT}, {BLOCK}))")
+        self.lines.append(f"per_wheel = np.empty((wheels.shape[0], {_KEPT}, {BLOCK}))")
         for depth, piece in self.pieces:
             found = [piece] if isinstance(piece, str) else self._loop(piece)
             self.lines += ["    " * depth + line for line in found]

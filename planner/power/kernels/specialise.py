@@ -37,8 +37,9 @@ class KernelSpec:
 
     Attributes:
         effects: active effects in the order of the catalogue.
-        wheel_count: number of wheels of the layout.
-        surface_count: number of surface labels that the model tells apart, at least 1.
+        wheel_count: number of wheels of the layout; 0 where no parameter has a value for each.
+        surface_count: number of surface labels that the model tells apart, at least 1; 0 where no
+            parameter has a value for each.
         number: "float64" for planning, "complex128" for derivatives.
         printed: "A" or "B" puts the source paper's motor power (printed.py) in the place
             of the motors' and drivers' watts; loads and limits stay those of the sound model.

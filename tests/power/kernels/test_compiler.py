@@ -12,6 +12,7 @@ import pytest
 from planner.power.catalogue import all_effects
 from planner.power.kernels.compiler import cache_folder, compile_kernel
 from planner.power.kernels.specialise import KernelSpec
+from planner.power.model import PowerModel
 from planner.power.vehicles import load_vehicle
 
 
@@ -22,6 +23,16 @@ def test_a_kernel_is_compiled_once() -> None:
         for _ in range(2)
     )
     assert first is second
+
+
+def test_models_share_code_where_no_parameter_counts_wheels_or_surfaces() -> None:
+    four, three = load_vehicle("minibalance"), load_vehicle("robotino")
+    models = [
+        PowerModel.from_vehicle(four, effects=[]),
+        PowerModel.from_vehicle(four, effects=[], surfaces=("hard", "carpet")),
+        PowerModel.from_vehicle(three, effects=[]),
+    ]
+    assert len({model.limits_kernel.name for model in models}) == 1
 
 
 START = """

@@ -191,7 +191,7 @@ def test_rows_of_a_log_get_the_mean_of_their_moments(catalogue: PowerModel) -> N
 )
 def test_what_cannot_be_rewritten_is_refused(lines: list[str]) -> None:
     with pytest.raises(ValueError, match=r"depends on|no branch|must return"):
-        in_blocks(ast.parse("\n".join(lines)).body, 4)
+        in_blocks(ast.parse("\n".join(lines)).body)
 
 
 def test_what_does_not_depend_on_the_row_stays_outside_the_loops() -> None:
@@ -204,7 +204,7 @@ def test_what_does_not_depend_on_the_row_stays_outside_the_loops() -> None:
         "        total += wheels[i, 0] * x",
         "return total",
     ]
-    text = "\n".join(in_blocks(ast.parse("\n".join(lines)).body, 2))
+    text = "\n".join(in_blocks(ast.parse("\n".join(lines)).body))
     assert text.index("for i in range(2)") < text.index("if acts:")
     inside = text.split("if acts:")[1]
     assert inside.index("wheels[i, 0]") < inside.index("for k in range(count)")
