@@ -16,7 +16,7 @@ from numba import types
 
 from planner.compiled_code import njit
 from planner.power.kernels import BLOCK, BLOCK_KERNEL
-from planner.power.limits import broken_in_block
+from planner.power.limits import LIMIT_NAMES, broken_in_block
 from planner.power.motion_row import empty_block, motion_on_plane, put, put_row
 from planner.quantities import INDEX
 from planner.search.kernel_arguments import F1, F2, I1, MODEL_ARRAYS, STEPS
@@ -26,6 +26,8 @@ TRIES = 7
 """Speeds that are tried on a step, down to 0.38 of the largest."""
 SLOWER = 0.85
 """Factor from one speed that is tried to the next."""
+_SLOWED = SLOWER ** np.arange(TRIES)
+_VOLTAGE = LIMIT_NAMES.index("voltage")
 _VX, _VY, _WZ = INDEX["vx"], INDEX["vy"], INDEX["wz"]
 _GX, _GY, _GN = INDEX["gravity_x"], INDEX["gravity_y"], INDEX["gravity_normal"]
 _WIND_X, _WIND_Y = INDEX["wind_x"], INDEX["wind_y"]
@@ -58,9 +60,10 @@ def step_costs(
     count = at.shape[0]
     columns, found = empty_block()
     waiting = np.arange(count)
-    speed = np.full(count, limits[0])
+    fastest = np.full(count, limits[0])
     side = np.empty(count, np.int64)
     tries = np.zeros(count, np.int64)
+    back = np.zeros(count, np.int64)  # try to go back to, after the slowest
     surface = np.empty(BLOCK)
     # Rows keep their places in the block: only what differs from move to move is written again.
     held = np.full(BLOCK, -1)
@@ -87,15 +90,16 @@ def step_costs(
                 )
                 surface[size] = moves[n, 1] * stretch
                 if tries[n] == 0 and abs(turn) > STILL:
-                    speed[n] = min(speed[n], limits[6] * surface[size] / abs(turn))
-                    if speed[n] < 1.1 * SLOWEST * limits[0]:
+                    fastest[n] = min(fastest[n], limits[6] * surface[size] / abs(turn))
+                    if fastest[n] < 1.1 * SLOWEST * limits[0]:
                         continue
+                speed = fastest[n] * _SLOWED[tries[n]]
                 if held[size] != ground[j]:
                     held[size] = ground[j]
                     put_row(columns, size, class_rows[ground[j]])
-                put(columns, size, _VX, vx * speed[n])
-                put(columns, size, _VY, vy * speed[n])
-                put(columns, size, _WZ, turn / (surface[size] / speed[n]))
+                put(columns, size, _VX, vx * speed)
+                put(columns, size, _VY, vy * speed)
+                put(columns, size, _WZ, turn / (surface[size] / speed))
                 put(columns, size, _GX, gx)
                 put(columns, size, _GY, gy)
                 put(columns, size, _GN, gn)
@@ -106,17 +110,23 @@ def step_costs(
             kernel(columns, size, parameters, body, wheels, found)
             for place in range(size):
                 n = placed[place]
-                if broken_in_block(found, place, limits) >= 0:
-                    speed[n] *= SLOWER
-                    tries[n] += 1
-                    if tries[n] == TRIES:
+                broken = broken_in_block(found, place, limits)
+                if broken >= 0:
+                    if tries[n] == TRIES - 1:
                         continue
+                    tries[n] += 1
+                    # Going slower rarely helps here: all the other speeds fail with the slowest.
+                    if broken != _VOLTAGE and back[n] == 0:
+                        back[n], tries[n] = tries[n], TRIES - 1
+                elif 0 < back[n] < tries[n]:
+                    tries[n], back[n] = back[n], TRIES
                 elif side[n] == 0:
-                    time = surface[place] / speed[n]
+                    time = surface[place] / (fastest[n] * _SLOWED[tries[n]])
                     costs[n] = time if objective == 1 else found[place] * time
                     continue
                 else:
-                    side[n], tries[n] = 0, 0
+                    fastest[n] *= _SLOWED[tries[n]]
+                    side[n], tries[n], back[n] = 0, 0, 0
                 waiting[left] = n  # behind the place that is read: no block grows
                 left += 1
         count = left
