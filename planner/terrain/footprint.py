@@ -27,6 +27,24 @@ def body_fits(field: Any, x: float, y: float, yaw: float) -> bool:
     return bool(rectangle_free(field.blocked, x0, y0, dx, dy, x, y, yaw, sides[0], sides[1]))
 
 
+@njit(cache=True, error_model="numpy")
+def middle_fits(field: Any, x: float, y: float) -> bool:
+    """Whether a square is free that the body covers with any yaw; without it, none fits."""
+    return _square_free(field, x, y, math.sqrt(0.5) * min(field.half_length, field.half_width))
+
+
+@njit(cache=True, error_model="numpy")
+def any_yaw_fits(field: Any, x: float, y: float) -> bool:
+    """Whether a square is free that holds the body with any yaw."""
+    return _square_free(field, x, y, math.hypot(field.half_length, field.half_width))
+
+
+@njit(cache=True, error_model="numpy")
+def _square_free(field: Any, x: float, y: float, half: float) -> bool:
+    x0, y0, dx, dy = field.x0, field.y0, field.dx, field.dy
+    return bool(rectangle_free(field.blocked, x0, y0, dx, dy, x, y, 0.0, half, half))
+
+
 @njit(cache=True, error_model="numpy", nogil=True)
 def touches(
     blocked: Any, frame: Any, xa: float, ya: float, xb: float, yb: float, yaw: float, turn: float

@@ -31,9 +31,8 @@ from planner.search.resolution import (
     YAWS,
 )
 from planner.search.steady import cost_for_best_yaw, polar
-from planner.terrain.footprint import body_fits
+from planner.terrain.footprint import body_fits, middle_fits
 from planner.terrain.interpolation import interpolate
-from planner.terrain.obstacles import rectangle_free
 
 
 class CostField(NamedTuple):
@@ -99,15 +98,6 @@ def _node(offset: float, cell: float, count: int) -> int:
 
 
 @njit(cache=True, error_model="numpy")
-def middle_fits(field: Any, x: float, y: float) -> bool:
-    """Whether a square is free that the body covers with any yaw; without it, none fits."""
-    half = math.sqrt(0.5) * min(field.half_length, field.half_width)
-    return bool(
-        rectangle_free(field.blocked, field.x0, field.y0, field.dx, field.dy, x, y, 0.0, half, half)
-    )
-
-
-@njit(cache=True, error_model="numpy")
 def masked_cost(
     field: Any,
     ground: int,
@@ -124,8 +114,6 @@ def masked_cost(
     With ``exact`` the rectangle is tested at (x, y) itself; otherwise the mask of the node speaks
     for the point. Yaws are tried in the order of their costs at the nearest entry of the tables.
     """
-    if exact and not middle_fits(field, x, y):
-        return np.inf
     f = int(math.floor(azimuth / (2.0 * math.pi) * DIRECTIONS + 0.5)) % DIRECTIONS
     edge = field.limit[ground, f]
     s = 0
@@ -135,6 +123,7 @@ def masked_cost(
     by_yaw, yaw_limit = field.by_yaw[ground], field.yaw_limit[ground]
     # Number of the nearest bin, before whole turns are taken off.
     forward = int(math.floor(direction / math.pi * YAW_BINS + 0.5))
+    looked = False
     for rank in range(YAWS):
         t = order[rank]
         # Angles of the body are as far apart as bins.
@@ -146,6 +135,9 @@ def masked_cost(
             continue
         if not exact or body_fits(field, x, y, direction + 2.0 * math.pi * t / YAWS):
             return cost
+        if not looked and not middle_fits(field, x, y):
+            return np.inf
+        looked = True
         # After half a turn the body looks the same.
         mask &= ~bit
     return np.inf

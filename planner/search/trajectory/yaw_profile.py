@@ -34,7 +34,7 @@ from planner.search.trajectory.yaw_moves import (
     steady_costs_of,
 )
 from planner.search.turns import spin_costs, turning
-from planner.terrain.footprint import body_fits
+from planner.terrain.footprint import any_yaw_fits, body_fits, middle_fits
 from planner.terrain.obstacles import rectangle_free
 
 FINER_ANGLES = 4
@@ -210,7 +210,10 @@ def _free_states(field: Any, points: Any, directions: Any, crowded: Any) -> tupl
     half = STATES // 2  # the body looks the same after half a turn
     for k in range(points.shape[0]):
         x, y = points[k]
-        if not crowded[k]:
+        if not crowded[k] or any_yaw_fits(field, x, y):
+            continue
+        if not middle_fits(field, x, y):
+            free[k] = False
             continue
         for s in range(half):
             angle = directions[k] + s * WIDTH

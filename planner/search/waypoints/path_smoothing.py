@@ -26,6 +26,7 @@ from planner.arrays import Array
 from planner.compiled_code import njit
 from planner.search.field import CostField, polyline_cost, segment_cost, wind_cost
 from planner.search.resolution import ALL_YAWS, DIRECTIONS, GENTLE
+from planner.terrain.footprint import middle_fits
 from planner.terrain.interpolation import interpolate
 
 VARIANTS = {4.0: (1.0,), 8.0: (1.0, 0.1)}
@@ -37,9 +38,11 @@ MANY_SKIPPED, FAR_STEP = 10, 2.0
 """Waypoints left out from which a shortcut is priced at points FAR_STEP times further apart."""
 COARSE_STEP = 2.0
 """Distance of the points at which candidates are priced, as a multiple of the final one."""
-BANDS = ((2.0, 5, 5, COARSE_STEP), (0.7, 5, 6, COARSE_STEP), (0.25, 4, 8, 1.0))
-"""Of each band: offset step in cells, offsets to each side, largest change of offset between
-neighbours, and distance of the pricing points as a multiple of the final one."""
+BANDS = ((2.0, 5, COARSE_STEP), (0.7, 5, COARSE_STEP), (0.25, 4, 1.0))
+"""Of each band: offset step in cells, offsets to each side, and distance of the pricing points as a
+multiple of the final one."""
+MOST_CHANGE = 2
+"""Largest change of offset from a waypoint to the next, in offset steps."""
 
 
 def resample(path: Array, spacing: float) -> Array:
@@ -158,7 +161,14 @@ def shortcuts(field: CostField, path: Array, penalties: Sequence[float]) -> list
 
 @njit(cache=True, error_model="numpy")
 def _sample_strip(
-    field: Any, xs: Any, ys: Any, parts: int, slopes: Any, ground: Any, doubtful: Any
+    field: Any,
+    xs: Any,
+    ys: Any,
+    parts: int,
+    slopes: Any,
+    ground: Any,
+    doubtful: Any,
+    closed: Any,
 ) -> None:
     """Sample the ground between the offsets of two waypoints.
 
@@ -171,6 +181,7 @@ def _sample_strip(
         ground: (rows, columns) written: ground class.
         doubtful: (rows, columns) written: whether a limit, something solid or ground to be avoided
             may be near.
+        closed: (rows, columns) written: whether the body fits with no yaw.
     """
     heights, mask, steep, classes = field.heights, field.mask, field.steep, field.ground
     x0, y0, dx, dy, safe = field.x0, field.y0, field.dx, field.dy, field.safe
@@ -190,6 +201,7 @@ def _sample_strip(
             j = min(max(int(math.floor((y - y0) / dy + 0.5)), 0), ny - 1)
             _, px, py = interpolate(heights, x0, y0, dx, dy, x, y)
             steepness = math.sqrt(px * px + py * py)
+            closed[r, c] = mask[j, i] == np.uint64(0) and not middle_fits(field, x, y)
             doubtful[r, c] = everywhere or steep[j, i] or mask[j, i] != ALL_YAWS
             if steepness >= safe:
                 # Within the table; on ground that nobody can drive on there is no slope in it.
@@ -207,6 +219,7 @@ def _across(
     slopes: Any,
     ground: Any,
     doubtful: Any,
+    closed: Any,
     first: float,
     last: float,
     ux: float,
@@ -216,11 +229,12 @@ def _across(
     """Mean cost per metre of a straight path through a strip, and whether it is doubtful.
 
     As ``planner.search.field.cost_field.segment_cost``, but linear between the samples of
-    ``_sample_strip``.
+    ``_sample_strip``. Between two closed samples the mean is infinite: to price such paths closely,
+    point by point, was half the work among obstacles.
 
     Args:
         gentle, reach: of the CostField.
-        slopes, ground, doubtful: of ``_sample_strip``.
+        slopes, ground, doubtful, closed: of ``_sample_strip``.
         first, last: columns of the samples at which the path begins and ends.
         ux, uy: direction of the path.
         wind: J/m that wind adds to it.
@@ -234,6 +248,8 @@ def _across(
         f = (1.0 - w) * first + w * last
         c = min(int(f), columns - 2)
         f -= c
+        if closed[r, c] and closed[r, c + 1]:
+            return np.inf, False
         inexact |= doubtful[r, c] | doubtful[r, c + 1]
         px = (1.0 - f) * slopes[r, c, 0] + f * slopes[r, c + 1, 0]
         py = (1.0 - f) * slopes[r, c, 1] + f * slopes[r, c + 1, 1]
@@ -251,7 +267,7 @@ def _across(
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def band(field: Any, path: Any, delta: float, side: int, window: int, step: float) -> Any:
+def band(field: Any, path: Any, delta: float, side: int, step: float) -> Any:
     """Waypoints (count, 2) moved across the path by multiples of ``delta``, at the least cost."""
     count = path.shape[0]
     wide = 2 * side + 1
@@ -282,11 +298,12 @@ def band(field: Any, path: Any, delta: float, side: int, window: int, step: floa
         slopes = np.empty((rows, (wide - 1) * parts + 1, 2))
         ground = np.empty(slopes.shape[:2], np.uint8)
         doubtful = np.empty(slopes.shape[:2], np.bool_)
-        _sample_strip(field, xs[k : k + 2], ys[k : k + 2], parts, slopes, ground, doubtful)
+        closed = np.empty(slopes.shape[:2], np.bool_)
+        _sample_strip(field, xs[k : k + 2], ys[k : k + 2], parts, slopes, ground, doubtful, closed)
         for m in range(wide):
             if k + 1 == count - 1 and m != side:
                 continue
-            first, after = max(0, m - window), min(wide, m + window + 1)
+            first, after = max(0, m - MOST_CHANGE), min(wide, m + MOST_CHANGE + 1)
             for q in range(first, after):
                 total[q], inexact[q] = np.inf, False
                 if cost[k, q] == np.inf:
@@ -296,7 +313,8 @@ def band(field: Any, path: Any, delta: float, side: int, window: int, step: floa
                 if windy:
                     wind = wind_cost(field, math.atan2(ey, ex))
                 each, inexact[q] = _across(
-                    *(gentle, reach, slopes, ground, doubtful, float(q * parts), float(m * parts)),
+                    *(gentle, reach, slopes, ground, doubtful, closed),
+                    *(float(q * parts), float(m * parts)),
                     *(ex / length, ey / length, wind),
                 )
                 total[q] = cost[k, q] + each * length
@@ -322,9 +340,9 @@ def moved_in_bands(
 ) -> tuple[float, Array]:
     """Cost and waypoints after all bands; a band that raises the final cost is undone."""
     cost = polyline_cost(field, waypoints, field.step)
-    for delta, side, window, coarse in BANDS:
+    for delta, side, coarse in BANDS:
         check()
-        found, _ = band(field, waypoints, delta * cell, side, window, coarse * field.step)
+        found, _ = band(field, waypoints, delta * cell, side, coarse * field.step)
         lower = polyline_cost(field, found, field.step)
         if lower < cost:
             cost, waypoints = lower, found

@@ -86,7 +86,7 @@ def test_on_even_ground_a_detour_becomes_a_straight_line():
     assert len(found) <= 3
 
 
-def by_single_pieces(field, path, delta, side, window, step):
+def by_single_pieces(field, path, delta, side, step):
     """What ``band`` looks for, every piece priced on its own."""
     ahead = np.gradient(path, axis=0)
     across = np.column_stack([-ahead[:, 1], ahead[:, 0]]) / np.hypot(*ahead.T)[:, None]
@@ -98,7 +98,7 @@ def by_single_pieces(field, path, delta, side, window, step):
         pieces = np.array(
             [
                 [
-                    segment_cost(field, *a, *b, step) if abs(m - q) <= window else math.inf
+                    segment_cost(field, *a, *b, step) if abs(m - q) <= refinement.MOST_CHANGE else math.inf
                     for q, a in enumerate(before)
                 ]
                 for m, b in enumerate(after)
@@ -114,7 +114,7 @@ def test_a_band_finds_what_single_pieces_find(degrees, within) -> None:
     field = field_over(hills(96, rms_degrees=degrees, seed=5))
     for path in ways_across(field, 5):
         # Offsets of a quarter of a cell, as in the last band.
-        asked = (path, 0.25 * field.dx, 4, 8, field.step)
+        asked = (path, 0.25 * field.dx, 4, field.step)
         moved, _ = refinement.band(field, *asked)
         best = by_single_pieces(field, *asked)
         assert polyline_cost(field, moved, field.step) <= (1.0 + within) * best
@@ -132,7 +132,7 @@ def test_a_band_over_ground_without_a_gentle_slope_looks_at_all_of_it(height) ->
     assert forbidden.safe == 0.0
     field = situation.field("energy")._replace(safe=forbidden.safe, reach=forbidden.reach)
     path = ways_across(field, 1)[0]
-    asked = (path, 0.25 * field.dx, 4, 8, field.step)
+    asked = (path, 0.25 * field.dx, 4, field.step)
     moved, _ = refinement.band(field, *asked)
     best = by_single_pieces(field, *asked)
     assert math.isfinite(best)
