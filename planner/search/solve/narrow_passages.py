@@ -41,6 +41,8 @@ def through_passages(run: Run, field: CostField, objective: str, search: Search)
         run, field, objective: the request, map and costs, "energy", "time" or "length".
         search: what the grid comes to for a part of the request.
     """
+    if all(run.situation.narrow_passage(a, b) is None for a, b in itertools.pairwise(run.places)):
+        return None
     legs: list[Array] = []
     pieces: list[Piece] = []
     passages: list[Array] = []

@@ -35,8 +35,9 @@ PLAIN = {8.0: (1.0,)}
 have no bends that cost more than they save."""
 WITH_YAW = {2.0: (1.0,), 4.0: (1.0,)}
 """The same for a path with yaw angles, which is left close to itself."""
-DESCENT_EXCESS = 0.01
-"""Share of the energy that keeping to limits may cost before other candidates are tried."""
+NEARLY = 0.01
+"""Share by which a rough motion may take more than the best closely driven one, and its path still
+be driven closely: rough motions scatter by about that much."""
 DESCENDED, MOST_SAVED = 3, 0.015
 """Sketches whose waypoints are moved at most, and the share of what a trajectory dissipates that
 this may save: a sketch that takes more than that in addition is left alone."""
@@ -189,8 +190,11 @@ def finished(
     failed, failed_of = (None, moving[0][1]) if moving else order[0]
     kept: list[tuple[Legs, Route, Sketch]] = []
     descended = _descended(run, moving) if effort.descent and objective == "energy" else []
+    least = math.inf
     with run.within_budget() as limited:
-        for k, (one, of) in enumerate([*descended, *moving]):
+        for one, of in sorted([*descended, *moving], key=lambda pair: pair[0].energy):
+            if kept and (objective != "energy" or one.energy >= least + NEARLY * abs(least)):
+                break
             closer = one.motion
             if effort.closely:
                 hurry = limited if kept else run
@@ -201,11 +205,7 @@ def finished(
                 continue
             route = priced(run, of.field, closer)
             kept.append((one.legs, route, of))
-            # Where keeping to the limits costs little, the other candidates are not tried.
-            excess = 0.0 if k < len(descended) else DESCENT_EXCESS
-            least = moving[0][0].energy
-            if objective != "energy" or route.energy_j <= least + excess * abs(least):
-                break
+            least = min(least, route.energy_j)
     if kept:
         legs, route, of = min(kept, key=lambda one: one[1].energy_j)
         return Attempt(of.field, of.paths, legs, route)
@@ -259,8 +259,14 @@ def _driven_roughly(
         return Driven(legs, motion, energy, energy - climb)
 
     several = run.other_core.all([partial(smoothed, *kind) for kind in smoothings.items()])
-    chains = itertools.chain.from_iterable(several)
-    return run.other_core.all([partial(driven, legs) for legs in chains])
+    # Several settings may smooth a path alike.
+    chains = {_content(legs): legs for legs in itertools.chain.from_iterable(several)}
+    return run.other_core.all([partial(driven, legs) for legs in chains.values()])
+
+
+def _content(legs: Legs) -> tuple[bytes, ...]:
+    """What tells legs apart."""
+    return tuple(path.tobytes() for path, _ in legs)
 
 
 def _descended(run: Run, moving: Sequence[tuple[Driven, Sketch]]) -> list[tuple[Driven, Sketch]]:

@@ -9,7 +9,6 @@ import pytest
 
 from planner.search.field import CostField
 from planner.search.field.cost_field import (
-    middle_fits,
     passable,
     polyline_cost,
     segment_cost,
@@ -18,7 +17,7 @@ from planner.search.requests import SituationRequest
 from planner.search.resolution import WIDTH
 from planner.search.situation import situation_of
 from planner.search.trajectory.yaw_profile import core_fits
-from planner.terrain.footprint import body_fits
+from planner.terrain.footprint import body_fits, middle_fits
 from planner.terrain.heightmap import Terrain
 from tests.search.maps import hills
 
