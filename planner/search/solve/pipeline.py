@@ -265,7 +265,7 @@ def _driven_roughly(
 
 
 def _content(legs: Legs) -> tuple[bytes, ...]:
-    """What tells legs apart."""
+    """What identifies legs."""
     return tuple(path.tobytes() for path, _ in legs)
 
 

@@ -88,6 +88,7 @@ def test_on_even_ground_a_detour_becomes_a_straight_line():
 
 def by_single_pieces(field, path, delta, side, step):
     """What ``band`` looks for, every piece priced on its own."""
+    change = refinement.MOST_CHANGE
     ahead = np.gradient(path, axis=0)
     across = np.column_stack([-ahead[:, 1], ahead[:, 0]]) / np.hypot(*ahead.T)[:, None]
     offsets = delta * np.arange(-side, side + 1)
@@ -98,7 +99,7 @@ def by_single_pieces(field, path, delta, side, step):
         pieces = np.array(
             [
                 [
-                    segment_cost(field, *a, *b, step) if abs(m - q) <= refinement.MOST_CHANGE else math.inf
+                    segment_cost(field, *a, *b, step) if abs(m - q) <= change else math.inf
                     for q, a in enumerate(before)
                 ]
                 for m, b in enumerate(after)
