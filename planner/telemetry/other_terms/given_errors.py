@@ -39,6 +39,9 @@ TURN_SCALE = 0.01
 """Usual error of the scale of the yaw rate."""
 LIKELY = 2.0
 """Standard deviations up to which an error is likely, 95 % of all."""
+ONLY_BY_SIZE = 2.5
+"""The same of the power's scale, which only its size tells from the data sheet's mass: 99 % of the
+masses, with the scatter of the scale."""
 TURN = 0.01
 """rad; usual error of how the axes of the odometry are mounted."""
 BIAS = 0.03
@@ -127,7 +130,7 @@ _SENSORS: tuple[tuple[float, Callable[[Telemetry, float], Telemetry]], ...] = (
 LATE_ROWS, LATEST = 0.5, 0.06
 """Rows, and s at most, by which the power may be late or early against the motion: what a row's
 mean and its end differ by. More of it is a meter (planner.telemetry.estimation.meter_fit)."""
-BLUR = 0.25
+BLUR = 0.5
 """Share of the difference to the neighbouring rows' mean that one reading may be averaged by."""
 
 
@@ -199,13 +202,17 @@ def _moments(log: Telemetry, watts: Array) -> Array:
     return np.column_stack([rows * 0.5 * (ahead - behind), BLUR * (ahead + behind - 2.0 * watts)])
 
 
-def tolerance_of(kind: str, vehicle: Vehicle) -> float:
+def tolerance_of(kind: str, vehicle: Vehicle, stderr: float) -> float:
     """Size up to which an error of a sensor may well be one of data sheet or mounting.
 
     Args:
         kind: of SENSORS. Scales of speed and power look like a mass that is off by their share.
         vehicle: as its data sheet has it.
+        stderr: standard error of the size.
     """
-    if kind in ("speed_scale", "power_scale"):
-        return LIKELY * _SHEET[0].sigma(vehicle)
+    mass = _SHEET[0].sigma(vehicle)
+    if kind == "power_scale":
+        return ONLY_BY_SIZE * float(np.hypot(mass, stderr))
+    if kind == "speed_scale":
+        return LIKELY * mass
     return LIKELY * (TILT if kind in ("slope_offset", "roll_offset") else TURN)

@@ -126,9 +126,9 @@ def select(
 def _beyond_tolerance(examination: Examination, selection: Selection, member: Member) -> bool:
     """Whether a sensor's error is larger than what may well be an error of the data sheet."""
     vehicle = examination.competitors.library.model.vehicle
-    return abs(float(selection.ranked(member.name).coefficients[0])) > tolerance_of(
-        member.name, vehicle
-    )
+    ranked = selection.ranked(member.name)
+    size = abs(float(ranked.coefficients[0]))
+    return size > tolerance_of(member.name, vehicle, ranked.stderr)
 
 
 def _ranking(

@@ -12,6 +12,7 @@ from planner.telemetry.holdout import base_fit, heldout_residual, rms
 from planner.telemetry.holdout.heldout import MOST_GIVEN
 from planner.telemetry.other_terms.given_errors import (
     GIVEN,
+    ONLY_BY_SIZE,
     SCALE,
     SHEET_SHARE,
     TILT,
@@ -53,11 +54,18 @@ def test_a_stated_uncertainty_takes_the_place_of_the_usual_one(motion, unsure):
     surer = replace(unsure, vehicle=replace(unsure.vehicle, provenance=known))
     wide, narrow = (rms(given_columns(motion, m, watts)[:, MASS]) for m in (unsure, surer))
     assert narrow == pytest.approx(0.5 * wide, rel=0.02)
-    assert tolerance_of("speed_scale", surer.vehicle) == pytest.approx(
-        0.5 * tolerance_of("speed_scale", unsure.vehicle)
+    assert tolerance_of("speed_scale", surer.vehicle, 0.0) == pytest.approx(
+        0.5 * tolerance_of("speed_scale", unsure.vehicle, 0.0)
     )
-    tilt = (tolerance_of("slope_offset", model.vehicle) for model in (unsure, surer))
+    tilt = (tolerance_of("slope_offset", model.vehicle, 0.0) for model in (unsure, surer))
     assert len(set(tilt)) == 1
+
+
+def test_a_scale_of_power_is_tolerated_further_where_it_scatters(unsure):
+    """By less than the scatter, which is independent of the error of the mass."""
+    sure, further = (tolerance_of("power_scale", unsure.vehicle, error) for error in (0.0, 0.04))
+    assert tolerance_of("speed_scale", unsure.vehicle, 0.0) < sure
+    assert sure < further < sure + ONLY_BY_SIZE * 0.04
 
 
 def test_an_accelerometer_that_is_not_there_has_no_bias(motion, base):
