@@ -2,6 +2,7 @@
 
     decision = decide(found, floor)
     decision.answer, decision.unexplained, decision.complete
+    decision = undisputed(found, decision, other)    # of another search of the same log
 
 Effects, formulas and errors of sensors are judged by one rule (planner.telemetry.holdout.supports):
 what is claimed lowers the error on held-out runs. A formula must beat the best answer without one,
@@ -16,7 +17,7 @@ Nothing is missing where the held-out error is near the floor and no regime stan
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from planner.arrays import Array
 from planner.telemetry.diagnosis.unexplained import (
@@ -39,6 +40,7 @@ from planner.telemetry.selection import (
     Member,
     Tried,
     fitted_singles,
+    rivals_of,
 )
 from planner.telemetry.terms import Addition
 
@@ -88,7 +90,8 @@ class Decision:
         floor: (n,) W, spread of every row that no model can undercut.
         unexplained: what the answer leaves.
         searched: what the search selected, supported or not; None where it selected nothing.
-        alike: slugs that look the same as a shape that cannot be attributed.
+        alike: slugs of effects that may be there, of which the log does not tell which, or whether
+            they are all.
         tried: single effects that were fitted in full.
         near: what decided narrowly, in words; "" where nothing did.
     """
@@ -128,10 +131,15 @@ def decide(found: Found, floor: Array) -> Decision:
     alike = shape.near if shape is not None and formula is None else ()
     tried: tuple[Tried, ...] = ()
     unsettled = searched is not None or bool(alike) or not left_by_nothing.little or _certain(found)
-    if formula is not None or (not best.claims and unsettled):
+    # Where hardly anything is left to explain, many effects explain it.
+    doubtful = left_by_nothing.little and len(best.members) == 1
+    if formula is not None or doubtful or (not best.claims and unsettled):
         tried = fitted_singles(found, LinearHeldout(log, found.local), before, floor)
         floor = _undercut(floor, [one.residual for one in tried])
-        if not left_by_nothing.little or _shown(found, tried):
+        rivals = _rivals(found, best, tried, before, floor) if doubtful else ()
+        if rivals:
+            best, alike = nothing, (best.members[0].name, *rivals)
+        elif not left_by_nothing.little or _shown(found, tried):
             best = _better(found, best, tried, floor, before)
         if not best.claims and not left_by_nothing.little:
             alike = alike or _competing(tried)
@@ -143,6 +151,8 @@ def decide(found: Found, floor: Array) -> Decision:
     ):
         best = formula
     if best.claims and not stands(before, best.left, expected):
+        # Held-out runs show it, beside more that it does not explain.
+        alike = alike or tuple(member.name for member in best.members)
         best = nothing
     if best.claims:
         left, alike = unexplained_by(log, best.left, floor, best.fit.watts), ()
@@ -150,6 +160,37 @@ def decide(found: Found, floor: Array) -> Decision:
         left = unexplained_by(log, before, floor, found.base.watts) if tried else left_by_nothing
     near = _near(log, before, best, left, floor)
     return Decision(best, before, floor, left, searched, alike, tried, near)
+
+
+def undisputed(found: Found, decision: Decision, other: Decision) -> Decision:
+    """A decision; without its claim where another search of the log has other answers.
+
+    Which effect explains the little that is left above the noise floor may depend on where the
+    columns were taken. Then the log does not tell it.
+
+    Args:
+        found: state of the search that was decided.
+        decision: what was decided.
+        other: decision about the other search.
+    """
+    answer, before, floor = decision.answer, decision.before, decision.floor
+    left = unexplained_by(found.log, before, floor, found.base.watts)
+    mine, theirs = _names(answer), _names(other.answer) or set(other.alike)
+    if answer.proposal is not None or not mine or not theirs or not left.little:
+        return decision
+    each = ({m.name, *answer.aliases.get(m.name, ())} for m in answer.members)
+    if other.answer.claims and all(names & theirs for names in each):
+        return decision
+    alike = tuple(dict.fromkeys((*sorted(mine), *sorted(theirs))))
+    return replace(
+        decision, answer=Answer(found.base, before), alike=alike, unexplained=left, near=""
+    )
+
+
+def _names(answer: Answer) -> set[str]:
+    """Slugs of the effects that an answer names, and of their aliases."""
+    members = [member.name for member in answer.members]
+    return {*members, *(alias for name in members for alias in answer.aliases.get(name, ()))}
 
 
 def stands(before: Array, after: Array, floor: Array) -> bool:
@@ -240,6 +281,17 @@ def _better(
     member = first.ranked.member
     aliases = {first.name: first.equals}
     return Answer(first.fit, first.residual, (member,), (first.addition,), aliases=aliases)
+
+
+def _rivals(
+    found: Found, best: Answer, tried: tuple[Tried, ...], before: Array, floor: Array
+) -> tuple[str, ...]:
+    """Effects that explain the log as well as the one that is named, by other columns."""
+    (member,) = best.members
+    known = {member.name, *best.aliases.get(member.name, ())}
+    error, without = (rms(counted(residual, floor)) for residual in (best.left, before))
+    others = [one for one in tried if one.name not in known]
+    return rivals_of(found, member, error, others, without)
 
 
 def _shown(found: Found, tried: tuple[Tried, ...]) -> bool:

@@ -35,7 +35,14 @@ from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.power.vehicles import Vehicle
 from planner.progress import Progress
-from planner.telemetry.diagnosis.decision import Answer, Decision, columns_in, decide, stands
+from planner.telemetry.diagnosis.decision import (
+    Answer,
+    Decision,
+    columns_in,
+    decide,
+    stands,
+    undisputed,
+)
 from planner.telemetry.diagnosis.experiments import UNKNOWN, WIDE, Advice
 from planner.telemetry.diagnosis.missing_columns import Aliases, slope_to_log
 from planner.telemetry.diagnosis.reconcile import more_credible
@@ -117,8 +124,14 @@ def diagnose_source(
         searches.append(_with_supported_sensors(source, start, partial(search, as_stated=True)))
     # A floor that was estimated beside a misfit can only be too high.
     floor = min((_floor(each) for each in searches), key=rms)
-    reports = [_report(source, start, each, floor) for each in searches]
-    return reports[0] if len(reports) == 1 else more_credible(*reports)
+    decisions = [decide(each, floor) for each in searches]
+    if len(searches) == 1:
+        return _report(source, start, found, decisions[0])
+    pairs = zip(searches, decisions, reversed(decisions), strict=True)
+    reports = [
+        _report(source, start, each, undisputed(each, mine, theirs)) for each, mine, theirs in pairs
+    ]
+    return more_credible(*reports)
 
 
 def _with_supported_sensors(
@@ -175,8 +188,7 @@ def _floor(found: Found) -> Array:
 # What is said about it.
 
 
-def _report(source: LogSource, start: PowerModel, found: Found, floor: Array) -> Diagnosis:
-    decision = decide(found, floor)
+def _report(source: LogSource, start: PowerModel, found: Found, decision: Decision) -> Diagnosis:
     answer, sensors, log = decision.answer, _sensor_faults(found), found.log
     selected = tuple(m.name for m in answer.members)
     verdict = verdict_of(
@@ -196,7 +208,8 @@ def _report(source: LogSource, start: PowerModel, found: Found, floor: Array) ->
     before = after if answer.fit is found.base else rms(heldout_residual(log, found.base))
     errors: dict[str, Any] = {"after": Errors(fitted.rmse_w, after)}
     floor = decision.floor * (after / rms(measured_residual(answer.left, sizes)))
-    baseline = Errors(found.base.rmse_w, before, rms(floor))
+    # Rows far out are in the errors beside it, so they are in the floor as well.
+    baseline = Errors(found.base.rmse_w, before, after / decision.unexplained.heldout_over_floor)
     as_measured, stated = log, found.base
     if sensors:
         # What is claimed is an error of the log as it was measured.

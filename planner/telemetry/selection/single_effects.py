@@ -25,6 +25,7 @@ from planner.telemetry.holdout import (
 from planner.telemetry.noise import counted
 from planner.telemetry.selection.select_effects import RankedTerm
 from planner.telemetry.selection.selection_loop import Found
+from planner.telemetry.selection.subset_search import Member
 from planner.telemetry.terms import Addition
 
 MOST_TRIED = 4
@@ -102,15 +103,26 @@ def fitted_singles(
         tried.append(Tried(ranked, addition, fitted, left, kept, supported))
     tried.sort(key=lambda one: (not one.supported, one.error_w))
 
-    def aliased(one: Tried, other: Tried) -> bool:
-        pairs = itertools.product(one.ranked.member.columns, other.ranked.member.columns)
-        return max(examination.evidence.collinearity(*pair) for pair in pairs) > ALIAS_COSINE
+    def clear(one: Tried, other: Tried) -> bool:
+        return supports(found.log, other.residual, one.residual, floor)
 
-    return with_equals(tried, rms(counted(before, floor)), aliased)
+    def aliased(one: Tried, other: Tried) -> bool:
+        return _are_aliased(examination, one.ranked.member, other.ranked.member)
+
+    return with_equals(tried, rms(counted(before, floor)), aliased, clear)
+
+
+def _are_aliased(examination: Examination, one: Member, other: Member) -> bool:
+    """Whether two effects have the same columns, up to a factor."""
+    pairs = itertools.product(one.columns, other.columns)
+    return max(examination.evidence.collinearity(*pair) for pair in pairs) > ALIAS_COSINE
 
 
 def with_equals(
-    tried: Sequence[Tried], before_w: float, aliased: Callable[[Tried, Tried], bool]
+    tried: Sequence[Tried],
+    before_w: float,
+    aliased: Callable[[Tried, Tried], bool],
+    clear: Callable[[Tried, Tried], bool],
 ) -> tuple[Tried, ...]:
     """The same, best first, with the effects that explain the log as well as the best one.
 
@@ -118,15 +130,50 @@ def with_equals(
         tried: supported ones first, by their error.
         before_w: W, the error without any of them.
         aliased: whether two effects have the same columns, up to a factor.
+        clear: whether held-out runs support the first against the second.
     """
     if not tried or not tried[0].supported:
         return tuple(tried)
     best, *others = tried
-    enough = before_w**2 - EQUAL_SHARE * (before_w**2 - best.error_w**2)
-    equal = [one for one in others if one.error_w**2 <= enough]
+    as_well = {one.name for one in _as_good(best.error_w, others, before_w)}
+    # What the search may have overlooked was chosen by its error, so it must lead clearly.
+    equal = [
+        one for one in others if one.name in as_well or (one.supported and not clear(best, one))
+    ]
     alike = tuple(one.name for one in equal if aliased(best, one))
     competing = tuple(one.name for one in equal if one.name not in alike)
     return replace(best, equals=alike, competing=competing), *others
+
+
+def rivals_of(
+    found: Found, member: Member, error_w: float, others: Sequence[Tried], before_w: float
+) -> tuple[str, ...]:
+    """Slugs of those that explain the log as well as an effect does, by other columns.
+
+    Args:
+        found: state of the search that selected it.
+        member: the effect.
+        error_w: W, the held-out error with it.
+        others: effects that were fitted alone.
+        before_w: W, the error without any of them.
+    """
+    return tuple(
+        one.name
+        for one in _as_good(error_w, others, before_w)
+        if not _are_aliased(found.examination, member, one.ranked.member)
+    )
+
+
+def _as_good(error_w: float, others: Sequence[Tried], before_w: float) -> list[Tried]:
+    """Those that take off nearly as much of the squared error as an answer does.
+
+    Args:
+        error_w: W, the held-out error of the answer.
+        others: effects that were fitted alone.
+        before_w: W, the error without any of them.
+    """
+    enough = before_w**2 - EQUAL_SHARE * (before_w**2 - error_w**2)
+    return [one for one in others if one.error_w**2 <= enough]
 
 
 def _local_columns(found: Found, examination: Examination, ranked: RankedTerm) -> list[int]:

@@ -21,10 +21,15 @@ def with_error(share: float) -> float:
     return float(np.sqrt(4.0 - 3.0 * share))
 
 
+def always(*_: Tried) -> bool:
+    """Held-out runs support the best one against any other."""
+    return True
+
+
 def test_twins_that_explain_as_much_are_its_equals_and_others_compete():
     near, far = with_error(1.01 * EQUAL_SHARE), with_error(0.99 * EQUAL_SHARE)
     singles = [tried("a", 1.0), tried("twin", near), tried("other", near), tried("c", far)]
-    best, *others = with_equals(singles, 2.0, lambda one, other: other.name == "twin")
+    best, *others = with_equals(singles, 2.0, lambda one, other: other.name == "twin", always)
     assert best.name == "a"
     assert best.equals == ("twin",)
     assert best.competing == ("other",)
@@ -32,11 +37,23 @@ def test_twins_that_explain_as_much_are_its_equals_and_others_compete():
 
 
 def test_nothing_equals_what_held_out_runs_do_not_support():
-    assert with_equals([], 2.0, lambda one, other: True) == ()
+    assert with_equals([], 2.0, always, always) == ()
     unsupported = [tried("a", 1.0, supported=False)]
-    assert with_equals(unsupported, 2.0, lambda one, other: True)[0].equals == ()
+    assert with_equals(unsupported, 2.0, always, always)[0].equals == ()
 
 
 def test_a_competitor_counts_whether_it_is_supported_itself_or_not():
     singles = [tried("a", 1.0), tried("b", 1.0, supported=False)]
-    assert with_equals(singles, 2.0, lambda one, other: False)[0].competing == ("b",)
+    assert with_equals(singles, 2.0, lambda one, other: False, always)[0].competing == ("b",)
+
+
+def test_a_supported_effect_competes_where_runs_do_not_tell_it_from_the_best():
+    far = with_error(0.6 * EQUAL_SHARE)
+    singles = [tried("a", 1.0), tried("near", far), tried("weak", far, supported=False)]
+
+    def clear(one: Tried, other: Tried) -> bool:
+        return other.name not in ("near", "weak")
+
+    best, *_ = with_equals(singles, 2.0, lambda one, other: False, clear)
+    assert best.competing == ("near",)
+    assert with_equals(singles, 2.0, lambda one, other: False, always)[0].competing == ()
