@@ -40,7 +40,6 @@ from planner.telemetry.selection import (
     Member,
     Tried,
     fitted_singles,
-    rivals_of,
 )
 from planner.telemetry.terms import Addition
 
@@ -291,7 +290,7 @@ def _rivals(
     known = {member.name, *best.aliases.get(member.name, ())}
     error, without = (rms(counted(residual, floor)) for residual in (best.left, before))
     others = [one for one in tried if one.name not in known]
-    return rivals_of(found, member, error, others, without)
+    return tuple(one.name for one in others if one.rivals(found, member, error, without))
 
 
 def _shown(found: Found, tried: tuple[Tried, ...]) -> bool:

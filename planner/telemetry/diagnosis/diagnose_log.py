@@ -28,7 +28,6 @@ from typing import Any
 
 import numpy as np
 
-from planner.arrays import Array
 from planner.cancellation import CancellationToken
 from planner.power.catalogue import all_effects
 from planner.power.effect import Effect
@@ -40,7 +39,6 @@ from planner.telemetry.diagnosis.decision import (
     Decision,
     columns_in,
     decide,
-    stands,
     undisputed,
 )
 from planner.telemetry.diagnosis.experiments import UNKNOWN, WIDE, Advice
@@ -55,15 +53,19 @@ from planner.telemetry.diagnosis.results import (
     FittedModels,
     SensorFault,
 )
-from planner.telemetry.diagnosis.unexplained import MOST_OVER_FLOOR, floor_of
+from planner.telemetry.diagnosis.supported_sensors import (
+    as_measured_by,
+    corrections_of,
+    floor_behind,
+    with_supported_sensors,
+)
 from planner.telemetry.diagnosis.untestable import Untestable
 from planner.telemetry.diagnosis.verdict import sentence_of, verdict_of
 from planner.telemetry.estimation import Fit
 from planner.telemetry.evidence import Examination
-from planner.telemetry.holdout import LinearHeldout, base_fit, heldout_residual, rms, supports
+from planner.telemetry.holdout import LinearHeldout, base_fit, heldout_residual, rms
 from planner.telemetry.logs import LogLike, MappingLike, Telemetry
-from planner.telemetry.noise import counted
-from planner.telemetry.other_terms import GIVEN, SENSORS, given_columns, measured_residual
+from planner.telemetry.other_terms import SENSORS, measured_residual
 from planner.telemetry.pictures import Pictures, pictures_of
 from planner.telemetry.prediction import predict
 from planner.telemetry.regimes import Regime, regimes_of
@@ -118,12 +120,12 @@ def diagnose_source(
     source = source.steady()
     watch(0.1, "fitting the model")
     search = partial(find_missing_effects, source, start, extra, watch)
-    found = _with_supported_sensors(source, start, search)
+    found = with_supported_sensors(source, start, search)
     searches = [found]
     if found.at_bounds(start):
-        searches.append(_with_supported_sensors(source, start, partial(search, as_stated=True)))
+        searches.append(with_supported_sensors(source, start, partial(search, as_stated=True)))
     # A floor that was estimated beside a misfit can only be too high.
-    floor = min((_floor(each) for each in searches), key=rms)
+    floor = min((floor_behind(each) for each in searches), key=rms)
     decisions = [decide(each, floor) for each in searches]
     if len(searches) == 1:
         return _report(source, start, found, decisions[0])
@@ -132,57 +134,6 @@ def diagnose_source(
         _report(source, start, each, undisputed(each, mine, theirs)) for each, mine, theirs in pairs
     ]
     return more_credible(*reports)
-
-
-def _with_supported_sensors(
-    source: LogSource, start: PowerModel, search: Callable[..., Found]
-) -> Found:
-    """A search; without errors of sensors, where correcting them does not explain the log.
-
-    A sensor takes the blame for whatever it resembles. So it must explain what usual errors of
-    everything else cannot, most of the excess over the floor, and leave little more than the floor.
-    """
-    found = search()
-    if not _corrections(found):
-        return found
-    before, after = _with_sensors(source, start, found)
-    floor = _floor(found)
-    near = rms(counted(after, floor)) <= MOST_OVER_FLOOR * rms(floor)
-    if near and supports(found.log, before, after, floor) and stands(before, after, floor):
-        return found
-    return search(sensors=frozenset())
-
-
-def _with_sensors(source: LogSource, start: PowerModel, found: Found) -> tuple[Array, Array]:
-    """Held-out residuals (n,) W as measured: of the model as it is, and once sensors are right.
-
-    Usual errors of data sheet and other sensors explain what they can, before and after.
-    """
-    sizes = {kind: value for kind, (value, _) in found.corrections.items()}
-    faulty = _corrections(found)
-    log = _as_measured(source, found)
-    base = base_fit(log, start)
-    before = _least(log, base, GIVEN.beside(given_columns(log, base.model, base.watts), faulty))
-    fitted = found.fitted if found.additions else found.base
-    after = _least(found.log, fitted, GIVEN.beside(found.local.given, faulty))
-    return before, measured_residual(after, sizes)
-
-
-def _least(log: Telemetry, fitted: Fit, given: Array) -> Array:
-    """(n,) W, held-out residual of a fit, with usual errors (n, k) W where these predict better."""
-    each = heldout_residual(log, fitted), heldout_residual(log, fitted, given)
-    return min(each, key=rms)
-
-
-def _as_measured(source: LogSource, found: Found) -> Telemetry:
-    """The rows with the errors of their sensors, read from the meter that was found."""
-    return replace(source.sample, meter=found.log.meter)
-
-
-def _floor(found: Found) -> Array:
-    members = [m for m in found.selection.members if not m.sensor]
-    explained = columns_in(found.local, found.examination, members)
-    return floor_of(found.log, found.local, explained, exact=found.given is None)
 
 
 # What is said about it.
@@ -213,7 +164,7 @@ def _report(source: LogSource, start: PowerModel, found: Found, decision: Decisi
     as_measured, stated = log, found.base
     if sensors:
         # What is claimed is an error of the log as it was measured.
-        as_measured = _as_measured(source, found)
+        as_measured = as_measured_by(source, found)
         stated = base_fit(as_measured, start)
         baseline = replace(
             baseline,
@@ -345,20 +296,9 @@ def _ranking(found: Found) -> list[tuple[RankedTerm, Examination]]:
     return [entry for entry in [*all_rows, *refuted] if not entry[0].member.sensor]
 
 
-def _corrections(found: Found) -> dict[str, tuple[float, float]]:
-    """Kind of every sensor's error → its size and standard error."""
-    values = dict(found.corrections)
-    for member in found.selection.members:
-        if member.sensor:
-            ranked = found.selection.ranked(member.name)
-            before = values.get(member.name, (0.0, 0.0))[0]
-            values[member.name] = (before + float(ranked.coefficients[0]), ranked.stderr)
-    return values
-
-
 def _sensor_faults(found: Found) -> tuple[SensorFault, ...]:
     faults = []
-    for kind, (value, stderr) in _corrections(found).items():
+    for kind, (value, stderr) in corrections_of(found).items():
         sensor = SENSORS[kind]
         said = sensor.said(value, stderr)
         faults.append(SensorFault(kind, value, stderr, sensor.unit, said))

@@ -10,7 +10,6 @@ from planner.telemetry.selection.selection_loop import Found
 from planner.telemetry.selection.single_effects import (
     Tried,
     fitted_singles,
-    rivals_of,
 )
 from planner.telemetry.selection.subset_search import Member
 from planner.telemetry.selection.whole_search import find_missing_effects
@@ -24,5 +23,4 @@ __all__ = [
     "Tried",
     "find_missing_effects",
     "fitted_singles",
-    "rivals_of",
 ]

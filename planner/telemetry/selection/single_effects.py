@@ -11,6 +11,7 @@ the effect. The best ones by their linear held-out error are fitted with everyth
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -68,6 +69,18 @@ class Tried:
     def name(self) -> str:
         """Slug of the effect."""
         return self.ranked.name
+
+    def rivals(self, found: Found, member: Member, error_w: float, before_w: float) -> bool:
+        """Whether it explains the log as well as another effect does, by other columns.
+
+        Args:
+            found: state of the search that selected the other effect.
+            member: the other effect.
+            error_w: W, the held-out error with that.
+            before_w: W, the error without any of them.
+        """
+        as_good = self.error_w <= _enough(error_w, before_w)
+        return as_good and not _are_aliased(found.examination, member, self.ranked.member)
 
 
 def fitted_singles(
@@ -135,45 +148,19 @@ def with_equals(
     if not tried or not tried[0].supported:
         return tuple(tried)
     best, *others = tried
-    as_well = {one.name for one in _as_good(best.error_w, others, before_w)}
+    enough = _enough(best.error_w, before_w)
     # What the search may have overlooked was chosen by its error, so it must lead clearly.
     equal = [
-        one for one in others if one.name in as_well or (one.supported and not clear(best, one))
+        one for one in others if one.error_w <= enough or (one.supported and not clear(best, one))
     ]
     alike = tuple(one.name for one in equal if aliased(best, one))
     competing = tuple(one.name for one in equal if one.name not in alike)
     return replace(best, equals=alike, competing=competing), *others
 
 
-def rivals_of(
-    found: Found, member: Member, error_w: float, others: Sequence[Tried], before_w: float
-) -> tuple[str, ...]:
-    """Slugs of those that explain the log as well as an effect does, by other columns.
-
-    Args:
-        found: state of the search that selected it.
-        member: the effect.
-        error_w: W, the held-out error with it.
-        others: effects that were fitted alone.
-        before_w: W, the error without any of them.
-    """
-    return tuple(
-        one.name
-        for one in _as_good(error_w, others, before_w)
-        if not _are_aliased(found.examination, member, one.ranked.member)
-    )
-
-
-def _as_good(error_w: float, others: Sequence[Tried], before_w: float) -> list[Tried]:
-    """Those that take off nearly as much of the squared error as an answer does.
-
-    Args:
-        error_w: W, the held-out error of the answer.
-        others: effects that were fitted alone.
-        before_w: W, the error without any of them.
-    """
-    enough = before_w**2 - EQUAL_SHARE * (before_w**2 - error_w**2)
-    return [one for one in others if one.error_w**2 <= enough]
+def _enough(error_w: float, before_w: float) -> float:
+    """W, held-out error that takes off nearly as much of the squared error as another one does."""
+    return math.sqrt(max(before_w**2 - EQUAL_SHARE * (before_w**2 - error_w**2), 0.0))
 
 
 def _local_columns(found: Found, examination: Examination, ranked: RankedTerm) -> list[int]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ import pytest
 from planner.errors import Cancelled
 from planner.power.model import PowerModel
 from planner.quantities import INDEX
-from planner.telemetry.diagnosis import diagnose_log
 from planner.telemetry.diagnosis.diagnose_log import diagnose
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.quantities_of_motion import motion_axes
@@ -113,34 +111,6 @@ def test_a_wrong_sensor_is_no_missing_effect(motion, base):
     assert fault.kind == "speed_scale"
     assert abs(fault.value - 0.08) < 4.0 * fault.stderr
     assert fault.stderr < 0.03
-
-
-@pytest.mark.parametrize(
-    ("before", "after", "searches"),
-    [
-        (3.0, 1.0, 1),  # it explains all that lies above the noise
-        (3.0, 2.95, 2),  # it explains next to nothing
-        (3.0, 1.5, 2),  # it explains most, and leaves half as much again as the noise
-    ],
-)
-def test_a_refused_sensor_leads_to_a_search_without_sensors(
-    motion, monkeypatch, before, after, searches
-):
-    """Errors of the log before and after its correction, in units of the noise."""
-    noise = np.clip(np.random.default_rng(8).standard_normal(len(motion)), -3.0, 3.0)
-    monkeypatch.setattr(diagnose_log, "_with_sensors", lambda *_: (before * noise, after * noise))
-    monkeypatch.setattr(diagnose_log, "_floor", lambda _: np.ones(len(motion)))
-    asked = []
-
-    def search(**how):
-        asked.append(how)
-        blamed = {} if "sensors" in how else {"slope_offset": (0.03, 0.002)}
-        nothing = SimpleNamespace(members=())
-        return SimpleNamespace(log=motion, corrections=blamed, selection=nothing)
-
-    found = diagnose_log._with_supported_sensors(None, None, search)
-    assert asked == [{}, {"sensors": frozenset()}][:searches]
-    assert bool(found.corrections) == (searches == 1)
 
 
 @pytest.fixture(scope="module")
