@@ -135,9 +135,9 @@ def decide(found: Found, floor: Array) -> Decision:
     if formula is not None or doubtful or (not best.claims and unsettled):
         tried = fitted_singles(found, LinearHeldout(log, found.local), before, floor)
         floor = _undercut(floor, [one.residual for one in tried])
-        rivals = _rivals(found, best, tried, before, floor) if doubtful else ()
-        if rivals:
-            best, alike = nothing, (best.members[0].name, *rivals)
+        others = _competing_with(found, best, tried, before, floor) if doubtful else ()
+        if others:
+            best, alike = nothing, (best.members[0].name, *others)
         elif not left_by_nothing.little or _shown(found, tried):
             best = _better(found, best, tried, floor, before)
         if not best.claims and not left_by_nothing.little:
@@ -282,7 +282,7 @@ def _better(
     return Answer(first.fit, first.residual, (member,), (first.addition,), aliases=aliases)
 
 
-def _rivals(
+def _competing_with(
     found: Found, best: Answer, tried: tuple[Tried, ...], before: Array, floor: Array
 ) -> tuple[str, ...]:
     """Effects that explain the log as well as the one that is named, by other columns."""
@@ -290,7 +290,7 @@ def _rivals(
     known = {member.name, *best.aliases.get(member.name, ())}
     error, without = (rms(counted(residual, floor)) for residual in (best.left, before))
     others = [one for one in tried if one.name not in known]
-    return tuple(one.name for one in others if one.rivals(found, member, error, without))
+    return tuple(one.name for one in others if one.competes_with(found, member, error, without))
 
 
 def _shown(found: Found, tried: tuple[Tried, ...]) -> bool:

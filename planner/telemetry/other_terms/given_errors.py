@@ -40,8 +40,8 @@ TURN_SCALE = 0.01
 LIKELY = 2.0
 """Standard deviations up to which an error is likely, 95 % of all."""
 ONLY_BY_SIZE = 2.5
-"""The same of the power's scale, which only its size tells from the data sheet's mass: 99 % of the
-masses, with the scatter of the scale."""
+"""The same of the power's scale. Only its size distinguishes it from the data sheet's mass: 99 % of
+all masses, with the scatter of the scale."""
 TURN = 0.01
 """rad; usual error of how the axes of the odometry are mounted."""
 BIAS = 0.03

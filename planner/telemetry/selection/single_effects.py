@@ -70,7 +70,7 @@ class Tried:
         """Slug of the effect."""
         return self.ranked.name
 
-    def rivals(self, found: Found, member: Member, error_w: float, before_w: float) -> bool:
+    def competes_with(self, found: Found, member: Member, error_w: float, before_w: float) -> bool:
         """Whether it explains the log as well as another effect does, by other columns.
 
         Args:
