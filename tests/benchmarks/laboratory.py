@@ -288,8 +288,10 @@ def summary(rows: Sequence[Row], split: str) -> dict[str, Any]:
     good = [row for row in rows if row["outcome"] != "error"]
     ratios = [row["baseline"]["noise_floor_w"] / row["floor_w"] for row in good]
     times = [row["cpu_seconds"] for row in good]
+    seeds = [int(row["log"].rpartition("/")[2]) for row in rows]
     return {
         "split": split,
+        "seeds": [min(seeds, default=0), max(seeds, default=0)],
         "logs": len(rows),
         "median_cpu_seconds": round(float(np.median(times)), 2) if times else None,
         "noise_floor_over_oracle": [
@@ -336,13 +338,14 @@ def _table(head: Sequence[str], lines: Sequence[Sequence[Any]]) -> str:
 def section_of(found: Mapping[str, Any]) -> str:
     """The section of docs/naming.md."""
     low, middle, high = found["noise_floor_over_oracle"]
+    first, last = found["seeds"]
     wrong = "".join(f"{line}\n" for line in found["not_right"])
     return (
         f"{HEADING}\n{WORDS}\n"
-        f"{found['logs']} logs of the split `{found['split']}`; a diagnosis takes "
-        f"{found['median_cpu_seconds']} s of processor time (median).\n"
+        f"{found['logs']} logs of the split `{found['split']}`, seeds {first} to {last}; "
+        f"a diagnosis\ntakes {found['median_cpu_seconds']} s of processor time (median).\n"
         "The reported noise floor over the oracle's is "
-        f" {low:.2f}, {middle:.2f} and {high:.2f} at 5, 50 and 95 %.\n\n"
+        f"{low:.2f}, {middle:.2f} and {high:.2f} at 5, 50 and 95 %.\n\n"
         f"{text_of(found)}\nLogs with a wrong answer:\n\n```text\n{wrong}```\n"
     )
 
