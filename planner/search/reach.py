@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 import contourpy
 import numpy as np
+from scipy.ndimage import binary_erosion
 
 from planner.arrays import Array
 from planner.cancellation import CancellationToken
@@ -223,11 +224,17 @@ class _Search:
         return [np.asarray(line) for line in contourpy.contour_generator(x, y, share).lines(1.0)]
 
     def edge(self, needed: Array, number: int) -> list[Point]:
-        """Places on the edge, evenly along it, others in every round; none at the map's border."""
+        """Places on the edge, evenly along it, others in every round.
+
+        None beside a wall or at the map's border: there it is not the energy that ends the area.
+        """
         spots = []
+        reached = np.isfinite(needed) & (self.field.mask != 0)
+        inner = binary_erosion(reached, np.ones((3, 3)))
         for line in self.lines(needed):
             rows, columns = self.field.nodes_at(line)
-            spots.append(line[np.abs(needed[rows, columns] / self.budget - 1.0) < 0.1])
+            near = np.abs(needed[rows, columns] / self.budget - 1.0) < 0.1
+            spots.append(line[near & inner[rows, columns]])
         points = np.vstack(spots) if spots else np.empty((0, 2))
         if not len(points):
             return []

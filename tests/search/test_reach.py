@@ -8,7 +8,11 @@ import numpy as np
 import pytest
 
 from planner import plan_route, reachable_area
+from planner.cancellation import CancellationToken
 from planner.errors import Cancelled, RequestError
+from planner.search.reach import _Search
+from planner.search.requests import ReachRequest
+from planner.search.situation import situation_of
 from planner.terrain.heightmap import Terrain
 from tests.search.grid.test_least_cost import hills
 
@@ -61,3 +65,22 @@ def test_what_cannot_be_answered_is_refused(relief):
         reachable_area(terrain=relief, start=START, energy_j=-1.0)
     with pytest.raises(Cancelled):
         reachable_area(terrain=relief, start=START, energy_j=200.0, cancelled=lambda: True)
+
+
+def test_no_place_beside_a_wall_is_driven_to():
+    """There the area ends as well, but not for want of energy, and the body may not stand there."""
+    solid = np.zeros((60, 60), bool)
+    solid[:, 40:] = True
+    terrain = Terrain.from_arrays(np.zeros(solid.shape), cell=(0.1, 0.1), obstacles=solid)
+    request = ReachRequest(map="wall", start={"x": 1.0, "y": 3.0}, energy_j=1.0)
+    situation = situation_of(request, terrain=terrain)
+    field = situation.field("energy")
+    with CancellationToken() as token:
+        search = _Search(situation, field, request, 1.0, token)
+    needed = search.needed(np.ones(solid.shape))
+    wall = np.flatnonzero(np.isfinite(needed[30]))[-1]
+    search.budget = 1.02 * needed[30, wall]
+    places = search.edge(needed, 0)
+    assert len(places) > 10
+    _, columns = field.nodes_at(np.array(places))
+    assert columns.max() < wall
