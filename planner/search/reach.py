@@ -230,7 +230,7 @@ class _Search:
         """
         spots = []
         reached = np.isfinite(needed) & (self.field.mask != 0)
-        inner = binary_erosion(reached, np.ones((3, 3)))
+        inner = binary_erosion(reached, np.ones((3, 3), bool))
         for line in self.lines(needed):
             rows, columns = self.field.nodes_at(line)
             near = np.abs(needed[rows, columns] / self.budget - 1.0) < 0.1
