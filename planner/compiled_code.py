@@ -14,6 +14,7 @@ from it.
 from __future__ import annotations
 
 import os
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,16 @@ from numba import njit as njit
 from numba.core.caching import CacheImpl
 
 from planner.code_cache import code_folder
+
+
+@cache  # one for each formula of an effect
+def njit_once(function: Any) -> Any:
+    """``njit`` of a function, the same for all modules of this process that call it.
+
+    Each kernel of a model calls the formulas of its effects; a third of its time went into
+    compiling them again.
+    """
+    return njit(function)
 
 
 class ContentLocator:

@@ -63,7 +63,7 @@ def kernel_source(spec: KernelSpec) -> str:
         f'"""Power model written out by {__name__}; not to be edited."""',
         "from numba import types",
         "import numpy as np",
-        "from planner.compiled_code import njit",
+        "from planner.compiled_code import njit, njit_once",
         "from planner.power.kernel_math import absolute, larger, sign, smaller, still",
         *([f"from {__package__} import printed"] if spec.printed else []),
         *(line for effect in spec.effects if effect not in custom for line in _imports(effect)),
@@ -80,5 +80,5 @@ def kernel_source(spec: KernelSpec) -> str:
 
 def _imports(effect: type[Effect]) -> list[str]:
     name = effect.__name__
-    calls = [f"{effect.slug}__{hook} = njit({name}.{hook})" for hook in effect.hooks]
+    calls = [f"{effect.slug}__{hook} = njit_once({name}.{hook})" for hook in effect.hooks]
     return [f"from {effect.__module__} import {name}", *calls]
