@@ -132,11 +132,11 @@ def reachable_area(
     check_hold("start", request.start, field, situation.conditions)
     say(0.1, "least-cost field")
     with CancellationToken(cancelled) as token:
-        search = _Search(situation, field, request, budget, token)
+        search = EdgeSearch(situation, field, request, budget, token)
         return _reached(search, request, say)
 
 
-def _reached(search: _Search, request: ReachRequest, say: Progress) -> Reach:
+def _reached(search: EdgeSearch, request: ReachRequest, say: Progress) -> Reach:
     situation, field, budget = search.situation, search.field, search.budget
     factor = np.ones(field.heights.shape)
     routes = EdgeRoutes(situation, field, search.fields, request.start.yaw, search.token)
@@ -185,7 +185,7 @@ def _budget(request: ReachRequest, situation: Situation) -> float:
     return capacity * (1.0 if charge is None else charge)
 
 
-class _Search:
+class EdgeSearch:
     """The fields from and to a start, and routes to places at the edge of what they reach."""
 
     def __init__(

@@ -10,7 +10,7 @@ import pytest
 from planner import plan_route, reachable_area
 from planner.cancellation import CancellationToken
 from planner.errors import Cancelled, RequestError
-from planner.search.reach import _Search
+from planner.search.reach import EdgeSearch
 from planner.search.requests import ReachRequest
 from planner.search.situation import situation_of
 from planner.terrain.heightmap import Terrain
@@ -76,7 +76,7 @@ def test_no_place_beside_a_wall_is_driven_to():
     situation = situation_of(request, terrain=terrain)
     field = situation.field("energy")
     with CancellationToken() as token:
-        search = _Search(situation, field, request, 1.0, token)
+        search = EdgeSearch(situation, field, request, 1.0, token)
     needed = search.needed(np.ones(solid.shape))
     wall = np.flatnonzero(np.isfinite(needed[30]))[-1]
     search.budget = 1.02 * needed[30, wall]
