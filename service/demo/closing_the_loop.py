@@ -24,6 +24,9 @@ from planner.telemetry.prediction import predict
 from planner.telemetry.virtual import Noise, VirtualLog, VirtualRobot
 from planner.terrain.catalogue import open_map
 
+ITERATIONS = 5
+"""Further searches for each route. Answers at once scatter by half a per cent on this relief, which
+is what the corrected model saves; searches halve that, and stay reproducible."""
 NOISE, ROW = Noise(level=0.02), 0.1
 """Scatter of the power, and s, the interval of a row: a route has corners, and what happens in one
 only shows in rows that are shorter."""
@@ -46,7 +49,7 @@ ERRANDS = (
     _errand("over the ridge", (93, 225), (212, 73)),
     _errand("down the valley", (288, 215), (238, 61)),
     _errand("along the crest", (137, 283), (262, 248)),
-    _errand("back over the ridge", (212, 73), (93, 225)),
+    _errand("across the hills", (40, 200), (230, 120)),
 )
 
 
@@ -54,7 +57,7 @@ ERRANDS = (
 class Drive:
     """One errand, driven along the route of the base model and along that of the corrected one.
 
-    Answers at once scatter by about half a per cent. So the robot keeps the old route where the
+    Answers scatter by some tenths of a per cent. So the robot keeps the old route where the
     corrected model predicts no less for the new one.
 
     Attributes:
@@ -174,7 +177,8 @@ def _predicted(model: PowerModel, log: VirtualLog, folder: Path) -> float:
 
 
 def _plan(errand: Errand, model: PowerModel, seed: int) -> Answer:
-    answer = plan_route(dict(errand.request), model=model, seed=seed)
+    asked = {**errand.request, "iterations": ITERATIONS}
+    answer = plan_route(asked, model=model, seed=seed)
     if not answer.routes:
         raise RequestError(errand.name, "no route", accepted=answer.reason or "")
     return answer

@@ -89,7 +89,8 @@ class Attempt:
         legs: the paths smoothed; the cheapest of them.
         route: along the legs.
         reason: why there is no route.
-        infeasible: where a limit is in the way.
+        infeasible: where a limit is in the way; with a route, on a path that seemed cheaper.
+        promised: J of the rough motion along that path; infinite without one.
     """
 
     field: CostField
@@ -98,6 +99,13 @@ class Attempt:
     route: Route | None = None
     reason: str = ""
     infeasible: Infeasible | None = None
+    promised: float = math.inf
+
+    @property
+    def disappoints(self) -> bool:
+        """Whether another path seemed clearly cheaper than the route, and breaks a limit."""
+        least = math.inf if self.route is None else self.route.energy_j
+        return least > self.promised + NEARLY * abs(self.promised)
 
     def candidate(self, source: str) -> Candidate | None:
         """The route under the name of what found it."""
@@ -190,7 +198,7 @@ def finished(
     failed, failed_of = (None, moving[0][1]) if moving else order[0]
     kept: list[tuple[Legs, Route, Sketch]] = []
     descended = _descended(run, moving) if effort.descent and objective == "energy" else []
-    least = math.inf
+    least = promised = math.inf
     with run.within_budget() as limited:
         for one, of in sorted([*descended, *moving], key=lambda pair: pair[0].energy):
             if kept and (objective != "energy" or one.energy >= least + NEARLY * abs(least)):
@@ -201,14 +209,17 @@ def finished(
                 closer = trajectory(hurry, of.field, one.legs, objective, CLOSELY)
             if isinstance(closer, Infeasible):
                 if failed is None:
-                    failed, failed_of = Driven(one.legs, closer), of
+                    failed, failed_of, promised = Driven(one.legs, closer), of, one.energy
                 continue
             route = priced(run, of.field, closer)
             kept.append((one.legs, route, of))
             least = min(least, route.energy_j)
     if kept:
         legs, route, of = min(kept, key=lambda one: one[1].energy_j)
-        return Attempt(of.field, of.paths, legs, route)
+        if failed is None:
+            return Attempt(of.field, of.paths, legs, route)
+        assert isinstance(failed.motion, Infeasible)
+        return Attempt(of.field, of.paths, legs, route, "", failed.motion, promised)
     assert failed is not None  # whatever did not move is stuck
     where = failed.motion
     assert isinstance(where, Infeasible)

@@ -60,7 +60,8 @@ def test_new_version_can_be_saved_and_plans_the_same(told: ClosedLoop, tmp_path:
     told.adoption.model.save(tmp_path / "model.json")
     again = PowerModel.load(tmp_path / "model.json")
     drive = told.drives[0]
-    answer = closing_the_loop.plan_route(dict(drive.errand.request), model=again, seed=1)
+    asked = {**drive.errand.request, "iterations": closing_the_loop.ITERATIONS}
+    answer = closing_the_loop.plan_route(asked, model=again, seed=1)
     assert answer.routes[0].energy_j == pytest.approx(drive.after.routes[0].energy_j, rel=1e-9)
 
 
