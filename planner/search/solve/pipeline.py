@@ -182,7 +182,7 @@ def sketch(
 def finished(
     run: Run, sketches: Sequence[Sketch], objective: str, effort: Effort = ANSWER
 ) -> Attempt:
-    """The cheapest feasible trajectory among sketches: only the best of all is driven closely.
+    """The cheapest feasible trajectory among sketches: only the best of all are driven closely.
 
     Args:
         run: the request.
