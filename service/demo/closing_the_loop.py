@@ -25,8 +25,8 @@ from planner.telemetry.virtual import Noise, VirtualLog, VirtualRobot
 from planner.terrain.catalogue import open_map
 
 ITERATIONS = 5
-"""Further searches for each route. Answers at once scatter by half a per cent on this relief, which
-is what the corrected model saves; searches halve that, and stay reproducible."""
+"""Further searches for each route: answers at once scatter on this relief, by as much as the
+corrected model saves. They stay reproducible."""
 NOISE, ROW = Noise(level=0.02), 0.1
 """Scatter of the power, and s, the interval of a row: a route has corners, and what happens in one
 only shows in rows that are shorter."""
@@ -57,8 +57,8 @@ ERRANDS = (
 class Drive:
     """One errand, driven along the route of the base model and along that of the corrected one.
 
-    Answers scatter by some tenths of a per cent. So the robot keeps the old route where the
-    corrected model predicts no less for the new one.
+    Answers scatter on this relief. So the robot keeps the old route where the corrected model
+    predicts no less for the new one.
 
     Attributes:
         errand: which.

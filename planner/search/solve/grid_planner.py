@@ -192,7 +192,7 @@ class _Sketching:
         if objective == "energy":
             for latest in self._detours(limited, best):
                 yield latest, caution
-        # Beside a path that moves, poses cost a third of the time and save nothing on average.
+        # Beside a path that moves, poses take long and hardly ever save anything.
         if self.poses_left and best.best is None and self._wants_room(best, plain):
             self.poses_left = False
             for latest in self._by_poses(plain):
