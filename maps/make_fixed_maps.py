@@ -24,8 +24,11 @@ from numpy.typing import NDArray
 Heights = NDArray[np.float64]
 
 FRACTAL_CELLS = 512
+"""Along each side."""
 FRACTAL_CELL = 0.25
+"""m."""
 FRACTAL_SEED = 20210
+"""Of the phases; any other gives relief of the same kind."""
 # Root mean square of the slope's size: parts of the map are too steep for the robot, most is not.
 FRACTAL_SLOPE = np.tan(np.radians(7.5))
 
@@ -34,7 +37,9 @@ BENCH_SLOPE_LENGTH = 4.0
 BENCH_ANGLE = np.radians(8.0)
 
 DOCK_HEIGHT = 0.6
+"""m."""
 DOCK_WEST = 24.0
+"""m, x of the dock's edge."""
 
 
 def main(folder: Path) -> None:

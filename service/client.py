@@ -22,6 +22,7 @@ import httpx
 Progress = Callable[[float, str], None]
 
 _PAUSE_S = 0.3
+"""Between two questions how far a job is."""
 _CANCELLED = {"title": "Conflict", "status": 409, "detail": "the job was cancelled"}
 
 

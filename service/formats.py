@@ -27,6 +27,7 @@ WGS_84 = "EPSG:4326"
 FRAME = "map"
 """Frame of reference of a nav_msgs/Path: Nav2's name for the map's frame."""
 NANOSECONDS = 1_000_000_000
+"""In a second; ROS keeps times in both."""
 
 
 def written(answer: Answer, name: str) -> str:

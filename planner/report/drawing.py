@@ -14,6 +14,7 @@ from typing import Any
 from planner.report.markup import Markup, element
 
 _GAP = 12
+"""Pixels between drawings that stand side by side."""
 
 
 def chart(

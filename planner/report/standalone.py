@@ -11,6 +11,7 @@ from planner.report.drawing import rectangle, size_of, text
 from planner.report.markup import asset, element, write
 
 _MARGIN, _LINE = 12, 17
+"""Pixels around a picture, and from one line of its heading to the next."""
 
 
 @dataclass(frozen=True)

@@ -46,7 +46,7 @@ _LISTED = ("name", "title", "size", "cell", "crs", "source", "licence", "sha256"
 
 # WGS 84 (NIMA TR8350.2): semi-major axis, m, and first eccentricity squared.
 _SEMI_MAJOR_AXIS = 6_378_137.0
-_ECCENTRICITY_SQUARED = 6.694_379_990_14e-3
+_ECCENTRICITY_SQUARED = 6.694_379_990_14e-3  # no unit
 # The true north edge of Jacksboro's first row, and the spacing of its rows and columns, degrees.
 _JACKSBORO_NORTH = 36.44625
 _ARC_SECONDS_3 = 3.0 / 3600.0

@@ -28,6 +28,7 @@ from planner.terrain.heightmap import Terrain
 _ORIGIN_KEYS = {"xllcorner", "xllcenter", "yllcorner", "yllcenter"}
 _KEYS = {"ncols", "nrows", "cellsize", "dx", "dy", "nodata_value", *_ORIGIN_KEYS}
 _DEFAULT_NODATA = -9999.0
+"""The format's own value where a header names none."""
 _HEADER = "ncols, nrows, xllcorner or xllcenter, yllcorner or yllcenter, cellsize, NODATA_value"
 # Longer than any printed float with its blank; a file beyond it is not the grid its header names.
 _MOST_BYTES_A_CELL = 64

@@ -30,6 +30,7 @@ SMALLEST_PLAUSIBLE_CELL = 0.005
 # Ground on Earth lies between the Challenger Deep, -10,935 m, and Everest, 8,849 m.
 LOWEST_GROUND, HIGHEST_GROUND = -12_000.0, 10_000.0
 USUAL_NODATA = (-9999.0, -32768.0, -32767.0)
+"""Heights that stand for none in many files which do not say so."""
 # International foot: exactly 0.3048 m. US survey foot: exactly 1200/3937 m.
 _UNITS_BY_METRES = {
     1.0: {"", "m", "metre", "metres", "meter", "meters"},

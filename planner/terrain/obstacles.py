@@ -33,6 +33,7 @@ from planner.compiled_code import njit
 # Overlap below this counts as contact, m.
 CONTACT = 1e-6
 MOST_YAW_BINS = 64
+"""Yaws of one mask, which holds one bit for each in 64."""
 
 
 @njit(cache=True, inline="always")

@@ -29,7 +29,9 @@ ROUTE: dict[str, Any] = {
 }
 HIDDEN = "air_drag"
 _ROUNDS = 5
+"""Repetitions, of which the quickest counts: others waited for another program."""
 _ROWS_A_RUN = 300
+"""Rows of each run of the drive that is timed."""
 
 
 def measure(

@@ -19,8 +19,11 @@ if TYPE_CHECKING:
 
 MEASURED, CLAIMED, BOTH, MODEL = "o", "+", "⊕", "·"
 _BAR = 40
+"""Characters of the longest bar."""
 _STRIP = 25
+"""Characters of a strip with marks on it."""
 _WIDE, _HIGH = 66, 11
+"""Characters and lines of a chart, at most."""
 
 
 def evidence(document: Document) -> Iterator[RenderableType]:

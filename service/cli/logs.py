@@ -22,10 +22,13 @@ from service.cli.terminal import Json, Verbose, check_places
 
 _ACCEPTED = "what `joulepath diagnose --json` writes"
 _MOST_BYTES = 64_000_000
+"""Of a saved diagnosis that is held in memory."""
 _LEAST_RATE, _MOST_RATE = 1.0, 1000.0
+"""Commands per second that a robot's base takes."""
 _MOST = {"vx": 50.0, "vy": 50.0, "wz": 50.0, "ramp": 3600.0, "hold": 3600.0}
 """m/s, rad/s and s; what is larger is no leg of a robot."""
 _MOST_LEGS, _MOST_ROUNDS = 1000, 10_000
+"""Of one drive; longer files are mistakes."""
 
 
 def logs(

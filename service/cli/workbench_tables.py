@@ -26,7 +26,9 @@ from service.cli.evidence import evidence
 from service.cli.terminal import grid
 
 _MOST_RUNS = 10
+"""Runs with the largest errors that are shown."""
 _MOST_CANDIDATES = 8
+"""Best candidates that are shown."""
 # Findings about the format of a log are not shown with a result.
 _SILENT = ("format", "not used")
 _HINTED = "the log hints at it, "

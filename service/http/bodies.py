@@ -29,6 +29,7 @@ from service.problems import TooLarge
 
 _MOST_SMALL_FIELDS = 65_536  # bytes of all other fields of a form
 _MOST_PARTS = 20
+"""Of one form, so that a body of empty parts ends early."""
 _WRITTEN_AT_ONCE = 1 << 20
 _ACCEPTED = "the log as the body, or a form with the file 'log' and optionally 'mapping'"
 

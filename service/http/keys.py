@@ -25,6 +25,7 @@ from service.settings import Settings
 
 COOKIE = "joulepath-key"
 BODY_BYTES = 4096
+"""Of a form with a key, at most."""
 FREE = ("/", "/healthz", "/key", "/report.css", "/report.js", "/static/")
 """Paths that need no key; one that ends in a slash stands for all below it, but for "/" itself."""
 

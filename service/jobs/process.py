@@ -28,6 +28,7 @@ from planner.errors import InputError, JoulepathError
 from service.lifetime import end_with_parent
 
 _REPORT_EVERY_S = 0.1
+"""Least time between two reports of a job."""
 _arrived: float | None = None
 _connection: Connection | None = None
 _reported = 0.0

@@ -13,6 +13,7 @@ from pathlib import Path
 from service.documents import write_whole
 
 _PAUSE_S = 0.1
+"""Least time between two reports that are written."""
 
 
 def reporter(path: Path) -> Callable[[float, str], None]:

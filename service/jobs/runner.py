@@ -34,6 +34,7 @@ from service.store import LEASE_S, UNFINISHED, Store, now
 
 STOPPED = "the service was stopped while this job ran; start it again"
 _TICK_S = 0.2
+"""Between two looks at a job that another process runs."""
 RENEWAL_S = 1.0
 """Seconds between two renewals of a lease, and before a locked database is asked again."""
 SWEEP_S = LEASE_S / 3

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from planner.search.results import Route
 
 WIDTH, HEIGHT = 440, 330
+"""Pixels of a chart."""
 
 
 class Drawn(NamedTuple):

@@ -43,7 +43,9 @@ from planner.terrain.obstacles import yaw_mask
 MOST_CELLS = 4_000_000
 """Cells that are looked at; the rectangles of a larger map would take minutes."""
 YAWS = 32
+"""Yaws over half a turn at which the body is tried, 5.6° apart; a rectangle looks the same after."""
 DIRECTIONS = 16
+"""Directions of driving over a full turn, as many as rays of a star; 22.5° apart."""
 RAY_SPACING = 22.0
 """Pixels between the centres of rays."""
 KINDS = {

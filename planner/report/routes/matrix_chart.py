@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 READABLE = 12
 """Columns up to which cells hold their energies; smaller cells show them under the pointer."""
 _LETTERS = 13.0
+"""Pixels, size of the letters."""
 _TOP = 24
+"""Pixels above the cells, for the names of the columns."""
 
 
 def place_words(place: PoseRequest) -> str:

@@ -31,10 +31,13 @@ if TYPE_CHECKING:
 Colour = tuple[int, int, int]
 """Red, green, blue, each 0 to 255."""
 POWER_COLOURS = ((255, 224, 138), (249, 142, 60), (214, 48, 79), (107, 26, 123))
+"""From the least to the most power taken."""
 GIVEN_BACK = (38, 110, 220)
+"""Where the robot gives energy back."""
 START, GOAL = "#15803d", "#b91c1c"
 BASELINE_COLOURS = {"shortest": "#10747a", "fastest": "#374151"}
 _STEPS = 32
+"""Shades of power; pieces of one shade are one line, which keeps the picture small."""
 
 
 def seen(watts: Array) -> Array:

@@ -15,7 +15,9 @@ from planner.telemetry.pictures import Share
 from planner.telemetry.regimes import Regime
 
 MOST_CANDIDATES = 10
+"""Best candidates that a chart shows; the page's table has all."""
 MOST_RUNS = 24
+"""Runs with the largest errors that a chart shows."""
 
 
 def errors_chart(errors: Mapping[str, float], floor: float) -> str:

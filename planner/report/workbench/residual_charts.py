@@ -22,6 +22,7 @@ from planner.telemetry.pictures import ResidualCurve, Stretch
 RESIDUAL = "measured − predicted (W)"
 _FEW = 8  # bins from which on a curve needs no dots
 _SMALL = (350, 215)
+"""Pixels, width and height of a chart among several."""
 _COMPASS = {-180.0: "back", -90.0: "right", 0.0: "forward", 90.0: "left", 180.0: "back"}
 
 

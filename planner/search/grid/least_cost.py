@@ -37,6 +37,7 @@ FIRST_POOL = 4096
 _ARRIVED = 254
 """In place of a move's number: from here straight to the goal."""
 _NONE = 255
+"""In place of a move's number: nothing leads from here to the goal."""
 
 
 @dataclass(frozen=True)

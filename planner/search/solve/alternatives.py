@@ -20,8 +20,11 @@ from planner.search.field import CostField
 from planner.search.results import Route
 
 MOST_OVERLAP = 0.6
+"""Share of its length that an alternative may have in common with an earlier route."""
 MOST_EXTRA = 0.5
+"""Share of the best route's cost by which an alternative may cost more."""
 NEAR_CELLS = 6.0
+"""Cells within which two routes count as one."""
 LEAST_NEAR, MOST_NEAR = 1.5, 60.0
 """m, bounds of the distance of ``NEAR_CELLS`` cells."""
 LEAST_CELLS = 2.0

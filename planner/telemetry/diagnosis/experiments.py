@@ -57,6 +57,7 @@ USUAL_MINUTES = 10.0
 LOAD_MINUTES, HEAT_MINUTES = 1.0, 10.0
 """Minutes that it takes to change the load, and to bring the motors to another temperature."""
 WARM, COLD = 60.0, 20.0
+"""°C of motors that have driven for long, and of motors that have cooled down."""
 LOADED = 0.4
 """Payload of a loaded run, as a share of the robot's mass, unless the log has a heavier one."""
 ASKED = 1.5

@@ -40,6 +40,7 @@ from planner.telemetry.logs.formats import open_log
 from planner.telemetry.logs.mapping import Column, Mapping, MappingLike, read_mapping
 
 MOST_FILES = 20
+"""Files of one drive that are joined."""
 MOST_ROWS = 5_000_000
 """Rows of one file that are held in memory."""
 HELD_SHARE = 0.5

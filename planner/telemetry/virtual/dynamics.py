@@ -50,12 +50,14 @@ BOOK += ("given_off",)
 (_SUPPLY, _GRAVITY, _KINETIC, _BODY, _ROLLING, _ROLLERS, _SLIP, _MESH, _FRICTION) = range(9)
 (_COPPER, _DRIVER, _REFUSED, _ELECTRONICS, _BATTERY, _STORED, _GIVEN_OFF) = range(9, 16)
 _BOOKED = 16
+"""Flows of power that are booked: the names above."""
 
 _PROPORTIONAL = 12.0  # 1/s
 _INTEGRAL = 20.0  # 1/s²
 _SLIDING = 0.004  # m/s
 _SCRUBBING = 0.01  # rad/s
 _FIGHT_STEPS = 25
+"""Steps after which wheels that work against each other change sides."""
 _TERMINAL, _COPPER_OF, _MESH_OF = motors.TERMINAL, motors.COPPER, motors.MESH
 _FRICTION_OF, _DRIVER_OF, _REFUSED_OF = motors.FRICTION, motors.DRIVER, motors.REFUSED
 _CURRENT, _VOLTAGE, _DRAWS = motors.CURRENT, motors.VOLTAGE, motors.DRAWS

@@ -32,6 +32,7 @@ EMPTY_SHARE = 0.86  # open-circuit voltage of an empty battery, share of that of
 # Columns of what one wheel draws.
 CURRENT, VOLTAGE, TERMINAL, COPPER, MESH, FRICTION, DRIVER, REFUSED = range(8)
 DRAWS = 8
+"""How many columns these are."""
 
 
 @njit(cache=True)

@@ -31,6 +31,7 @@ DESIGNS = ("rich", "speed_heats_motor", "one_heading", "one_load", "flat")
 SURFACES = ("hard", "carpet", "asphalt")
 ROW = 0.5  # s, the interval of a log's rows unless a profile says otherwise
 TRAINING, HELD_OUT, ROWS = 16, 8, 300
+"""Runs to fit on, runs held out, and rows of each, unless a caller says otherwise."""
 
 
 @dataclass(frozen=True)

@@ -52,8 +52,11 @@ from planner.telemetry.virtual.sensors import (
 from planner.terrain.heightmap import Terrain
 
 _SIZE_ROUNDS = 6
+"""Corrections of an effect's strength until it has the size that was asked for."""
 _SIZE_TOLERANCE = 0.01
+"""Share by which the size may differ from that."""
 _FEW_RUNS = 8
+"""Runs on which the strength is sought first: a third of a usual drive."""
 
 
 @dataclass(frozen=True)

@@ -36,6 +36,7 @@ from planner.telemetry.virtual.profiles import (
 from planner.terrain.heightmap import Terrain
 
 CONTACTS = 16
+"""Points around the body's edge at which the ground is read."""
 CORNER = 0.3
 """s before and after a corner of the route within which the robot rounds it."""
 

@@ -22,7 +22,9 @@ from planner.terrain.grid_checks import refused, require
 from planner.terrain.heightmap import Terrain
 
 MOST_BYTES = 20_000_000
+"""Of a file that is held in memory."""
 MOST_CORNERS = 200_000
+"""Of all polygons of a file; each is tested against the cells around it."""
 ACCEPTED = (
     'GeoJSON: {"type": "FeatureCollection", "features": [{"type": "Feature", "properties": {}, '
     '"geometry": {"type": "Polygon", "coordinates": [[[x, y], …]]}}, …]}, in metres of the map'

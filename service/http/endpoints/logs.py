@@ -37,6 +37,7 @@ _ANSWERS: dict[int | str, dict[str, Any]] = {
     202: {"model": Job, "description": "The unfinished job; its result is the log."},
 }
 _PROBLEMS = (408, 409, 413, 422, 500, 503, 504, 507)
+"""HTTP statuses that an upload may be refused with."""
 
 
 @router.post("", **described(_CONTENT, _ANSWERS, *_PROBLEMS, status_code=201))

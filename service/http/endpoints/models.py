@@ -27,6 +27,7 @@ _SAVED = {"application/json": {"schema": _SCHEMA}}
 _REVERT = json_content(RevertRequest, {"version": 2})
 _STORED = {201: {"model": ModelSummary, "description": "The stored version."}}
 _PROBLEMS = (408, 413, 415, 422, 500, 503)
+"""HTTP statuses that a change may be refused with."""
 _NOT_FOUND = problem_responses(404)
 
 
