@@ -13,7 +13,7 @@ import re
 from functools import lru_cache
 from typing import Any
 
-LONGEST = 40
+LONGEST_UNIT = 40
 """Characters; no unit needs more, and a long text is no unit."""
 
 _PLAIN = {"°C": "degC", "°F": "degF", "°": "deg", "": "dimensionless", "1": "dimensionless"}
@@ -45,7 +45,7 @@ def conversion(unit: str, own: str) -> tuple[float, float]:
     """
     if unit == own:
         return 1.0, 0.0
-    if len(unit) > LONGEST or _TOWER.search(_spelled(unit)):
+    if len(unit) > LONGEST_UNIT or _TOWER.search(_spelled(unit)):
         raise ValueError("not a unit")
     try:
         units = _registry()

@@ -21,16 +21,16 @@ from planner.power.rows import gravity_columns, rows_from
 from planner.power.vehicles import Vehicle
 from planner.quantities import STANDARD_GRAVITY
 
-SLOPE = 5.0
+BUILDING_SLOPE = 5.0
 """Degrees; the steepest ramp that accessible buildings have is 4.8° (1:12)."""
-SPEEDS = 400
+TRIED_SPEEDS = 400
 """Speeds tried up to the motor's no-load speed."""
 ASSUMED = ("assumed", "prior", "estimated", "chosen")
 """First words of a source that is none."""
 _MOTIONS = {
     "level": (0.0, 0.0),
-    f"{SLOPE:g}° up": (-SLOPE, 0.0),
-    f"{SLOPE:g}° down": (SLOPE, 0.0),
+    f"{BUILDING_SLOPE:g}° up": (-BUILDING_SLOPE, 0.0),
+    f"{BUILDING_SLOPE:g}° down": (BUILDING_SLOPE, 0.0),
     "sideways": (0.0, 90.0),
 }
 """Pitch and direction of motion in the body frame, degrees."""
@@ -107,7 +107,7 @@ def check_vehicle(vehicle: Vehicle) -> VehicleReport:
 def _motion(model: PowerModel, name: str, pitch: float, heading: float) -> Motion:
     vehicle = model.vehicle
     limits, battery = vehicle.limits, vehicle.battery
-    speeds = _fastest(vehicle) * np.arange(1, SPEEDS + 1) / SPEEDS
+    speeds = _fastest(vehicle) * np.arange(1, TRIED_SPEEDS + 1) / TRIED_SPEEDS
     account = _account(model, speeds, pitch, heading)
     allowed = _allowed(account, vehicle)
     reachable = float(speeds[allowed].max(initial=0.0))
@@ -167,8 +167,8 @@ def _oddities(model: PowerModel, level: Motion, up: Motion) -> list[str]:
         "0.5 to 300 A": not 0.5 <= stalled <= 300.0,
         f"limits.speed: {limits.speed:g} m/s, but the drive reaches {level.reachable_m_s:.3g} m/s "
         "on level ground": level.reachable_m_s < limits.speed,
-        f"drive: {SLOPE:g}° up cannot be driven within voltage, current, continuous torque and "
-        "traction": up.reachable_m_s == 0.0 < level.reachable_m_s,
+        f"drive: {BUILDING_SLOPE:g}° up cannot be driven within voltage, current, continuous "
+        "torque and traction": up.reachable_m_s == 0.0 < level.reachable_m_s,
         f"drive.rotor_inertia: the rotors act like {turning:.3g} kg, the robot has "
         f"{vehicle.mass:g} kg": turning > 2.0 * vehicle.mass,
         f"body.yaw_inertia: {yaw:.3g} kg·m², a plate of this mass and size has {plate:.3g}": (

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from service.documents import write_whole
 
-_PAUSE_S = 0.1
+_WRITE_EVERY_S = 0.1
 """Least time between two reports that are written."""
 
 
@@ -21,12 +21,12 @@ def reporter(path: Path) -> Callable[[float, str], None]:
 
     Reports within 0.1 s of the last one are skipped, except the final one.
     """
-    last = -_PAUSE_S
+    last = -_WRITE_EVERY_S
 
     def report(share: float, sentence: str) -> None:
         nonlocal last
         moment = time.monotonic()
-        if moment - last < _PAUSE_S and share < 1.0:
+        if moment - last < _WRITE_EVERY_S and share < 1.0:
             return
         last = moment
         write_whole(path, json.dumps([float(share), str(sentence)]))

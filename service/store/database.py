@@ -37,7 +37,7 @@ T = TypeVar("T")
 FIELD = "JOULEPATH_DATABASE_URL"
 _ACCEPTED = "an address such as sqlite:////path/joulepath.db or postgresql+psycopg://host/name"
 
-PATIENCE_S = 5
+LOCK_PATIENCE_S = 5
 """Seconds that a change waits for a locked SQLite file; Python's own default."""
 
 MIGRATIONS: Mapping[int, Callable[[Connection], None]] = {}
@@ -155,7 +155,7 @@ def _meaning(error: SQLAlchemyError) -> Exception:
 def _settle_sqlite(connection: Any, _: Any) -> None:
     if isinstance(connection, sqlite3.Connection):
         # Two writers wait for each other, from the first statement on.
-        connection.execute(f"PRAGMA busy_timeout={1000 * PATIENCE_S}")
+        connection.execute(f"PRAGMA busy_timeout={1000 * LOCK_PATIENCE_S}")
         # Readers do not wait for a writer.
         connection.execute("PRAGMA journal_mode=WAL")
         connection.execute("PRAGMA foreign_keys=ON")

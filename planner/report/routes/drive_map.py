@@ -40,11 +40,11 @@ from planner.report.routes.relief_map import ground_axes, relief_map
 from planner.terrain.heightmap import Terrain
 from planner.terrain.obstacles import yaw_mask
 
-MOST_CELLS = 4_000_000
+MOST_MAPPED_CELLS = 4_000_000
 """Cells that are looked at; the rectangles of a larger map would take minutes."""
-YAWS = 32
-"""Yaws over half a turn at which the body is tried, 5.6° apart; a rectangle looks the same after."""
-DIRECTIONS = 16
+BODY_YAWS = 32
+"""Yaws at which the body is tried, 5.6° apart: over half a turn, as a rectangle needs no more."""
+RAYS = 16
 """Directions of driving over a full turn, as many as rays of a star; 22.5° apart."""
 RAY_SPACING = 22.0
 """Pixels between the centres of rays."""
@@ -68,13 +68,13 @@ def drive_page(terrain: Terrain, vehicle: Vehicle) -> tuple[str, dict[str, float
         vehicle: whose room and slopes are meant.
 
     Raises:
-        MapError: the map has more than MOST_CELLS cells.
+        MapError: the map has more than MOST_MAPPED_CELLS cells.
     """
-    if terrain.heights.size > MOST_CELLS:
+    if terrain.heights.size > MOST_MAPPED_CELLS:
         raise MapError(
             "map",
             f"{terrain.name} has {terrain.heights.size:,} cells, too many for this picture",
-            accepted=f"at most {MOST_CELLS:,} cells",
+            accepted=f"at most {MOST_MAPPED_CELLS:,} cells",
         )
     kinds, slopes, allowed = _looked_at(terrain, vehicle)
     shares = {name: float((kinds == number).mean()) for number, name in enumerate(KINDS)}
@@ -102,8 +102,8 @@ def drive_page(terrain: Terrain, vehicle: Vehicle) -> tuple[str, dict[str, float
 def ground_layer(terrain: Terrain, vehicle: Vehicle, *, width: int = 720) -> Markup:
     """Where a vehicle cannot go, as a layer for ``whole_map``, with a legend of the ground.
 
-    Free and blocked ground are left out: the relief shows them. A map with more than MOST_CELLS
-    cells gets no layer.
+    Free and blocked ground are left out: the relief shows them. A map with more than
+    MOST_MAPPED_CELLS cells gets no layer.
 
     Args:
         terrain: the map.
@@ -112,7 +112,7 @@ def ground_layer(terrain: Terrain, vehicle: Vehicle, *, width: int = 720) -> Mar
     """
     colours = ground_colours(terrain)
     grounds = [joined(dot(c), name) for name, c in colours.items() if len(colours) > 1]
-    if terrain.heights.size > MOST_CELLS:
+    if terrain.heights.size > MOST_MAPPED_CELLS:
         return joined(element("svg", element("g", kind="drivable")), bullets(grounds, "legend"))
     kinds = _looked_at(terrain, vehicle)[0]
     shown = [name for number, name in enumerate(KINDS) if number in _LAYERED]
@@ -127,23 +127,25 @@ def ground_layer(terrain: Terrain, vehicle: Vehicle, *, width: int = 720) -> Mar
 def _looked_at(
     terrain: Terrain, vehicle: Vehicle
 ) -> tuple[NDArray[np.uint8], dict[str, float], NDArray[np.bool_]]:
-    """Kind of every cell, steepest slopes, and (DIRECTIONS, ny, nx) directions left."""
+    """Kind of every cell, steepest slopes, and (RAYS, ny, nx) directions left."""
     table, limits = vehicle.layout.table, vehicle.limits
     half_footprint = 0.5 * float(np.abs(table[:, X]).max() + np.abs(table[:, Y]).max())
     # Half a wheel's radius is the largest step that it climbs without a run.
     blocked = terrain.blocked_cells(0.5 * vehicle.layout.radius)
     half_length = 0.5 * vehicle.length + limits.clearance
     half_width = 0.5 * vehicle.width + limits.clearance
-    mask = yaw_mask(np.ascontiguousarray(blocked), *terrain.cell, half_length, half_width, YAWS)
+    mask = yaw_mask(
+        np.ascontiguousarray(blocked), *terrain.cell, half_length, half_width, BODY_YAWS
+    )
     fits = np.bitwise_count(mask)
     slopes = steepest_slopes(PowerModel.from_vehicle(vehicle))
     north, east = np.gradient(terrain.riding_surface(half_footprint), *terrain.cell[::-1])
-    angles = 2.0 * math.pi * np.arange(DIRECTIONS) / DIRECTIONS
+    angles = 2.0 * math.pi * np.arange(RAYS) / RAYS
     rise = np.cos(angles)[:, None, None] * east + np.sin(angles)[:, None, None] * north
     steep = np.hypot(east, north) > max(slopes.values())
     allowed = (rise <= slopes["up"]) & (-rise <= slopes["down"]) & (fits > 0) & ~steep
     kinds = np.full(blocked.shape, _FREE, np.uint8)
-    kinds[fits < YAWS] = _SOME
+    kinds[fits < BODY_YAWS] = _SOME
     kinds[~allowed.any(axis=0)] = _STEEP
     kinds[fits == 0] = _NO_ROOM
     kinds[blocked] = _BLOCKED
@@ -184,7 +186,7 @@ def _rays(
             path = "".join(
                 f"M{ground.x(x):.1f} {ground.y(y):.1f}"
                 f"l{9 * math.cos(angle):.1f} {-9 * math.sin(angle):.1f}"
-                for angle in 2.0 * math.pi * np.flatnonzero(here) / DIRECTIONS
+                for angle in 2.0 * math.pi * np.flatnonzero(here) / RAYS
             )
             rays.append(element("path", d=path, stroke="#111827", stroke_width=1, fill="none"))
     return rays

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from planner.search.reach import Reach
     from planner.search.results import Route
 
-FAST, FRUGAL = (185, 28, 28), (21, 128, 61)
+FASTEST_COLOUR, FRUGAL_COLOUR = (185, 28, 28), (21, 128, 61)
 """Red, green and blue of the first and of the last route of a front."""
 COLOURS = ("#15803d", "#b91c1c", "#1d4ed8", "#a16207")
 """Of planners, in their order; the first is least-energy."""
@@ -71,7 +71,7 @@ def _without_route(title: str, reason: str, *further: str) -> View:
 
 def _between(place: int, count: int) -> str:
     """Colour of a route by its place in the front, from the fastest to the last."""
-    return hexadecimal(mixed(FAST, FRUGAL, place / max(count - 1, 1)))
+    return hexadecimal(mixed(FASTEST_COLOUR, FRUGAL_COLOUR, place / max(count - 1, 1)))
 
 
 def _spent(route: Route) -> str:

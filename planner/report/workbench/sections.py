@@ -33,7 +33,7 @@ from planner.telemetry.diagnosis import Diagnosis, Experiment
 from planner.telemetry.pictures import ResidualCurve, Stretch
 from planner.telemetry.regimes import Regime
 
-MOST_RUNS = 12
+MOST_OPEN_RUNS = 12
 """More runs than these are folded away."""
 
 VERDICTS = {
@@ -327,7 +327,7 @@ def by_run(runs: Sequence[RunComparison], pictures: Pictures) -> Markup:
         for r in runs
     ]
     made = table("", heads, rows)
-    if len(rows) > MOST_RUNS:
+    if len(rows) > MOST_OPEN_RUNS:
         made = folded(f"all {len(rows)} runs", made)
     drawing = figure(pictures.get("runs", ""))
     return section("Energy by run", pair(drawing, made) if drawing else made)

@@ -44,7 +44,7 @@ Place = tuple[float, float]
 
 STEADY, ALL = "steadily driven routes", "all motions"
 """Classes that a bound holds for."""
-NODES_PER_SECOND, MOST_NODES = 30_000, 250_000
+NODES_PER_SECOND, MOST_MESH_NODES = 30_000, 250_000
 """Nodes of the mesh for each second given, and at most: with more, too few rounds fit in."""
 SETTLED_LOOKS = 4
 """Looks at the potential without a gain of one part in ten thousand, after which it is done."""
@@ -125,7 +125,7 @@ def _steady(
     floor = steady_floor(conditions)
     if floor is None or floor.least.min() <= 0.0:
         return -math.inf
-    nodes = min(max(NODES_PER_SECOND * seconds, 2_000.0), MOST_NODES)
+    nodes = min(max(NODES_PER_SECOND * seconds, 2_000.0), MOST_MESH_NODES)
     mesh = mesh_of(field, floor.steepest, math.ceil(math.sqrt(field.heights.size / nodes)))
     token.check()
     costs = triangle_costs(floor, mesh)

@@ -10,7 +10,8 @@ best speed. So the difference may be added: over a ramp, with ds = v·dv/a,
 
 p(v) is the least power at speed v and c the floor of a metre at the same slope. p - v·c is looked
 up at the speeds of the table and is the least over all slopes round the place. It falls with the
-speed: below the first one it counts as there, and between two as on their chord, less ``RESERVE``.
+speed: below the first one it counts as there, and between two as on their chord, less
+``SPEED_RESERVE``.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from planner.search.conditions import OperatingConditions
 
 Place = tuple[float, float]
 
-RESERVE = 0.03
+SPEED_RESERVE = 0.03
 """Share taken off for speeds between those of the table."""
 
 
@@ -55,7 +56,7 @@ def both_ends(
         watts = np.interp(ramp, speeds, least)
         # A metre along the ground is longer than a horizontal one.
         total += float(np.trapezoid(watts, ramp)) / math.hypot(1.0, steepest)
-    return (1.0 - RESERVE) * total / most
+    return (1.0 - SPEED_RESERVE) * total / most
 
 
 def _steepest_near(mesh: Mesh, place: Place, distance: float) -> float:

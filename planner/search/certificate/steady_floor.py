@@ -13,8 +13,8 @@ interpolated, so they lie on either side of the model. Four reserves keep this o
     limits   a yaw and speed counts where it keeps the limits at a node next to it, or more slowly.
              Of torque, only the peak is a limit: no average over time.
     yaws     evenly, and closely round the angles at which a rim or roller stands and its smooth
-             sign lets friction hold the robot. ``RESERVE`` is for what lies between.
-    speeds   evenly; ``RESERVE`` again, for D is flat where a speed below the largest is the best.
+             sign lets friction hold the robot. ``YAW_RESERVE`` is for what lies between.
+    speeds   evenly; ``YAW_RESERVE`` again, for D is flat where a speed below the largest is best.
 
 tests/search/certificate compares with the model at random slopes, yaws and speeds.
 """
@@ -57,9 +57,9 @@ EVEN_YAWS = 72
 STANDING = (0.2, 0.4, 0.7, 1.0, 1.5, 2.0, 3.0, 4.5, 7.0, 10.0, 14.0)
 """Yaws off those at which a rim or roller stands, to both sides: its speed there in widths of the
 smooth sign."""
-RESERVE = 0.006
+YAW_RESERVE = 0.006
 """Share taken off for yaws and speeds between those of the table."""
-CRAWL = 0.05
+STEEPEST_SPEED = 0.05
 """Share of full speed at which the steepest slope is looked for."""
 
 _VX, _VY = INDEX["vx"], INDEX["vy"]
@@ -122,8 +122,8 @@ def _steady_floor(conditions: OperatingConditions, steepest: float) -> SteadyFlo
         # Only what may be the best is looked at closely.
         asked = low <= np.where(kept, costs, np.inf).min(axis=(0, 1))
         _refine(conditions, c, steepest, yaws, asked & np.isfinite(low), least[c])
-    least *= 1.0 - RESERVE
-    by_speed *= 1.0 - RESERVE
+    least *= 1.0 - YAW_RESERVE
+    by_speed *= 1.0 - YAW_RESERVE
     # Beyond what can be driven nothing counts, but cells that reach there are interpolated.
     least[~np.isfinite(least)] = least[np.isfinite(least)].max()
     return SteadyFloor(least, by_speed, steepest)
@@ -180,7 +180,7 @@ def _steepest(conditions: OperatingConditions) -> float:
         middle = 0.5 * (low + high)
         along, across = middle * np.cos(azimuth), middle * np.sin(azimuth)
         good = any(
-            _driven(conditions, c, along, across, yaws, np.array([CRAWL]))[1].any()
+            _driven(conditions, c, along, across, yaws, np.array([STEEPEST_SPEED]))[1].any()
             for c in range(len(conditions.class_rows))
         )
         low, high = (middle, high) if good else (low, middle)

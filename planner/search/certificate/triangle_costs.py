@@ -1,9 +1,9 @@
 """A floor of the cost of steady driving through each triangle of a map, by direction.
 
-    costs = triangle_costs(floor, mesh)      # (cells y, cells x, 2, DIRECTIONS) J per horizontal m
+    costs = triangle_costs(floor, mesh)      # (cells y, cells x, 2, directions) J per horizontal m
 
-A gradient g with -g·e ≤ costs for the directions e = (cos, sin)(k·2π/DIRECTIONS) keeps to the floor
-for every direction and every slope in the triangle. Infinity marks walls.
+A gradient g with -g·e ≤ costs for e = (cos, sin)(k·2π/TRAVEL_DIRECTIONS), each k, keeps to the
+floor for every direction and every slope in the triangle. Infinity marks walls.
 
 In a cell the slopes lie in a rectangle. Seen along a direction it turns, and a box round it lets in
 slopes that are not there. So the table is turned instead, once for each direction: squares of
@@ -31,7 +31,7 @@ from planner.search.certificate.mesh import Mesh
 from planner.search.certificate.steady_floor import SteadyFloor
 from planner.search.second_core import in_halves
 
-DIRECTIONS = 48
+TRAVEL_DIRECTIONS = 48
 """Directions of travel in which a triangle has a cost."""
 SMALL, LARGE = 2.0, 8.0
 """Steps of the table: up to the first, a rectangle's longer side is closer to a turned box than to
@@ -137,8 +137,8 @@ def _look_up(
     windows = np.empty((int(math.log2(last)) + 1, last, last))
     for direction in range(2 * a, 2 * b):
         c, s = (
-            math.cos(direction * math.pi / DIRECTIONS),
-            math.sin(direction * math.pi / DIRECTIONS),
+            math.cos(direction * math.pi / TRAVEL_DIRECTIONS),
+            math.sin(direction * math.pi / TRAVEL_DIRECTIONS),
         )
         for ground in range(tables.shape[0]):
             table, turned = tables[ground], False
@@ -203,8 +203,8 @@ def _below_chords(wall: Any, costs: Any, a: int, b: int) -> None:
 
 def triangle_costs(floor: SteadyFloor, mesh: Mesh) -> Array:
     """Costs of all triangles, on both cores; see the module's head."""
-    costs = np.empty((*mesh.wall.shape, DIRECTIONS))
+    costs = np.empty((*mesh.wall.shape, TRAVEL_DIRECTIONS))
     there = floor.least, floor.steepest, mesh.ranges, mesh.classes, mesh.wall, costs
-    in_halves(DIRECTIONS, partial(_look_up, *there))
+    in_halves(TRAVEL_DIRECTIONS, partial(_look_up, *there))
     in_halves(len(costs), partial(_below_chords, mesh.wall, costs))
     return costs

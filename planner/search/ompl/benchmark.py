@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 MEMORY_MB = 1e6
 """MB that a planner may use: no limit that matters."""
-ENOUGH = 600.0
+ENOUGH_S = 600.0
 """s for least-energy, which ends by itself."""
 
 
@@ -237,7 +237,7 @@ def _of_least_energy(problem: EnergyProblem) -> list[PlannerRun]:
 
     setup = problem.setup()
     setup.setPlanner(LeastEnergy(problem.information, search))
-    [(spent, states, cost)] = trials(problem, setup, ENOUGH, 1)
+    [(spent, states, cost)] = trials(problem, setup, ENOUGH_S, 1)
     route = outcomes[0].route
     return [PlannerRun("least-energy", spent, cost if states else None, route)]
 

@@ -43,7 +43,7 @@ from planner.power.model import PowerModel
 NOISE = "noise"
 """Stands beside the effects for what one measured drive scatters by, whatever the parameters."""
 
-MOST_ROWS = 600
+MOST_ROUTE_ROWS = 600
 """Rows that stand for a route: what is uncertain needs no more digits than they give."""
 DERIVATIVE_STEP = 1e-6
 """Step of a derivative relative to the parameter, or to its standard deviation if that is more."""
@@ -111,8 +111,8 @@ class EnergyDistribution:
 
 
 def thinned(rows: Array, seconds: Array) -> tuple[Array, Array]:
-    """At most about MOST_ROWS of a route's rows (n, ROW_LENGTH), and seconds (n,) that add up."""
-    stride = max(1, len(rows) // MOST_ROWS)
+    """About MOST_ROUTE_ROWS at most of a route's rows (n, ROW_LENGTH), and their seconds (n,)."""
+    stride = max(1, len(rows) // MOST_ROUTE_ROWS)
     # Samples come in threes along a step: every third one would always have the same place in it.
     stride += stride % 3 == 0
     kept = seconds[::stride].copy()

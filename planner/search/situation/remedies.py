@@ -17,7 +17,7 @@ from planner.search.limit_places import Infeasible
 
 YAW_TRIES = 64
 """Yaw angles over a full turn at which a slope is tried."""
-CRAWL = 0.125
+SLOPE_SPEED = 0.125
 """Share of full speed at which a slope is tried, as in the tables of steady driving."""
 _BY_COLUMN = ("wheel load", "current", "voltage", "torque peak", "traction")
 
@@ -34,7 +34,7 @@ def limit_on_slope(
         x, y: m, of the place.
     """
     rows = np.repeat(conditions.class_rows[kind][None], YAW_TRIES, axis=0)
-    crawl = CRAWL * float(conditions.limits[0])
+    crawl = SLOPE_SPEED * float(conditions.limits[0])
     for k, row in enumerate(rows):
         set_motion(row, slope, 0.0, 2.0 * math.pi * k / YAW_TRIES, 0.0, crawl)
     _, load, current, voltage, torque, grip = conditions.model.power_and_limits(rows).T

@@ -40,7 +40,7 @@ DESCENT_CELLS = (1.0, 0.5, 0.5, 0.25, 0.25, 0.1)
 """Cells by which waypoint descent moves waypoints, round after round."""
 DESCENDED = {24.0: 4, 12.0: 2, 16.0: 1}
 """How many candidates get their waypoints optimised, by the cells between waypoints."""
-ENOUGH = 0.15
+LEAST_STEP_S = 0.15
 """s left from which another step is begun."""
 
 
@@ -70,7 +70,7 @@ def further_candidates(run: Run, attempt: Attempt) -> Iterator[Candidate]:
     for number in itertools.count():
         if counted and number == SEARCHES:
             return
-        if not counted and left() < max(ENOUGH, FOR_SMOOTHING * request.time_budget_s):
+        if not counted and left() < max(LEAST_STEP_S, FOR_SMOOTHING * request.time_budget_s):
             break
         source, other = next(others)
         if other.route is not None and other.legs is not None:
@@ -118,7 +118,7 @@ def smoothed_otherwise(
     )
     tasks = [partial(smoothed, *kind, path) for kind in kinds for path in paths]
     for first in range(0, len(tasks), 2):
-        if left() < max(ENOUGH, FOR_DESCENT * run.request.time_budget_s):
+        if left() < max(LEAST_STEP_S, FOR_DESCENT * run.request.time_budget_s):
             return
         run.step(0.75, "other smoothings")
         for legs, route in run.other_core.all(tasks[first : first + 2]):
@@ -135,7 +135,7 @@ def with_waypoints_optimised(
     for cells, count in DESCENDED.items():
         known.sort(key=lambda one: one[0].energy_j)
         for k, (route, legs) in enumerate(known[:count]):
-            if left() < ENOUGH:
+            if left() < LEAST_STEP_S:
                 return
             run.step(0.85, "waypoint descent")
             better = optimise_waypoints(
@@ -143,7 +143,7 @@ def with_waypoints_optimised(
                 run.conditions,
                 [path for path, _ in legs],
                 run.yaws,
-                steps=itertools.takewhile(lambda _: left() > ENOUGH, DESCENT_CELLS),
+                steps=itertools.takewhile(lambda _: left() > LEAST_STEP_S, DESCENT_CELLS),
                 spacing=cells,
                 both=run.other_core.all,
                 check=run.check,

@@ -43,7 +43,7 @@ from planner.search.waypoints import suggests_detour
 DETOURS, DETOUR_PENALTY = 2, 0.1
 """Searches for another homotopy class where bends cost much, and the share by which ground near
 the best route costs more in each."""
-TURN = 1e-6
+LEAST_TURN = 1e-6
 """rad, and share of the length, up to which a motion is straight: more than rounding, less than any
 turn that costs something."""
 MUCH_TURNING = 1.1
@@ -256,10 +256,12 @@ class _Sketching:
 
 def _straight_on(motion: Motion | Infeasible) -> bool:
     """Whether a motion neither bends nor turns: then room would save nothing."""
-    if not isinstance(motion, Motion) or float(np.ptp(motion.yaw)) > TURN:
+    if not isinstance(motion, Motion) or float(np.ptp(motion.yaw)) > LEAST_TURN:
         return False
     length = np.hypot(np.diff(motion.x), np.diff(motion.y)).sum()
-    return bool(length <= (1.0 + TURN) * math.dist(*np.column_stack([motion.x, motion.y])[[0, -1]]))
+    return bool(
+        length <= (1.0 + LEAST_TURN) * math.dist(*np.column_stack([motion.x, motion.y])[[0, -1]])
+    )
 
 
 def path_exists(run: Run, field: CostField, objective: str) -> bool:

@@ -34,7 +34,7 @@ STRAIGHT = math.radians(0.5)
 """rad: smaller changes of direction need no arc; the tyres' creep takes them."""
 SLOPES_PER_CELL = 15
 """Points on a cell's length at which the slope is looked at."""
-GENTLE = 0.6
+GENTLE_SLOPE_SHARE = 0.6
 """Share of the least slope limit below which no yaw comes near a limit."""
 
 
@@ -246,7 +246,9 @@ def slopes_of_steps(field: CostField, points: Array) -> Array:
     In columns 0 and 1 that at the middle, in 2 and 3 the steepest one of SLOPES_PER_CELL;
     where that is far from every limit, the one at the middle once more.
     """
-    return np.asarray(_slopes_of_steps(field, points, GENTLE * float(field.limit.min())))
+    return np.asarray(
+        _slopes_of_steps(field, points, GENTLE_SLOPE_SHARE * float(field.limit.min()))
+    )
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

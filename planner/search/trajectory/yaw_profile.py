@@ -25,7 +25,7 @@ from planner.search.field import CostField
 from planner.search.kernel_arguments import Steps
 from planner.search.resolution import ALL_YAWS, STATES, WIDTH
 from planner.search.steady import crab_angle_for_yaw
-from planner.search.trajectory.track import GENTLE, Track
+from planner.search.trajectory.track import GENTLE_SLOPE_SHARE, Track
 from planner.search.trajectory.yaw_kernel import best_states
 from planner.search.trajectory.yaw_moves import (
     MOST_SAMPLES,
@@ -102,7 +102,7 @@ def yaw_profile(
         *(kernel, conditions.arrays, directions, steps.slopes[after], steps.ground[after]),
         *(objective, spin),
     )
-    gentle = GENTLE * float(field.limit.min())
+    gentle = GENTLE_SLOPE_SHARE * float(field.limit.min())
     stride = _stride(at, np.hypot(*steps.slopes[:, 2:].T), gentle)
     steady = np.empty((len(at) - 1, STATES))
     steady_costs_of(field, at, steps, stride, steady)

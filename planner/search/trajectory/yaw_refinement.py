@@ -38,12 +38,12 @@ TURNED_AT = ((1.0, (1.0, 0.5)), (0.2, (0.5, 0.25, 0.1)))
 """m between waypoints, and the turns that are tried there, in states of the yaw profile."""
 REPEATS = 3
 """Times at most that each turn is tried."""
-FINENESS, FINER = 1.0, 0.2
+SAMPLED_CELLS, FINELY_SAMPLED_CELLS = 1.0, 0.2
 """Cells that three samples of the motion stand for, and where a limit is near."""
 NEAR = 0.1
 """Share of a limit that is left where it counts as near. The voltage is left out, as less speed
 keeps it with any yaw."""
-RESERVE = 0.003
+TRACTION_RESERVE = 0.003
 """Share of the traction that stays: the answer is checked more closely than it is sampled here."""
 BROKEN = 1e6
 """J that a sample counts for at which a limit is broken. No motion takes as much, so that yaws
@@ -145,7 +145,7 @@ def _price(
                 cost = found[i] * seconds[j]
                 rate = rows[j, _WZ] + turn * (b - a) * pace[j]
                 broken = broken_in_block(found, i, limits) >= 0
-                broken |= found[_TRACTION_LEFT * BLOCK + i] < RESERVE
+                broken |= found[_TRACTION_LEFT * BLOCK + i] < TRACTION_RESERVE
                 broken |= abs(rate) > limits[6] * (1.0 + 1e-6)
                 cost += BROKEN * broken
                 price[piece[j], a + 1, b + 1] += cost
@@ -314,8 +314,8 @@ def _samples(
     Where a limit is near there are more, which count for no time. They are there once more without
     acceleration, as the speeds change again after the yaw.
     """
-    rows, seconds, place, speed = _driven_rows(field, conditions, motion, FINENESS)
-    closer, _, close, pace = _driven_rows(field, conditions, motion, FINER)
+    rows, seconds, place, speed = _driven_rows(field, conditions, motion, SAMPLED_CELLS)
+    closer, _, close, pace = _driven_rows(field, conditions, motion, FINELY_SAMPLED_CELLS)
     found = conditions.model.power_and_limits(closer)
     near = (found[:, _LEAST_LOAD] <= 0.0) | (found[:, _TRACTION_LEFT] < NEAR)
     near |= found[:, _CURRENT] > (1.0 - NEAR) * conditions.limits[1]

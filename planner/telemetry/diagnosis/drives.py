@@ -34,22 +34,22 @@ from planner.quantities import STANDARD_GRAVITY
 Leg = dict[str, float]
 Settings = Mapping[str, Any]
 
-SLOPE = 0.0873  # 5°
-GENTLE, HARD = 0.4, 0.8
+LEG_SLOPE = 0.0873  # 5°
+GENTLE_LEGS, HARD_LEGS = 0.4, 0.8
 """Acceleration of the legs over the vehicle's limit."""
-TOP, TURN = 0.65, 0.6
+TOP_SPEED, TOP_YAW_RATE = 0.65, 0.6
 """Highest speed and yaw rate over the vehicle's limits, so that motors and grip have a reserve."""
-SPEEDS = (0.15, 0.35, 0.6, 0.85)
+LEG_SPEEDS = (0.15, 0.35, 0.6, 0.85)
 """Speeds over the highest one."""
-CREEP = (0.01, 0.02, 0.04, 0.07)
+CREEP_SPEEDS = (0.01, 0.02, 0.04, 0.07)
 """m/s, where rollers and wheels stick."""
 HOLD, LONGEST_HOLD = 3.0, 8.0
 """s of steady motion in a leg: at the highest speed, and at most."""
 LEAST_HOLD = 0.5
 """s of steady motion that a leg keeps in a small area."""
-SLOWEST = 0.5
+SLOWEST_LEG = 0.5
 """Share of its speed that a leg keeps in a small area."""
-HALVINGS = 12
+LENGTH_HALVINGS = 12
 """Halvings in the search for the longest leg that fits: to 2 mm in 10 m."""
 PATH_STEP = 0.05
 """s between the poses that show what area a path takes."""
@@ -82,15 +82,15 @@ class Drive:
 def drives_of(vehicle: Vehicle) -> list[Drive]:
     """All ways of driving that are considered for a vehicle."""
     limits = vehicle.limits
-    top, turn = TOP * limits.speed, TURN * limits.yaw_rate
-    speeds = [top * share for share in SPEEDS]
+    top, turn = TOP_SPEED * limits.speed, TOP_YAW_RATE * limits.yaw_rate
+    speeds = [top * share for share in LEG_SPEEDS]
     said = ", ".join(f"{v:.2f}" for v in speeds)
-    slope = f"a ramp of {math.degrees(SLOPE):.0f}°"
+    slope = f"a ramp of {math.degrees(LEG_SLOPE):.0f}°"
     ahead, left = (1.0, 0.0), (0.0, 1.0)
     diagonal = math.sqrt(0.5)
     eight = [ahead, left, (diagonal, diagonal), (-diagonal, diagonal)]
 
-    def lines(directions: Sequence[tuple[float, float]], share: float = GENTLE) -> list[Leg]:
+    def lines(directions: Sequence[tuple[float, float]], share: float = GENTLE_LEGS) -> list[Leg]:
         return [
             leg
             for v in speeds
@@ -105,7 +105,7 @@ def drives_of(vehicle: Vehicle) -> list[Drive]:
     back = turned(-0.5 * math.pi)
     creeping = [
         leg
-        for v in CREEP
+        for v in CREEP_SPEEDS
         for x, y in (ahead, left)
         for leg in there_and_back(vehicle, v * x, v * y, 0.0)
     ]
@@ -124,18 +124,18 @@ def drives_of(vehicle: Vehicle) -> list[Drive]:
         Drive(
             f"up and down {slope}, forwards and backwards, at {said} m/s",
             (*lines([ahead]), *half, *lines([(-1.0, 0.0)]), *half),
-            SLOPE,
+            LEG_SLOPE,
         ),
         Drive(
             f"up and down {slope}, sideways, at {said} m/s",
             (*lines([left]), *half, *lines([(0.0, -1.0)]), *half),
-            SLOPE,
+            LEG_SLOPE,
             0.5 * math.pi,
         ),
         Drive(
             f"forwards and sideways across {slope} at {said} m/s",
             (*lines([ahead]), *quarter, *lines([left]), *back),
-            SLOPE,
+            LEG_SLOPE,
             0.5 * math.pi,
         ),
         Drive(f"turning on the spot at {0.3 * turn:.2f} and {0.8 * turn:.2f} rad/s", tuple(spins)),
@@ -146,15 +146,15 @@ def drives_of(vehicle: Vehicle) -> list[Drive]:
         ),
         Drive("creeping at 1 to 7 cm/s, forwards and sideways, there and back", tuple(creeping)),
         Drive(
-            f"starting and stopping hard with {HARD * limits.acceleration:.2g} m/s², forwards and "
-            f"sideways, up to {speeds[-1]:.2f} m/s",
-            tuple({**leg, "hold": LEAST_HOLD} for leg in lines([ahead, left], HARD)),
+            f"starting and stopping hard with {HARD_LEGS * limits.acceleration:.2g} m/s², forwards "
+            f"and sideways, up to {speeds[-1]:.2f} m/s",
+            tuple({**leg, "hold": LEAST_HOLD} for leg in lines([ahead, left], HARD_LEGS)),
         ),
     ]
 
 
 def there_and_back(
-    vehicle: Vehicle, vx: float, vy: float, wz: float, share: float = GENTLE
+    vehicle: Vehicle, vx: float, vy: float, wz: float, share: float = GENTLE_LEGS
 ) -> tuple[Leg, Leg]:
     """A leg and the one that leads back on the same path.
 
@@ -171,7 +171,7 @@ def there_and_back(
     vx, vy, wz, rim = (less * value for value in (vx, vy, wz, rim))
     ramp = rim / (share * limits.acceleration)
     speed = math.hypot(vx, vy)
-    longest = HOLD * TOP * limits.speed * SPEEDS[-1] / max(speed, 1e-9)
+    longest = HOLD * TOP_SPEED * limits.speed * LEG_SPEEDS[-1] / max(speed, 1e-9)
     leg = _leg(vx, vy, wz, ramp, min(longest, LONGEST_HOLD))
     return leg, {name: value if name in ("ramp", "hold") else -value for name, value in leg.items()}
 
@@ -228,7 +228,7 @@ def fitted_into(settings: Settings, area: tuple[float, float]) -> dict[str, Any]
         area: m, length and width, along and across the heading at the start.
 
     Raises:
-        InputError: a leg would keep less than SLOWEST of its speed.
+        InputError: a leg would keep less than SLOWEST_LEG of its speed.
     """
 
     def fits(some: Sequence[Leg]) -> bool:
@@ -238,13 +238,13 @@ def fitted_into(settings: Settings, area: tuple[float, float]) -> dict[str, Any]
     legs = settings["legs"]
     if not fits(legs):
         low, high = 0.0, max(map(_length, legs))
-        for _ in range(HALVINGS):
+        for _ in range(LENGTH_HALVINGS):
             longest = 0.5 * (low + high)
             legs = [_shortened(leg, longest) for leg in settings["legs"]]
             low, high = (longest, high) if fits(legs) else (low, longest)
         legs = [_shortened(leg, low) for leg in settings["legs"]]
     pairs = zip(legs, settings["legs"], strict=True)
-    if not fits(legs) or any(_speed(one) < SLOWEST * _speed(other) for one, other in pairs):
+    if not fits(legs) or any(_speed(one) < SLOWEST_LEG * _speed(other) for one, other in pairs):
         needs = " x ".join(f"{size:g}" for size in settings["area"])
         given = " x ".join(f"{size:g}" for size in area)
         raise InputError(

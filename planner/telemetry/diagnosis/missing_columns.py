@@ -44,7 +44,7 @@ STEADY_SECONDS = 2.0
 """s over which a scatter of slopes stays the same; rows within count as one."""
 CELLS = 8
 """Cells of the speed, and of the direction of travel without its sense, that a drag may follow."""
-PROBE_ROWS = 1500
+ALIAS_ROWS = 1500
 """Rows on which aliases are compared."""
 MOST_TIMES = 4
 """Length of a drive over that of the log, up to which a quantity is recommended."""
@@ -125,7 +125,7 @@ class Aliases:
         examination, log = advice.examination, advice.log
         self.library = examination.competitors.library
         # A meter shows what was before: rows alone would not do.
-        count = len(log) if log.meter else min(len(log), PROBE_ROWS)
+        count = len(log) if log.meter else min(len(log), ALIAS_ROWS)
         self.rows: Integers = np.linspace(0, len(log) - 1, count).astype(np.int64)
         self.probe = log.take(self.rows)
         certainty = advice.slow * math.sqrt(len(log) / count)

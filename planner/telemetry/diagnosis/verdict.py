@@ -14,7 +14,7 @@ from planner.telemetry.diagnosis.results import Diagnosis, Verdict
 from planner.telemetry.diagnosis.unexplained import MOST_OVER_FLOOR
 from planner.telemetry.regimes import Regime
 
-CLOSE = 1.05
+CLOSE_ERRORS = 1.05
 """Held-out error over the noise floor up to which both are called the same."""
 
 
@@ -108,7 +108,7 @@ def _beside_noise(diagnosis: Diagnosis) -> str:
     rest, noise = diagnosis.unexplained, diagnosis.baseline.noise_floor_w or 0.0
     error, floor = diagnosis.after.heldout_rmse_w, watts(noise)
     # The ratio leaves out a few far rows; what is shown beside each other must agree, too.
-    if max(rest.heldout_over_floor, error / max(noise, 1e-300)) <= CLOSE:
+    if max(rest.heldout_over_floor, error / max(noise, 1e-300)) <= CLOSE_ERRORS:
         return f"which is the log's own noise (about {floor})"
     if rest.heldout_over_floor <= MOST_OVER_FLOOR:
         return f"close to the log's own noise (about {floor})"

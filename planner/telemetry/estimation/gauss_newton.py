@@ -26,7 +26,7 @@ from planner.telemetry.noise import Noise, clipped, huber
 from planner.telemetry.parameters import Prior
 from planner.telemetry.prediction import Nodes, tangent
 
-MOST_STEPS = 25
+MOST_NEWTON_STEPS = 25
 """Gauss-Newton steps; kinks of friction may keep steps from ever becoming small."""
 LEAST_STEP_GAIN = 0.01
 """Twice the log-likelihood that a further step must promise: 0.1 standard errors, squared."""
@@ -104,7 +104,7 @@ class Problem:
         best, stride, settled = np.inf, 1.0, value
         step, prior = np.zeros(len(self.index)), self.prior
         known = prior.precision
-        for _ in range(MOST_STEPS):
+        for _ in range(MOST_NEWTON_STEPS):
             residual = log.power - found.watts
             # Far from the solution most rows are "outliers"; the limit then follows the residual.
             far = max(1.0, float(np.median(np.abs(residual) / spread)) / 0.6745)

@@ -30,7 +30,7 @@ from planner.telemetry.sampling import cluster_numbers
 
 LEAST_GAIN = 12.0
 """Log-likelihood by which a meter must lead none: e^12 to one against it."""
-LEAST_Z = 3.84
+LEAST_METER_Z = 3.84
 """Standard errors over clusters of that lead."""
 FILTER_GAIN = 6.0
 """Log-likelihood by which a filter must lead a plain delay."""
@@ -42,19 +42,19 @@ TIME_CONSTANTS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 """Rows; where the search begins."""
 DELAYS = (-1.0, -0.5, 0.5, 1.0, 2.0, 4.0, 8.0)
 """Rows; where the search for a plain delay begins."""
-LONGEST = 5.0
+LONGEST_LAG = 5.0
 """s; longest time constant and delay that are believed."""
 LEAST_DELAY = 0.06
 """s; a smaller delay without a filter is what derivatives and slipping wheels blur."""
 END_ROWS = 0.5
 """Rows by which readings of a row's end lead its mean."""
-NEARLY = 6.0
+NEAR_GAIN = 6.0
 """Log-likelihood that a search may still gain over where it begins."""
 FIRST_STEP, ERROR_STEP = 0.3, 0.1
 """Rows, or logarithms of the time constant: first steps of a search, and of a derivative."""
 TIME_CONSTANT, DELAY = BOTH = "time_constant_s", "delay_s"
 """Numbers of a meter that are fitted."""
-LEAST_ROWS = 100
+LEAST_METER_ROWS = 100
 """Rows below which a log does not identify its meter."""
 
 
@@ -108,7 +108,9 @@ class _Search:
     def _at(self, meter: Meter, names: Sequence[str], x: Array) -> Meter:
         for name, place in zip(names, x, strict=True):
             rows = np.exp(place) if name == TIME_CONSTANT else place
-            meter = meter.with_number(name, float(np.clip(rows * self.interval, -LONGEST, LONGEST)))
+            meter = meter.with_number(
+                name, float(np.clip(rows * self.interval, -LONGEST_LAG, LONGEST_LAG))
+            )
         return meter
 
     def errors(self, meter: Meter, *names: str) -> Array:
@@ -153,7 +155,7 @@ def with_meter(
         The log; without a meter where it does not clearly show one.
     """
     log = replace(log, meter=None)
-    if len(log) < LEAST_ROWS:
+    if len(log) < LEAST_METER_ROWS:
         return log
     watts, columns = tangent(model, Nodes.of(log, model), places)
     if beside is not None:
@@ -176,16 +178,16 @@ def _believed(search: _Search) -> Meter | None:
         replace(kind, delay_s=rows * interval)
         for kind in kinds
         for rows in ((0.0, *DELAYS) if kind.sampling == "held" else DELAYS)
-        if abs(rows) * interval <= LONGEST
+        if abs(rows) * interval <= LONGEST_LAG
     ]
     filters = [
         replace(kind, time_constant_s=rows * interval)
         for kind in kinds
         for rows in TIME_CONSTANTS
-        if rows * interval <= LONGEST
+        if rows * interval <= LONGEST_LAG
     ]
     least = float(nothing.sum()) + LEAST_GAIN
-    if max(float(search.rows(meter).sum()) for meter in (*delays, *filters)) < least - NEARLY:
+    if max(float(search.rows(meter).sum()) for meter in (*delays, *filters)) < least - NEAR_GAIN:
         return None
     plain, plain_score = search.best(delays, DELAY)
     meter, score = search.best([*filters, replace(plain, time_constant_s=interval)], *BOTH)
@@ -198,7 +200,7 @@ def _believed(search: _Search) -> Meter | None:
             return None
     gain = np.bincount(search.clusters, search.rows(found) - nothing)
     scatter = float(gain.std()) * np.sqrt(len(gain)) + 1e-12
-    return found if gain.sum() > max(LEAST_GAIN, LEAST_Z * scatter) else None
+    return found if gain.sum() > max(LEAST_GAIN, LEAST_METER_Z * scatter) else None
 
 
 def _at_known_moment(search: _Search, meter: Meter, *free: str) -> Meter:

@@ -31,7 +31,7 @@ from planner.telemetry.terms import Term
 
 MOST_SHAPES = 30
 """Strongest shapes that are summed up over a long log; Gram matrices grow with their square."""
-LEAST_Z = 1.5
+LEAST_STREAMED_Z = 1.5
 """z in the sample, beside the chosen effects, below which an effect is not summed up again. Any one
 large enough to be named (selection.subset_search) has at least 4 in SAMPLE_ROWS rows."""
 CHUNKS_AT_ONCE = 2
@@ -179,7 +179,11 @@ def _open(sample: Examination, chosen: Sequence[int], columns: list[int]) -> lis
     if not columns:
         return []
     z, _, _ = sample.evidence.test_each(columns, given=chosen)
-    return [c for c, strength in zip(columns, z, strict=True) if strength >= LEAST_Z or c in chosen]
+    return [
+        c
+        for c, strength in zip(columns, z, strict=True)
+        if strength >= LEAST_STREAMED_Z or c in chosen
+    ]
 
 
 class _Sums(NamedTuple):

@@ -16,7 +16,7 @@ from planner.telemetry.logs import Telemetry
 from planner.telemetry.parameters import Prior
 from planner.telemetry.sampling import cluster_numbers
 
-RIDGE = 1e-6
+HELD_OUT_RIDGE = 1e-6
 """Ridge of a scaled Gram matrix: collinear columns share what they explain."""
 
 
@@ -59,7 +59,7 @@ class LinearHeldout:
         left = np.empty(len(self.folds))
         for fold, gram in self.grams.items():
             score = gram[at, evidence.residual]
-            found = solve(gram[np.ix_(at, at)] + prior, score, RIDGE)
+            found = solve(gram[np.ix_(at, at)] + prior, score, HELD_OUT_RIDGE)
             held = self.folds == fold
             left[held] = examination.residual[held] - examination.raw[held][:, at] @ found
         return left

@@ -43,9 +43,9 @@ MOST_FILES = 20
 """Files of one drive that are joined."""
 MOST_ROWS = 5_000_000
 """Rows of one file that are held in memory."""
-HELD_SHARE = 0.5
+REPEATED_SHARE = 0.5
 """Share of equal neighbours above which a channel is one that repeats its last value."""
-FAST = 2.0
+OTHER_UNIT_RATIO = 2.0
 """Speed over the vehicle's limit from which wheel speeds may be in another unit: rpm are 9.5."""
 _SPEEDS = ("vx", "vy", "wz")
 
@@ -190,7 +190,7 @@ def _body_velocities(
                 "wheels slip, or their order or signs are not those of the vehicle"
             )
     top = float(np.nanquantile(np.hypot(velocity[:, 0], velocity[:, 1]), 0.99))
-    if top > FAST * vehicle.limits.speed:
+    if top > OTHER_UNIT_RATIO * vehicle.limits.speed:
         found.append(
             f"{Path(where).name}: wheel speeds taken as rad/s give {top:.3g} m/s, "
             f"{top / vehicle.limits.speed:.3g} times the limit of {vehicle.name}; where they are "
@@ -203,13 +203,13 @@ def _without_repeats(source: Source, findings: list[str]) -> Source:
     """The file at its updates, where power, voltage and current are held between them."""
     names = [n for n in ("power", "battery_voltage", "battery_current") if n in source.channels]
     if not names or any(name in source.channels for name in _SPEEDS):
-        names = [n for n in names if _repeats(source.channels[n]) > HELD_SHARE]
+        names = [n for n in names if _repeats(source.channels[n]) > REPEATED_SHARE]
         if names:
             findings.append(_held_sentence(source, names[0]) + "; the rows keep the held values")
         return source
     table = np.column_stack([source.channels[name] for name in names])
     new = np.append(True, (np.diff(table, axis=0) != 0.0).any(axis=1))
-    if 1.0 - new.mean() <= HELD_SHARE or new.sum() < 3:
+    if 1.0 - new.mean() <= REPEATED_SHARE or new.sum() < 3:
         return source
     findings.append(_held_sentence(source, names[0]) + "; it is taken at its updates")
     # The last update of the file may have been cut off; the held samples behind it say nothing.

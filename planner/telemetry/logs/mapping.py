@@ -36,7 +36,7 @@ from planner.telemetry.logs.columns import (
     suggestion,
     unit_of,
 )
-from planner.units import LONGEST, conversion
+from planner.units import LONGEST_UNIT, conversion
 
 ACCEPTED = "a mapping file as docs/logs.md describes it"
 MappingLike = str | Path | AnyMapping[str, Any]
@@ -202,7 +202,7 @@ def _conversion(where: str, quantity: Any, unit: Any) -> tuple[float, float]:
         return 1.0, 0.0
     own = unit_of(quantity)
     accepted = f"a unit that converts to {own}"
-    if not isinstance(unit, str) or len(unit) > LONGEST:
+    if not isinstance(unit, str) or len(unit) > LONGEST_UNIT:
         raise LogError(f"{where}.unit", "is not a unit", value=unit, accepted=accepted)
     try:
         return conversion(unit, own)

@@ -37,12 +37,12 @@ SCALE = 0.01
 """Usual error of a scale of the odometry, and of vy against vx, whose rollers slip."""
 TURN_SCALE = 0.01
 """Usual error of the scale of the yaw rate."""
-LIKELY = 2.0
+LIKELY_ERROR = 2.0
 """Standard deviations up to which an error is likely, 95 % of all."""
 ONLY_BY_SIZE = 2.5
 """The same of the power's scale. Only its size distinguishes it from the data sheet's mass: 99 % of
 all masses, with the scatter of the scale."""
-TURN = 0.01
+USUAL_TURN = 0.01
 """rad; usual error of how the axes of the odometry are mounted."""
 BIAS = 0.03
 """m/s²; usual bias of a MEMS accelerometer."""
@@ -123,7 +123,7 @@ _SENSORS: tuple[tuple[float, Callable[[Telemetry, float], Telemetry]], ...] = (
     (TURN_SCALE, _scaled("wz", "yaw_acceleration")),
     (TILT, SENSORS["slope_offset"].correct),
     (TILT, SENSORS["roll_offset"].correct),
-    (TURN, SENSORS["heading_misalignment"].correct),
+    (USUAL_TURN, SENSORS["heading_misalignment"].correct),
     (BIAS, _biased("ax")),
     (BIAS, _biased("ay")),
 )
@@ -214,5 +214,5 @@ def tolerance_of(kind: str, vehicle: Vehicle, stderr: float) -> float:
     if kind == "power_scale":
         return ONLY_BY_SIZE * float(np.hypot(mass, stderr))
     if kind == "speed_scale":
-        return LIKELY * mass
-    return LIKELY * (TILT if kind in ("slope_offset", "roll_offset") else TURN)
+        return LIKELY_ERROR * mass
+    return LIKELY_ERROR * (TILT if kind in ("slope_offset", "roll_offset") else USUAL_TURN)

@@ -35,7 +35,7 @@ LEAST_EXPLAINED = 0.02
 """Share of the squared error that a regime's bias must explain to be worth a line."""
 ONE_CONDITION_FACTOR, TWO_CONDITIONS_FACTOR = 0.9, 0.8
 """Share of the explained error that counts: 1 for "everywhere", less for every condition."""
-MOST_OVERLAP = 0.5
+MOST_SHARED_ROWS = 0.5
 """Rows that two regimes share, over those of the smaller one, before biases are compared."""
 OTHER_BIAS, SAME_AXES_BIAS = 1.5, 2.0
 """Ratio of biases from which an overlapping regime is reported too; the latter on the same axes."""
@@ -328,7 +328,7 @@ def _regime(
 
 def _says_the_same(regime: Regime, met: Mask, other: Regime, other_met: Mask) -> bool:
     shared = np.count_nonzero(met & other_met)
-    if shared <= MOST_OVERLAP * min(regime.rows, other.rows):
+    if shared <= MOST_SHARED_ROWS * min(regime.rows, other.rows):
         return False
     ratio = regime.bias_w / other.bias_w if other.bias_w != 0.0 else np.inf
     same = {c.axis for c in regime.conditions} == {c.axis for c in other.conditions}

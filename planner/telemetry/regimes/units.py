@@ -12,11 +12,11 @@ import numpy as np
 
 from planner.arrays import Array, Integers
 
-MOST_CLUSTERS = 160
+MOST_REGIME_CLUSTERS = 160
 """Clusters of a log; the search for regimes takes time in proportion."""
 LEAST_CLUSTERS = 8
 """Clusters below which a log says nothing about chance."""
-LEAST_CLUSTER_ROWS = 10
+LEAST_REGIME_ROWS = 10
 """Rows of a cluster, at least."""
 CLUSTER_CORRELATION_TIMES = 5.0
 """Length of a cluster in correlation times, at least: its ends then hardly correlate."""
@@ -56,9 +56,13 @@ def units_of(run: Integers, residual: Array) -> Units:
     runs = len(starts)
     number = np.repeat(np.arange(runs), lengths)
     means = np.bincount(number, residual) / lengths
-    block = max(cluster_length(residual - means[number], number), -(-len(run) // MOST_CLUSTERS))
-    if runs >= LEAST_CLUSTERS and (runs > MOST_CLUSTERS // 2 or np.median(lengths) < 2 * block):
-        groups = min(runs, MOST_CLUSTERS)
+    block = max(
+        cluster_length(residual - means[number], number), -(-len(run) // MOST_REGIME_CLUSTERS)
+    )
+    if runs >= LEAST_CLUSTERS and (
+        runs > MOST_REGIME_CLUSTERS // 2 or np.median(lengths) < 2 * block
+    ):
+        groups = min(runs, MOST_REGIME_CLUSTERS)
         group = number * groups // runs
         return Units(group, group, np.arange(groups), groups)
     # Every run in equal blocks of about that length.
@@ -77,7 +81,7 @@ def cluster_length(residual: Array, number: Integers) -> int:
         number: (n,) number of the run.
     """
     return max(
-        LEAST_CLUSTER_ROWS, round(CLUSTER_CORRELATION_TIMES * correlation_time(residual, number))
+        LEAST_REGIME_ROWS, round(CLUSTER_CORRELATION_TIMES * correlation_time(residual, number))
     )
 
 

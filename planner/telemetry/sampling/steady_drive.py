@@ -18,10 +18,10 @@ stretch of consecutive rows a speed is replaced by its mean where
 
 A mean that does not differ significantly from zero is zero: even its error would give a roller that
 hardly turns friction one way and the other, and so next to none. Stretches that drift are halved
-until they hold or have fewer than LEAST_ROWS rows; those keep their speeds. Inside a stretch the
-acceleration is that of a constant speed, also where it was measured: an accelerometer's noise is
-larger than the change that odometry leaves possible, and would send the rollers of a straight drive
-to and fro within every row.
+until they hold or have fewer than LEAST_SEGMENT_ROWS rows; those keep their speeds. Inside a
+stretch the acceleration is that of a constant speed, also where it was measured: an accelerometer's
+noise is larger than the change that odometry leaves possible, and would send the rollers of a
+straight drive to and fro within every row.
 Source
     own; the estimate of a scatter that drift does not enlarge: von Neumann, "Distribution of the
     ratio of the mean square successive difference to the variance", Annals of Mathematical
@@ -40,7 +40,7 @@ from planner.compiled_code import njit
 from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
 
-LEAST_ROWS = 4
+LEAST_SEGMENT_ROWS = 4
 """Rows of a segment, at least; fewer say nothing about drift."""
 DRIFT_Z = 2.5
 """Standard errors by which the means of the halves of a stretch may differ."""
@@ -96,7 +96,7 @@ def stretches(log: Telemetry, speed: str) -> tuple[Integers, Integers, Mask]:
     begins[1:] = (np.diff(values) != 0.0) | (np.diff(log.run) != 0)
     number = np.cumsum(begins) - 1
     count = np.bincount(number)[number]
-    return number, count, count >= LEAST_ROWS
+    return number, count, count >= LEAST_SEGMENT_ROWS
 
 
 @njit(cache=True, nogil=True)
@@ -115,7 +115,7 @@ def _average(speed: Any, ends: Any, most: float, inside: Any) -> None:
             waiting = [(start, stop)]
             while len(waiting) > 0:
                 begin, end = waiting.pop()
-                if end - begin < LEAST_ROWS:
+                if end - begin < LEAST_SEGMENT_ROWS:
                     continue
                 if _drifts(speed[begin:end]):
                     middle = begin + (end - begin) // 2

@@ -26,7 +26,7 @@ HOUSING_CAPACITY = 95.0  # J/K
 WINDING_TO_HOUSING = 5.0  # K/W
 HOUSING_TO_AIR = 14.0  # K/W
 REFERENCE_TEMPERATURE = 25.0  # °C, of resistance and torque constant as given
-REST_SPEED = 1.5  # rad/s at the motor
+REST_MOTOR_SPEED = 1.5  # rad/s at the motor
 EMPTY_SHARE = 0.86  # open-circuit voltage of an empty battery, share of that of a full one
 
 # Columns of what one wheel draws.
@@ -66,7 +66,7 @@ def drive_wheel(
     if hidden.drag_torque != 0.0:
         idle = hidden.drag_torque / motor.gear_ratio
         idle *= math.exp(-abs(hub_torque) / hidden.fading_torque)
-    turning = math.tanh(speed / REST_SPEED)
+    turning = math.tanh(speed / REST_MOTOR_SPEED)
     rest = 1.0 - abs(turning)
     held = min(max(load, -mesh - motor.coulomb_torque), mesh + motor.coulomb_torque)
     damping = hidden.viscous_torque

@@ -64,7 +64,7 @@ def test_a_coarse_grid_bounds_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
     field, conditions = field_of(terrain(hills(56, rms_degrees=4.0)), model_of("minibalance"))
     places = [(1.2, 1.4), (12.5, 12.0)]
     fine = certify(field, conditions, places, seconds=4.9)
-    monkeypatch.setattr("planner.search.certificate.certified_bound.MOST_NODES", 500)
+    monkeypatch.setattr("planner.search.certificate.certified_bound.MOST_MESH_NODES", 500)
     coarse = certify(field, conditions, places, seconds=4.9)
     assert coarse.bound_j < energies(field, conditions, [np.array(places)], 40, seed=2).min()
     assert coarse.bound_j < 1.05 * fine.bound_j

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from planner.power.limits import broken_in_results
 from planner.power.motion_row import set_motion
 from planner.quantities import INDEX, STANDARD_GRAVITY
-from planner.search.certificate.steady_floor import RESERVE, SteadyFloor, steady_floor
+from planner.search.certificate.steady_floor import YAW_RESERVE, SteadyFloor, steady_floor
 from planner.search.conditions import OperatingConditions
 from tests.search.certificate.robots import around_of, model_of
 
@@ -83,4 +83,4 @@ def test_level_ground_loses_little_but_the_stated_reserve() -> None:
     floor = steady_floor(conditions)
     assert floor is not None
     least = driven(conditions, 0.0, 0.0, np.zeros(1))
-    assert 0.98 * least < looked_up(floor, 0.0, 0.0) <= (1.0 - RESERVE) * least
+    assert 0.98 * least < looked_up(floor, 0.0, 0.0) <= (1.0 - YAW_RESERVE) * least

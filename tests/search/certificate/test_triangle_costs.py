@@ -9,12 +9,12 @@ import numpy as np
 
 from planner.search.certificate.mesh import mesh_of
 from planner.search.certificate.steady_floor import steady_floor
-from planner.search.certificate.triangle_costs import DIRECTIONS, triangle_costs
+from planner.search.certificate.triangle_costs import TRAVEL_DIRECTIONS, triangle_costs
 from tests.search.certificate.robots import field_of, model_of
 from tests.search.certificate.test_steady_floor import looked_up
 from tests.search.maps import hills, terrain
 
-STEP = 2.0 * math.pi / DIRECTIONS
+STEP = 2.0 * math.pi / TRAVEL_DIRECTIONS
 
 
 def test_costs_are_below_the_table_at_every_slope_and_direction() -> None:
@@ -30,12 +30,12 @@ def test_costs_are_below_the_table_at_every_slope_and_direction() -> None:
         j, i = (int(rng.integers(0, n)) for n in mesh.ranges.shape[:2])
         x0, x1, y0, y1 = mesh.ranges[j, i]
         px, py = rng.uniform(x0, x1), rng.uniform(y0, y1)
-        k, w = int(rng.integers(0, DIRECTIONS)), rng.random()
+        k, w = int(rng.integers(0, TRAVEL_DIRECTIONS)), rng.random()
         angle = (k + w) * STEP
         c, s = math.cos(angle), math.sin(angle)
         if math.hypot(px, py) > floor.steepest or mesh.wall[j, i, 0]:
             continue
-        first, second = costs[j, i, 0, k], costs[j, i, 0, (k + 1) % DIRECTIONS]
+        first, second = costs[j, i, 0, k], costs[j, i, 0, (k + 1) % TRAVEL_DIRECTIONS]
         most = first * math.sin((1.0 - w) * STEP) + second * math.sin(w * STEP)
         assert most / math.sin(STEP) <= looked_up(floor, px * c + py * s, py * c - px * s) + 1e-9
         checked += 1
@@ -73,7 +73,7 @@ def test_wide_rectangles_of_slopes_cost_no_more_than_any_slope_in_them() -> None
         j, i = (int(rng.integers(0, n)) for n in mesh.ranges.shape[:2])
         x0, x1, y0, y1 = mesh.ranges[j, i]
         px, py = rng.uniform(x0, x1), rng.uniform(y0, y1)
-        k = int(rng.integers(0, DIRECTIONS))
+        k = int(rng.integers(0, TRAVEL_DIRECTIONS))
         c, s = math.cos(k * STEP), math.sin(k * STEP)
         if math.hypot(px, py) > floor.steepest or mesh.wall[j, i, 0] or widths[j, i].max() < 8.0:
             continue

@@ -16,7 +16,7 @@ from planner.power.saved import EnergyError, ParameterCovariance
 from planner.power.vehicles import load_vehicle
 from planner.search.results import energy_account
 from planner.search.results.energy_interval import (
-    MOST_ROWS,
+    MOST_ROUTE_ROWS,
     EnergyDistribution,
     energy_distribution,
     thinned,
@@ -158,7 +158,7 @@ def test_few_rows_stand_for_a_long_route(model):
     seconds = rng.uniform(0.1, 0.3, len(rows))
     energy = float(model.watts(rows) @ seconds)
     few, their = thinned(rows, seconds)
-    assert len(few) < 2 * MOST_ROWS
+    assert len(few) < 2 * MOST_ROUTE_ROWS
     assert their.sum() == pytest.approx(seconds.sum())
     whole = energy_distribution(model, rows, seconds, energy)
     assert energy_distribution(model, few, their, energy).deviation_j == pytest.approx(

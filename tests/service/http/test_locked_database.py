@@ -34,7 +34,7 @@ def test_a_locked_database_is_said_with_when_to_try_again(
     path: str,
     body: dict[str, Any],
 ) -> None:
-    monkeypatch.setattr(databases, "PATIENCE_S", 0)
+    monkeypatch.setattr(databases, "LOCK_PATIENCE_S", 0)
 
     async def conversation(client: httpx.AsyncClient) -> None:
         log = (await upload(client)).json()["id"]

@@ -230,7 +230,7 @@ async def meets_the_lock(monkeypatch: pytest.MonkeyPatch, name: str) -> asyncio.
 def test_a_finished_job_waits_for_a_locked_database(
     settings: Settings, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(databases, "PATIENCE_S", 0)
+    monkeypatch.setattr(databases, "LOCK_PATIENCE_S", 0)
     monkeypatch.setattr(runners, "RENEWAL_S", 0.05)
 
     async def talk() -> None:
@@ -268,7 +268,7 @@ def locked_once(monkeypatch: pytest.MonkeyPatch, name: str, folder: Path) -> Non
 def test_a_job_begins_when_a_locked_database_is_free(
     settings: Settings, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(databases, "PATIENCE_S", 0)
+    monkeypatch.setattr(databases, "LOCK_PATIENCE_S", 0)
     monkeypatch.setattr(runners, "RENEWAL_S", 0.05)
     monkeypatch.setattr(runners, "SWEEP_S", 0.01)
 
@@ -301,7 +301,7 @@ def test_leases_that_nobody_could_renew_count_from_anew(
     """Another service must not take a lock that lasted longer than a lease for its owner's end."""
     # The other service waits for this one's sweeps; this one is refused while the lock lasts.
     elsewhere = Store.open(settings, "elsewhere/77/abcd")
-    monkeypatch.setattr(databases, "PATIENCE_S", 0)
+    monkeypatch.setattr(databases, "LOCK_PATIENCE_S", 0)
     monkeypatch.setattr(runners, "RENEWAL_S", 0.05)
     monkeypatch.setattr(runners, "SWEEP_S", 0.01)
     clock = [1000.0]

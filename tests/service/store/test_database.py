@@ -30,7 +30,7 @@ def test_an_address_that_cannot_be_used_is_one_sentence(url: str) -> None:
 def test_a_locked_database_is_read_and_not_changed(
     settings: Settings, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(databases, "PATIENCE_S", 0)
+    monkeypatch.setattr(databases, "LOCK_PATIENCE_S", 0)
     store = Store.open(settings)
     job = store.jobs.create("compare", {})
     with locked(store.files.folder):

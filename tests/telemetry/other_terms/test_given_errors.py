@@ -16,7 +16,7 @@ from planner.telemetry.other_terms.given_errors import (
     SCALE,
     SHEET_SHARE,
     TILT,
-    TURN,
+    USUAL_TURN,
     given_columns,
     tolerance_of,
 )
@@ -114,7 +114,7 @@ def test_a_sensor_is_tested_without_the_column_that_is_its_own(motion, base, kin
     derived = replace(motion, present=motion.present - {"ax", "ay"})
     watts = predict(base, derived)
     columns = given_columns(derived, base, watts)
-    usual = {"speed_scale": -SCALE, "heading_misalignment": TURN}
+    usual = {"speed_scale": -SCALE, "heading_misalignment": USUAL_TURN}
     error = SENSORS[kind].column(derived, base, watts, usual.get(kind, TILT))
     error /= np.linalg.norm(error)
 

@@ -7,8 +7,8 @@ import pytest
 
 from planner.telemetry.regimes.units import (
     CLUSTER_CORRELATION_TIMES,
-    LEAST_CLUSTER_ROWS,
-    MOST_CLUSTERS,
+    LEAST_REGIME_ROWS,
+    MOST_REGIME_CLUSTERS,
     cluster_length,
     correlation_time,
     units_of,
@@ -41,7 +41,7 @@ def test_rows_of_different_runs_are_not_taken_for_neighbours() -> None:
 def test_blocks_are_several_correlation_times_long_and_not_too_short() -> None:
     number = np.zeros(40_000, int)
     white, slow = (autoregressive(40_000, rho, seed=4) for rho in (0.0, 0.8))
-    assert cluster_length(white, number) == LEAST_CLUSTER_ROWS
+    assert cluster_length(white, number) == LEAST_REGIME_ROWS
     assert cluster_length(slow, number) == pytest.approx(CLUSTER_CORRELATION_TIMES * 9.0, rel=0.15)
     assert correlation_time(np.zeros(50), np.zeros(50, int)) == 1.0
 
@@ -53,7 +53,7 @@ def test_clusters_are_consecutive_rows_within_runs(lengths: tuple[int, ...]) -> 
     assert set(np.diff(units.cluster)) <= {0, 1}
     assert units.cluster[0] == 0
     assert units.cluster[-1] == units.clusters - 1
-    assert units.clusters <= max(MOST_CLUSTERS, units.runs) + len(lengths)
+    assert units.clusters <= max(MOST_REGIME_CLUSTERS, units.runs) + len(lengths)
     # Every cluster stands in one run, which ``of`` names.
     np.testing.assert_array_equal(units.of[units.cluster], units.run)
     # A run is whole: it is not divided between groups.
@@ -64,4 +64,4 @@ def test_clusters_are_consecutive_rows_within_runs(lengths: tuple[int, ...]) -> 
 def test_many_short_runs_are_put_together() -> None:
     run = np.repeat(np.arange(300), 12)
     units = units_of(run, np.random.default_rng(6).normal(size=len(run)))
-    assert units.runs == units.clusters == MOST_CLUSTERS
+    assert units.runs == units.clusters == MOST_REGIME_CLUSTERS
