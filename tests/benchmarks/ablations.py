@@ -3,6 +3,7 @@
     python -m tests.benchmarks.ablations                       the whole table, some hours
     python -m tests.benchmarks.ablations --only SURPLUS --questions 4
     python -m tests.benchmarks.ablations --save                also into docs/benchmarks/
+    python -m tests.benchmarks.ablations --only DETOURS --seed 5   confirms it on other questions
 
 Constants stand in ablation_table.toml. Every value is measured in a fresh process:
 
@@ -127,28 +128,28 @@ def planning(
     return {"answers": found, "cpu_s": time.process_time() - begun}
 
 
-def hard(count: int) -> dict[str, Any]:
+def hard(count: int, seed: int = ABLATED_SEED) -> dict[str, Any]:
     """As ``planning``, for ``count`` questions on hard maps."""
     from tests.benchmarks.hard_maps import made
 
-    maps = [made(name, ABLATED_SEED) for name in HARD]
-    return _on(maps, -(-count // len(maps)), LOADS[:1])
+    maps = [made(name, seed) for name in HARD]
+    return _on(maps, -(-count // len(maps)), LOADS[:1], seed)
 
 
-def steep(count: int) -> dict[str, Any]:
+def steep(count: int, seed: int = ABLATED_SEED) -> dict[str, Any]:
     """As ``planning``, for ``count`` questions on each of the hills, with each payload."""
     from planner.terrain.heightmap import Terrain
     from tests.benchmarks.hard_maps import rolling
 
-    hills = {slope: rolling((160, 160), 0.25, slope, ABLATED_SEED) for slope in STEEP}
+    hills = {slope: rolling((160, 160), 0.25, slope, seed) for slope in STEEP}
     maps = [
         Terrain.from_arrays(heights, cell=(0.25, 0.25), name=f"hills of {slope:g}°")
         for slope, heights in hills.items()
     ]
-    return _on(maps, count, LOADS)
+    return _on(maps, count, LOADS, seed)
 
 
-def _on(maps: Sequence[Any], each: int, loads: Sequence[float]) -> dict[str, Any]:
+def _on(maps: Sequence[Any], each: int, loads: Sequence[float], seed: int) -> dict[str, Any]:
     """Energies and CPU time of ``each`` questions on every map, with every payload in kg."""
     from planner import plan_route
     from tests.benchmarks.hard_maps import places
@@ -156,7 +157,7 @@ def _on(maps: Sequence[Any], each: int, loads: Sequence[float]) -> dict[str, Any
     energies: dict[str, float | None] = {}
     taken = 0.0
     for terrain in maps:
-        for k, asked in enumerate(places(terrain, each + 1, ABLATED_SEED)):
+        for k, asked in enumerate(places(terrain, each + 1, seed)):
             for load in loads:
                 begun = time.process_time()
                 routes = plan_route(terrain=terrain, payload={"mass": load}, **asked).routes
@@ -192,7 +193,9 @@ def naming(count: int) -> dict[str, Any]:
     return {"outcomes": {row["log"]: row["outcome"] for row in rows}}
 
 
-MEASURES: dict[str, Callable[[int], dict[str, Any]]] = {
+SEEDED = ("hard", "steep")
+"""Measures whose maps and questions are drawn."""
+MEASURES: dict[str, Callable[..., dict[str, Any]]] = {
     "planning": planning,
     "hard": hard,
     "steep": steep,
@@ -253,11 +256,15 @@ def in_words(change: Mapping[str, float]) -> str:
 
 
 def in_fresh_process(
-    measured: str, count: int, constant: Constant | None = None, value: Any = None
+    measured: str,
+    count: int,
+    constant: Constant | None = None,
+    value: Any = None,
+    seed: int = ABLATED_SEED,
 ) -> dict[str, Any]:
     """What a process measures in which a constant has another value; None for the code as it is."""
     command = [sys.executable, "-m", "tests.benchmarks.ablations", "--worker", measured]
-    command += ["--questions", str(count)]
+    command += ["--questions", str(count), "--seed", str(seed)]
     if constant is None:
         return _result(command, {})
     changed = [*command, "--set", constant.module, constant.name, repr(value)]
@@ -300,17 +307,19 @@ def numba_cache() -> Path:
     return cache_base() / "ablations" / Sources(package).key(package.name)
 
 
-def rows(constants: Sequence[Constant], count: int) -> Iterator[dict[str, Any]]:
+def rows(
+    constants: Sequence[Constant], count: int, seed: int = ABLATED_SEED
+) -> Iterator[dict[str, Any]]:
     """One for each value that a constant is given, as they come."""
     base: dict[str, dict[str, Any]] = {}
     command = ("git", "describe", "--always", "--dirty")
     commit = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
     for one in constants:
         if one.measured not in base:
-            in_fresh_process(one.measured, count)  # compiles what is not on disk
-            base[one.measured] = in_fresh_process(one.measured, count)
+            in_fresh_process(one.measured, count, seed=seed)  # compiles what is not on disk
+            base[one.measured] = in_fresh_process(one.measured, count, seed=seed)
         for value in one.ablated:
-            found = in_fresh_process(one.measured, count, one, value)
+            found = in_fresh_process(one.measured, count, one, value, seed)
             yield {
                 "constant": one.label,
                 "value": one.value,
@@ -352,11 +361,27 @@ def page(kept: Sequence[Mapping[str, Any]]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def save(new: Sequence[Mapping[str, Any]], place: Path = KEPT) -> None:
-    """Write rows beside those that an earlier run kept."""
+def key_of(row: Mapping[str, Any]) -> tuple[str, str, str]:
+    """What a row is of: constant, measure and value; arrays read alike from a table and a file."""
+    return row["constant"], row["measured"], json.dumps(row["ablated"])
+
+
+def keys(constants: Sequence[Constant]) -> set[tuple[str, str, str]]:
+    """Of all rows that a whole table has."""
+    return {
+        (one.label, one.measured, json.dumps(value)) for one in constants for value in one.ablated
+    }
+
+
+def save(
+    new: Sequence[Mapping[str, Any]],
+    place: Path = KEPT,
+    of: set[tuple[str, str, str]] | None = None,
+) -> None:
+    """Write rows beside those that an earlier run kept; with ``of``, only rows with these keys."""
     kept = json.loads(place.read_text(encoding="utf-8")) if place.exists() else []
-    merged = {(row["constant"], row["measured"], str(row["ablated"])): row for row in (*kept, *new)}
-    ordered = [merged[key] for key in sorted(merged)]
+    merged = {key_of(row): row for row in (*kept, *json.loads(json.dumps(new)))}
+    ordered = [merged[key] for key in sorted(merged) if of is None or key in of]
     place.write_text(json.dumps(ordered, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
     place.with_suffix(".md").write_text(page(ordered), encoding="utf-8")
 
@@ -367,6 +392,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--only", nargs="*", help="names, or parts of module.NAME")
     parser.add_argument("--questions", type=int, default=8, help="or logs, at most 12")
     parser.add_argument("--save", action="store_true", help=f"write {KEPT.relative_to(ROOT)}, .md")
+    parser.add_argument(
+        "--seed", type=int, default=ABLATED_SEED, help=f"of the questions of {' and '.join(SEEDED)}"
+    )
     parser.add_argument("--worker", choices=MEASURES, help=argparse.SUPPRESS)
     parser.add_argument("--set", nargs=3, help=argparse.SUPPRESS)
     asked = parser.parse_args(arguments)
@@ -374,14 +402,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if asked.set:
             module, name, value = asked.set
             replace_when_imported(module, name, ast.literal_eval(value))
-        print(json.dumps(MEASURES[asked.worker](asked.questions)))
+        seeds = [asked.seed] if asked.worker in SEEDED else []
+        print(json.dumps(MEASURES[asked.worker](asked.questions, *seeds)))
         return 0
-    chosen = [c for c in table() if not asked.only or any(word in c.label for word in asked.only)]
-    for row in rows(chosen, asked.questions):
+    if asked.save and asked.seed != ABLATED_SEED:
+        parser.error(f"--save keeps rows of seed {ABLATED_SEED} only")
+    whole = table()
+    chosen = [c for c in whole if not asked.only or any(word in c.label for word in asked.only)]
+    for row in rows(chosen, asked.questions, asked.seed):
         told = f"{row['value']} -> {row['ablated']} {row['unit'] if row['unit'] != '1' else ''}"
         print(f"{row['constant']:<58} {told:<22} {in_words(row)}", flush=True)
         if asked.save:
-            save([row])
+            save([row], of=keys(whole))
     return 0
 
 

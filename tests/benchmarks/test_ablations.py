@@ -20,11 +20,14 @@ from tests.benchmarks.ablated_constant import (
     stale_files,
 )
 from tests.benchmarks.ablations import (
+    KEPT,
     MEASURES,
     QUESTIONS,
     Constant,
     in_fresh_process,
     in_words,
+    key_of,
+    keys,
     page,
     save,
     table,
@@ -167,6 +170,30 @@ def test_rows_are_kept_beside_those_of_earlier_runs(tmp_path: Path) -> None:
     assert [(one["ablated"], one["gap_points"]) for one in kept] == [(2.0, 4.0), (3.0, 1.0)]
     assert (tmp_path / "kept.md").read_text("utf-8") == page(kept)
     assert "| `a.B` | 1.0 | 2.0 | m | all | certificate | 3 | gap +4.00 points" in page(kept)
+
+
+def test_a_value_that_is_an_array_keeps_one_row(tmp_path: Path) -> None:
+    row = {"constant": "a.B", "value": (1.0,), "unit": "m", "decides": "all", "gap_points": 1.0}
+    row |= {"worst_points": 2.0, "measured": "certificate", "questions": 3, "commit": "abc"}
+    for gap in (1.0, 5.0):
+        save([{**row, "ablated": (2.0, 3.0), "gap_points": gap}], tmp_path / "kept.json")
+    (kept,) = json.loads((tmp_path / "kept.json").read_text("utf-8"))
+    assert kept["gap_points"] == 5.0
+
+
+def test_a_row_whose_constant_has_gone_is_not_kept(tmp_path: Path) -> None:
+    row = {"constant": "a.B", "value": 1.0, "unit": "m", "decides": "all", "gap_points": 1.0}
+    row |= {"worst_points": 2.0, "measured": "certificate", "questions": 3, "commit": "abc"}
+    values = ({**row, "ablated": 2.0}, {**row, "ablated": 3.0})
+    save(values, tmp_path / "kept.json", of={key_of(values[1])})
+    (kept,) = json.loads((tmp_path / "kept.json").read_text("utf-8"))
+    assert kept["ablated"] == 3.0
+
+
+def test_kept_rows_are_of_the_table() -> None:
+    kept = json.loads(KEPT.read_text("utf-8"))
+    assert {key_of(row) for row in kept} - keys(TABLE) == set()
+    assert KEPT.with_suffix(".md").read_text("utf-8") == page(kept)
 
 
 def test_questions_are_enough() -> None:
