@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from ompl import base as ob
 
-from planner import plan_route
+from planner import energy_time_front, plan_route
 from planner.search.ompl import LeastEnergy
 from tests.search.maps import terrain
 from tests.search.ompl.problems import ENDS, RELIEF, problem
@@ -52,15 +52,16 @@ def in_new_process(problems: int) -> tuple[dict, str]:
     return json.loads(done.stdout), done.stderr
 
 
-def test_many_problems_leave_no_memory_behind_and_the_exit_is_silent():
-    found, errors = in_new_process(300)
+@pytest.mark.parametrize("problems", [300, pytest.param(1000, marks=pytest.mark.nightly)])
+def test_many_problems_leave_no_memory_behind_and_the_exit_is_silent(problems):
+    found, errors = in_new_process(problems)
     assert errors == ""
     assert found["grown"] < 3 * 2**20
     level = terrain(np.zeros((24, 24)), cell=0.5)
     here = plan_route(
         terrain=level, start={"x": 2.0, "y": 2.0}, goal={"x": 9.0, "y": 8.0}
     ).to_json()
-    assert found["answer"]["routes"][0]["energy_j"] == here["routes"][0]["energy_j"]
+    assert json.dumps(found["answer"]) == json.dumps(here)
 
 
 def test_the_second_answer_is_the_first():
@@ -68,6 +69,27 @@ def test_the_second_answer_is_the_first():
         json.dumps(plan_route(terrain=RELIEF, **ENDS, alternatives=2).to_json()) for _ in range(2)
     )
     assert first == second
+
+
+@pytest.mark.parametrize(
+    "asked", [{}, {"alternatives": 1}, {"via": [{"x": 12.0, "y": 4.0}]}, {"objective": "time"}]
+)
+def test_every_route_is_a_solution_of_ompls_planner(asked, monkeypatch):
+    solved = []
+    solve = LeastEnergy.solve
+
+    def watched(self, until):
+        status = solve(self, until)
+        assert self.getProblemDefinition().hasSolution()
+        solved.append(self.outcome.route.energy_j)
+        return status
+
+    monkeypatch.setattr(LeastEnergy, "solve", watched)
+    found = plan_route(terrain=RELIEF, **ENDS, **asked).routes
+    assert found[0].energy_j in solved
+    front = len(solved)
+    energy_time_front(terrain=RELIEF, **ENDS, points=2)
+    assert len(solved) > front
 
 
 def test_a_termination_condition_that_holds_at_once_ends_in_a_timeout():
