@@ -25,7 +25,8 @@ from planner.terrain.interpolation import interpolate
 ARC_STEP = math.radians(8.0)
 """rad, largest change of direction between two chords of an arc."""
 TIGHTEST_ARC = 0.06
-"""Smallest radius as a share of the one for full speed; below it the robot stops to turn."""
+"""Smallest radius as a share of the one for full speed; below it the robot stops to turn. An arc
+needs some least radius. Half and double change next to nothing (docs/benchmarks/ablations.md)."""
 SHORTEST_CHORD = 0.04
 """m, shortest chord of an arc, where the bend allows it."""
 MOST_CHORDS = 500
