@@ -51,7 +51,7 @@ which keep the limits come first."""
 MOST_REFUSED = 24
 """Times at most that turns which touch something are left out."""
 _SIDES = (-1, 0, 1)
-"""A waypoint turns one way, stays, or turns the other way."""
+"""A waypoint turns to one side, stays, or turns to the other."""
 _CHANGES = tuple((a, b) for a in _SIDES for b in _SIDES if abs(a - b) <= 1)
 """Turns of the waypoints before and after a piece, in multiples of the turn that is tried."""
 _VX, _VY, _AX, _AY = INDEX["vx"], INDEX["vy"], INDEX["ax"], INDEX["ay"]
