@@ -40,6 +40,8 @@ from planner.telemetry.selection import (
     Member,
     Tried,
     fitted_singles,
+    left_beside_base,
+    pushed_out,
 )
 from planner.telemetry.terms import Addition
 
@@ -64,6 +66,8 @@ class Answer:
         additions: how these were added.
         proposal: the formula that is claimed, or None.
         aliases: slug of a member → slugs that explain the log as well.
+        beside: (n,) W, what is left where the base model keeps parts that the fit pushed out of
+            the members' way; None where it pushed out none.
     """
 
     fit: Fit
@@ -72,6 +76,12 @@ class Answer:
     additions: tuple[Addition, ...] = ()
     proposal: Proposal | None = None
     aliases: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    beside: Array | None = None
+
+    @property
+    def judged(self) -> Array:
+        """(n,) W, the held-out residual that the claim is judged by."""
+        return self.left if self.beside is None else self.beside
 
     @property
     def claims(self) -> bool:
@@ -130,11 +140,15 @@ def decide(found: Found, floor: Array) -> Decision:
     alike = shape.near if shape is not None and formula is None else ()
     tried: tuple[Tried, ...] = ()
     unsettled = searched is not None or bool(alike) or not left_by_nothing.little or _certain(found)
-    # Where hardly anything is left to explain, many effects explain it.
-    doubtful = left_by_nothing.little and len(best.members) == 1
+    # Where hardly anything is left to explain, many effects explain it; and what takes the place of
+    # a part of the base model explains the part as well.
+    disputed = left_by_nothing.little or best.beside is not None
+    doubtful = disputed and len(best.members) == 1
     if formula is not None or doubtful or (not best.claims and unsettled):
         tried = fitted_singles(found, LinearHeldout(log, found.local), before, floor)
         floor = _undercut(floor, [one.residual for one in tried])
+        if doubtful:
+            best = _with_equals(found, best, tried, before, floor)
         others = _competing_with(found, best, tried, before, floor) if doubtful else ()
         if others:
             best, alike = nothing, (best.members[0].name, *others)
@@ -161,20 +175,30 @@ def decide(found: Found, floor: Array) -> Decision:
     return Decision(best, before, floor, left, searched, alike, tried, near)
 
 
-def undisputed(found: Found, decision: Decision, other: Decision) -> Decision:
+def undisputed(
+    found: Found, decision: Decision, other: Decision, *, same_log: bool = True
+) -> Decision:
     """A decision; without its claim where another search of the log has other answers.
 
     Which effect explains the little that is left above the noise floor may depend on where the
-    columns were taken. Then the log does not tell it.
+    columns were taken. Then the log does not tell it. And what usual errors of data sheet and
+    sensors explain around the one model, no effect needs to explain around the other.
 
     Args:
         found: state of the search that was decided.
         decision: what was decided.
         other: decision about the other search.
+        same_log: whether neither corrected errors of sensors, so that errors compare.
     """
     answer, before, floor = decision.answer, decision.before, decision.floor
     left = unexplained_by(found.log, before, floor, found.base.watts)
     mine, theirs = _names(answer), _names(other.answer) or set(other.alike)
+    if answer.proposal is None and mine and same_log:
+        least = min(before, other.before, key=rms)
+        if not stands(least, answer.judged, floor):
+            nothing = Answer(found.base, before)
+            alike = tuple(member.name for member in answer.members)
+            return replace(decision, answer=nothing, alike=alike, unexplained=left, near="")
     if answer.proposal is not None or not mine or not theirs or not left.little:
         return decision
     each = ({m.name, *answer.aliases.get(m.name, ())} for m in answer.members)
@@ -223,9 +247,11 @@ def _searched(found: Found) -> Answer | None:
     if not members:
         return None
     left = found.heldout(found.fitted)
-    return Answer(
-        found.fitted, left, members, found.additions, aliases=dict(found.selection.aliases)
-    )
+    beside = None
+    if pushed_out(found, found.fitted):
+        beside = left_beside_base(found, found.additions, found.fitted)
+    aliases = dict(found.selection.aliases)
+    return Answer(found.fitted, left, members, found.additions, aliases=aliases, beside=beside)
 
 
 def _formula(found: Found) -> Answer | None:
@@ -245,8 +271,10 @@ def _formula(found: Found) -> Answer | None:
 
 
 def _supported(found: Found, before: Array, answer: Answer, floor: Array) -> bool:
-    if supports(found.log, before, answer.left, floor):
+    if supports(found.log, before, answer.judged, floor):
         return True
+    if answer.beside is not None:
+        return False
     # Whether an effect is there is asked of the fewest parameters that show it.
     fewest = found.searched
     return fewest is not None and supports(found.log, before, found.heldout(fewest), floor)
@@ -288,9 +316,23 @@ def _competing_with(
     """Effects that explain the log as well as the one that is named, by other columns."""
     (member,) = best.members
     known = {member.name, *best.aliases.get(member.name, ())}
-    error, without = (rms(counted(residual, floor)) for residual in (best.left, before))
+    error, without = (rms(counted(residual, floor)) for residual in (best.judged, before))
     others = [one for one in tried if one.name not in known]
     return tuple(one.name for one in others if one.competes_with(found, member, error, without))
+
+
+def _with_equals(
+    found: Found, best: Answer, tried: tuple[Tried, ...], before: Array, floor: Array
+) -> Answer:
+    """The best single effect with its aliases, once it leaves the base model's parts in place."""
+    (member,) = best.members
+    if best.beside is None:
+        return best
+    error, without = (rms(counted(residual, floor)) for residual in (best.judged, before))
+    equal = [one.name for one in tried if one.equals_to(found, member, error, without)]
+    known = best.aliases.get(member.name, ())
+    both = tuple(dict.fromkeys((*known, *equal)))
+    return replace(best, aliases={**best.aliases, member.name: both})
 
 
 def _shown(found: Found, tried: tuple[Tried, ...]) -> bool:

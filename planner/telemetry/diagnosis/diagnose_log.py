@@ -130,8 +130,10 @@ def diagnose_source(
     if len(searches) == 1:
         return _report(source, start, found, decisions[0])
     pairs = zip(searches, decisions, reversed(decisions), strict=True)
+    same_log = not any(corrections_of(each) for each in searches)
     reports = [
-        _report(source, start, each, undisputed(each, mine, theirs)) for each, mine, theirs in pairs
+        _report(source, start, each, undisputed(each, mine, theirs, same_log=same_log))
+        for each, mine, theirs in pairs
     ]
     return more_credible(*reports)
 

@@ -25,7 +25,15 @@ from planner.arrays import Array, Integers
 from planner.power.model import PowerModel
 from planner.telemetry.logs import Meter, Telemetry
 from planner.telemetry.noise import noise_of, row_likelihood
-from planner.telemetry.prediction import Nodes, Readings, input_uncertainty, tangent
+from planner.telemetry.prediction import (
+    Nodes,
+    Readings,
+    held_rows,
+    input_uncertainty,
+    is_rounded,
+    periods_of,
+    tangent,
+)
 from planner.telemetry.sampling import cluster_numbers
 
 LEAST_GAIN = 12.0
@@ -172,8 +180,7 @@ def with_meter(
 def _believed(search: _Search) -> Meter | None:
     log, interval = search.log, search.interval
     nothing = search.rows(None)
-    repeated = 1.0 - len(np.unique(Readings.taken(log))) / len(log)
-    kinds = [Meter(), *([Meter(sampling="held")] if repeated > HELD_SHARE else [])]
+    kinds = [Meter(), *_held(log)]
     delays = [
         replace(kind, delay_s=rows * interval)
         for kind in kinds
@@ -201,6 +208,15 @@ def _believed(search: _Search) -> Meter | None:
     gain = np.bincount(search.clusters, search.rows(found) - nothing)
     scatter = float(gain.std()) * np.sqrt(len(gain)) + 1e-12
     return found if gain.sum() > max(LEAST_GAIN, LEAST_METER_Z * scatter) else None
+
+
+def _held(log: Telemetry) -> list[Meter]:
+    """Meters that may hold their readings, by regular changes or by equal readings."""
+    held = [Meter(sampling="held", period_s=period) for period in periods_of(log)]
+    repeated = 1.0 - len(np.unique(held_rows(log))) / len(log)
+    if repeated > HELD_SHARE and not is_rounded(log):
+        held.append(Meter(sampling="held"))
+    return held
 
 
 def _at_known_moment(search: _Search, meter: Meter, *free: str) -> Meter:

@@ -15,6 +15,8 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 Sampling = Literal["mean", "end", "held"]
+SAME_PERIOD = 0.01
+"""Share by which estimates of one period may differ."""
 SETTLED_ERRORS = 0.5
 """Standard errors by which estimates of one meter may differ."""
 
@@ -28,6 +30,7 @@ class Meter:
         sampling: a row's reading is its "mean", that of its "end", or one "held" from the last row
             in which a slower meter had a new one.
         time_constant_error_s, delay_error_s: standard errors; 0 for what was not fitted.
+        period_s: between readings of a "held" meter; 0 where equal rows show which ones it held.
     """
 
     time_constant_s: float = 0.0
@@ -35,6 +38,7 @@ class Meter:
     sampling: Sampling = "mean"
     time_constant_error_s: float = 0.0
     delay_error_s: float = 0.0
+    period_s: float = 0.0
 
     def with_number(self, name: str, value: float) -> Meter:
         """The meter with another ``time_constant_s`` or ``delay_s``."""
@@ -55,7 +59,9 @@ class Meter:
         moment = {
             "mean": "",
             "end": "is read at the end of each row",
-            "held": "holds a reading over several rows",
+            "held": f"holds each reading for {self.period_s:.3g} s"
+            if self.period_s
+            else "holds a reading over several rows",
         }[self.sampling]
         said += [moment] if moment else []
         return "Your meter " + " and ".join([", ".join(said[:-1]), said[-1]] if said[1:] else said)
@@ -79,7 +85,8 @@ def same_meter(one: Meter | None, other: Meter | None) -> bool:
     ) and abs(one.delay_s - other.delay_s) <= SETTLED_ERRORS * math.hypot(
         one.delay_error_s, other.delay_error_s
     )
-    return near and one.sampling == other.sampling
+    same_rows = abs(one.period_s - other.period_s) <= SAME_PERIOD * one.period_s
+    return near and same_rows and one.sampling == other.sampling
 
 
 def _seconds(value: float, error: float) -> str:

@@ -22,6 +22,7 @@ from numba import njit
 
 from planner.arrays import Array, Integers, Mask
 from planner.telemetry.logs import Telemetry
+from planner.telemetry.prediction.held_readings import held_rows
 
 STEP_SHARE = 0.05
 """Step of a derivative over the time constant or over the interval of a row."""
@@ -73,7 +74,9 @@ class Readings(NamedTuple):
             keep, ramp = np.exp(-step / tau), tau / step * -np.expm1(-step / tau)
         now = np.where(begins, 1.0 - keep, 1.0 - ramp)
         before = np.where(begins, 0.0, ramp - keep)
-        held = cls.taken(log) if meter.sampling == "held" else np.arange(count)
+        held = np.arange(count)
+        if meter.sampling == "held":
+            held = held_rows(log, meter.period_s)
         carried = np.zeros(count)
         _carry(keep, begins, log.power, carried)
         return cls(low, share, keep, before, now, begins, held, carried[held])
@@ -83,14 +86,6 @@ class Readings(NamedTuple):
         """Columns of power (n, m) as the log's meter shows them."""
         readings = cls.of(log)
         return columns if readings is None else readings.change(columns)
-
-    @staticmethod
-    def taken(log: Telemetry) -> Integers:
-        """(n,) the last row, up to each, in which the reading changed or a stretch began."""
-        new = np.ones(len(log), np.bool_)
-        new[1:] = np.diff(log.power) != 0.0
-        new[[start for start, _ in log.segments()]] = True
-        return np.asarray(np.maximum.accumulate(np.where(new, np.arange(len(log)), 0)))
 
     def change(self, columns: Array) -> Array:
         """(n, m) columns of power as the meter shows them, from (n, m)."""

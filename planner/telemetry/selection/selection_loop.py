@@ -10,7 +10,7 @@ the log, and the search starts again.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -35,7 +35,7 @@ from planner.telemetry.prediction import meter_columns
 from planner.telemetry.selection.full_refit_comparison import FullFits
 from planner.telemetry.selection.select_effects import RankedTerm, Selection, select
 from planner.telemetry.selection.subset_search import CompetingModel, Member, members_of
-from planner.telemetry.terms import Addition, CandidateLibrary, candidate_library, fit_with
+from planner.telemetry.terms import Addition, CandidateLibrary, Key, candidate_library, fit_with
 
 MOST_REFITS = 3
 """Rounds of refitting and laying out anew."""
@@ -69,10 +69,18 @@ class Found:
     refuted: tuple[RankedTerm, ...] = ()
     searched: Fit | None = None
 
-    def refit(self, additions: Sequence[Addition], *, tried: bool = False) -> Fit:
-        """The origin fitted with additions; ``tried`` as in fit_with."""
+    def refit(
+        self,
+        additions: Sequence[Addition],
+        *,
+        tried: bool = False,
+        held: Mapping[Key, float] | None = None,
+    ) -> Fit:
+        """The origin fitted with additions; ``tried`` and ``held`` as in fit_with."""
         noise, within = self.local.noise, self.local.competitors.library.model
-        return fit_with(self.origin, self.log, additions, noise=noise, within=within, tried=tried)
+        return fit_with(
+            self.origin, self.log, additions, noise=noise, within=within, tried=tried, held=held
+        )
 
     def heldout(self, fitted: Fit) -> Array:
         """(n,) W, held-out residual of a fit, once usual errors of what is given are explained."""

@@ -24,6 +24,7 @@ from planner.telemetry.holdout import (
     supports,
 )
 from planner.telemetry.noise import counted
+from planner.telemetry.selection.beside_base import left_beside_base
 from planner.telemetry.selection.select_effects import RankedTerm
 from planner.telemetry.selection.selection_loop import Found
 from planner.telemetry.selection.subset_search import Member
@@ -50,6 +51,7 @@ class Tried:
         addition: how it was added.
         fit: of the model with it.
         residual: (n,) W on held-out runs.
+        beside: (n,) W, the same while the base model keeps its stated parts.
         error_w: W, its root mean square, rows far out counted at the clip.
         supported: whether held-out runs support it.
         equals: slugs of its aliases that explain the log as well, of the best one.
@@ -60,6 +62,7 @@ class Tried:
     addition: Addition
     fit: Fit
     residual: Array
+    beside: Array
     error_w: float
     supported: bool
     equals: tuple[str, ...] = ()
@@ -81,6 +84,11 @@ class Tried:
         """
         as_good = self.error_w <= _enough(error_w, before_w)
         return as_good and not _are_aliased(found.examination, member, self.ranked.member)
+
+    def equals_to(self, found: Found, member: Member, error_w: float, before_w: float) -> bool:
+        """Whether it explains the log as well as another effect, by the same columns."""
+        as_good = self.error_w <= _enough(error_w, before_w) and self.name != member.name
+        return as_good and _are_aliased(found.examination, member, self.ranked.member)
 
 
 def fitted_singles(
@@ -111,13 +119,14 @@ def fitted_singles(
         addition = addition.completed(found.local.competitors.library)
         fitted = found.refit((addition,))
         left = found.heldout(fitted)
-        supported = supports(found.log, before, left, floor)
-        kept = rms(counted(left, floor))
-        tried.append(Tried(ranked, addition, fitted, left, kept, supported))
+        beside = left_beside_base(found, (addition,), fitted)
+        supported = supports(found.log, before, beside, floor)
+        kept = rms(counted(beside, floor))
+        tried.append(Tried(ranked, addition, fitted, left, beside, kept, supported))
     tried.sort(key=lambda one: (not one.supported, one.error_w))
 
     def clear(one: Tried, other: Tried) -> bool:
-        return supports(found.log, other.residual, one.residual, floor)
+        return supports(found.log, other.beside, one.beside, floor)
 
     def aliased(one: Tried, other: Tried) -> bool:
         return _are_aliased(examination, one.ranked.member, other.ranked.member)

@@ -104,3 +104,14 @@ def test_what_two_searches_share_stays(motion, search):
 def test_what_lies_well_above_the_noise_is_not_disputed(motion, search):
     one = named(motion, 1.5, "wear")
     assert undisputed(search, one, named(motion, 1.5, "stiction")) is one
+
+
+def test_a_claim_must_lead_the_better_of_two_models_without_it(motion, search):
+    """Around the other model, usual errors explain nearly what the effect does."""
+    one, other = named(motion, 1.5, "wear"), named(motion, 1.02)
+    poor = replace(one, floor=0.9 * one.floor)
+    left = undisputed(search, poor, other)
+    assert not left.answer.claims
+    assert left.alike == ("wear",)
+    assert undisputed(search, poor, other, same_log=False) is poor
+    assert undisputed(search, poor, named(motion, 1.4)) is poor

@@ -58,3 +58,21 @@ def test_slow_noise_is_no_meter(motion, robot, base):
         slow[k] = 0.95 * slow[k - 1] + 0.31 * drive[k]
     log = replace(log, power=log.power + 0.5 * slow)
     assert with_meter(log, base, free_places(base, log)).meter is None
+
+
+@pytest.mark.parametrize("tau", [0.0, 0.8])
+def test_a_meter_that_holds_its_readings_is_found_behind_noise(motion, robot, base, tau):
+    """Noise that comes after the meter makes all rows differ; four rows show one reading."""
+    period = 4.0 * float(np.median(motion.interval))
+    exact = shown_by(Meter(tau, sampling="end"), motion, robot, noise=0.0)
+    first = np.floor(motion.time / period + 1e-6)
+    new = (np.diff(first, prepend=-1.0) != 0.0) | (np.diff(motion.run, prepend=-1) != 0)
+    shown = exact.power[np.maximum.accumulate(np.where(new, np.arange(len(motion)), 0))]
+    scatter = 0.2 * np.random.default_rng(3).standard_normal(len(motion))
+    log = replace(motion, power=shown + scatter)
+    meter = with_meter(log, base, free_places(base, log)).meter
+    assert meter is not None
+    assert meter.sampling == "held"
+    assert meter.period_s == pytest.approx(period, rel=2e-3)
+    assert abs(meter.time_constant_s - tau) <= max(0.15 * tau, 2.0 * meter.time_constant_error_s)
+    assert "holds each reading for 2 s" in meter.sentence

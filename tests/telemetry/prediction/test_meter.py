@@ -11,6 +11,7 @@ from planner.telemetry.logs import Meter, Telemetry
 from planner.telemetry.prediction import (
     Nodes,
     Readings,
+    held_rows,
     meter_columns,
     predict,
     tangent,
@@ -58,7 +59,7 @@ def test_no_filter_and_no_delay_show_the_power_itself(motion, base, sampling):
     delay = 0.0 if sampling == "mean" else 0.5 * float(motion.interval[0])
     scatter = np.random.default_rng(2).standard_normal(len(motion))
     log = behind(replace(motion, power=scatter), sampling=sampling, delay_s=delay)
-    assert np.array_equal(Readings.taken(log), np.arange(len(log)))
+    assert np.array_equal(held_rows(log), np.arange(len(log)))
     assert predict(base, log) == pytest.approx(predict(base, motion), rel=1e-12)
 
 
@@ -90,7 +91,7 @@ def test_readings_at_the_end_of_rows_lead_those_of_their_middle(motion):
 def test_held_rows_show_the_row_in_which_the_reading_was_new(motion):
     power = np.repeat(np.arange(22.0), 5)
     log = behind(replace(motion.take(slice(0, 110)), power=power), sampling="held")
-    assert np.array_equal(Readings.taken(log), np.arange(110) // 5 * 5)
+    assert np.array_equal(held_rows(log), np.arange(110) // 5 * 5)
     shown = Readings.of(log).shown(np.arange(110.0) ** 2)
     assert np.array_equal(np.flatnonzero(np.diff(shown)) % 5, np.full(21, 4))
 

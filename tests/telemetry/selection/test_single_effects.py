@@ -13,7 +13,7 @@ from planner.telemetry.selection.single_effects import EQUAL_SHARE, Tried, with_
 def tried(name: str, error_w: float, *, supported: bool = True) -> Tried:
     """An effect with its held-out error; what else it has no test looks at."""
     unused: Any = SimpleNamespace(name=name)
-    return Tried(unused, unused, unused, np.zeros(0), error_w, supported)
+    return Tried(unused, unused, unused, np.zeros(0), np.zeros(0), error_w, supported)
 
 
 def with_error(share: float) -> float:

@@ -1,0 +1,138 @@
+"""The rows in which a slow meter took its readings: from equal readings, or from their period.
+
+    held_rows(log)                    # (n,) row of each reading, where equal readings follow
+    held_rows(log, period=0.4)        # the same, where a meter reads every 0.4 s and rows scatter
+    periods_of(log)                   # s, periods that the changes of the power suggest
+
+A meter that is slower than the log holds its reading. Noise between meter and log, as on an analog
+output, makes rows differ all the same. But the power then changes most at a regular moment. The
+changes of a run, squared, have a peak in their spectrum at the frequency of the readings. Phases
+belong to each run: a log's time may begin anew.
+
+Rounding makes equal readings, too: where the power changes by less than a digit, and at no regular
+moment. Steps are then mostly of one digit.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from planner.arrays import Array, Integers
+from planner.telemetry.logs import Telemetry, pieces_of
+
+SHORTEST, LONGEST = 1.8, 8.0
+"""Rows that a regular reading may last; over longer times drives repeat themselves as well."""
+BINS = 4
+"""Bins of a row's interval, for the spectrum."""
+LEAST_POWER = 3.0
+"""Peak of the spectrum over that of changes in any order, from which a period is tried."""
+OWN_PHASE = 6.0
+"""The same of a single run, from which its own phase is known: e^-6 by chance."""
+FINER = 41
+"""Frequencies around a peak that are tried."""
+LARGE = 0.9
+"""Quantile at which squared changes are cut, so that no few steps decide."""
+SLOW_ROWS = 15
+"""Rows of the mean that is taken off: changes are larger while a robot speeds up."""
+MOST_MULTIPLE = 4
+"""A peak may be a harmonic: its period, and this many times it at most, are tried."""
+LEAST_RUN = 20
+"""Rows of a run whose changes count."""
+ONE_DIGIT = 1.5
+"""Digits up to which a change is one of a single digit."""
+
+
+def held_rows(log: Telemetry, period: float = 0.0) -> Integers:
+    """(n,) the row in which each row's reading was taken.
+
+    Args:
+        log: the rows.
+        period: s between readings; 0 takes a reading that equals the one before for the same.
+    """
+    new = np.ones(len(log), np.bool_)
+    if period > 0.0:
+        number = np.floor(_moment(log, period))
+        new[1:] = np.diff(number) != 0.0
+    else:
+        new[1:] = np.diff(log.power) != 0.0
+    new[[start for start, _ in log.segments()]] = True
+    return np.asarray(np.maximum.accumulate(np.where(new, np.arange(len(log)), 0)))
+
+
+def is_rounded(log: Telemetry) -> bool:
+    """Whether equal readings come from rounding: most changes are of one digit."""
+    steps = np.abs(np.diff(log.power))
+    steps = steps[steps > 0.0]
+    return len(steps) == 0 or float(np.median(steps)) <= ONE_DIGIT * float(steps.min())
+
+
+def periods_of(log: Telemetry) -> tuple[float, ...]:
+    """s, what may be the period of a meter's readings; () where nothing is regular."""
+    runs = [run for run in pieces_of(log.run) if run[1] - run[0] >= LEAST_RUN]
+    if not runs:
+        return ()
+    interval = float(np.median(log.interval))
+    step = interval / BINS
+    longest = max(log.time[stop - 1] - log.time[start] for start, stop in runs)
+    count = 1 << int(np.ceil(np.log2(2.0 * longest / step + 2.0)))
+    total, chance = np.zeros(count // 2 + 1), 1e-300
+    for start, stop in runs:
+        change = _changes(log, start, stop)
+        place = np.rint((log.time[start:stop] - log.time[start]) / step).astype(np.int64)
+        line = np.bincount(np.clip(place, 0, count - 1), change, minlength=count)
+        total += np.abs(np.fft.rfft(line)) ** 2
+        chance += float(change @ change)
+    frequency = np.fft.rfftfreq(count, step) * interval
+    inside = np.flatnonzero((frequency > 1.0 / LONGEST) & (frequency < 1.0 / SHORTEST))
+    if not len(inside):
+        return ()
+    peak = inside[np.argmax(total[inside])]
+    if total[peak] < LEAST_POWER * chance:
+        return ()
+    # Over a long run a small error of the period adds up.
+    near = (peak + np.linspace(-1.0, 1.0, FINER)) / (count * step)
+    fine = near[np.argmax([_power(log, runs, each) for each in near])]
+    periods = np.arange(1, MOST_MULTIPLE + 1) / fine
+    return tuple(float(p) for p in periods if p <= LONGEST * interval)
+
+
+def _power(log: Telemetry, runs: list[tuple[int, int]], frequency: float) -> float:
+    """W⁴, of the changes of runs at a frequency in Hz."""
+    total = 0.0
+    for start, stop in runs:
+        wave = np.exp(2j * np.pi * frequency * log.time[start:stop])
+        total += abs(complex(_changes(log, start, stop) @ wave)) ** 2
+    return total
+
+
+def _changes(log: Telemetry, start: int, stop: int) -> Array:
+    """(m,) W², squared changes from row to row of a run, without large ones and slow parts."""
+    square = np.zeros(stop - start)
+    square[1:] = np.diff(log.power[start:stop]) ** 2
+    square = np.minimum(square, np.quantile(square[1:], LARGE))
+    window = np.ones(SLOW_ROWS)
+    slow = np.convolve(square, window, "same") / np.convolve(np.ones(len(square)), window, "same")
+    change = square - slow
+    change[0] = 0.0
+    return np.asarray(change)
+
+
+def _moment(log: Telemetry, period: float) -> Array:
+    """(n,) periods since a reading; a new one begins at each whole number."""
+    turns = log.time / period
+    early = 0.5 * float(np.median(log.interval)) / period if len(log) else 0.0
+    own: list[tuple[slice, complex, bool]] = []
+    for start, stop in pieces_of(log.run):
+        if stop - start < LEAST_RUN:
+            own.append((slice(start, stop), 0j, False))
+            continue
+        change = _changes(log, start, stop)
+        together = complex(change @ np.exp(2j * np.pi * turns[start:stop]))
+        sure = abs(together) ** 2 > OWN_PHASE * float(change @ change)
+        own.append((slice(start, stop), together, sure))
+    usual = sum((together for _, together, _ in own), 0j)
+    moment = np.empty(len(log))
+    for rows, together, sure in own:
+        phase = np.angle(together if sure else usual) / (2.0 * np.pi)
+        moment[rows] = turns[rows] - phase + early
+    return moment

@@ -1,0 +1,50 @@
+"""An effect is judged beside the base model's stated parts, not in their place."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner.telemetry.holdout import rms
+from planner.telemetry.selection import left_beside_base, pushed_out
+from planner.telemetry.selection.selection_loop import investigate
+from tests.telemetry.rows import measured
+
+ROLLING = ("wheel_rolling", "rolling", 0)
+
+
+@pytest.fixture(scope="module")
+def found(motion, robot, base):
+    """A search of a log that lacks nothing."""
+    log = measured(motion, robot, 0.02, seed=1)
+    return investigate(log, base, (), lambda _share, _what: None)
+
+
+def with_rolling(fitted, value: float):
+    """The fit with another rolling resistance."""
+    values = fitted.model.parameters.copy()
+    values[fitted.model.parameter_names.index(ROLLING)] = value
+    return replace(fitted, model=replace(fitted.model, parameters=values))
+
+
+def test_a_part_that_is_gone_is_pushed_out_and_others_are_not(found, base):
+    stated = base.parameters[base.parameter_names.index(ROLLING)]
+    assert stated > 0.0
+    assert pushed_out(found, found.base) == {}
+    assert pushed_out(found, with_rolling(found.base, 0.5 * stated)) == {}
+    assert pushed_out(found, with_rolling(found.base, 0.0)) == {ROLLING: stated}
+
+
+def test_with_the_part_back_the_error_is_that_of_a_fit_that_keeps_it(found):
+    """Whatever a fit without rolling resistance explains, it is judged with it."""
+    gone = with_rolling(found.base, 0.0)
+    left = left_beside_base(found, (), gone)
+    kept = found.refit((), held=pushed_out(found, gone))
+    assert kept.model.parameters[kept.model.parameter_names.index(ROLLING)] == pytest.approx(
+        pushed_out(found, gone)[ROLLING]
+    )
+    assert rms(left - found.heldout(kept)) == 0.0
+    same = left_beside_base(found, (), found.base)
+    assert np.array_equal(same, found.heldout(found.base))
