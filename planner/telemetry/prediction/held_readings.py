@@ -20,7 +20,7 @@ import numpy as np
 from planner.arrays import Array, Integers
 from planner.telemetry.logs import Telemetry, pieces_of
 
-SHORTEST, LONGEST = 1.8, 8.0
+SHORTEST_HOLD, LONGEST_HOLD = 1.8, 8.0
 """Rows that a regular reading may last; over longer times drives repeat themselves as well."""
 BINS = 4
 """Bins of a row's interval, for the spectrum."""
@@ -28,9 +28,9 @@ LEAST_POWER = 3.0
 """Peak of the spectrum over that of changes in any order, from which a period is tried."""
 OWN_PHASE = 6.0
 """The same of a single run, from which its own phase is known: e^-6 by chance."""
-FINER = 41
+NEAR_PEAK = 41
 """Frequencies around a peak that are tried."""
-LARGE = 0.9
+CUT_QUANTILE = 0.9
 """Quantile at which squared changes are cut, so that no few steps decide."""
 SLOW_ROWS = 15
 """Rows of the mean that is taken off: changes are larger while a robot speeds up."""
@@ -83,17 +83,17 @@ def periods_of(log: Telemetry) -> tuple[float, ...]:
         total += np.abs(np.fft.rfft(line)) ** 2
         chance += float(change @ change)
     frequency = np.fft.rfftfreq(count, step) * interval
-    inside = np.flatnonzero((frequency > 1.0 / LONGEST) & (frequency < 1.0 / SHORTEST))
+    inside = np.flatnonzero((frequency > 1.0 / LONGEST_HOLD) & (frequency < 1.0 / SHORTEST_HOLD))
     if not len(inside):
         return ()
     peak = inside[np.argmax(total[inside])]
     if total[peak] < LEAST_POWER * chance:
         return ()
     # Over a long run a small error of the period adds up.
-    near = (peak + np.linspace(-1.0, 1.0, FINER)) / (count * step)
+    near = (peak + np.linspace(-1.0, 1.0, NEAR_PEAK)) / (count * step)
     fine = near[np.argmax([_power(log, runs, each) for each in near])]
     periods = np.arange(1, MOST_MULTIPLE + 1) / fine
-    return tuple(float(p) for p in periods if p <= LONGEST * interval)
+    return tuple(float(p) for p in periods if p <= LONGEST_HOLD * interval)
 
 
 def _power(log: Telemetry, runs: list[tuple[int, int]], frequency: float) -> float:
@@ -109,7 +109,7 @@ def _changes(log: Telemetry, start: int, stop: int) -> Array:
     """(m,) W², squared changes from row to row of a run, without large ones and slow parts."""
     square = np.zeros(stop - start)
     square[1:] = np.diff(log.power[start:stop]) ** 2
-    square = np.minimum(square, np.quantile(square[1:], LARGE))
+    square = np.minimum(square, np.quantile(square[1:], CUT_QUANTILE))
     window = np.ones(SLOW_ROWS)
     slow = np.convolve(square, window, "same") / np.convolve(np.ones(len(square)), window, "same")
     change = square - slow
