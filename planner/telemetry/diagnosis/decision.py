@@ -40,8 +40,6 @@ from planner.telemetry.selection import (
     Member,
     Tried,
     fitted_singles,
-    left_beside_base,
-    pushed_out,
 )
 from planner.telemetry.terms import Addition
 
@@ -247,11 +245,10 @@ def _searched(found: Found) -> Answer | None:
     if not members:
         return None
     left = found.heldout(found.fitted)
-    beside = None
-    if pushed_out(found, found.fitted):
-        beside = left_beside_base(found, found.additions, found.fitted)
     aliases = dict(found.selection.aliases)
-    return Answer(found.fitted, left, members, found.additions, aliases=aliases, beside=beside)
+    return Answer(
+        found.fitted, left, members, found.additions, aliases=aliases, beside=found.beside
+    )
 
 
 def _formula(found: Found) -> Answer | None:

@@ -28,9 +28,7 @@ from planner.telemetry.noise import noise_of, row_likelihood
 from planner.telemetry.prediction import (
     Nodes,
     Readings,
-    held_rows,
     input_uncertainty,
-    is_rounded,
     periods_of,
     tangent,
 )
@@ -44,8 +42,6 @@ FILTER_GAIN = 6.0
 """Log-likelihood by which a filter must lead a plain delay."""
 LEAST_LAG_ROWS = 0.3
 """Rows by which readings must be late or early; less is what rows average over."""
-HELD_SHARE = 0.3
-"""Share of rows with the reading of the row before from which a meter may hold its readings."""
 TIME_CONSTANTS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 """Rows; where the search begins."""
 DELAYS = (-1.0, -0.5, 0.5, 1.0, 2.0, 4.0, 8.0)
@@ -180,7 +176,7 @@ def with_meter(
 def _believed(search: _Search) -> Meter | None:
     log, interval = search.log, search.interval
     nothing = search.rows(None)
-    kinds = [Meter(), *_held(log)]
+    kinds = [Meter(), *(Meter(sampling="held", period_s=period) for period in periods_of(log))]
     delays = [
         replace(kind, delay_s=rows * interval)
         for kind in kinds
@@ -208,15 +204,6 @@ def _believed(search: _Search) -> Meter | None:
     gain = np.bincount(search.clusters, search.rows(found) - nothing)
     scatter = float(gain.std()) * np.sqrt(len(gain)) + 1e-12
     return found if gain.sum() > max(LEAST_GAIN, LEAST_METER_Z * scatter) else None
-
-
-def _held(log: Telemetry) -> list[Meter]:
-    """Meters that may hold their readings, by regular changes or by equal readings."""
-    held = [Meter(sampling="held", period_s=period) for period in periods_of(log)]
-    repeated = 1.0 - len(np.unique(held_rows(log))) / len(log)
-    if repeated > HELD_SHARE and not is_rounded(log):
-        held.append(Meter(sampling="held"))
-    return held
 
 
 def _at_known_moment(search: _Search, meter: Meter, *free: str) -> Meter:

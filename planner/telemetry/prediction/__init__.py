@@ -5,7 +5,7 @@ last an interval. input_uncertainty says how far inputs may mislead single rows.
 meter shows of a power, meter_columns their derivatives by its numbers.
 """
 
-from planner.telemetry.prediction.held_readings import held_rows, is_rounded, periods_of
+from planner.telemetry.prediction.held_readings import periods_of
 from planner.telemetry.prediction.meter import Readings, meter_columns
 from planner.telemetry.prediction.nodes import Nodes
 from planner.telemetry.prediction.sensitivity import input_uncertainty, predict, secants, tangent
@@ -13,9 +13,7 @@ from planner.telemetry.prediction.sensitivity import input_uncertainty, predict,
 __all__ = [
     "Nodes",
     "Readings",
-    "held_rows",
     "input_uncertainty",
-    "is_rounded",
     "meter_columns",
     "periods_of",
     "predict",

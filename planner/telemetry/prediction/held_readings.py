@@ -22,6 +22,8 @@ from planner.telemetry.logs import Telemetry, pieces_of
 
 SHORTEST_HOLD, LONGEST_HOLD = 1.8, 8.0
 """Rows that a regular reading may last; over longer times drives repeat themselves as well."""
+HELD_SHARE = 0.3
+"""Share of rows with the reading of the row before from which a meter may hold its readings."""
 BINS = 4
 """Bins of a row's interval, for the spectrum."""
 LEAST_POWER = 3.0
@@ -67,7 +69,14 @@ def is_rounded(log: Telemetry) -> bool:
 
 
 def periods_of(log: Telemetry) -> tuple[float, ...]:
-    """s, what may be the period of a meter's readings; () where nothing is regular."""
+    """s, what may be the period of a meter's readings; 0 for equal readings that are held."""
+    repeated = 1.0 - len(np.unique(held_rows(log))) / max(len(log), 1)
+    equal = (0.0,) if repeated > HELD_SHARE and not is_rounded(log) else ()
+    return *_regular(log), *equal
+
+
+def _regular(log: Telemetry) -> tuple[float, ...]:
+    """s, periods at which the power changes; () where nothing is regular."""
     runs = [run for run in pieces_of(log.run) if run[1] - run[0] >= LEAST_RUN]
     if not runs:
         return ()

@@ -4,7 +4,6 @@ find_missing_effects chooses terms, compares competing models fitted in full, an
 the choice stays. It gives a Found with a Selection of Members.
 """
 
-from planner.telemetry.selection.beside_base import left_beside_base, pushed_out
 from planner.telemetry.selection.off_catalogue import ShapeFound
 from planner.telemetry.selection.select_effects import RankedTerm, Selection
 from planner.telemetry.selection.selection_loop import Found
@@ -21,6 +20,4 @@ __all__ = [
     "Tried",
     "find_missing_effects",
     "fitted_singles",
-    "left_beside_base",
-    "pushed_out",
 ]

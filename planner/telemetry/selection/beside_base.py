@@ -22,8 +22,10 @@ NEAR_BOUND = 1e-6
 """Share of a parameter's range within which it is at its end."""
 
 
-def left_beside_base(found: Found, additions: Sequence[Addition], fitted: Fit) -> Array:
+def left_beside_base(found: Found, additions: Sequence[Addition], fitted: Fit) -> Array | None:
     """(n,) W, held-out residual of a claim while the base model keeps its stated parts.
+
+    None where the fit keeps them anyway.
 
     Args:
         found: state of the search.
@@ -31,7 +33,7 @@ def left_beside_base(found: Found, additions: Sequence[Addition], fitted: Fit) -
         fitted: the model with that.
     """
     held = pushed_out(found, fitted)
-    return found.heldout(found.refit(additions, held=held) if held else fitted)
+    return found.heldout(found.refit(additions, held=held)) if held else None
 
 
 def pushed_out(found: Found, fitted: Fit) -> dict[Key, float]:

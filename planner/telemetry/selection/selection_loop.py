@@ -54,7 +54,7 @@ class Found:
     ``examination`` is of all rows, ``local`` of those in ``log``; the same for a short log.
     ``refuted`` are effects that these had refuted already, their members counted in ``local``.
     ``origin`` is where every fit with something added starts. ``searched`` is the fit of the search
-    once everything was set free; None before.
+    once everything was set free; None before. ``beside`` is as left_beside_base gives it.
     """
 
     log: Telemetry
@@ -68,6 +68,7 @@ class Found:
     origin: PowerModel
     refuted: tuple[RankedTerm, ...] = ()
     searched: Fit | None = None
+    beside: Array | None = None
 
     def refit(
         self,

@@ -120,6 +120,7 @@ def fitted_singles(
         fitted = found.refit((addition,))
         left = found.heldout(fitted)
         beside = left_beside_base(found, (addition,), fitted)
+        beside = left if beside is None else beside
         supported = supports(found.log, before, beside, floor)
         kept = rms(counted(beside, floor))
         tried.append(Tried(ranked, addition, fitted, left, beside, kept, supported))

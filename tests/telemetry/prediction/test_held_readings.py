@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.telemetry.prediction import held_rows, is_rounded, periods_of
+from planner.telemetry.prediction.held_readings import held_rows, is_rounded, periods_of
 
 ROW = 0.5  # s, of the rows of ``motion``
 

@@ -11,11 +11,11 @@ from planner.telemetry.logs import Meter, Telemetry
 from planner.telemetry.prediction import (
     Nodes,
     Readings,
-    held_rows,
     meter_columns,
     predict,
     tangent,
 )
+from planner.telemetry.prediction.held_readings import held_rows
 
 
 def behind(log: Telemetry, **numbers) -> Telemetry:
