@@ -31,18 +31,21 @@ class OperatingConditions:
         class_rows: (classes, ROW_LENGTH) one row of conditions for each ground class of the map.
         limits: [speed, current, voltage, peak torque, mass, largest tan(slope), yaw rate].
         wind: (2,) m/s in the map's frame.
+        lasting: whether steady driving takes no more torque than motors give for good. Turns and
+            changes of speed may, up to the peak.
     """
 
     model: PowerModel
     class_rows: Array
     limits: Array
     wind: Array
+    lasting: bool = False
 
     @cached_property
     def key(self) -> tuple[object, ...]:
         """Key of the model under its conditions, for planner.cache."""
         arrays = (self.class_rows, self.limits, self.wind)
-        return (model_key(self.model), *(array.tobytes() for array in arrays))
+        return (model_key(self.model), *(array.tobytes() for array in arrays), self.lasting)
 
     @cached_property
     def content(self) -> tuple[object, ...]:
@@ -61,14 +64,17 @@ class OperatingConditions:
         """kg, robot and payload."""
         return float(self.limits[4])
 
-    def with_continuous_torque(self) -> OperatingConditions:
-        """The same with no more torque at any moment than motors give for good."""
+    @cached_property
+    def steady(self) -> OperatingConditions:
+        """Those of steady driving: with ``lasting``, the continuous torque is the peak."""
+        if not self.lasting:
+            return self
         vehicle = self.model.vehicle
-        lasting = replace(vehicle.limits, peak_torque=vehicle.limits.continuous_torque)
+        peak = replace(vehicle.limits, peak_torque=vehicle.limits.continuous_torque)
         limits = self.limits.copy()
-        limits[3] = lasting.peak_torque
-        model = replace(self.model, vehicle=replace(vehicle, limits=lasting))
-        return replace(self, model=model, limits=limits)
+        limits[3] = peak.peak_torque
+        model = replace(self.model, vehicle=replace(vehicle, limits=peak))
+        return replace(self, model=model, limits=limits, lasting=False)
 
     def wind_by_direction(self) -> Array:
         """(DIRECTIONS,) J that wind adds to a level metre, by azimuth of travel."""

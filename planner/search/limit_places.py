@@ -32,6 +32,7 @@ class Infeasible:
         for_want_of_room: whether a path with more clearance may help.
         limit: by the names that routes give their limits; empty where none is measured.
         value, allowed: what is reached there, and the limit; SI.
+        others: x and y of further places on the same path where the robot cannot go on.
     """
 
     x: float
@@ -41,6 +42,12 @@ class Infeasible:
     limit: str = ""
     value: float = math.nan
     allowed: float = math.nan
+    others: tuple[tuple[float, float], ...] = ()
+
+    @property
+    def places(self) -> tuple[tuple[float, float], ...]:
+        """All places known."""
+        return ((self.x, self.y), *self.others)
 
     @property
     def too_warm(self) -> bool:

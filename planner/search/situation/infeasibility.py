@@ -208,7 +208,9 @@ def _too_steep(
     j, i = found[1]
     x, y = field.x0 + field.dx * i, field.y0 + field.dy * j
     slope = float(steepness[j, i])
-    cause = limit_on_slope(conditions, int(field.ground[j, i]), slope, x, y)
+    cause = limit_on_slope(conditions.steady, int(field.ground[j, i]), slope, x, y)
+    if conditions.lasting and cause.limit == "torque peak":
+        cause = replace(cause, limit="torque rms")
     most = math.degrees(math.atan(float(allowed[j, i])))
     return replace(
         cause,

@@ -82,7 +82,12 @@ def situation_of(
         terrain = without_areas(terrain, request)
     key = "ground", ground_key(terrain, model.vehicle)
     ground = CACHE.get(key, lambda: driving_ground(terrain, model.vehicle))
-    return Situation(ground, operating_conditions(request, model, terrain))
+    conditions = operating_conditions(request, model, terrain)
+    limits = model.vehicle.limits
+    share = limits.continuous_torque / limits.peak_torque
+    # A slope as long as a cell lasts longer than motors may give their peak torque.
+    lasting = min(terrain.cell) >= limits.speed * limits.thermal_time * share**2
+    return Situation(ground, replace(conditions, lasting=lasting))
 
 
 def ground_key(terrain: Terrain, vehicle: Vehicle) -> tuple[str, str]:
@@ -133,9 +138,19 @@ class Situation:
         """Whether a search for one start fills nothing for others, and is not kept."""
         return self.ground.heights.size > LARGE_MAP_NODES
 
+    def with_peak_torque(self) -> Situation:
+        """The same with up to the peak torque while driving steadily, too."""
+        return replace(self, conditions=replace(self.conditions, lasting=False))
+
     def with_continuous_torque(self) -> Situation:
         """The same with no more torque at any moment than motors give for good."""
-        return replace(self, conditions=self.conditions.with_continuous_torque())
+        return replace(self, conditions=replace(self.conditions, lasting=True).steady)
+
+    @property
+    def slopes_outlast_heat(self) -> bool:
+        """Whether a slope as long as a cell lasts longer than the time that torque counts over."""
+        limits = self.conditions.model.vehicle.limits
+        return min(self.ground.terrain.cell) >= limits.speed * limits.thermal_time
 
     @cached_property
     def key(self) -> tuple[object, ...]:
@@ -145,7 +160,7 @@ class Situation:
 
     def costs(self, objective: str) -> SteadyCosts:
         """Costs of steady driving for "energy", "time" or "length"."""
-        conditions = self.conditions
+        conditions = self.conditions.steady
         key = steady_costs.__module__, *conditions.content, objective
 
         def build() -> SteadyCosts:

@@ -29,6 +29,7 @@ from planner.search.solve.pipeline import (
     BASELINE,
     ONE_OF_MANY,
     Attempt,
+    Closely,
     Effort,
     Sketch,
     cheapest_near,
@@ -72,17 +73,30 @@ def on_grid(
         part = partial(_on_grid, field=field, objective=objective, effort=ONE_OF_MANY)
         passages = partial(through_passages, run, field, objective, part)
     attempt = _on_grid(run, field, objective, effort, patient, passages)
+    other = None if attempt.route is not None else _with_other_torque(run, attempt, effort)
+    if other is not None:
+        costs = other.field(objective, field.margin, field.factor)
+        found = _on_grid(other, costs, objective, effort, patient)
+        attempt = attempt if found.route is None else found
     # Nobody asks why there is no baseline.
     if attempt.route is None and not attempt.reason and effort is not BASELINE:
         cause = _why_not(run, attempt.field, objective)
         return replace(attempt, reason=cause.what, infeasible=cause)
-    if attempt.route is not None or attempt.infeasible is None or not attempt.infeasible.too_warm:
-        return attempt
+    return attempt
+
+
+def _with_other_torque(run: Run, attempt: Attempt, effort: Effort) -> Run | None:
+    """The run with a limit of torque that may let a search find what this one did not."""
+    situation = run.situation
+    if run.conditions.lasting:
+        # A short slope may take more than the continuous torque.
+        if effort is BASELINE or situation.slopes_outlast_heat:
+            return None
+        return replace(run, situation=situation.with_peak_torque())
+    if attempt.infeasible is None or not attempt.infeasible.too_warm:
+        return None
     # What never exceeds the continuous torque keeps the limit of its mean.
-    cooler = replace(run, situation=run.situation.with_continuous_torque())
-    lasting = cooler.field(objective, field.margin, field.factor)
-    found = _on_grid(cooler, lasting, objective, effort, patient)
-    return attempt if found.route is None else found
+    return replace(run, situation=situation.with_continuous_torque())
 
 
 def _on_grid(
@@ -95,7 +109,7 @@ def _on_grid(
 ) -> Attempt:
     """The best of all attempts within the limits that hold at every moment, and the mean torque."""
     caution: Caution | None = first_caution(run, field, patient)
-    sketching = _Sketching(run, objective, effort, patient, field, passages)
+    sketching = _Sketching(*(run, objective, effort, patient, field, passages), Closely(objective))
     attempt = Attempt(field)
     while caution is not None:
         sketches, caution = sketching.with_caution(caution)
@@ -103,7 +117,7 @@ def _on_grid(
             return sketching.passed
         if not sketches:
             return attempt if attempt.reason else Attempt(sketching.field)
-        attempt = finished(run, sketches, objective, effort)
+        attempt = finished(run, sketches, objective, effort, sketching.closely)
         if attempt.route is None:
             caution = next_caution(caution, attempt)
         elif objective == "energy" and effort is ANSWER and attempt.disappoints:
@@ -122,7 +136,8 @@ def _past_what_disappoints(
     with run.within_budget() as limited:
         if caution is not None:
             sketches, _ = replace(sketching, run=limited).with_caution(caution)
-            other = finished(limited, sketches, "energy", ANSWER) if sketches else None
+            known = sketching.closely
+            other = finished(limited, sketches, "energy", ANSWER, known) if sketches else None
     if other is None or other.route is None or other.route.energy_j >= attempt.route.energy_j:
         return attempt
     return other
@@ -138,7 +153,8 @@ class _Sketching:
         field: map and costs of the latest search.
         passages: looks for a way through narrow passages; None after it did, or where none is
             wanted.
-        passed: what it found.
+        closely: drives legs, and knows those that come up again.
+        passed: what was found through narrow passages.
     """
 
     run: Run
@@ -147,6 +163,7 @@ class _Sketching:
     poses_left: bool
     field: CostField
     passages: Callable[[], Attempt | None] | None
+    closely: Closely
     passed: Attempt | None = None
 
     def with_caution(self, caution: Caution) -> tuple[list[Sketch], Caution]:

@@ -12,7 +12,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import NamedTuple
 
@@ -27,7 +27,7 @@ from planner.search.results import Route, energy_of, price
 from planner.search.run import Run
 from planner.search.se2 import PosePath, keeping_yaw
 from planner.search.situation import remedy
-from planner.search.trajectory import CLOSELY, ROUGHLY, Care, Motion, move
+from planner.search.trajectory import CLOSELY, ROUGHLY, Motion, broken_limits, move
 from planner.search.waypoints import VARIANTS, optimise_waypoints, refine, worth_optimising
 
 PLAIN = {8.0: (1.0,)}
@@ -179,8 +179,27 @@ def sketch(
     return Sketch(plain or field, paths, tuple(sorted(driven, key=lambda one: one.energy)))
 
 
+@dataclass
+class Closely:
+    """Legs driven with all care for an objective, each only once."""
+
+    objective: str
+    known: dict[tuple[bytes, ...], Motion | Infeasible] = field(default_factory=dict)
+
+    def drive(self, run: Run, legs: Legs, of: Sketch) -> Motion | Infeasible:
+        """The motion along legs of a sketch."""
+        key = _content(legs)
+        if key not in self.known:
+            self.known[key] = trajectory(run, of.field, legs, self.objective)
+        return self.known[key]
+
+
 def finished(
-    run: Run, sketches: Sequence[Sketch], objective: str, effort: Effort = ANSWER
+    run: Run,
+    sketches: Sequence[Sketch],
+    objective: str,
+    effort: Effort = ANSWER,
+    closely: Closely | None = None,
 ) -> Attempt:
     """The cheapest feasible trajectory among sketches: only the best of all are driven closely.
 
@@ -189,7 +208,9 @@ def finished(
         sketches: at least one.
         objective: "energy", "time" or "length".
         effort: how much work goes into it.
+        closely: knows what was driven before, for the same objective.
     """
+    closely = closely or Closely(objective)
     order = sorted(
         ((one, whole) for whole in sketches for one in whole.driven),
         key=lambda pair: pair[0].energy,
@@ -197,7 +218,7 @@ def finished(
     moving = [pair for pair in order if isinstance(pair[0].motion, Motion)]
     failed, failed_of = (None, moving[0][1]) if moving else order[0]
     kept: list[tuple[Legs, Route, Sketch]] = []
-    descended = _descended(run, moving) if effort.descent and objective == "energy" else []
+    descended = _descended(run, moving, closely) if effort.descent and objective == "energy" else []
     least = promised = math.inf
     with run.within_budget() as limited:
         for one, of in sorted([*descended, *moving], key=lambda pair: pair[0].energy):
@@ -205,8 +226,7 @@ def finished(
                 break
             closer = one.motion
             if effort.closely:
-                hurry = limited if kept else run
-                closer = trajectory(hurry, of.field, one.legs, objective, CLOSELY)
+                closer = closely.drive(limited if kept else run, one.legs, of)
             if isinstance(closer, Infeasible):
                 if failed is None:
                     failed, failed_of, promised = Driven(one.legs, closer), of, one.energy
@@ -260,7 +280,9 @@ def _driven_roughly(
         return [list(one) for one in zip(*legs, strict=True)]
 
     def driven(legs: Legs) -> Driven:
-        motion = trajectory(run, field, legs, objective, ROUGHLY, checked=not effort.closely)
+        motion = trajectory(
+            *(run, field, legs, objective), closely=False, checked=not effort.closely
+        )
         if isinstance(motion, Infeasible):
             return Driven(legs, motion)
         energy = energy_of(field, run.conditions, motion)
@@ -280,17 +302,27 @@ def _content(legs: Legs) -> tuple[bytes, ...]:
     return tuple(path.tobytes() for path, _ in legs)
 
 
-def _descended(run: Run, moving: Sequence[tuple[Driven, Sketch]]) -> list[tuple[Driven, Sketch]]:
+def _descended(
+    run: Run, moving: Sequence[tuple[Driven, Sketch]], closely: Closely
+) -> list[tuple[Driven, Sketch]]:
     """The best trajectories with their waypoints moved, where that is likely to help and does.
+
+    Where a trajectory breaks limits also when it is driven closely, moved waypoints hardly ever
+    help: it is left alone.
 
     Args:
         run: the request.
         moving: trajectories by energy, each with its sketch; of a sketch, the best one is taken.
+        closely: drives them.
     """
     found: list[tuple[Driven, Sketch]] = []
     with run.within_budget() as limited:
         for one, of in _worth_descent(moving, found):
             limited.check()
+            assert isinstance(one.motion, Motion)
+            doubtful = broken_limits(of.field, run.conditions, one.motion)
+            if doubtful and isinstance(closely.drive(limited, one.legs, of), Infeasible):
+                continue
             legs = [path for path, _ in one.legs]
             better = optimise_waypoints(
                 *(of.field, run.conditions, legs, run.yaws),
@@ -330,10 +362,11 @@ def trajectory(
     field: CostField,
     legs: Legs,
     objective: str,
-    care: Care = CLOSELY,
+    *,
+    closely: bool = True,
     checked: bool = True,
 ) -> Motion | Infeasible:
-    """The motion along legs, or where it is infeasible; ``care`` and ``checked`` as in ``move``."""
+    """The motion along legs, or where it is infeasible; ``checked`` as in ``move``."""
     run.check()
     if objective == "length":
         # Whichever way it goes, a robot turns as costs it least.
@@ -347,7 +380,7 @@ def trajectory(
         [path for path, _ in legs],
         run.yaws,
         objective=OBJECTIVES[objective],
-        care=care,
+        care=CLOSELY if closely else ROUGHLY,
         checked=checked,
         check=run.check,
     )

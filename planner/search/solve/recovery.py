@@ -37,8 +37,9 @@ HEAT_SLOPES, HEAT_YAWS = 65, 16
 """Slopes and yaw angles at which the torque of driving uphill is worked out."""
 MOST_EXCESS = 10.0
 """Largest excess heat: beyond it, costs would lose digits."""
-PENALISED_PLACES = 4
-"""Places where a limit was broken that get a penalty, before all steep ground is avoided."""
+PENALISED_PLACES = 2
+"""Paths whose places where a limit was broken get a penalty, before less of the slope limit is
+used; then as many again."""
 PENALTY, PENALISED_CELLS = 2.0, 3.0
 """Factor on the cost near such a place, and how many cells round it count as near."""
 
@@ -51,7 +52,8 @@ class Caution:
         factor: on the cost of the ground, (ny, nx) or (1, 1).
         slope_margins: share of the slope limit to search with, and those to try after it.
         clearance_penalties: clearance penalty to search with, and those to try after it.
-        places_left: how many more places may get a penalty.
+        places_left: how many more paths' places may get a penalty with this slope margin.
+        places_each: how many with every margin.
         heat_weights: weights of hot ground that are left to try.
         excess_heat: gives the excess heat of the ground, (ny, nx).
     """
@@ -60,6 +62,7 @@ class Caution:
     slope_margins: tuple[float, ...]
     clearance_penalties: tuple[float, ...]
     places_left: int
+    places_each: int
     heat_weights: tuple[float, ...]
     excess_heat: Callable[[], Array]
 
@@ -85,7 +88,8 @@ def first_caution(run: Run, field: CostField, patient: bool) -> Caution:
     penalties = CLEARANCE_PENALTIES if run.ground.blocked.any() else CLEARANCE_PENALTIES[:1]
     margins, places = (SLOPE_MARGINS, PENALISED_PLACES) if patient else (FEW_SLOPE_MARGINS, 0)
     heat = HEAT_WEIGHTS if patient else HEAT_WEIGHTS[1:]
-    return Caution(field.factor, margins, penalties, places, heat, partial(excess_heat, run, field))
+    hot = partial(excess_heat, run, field)
+    return Caution(field.factor, margins, penalties, places, places, heat, hot)
 
 
 def more_clearance(caution: Caution, attempt: Attempt) -> Caution | None:
@@ -109,7 +113,7 @@ def cooler_ground(caution: Caution, attempt: Attempt) -> Caution | None:
 
 
 def past_the_place(caution: Caution, attempt: Attempt) -> Caution | None:
-    """A penalty near the place where a limit is broken: another path past it may do."""
+    """A penalty near the places where a limit is broken: another path past them may do."""
     infeasible = attempt.infeasible
     if infeasible is None or infeasible.too_warm:
         return None
@@ -124,7 +128,8 @@ def gentler_slopes(caution: Caution, attempt: Attempt) -> Caution | None:
     infeasible = attempt.infeasible
     if infeasible is None or infeasible.too_warm or len(caution.slope_margins) == 1:
         return None
-    return replace(caution, slope_margins=caution.slope_margins[1:])
+    margins = caution.slope_margins[1:]
+    return replace(caution, slope_margins=margins, places_left=caution.places_each)
 
 
 STRATEGIES: tuple[Callable[[Caution, Attempt], Caution | None], ...] = (
@@ -143,11 +148,14 @@ def next_caution(caution: Caution, attempt: Attempt) -> Caution | None:
 
 
 def _penalty_near(field: CostField, place: Infeasible) -> Array:
-    """Factor (ny, nx) that makes a few cells round a place cost more."""
+    """Factor (ny, nx) that makes a few cells round every such place cost more."""
     ny, nx = field.heights.shape
     x, y = field.x0 + field.dx * np.arange(nx), field.y0 + field.dy * np.arange(ny)
-    cells = np.hypot((x - place.x)[None, :] / field.dx, (y - place.y)[:, None] / field.dy)
-    return np.where(cells < PENALISED_CELLS, PENALTY, 1.0)
+    factor = np.ones((ny, nx))
+    for at_x, at_y in place.places:
+        cells = np.hypot((x - at_x)[None, :] / field.dx, (y - at_y)[:, None] / field.dy)
+        factor[cells < PENALISED_CELLS] = PENALTY
+    return factor
 
 
 def excess_heat(run: Run, field: CostField) -> Array:

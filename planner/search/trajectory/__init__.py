@@ -3,16 +3,17 @@
 motion = move(field, conditions, legs, yaws, objective=0)    # Motion, or Infeasible that says where
 """
 
-from planner.search.trajectory.drive import CLOSELY, ROUGHLY, Care, move
+from planner.search.trajectory.drive import CLOSELY, ROUGHLY, move
 from planner.search.trajectory.finer_poses import poses_every
+from planner.search.trajectory.limit_checks import broken_limits
 from planner.search.trajectory.limit_use import limits_used
 from planner.search.trajectory.motion import Motion, motion_rows
 
 __all__ = [
     "CLOSELY",
     "ROUGHLY",
-    "Care",
     "Motion",
+    "broken_limits",
     "limits_used",
     "motion_rows",
     "move",

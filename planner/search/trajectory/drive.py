@@ -7,6 +7,7 @@ planner.search.results.energy_account prices it.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -36,7 +37,7 @@ from planner.search.trajectory.turn_on_the_spot import (
     pose_spacing,
     turn_on_the_spot,
 )
-from planner.search.trajectory.yaw_profile import YawProfile, yaw_profile
+from planner.search.trajectory.yaw_profile import YawProfile, crowded_at, yaw_profile
 from planner.search.trajectory.yaw_refinement import refined_yaw
 from planner.search.wanted_yaw import Wanted, arriving, leaving
 
@@ -60,6 +61,8 @@ ROUGHLY, CLOSELY = Care(1, 1, 240, 1), Care(2, 3, 480, 8)
 """The first is good to a few parts in a thousand, to choose among paths."""
 MOST_SPEED_PROFILES = 12
 """Speed profiles until no limit is broken between samples either."""
+MOST_ENDS = 8
+"""Places beyond which no yaw leads that are looked for at once."""
 SPEED_REPAIRS = 2
 """Repairs of one place, other than of the voltage, before another yaw is tried."""
 
@@ -147,8 +150,9 @@ def _move(
         if isinstance(motion, Motion):
             break
         # With another yaw the robot may keep to its limits there.
-        place = int(np.hypot(*(roomy.points - (motion.x, motion.y)).T).argmin())
-        shut.append((motion.x, motion.y, float(yaw.leaving[place])))
+        for x, y in motion.places:
+            place = int(np.hypot(*(roomy.points - (x, y)).T).argmin())
+            shut.append((x, y, float(yaw.leaving[place])))
     if isinstance(motion, Infeasible):
         return motion
     touched = first_contact(field, motion)
@@ -182,7 +186,7 @@ def _finer(
         at_speed: the best speeds for a yaw, within all limits.
     """
     for _ in range(MOST_REFINED):
-        finer = at_speed(refined_yaw(field, conditions, track, yaw, motion, fixed))
+        finer = at_speed(refined_yaw(field, conditions.steady, track, yaw, motion, fixed))
         if isinstance(finer, Infeasible):
             x, y = finer.x, finer.y
         else:
@@ -264,18 +268,17 @@ def _at_speed(
         motion = assemble(field, track, yaw, speeds, yaw_rate=limits.yaw_rate, spacing=spacing)
         if not checked:
             return motion
-        broken = broken_limits(field, conditions, motion) or broken_limits(
-            field, conditions, motion, finely=True
-        )
+        broken = broken_limits(field, conditions, motion, finely=True)
         if not broken:
             return motion
-        ease(broken, motion, track, fastest, hardest, eased)
+        counted = ease(broken, motion, track, fastest, hardest, eased)
         x, y = motion.x[broken.steps[0]], motion.y[broken.steps[0]]
         infeasible = broken.at(x, y)
         if eased.max() > SPEED_REPAIRS:
             worst = int(eased.argmax())
-            x, y = 0.5 * (track.points[worst] + track.points[worst + 1])
-            return broken.at(x, y)
+            middle = 0.5 * (track.points[1:] + track.points[:-1])
+            x, y = middle[worst]
+            return broken.at(x, y, middle[counted[counted != worst]])
     return infeasible
 
 
@@ -303,31 +306,36 @@ def _yaw_through(
     arriving: list[Array] = []
     leaving: list[Array] = []
     cost = 0.0
-    for part, (a, b) in enumerate(zip(cuts[:-1], cuts[1:], strict=True)):
-        piece = Track(
-            track.points[a : b + 1],
-            track.directions[a:b],
-            track.lengths[a:b],
-            track.curvatures[a:b],
-            track.stops[a : b + 1],
-            (0, b - a),
-        )
-        profile = yaw_profile(
-            conditions,
-            field,
-            piece,
-            steps.part(a, b),
-            objective=objective,
-            start_yaw=wanted[part],
-            goal_yaw=wanted[part + 1],
-            beside=care.yaws,
-            most_waypoints=care.waypoints,
-            shut=shut,
-        )
+    priced = partial(
+        yaw_profile,
+        conditions,
+        field,
+        objective=objective,
+        beside=care.yaws,
+        most_waypoints=care.waypoints,
+        shut=shut,
+    )
+    for part, (a, b) in enumerate(itertools.pairwise(cuts)):
+        start, goal = wanted[part : part + 2]
+        piece = track.part(a, b)
+        profile = priced(piece, steps.part(a, b), start_yaw=start, goal_yaw=goal)
         if not isinstance(profile, YawProfile):
-            x, y = profile
+            ends = [profile]
+            # Further places at once: past each of them the yaw is free again.
+            while len(ends) < MOST_ENDS:
+                a += 1 + int(np.hypot(*(track.points[a : b + 1] - ends[-1]).T).argmin())
+                if a >= b:
+                    break
+                rest = priced(track.part(a, b), steps.part(a, b), start_yaw=None, goal_yaw=goal)
+                if isinstance(rest, YawProfile):
+                    break
+                ends.append(rest)
+            crowded = bool(crowded_at(field, profile[None])[0])
             return Infeasible(
-                float(x), float(y), "the body cannot turn as the way would need it", True
+                *(float(profile[0]), float(profile[1])),
+                "the body cannot turn as the way would need it",
+                for_want_of_room=crowded,
+                others=tuple((float(x), float(y)) for x, y in ends[1:]),
             )
         offset = 0.0
         if part > 0:

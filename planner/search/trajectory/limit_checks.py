@@ -1,6 +1,6 @@
 """Checks of a motion against all limits, and lower caps where it breaks one.
 
-    broken = broken_limits(field, conditions, motion)        # samples, fifteen a cell
+    broken = broken_limits(field, conditions, motion)        # samples, fifteen a cell or more
     ease(broken, motion, track, fastest, hardest)        # caps for another speed profile
     overheated(field, conditions, motion)                # Infeasible where a motor gets too warm
 
@@ -19,16 +19,20 @@ from numpy.typing import NDArray
 from planner.arrays import Array
 from planner.compiled_code import njit
 from planner.power.limits import LIMIT_NAMES, broken_in_results, gear_torques, rms_torques
+from planner.quantities import STANDARD_GRAVITY
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
 from planner.search.limit_places import Infeasible
-from planner.search.trajectory.motion import Motion, motion_rows, place_at
+from planner.search.trajectory.motion import Motion, motion_rows, pieces_of, place_at
 from planner.search.trajectory.track import Track
 
 FINENESS, FINEST = 0.2, 0.05
-"""Cells that three samples stand for: while motions are repaired, and for the answer."""
+"""Cells that three samples stand for: everywhere, and where a limit is near."""
 FINEST_SECONDS = 0.015
-"""s that three samples of the answer stand for at most."""
+"""s that three samples stand for at most where a limit is near."""
+NEAR_A_LIMIT = 0.85
+"""Share of a limit from which it is near. In a step the closest samples use at most 0.07 more of a
+limit than the others did, where these use that much of it (`hard_maps`)."""
 SPEED_FACTOR, ACCELERATION_FACTOR = 0.94, 0.75
 """Factors on the speed, and on the acceleration, where a limit was broken: with twelve repairs they
 reach half the speed and a thirtieth of the acceleration."""
@@ -61,8 +65,8 @@ class Broken:
     def __bool__(self) -> bool:
         return len(self.steps) > 0
 
-    def at(self, x: float, y: float) -> Infeasible:
-        """The first of them, as what is in the way at a place."""
+    def at(self, x: float, y: float, others: Array | None = None) -> Infeasible:
+        """The first of them, as what is in the way at a place and at ``others`` (m, 2)."""
         name = ALONG[self.limits[0]]
         return Infeasible(
             float(x),
@@ -71,6 +75,7 @@ class Broken:
             limit=name,
             value=float(self.values[0]),
             allowed=float(self.allowed[0]),
+            others=() if others is None else tuple((float(a), float(b)) for a, b in others),
         )
 
 
@@ -81,9 +86,27 @@ def broken_limits(
 
     Args:
         field, conditions, motion: map, model and the motion.
-        finely: as closely as the answer is checked.
+        finely: as closely as the answer is checked: again, at close samples, where a limit is
+            near.
     """
-    rows, _, owner = limit_rows(field, conditions, motion, finely=finely)
+    everywhere = coarse_pieces(field, motion)
+    broken, used = _broken_among(field, conditions, motion, everywhere)
+    near = used >= NEAR_A_LIMIT
+    if broken or not finely or not near.any():
+        return broken
+    # The slope's rate of change is found with the steps on either side.
+    beside = near.copy()
+    beside[1:] |= near[:-1]
+    beside[:-1] |= near[1:]
+    pieces = np.where(near, fine_pieces(field, motion), np.where(beside, everywhere, 0))
+    return _broken_among(field, conditions, motion, pieces)[0]
+
+
+def _broken_among(
+    field: CostField, conditions: OperatingConditions, motion: Motion, pieces: NDArray[np.int64]
+) -> tuple[Broken, Array]:
+    """What is broken at some samples; (steps,) largest share of a limit at those of each step."""
+    rows, _, owner = motion_rows(field, motion, conditions.class_rows, conditions.wind, pieces)
     found = conditions.model.power_and_limits(rows)
     numbers = _numbers(found, conditions.limits)
     moving = np.hypot(np.diff(motion.x), np.diff(motion.y)) > 1e-9
@@ -100,21 +123,42 @@ def broken_limits(
         reached.append(rate[at])
         most.append(np.full(len(at), limit))
     joined = [np.concatenate(parts) for parts in (steps, limits, reached, most)]
-    return Broken(*joined)
+    used = np.zeros(len(moving))
+    np.maximum.at(used, owner, limit_shares(conditions, found).max(axis=1))
+    return Broken(*joined), used
 
 
-def limit_rows(
-    field: CostField, conditions: OperatingConditions, motion: Motion, *, finely: bool
-) -> tuple[Array, Array, NDArray[np.int64]]:
-    """Rows of a motion as close as limits are checked, s of each, and its step."""
-    return motion_rows(
-        field,
-        motion,
-        conditions.class_rows,
-        conditions.wind,
-        fineness=FINEST if finely else FINENESS,
-        seconds=FINEST_SECONDS if finely else np.inf,
+def limit_shares(conditions: OperatingConditions, found: Array) -> Array:
+    """(n, limits of LIMIT_NAMES) share that is used of each; 1 is the limit itself.
+
+    The wheel load's share is what the least loaded wheel lacks of its load on level ground.
+
+    Args:
+        conditions: model and limits.
+        found: (n, 6) of ``PowerModel.power_and_limits``.
+    """
+    own_load = conditions.mass * STANDARD_GRAVITY / len(conditions.model.wheels)
+    _, least_load, current, voltage, torque, traction_left = found.T
+    _, most_current, most_voltage, peak_torque = conditions.limits[:4]
+    return np.column_stack(
+        [
+            1.0 - least_load / own_load,
+            1.0 - traction_left,
+            current / most_current,
+            voltage / most_voltage,
+            torque / peak_torque,
+        ]
     )
+
+
+def coarse_pieces(field: CostField, motion: Motion) -> NDArray[np.int64]:
+    """(steps,) pieces of a motion in which limits are looked for everywhere."""
+    return pieces_of(field, motion, FINENESS)
+
+
+def fine_pieces(field: CostField, motion: Motion) -> NDArray[np.int64]:
+    """(steps,) pieces of a motion in which they are looked for where one is near."""
+    return pieces_of(field, motion, FINEST, FINEST_SECONDS)
 
 
 def motion_rates(
@@ -148,13 +192,18 @@ def overheated(
 ) -> Infeasible | None:
     """Where and when a motor's root mean square torque is largest, if that is too much."""
     allowed = conditions.model.vehicle.limits.continuous_torque
-    rows, seconds, owner = limit_rows(field, conditions, motion, finely=False)
+    pieces = coarse_pieces(field, motion)
+    row_inputs = field, motion, conditions.class_rows, conditions.wind
+    rows, seconds, owner = motion_rows(*row_inputs, pieces)
     largest = conditions.model.power_and_limits(rows)[:, 4]
     thermal_time = conditions.model.vehicle.limits.thermal_time
     # The most loaded motor of every moment bounds each of them.
     if not (rms_torques(largest, seconds, thermal_time) > allowed).any():
         return None
-    rows, seconds, owner = limit_rows(field, conditions, motion, finely=True)
+    warming = np.zeros(len(pieces), np.bool_)
+    warming[owner[largest > allowed]] = True
+    pieces = np.where(warming, fine_pieces(field, motion), pieces)
+    rows, seconds, owner = motion_rows(*row_inputs, pieces)
     rms = rms_torques(gear_torques(conditions.model, rows), seconds, thermal_time).max(axis=1)
     k = int(rms.argmax())
     if rms[k] <= allowed:
@@ -177,7 +226,7 @@ def ease(
     fastest: Array,
     hardest: Array,
     eased: NDArray[np.int64],
-) -> None:
+) -> NDArray[np.int64]:
     """Lower the speed where the voltage does not suffice, else the acceleration.
 
     Args:
@@ -186,6 +235,9 @@ def ease(
         track: samples of the path.
         fastest, hardest: (steps of the track,) m/s and m/s², lowered in place.
         eased: (steps of the track,) repairs that less speed need not help, counted in place.
+
+    Returns:
+        steps of the track that were counted.
     """
     along = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(motion.x), np.diff(motion.y)))])
     ends = np.cumsum(track.lengths)
@@ -198,11 +250,14 @@ def ease(
         broken.steps.tolist(), broken.limits.tolist(), excess.tolist(), strict=True
     ):
         found[step, limit] = max(found.get((step, limit), 0.0), share)
+    counted: set[int] = set()
     for (step, limit), share in found.items():
         place = int(np.searchsorted(ends, 0.5 * (along[step] + along[step + 1])))
         near = slice(max(0, place - 1), place + 2)
         name = ALONG[limit]
-        eased[place] += name not in _MAY_NEED_SPEED
+        if name not in _MAY_NEED_SPEED:
+            eased[place] += 1
+            counted.add(place)
         slower, gentler = SPEED_FACTOR, ACCELERATION_FACTOR
         if name in ("acceleration", "yaw rate"):
             # The step's ground is a little shorter than its slope in the middle said.
@@ -212,3 +267,4 @@ def ease(
             fastest[near] = np.minimum(fastest[near], slower * speed[step])
         else:
             hardest[near] = np.minimum(hardest[near], gentler * change[step])
+    return np.array(sorted(counted), np.int64)

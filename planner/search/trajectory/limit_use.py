@@ -17,13 +17,19 @@ from numpy.typing import NDArray
 
 from planner.arrays import Array
 from planner.compiled_code import njit
-from planner.power.limits import gear_torques, rms_torques
-from planner.quantities import INDEX, STANDARD_GRAVITY
+from planner.power.limits import LIMIT_NAMES, gear_torques, rms_torques
+from planner.quantities import INDEX
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
 from planner.search.limit_places import LimitUse
-from planner.search.trajectory.limit_checks import limit_rows, motion_rates
-from planner.search.trajectory.motion import Motion, place_at, shares_driven
+from planner.search.trajectory.limit_checks import (
+    NEAR_A_LIMIT,
+    coarse_pieces,
+    fine_pieces,
+    limit_shares,
+    motion_rates,
+)
+from planner.search.trajectory.motion import Motion, motion_rows, place_at, shares_driven
 from planner.terrain.obstacles import rectangle_free
 
 LIMITS_USED = (
@@ -47,10 +53,10 @@ def limits_used(
     A vehicle's limit that is infinite has the share 0.
     """
     limits, model = conditions.model.vehicle.limits, conditions.model
-    rows, seconds, owner = limit_rows(field, conditions, motion, finely=True)
+    rows, seconds, owner = _rows_near_largest(field, conditions, motion)
     found = model.power_and_limits(rows)
-    _, least_load, current, voltage, torque, traction_left = found.T
-    own_load = conditions.mass * STANDARD_GRAVITY / len(model.wheels)
+    torque = found[:, 4]
+    used = dict(zip(LIMIT_NAMES, limit_shares(conditions, found).T, strict=True))
     times = rows[:, INDEX["time_since_start"]]
     ends = np.cumsum(seconds)
     rms = rms_torques(torque, seconds, limits.thermal_time)
@@ -61,12 +67,8 @@ def limits_used(
     steps = np.arange(len(motion.time) - 1)
     speed = np.maximum(motion.speed[1:], motion.speed[:-1])
     shares: dict[str, tuple[Array, NDArray[np.int64], Array]] = {
-        "torque peak": (torque / limits.peak_torque, owner, times),
+        **{name: (share, owner, times) for name, share in used.items()},
         "torque rms": (rms / limits.continuous_torque, owner, ends),
-        "traction": (1.0 - traction_left, owner, times),
-        "wheel load": (1.0 - least_load / own_load, owner, times),
-        "voltage": (voltage / limits.voltage, owner, times),
-        "current": (current / limits.current, owner, times),
         "speed": (speed / limits.speed, steps, first),
         "acceleration": (acceleration / most, steps, first),
         "yaw rate": (yaw_rate / fastest, steps, first),
@@ -82,6 +84,20 @@ def limits_used(
         x, y = place_at(motion, int(at[k]), float(when[k]))
         uses.append(LimitUse(name, max(float(share[k]), 0.0), x, y, float(when[k])))
     return tuple(uses)
+
+
+def _rows_near_largest(
+    field: CostField, conditions: OperatingConditions, motion: Motion
+) -> tuple[Array, Array, NDArray[np.int64]]:
+    """Rows of a motion, their s and steps: the closer, the more of a limit a step uses."""
+    pieces = coarse_pieces(field, motion)
+    row_inputs = field, motion, conditions.class_rows, conditions.wind
+    rows, _, owner = motion_rows(*row_inputs, pieces)
+    share = limit_shares(conditions, conditions.model.power_and_limits(rows))
+    used = np.zeros((len(pieces), share.shape[1]))
+    np.maximum.at(used, owner, share)
+    near = (used >= NEAR_A_LIMIT * used.max(axis=0, initial=0.0)).any(axis=1)
+    return motion_rows(*row_inputs, np.where(near, fine_pieces(field, motion), pieces))
 
 
 def _clearances(

@@ -305,9 +305,7 @@ def motion_rows(
     motion: Motion,
     class_rows: Array,
     wind: Array,
-    *,
-    fineness: float = 0.5,
-    seconds: float = math.inf,
+    pieces: NDArray[np.int64] | None = None,
 ) -> tuple[Array, Array, NDArray[np.int64]]:
     """Rows of the power model along a motion, the time each stands for, and its step.
 
@@ -316,17 +314,31 @@ def motion_rows(
         motion: from ``assemble``.
         class_rows: (classes, ROW_LENGTH) conditions.
         wind: (2,) m/s in the map's frame.
-        fineness: three samples at least every ``fineness`` cells.
-        seconds: and every so many s, but for steps of more than ``MOST_BY_TIME`` times that.
+        pieces: (n - 1,) that steps are cut into, three rows each, from ``pieces_of``; a step of 0
+            pieces has no rows. By default half a cell each.
     """
-    length = np.hypot(np.diff(motion.x), np.diff(motion.y))
-    cell = min(field.dx, field.dy)
-    by_time = np.minimum(np.diff(motion.time) / seconds, MOST_BY_TIME)
-    pieces = np.maximum(length / (fineness * cell), by_time)
-    pieces = np.maximum(1, np.ceil(pieces)).astype(np.int64)
+    if pieces is None:
+        pieces = pieces_of(field, motion, 0.5)
     arrays = (
         *(motion.x, motion.y, motion.heights, motion.yaw, motion.time, motion.speed),
         *(motion.curvatures, motion.yaw_accelerations),
     )
     rows, weights, owner = _motion_rows(field, arrays, class_rows, wind, pieces)
     return rows, weights, owner
+
+
+def pieces_of(
+    field: CostField, motion: Motion, fineness: float, seconds: float = math.inf
+) -> NDArray[np.int64]:
+    """(n - 1,) pieces of every step of a motion, at least one.
+
+    Args:
+        field: map.
+        motion: with n samples.
+        fineness: cells that a piece is long at most.
+        seconds: s that it lasts at most, but for steps of more than ``MOST_BY_TIME`` times that.
+    """
+    length = np.hypot(np.diff(motion.x), np.diff(motion.y))
+    by_time = np.minimum(np.diff(motion.time) / seconds, MOST_BY_TIME)
+    pieces = np.maximum(length / (fineness * min(field.dx, field.dy)), by_time)
+    return np.maximum(1, np.ceil(pieces)).astype(np.int64)

@@ -59,6 +59,17 @@ class Track:
     stops: NDArray[np.bool_]
     marks: tuple[int, ...]
 
+    def part(self, first: int, last: int) -> Track:
+        """The samples from one to another, both included."""
+        return Track(
+            self.points[first : last + 1],
+            self.directions[first:last],
+            self.lengths[first:last],
+            self.curvatures[first:last],
+            self.stops[first : last + 1],
+            (0, last - first),
+        )
+
 
 def lay_track(
     field: CostField,

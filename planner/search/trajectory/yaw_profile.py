@@ -40,6 +40,9 @@ from planner.terrain.obstacles import rectangle_free
 FINER_ANGLES = 4
 """Angles to either side of a state's own, 0.7° apart, that are tried where the body does not fit
 with that: in narrow passages."""
+STEEP, SPARSE = 0.9, 0.75
+"""Share of the slope limit above which every sample is a waypoint of the yaw, where waypoints lie
+more than so many cells apart: few angles can be driven there, and other ones half a cell on."""
 CLOSEST_WAYPOINTS = 0.2
 """m between two waypoints at least where there is room."""
 
@@ -86,7 +89,14 @@ def yaw_profile(
         shut: x, y and yaw with which the body is not to pass there, nor with angles near it.
     """
     crowded = crowded_at(field, track.points)
-    at = _waypoints(track, crowded, most_waypoints)
+    steepness = np.hypot(*steps.slopes[:, 2:].T)
+    spacing = max(CLOSEST_WAYPOINTS, float(track.lengths.sum()) / most_waypoints)
+    needed = track.stops | crowded
+    if spacing > SPARSE * min(field.dx, field.dy):
+        steep = steepness > STEEP * float(field.limit.min())
+        needed[1:] |= steep
+        needed[:-1] |= steep
+    at = _waypoints(track, needed, spacing)
     directions = _directions(track, at)
     places, after = track.points[at], np.minimum(at, len(steps.lengths) - 1)
     free, shift = _free_states(field, places, directions, crowded[at])
@@ -103,13 +113,13 @@ def yaw_profile(
         *(objective, spin),
     )
     gentle = GENTLE_SLOPE_SHARE * float(field.limit.min())
-    stride = _stride(at, np.hypot(*steps.slopes[:, 2:].T), gentle)
+    stride = _stride(at, steepness, gentle)
     steady = np.empty((len(at) - 1, STATES))
     steady_costs_of(field, at, steps, stride, steady)
     states = np.full(2 * len(at), -1, np.int64)
     cost = best_states(
         kernel,
-        conditions.arrays,
+        conditions.steady.arrays,
         objective,
         Surroundings(field.blocked, field.body_frame(), track.points, crowded),
         steps,
@@ -150,13 +160,12 @@ def _state(yaw: float | None, direction: float) -> int:
     return round(math.remainder(yaw - direction, 2.0 * math.pi) / WIDTH) % STATES
 
 
-def _waypoints(track: Track, crowded: NDArray[np.bool_], most: int) -> NDArray[np.int64]:
-    """Samples at which yaw is decided: all where room is scarce, others at even distances."""
+def _waypoints(track: Track, needed: NDArray[np.bool_], spacing: float) -> NDArray[np.int64]:
+    """Samples at which yaw is decided: those ``needed`` (n,), others at even distances."""
     along = np.concatenate([[0.0], np.cumsum(track.lengths)])
-    spacing = max(CLOSEST_WAYPOINTS, along[-1] / most)
     chosen = [0]
     for k in range(1, len(along) - 1):
-        if along[k] - along[chosen[-1]] >= spacing or track.stops[k] or crowded[k]:
+        if along[k] - along[chosen[-1]] >= spacing or needed[k]:
             chosen.append(k)
     return np.array([*chosen, len(along) - 1], np.int64)
 

@@ -28,7 +28,7 @@ from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
 from planner.search.kernel_arguments import B1, F1, F2, I1, MODEL_ARRAYS, tuple_type
 from planner.search.resolution import WIDTH
-from planner.search.trajectory.motion import Motion, motion_rows
+from planner.search.trajectory.motion import Motion, motion_rows, pieces_of
 from planner.search.trajectory.track import Track
 from planner.search.trajectory.yaw_moves import SURROUNDINGS, Surroundings
 from planner.search.trajectory.yaw_profile import YawProfile, crowded_at
@@ -338,8 +338,9 @@ def _driven_rows(
     field: CostField, conditions: OperatingConditions, motion: Motion, fineness: float
 ) -> tuple[Array, Array, Array, Array]:
     """As ``_samples``, of the motion without its turns on the spot."""
+    pieces = pieces_of(field, motion, fineness)
     rows, seconds, owner = motion_rows(
-        field, motion, conditions.class_rows, conditions.wind, fineness=fineness
+        field, motion, conditions.class_rows, conditions.wind, pieces
     )
     level = np.hypot(np.diff(motion.x), np.diff(motion.y))
     surface = np.hypot(level, np.diff(motion.heights))

@@ -55,14 +55,23 @@ def first_of(run: Run, patient: bool = True):
 def test_a_broken_limit_asks_for_another_place_and_then_for_gentler_slopes(open_ground):
     caution, attempt = first_of(open_ground)
     broken = replace(attempt, infeasible=STEEP)
-    for left in range(PENALISED_PLACES, 0, -1):
-        assert caution.places_left == left
-        caution = next_caution(caution, broken)
-        assert caution.slope_margins == SLOPE_MARGINS
-    for margin in SLOPE_MARGINS[1:]:
-        caution = next_caution(caution, broken)
-        assert caution.slope_margins[0] == margin
-    assert next_caution(caution, broken) is None
+    for margin in SLOPE_MARGINS:
+        for left in range(PENALISED_PLACES, -1, -1):
+            assert caution.slope_margins[0] == margin
+            assert caution.places_left == left
+            caution = next_caution(caution, broken)
+    assert caution is None
+
+
+def test_all_places_of_a_path_get_their_penalty_at_once(open_ground):
+    caution, attempt = first_of(open_ground)
+    several = replace(STEEP, others=((3.0, 8.0), (8.0, 3.0)))
+    factor = past_the_place(caution, replace(attempt, infeasible=several)).factor
+    field = attempt.field
+    for x, y in several.places:
+        assert factor[field.nodes_at((x, y))] == 2.0
+    alone = past_the_place(caution, replace(attempt, infeasible=STEEP)).factor
+    assert (factor > 1.0).sum() == pytest.approx(3 * (alone > 1.0).sum(), rel=0.1)
 
 
 def test_the_penalty_is_near_the_place_alone(open_ground):

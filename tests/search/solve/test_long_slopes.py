@@ -1,0 +1,54 @@
+"""Cells of tens of metres: a slope lasts longer there than motors may give their peak torque."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planner import plan_route
+from planner.search.requests import PlanRequest
+from planner.search.situation import situation_of
+from planner.terrain.heightmap import Terrain
+
+CELL = 80.0
+ENDS = {"start": {"x": 400.0, "y": 300.0}, "goal": {"x": 2700.0, "y": 300.0}}
+
+
+def ridge(degrees: float, fading: bool) -> Terrain:
+    """A ridge from south to north with even sides; it may fade out towards the north."""
+    rows, columns = np.mgrid[0:24, 0:40]
+    height = np.tan(np.radians(degrees)) * CELL * np.clip(6.0 - np.abs(columns - 20.0), 0.0, None)
+    share = np.clip((19.0 - rows) / 8.0, 0.0, 1.0) if fading else np.ones(rows.shape)
+    return Terrain.from_arrays(height * share, cell=(CELL, CELL), name="ridge")
+
+
+@pytest.mark.parametrize("cell", [0.1, 10.0, 17.0, 19.0, CELL])
+def test_slopes_last_where_a_cell_takes_longer_than_the_peak_may(cell):
+    """The built-in vehicle drives 1.2 m/s; its torque counts over 60 s, and twice it for 15 s."""
+    flat = Terrain.from_arrays(np.zeros((9, 9)), cell=(cell, cell), name="flat")
+    ends = {"start": {"x": cell, "y": cell}, "goal": {"x": 6.0 * cell, "y": cell}}
+    request = PlanRequest.from_json({"map": "flat", **ends})
+    conditions = situation_of(request, terrain=flat).conditions
+    assert conditions.lasting == (cell > 18.0)
+    limits = conditions.model.vehicle.limits
+    steady = limits.continuous_torque if conditions.lasting else limits.peak_torque
+    assert conditions.steady.limits[3] == steady
+    # Turns and changes of speed may take the peak.
+    assert conditions.limits[3] == limits.peak_torque
+
+
+def test_the_way_leads_round_what_motors_climb_only_for_a_while():
+    route = plan_route(terrain=ridge(24.0, fading=True), **ENDS).routes[0]
+    used = {use.limit: use.share for use in route.limits}
+    assert 0.0 < used["torque rms"] <= 1.0
+    # The ridge reaches its full height up to y = 880 m.
+    assert route.arrays["y"].max() > 1000.0
+
+
+def test_without_a_way_round_the_reason_names_the_mean_torque():
+    answer = plan_route(terrain=ridge(26.0, fading=False), **ENDS)
+    assert answer.status == "no_route"
+    said = answer.to_json()
+    assert said["cause"]["limit"] == "torque rms"
+    assert said["cause"]["value"] > said["cause"]["allowed"]
+    assert "torque rms" in said["reason"]
