@@ -27,7 +27,7 @@ from planner.search.results import Route, energy_of, price
 from planner.search.run import Run
 from planner.search.se2 import PosePath, keeping_yaw
 from planner.search.situation import remedy
-from planner.search.trajectory import CLOSELY, ROUGHLY, Motion, broken_limits, move
+from planner.search.trajectory import CLOSELY, ROUGHLY, Motion, move
 from planner.search.waypoints import VARIANTS, optimise_waypoints, refine, worth_optimising
 
 PLAIN = {8.0: (1.0,)}
@@ -218,7 +218,7 @@ def finished(
     moving = [pair for pair in order if isinstance(pair[0].motion, Motion)]
     failed, failed_of = (None, moving[0][1]) if moving else order[0]
     kept: list[tuple[Legs, Route, Sketch]] = []
-    descended = _descended(run, moving, closely) if effort.descent and objective == "energy" else []
+    descended = _descended(run, moving) if effort.descent and objective == "energy" else []
     least = promised = math.inf
     with run.within_budget() as limited:
         for one, of in sorted([*descended, *moving], key=lambda pair: pair[0].energy):
@@ -302,27 +302,17 @@ def _content(legs: Legs) -> tuple[bytes, ...]:
     return tuple(path.tobytes() for path, _ in legs)
 
 
-def _descended(
-    run: Run, moving: Sequence[tuple[Driven, Sketch]], closely: Closely
-) -> list[tuple[Driven, Sketch]]:
+def _descended(run: Run, moving: Sequence[tuple[Driven, Sketch]]) -> list[tuple[Driven, Sketch]]:
     """The best trajectories with their waypoints moved, where that is likely to help and does.
-
-    Where a trajectory breaks limits also when it is driven closely, moved waypoints hardly ever
-    help: it is left alone.
 
     Args:
         run: the request.
         moving: trajectories by energy, each with its sketch; of a sketch, the best one is taken.
-        closely: drives them.
     """
     found: list[tuple[Driven, Sketch]] = []
     with run.within_budget() as limited:
         for one, of in _worth_descent(moving, found):
             limited.check()
-            assert isinstance(one.motion, Motion)
-            doubtful = broken_limits(of.field, run.conditions, one.motion)
-            if doubtful and isinstance(closely.drive(limited, one.legs, of), Infeasible):
-                continue
             legs = [path for path, _ in one.legs]
             better = optimise_waypoints(
                 *(of.field, run.conditions, legs, run.yaws),

@@ -37,7 +37,7 @@ HEAT_SLOPES, HEAT_YAWS = 65, 16
 """Slopes and yaw angles at which the torque of driving uphill is worked out."""
 MOST_EXCESS = 10.0
 """Largest excess heat: beyond it, costs would lose digits."""
-PENALISED_PLACES = 2
+PENALISED_PLACES = 4
 """Paths whose places where a limit was broken get a penalty, before less of the slope limit is
 used; then as many again."""
 PENALTY, PENALISED_CELLS = 2.0, 3.0

@@ -5,7 +5,6 @@ motion = move(field, conditions, legs, yaws, objective=0)    # Motion, or Infeas
 
 from planner.search.trajectory.drive import CLOSELY, ROUGHLY, move
 from planner.search.trajectory.finer_poses import poses_every
-from planner.search.trajectory.limit_checks import broken_limits
 from planner.search.trajectory.limit_use import limits_used
 from planner.search.trajectory.motion import Motion, motion_rows
 
@@ -13,7 +12,6 @@ __all__ = [
     "CLOSELY",
     "ROUGHLY",
     "Motion",
-    "broken_limits",
     "limits_used",
     "motion_rows",
     "move",

@@ -40,9 +40,10 @@ from planner.terrain.obstacles import rectangle_free
 FINER_ANGLES = 4
 """Angles to either side of a state's own, 0.7° apart, that are tried where the body does not fit
 with that: in narrow passages."""
-STEEP, SPARSE = 0.9, 0.75
+STEEP, SPARSE = 0.9, 0.5
 """Share of the slope limit above which every sample is a waypoint of the yaw, where waypoints lie
-more than so many cells apart: few angles can be driven there, and other ones half a cell on."""
+more than so many cells, and two samples, apart: few angles can be driven there, and other ones half
+a cell on."""
 CLOSEST_WAYPOINTS = 0.2
 """m between two waypoints at least where there is room."""
 
@@ -92,7 +93,7 @@ def yaw_profile(
     steepness = np.hypot(*steps.slopes[:, 2:].T)
     spacing = max(CLOSEST_WAYPOINTS, float(track.lengths.sum()) / most_waypoints)
     needed = track.stops | crowded
-    if spacing > SPARSE * min(field.dx, field.dy):
+    if spacing > max(SPARSE * min(field.dx, field.dy), 2.0 * float(track.lengths.max())):
         steep = steepness > STEEP * float(field.limit.min())
         needed[1:] |= steep
         needed[:-1] |= steep

@@ -65,15 +65,9 @@ def test_detours_from_expensive_bends_are_tried_but_never_taken_at_a_loss(monkey
     assert found <= plan_route(terrain=relief, **ends).routes[0].energy_j
 
 
-@pytest.mark.parametrize(
-    ("seed", "start", "goal"),
-    [(24, (5.0, 5.0), (33.0, 30.0)), (28, (27.71, 23.32), (3.96, 12.99))],
-)
-def test_where_bends_cost_much_a_detour_can_be_cheaper(monkeypatch, seed, start, goal):
-    steep = Terrain.from_arrays(rolling((160, 160), 0.25, 12.0, seed), cell=(0.25, 0.25))
-    ends = {
-        name: dict(zip("xy", at, strict=True)) for name, at in (("start", start), ("goal", goal))
-    }
+def test_where_bends_cost_much_a_detour_can_be_cheaper(monkeypatch):
+    steep = Terrain.from_arrays(rolling((160, 160), 0.25, 12.0, 28), cell=(0.25, 0.25))
+    ends = {"start": {"x": 27.71, "y": 23.32}, "goal": {"x": 3.96, "y": 12.99}}
     found = plan_route(terrain=steep, **ends).routes[0].energy_j
     monkeypatch.setattr(grid_planner, "DETOURS", 0)
     # The search takes metres as even; here speed and heading change with every hill.
