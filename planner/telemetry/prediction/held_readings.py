@@ -40,6 +40,8 @@ MOST_MULTIPLE = 4
 """A peak may be a harmonic: its period, and this many times it at most, are tried."""
 LEAST_RUN = 20
 """Rows of a run whose changes count."""
+MOST_INTERVALS = 100_000
+"""Rows' intervals of a run that the spectrum is taken of: a gap of days would fill the memory."""
 ONE_DIGIT = 1.5
 """Digits up to which a change is one of a single digit."""
 
@@ -77,10 +79,17 @@ def periods_of(log: Telemetry) -> tuple[float, ...]:
 
 def _regular(log: Telemetry) -> tuple[float, ...]:
     """s, periods at which the power changes; () where nothing is regular."""
-    runs = [run for run in pieces_of(log.run) if run[1] - run[0] >= LEAST_RUN]
+    interval = float(np.median(log.interval)) if len(log) else 0.0
+    ends = [
+        (
+            start,
+            start + int((log.time[start:stop] - log.time[start] < MOST_INTERVALS * interval).sum()),
+        )
+        for start, stop in pieces_of(log.run)
+    ]
+    runs = [(start, stop) for start, stop in ends if stop - start >= LEAST_RUN]
     if not runs:
         return ()
-    interval = float(np.median(log.interval))
     step = interval / BINS
     longest = max(log.time[stop - 1] - log.time[start] for start, stop in runs)
     count = 1 << int(np.ceil(np.log2(2.0 * longest / step + 2.0)))

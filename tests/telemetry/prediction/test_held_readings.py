@@ -64,3 +64,15 @@ def test_rows_and_logs_too_short_for_a_period(motion):
         log = motion.take(slice(0, rows))
         assert periods_of(log) == ()
         assert held_rows(log, 1.0).shape == (rows,)
+
+
+def test_a_gap_of_years_in_a_run_takes_no_memory(motion):
+    """What comes after it is left out: the period is found from the rows before."""
+    log, _ = held(motion, 3.0 * ROW, (0.1,), noise=1.0)
+    runs = log.run_pieces()
+    later = [stop - 2 for start, stop in runs if stop - start > 20]
+    time = log.time.copy()
+    for row, (_, stop) in zip(later, runs, strict=False):
+        time[row:stop] += 1e8
+    found = periods_of(replace(log, time=time))
+    assert any(abs(p / (3.0 * ROW) - 1.0) < 2e-3 for p in found)
