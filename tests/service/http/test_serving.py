@@ -110,9 +110,10 @@ def test_what_the_service_started_ends_with_it_when_it_is_killed(tmp_path: Path)
     process, address, _ = started(tmp_path / "store")
     with process, ThreadPoolExecutor(1) as threads, JoulepathClient(address) as client:
         before = descendants(process.pid)
-        asked = threads.submit(client.plan, WAY, iterations=10**9, time_budget_s=50)
+        # A sampler goes on until the end of its budget; the default planner ends when it is done.
+        asked = threads.submit(client.plan, WAY, planner="rrt*", time_budget_s=50)
         while client.health()["workers"]["busy"] == 0:
-            pass
+            assert not asked.done()
         running = before | descendants(process.pid)
         assert len(running) >= 3
         ends = Ends(running)
