@@ -74,7 +74,7 @@ def test_gradient_is_the_derivative_of_height() -> None:
     np.testing.assert_allclose(gy, along_y, atol=2e-7)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     st.lists(st.tuples(st.floats(2.5, 7.5), st.floats(-1.4, 1.4)), min_size=3, max_size=5),
 )

@@ -18,6 +18,9 @@ from planner.telemetry.sampling import cluster_numbers
 
 HELD_OUT_RIDGE = 1e-6
 """Ridge of a scaled Gram matrix: collinear columns share what they explain."""
+LEAST_LEFT = 1e-9
+"""Share of a column's square outside a fold below which it is rounding: Gram matrices of the other
+rows are differences."""
 
 
 class LinearHeldout:
@@ -52,14 +55,22 @@ class LinearHeldout:
     def residual_with(self, columns: Sequence[int]) -> Array:
         """(n,) W, held-out, of the model with some columns."""
         evidence, examination = self.examination.evidence, self.examination
-        at = [*self.tangent, *columns]
+        at = np.array([*self.tangent, *columns])
         prior = np.zeros((len(at), len(at)))
         own = range(len(self.prior))
         prior[np.ix_(own, own)] = self.prior
         left = np.empty(len(self.folds))
         for fold, gram in self.grams.items():
-            score = gram[at, evidence.residual]
-            found = solve(gram[np.ix_(at, at)] + prior, score, HELD_OUT_RIDGE)
+            # What moves in this fold alone, the other rows cannot tell.
+            told = np.diag(gram)[at] > LEAST_LEFT * np.diag(evidence.total)[at]
+            told |= np.diag(prior) > 0.0
+            of = at[told]
+            found = np.zeros(len(at))
+            found[told] = solve(
+                gram[np.ix_(of, of)] + prior[np.ix_(told, told)],
+                gram[of, evidence.residual],
+                HELD_OUT_RIDGE,
+            )
             held = self.folds == fold
             left[held] = examination.residual[held] - examination.raw[held][:, at] @ found
         return left
