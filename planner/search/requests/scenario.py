@@ -211,7 +211,13 @@ class SituationRequest(Part):
                 f"cannot be read: {reason}",
                 accepted="the path of a REQUEST.json",
             ) from None
-        return cls.from_text(content, overrides)
+        try:
+            return cls.from_text(content, overrides)
+        except RequestError as error:
+            if error.field != "request" or Path(path).suffix.lower() in ("", ".json"):
+                raise
+            accepted = "the path of a REQUEST.json; a map goes into its field map, or after --map"
+            raise RequestError(str(path), error.problem, accepted=accepted) from None
 
     @classmethod
     def from_text(cls, text: str | bytes, overrides: Mapping[str, Any] | None = None) -> Self:

@@ -101,3 +101,10 @@ def test_a_path_that_holds_no_request_is_one_sentence(tmp_path: Path, name: str)
 def test_what_is_no_request_is_one_sentence(request_: Any) -> None:
     with pytest.raises(RequestError, match="; accepted: "):
         PlanRequest.from_call(request_, {"map": "warehouse"})
+
+
+def test_a_map_in_place_of_a_request_says_where_maps_go(tmp_path: Path) -> None:
+    file = tmp_path / "survey.asc"
+    file.write_text("ncols 2\nnrows 2\n")
+    with pytest.raises(RequestError, match=r"survey\.asc: is not JSON.*after --map"):
+        PlanRequest.from_file(file)
