@@ -61,13 +61,13 @@ class LinearHeldout:
         prior[np.ix_(own, own)] = self.prior
         left = np.empty(len(self.folds))
         for fold, gram in self.grams.items():
-            # What moves in this fold alone, the other rows cannot tell.
-            told = np.diag(gram)[at] > LEAST_LEFT * np.diag(evidence.total)[at]
-            told |= np.diag(prior) > 0.0
-            of = at[told]
+            # What moves in this fold alone, the other rows do not show.
+            seen = np.diag(gram)[at] > LEAST_LEFT * np.diag(evidence.total)[at]
+            seen |= np.diag(prior) > 0.0
+            of = at[seen]
             found = np.zeros(len(at))
-            found[told] = solve(
-                gram[np.ix_(of, of)] + prior[np.ix_(told, told)],
+            found[seen] = solve(
+                gram[np.ix_(of, of)] + prior[np.ix_(seen, seen)],
                 gram[of, evidence.residual],
                 HELD_OUT_RIDGE,
             )
