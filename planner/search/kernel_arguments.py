@@ -46,20 +46,26 @@ class Steps(NamedTuple):
     Attributes:
         directions: (n,) rad, azimuth of the travel.
         lengths: (n,) m, horizontal.
-        slopes: (n, 4) gradient in the middle, and the steepest one.
+        slopes: (n, 8) gradient in the middle, the steepest one, that late and that early.
+        steep: (n,) whether a limit may be near.
         ground: (n,) class of the ground.
     """
 
     directions: Array
     lengths: Array
     slopes: Array
+    steep: NDArray[np.bool_]
     ground: NDArray[np.int64]
 
     def part(self, first: int, last: int) -> Steps:
         """The steps from one sample to another."""
         part = slice(first, last)
         return Steps(
-            self.directions[part], self.lengths[part], self.slopes[part], self.ground[part]
+            self.directions[part],
+            self.lengths[part],
+            self.slopes[part],
+            self.steep[part],
+            self.ground[part],
         )
 
 
@@ -69,4 +75,4 @@ def tuple_type(kind: type, *fields: Any) -> Any:
 
 
 MODEL_ARRAYS = tuple_type(ModelArrays, F1, F1, F2, F2, F1, F1)
-STEPS = tuple_type(Steps, F1, F1, F2, I1)
+STEPS = tuple_type(Steps, F1, F1, F2, B1, I1)

@@ -33,6 +33,8 @@ WIDTH = 2.0 * math.pi / STATES
 """rad from one to the next."""
 TURNS = 24
 """Bends of the table of what turning on the move adds."""
+OFF_MIDDLE = 1.0 / 3.0
+"""Share of a step, and of its turn, between its middle and where it is looked at early and late."""
 STILL = 1e-9
 """rad: what turns less does not turn."""
 

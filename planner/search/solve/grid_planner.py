@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -240,6 +240,7 @@ class _Sketching:
         """
         field = best.field
         factor = field.factor
+        known = [best.paths]
         for _ in range(0 if run.situation.large or run.ground.blocked.any() else DETOURS):
             driven = best.best
             if driven is None or not isinstance(driven.motion, Motion):
@@ -250,7 +251,8 @@ class _Sketching:
             near = nearness((driven.motion.x, driven.motion.y), field)
             factor = factor * (1.0 + DETOUR_PENALTY * near)
             paths = _paths(run, run.field("energy", field.margin, factor), "energy")
-            if paths is not None:
+            if paths is not None and not any(_same(paths, other) for other in known):
+                known.append(paths)
                 latest = sketch(run, field, paths, "energy")
                 yield latest
                 best = min(best, latest, key=lambda one: one.energy)
@@ -269,6 +271,11 @@ class _Sketching:
             yaws[k + 1] = float(path.yaws[-1]) if yaws[k + 1] is None else yaws[k + 1]
         polylines = [path.polyline for path in poses]
         yield sketch(run, field, polylines, self.objective, self.effort, poses=poses)
+
+
+def _same(paths: Sequence[Array], others: Sequence[Array]) -> bool:
+    """Whether the legs of two paths are the same."""
+    return all(np.array_equal(one, other) for one, other in zip(paths, others, strict=True))
 
 
 def _straight_on(motion: Motion | Infeasible) -> bool:

@@ -193,6 +193,11 @@ class Closely:
             self.known[key] = trajectory(run, of.field, legs, self.objective)
         return self.known[key]
 
+    @property
+    def refused(self) -> bool:
+        """Whether something driven before was infeasible."""
+        return any(isinstance(one, Infeasible) for one in self.known.values())
+
 
 def finished(
     run: Run,
@@ -218,7 +223,8 @@ def finished(
     moving = [pair for pair in order if isinstance(pair[0].motion, Motion)]
     failed, failed_of = (None, moving[0][1]) if moving else order[0]
     kept: list[tuple[Legs, Route, Sketch]] = []
-    descended = _descended(run, moving) if effort.descent and objective == "energy" else []
+    descends = effort.descent and objective == "energy"
+    descended = _descended(run, moving, closely) if descends else []
     least = promised = math.inf
     with run.within_budget() as limited:
         for one, of in sorted([*descended, *moving], key=lambda pair: pair[0].energy):
@@ -302,17 +308,26 @@ def _content(legs: Legs) -> tuple[bytes, ...]:
     return tuple(path.tobytes() for path, _ in legs)
 
 
-def _descended(run: Run, moving: Sequence[tuple[Driven, Sketch]]) -> list[tuple[Driven, Sketch]]:
+def _descended(
+    run: Run, moving: Sequence[tuple[Driven, Sketch]], closely: Closely
+) -> list[tuple[Driven, Sketch]]:
     """The best trajectories with their waypoints moved, where that is likely to help and does.
+
+    Moved waypoints seldom pass a place where a limit is broken. So once a trajectory was refused,
+    only such are taken that are feasible as they are.
 
     Args:
         run: the request.
         moving: trajectories by energy, each with its sketch; of a sketch, the best one is taken.
+        closely: drives them.
     """
     found: list[tuple[Driven, Sketch]] = []
+    wary = closely.refused
     with run.within_budget() as limited:
         for one, of in _worth_descent(moving, found):
             limited.check()
+            if wary and isinstance(closely.drive(limited, one.legs, of), Infeasible):
+                continue
             legs = [path for path, _ in one.legs]
             better = optimise_waypoints(
                 *(of.field, run.conditions, legs, run.yaws),

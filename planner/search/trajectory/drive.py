@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from planner.arrays import Array
 from planner.search.conditions import OperatingConditions
-from planner.search.field import CostField, ground_classes
+from planner.search.field import CostField
 from planner.search.kernel_arguments import Steps
 from planner.search.limit_places import Infeasible
 from planner.search.resolution import OBJECTIVES
@@ -31,7 +31,7 @@ from planner.search.trajectory.motion import (
     room_to_move,
 )
 from planner.search.trajectory.speed_profile import speed_profile
-from planner.search.trajectory.track import Track, lay_track, slopes_of_steps
+from planner.search.trajectory.track import Track, lay_track, steps_of
 from planner.search.trajectory.turn_on_the_spot import (
     first_contact,
     pose_spacing,
@@ -127,7 +127,7 @@ def _move(
     )
     if not len(track.lengths):
         return turn_on_the_spot(field, conditions, track.points[0], free_or_one)
-    steps = _steps(field, track)
+    steps = steps_of(field, track)
     shut: list[tuple[float, float, float]] = []
     for _ in range(care.turned):
         check()
@@ -135,7 +135,7 @@ def _move(
         if isinstance(found, Infeasible):
             return found
         roomy, yaw = room_to_move(track, found)
-        on_roomy = steps if roomy is track else _steps(field, roomy)
+        on_roomy = steps if roomy is track else steps_of(field, roomy)
         at_speed = partial(
             _at_speed,
             *(field, conditions, roomy),
@@ -280,13 +280,6 @@ def _at_speed(
             x, y = middle[worst]
             return broken.at(x, y, middle[counted[counted != worst]])
     return infeasible
-
-
-def _steps(field: CostField, track: Track) -> Steps:
-    """Slopes and ground classes of every step."""
-    middle = 0.5 * (track.points[1:] + track.points[:-1])
-    slopes = slopes_of_steps(field, track.points)
-    return Steps(track.directions, track.lengths, slopes, ground_classes(field, middle))
 
 
 def _yaw_through(

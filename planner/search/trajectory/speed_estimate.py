@@ -96,7 +96,7 @@ def estimate(
         expected: written.
     """
     parameters, body, wheels, class_rows, limits, wind = arrays
-    directions, lengths, slopes, ground = stretch.steps
+    directions, lengths, slopes, _, ground = stretch.steps
     curvatures, yaw, turns, stops = stretch.curvatures, stretch.yaw, stretch.turns, stretch.stops
     most_acceleration, objective = stretch.acceleration, stretch.objective
     columns, found = empty_block()

@@ -214,7 +214,7 @@ def _price_near(
     """
     # Arrays by names of their own: taking them out of a tuple costs more than a look-up.
     parameters, body, wheels, class_rows, limits, wind = arrays
-    directions, lengths, slopes, ground = stretch.steps
+    directions, lengths, slopes, steep, ground = stretch.steps
     curvatures, yaw, turns = stretch.curvatures, stretch.yaw, stretch.turns
     objective, most = stretch.objective, stretch.acceleration
     columns, found, shares, owners = block
@@ -229,7 +229,7 @@ def _price_near(
         unit[0], unit[1] = row[_VX], row[_VY]
         set_wind(row, wind, yaw[j])
         steepest = row[:0]
-        if slopes[j, 2] != slopes[j, 0] or slopes[j, 3] != slopes[j, 1]:
+        if steep[j]:
             steepest = row.copy()
             set_motion(steepest, slopes[j, 2], slopes[j, 3], yaw[j], directions[j], 1.0)
         change = 0.0

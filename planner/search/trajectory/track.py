@@ -19,7 +19,9 @@ from numpy.typing import NDArray
 
 from planner.arrays import Array
 from planner.compiled_code import njit
-from planner.search.field import CostField, polyline_cost
+from planner.search.field import CostField, ground_classes, polyline_cost
+from planner.search.kernel_arguments import Steps
+from planner.search.resolution import OFF_MIDDLE
 from planner.terrain.interpolation import interpolate
 
 ARC_STEP = math.radians(8.0)
@@ -252,21 +254,33 @@ def _samples(
     return points, pieces
 
 
-def slopes_of_steps(field: CostField, points: Array) -> Array:
-    """Gradients (steps, 4) on the steps between points (n, 2).
+def steps_of(field: CostField, track: Track) -> Steps:
+    """Slopes and ground classes of every step of a track."""
+    slopes = slopes_of_steps(field, track.points)
+    steep = np.hypot(slopes[:, 2], slopes[:, 3]) > gentle_slope(field)
+    ground = ground_classes(field, 0.5 * (track.points[1:] + track.points[:-1]))
+    return Steps(track.directions, track.lengths, slopes, steep, ground)
 
-    In columns 0 and 1 that at the middle, in 2 and 3 the steepest one of SLOPES_PER_CELL;
-    where that is far from every limit, the one at the middle once more.
+
+def slopes_of_steps(field: CostField, points: Array) -> Array:
+    """Gradients (steps, 8) on the steps between points (n, 2).
+
+    In columns 0 and 1 that at the middle, in 2 and 3 the steepest one of SLOPES_PER_CELL, in 4 and
+    5 that late in the step, in 6 and 7 early. Where all are far from every limit, the one at the
+    middle stands for them.
     """
-    return np.asarray(
-        _slopes_of_steps(field, points, GENTLE_SLOPE_SHARE * float(field.limit.min()))
-    )
+    return np.asarray(_slopes_of_steps(field, points, gentle_slope(field)))
+
+
+def gentle_slope(field: CostField) -> float:
+    """tan(slope) up to which no yaw comes near a limit."""
+    return GENTLE_SLOPE_SHARE * float(field.limit.min())
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _slopes_of_steps(field: Any, points: Any, gentle: float) -> Any:
     x0, y0, dx, dy = field.x0, field.y0, field.dx, field.dy
-    slopes = np.empty((points.shape[0] - 1, 4))
+    slopes = np.empty((points.shape[0] - 1, 8))
     for j in range(slopes.shape[0]):
         x, y = points[j]
         ex, ey = points[j + 1, 0] - x, points[j + 1, 1] - y
@@ -276,10 +290,15 @@ def _slopes_of_steps(field: Any, points: Any, gentle: float) -> Any:
             w = 0.5 if look < 0 else (look + 0.5) / looks
             _, px, py = interpolate(field.heights, x0, y0, dx, dy, x + w * ex, y + w * ey)
             if look < 0:
-                slopes[j] = px, py, px, py
+                slopes[j, 0::2], slopes[j, 1::2] = px, py
                 continue
             steep = math.sqrt(px * px + py * py)
             if steep > max(most, gentle):
                 most = steep
                 slopes[j, 2], slopes[j, 3] = px, py
+        if most > 0.0:
+            for column, off in ((4, OFF_MIDDLE), (6, -OFF_MIDDLE)):
+                w = 0.5 + off
+                _, px, py = interpolate(field.heights, x0, y0, dx, dy, x + w * ex, y + w * ey)
+                slopes[j, column], slopes[j, column + 1] = px, py
     return slopes

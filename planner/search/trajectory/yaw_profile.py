@@ -4,8 +4,8 @@ A search over yaw as a third dimension is slow; on a given track the best yaw fo
 every waypoint the body may stand at 64 angles to the travel (forward, sideways and diagonal are
 among them), at the first and last one also at the yaw that was asked for. Between waypoints it
 turns evenly while driving. At a waypoint it may stop and turn on the spot, which costs the stop as
-well. The power model prices every piece. Yaw angles at which the body would touch something are
-left out.
+well. The power model prices every piece. Yaw angles at which the body would touch something, or
+would lose its grip on the slope, are left out.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from planner.compiled_code import njit
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
 from planner.search.kernel_arguments import Steps
-from planner.search.resolution import ALL_YAWS, STATES, WIDTH
+from planner.search.resolution import ALL_YAWS, DIRECTIONS, STATES, WIDTH
 from planner.search.steady import crab_angle_for_yaw
-from planner.search.trajectory.track import GENTLE_SLOPE_SHARE, Track
+from planner.search.trajectory.track import Track, gentle_slope
 from planner.search.trajectory.yaw_kernel import best_states
 from planner.search.trajectory.yaw_moves import (
     MOST_SAMPLES,
@@ -90,7 +90,7 @@ def yaw_profile(
         shut: x, y and yaw with which the body is not to pass there, nor with angles near it.
     """
     crowded = crowded_at(field, track.points)
-    steepness = np.hypot(*steps.slopes[:, 2:].T)
+    steepness = np.hypot(*steps.slopes[:, 2:4].T)
     spacing = max(CLOSEST_WAYPOINTS, float(track.lengths.sum()) / most_waypoints)
     needed = track.stops | crowded
     if spacing > max(SPARSE * min(field.dx, field.dy), 2.0 * float(track.lengths.max())):
@@ -108,19 +108,25 @@ def yaw_profile(
             k = int(apart.argmin())
             near = _state(angle, directions[k]) + np.arange(-1, 2)
             free[max(0, k - 1) : k + 2, near % STATES] = False
+    gentle = gentle_slope(field)
+    ends = (0, start_yaw), (-1, goal_yaw)
+    asked = [(row, _state(yaw, directions[row])) for row, yaw in ends if yaw is not None]
+    fits = [free[place] for place in asked]
+    _leave_out_too_steep(field, at, directions, steps, gentle, free)
+    for place, fit in zip(asked, fits, strict=True):
+        free[place] = fit
     kernel, spin = conditions.model.limits_kernel, np.empty(free.shape)
     spin_costs(
         *(kernel, conditions.arrays, directions, steps.slopes[after], steps.ground[after]),
         *(objective, spin),
     )
-    gentle = GENTLE_SLOPE_SHARE * float(field.limit.min())
     stride = _stride(at, steepness, gentle)
     steady = np.empty((len(at) - 1, STATES))
     steady_costs_of(field, at, steps, stride, steady)
     states = np.full(2 * len(at), -1, np.int64)
     cost = best_states(
         kernel,
-        conditions.steady.arrays,
+        conditions.arrays,
         objective,
         Surroundings(field.blocked, field.body_frame(), track.points, crowded),
         steps,
@@ -241,6 +247,43 @@ def _free_states(field: Any, points: Any, directions: Any, crowded: Any) -> tupl
                     shift[k, s] = 0.25 * (first + last) * WIDTH / FINER_ANGLES
             free[k, s + half], shift[k, s + half] = free[k, s], shift[k, s]
     return free, shift
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _leave_out_too_steep(
+    field: Any, at: Any, directions: Any, steps: Any, gentle: float, free: Any
+) -> None:
+    """Close the angles whose slope limit a waypoint exceeds, unless all do.
+
+    Moves are priced at places between waypoints: where the body turns, that says little of their
+    ends.
+
+    Args:
+        field: tables of slope limits by yaw.
+        at, directions: (n,) samples that are waypoints, and the travel there, rad.
+        steps: Steps between the samples.
+        gentle: tan(slope) up to which every angle stays.
+        free: (n, STATES) brought up to date.
+    """
+    slopes, yaw_limit = steps.slopes, field.yaw_limit
+    last = slopes.shape[0] - 1
+    allowed = np.empty(STATES, np.bool_)
+    for k in range(at.shape[0]):
+        before, after = max(at[k] - 1, 0), min(at[k], last)
+        px = 0.5 * (slopes[before, 0] + slopes[after, 0])
+        py = 0.5 * (slopes[before, 1] + slopes[after, 1])
+        steepness = math.sqrt(px * px + py * py)
+        if steepness < gentle:
+            continue
+        place = (math.atan2(py, px) - directions[k]) / (2.0 * math.pi) * DIRECTIONS
+        first = int(math.floor(place))
+        share, g = place - first, steps.ground[after]
+        for s in range(STATES):
+            limit = (1.0 - share) * yaw_limit[g, s, first % DIRECTIONS]
+            limit += share * yaw_limit[g, s, (first + 1) % DIRECTIONS]
+            allowed[s] = free[k, s] and steepness <= limit
+        if allowed.any():
+            free[k] = allowed
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

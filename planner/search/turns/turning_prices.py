@@ -59,7 +59,9 @@ def _turning_costs(conditions: OperatingConditions, objective: int, tightest: fl
     moves[..., 1] = 1.0
     moves[..., 2] = tightest * np.arange(TURNS) / (TURNS - 1)
     costs = np.empty(moves[..., 0].size)
-    level = Steps(np.zeros(1), np.ones(1), np.zeros((1, 4)), np.zeros(1, np.int64))
+    level = Steps(
+        np.zeros(1), np.ones(1), np.zeros((1, 8)), np.zeros(1, bool), np.zeros(1, np.int64)
+    )
     arrays = conditions.arrays._replace(wind=np.zeros(2))
     at = np.zeros(costs.size, np.int64)
     step_costs(

@@ -20,12 +20,13 @@ from planner.power.limits import LIMIT_NAMES, broken_in_block
 from planner.power.motion_row import empty_block, motion_on_plane, put, put_row
 from planner.quantities import INDEX
 from planner.search.kernel_arguments import F1, F2, I1, MODEL_ARRAYS, STEPS
-from planner.search.resolution import SLOWEST, STILL
+from planner.search.resolution import OFF_MIDDLE, SLOWEST, STILL, WIDTH
 
 TRIES = 7
 """Speeds that are tried on a step, down to 0.38 of the largest."""
 SLOWER = 0.85
 """Factor from one speed that is tried to the next."""
+_MIDDLE, _STEEPEST, _LATE, _EARLY = range(4)
 _SLOWED = SLOWER ** np.arange(TRIES)
 _VOLTAGE = LIMIT_NAMES.index("voltage")
 _VX, _VY, _WZ = INDEX["vx"], INDEX["vy"], INDEX["wz"]
@@ -44,7 +45,8 @@ def step_costs(
 ) -> None:
     """Cost of straight steps, (n,) into ``costs``; infinity where one is impossible.
 
-    Limits hold at both slopes of a step, in the middle and where it is steepest.
+    Limits hold in a step's middle, and on a steep one where it is steepest; where the body turns by
+    more than a state, early and late in it as well.
 
     Args:
         kernel: ``limits_kernel`` of the power model.
@@ -56,12 +58,13 @@ def step_costs(
         costs: (n,) written.
     """
     parameters, body, wheels, class_rows, limits, wind = arrays
-    directions, slopes, ground = steps.directions, steps.slopes, steps.ground
+    directions, slopes = steps.directions, steps.slopes
+    steep, ground = steps.steep, steps.ground
     count = at.shape[0]
     columns, found = empty_block()
     waiting = np.arange(count)
     fastest = np.full(count, limits[0])
-    side = np.empty(count, np.int64)
+    look = np.empty(count, np.int64)
     tries = np.zeros(count, np.int64)
     back = np.zeros(count, np.int64)  # try to go back to, after the slowest
     surface = np.empty(BLOCK)
@@ -70,9 +73,8 @@ def step_costs(
     ux, uy = np.cos(directions), np.sin(directions)
     placed = np.empty(BLOCK, np.int64)
     for n in range(count):
-        j = at[n]
-        same = slopes[j, 2] == slopes[j, 0] and slopes[j, 3] == slopes[j, 1]
-        side[n] = 0 if same else 2
+        turns = abs(moves[n, 2]) > WIDTH
+        look[n] = _MIDDLE if not steep[at[n]] else _EARLY if turns else _STEEPEST
         costs[n] = np.inf
     while count:
         left = 0
@@ -82,8 +84,10 @@ def step_costs(
             while start < count and size < BLOCK:
                 n = waiting[start]
                 start += 1
-                j, k = at[n], side[n]
+                j, k = at[n], 2 * look[n]
                 yaw, turn = moves[n, 0], moves[n, 2]
+                if look[n] >= _LATE:
+                    yaw += OFF_MIDDLE * (turn if look[n] == _LATE else -turn)
                 c, s = math.cos(yaw), math.sin(yaw)
                 vx, vy, gx, gy, gn, stretch = motion_on_plane(
                     slopes[j, k], slopes[j, k + 1], c, s, ux[j], uy[j]
@@ -120,13 +124,13 @@ def step_costs(
                         back[n], tries[n] = tries[n], TRIES - 1
                 elif 0 < back[n] < tries[n]:
                     tries[n], back[n] = back[n], TRIES
-                elif side[n] == 0:
+                elif look[n] == _MIDDLE:
                     time = surface[place] / (fastest[n] * _SLOWED[tries[n]])
                     costs[n] = time if objective == 1 else found[place] * time
                     continue
                 else:
                     fastest[n] *= _SLOWED[tries[n]]
-                    side[n], tries[n], back[n] = 0, 0, 0
+                    look[n], tries[n], back[n] = look[n] - 1, 0, 0
                 waiting[left] = n  # behind the place that is read: no block grows
                 left += 1
         count = left

@@ -7,13 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.search.field import ground_classes
-from planner.search.kernel_arguments import Steps
 from planner.search.results import price
 from planner.search.trajectory import CLOSELY
 from planner.search.trajectory.motion import assemble, room_to_move
 from planner.search.trajectory.speed_profile import speed_profile
-from planner.search.trajectory.track import lay_track, slopes_of_steps
+from planner.search.trajectory.track import lay_track, steps_of
 from planner.search.trajectory.turn_on_the_spot import first_contact, pose_spacing
 from planner.search.trajectory.yaw_profile import YawProfile
 from tests.benchmarks.peers.case import Array, Case
@@ -40,17 +38,11 @@ def score_as_they_are(case: Case, poses: Array) -> float | None:
     unwound = np.concatenate([[kept[0, 2]], kept[0, 2] + np.cumsum(turns)])
     angles = np.interp(_along(kept[:, :2], track.points), np.arange(len(kept)), unwound)
     track, yaw = room_to_move(track, YawProfile(angles, angles.copy(), 0.0))
-    middle = 0.5 * (track.points[1:] + track.points[:-1])
     speeds, _ = speed_profile(
         conditions,
         track,
         yaw,
-        Steps(
-            track.directions,
-            track.lengths,
-            slopes_of_steps(field, track.points),
-            ground_classes(field, middle),
-        ),
+        steps_of(field, track),
         0,
         CLOSELY.speeds,
         np.full(len(track.lengths), limits.speed),

@@ -13,7 +13,7 @@ from planner.power.motion_row import set_motion, set_wind
 from planner.quantities import INDEX
 from planner.search.kernel_arguments import Steps
 from planner.search.requests import SituationRequest
-from planner.search.resolution import SLOWEST, STILL
+from planner.search.resolution import SLOWEST, STILL, WIDTH
 from planner.search.situation import situation_of
 from planner.search.turns.turning_steps import SLOWER, TRIES, step_costs
 from tests.search.maps import terrain
@@ -27,13 +27,18 @@ def conditions():
     return situation_of(request, terrain=ground).conditions
 
 
-def one_by_one(conditions, objective, direction, slope, ground, move):
+def one_by_one(conditions, objective, direction, slope, steep, ground, move):
     """The same cost by the model's account of single rows, looked at one after the other."""
     model, limits = conditions.model, conditions.limits
-    yaw, length, turn = move
+    middle, length, turn = move
     speed, cost = limits[0], math.inf
-    places = [slope[:2]] if np.array_equal(slope[:2], slope[2:]) else [slope[2:], slope[:2]]
-    for place in places:
+    looks = [(slope[:2], middle)]
+    if steep:
+        looks.insert(0, (slope[2:4], middle))
+    if steep and abs(turn) > WIDTH:
+        # A sixth of the step from either end.
+        looks = [(slope[6:], middle - turn / 3.0), (slope[4:6], middle + turn / 3.0), *looks]
+    for place, yaw in looks:
         row = conditions.class_rows[ground].copy()
         set_wind(row, conditions.wind, yaw)
         surface = length * set_motion(row, *place, yaw, direction, 1.0)
@@ -61,8 +66,8 @@ def test_steps_cost_what_single_rows_say(conditions, objective) -> None:
     random = np.random.default_rng(3)
     steps, moves = 40, 300  # several blocks, the last one not full
     directions = random.uniform(-math.pi, math.pi, steps)
-    slopes = random.normal(0.0, 0.15, (steps, 4))
-    slopes[::3, 2:] = slopes[::3, :2]
+    slopes = random.normal(0.0, 0.15, (steps, 8))
+    steep = random.random(steps) < 0.7
     ground = np.zeros(steps, np.int64)
     at = np.sort(random.integers(0, steps, moves))
     asked = np.column_stack(
@@ -73,12 +78,12 @@ def test_steps_cost_what_single_rows_say(conditions, objective) -> None:
         ]
     )
     costs = np.empty(moves)
-    track = Steps(directions, np.ones(steps), slopes, ground)
+    track = Steps(directions, np.ones(steps), slopes, steep, ground)
     step_costs(
         conditions.model.limits_kernel, conditions.arrays, objective, track, at, asked, costs
     )
     expected = [
-        one_by_one(conditions, objective, directions[j], slopes[j], ground[j], asked[n])
+        one_by_one(conditions, objective, directions[j], slopes[j], steep[j], ground[j], asked[n])
         for n, j in enumerate(at)
     ]
     assert 20 < np.isinf(costs).sum() < moves - 100, "nothing is tested"

@@ -1,0 +1,40 @@
+"""The yaw along a path on steep ground is one that some speed can keep, also while it changes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planner.quantities import INDEX
+from planner.search.trajectory import Motion, motion_rows, move
+from planner.search.trajectory.limit_checks import coarse_pieces
+from tests.benchmarks.peers.case import case_of
+from tests.search.maps import hills, terrain
+
+SLOWER = 1.0 / 6.0
+"""Factor on all velocities: what breaks a limit then does so for want of another yaw."""
+TABLES_OFF = 0.02
+"""Share of traction by which the tables of slope limits may be off between their entries."""
+
+
+@pytest.mark.parametrize(("seed", "scale"), [(4, 8.0), (7, 8.0), (7, 1.0)])
+def test_no_speed_is_needed_that_the_yaw_does_not_allow(seed: int, scale: float) -> None:
+    """On hills as steep as a robot can drive, of its own size and of a large map's."""
+    places = np.array([[3.0, 4.0], [20.0, 19.0]]) * scale
+    start, goal = ({"x": x, "y": y} for x, y in places)
+    relief = terrain(scale * hills(rms_degrees=11.0, seed=seed), cell=0.25 * scale)
+    situation = case_of("test", {"start": start, "goal": goal}, relief).situation
+    field, conditions = situation.field("energy"), situation.conditions
+    path = situation.path("energy", field, *map(tuple, places))
+    motion = move(field, conditions, [path], [None, None], objective=0, checked=False)
+    assert isinstance(motion, Motion)
+    pieces = coarse_pieces(field, motion)
+    rows, _, _ = motion_rows(field, motion, conditions.class_rows, conditions.wind, pieces)
+    for name in ("vx", "vy", "wz"):
+        rows[:, INDEX[name]] *= SLOWER
+    for name in ("ax", "ay", "yaw_acceleration", "slope_rate"):
+        rows[:, INDEX[name]] = 0.0
+    left = conditions.model.power_and_limits(rows)[:, 5]
+    assert left.min() < 0.1, "nothing is near the limit"
+    assert left.min() > -TABLES_OFF
+    assert (left < 0.0).mean() < 1e-3
