@@ -9,7 +9,9 @@ they can (variable projection: Golub & Pereyra, SIAM Journal on Numerical Analys
 No meter is the null hypothesis: its time constant and delay are zero, so the hypotheses are nested.
 Both have noise of any autocorrelation (planner.telemetry.noise.row_likelihood). A meter is believed
 where it makes the log much likelier, in most of its clusters, and not by smoothing alone: noise of
-the speeds asks for that too, but symmetrically. A meter's readings come late.
+the speeds asks for that too, but symmetrically. A meter's readings come late. A filter averages
+what was before a reading, which is taken by the end of its row: there its delay is bounded. Without
+a filter a reading may lead, as the motion's own stamps may be late.
 """
 
 from __future__ import annotations
@@ -95,14 +97,19 @@ class _Search:
         scores = [float(self.rows(meter).sum()) for meter in starts]
         start = starts[int(np.argmax(scores))]
         begin = np.array([self._coordinate(name, getattr(start, name)) for name in names])
+        causal = TIME_CONSTANT in names
+        low = [_earliest(start) if causal and name == DELAY else -np.inf for name in names]
+
+        def at(x: Array) -> Meter:
+            return self._at(start, names, np.maximum(x, low))
 
         def cost(x: Array) -> float:
-            return -float(self.rows(self._at(start, names, x)).sum())
+            return -float(self.rows(at(x)).sum())
 
         simplex = begin + FIRST_STEP * np.vstack([np.zeros(len(begin)), np.eye(len(begin))])
         options: Any = {"xatol": 0.01, "fatol": 0.05, "maxfev": 60, "initial_simplex": simplex}
         found = minimize(cost, begin, method="Nelder-Mead", options=options)
-        return self._at(start, names, found.x), -float(found.fun)
+        return at(found.x), -float(found.fun)
 
     def _coordinate(self, name: str, value: float) -> float:
         # In rows; a time constant, which stays positive, as its logarithm.
@@ -142,6 +149,11 @@ class _Search:
         errors = np.sqrt(np.maximum(np.diag(inverse), np.diag(sandwich)))
         sizes = [meter.time_constant_s if n == TIME_CONSTANT else self.interval for n in names]
         return np.asarray(errors * sizes)
+
+
+def _earliest(meter: Meter) -> float:
+    """Rows; the least delay of a filter that does not foresee the power of later rows."""
+    return -END_ROWS if meter.sampling == "mean" else 0.0
 
 
 def with_meter(

@@ -42,6 +42,24 @@ def test_a_plain_delay_is_no_filter(motion, robot, base):
     assert meter.delay_s == pytest.approx(0.6, abs=max(0.05, 2.0 * meter.delay_error_s))
 
 
+def test_a_filter_does_not_foresee_the_power(motion, robot, base):
+    """Readings that smooth over later rows as well, as noise of the speeds would have it."""
+    row = float(np.median(motion.interval))
+    log = shown_by(Meter(2.0 * row, delay_s=-row), motion, robot, noise=0.2)
+    meter = with_meter(log, base, free_places(base, log)).meter
+    assert meter is not None
+    assert meter.time_constant_s > 0.0
+    assert meter.delay_s >= (-0.5 * row if meter.sampling == "mean" else 0.0)
+
+
+def test_a_motion_whose_stamps_are_late_lets_the_power_lead(motion, robot, base):
+    log = shown_by(Meter(delay_s=-0.6), motion, robot, noise=0.2)
+    meter = with_meter(log, base, free_places(base, log)).meter
+    assert meter is not None
+    assert meter.time_constant_s == 0.0
+    assert "leads the motion by" in meter.sentence
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_no_meter_is_found_where_there_is_none(motion, robot, base, seed):
     log = shown_by(None, motion, robot, noise=0.3, seed=seed)
