@@ -157,11 +157,11 @@ def decide(found: Found, floor: Array) -> Decision:
     leading = best.left if best.claims or not _competing(tried) else tried[0].residual
     if (
         formula is not None
-        and supports(log, leading, formula.left, floor, formula=True)
-        and stands(best.left, formula.left, expected)
+        and supports(log, leading, formula.judged, floor, formula=True)
+        and stands(best.left, formula.judged, expected)
     ):
         best = formula
-    if best.claims and not stands(before, best.left, expected):
+    if best.claims and not stands(before, best.judged, expected):
         # Held-out runs show it, beside more that it does not explain.
         alike = alike or tuple(member.name for member in best.members)
         best = nothing
@@ -264,7 +264,9 @@ def _formula(found: Found) -> Answer | None:
     given = columns_in(found.local, examination, kept)
     proposal = propose(found.local, axis, shape, found.log, found.origin, additions, given)
     left = found.heldout(proposal.fit)
-    return Answer(proposal.fit, left, kept, additions, proposal, dict(found.selection.aliases))
+    beside = found.left_beside_base((*additions, proposal.addition), proposal.fit)
+    aliases = dict(found.selection.aliases)
+    return Answer(proposal.fit, left, kept, additions, proposal, aliases, beside)
 
 
 def _supported(found: Found, before: Array, answer: Answer, floor: Array) -> bool:

@@ -43,6 +43,8 @@ MOST_SENSOR_ROUNDS = 8
 """Searches of one log, each with other corrections of sensors."""
 Extra = Sequence[type[Effect]]
 """Custom effects that compete with the catalogue."""
+NEAR_BOUND = 1e-6
+"""Share of a parameter's range within which it is at its end."""
 REPEATED_FAULT_SHARE = 0.35
 """Share of a correction by which the same sensor may be off again; more is another effect."""
 
@@ -83,6 +85,37 @@ class Found:
             self.origin, self.log, additions, noise=noise, within=within, tried=tried, held=held
         )
 
+    def left_beside_base(self, additions: Sequence[Addition], fitted: Fit) -> Array | None:
+        """(n,) W, held-out residual of a claim while the base model keeps its stated parts.
+
+        An effect that resembles a part of the base model may push that part out of its way. Sinkage
+        then takes the place of rolling resistance, or stiction that of gear friction. A robot has
+        both, as its data sheet says. So where a fit drives a base parameter to the end of its
+        physical range, the parameter goes back to its stated value. None where none is there.
+
+        Args:
+            additions: what is claimed.
+            fitted: the model with that.
+        """
+        held = self.pushed_out(fitted)
+        return self.heldout(self.refit(additions, held=held)) if held else None
+
+    def pushed_out(self, fitted: Fit) -> dict[Key, float]:
+        """Base parameters that a fit left at the end of their range → their stated values."""
+        base = self.base
+        stated = dict(zip(base.model.parameter_names, base.model.parameters.tolist(), strict=True))
+        for place, value in zip(base.places, base.start.tolist(), strict=True):
+            stated[base.model.parameter_names[place]] = value
+        pushed = {}
+        for place in fitted.places:
+            key = fitted.model.parameter_names[place]
+            low, high = fitted.model.slots[place][2].bounds
+            value, near = float(fitted.model.parameters[place]), NEAR_BOUND * (high - low)
+            at_end = value - low <= near or high - value <= near
+            if key in stated and at_end and abs(stated[key] - value) > near:
+                pushed[key] = stated[key]
+        return pushed
+
     def heldout(self, fitted: Fit) -> Array:
         """(n,) W, held-out residual of a fit, once usual errors of what is given are explained."""
         return heldout_residual(self.log, fitted, self.given)
@@ -98,7 +131,7 @@ class Found:
         for place in self.base.places:
             low, high = start.slots[place][2].bounds
             before, value = start.parameters[place], self.base.model.parameters[place]
-            near = 1e-6 * (high - low)
+            near = NEAR_BOUND * (high - low)
             if before != value and (value - low <= near or high - value <= near):
                 return True
         return False

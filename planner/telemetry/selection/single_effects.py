@@ -24,7 +24,6 @@ from planner.telemetry.holdout import (
     supports,
 )
 from planner.telemetry.noise import counted
-from planner.telemetry.selection.beside_base import left_beside_base
 from planner.telemetry.selection.select_effects import RankedTerm
 from planner.telemetry.selection.selection_loop import Found
 from planner.telemetry.selection.subset_search import Member
@@ -119,7 +118,7 @@ def fitted_singles(
         addition = addition.completed(found.local.competitors.library)
         fitted = found.refit((addition,))
         left = found.heldout(fitted)
-        beside = left_beside_base(found, (addition,), fitted)
+        beside = found.left_beside_base((addition,), fitted)
         beside = left if beside is None else beside
         supported = supports(found.log, before, beside, floor)
         kept = rms(counted(beside, floor))

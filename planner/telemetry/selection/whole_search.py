@@ -16,7 +16,6 @@ from planner.telemetry.logs import Telemetry
 from planner.telemetry.other_terms import SENSORS
 from planner.telemetry.sampling import LogSource
 from planner.telemetry.selection.backward_elimination import without_unsupported
-from planner.telemetry.selection.beside_base import left_beside_base
 from planner.telemetry.selection.known_aliases import with_known_aliases
 from planner.telemetry.selection.select_effects import select
 from planner.telemetry.selection.selection_loop import (
@@ -83,5 +82,5 @@ def _with_everything_free(found: Found) -> Found:
     library = found.local.competitors.library
     additions = tuple(a.completed(library) for a in found.additions)
     fitted = found.refit(additions, tried=True)
-    beside = left_beside_base(found, additions, fitted)
+    beside = found.left_beside_base(additions, fitted)
     return replace(found, additions=additions, fitted=fitted, beside=beside)

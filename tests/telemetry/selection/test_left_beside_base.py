@@ -7,7 +7,6 @@ from dataclasses import replace
 import pytest
 
 from planner.telemetry.holdout import rms
-from planner.telemetry.selection.beside_base import left_beside_base, pushed_out
 from planner.telemetry.selection.selection_loop import investigate
 from tests.telemetry.rows import measured
 
@@ -31,18 +30,18 @@ def with_rolling(fitted, value: float):
 def test_a_part_that_is_gone_is_pushed_out_and_others_are_not(found, base):
     stated = base.parameters[base.parameter_names.index(ROLLING)]
     assert stated > 0.0
-    assert pushed_out(found, found.base) == {}
-    assert pushed_out(found, with_rolling(found.base, 0.5 * stated)) == {}
-    assert pushed_out(found, with_rolling(found.base, 0.0)) == {ROLLING: stated}
+    assert found.pushed_out(found.base) == {}
+    assert found.pushed_out(with_rolling(found.base, 0.5 * stated)) == {}
+    assert found.pushed_out(with_rolling(found.base, 0.0)) == {ROLLING: stated}
 
 
 def test_with_the_part_back_the_error_is_that_of_a_fit_that_keeps_it(found):
     """Whatever a fit without rolling resistance explains, it is judged with it."""
     gone = with_rolling(found.base, 0.0)
-    left = left_beside_base(found, (), gone)
-    kept = found.refit((), held=pushed_out(found, gone))
+    left = found.left_beside_base((), gone)
+    kept = found.refit((), held=found.pushed_out(gone))
     assert kept.model.parameters[kept.model.parameter_names.index(ROLLING)] == pytest.approx(
-        pushed_out(found, gone)[ROLLING]
+        found.pushed_out(gone)[ROLLING]
     )
     assert rms(left - found.heldout(kept)) == 0.0
-    assert left_beside_base(found, (), found.base) is None
+    assert found.left_beside_base((), found.base) is None
