@@ -264,7 +264,7 @@ def _formula(found: Found) -> Answer | None:
     given = columns_in(found.local, examination, kept)
     proposal = propose(found.local, axis, shape, found.log, found.origin, additions, given)
     left = found.heldout(proposal.fit)
-    beside = found.left_beside_base((*additions, proposal.addition), proposal.fit)
+    beside = found.left_beside_base(proposal.fit)
     aliases = dict(found.selection.aliases)
     return Answer(proposal.fit, left, kept, additions, proposal, aliases, beside)
 

@@ -10,7 +10,7 @@ the log, and the search starts again.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -20,7 +20,7 @@ from planner.arrays import Array
 from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.progress import Progress
-from planner.telemetry.estimation import Fit
+from planner.telemetry.estimation import Fit, fit
 from planner.telemetry.evidence import DesignColumns, Examination, examine
 from planner.telemetry.holdout import (
     heldout_residual,
@@ -35,7 +35,7 @@ from planner.telemetry.prediction import meter_columns
 from planner.telemetry.selection.full_refit_comparison import FullFits
 from planner.telemetry.selection.select_effects import RankedTerm, Selection, select
 from planner.telemetry.selection.subset_search import CompetingModel, Member, members_of
-from planner.telemetry.terms import Addition, CandidateLibrary, Key, candidate_library, fit_with
+from planner.telemetry.terms import Addition, CandidateLibrary, candidate_library, fit_with
 
 MOST_REFITS = 3
 """Rounds of refitting and laying out anew."""
@@ -72,20 +72,12 @@ class Found:
     searched: Fit | None = None
     beside: Array | None = None
 
-    def refit(
-        self,
-        additions: Sequence[Addition],
-        *,
-        tried: bool = False,
-        held: Mapping[Key, float] | None = None,
-    ) -> Fit:
-        """The origin fitted with additions; ``tried`` and ``held`` as in fit_with."""
+    def refit(self, additions: Sequence[Addition], *, tried: bool = False) -> Fit:
+        """The origin fitted with additions; ``tried`` as in fit_with."""
         noise, within = self.local.noise, self.local.competitors.library.model
-        return fit_with(
-            self.origin, self.log, additions, noise=noise, within=within, tried=tried, held=held
-        )
+        return fit_with(self.origin, self.log, additions, noise=noise, within=within, tried=tried)
 
-    def left_beside_base(self, additions: Sequence[Addition], fitted: Fit) -> Array | None:
+    def left_beside_base(self, fitted: Fit) -> Array | None:
         """(n,) W, held-out residual of a claim while the base model keeps its stated parts.
 
         An effect that resembles a part of the base model may push that part out of its way. Sinkage
@@ -94,14 +86,21 @@ class Found:
         physical range, the parameter goes back to its stated value. None where none is there.
 
         Args:
-            additions: what is claimed.
-            fitted: the model with that.
+            fitted: the model with what is claimed.
         """
         held = self.pushed_out(fitted)
-        return self.heldout(self.refit(additions, held=held)) if held else None
+        if not held:
+            return None
+        values = fitted.model.parameters.copy()
+        for place, value in held.items():
+            values[place] = value
+        # From where the claim has its parts already, or others may take their place on the way.
+        kept = replace(fitted.model, parameters=values)
+        free = [place for place in fitted.places if place not in held]
+        return self.heldout(fit(self.log, kept, free=free, noise=self.local.noise))
 
-    def pushed_out(self, fitted: Fit) -> dict[Key, float]:
-        """Base parameters that a fit left at the end of their range → their stated values."""
+    def pushed_out(self, fitted: Fit) -> dict[int, float]:
+        """Numbers of base parameters that a fit left at the end of their range → stated values."""
         base = self.base
         stated = dict(zip(base.model.parameter_names, base.model.parameters.tolist(), strict=True))
         for place, value in zip(base.places, base.start.tolist(), strict=True):
@@ -113,7 +112,7 @@ class Found:
             value, near = float(fitted.model.parameters[place]), NEAR_BOUND * (high - low)
             at_end = value - low <= near or high - value <= near
             if key in stated and at_end and abs(stated[key] - value) > near:
-                pushed[key] = stated[key]
+                pushed[place] = stated[key]
         return pushed
 
     def heldout(self, fitted: Fit) -> Array:

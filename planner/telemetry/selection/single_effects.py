@@ -118,7 +118,7 @@ def fitted_singles(
         addition = addition.completed(found.local.competitors.library)
         fitted = found.refit((addition,))
         left = found.heldout(fitted)
-        beside = found.left_beside_base((addition,), fitted)
+        beside = found.left_beside_base(fitted)
         beside = left if beside is None else beside
         supported = supports(found.log, before, beside, floor)
         kept = rms(counted(beside, floor))

@@ -82,5 +82,5 @@ def _with_everything_free(found: Found) -> Found:
     library = found.local.competitors.library
     additions = tuple(a.completed(library) for a in found.additions)
     fitted = found.refit(additions, tried=True)
-    beside = found.left_beside_base(additions, fitted)
+    beside = found.left_beside_base(fitted)
     return replace(found, additions=additions, fitted=fitted, beside=beside)

@@ -11,7 +11,7 @@ of them that the log can show.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -25,9 +25,6 @@ from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import Noise
 from planner.telemetry.parameters import free_places, usual_value
 from planner.telemetry.terms.candidate_terms import CandidateLibrary, Term, with_effects
-
-Key = tuple[str, str, int]
-"""Slug of an effect, name of a parameter, number of its wheel or surface."""
 
 
 @dataclass(frozen=True)
@@ -148,23 +145,13 @@ def fit_with(
     noise: Noise | None = None,
     within: PowerModel | None = None,
     tried: bool = False,
-    held: Mapping[Key, float] | None = None,
 ) -> Fit:
     """Fit a model with effects added to it.
 
     ``within`` is as for ``extended``; where ``tried``, the intervals of what is added are tried out
-    (planner.telemetry.estimation.parameter_errors), which takes as long as the fit again. ``held``
-    are parameters of the model that stay at a value.
+    (planner.telemetry.estimation.parameter_errors), which takes as long as the fit again.
     """
     full, free = extended(model, log, additions, within)
-    if held:
-        values = full.parameters.copy()
-        places = {key: place for place, key in enumerate(full.parameter_names)}
-        for key, value in held.items():
-            values[places[key]] = value
-        full = replace(full, parameters=values)
-        fixed = {places[key] for key in held}
-        free = tuple(place for place in free if place not in fixed)
     added = {a.declaration.slug for a in additions} if tried else set()
     mine = [place for place in free if full.slots[place][0].slug in added]
     return fit(log, full, free=free, noise=noise, tried=mine)
