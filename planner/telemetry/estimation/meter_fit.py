@@ -224,7 +224,10 @@ def _at_known_moment(search: _Search, meter: Meter, *free: str) -> Meter:
     Between rows the power is not known, and a filter can trade some of its length for a delay. So
     what lies near one of the two moments is taken to be there.
     """
-    errors = dict(zip(free, search.errors(meter, *free), strict=True))
+    if TIME_CONSTANT in free and meter.delay_s <= _earliest(meter) * search.interval:
+        # A delay at its bound was not fitted.
+        free = (TIME_CONSTANT,)
+    errors = {DELAY: 0.0, **dict(zip(free, search.errors(meter, *free), strict=True))}
     early = -meter.delay_s / search.interval
     if meter.sampling == "mean" and early > LEAST_LAG_ROWS:
         meter = replace(meter, sampling="end", delay_s=meter.delay_s + END_ROWS * search.interval)

@@ -50,6 +50,7 @@ def test_a_filter_does_not_foresee_the_power(motion, robot, base):
     assert meter is not None
     assert meter.time_constant_s > 0.0
     assert meter.delay_s >= (-0.5 * row if meter.sampling == "mean" else 0.0)
+    assert meter.delay_error_s < row
 
 
 def test_a_motion_whose_stamps_are_late_lets_the_power_lead(motion, robot, base):
