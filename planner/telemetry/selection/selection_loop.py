@@ -167,6 +167,10 @@ def investigate(
     metered = meter_beside(found.log, found.fitted.model, places)
     if same_meter(metered.meter, found.log.meter):
         return found
+    # A likelier meter must predict held-out runs as well, or it follows errors of the inputs.
+    anew = replace(found, log=metered).refit(found.additions)
+    if heldout_rmse(metered, anew) >= heldout_rmse(found.log, found.fitted):
+        return found
     return search(known=(metered.meter,))
 
 
