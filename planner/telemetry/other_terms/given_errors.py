@@ -8,8 +8,7 @@ coefficient of standard deviation 1 before the log is read: an effect must expla
 
 The errors of a data sheet are those that its file states ({ value, unit, source, uncertainty }),
 else SHEET_SHARE of the value. Those of parameters that are fitted are in the fit. Small errors of
-sensors stand here; larger ones are named (sensor_errors). So does what holds a standing robot on a
-slope, which is not a property of the robot but of how it came to stand.
+sensors stand here; larger ones are named (sensor_errors).
 """
 
 from __future__ import annotations
@@ -21,7 +20,6 @@ from typing import NamedTuple
 import numpy as np
 
 from planner.arrays import Array
-from planner.power.kernel_math import SLIDING_SPEED
 from planner.power.model import PowerModel
 from planner.power.vehicles import Vehicle
 from planner.quantities import INDEX
@@ -159,7 +157,7 @@ class _Given(NamedTuple):
 
 _FIRST = len(_SHEET)
 GIVEN = _Given(
-    len(_SHEET) + len(_SENSORS) + 3,
+    len(_SHEET) + len(_SENSORS) + 2,
     2,
     {
         "power_scale": 0,
@@ -190,34 +188,8 @@ def given_columns(log: Telemetry, model: PowerModel, watts: Array) -> Array:
         columns[:, number] = predict(changed, log) - watts
     for number, (size, change) in enumerate(_SENSORS, start=len(_SHEET)):
         columns[:, number] = predict(model, change(log, size)) - watts
-    columns[:, len(_SHEET) + len(_SENSORS)] = _holding(log, model, watts)
     columns[:, -GIVEN.moments :] = _moments(log, watts)
     return columns
-
-
-def _holding(log: Telemetry, model: PowerModel, watts: Array) -> Array:
-    """(n,) W more that a standing robot needs on a slope where friction does not help to hold it.
-
-    Friction at rest takes any value between helping the motors and hindering them. The model has it
-    help. How the robot came to stand decides, and its controller: one that pushed it there drives
-    through the gear, and Coulomb friction holds nothing.
-    """
-    level = log.rows.copy()
-    vx, vy, wz = (level[:, INDEX[name]] for name in ("vx", "vy", "wz"))
-    corner = 0.5 * float(np.hypot(model.vehicle.length, model.vehicle.width))
-    stands = np.hypot(vx, vy) + corner * np.abs(wz) < SLIDING_SPEED
-    if not np.any(stands):
-        return np.zeros(len(log))
-    for name in ("gravity_x", "gravity_y"):
-        level[stands, INDEX[name]] = 0.0
-    flat = replace(log, rows=level)
-    values, names = model.parameters.copy(), model.parameter_names
-    gear = names.index(("gear_loss", "efficiency", 0))
-    efficiency, values[gear] = float(values[gear]), 1.0
-    values[names.index(("coulomb_drag", "coulomb_torque", 0))] = 0.0
-    smooth = replace(model, parameters=values)
-    driven = (predict(smooth, log) - predict(smooth, flat)) / efficiency**2
-    return driven - (watts - predict(model, flat))
 
 
 def _moments(log: Telemetry, watts: Array) -> Array:

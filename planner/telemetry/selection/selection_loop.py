@@ -27,7 +27,6 @@ from planner.telemetry.holdout import (
     heldout_rmse,
     meter_beside,
     metered_base_fit,
-    rms,
 )
 from planner.telemetry.logs import Meter, Telemetry, same_meter
 from planner.telemetry.other_terms import SENSORS, Dictionary, Sensor
@@ -35,6 +34,7 @@ from planner.telemetry.prediction import meter_columns
 from planner.telemetry.selection.full_refit_comparison import FullFits
 from planner.telemetry.selection.select_effects import RankedTerm, Selection, select
 from planner.telemetry.selection.subset_search import CompetingModel, Member, members_of
+from planner.telemetry.selection.unsure_power import unsure_power
 from planner.telemetry.terms import Addition, CandidateLibrary, candidate_library, fit_with
 
 MOST_REFITS = 3
@@ -121,9 +121,8 @@ class Found:
 
     @cached_property
     def given(self) -> Array | None:
-        """(n, k) W, usual errors of data sheet and sensors; None where they predict no better."""
-        plain, given = heldout_residual(self.log, self.base), self.local.given
-        return given if rms(heldout_residual(self.log, self.base, given)) < rms(plain) else None
+        """(n, k) W, what no effect needs to explain; None where that predicts no better."""
+        return unsure_power(self.log, self.base, self.local.given)
 
     def at_bounds(self, start: PowerModel) -> bool:
         """Whether the base fit ran into physical bounds: something strong is missing."""

@@ -24,8 +24,8 @@ from planner.telemetry.other_terms.sensor_errors import SENSORS
 from planner.telemetry.prediction import predict
 from tests.telemetry.rows import measured
 
-MASS, HOLDING = 0, GIVEN.total - GIVEN.moments - 1
-"""Columns of the data sheet's mass, and of what holds a standing robot."""
+MASS = 0
+"""Column of the data sheet's mass."""
 
 
 @pytest.fixture(scope="module")
@@ -83,26 +83,6 @@ def test_at_a_steady_power_its_moment_does_not_count(motion, base):
     steady = replace(motion, rows=np.tile(motion.rows[:1], (len(motion), 1)))
     columns = given_columns(steady, base, predict(base, steady))
     assert np.all(columns[:, -GIVEN.moments :] == 0.0)
-
-
-def test_a_standing_robot_may_hold_a_slope_without_the_help_of_friction(motion, base):
-    """Motors then drive through the gear: current, and its heat, for all of the slope's force."""
-    rows = np.tile(motion.rows[:1], (4, 1))
-    rows[:, [INDEX[name] for name in ("vx", "vy", "wz", "ax", "ay", "yaw_acceleration")]] = 0.0
-    pitch = np.array([0.0, 0.1, 0.2, 0.2])
-    rows[:, INDEX["gravity_x"]], rows[:, INDEX["gravity_y"]] = -9.81 * np.sin(pitch), 0.0
-    rows[3, INDEX["vx"]] = 0.3
-    log = replace(motion.take(slice(0, 4)), rows=rows)
-    watts = predict(base, log)
-    level, gentle, steep, driving = given_columns(log, base, watts)[:, HOLDING]
-    assert level == driving == 0.0
-    pulled = rows[:3].copy()
-    pulled[:, INDEX["vx"]] = 0.05
-    upwards = predict(base, replace(motion.take(slice(0, 3)), rows=pulled))
-    # Driven up the slope it needs as much for the slope, and more for friction.
-    assert 0.0 < watts[1] + gentle < upwards[1]
-    assert 0.0 < watts[2] + steep < upwards[2]
-    assert steep == pytest.approx(4.0 * gentle, rel=0.5)
 
 
 def test_held_out_runs_do_not_forgive_what_no_data_sheet_has(motion, unsure):
