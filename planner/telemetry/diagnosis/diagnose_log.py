@@ -34,6 +34,7 @@ from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.power.vehicles import Vehicle
 from planner.progress import Progress
+from planner.telemetry.diagnosis.best_reading import best_reading
 from planner.telemetry.diagnosis.decision import (
     Answer,
     Decision,
@@ -117,7 +118,8 @@ def diagnose_source(
     source: LogSource, start: PowerModel, extra: Sequence[type[Effect]], watch: Progress
 ) -> Diagnosis:
     """As ``diagnose``, for a log that is open."""
-    source = source.steady()
+    watch(0.05, "reading the motion")
+    source = best_reading(source, start)
     watch(0.1, "fitting the model")
     search = partial(find_missing_effects, source, start, extra, watch)
     found = with_supported_sensors(source, start, search)

@@ -21,7 +21,10 @@ import numpy as np
 from planner.arrays import Integers
 from planner.progress import Progress, silent
 from planner.telemetry.logs import LogLike, MappingLike, Telemetry, pieces_of
-from planner.telemetry.sampling.steady_drive import at_steady_speeds
+from planner.telemetry.sampling.steady_drive import LEAST_SEGMENT_ROWS, at_steady_speeds
+
+STEADY_TIME = 0.2
+"""s; a drive that a robot keeps up, where rows are short: motors need a tenth to change a speed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +37,8 @@ class LogSource:
         run_rows: (runs,) rows of every run.
         complete: True when the sample is the whole log.
         path, mapping: where the chunks come from; None for a log in memory.
-        steady_speeds: whether ``sample`` and chunks are at steady speeds.
+        steady_rows: least rows of the steady drives whose speeds are at their means in ``sample``
+            and chunks; 0 where all are as read.
     """
 
     sample: Telemetry
@@ -44,7 +48,7 @@ class LogSource:
     log: Telemetry | None
     path: Path | None
     mapping: MappingLike | None
-    steady_speeds: bool = False
+    steady_rows: int = 0
 
     SAMPLE_ROWS: ClassVar[int] = 12_000
     PIECE_ROWS: ClassVar[int] = 200
@@ -52,9 +56,21 @@ class LogSource:
     LONGEST_RUN: ClassVar[int] = 20_000
     """Most rows of a run that are held back until its end is there."""
 
-    def steady(self) -> LogSource:
-        """The same log with the speeds of steady drives at their means (steady_drive)."""
-        return replace(self, sample=at_steady_speeds(self.sample), steady_speeds=True)
+    def steady(self, rows: int = LEAST_SEGMENT_ROWS) -> LogSource:
+        """The same log with the speeds of steady drives of some rows at their means."""
+        return replace(self, sample=at_steady_speeds(self.sample, rows), steady_rows=rows)
+
+    def readings(self) -> tuple[LogSource, ...]:
+        """The log at steady speeds; where rows are short also as read, and for longer drives.
+
+        Four short rows may be steady by chance while a robot changes its speed. Which reading is
+        the robot's motion depends on how its odometry scatters and how its controller works.
+        """
+        interval = float(np.median(self.sample.interval)) if len(self.sample) else STEADY_TIME
+        rows = round(STEADY_TIME / max(interval, 1e-9))
+        if rows <= LEAST_SEGMENT_ROWS:
+            return (self.steady(),)
+        return self.steady(), self, self.steady(rows)
 
     def chunks(self) -> Iterator[Telemetry]:
         """The whole log in chunks of about CHUNK_ROWS rows, and of whole runs as far as they go.
@@ -66,7 +82,8 @@ class LogSource:
             yield self.sample
         else:
             whole = _whole_runs(self._read())
-            yield from map(at_steady_speeds, whole) if self.steady_speeds else whole
+            rows = self.steady_rows
+            yield from (at_steady_speeds(chunk, rows) if rows else chunk for chunk in whole)
 
     def _read(self) -> Iterator[Telemetry]:
         if self.log is not None:

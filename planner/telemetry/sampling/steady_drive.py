@@ -1,6 +1,7 @@
 """Steady-state segments: speeds are taken at their means.
 
     log = at_steady_speeds(log)     # the same rows; vx, vy and wz each at its mean where steady
+    log = at_steady_speeds(log, 10)                  # where it is so for ten rows or more
 
 While a robot keeps its speed, changes by millimetres a second are errors of odometry, or the speed
 controller's answer to a bump: the robot slows down a little *because* it needs more power. A fit
@@ -52,11 +53,12 @@ _SPEEDS = [INDEX[name] for name in ("vx", "vy", "wz")]
 _RATES = [INDEX[name] for name in ("ax", "ay", "yaw_acceleration")]
 
 
-def at_steady_speeds(log: Telemetry) -> Telemetry:
+def at_steady_speeds(log: Telemetry, least: int = LEAST_SEGMENT_ROWS) -> Telemetry:
     """The log with the speeds of steady stretches at their means.
 
     Args:
         log: the rows; their runs and times say which of them follow each other.
+        least: rows of a stretch, at least.
 
     Returns:
         A log with the same rows, of which only velocities and accelerations differ.
@@ -70,7 +72,7 @@ def at_steady_speeds(log: Telemetry) -> Telemetry:
     for axis, (place, most) in enumerate(zip(_SPEEDS, Telemetry.SPEED_ERROR, strict=True)):
         speed, inside = rows[:, place].copy(), np.zeros(len(log), np.bool_)
         if len(log):
-            _average(speed, ends, most, inside)
+            _average(speed, ends, most, least, inside)
         rows[:, place] = speed
         rate[inside, axis] = 0.0
     vx, vy, wz = rows[:, _SPEEDS].T
@@ -100,11 +102,11 @@ def stretches(log: Telemetry, speed: str) -> tuple[Integers, Integers, Mask]:
 
 
 @njit(cache=True, nogil=True)
-def _average(speed: Any, ends: Any, most: float, inside: Any) -> None:
+def _average(speed: Any, ends: Any, most: float, least: int, inside: Any) -> None:
     """Average a speed (n,) over steady stretches, in place, and mark the rows inside of them.
 
-    ``ends`` are those of the segments; ``most`` is how far the speed may range. A row beside
-    another motion is not inside: it may have begun to change its own.
+    ``ends`` are those of the segments; ``most`` is how far the speed may range, over ``least`` rows
+    or more. A row beside another motion is not inside: it may have begun to change its own.
     """
     first = 0
     for last in ends:
@@ -115,7 +117,7 @@ def _average(speed: Any, ends: Any, most: float, inside: Any) -> None:
             waiting = [(start, stop)]
             while len(waiting) > 0:
                 begin, end = waiting.pop()
-                if end - begin < LEAST_SEGMENT_ROWS:
+                if end - begin < least:
                     continue
                 if _drifts(speed[begin:end]):
                     middle = begin + (end - begin) // 2

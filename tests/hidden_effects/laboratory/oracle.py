@@ -32,7 +32,7 @@ from planner.telemetry.logs import Telemetry
 from planner.telemetry.other_terms import SENSORS
 from planner.telemetry.parameters import Prior, free_places
 from planner.telemetry.prediction import Nodes, predict, tangent
-from planner.telemetry.sampling import at_steady_speeds
+from planner.telemetry.sampling import open_source
 from planner.telemetry.starting_model import starting_model
 from planner.telemetry.terms import CandidateLibrary, candidate_library
 from tests.hidden_effects.laboratory.draw import Log
@@ -73,9 +73,10 @@ class Oracle:
 
     @classmethod
     def of(cls, log: Log) -> Oracle:
-        """Fit, hold out, and compare with the rivals; of both readings of the rows, the better."""
-        read = Telemetry.read(log.path, log.mapping)
-        readings = [cls._of(log, rows) for rows in (read, at_steady_speeds(read))]
+        """Fit, hold out, and compare with the rivals; of all readings of the rows, the best."""
+        read = open_source(Telemetry.read(log.path, log.mapping))
+        rows = {source.steady_rows: source.sample for source in (read, *read.readings())}
+        readings = [cls._of(log, each) for each in rows.values()]
         return min(readings, key=lambda one: one.floor_w)
 
     @classmethod
