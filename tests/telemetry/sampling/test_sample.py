@@ -91,3 +91,11 @@ def test_reading_is_cancelled_between_chunks(motion):
 def test_what_is_no_log_is_refused():
     with pytest.raises(LogError, match="is not a log"):
         open_source(17)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("interval", "rows"), [(0.5, [4]), (0.02, [4, 0, 10])])
+def test_short_rows_are_read_in_several_ways(interval, rows):
+    """Four rows are a drive that lasts, or shorter than a motor needs to change a speed."""
+    log = replace(plain_log([30, 30]), interval=np.full(60, interval))
+    readings = open_source(log).readings()
+    assert [reading.steady_rows for reading in readings] == rows

@@ -1,0 +1,75 @@
+"""A standing robot's power on a slope is unsure, and only that is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner.quantities import INDEX
+from planner.telemetry.estimation import fit
+from planner.telemetry.holdout import heldout_residual, rms
+from planner.telemetry.other_terms import given_columns
+from planner.telemetry.prediction import predict
+from planner.telemetry.selection.unsure_power import holding, unsure_power
+from tests.telemetry.rows import measured
+
+MOTION = [INDEX[name] for name in ("vx", "vy", "wz", "ax", "ay", "yaw_acceleration")]
+
+
+def standing(log, pitch):
+    """The rows at rest on slopes; ``pitch`` (n,) rad."""
+    rows = log.rows.copy()
+    rows[:, MOTION] = 0.0
+    rows[:, INDEX["gravity_x"]], rows[:, INDEX["gravity_y"]] = -9.81 * np.sin(pitch), 0.0
+    return replace(log, rows=rows)
+
+
+@pytest.fixture(scope="module")
+def stops(motion):
+    """The varied drive; for a sixth of its rows the robot stands on slopes up to 0.2 rad."""
+    still = np.arange(len(motion)) % 60 < 10
+    pitch = np.random.default_rng(4).uniform(-0.2, 0.2, len(motion))
+    rows = np.where(still[:, None], standing(motion, pitch).rows, motion.rows)
+    return replace(motion, rows=rows)
+
+
+def test_holding_takes_the_slope_s_force_and_no_friction(motion, base):
+    log = standing(motion.take(slice(0, 3)), np.array([0.0, 0.1, 0.2]))
+    watts = predict(base, log)
+    level, gentle, steep = holding(log, base, watts)
+    assert level == pytest.approx(0.0, abs=1e-9)
+    pulled = log.rows.copy()
+    pulled[:, INDEX["vx"]] = 0.05
+    upwards = predict(base, replace(log, rows=pulled))
+    # Driven up the slope it needs as much for the slope, and more for friction.
+    assert 0.0 < gentle < steep
+    assert watts[1] + gentle < upwards[1]
+    assert watts[2] + steep < upwards[2]
+
+
+def test_where_a_robot_drives_nothing_is_unsure(motion, base):
+    moving = motion.rows.copy()
+    moving[:, INDEX["vx"]] = 0.3
+    log = replace(motion, rows=moving)
+    assert not np.any(holding(log, base, predict(base, log)))
+
+
+def test_a_robot_that_holds_without_friction_leaves_noise(stops, robot, base):
+    extra = holding(stops, robot, predict(robot, stops))
+    log = measured(stops, robot, 0.02, seed=6, extra=extra)
+    fitted = fit(log, base)
+    given = given_columns(log, fitted.model, fitted.watts)
+    columns = unsure_power(log, fitted, given)
+    assert columns is not None
+    left = rms(heldout_residual(log, fitted, columns))
+    assert left < 0.5 * rms(heldout_residual(log, fitted, given))
+
+
+def test_a_robot_that_friction_helps_leaves_nothing_unsure(stops, robot, base):
+    log = measured(stops, robot, 0.02, seed=6)
+    fitted = fit(log, base)
+    given = given_columns(log, fitted.model, fitted.watts)
+    columns = unsure_power(log, fitted, given)
+    assert columns is None or columns.shape == given.shape
