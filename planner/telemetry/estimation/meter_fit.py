@@ -157,7 +157,12 @@ def _earliest(meter: Meter) -> float:
 
 
 def with_meter(
-    log: Telemetry, model: PowerModel, places: Sequence[int], beside: Array | None = None
+    log: Telemetry,
+    model: PowerModel,
+    places: Sequence[int],
+    beside: Array | None = None,
+    *,
+    filtering: bool = True,
 ) -> Telemetry:
     """The log with the meter that its power was read from.
 
@@ -166,6 +171,7 @@ def with_meter(
         model: around which the power is linear.
         places: numbers of its parameters that may take what they can.
         beside: (n, m) W per unit, columns of effects that may be missing.
+        filtering: whether it may be a filter; otherwise it has a delay or a moment alone.
 
     Returns:
         The log; without a meter where it does not clearly show one.
@@ -182,10 +188,10 @@ def with_meter(
     interval = float(np.median(log.interval))
     together = np.column_stack([watts, columns])
     search = _Search(log, together, spread, cluster_numbers(log), interval)
-    return replace(log, meter=_believed(search))
+    return replace(log, meter=_believed(search, filtering))
 
 
-def _believed(search: _Search) -> Meter | None:
+def _believed(search: _Search, filtering: bool) -> Meter | None:
     log, interval = search.log, search.interval
     nothing = search.rows(None)
     kinds = [Meter(), *(Meter(sampling="held", period_s=period) for period in periods_of(log))]
@@ -199,14 +205,16 @@ def _believed(search: _Search) -> Meter | None:
         replace(kind, time_constant_s=rows * interval)
         for kind in kinds
         for rows in TIME_CONSTANTS
-        if rows * interval <= LONGEST_LAG
+        if filtering and rows * interval <= LONGEST_LAG
     ]
     least = float(nothing.sum()) + LEAST_GAIN
     if max(float(search.rows(meter).sum()) for meter in (*delays, *filters)) < least - NEAR_GAIN:
         return None
     plain, plain_score = search.best(delays, DELAY)
-    meter, score = search.best([*filters, replace(plain, time_constant_s=interval)], *BOTH)
-    late = meter.time_constant_s + meter.delay_s > LEAST_LAG_ROWS * interval
+    late, meter, score = False, plain, plain_score
+    if filtering:
+        meter, score = search.best([*filters, replace(plain, time_constant_s=interval)], *BOTH)
+        late = meter.time_constant_s + meter.delay_s > LEAST_LAG_ROWS * interval
     if late and score - plain_score > FILTER_GAIN:
         found = _at_known_moment(search, meter, *BOTH)
     else:

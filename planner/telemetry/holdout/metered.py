@@ -51,6 +51,7 @@ def metered_base_fit(
         metered = meter_beside(log, plain.model)
     found = log, plain
     error = heldout_rmse(log, plain)
+    filtering = metered.meter is not None and metered.meter.time_constant_s > 0.0
     for _ in range(MOST_ROUNDS):
         if metered.meter is None:
             break
@@ -62,6 +63,12 @@ def metered_base_fit(
         metered = meter_beside(log, fitted.model)
         if same_meter(metered.meter, found[0].meter):
             break
+    if filtering:
+        # Noise of the speeds looks like a filter, and hides at what moment the power is read.
+        metered = meter_beside(log, found[1].model, filtering=False)
+        if metered.meter is not None:
+            fitted = base_fit(metered, start)
+            found = (metered, fitted) if heldout_rmse(metered, fitted) < error else found
     log, whitened = found
     return log, _by_row_if_better(log, start, whitened)
 
@@ -86,7 +93,11 @@ def _least_error(log: Telemetry, fitted: Fit) -> float:
 
 
 def meter_beside(
-    log: Telemetry, model: PowerModel, places: Sequence[int] | None = None
+    log: Telemetry,
+    model: PowerModel,
+    places: Sequence[int] | None = None,
+    *,
+    filtering: bool = True,
 ) -> Telemetry:
     """The log with the meter that it shows beside a model and plain shapes.
 
@@ -94,10 +105,11 @@ def meter_beside(
         log: the rows.
         model: what is known of the power.
         places: numbers of its free parameters; None takes all that may be fitted.
+        filtering: as for ``with_meter``.
     """
     log = replace(log, meter=None)
     places = free_places(model, log) if places is None else places
     watts, own = tangent(model, Nodes.of(log, model), places)
     shapes = Dictionary.of(log).columns(log.rows)
     chosen = strongest_columns(log.power - watts, own, shapes)
-    return with_meter(log, model, places, shapes[:, chosen])
+    return with_meter(log, model, places, shapes[:, chosen], filtering=filtering)

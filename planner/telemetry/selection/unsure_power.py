@@ -34,9 +34,9 @@ def unsure_power(log: Telemetry, base: Fit, given: Array) -> Array | None:
     """
     plain, beside = heldout_residual(log, base), heldout_residual(log, base, given)
     kept, least = (given, beside) if rms(beside) < rms(plain) else (given[:, :0], plain)
-    standing = holding(log, base.model, base.watts)
-    if np.any(standing):
-        both = np.column_stack([kept, standing])
+    unhelped = holding(log, base.model, base.watts)
+    if np.any(unhelped):
+        both = np.column_stack([kept, unhelped])
         if supports(log, least, heldout_residual(log, base, both), base.spread):
             return both
     return kept if kept.shape[1] else None
