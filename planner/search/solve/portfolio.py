@@ -191,7 +191,8 @@ def _by_grid(run: Run) -> tuple[Attempt, list[Candidate]]:
     if not path_exists(run, field, objective):
         # Others would look for it on the same ground, and find as little.
         attempt = on_grid(run, field, objective)
-        passed = attempt.candidate("narrow passages")
+        # Narrow passages have no path on the grid; with another torque there may be one.
+        passed = attempt.candidate("narrow passages" if attempt.paths is None else "grid")
         return attempt, [] if passed is None else [passed]
     with run.within_budget() as limited:
         others = baselines(limited)

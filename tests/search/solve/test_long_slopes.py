@@ -52,3 +52,19 @@ def test_without_a_way_round_the_reason_names_the_mean_torque():
     assert said["cause"]["limit"] == "torque rms"
     assert said["cause"]["value"] > said["cause"]["allowed"]
     assert "torque rms" in said["reason"]
+
+
+def test_a_short_slope_may_take_more_than_motors_give_for_good():
+    """One cell of 20 m is up in a quarter of the time that torque counts over."""
+    step = np.where(np.arange(40) < 20, 0.0, 20.0 * np.tan(np.radians(17.0)))
+    terrace = Terrain.from_arrays(np.tile(step, (24, 1)), cell=(20.0, 20.0), name="terrace")
+    ends = {"start": {"x": 200.0, "y": 240.0}, "goal": {"x": 600.0, "y": 240.0}}
+    answer = plan_route(terrain=terrace, **ends)
+    used = {use.limit: use.share for use in answer.routes[0].limits}
+    conditions = situation_of(
+        PlanRequest.from_json({"map": "terrace", **ends}), terrain=terrace
+    ).conditions
+    limits = conditions.model.vehicle.limits
+    assert used["torque peak"] > limits.continuous_torque / limits.peak_torque
+    assert used["torque rms"] <= 1.0
+    assert answer.planner.chosen == "grid"
