@@ -208,6 +208,36 @@ def undisputed(
     )
 
 
+def confirmed(found: Found, decision: Decision, others: Sequence[Decision]) -> Decision:
+    """A decision; without its claim where the usual reading of the motion leads to none like it.
+
+    What only one way to read the speeds shows may be how their errors look in it.
+
+    Args:
+        found: state of the search that was decided.
+        decision: what was decided.
+        others: decisions about the log in its usual reading.
+    """
+    answer = decision.answer
+    each = [{m.name, *answer.aliases.get(m.name, ())} for m in answer.members]
+
+    def made_by(other: Answer) -> bool:
+        alike = all(names & _names(other) for names in each)
+        return other.claims and alike and _is_formula(answer) == _is_formula(other)
+
+    if not answer.claims or any(made_by(other.answer) for other in others):
+        return decision
+    left = unexplained_by(found.log, decision.before, decision.floor, found.base.watts)
+    named = tuple(member.name for member in answer.members)
+    nothing = Answer(found.base, decision.before)
+    return replace(decision, answer=nothing, alike=named, unexplained=left, near="")
+
+
+def _is_formula(answer: Answer) -> bool:
+    """Whether it names what the catalogue does not know."""
+    return answer.proposal is not None
+
+
 def _names(answer: Answer) -> set[str]:
     """Slugs of the effects that an answer names, and of their aliases."""
     members = [member.name for member in answer.members]

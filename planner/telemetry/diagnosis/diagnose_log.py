@@ -39,6 +39,7 @@ from planner.telemetry.diagnosis.decision import (
     Answer,
     Decision,
     columns_in,
+    confirmed,
     decide,
     undisputed,
 )
@@ -119,7 +120,20 @@ def diagnose_source(
 ) -> Diagnosis:
     """As ``diagnose``, for a log that is open."""
     watch(0.05, "reading the motion")
+    usual = source.steady()
     source = best_reading(source, start)
+    decided = _decided(source, start, extra, watch)
+    if source.steady_rows != usual.steady_rows and any(one.answer.claims for _, one in decided):
+        others = [decision for _, decision in _decided(usual, start, extra, watch)]
+        decided = [(found, confirmed(found, decision, others)) for found, decision in decided]
+    reports = [_report(source, start, found, decision) for found, decision in decided]
+    return reports[0] if len(reports) == 1 else more_credible(*reports)
+
+
+def _decided(
+    source: LogSource, start: PowerModel, extra: Sequence[type[Effect]], watch: Progress
+) -> list[tuple[Found, Decision]]:
+    """Searches of a log, with what is decided about each of them."""
     watch(0.1, "fitting the model")
     search = partial(find_missing_effects, source, start, extra, watch)
     found = with_supported_sensors(source, start, search)
@@ -129,15 +143,13 @@ def diagnose_source(
     # A floor that was estimated beside a misfit can only be too high.
     floor = min((floor_behind(each) for each in searches), key=rms)
     decisions = [decide(each, floor) for each in searches]
-    if len(searches) == 1:
-        return _report(source, start, found, decisions[0])
-    pairs = zip(searches, decisions, reversed(decisions), strict=True)
-    same_log = not any(corrections_of(each) for each in searches)
-    reports = [
-        _report(source, start, each, undisputed(each, mine, theirs, same_log=same_log))
-        for each, mine, theirs in pairs
-    ]
-    return more_credible(*reports)
+    if len(searches) > 1:
+        pairs = zip(searches, decisions, reversed(decisions), strict=True)
+        same_log = not any(corrections_of(each) for each in searches)
+        decisions = [
+            undisputed(each, mine, theirs, same_log=same_log) for each, mine, theirs in pairs
+        ]
+    return list(zip(searches, decisions, strict=True))
 
 
 # What is said about it.

@@ -13,6 +13,7 @@ from planner.telemetry.diagnosis.decision import (
     MOST_OF_EXCESS,
     Answer,
     Decision,
+    confirmed,
     stands,
     undisputed,
 )
@@ -115,3 +116,22 @@ def test_a_claim_must_lead_the_better_of_two_models_without_it(motion, search):
     assert left.alike == ("wear",)
     assert undisputed(search, poor, other, same_log=False) is poor
     assert undisputed(search, poor, named(motion, 1.4)) is poor
+
+
+def test_what_one_reading_of_the_motion_shows_alone_is_not_claimed(motion, search):
+    claim = named(motion, 1.5, "stiction")
+    others = {
+        "the same": (named(motion, 1.6, "stiction"), True),
+        "one that looks the same": (named(motion, 1.6, "wear", wear=("stiction",)), True),
+        "among more": (named(motion, 1.6, "stiction", "wear"), True),
+        "another": (named(motion, 1.6, "wear"), False),
+        "none": (named(motion, 1.6), False),
+    }
+    for what, (other, stays) in others.items():
+        found = confirmed(search, claim, [other])
+        assert found.answer.claims == stays, what
+        assert found.alike == (() if stays else ("stiction",)), what
+        assert not found.complete, what
+    # Nothing is claimed without one.
+    nothing = named(motion, 1.6)
+    assert confirmed(search, nothing, [claim]) is nothing
