@@ -63,9 +63,6 @@ MOST_SPEED_PROFILES = 12
 """Speed profiles until no limit is broken between samples either."""
 MOST_ENDS = 8
 """Places beyond which no yaw leads that are looked for at once."""
-SPEED_REPAIRS = 2
-"""Repairs of one place, other than of the voltage, before another yaw is tried."""
-
 MOST_REFINED, LEFT_ALONE = 4, 1.0
 """Refinements of the yaw at most, and m round a place where one breaks a limit that the next one
 leaves alone."""
@@ -256,7 +253,6 @@ def _at_speed(
     limits = conditions.model.vehicle.limits
     fastest = np.full(len(track.lengths), limits.speed)
     hardest = np.full(len(track.lengths), limits.acceleration)
-    eased = np.zeros(len(track.lengths), np.int64)
     for _ in range(MOST_SPEED_PROFILES):
         check()
         speeds, broken_at = speed_profile(
@@ -271,14 +267,13 @@ def _at_speed(
         broken = broken_limits(field, conditions, motion, finely=True)
         if not broken:
             return motion
-        counted = ease(broken, motion, track, fastest, hardest, eased)
+        hopeless = ease(broken, motion, track, fastest, hardest)
+        if len(hopeless):
+            places = 0.5 * (track.points[hopeless + 1] + track.points[hopeless])
+            x, y = places[0]
+            return broken.at(x, y, places[1:])
         x, y = motion.x[broken.steps[0]], motion.y[broken.steps[0]]
         infeasible = broken.at(x, y)
-        if eased.max() > SPEED_REPAIRS:
-            worst = int(eased.argmax())
-            middle = 0.5 * (track.points[1:] + track.points[:-1])
-            x, y = middle[worst]
-            return broken.at(x, y, middle[counted[counted != worst]])
     return infeasible
 
 

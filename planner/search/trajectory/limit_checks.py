@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from planner.arrays import Array
 from planner.compiled_code import njit
 from planner.power.limits import LIMIT_NAMES, broken_in_results, gear_torques, rms_torques
-from planner.quantities import STANDARD_GRAVITY
+from planner.quantities import INDEX, STANDARD_GRAVITY
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
 from planner.search.limit_places import Infeasible
@@ -43,8 +43,10 @@ ROUNDING = 1e-6
 ALONG = (*LIMIT_NAMES, "acceleration", "yaw rate")
 """Limits that a broken one is a number into."""
 _ACCELERATION, _YAW_RATE = len(LIMIT_NAMES), len(LIMIT_NAMES) + 1
-_MAY_NEED_SPEED = ("voltage", "acceleration", "yaw rate")
-"""Limits that less speed keeps, wherever the body points."""
+CREEPING = 0.1
+"""Share of the speed at which it is seen whether less speed keeps a limit."""
+_SPEEDS = [INDEX[name] for name in ("vx", "vy", "wz")]
+_RATES = [INDEX[name] for name in ("ax", "ay", "yaw_acceleration", "slope_rate")]
 
 
 @dataclass(frozen=True)
@@ -55,26 +57,29 @@ class Broken:
         steps: (n,) of the motion.
         limits: (n,) numbers into ALONG.
         values, allowed: (n,) what is reached there, and the limit; SI.
+        however_slow: (n,) whether creeping evenly breaks a limit as well.
     """
 
     steps: NDArray[np.int64]
     limits: NDArray[np.int64]
     values: Array
     allowed: Array
+    however_slow: NDArray[np.bool_]
 
     def __bool__(self) -> bool:
         return len(self.steps) > 0
 
     def at(self, x: float, y: float, others: Array | None = None) -> Infeasible:
-        """The first of them, as what is in the way at a place and at ``others`` (m, 2)."""
-        name = ALONG[self.limits[0]]
+        """One that no speed keeps, or the first; in the way at a place and at ``others`` (m, 2)."""
+        one = int(self.however_slow.argmax())
+        name = ALONG[self.limits[one]]
         return Infeasible(
             float(x),
             float(y),
             f"the limit of {name} is broken",
             limit=name,
-            value=float(self.values[0]),
-            allowed=float(self.allowed[0]),
+            value=float(self.values[one]),
+            allowed=float(self.allowed[one]),
             others=() if others is None else tuple((float(a), float(b)) for a, b in others),
         )
 
@@ -116,16 +121,28 @@ def _broken_among(
     allowed = np.array([0.0, 0.0, *conditions.limits[1:4]])
     steps, limits = [owner[at]], [numbers[at]]
     reached, most = [values[at, numbers[at]]], [allowed[numbers[at]]]
+    always = [_break_creeping(conditions, rows[at])]
     for number, (rate, limit) in enumerate(motion_rates(conditions, motion), _ACCELERATION):
         at = np.flatnonzero((rate > limit * (1.0 + ROUNDING)) & moving)
         steps.append(at)
         limits.append(np.full(len(at), number))
         reached.append(rate[at])
         most.append(np.full(len(at), limit))
-    joined = [np.concatenate(parts) for parts in (steps, limits, reached, most)]
+        always.append(np.zeros(len(at), np.bool_))
+    joined = [np.concatenate(parts) for parts in (steps, limits, reached, most, always)]
     used = np.zeros(len(moving))
     np.maximum.at(used, owner, limit_shares(conditions, found).max(axis=1))
     return Broken(*joined), used
+
+
+def _break_creeping(conditions: OperatingConditions, rows: Array) -> NDArray[np.bool_]:
+    """Whether the motions of rows (n, columns) break a limit when they are slow and even, too."""
+    if not len(rows):
+        return np.zeros(0, np.bool_)
+    slow = rows.copy()
+    slow[:, _SPEEDS] *= CREEPING
+    slow[:, _RATES] = 0.0
+    return np.asarray(_numbers(conditions.model.power_and_limits(slow), conditions.limits) >= 0)
 
 
 def limit_shares(conditions: OperatingConditions, found: Array) -> Array:
@@ -225,7 +242,6 @@ def ease(
     track: Track,
     fastest: Array,
     hardest: Array,
-    eased: NDArray[np.int64],
 ) -> NDArray[np.int64]:
     """Lower the speed where the voltage does not suffice, else the acceleration.
 
@@ -234,10 +250,9 @@ def ease(
         motion: along ``track``, perhaps with samples of its own.
         track: samples of the path.
         fastest, hardest: (steps of the track,) m/s and m/s², lowered in place.
-        eased: (steps of the track,) repairs that less speed need not help, counted in place.
 
     Returns:
-        steps of the track that were counted.
+        steps of the track at which no speed helps.
     """
     along = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(motion.x), np.diff(motion.y)))])
     ends = np.cumsum(track.lengths)
@@ -250,14 +265,10 @@ def ease(
         broken.steps.tolist(), broken.limits.tolist(), excess.tolist(), strict=True
     ):
         found[step, limit] = max(found.get((step, limit), 0.0), share)
-    counted: set[int] = set()
     for (step, limit), share in found.items():
         place = int(np.searchsorted(ends, 0.5 * (along[step] + along[step + 1])))
         near = slice(max(0, place - 1), place + 2)
         name = ALONG[limit]
-        if name not in _MAY_NEED_SPEED:
-            eased[place] += 1
-            counted.add(place)
         slower, gentler = SPEED_FACTOR, ACCELERATION_FACTOR
         if name in ("acceleration", "yaw rate"):
             # The step's ground is a little shorter than its slope in the middle said.
@@ -267,4 +278,5 @@ def ease(
             fastest[near] = np.minimum(fastest[near], slower * speed[step])
         else:
             hardest[near] = np.minimum(hardest[near], gentler * change[step])
-    return np.array(sorted(counted), np.int64)
+    hopeless = broken.steps[broken.however_slow]
+    return np.unique(np.searchsorted(ends, 0.5 * (along[hopeless] + along[hopeless + 1])))

@@ -56,3 +56,24 @@ def test_a_close_look_where_a_limit_is_near_finds_all_that_one_everywhere_does(s
         found = broken_along(field, stricter, motion, finely=True)
         beyond = owner[fine[:, column_of_results] > limits[number]]
         assert {*found.steps.tolist()} == {*beyond.tolist()} != set()
+
+
+def test_less_speed_is_no_remedy_where_creeping_breaks_the_limit_as_well() -> None:
+    """On level ground acceleration takes the torque; on a slope most of it is the slope's."""
+    asked = {"start": {"x": 3.0, "y": 4.0}, "goal": {"x": 9.0, "y": 4.0}}
+    path = np.array([[3.0, 4.0], [9.0, 4.0]])
+    x = 0.25 * np.tile(np.arange(60.0), (60, 1))
+    for rise, helpless in ((0.0, False), (0.15, True)):
+        situation = case_of("test", asked, terrain(rise * x)).situation
+        field, conditions = situation.field("energy"), situation.conditions
+        motion = move(field, conditions, [path], [0.0, 0.0], objective=0, checked=False)
+        assert isinstance(motion, Motion)
+        pieces = coarse_pieces(field, motion)
+        rows, _, _ = motion_rows(field, motion, conditions.class_rows, conditions.wind, pieces)
+        torque = conditions.model.power_and_limits(rows)[:, 4]
+        limits = conditions.limits.copy()
+        limits[3] = 0.5 * float(np.median(torque)) if helpless else 0.9 * float(torque.max())
+        broken = broken_along(field, replace(conditions, limits=limits), motion)
+        assert broken
+        assert broken.however_slow.any() == helpless
+        assert broken.at(3.0, 4.0).limit == "torque peak"
