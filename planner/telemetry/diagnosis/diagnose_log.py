@@ -124,7 +124,11 @@ def diagnose_source(
     source = best_reading(source, start)
     decided = _decided(source, start, extra, watch)
     if source.steady_rows != usual.steady_rows and any(one.answer.claims for _, one in decided):
-        others = [decision for _, decision in _decided(usual, start, extra, watch)]
+
+        def again(share: float, said: str) -> None:
+            watch(0.9 + 0.1 * share, f"{said}, in the usual reading")
+
+        others = [decision for _, decision in _decided(usual, start, extra, again)]
         decided = [(found, confirmed(found, decision, others)) for found, decision in decided]
     reports = [_report(source, start, found, decision) for found, decision in decided]
     return reports[0] if len(reports) == 1 else more_credible(*reports)
