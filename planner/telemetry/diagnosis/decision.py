@@ -30,6 +30,7 @@ from planner.telemetry.estimation import Fit
 from planner.telemetry.evidence import Examination
 from planner.telemetry.holdout import (
     LinearHeldout,
+    heldout_residual,
     rms,
     supports,
 )
@@ -161,7 +162,7 @@ def decide(found: Found, floor: Array) -> Decision:
         and stands(best.left, formula.judged, expected)
     ):
         best = formula
-    if best.claims and not stands(before, best.judged, expected):
+    if best.claims and (not stands(before, best.judged, expected) or _misleads(found, best, floor)):
         # Held-out runs show it, beside more that it does not explain.
         alike = alike or tuple(member.name for member in best.members)
         best = nothing
@@ -171,6 +172,18 @@ def decide(found: Found, floor: Array) -> Decision:
         left = unexplained_by(log, before, floor, found.base.watts) if tried else left_by_nothing
     near = _near(log, before, best, left, floor)
     return Decision(best, before, floor, left, searched, alike, tried, near)
+
+
+def _misleads(found: Found, answer: Answer, floor: Array) -> bool:
+    """Whether who adopts the answer, and leaves the data sheet as it is, predicts new runs worse.
+
+    Usual errors, and how a robot stands on a slope, may explain what a claim makes worse. Its
+    model is used without them.
+    """
+    without, adopted = (
+        rms(counted(heldout_residual(found.log, fit), floor)) for fit in (found.base, answer.fit)
+    )
+    return adopted > without
 
 
 def undisputed(
