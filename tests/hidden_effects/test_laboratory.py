@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from planner import diagnose
 from planner.power.vehicles import load_vehicle
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.virtual import VirtualRobot
@@ -166,3 +167,12 @@ def test_a_page_keeps_one_section(tmp_path: Path) -> None:
     text = page.read_text(encoding="utf-8")
     assert text.startswith("# Page\n\nTidy logs.\n")
     assert text.count(HEADING) == 1
+
+
+def test_nothing_is_named_that_raises_the_error_of_who_adopts_it(tmp_path: Path) -> None:
+    """Nothing is hidden here; stiction lowers only what usual errors of the robot leave."""
+    log = draw("none", "", 8256, "validation", tmp_path)
+    found = diagnose(log.path, str(log.sheet), mapping=log.mapping)
+    assert "stiction" in [one.effect for one in found.candidates]
+    assert found.selected == ()
+    assert found.after.heldout_rmse_w <= found.baseline.heldout_rmse_w
