@@ -10,6 +10,7 @@ at the faster end of a ramp a motor needs more voltage.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -33,9 +34,9 @@ FINEST_SECONDS = 0.015
 NEAR_A_LIMIT = 0.85
 """Share of a limit from which it is near. Samples leave out a ninth of a step at either end; there
 a motor that speeds up evenly from rest needs an eighth more voltage."""
-SPEED_FACTOR, ACCELERATION_FACTOR = 0.94, 0.75
-"""Factors on the speed, and on the acceleration, where a limit was broken: with twelve repairs they
-reach half the speed and a thirtieth of the acceleration."""
+MOST_KEPT, LEAST_KEPT = 0.98, 0.4
+"""Largest and least factor on the speed, or on the acceleration, where a limit was broken: what it
+takes is read off the same motion creeping, and that is an estimate."""
 STEADY_SHARE = 0.02
 """Share of the largest acceleration below which the speed is eased instead."""
 ROUNDING = 1e-6
@@ -45,6 +46,8 @@ ALONG = (*LIMIT_NAMES, "acceleration", "yaw rate")
 _ACCELERATION, _YAW_RATE = len(LIMIT_NAMES), len(LIMIT_NAMES) + 1
 CREEPING = 0.1
 """Share of the speed at which it is seen whether less speed keeps a limit."""
+_RESULT = np.array([1, 5, 2, 3, 4])
+"""Columns of a row's results by limit: least load, traction left, current, voltage, torque."""
 _SPEEDS = [INDEX[name] for name in ("vx", "vy", "wz")]
 _RATES = [INDEX[name] for name in ("ax", "ay", "yaw_acceleration", "slope_rate")]
 
@@ -58,6 +61,8 @@ class Broken:
         limits: (n,) numbers into ALONG.
         values, allowed: (n,) what is reached there, and the limit; SI.
         however_slow: (n,) whether creeping evenly breaks a limit as well.
+        kept: (n,) share of what speed and acceleration add to the value there that the limit leaves
+            room for.
     """
 
     steps: NDArray[np.int64]
@@ -65,6 +70,7 @@ class Broken:
     values: Array
     allowed: Array
     however_slow: NDArray[np.bool_]
+    kept: Array
 
     def __bool__(self) -> bool:
         return len(self.steps) > 0
@@ -116,12 +122,14 @@ def _broken_among(
     numbers = _numbers(found, conditions.limits)
     moving = np.hypot(np.diff(motion.x), np.diff(motion.y)) > 1e-9
     at = np.flatnonzero((numbers >= 0) & moving[owner])
-    # Of a row: watts, least load, current, voltage, torque, share of traction left.
-    values = found[:, [1, 5, 2, 3, 4]]
     allowed = np.array([0.0, 0.0, *conditions.limits[1:4]])
     steps, limits = [owner[at]], [numbers[at]]
-    reached, most = [values[at, numbers[at]]], [allowed[numbers[at]]]
-    always = [_break_creeping(conditions, rows[at])]
+    reached, most = [found[at, _RESULT[numbers[at]]]], [allowed[numbers[at]]]
+    creeping = _creeping(conditions, rows[at])
+    always = [_numbers(creeping, conditions.limits) >= 0]
+    slow = creeping[np.arange(len(at)), _RESULT[numbers[at]]]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        kept = [np.nan_to_num(np.clip((most[0] - slow) / (reached[0] - slow), 0.0, 1.0))]
     for number, (rate, limit) in enumerate(motion_rates(conditions, motion), _ACCELERATION):
         at = np.flatnonzero((rate > limit * (1.0 + ROUNDING)) & moving)
         steps.append(at)
@@ -129,20 +137,19 @@ def _broken_among(
         reached.append(rate[at])
         most.append(np.full(len(at), limit))
         always.append(np.zeros(len(at), np.bool_))
-    joined = [np.concatenate(parts) for parts in (steps, limits, reached, most, always)]
+        kept.append(limit / rate[at])
+    joined = [np.concatenate(parts) for parts in (steps, limits, reached, most, always, kept)]
     used = np.zeros(len(moving))
     np.maximum.at(used, owner, limit_shares(conditions, found).max(axis=1))
     return Broken(*joined), used
 
 
-def _break_creeping(conditions: OperatingConditions, rows: Array) -> NDArray[np.bool_]:
-    """Whether the motions of rows (n, columns) break a limit when they are slow and even, too."""
-    if not len(rows):
-        return np.zeros(0, np.bool_)
+def _creeping(conditions: OperatingConditions, rows: Array) -> Array:
+    """``PowerModel.power_and_limits`` of rows (n, columns) when they are slow and even."""
     slow = rows.copy()
     slow[:, _SPEEDS] *= CREEPING
     slow[:, _RATES] = 0.0
-    return np.asarray(_numbers(conditions.model.power_and_limits(slow), conditions.limits) >= 0)
+    return conditions.model.power_and_limits(slow)
 
 
 def limit_shares(conditions: OperatingConditions, found: Array) -> Array:
@@ -259,21 +266,22 @@ def ease(
     most = float(hardest.max())
     speed = np.maximum(motion.speed[1:], motion.speed[:-1])
     change = np.abs(np.diff(motion.speed)) / np.diff(motion.time)
-    excess = broken.values / np.maximum(broken.allowed, 1e-12)
     found: dict[tuple[int, int], float] = {}
     for step, limit, share in zip(
-        broken.steps.tolist(), broken.limits.tolist(), excess.tolist(), strict=True
+        broken.steps.tolist(), broken.limits.tolist(), broken.kept.tolist(), strict=True
     ):
-        found[step, limit] = max(found.get((step, limit), 0.0), share)
+        found[step, limit] = min(found.get((step, limit), 1.0), share)
     for (step, limit), share in found.items():
         place = int(np.searchsorted(ends, 0.5 * (along[step] + along[step + 1])))
         near = slice(max(0, place - 1), place + 2)
         name = ALONG[limit]
-        slower, gentler = SPEED_FACTOR, ACCELERATION_FACTOR
+        kept = min(max(share, LEAST_KEPT), MOST_KEPT)
+        # What a motor and a wheel take of a bend goes with the square of the speed.
+        slower, gentler = kept if name == "voltage" else math.sqrt(kept), kept
         if name in ("acceleration", "yaw rate"):
             # The step's ground is a little shorter than its slope in the middle said.
-            slower = gentler = (1.0 - 1e-3) / share
-        bends = name == "acceleration" and change[step] < 0.5 * share * most
+            slower = gentler = (1.0 - 1e-3) * share
+        bends = name == "acceleration" and change[step] < 0.5 / share * most
         if name in ("voltage", "yaw rate") or bends or change[step] < STEADY_SHARE * most:
             fastest[near] = np.minimum(fastest[near], slower * speed[step])
         else:

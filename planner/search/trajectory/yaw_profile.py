@@ -44,6 +44,9 @@ STEEP, SPARSE = 0.9, 0.5
 """Share of the slope limit above which every sample is a waypoint of the yaw, where waypoints lie
 more than so many cells, and two samples, apart: few angles can be driven there, and other ones half
 a cell on."""
+ALIKE = 1e-3
+"""Share by which slope limits of both ends of the body may differ and still count as the same: they
+are bisected to less."""
 CLOSEST_WAYPOINTS = 0.2
 """m between two waypoints at least where there is room."""
 
@@ -102,12 +105,8 @@ def yaw_profile(
     places, after = track.points[at], np.minimum(at, len(steps.lengths) - 1)
     free, shift = _free_states(field, places, directions, crowded[at])
     _add_crab_angles(field, places, at, directions, steps, crowded[at], free, shift)
-    for x, y, angle in shut:
-        apart = np.hypot(*(places - (x, y)).T)
-        if apart.min() <= track.lengths.max():
-            k = int(apart.argmin())
-            near = _state(angle, directions[k]) + np.arange(-1, 2)
-            free[max(0, k - 1) : k + 2, near % STATES] = False
+    if shut:
+        _leave_out(shut, places, directions, float(track.lengths.max()), _ends_alike(field), free)
     gentle = gentle_slope(field)
     ends = (0, start_yaw), (-1, goal_yaw)
     asked = [(row, _state(yaw, directions[row])) for row, yaw in ends if yaw is not None]
@@ -152,6 +151,35 @@ def yaw_profile(
         if states[-2] == states[-1]:
             before[-1] = goal_yaw
     return _at_samples(track, at, before, after, cost)
+
+
+def _leave_out(
+    shut: Sequence[tuple[float, float, float]],
+    places: Array,
+    directions: Array,
+    near: float,
+    ends_alike: bool,
+    free: NDArray[np.bool_],
+) -> None:
+    """Close angles that broke a limit, where a waypoint is at most ``near`` m away.
+
+    Where the ends of the body are alike, the other one would break it as well.
+    """
+    for x, y, angle in shut:
+        apart = np.hypot(*(places - (x, y)).T)
+        if apart.min() > near:
+            continue
+        k = int(apart.argmin())
+        beside = _state(angle, directions[k]) + np.arange(-1, 2)
+        if ends_alike:
+            beside = np.append(beside, beside + STATES // 2)
+        free[max(0, k - 1) : k + 2, beside % STATES] = False
+
+
+def _ends_alike(field: CostField) -> bool:
+    """Whether slope limits are the same after half a turn of the body."""
+    turned = np.roll(field.yaw_limit, STATES // 2, axis=1)
+    return bool(np.allclose(field.yaw_limit, turned, rtol=ALIKE))
 
 
 def _stride(at: NDArray[np.int64], steepness: Array, gentle: float) -> NDArray[np.int64]:

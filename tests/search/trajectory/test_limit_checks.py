@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from planner import plan_route
+from planner.quantities import INDEX
 from planner.search.trajectory import Motion, motion_rows, move
 from planner.search.trajectory.limit_checks import broken_limits as broken_along
 from planner.search.trajectory.limit_checks import coarse_pieces, fine_pieces
@@ -77,3 +78,24 @@ def test_less_speed_is_no_remedy_where_creeping_breaks_the_limit_as_well() -> No
         assert broken
         assert broken.however_slow.any() == helpless
         assert broken.at(3.0, 4.0).limit == "torque peak"
+
+
+def test_easing_by_what_is_kept_comes_to_the_limit() -> None:
+    """On level ground torque is linear in the acceleration: so much of it, and the limit is met."""
+    asked = {"start": {"x": 3.0, "y": 4.0}, "goal": {"x": 9.0, "y": 4.0}}
+    path = np.array([[3.0, 4.0], [9.0, 4.0]])
+    situation = case_of("test", asked, terrain(np.zeros((60, 60)))).situation
+    field, conditions = situation.field("energy"), situation.conditions
+    motion = move(field, conditions, [path], [0.0, 0.0], objective=0, checked=False)
+    assert isinstance(motion, Motion)
+    pieces = coarse_pieces(field, motion)
+    rows, _, _ = motion_rows(field, motion, conditions.class_rows, conditions.wind, pieces)
+    torque = conditions.model.power_and_limits(rows)[:, 4]
+    limits = conditions.limits.copy()
+    limits[3] = 0.5 * (np.median(torque) + torque.max())
+    broken = broken_along(field, replace(conditions, limits=limits), motion)
+    kept = float(broken.kept.min())
+    assert 0.1 < kept < 0.9
+    rows[:, [INDEX[name] for name in ("ax", "ay")]] *= kept
+    eased = conditions.model.power_and_limits(rows)[:, 4].max()
+    assert eased == pytest.approx(limits[3], rel=0.03)

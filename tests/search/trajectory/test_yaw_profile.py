@@ -8,6 +8,8 @@ import pytest
 from planner.quantities import INDEX
 from planner.search.trajectory import Motion, motion_rows, move
 from planner.search.trajectory.limit_checks import coarse_pieces
+from planner.search.trajectory.track import lay_track, steps_of
+from planner.search.trajectory.yaw_profile import YawProfile, yaw_profile
 from tests.benchmarks.peers.case import case_of
 from tests.search.maps import hills, terrain
 
@@ -38,3 +40,32 @@ def test_no_speed_is_needed_that_the_yaw_does_not_allow(seed: int, scale: float)
     assert left.min() < 0.1, "nothing is near the limit"
     assert left.min() > -TABLES_OFF
     assert (left < 0.0).mean() < 1e-3
+
+
+@pytest.mark.parametrize("alike", [True, False])
+def test_an_angle_that_broke_a_limit_is_left_with_its_opposite(alike: bool) -> None:
+    """Where both ends of a robot keep the same limits, half a turn is no remedy; else it is one."""
+    asked = {"start": {"x": 3.0, "y": 4.0}, "goal": {"x": 9.0, "y": 4.0}}
+    situation = case_of("test", asked, terrain(np.zeros((60, 60)))).situation
+    field, conditions = situation.field("energy"), situation.conditions
+    if not alike:
+        yaw_limit = field.yaw_limit.copy()
+        yaw_limit[:, : yaw_limit.shape[1] // 2] *= 1.1
+        field = field._replace(yaw_limit=yaw_limit)
+    legs = [np.array([[3.0, 4.0], [9.0, 4.0]])]
+    track = lay_track(field, legs, spacing=0.1, speed=0.7, acceleration=0.5)
+    settings = {"objective": 0, "start_yaw": None, "goal_yaw": None, "beside": 1}
+    settings["most_waypoints"] = 240
+    steps = steps_of(field, track)
+    plain = yaw_profile(conditions, field, track, steps, **settings)
+    assert isinstance(plain, YawProfile)
+    number = int(np.hypot(*(track.points - (6.0, 4.0)).T).argmin())
+    angle = float(plain.leaving[number])
+    shut = [(*track.points[number], angle)]
+    other = yaw_profile(conditions, field, track, steps, shut=shut, **settings)
+    assert isinstance(other, YawProfile)
+    turned = (other.leaving[number] - angle + 0.5 * np.pi) % np.pi - 0.5 * np.pi
+    if alike:
+        assert abs(turned) > np.radians(8.0)
+    else:
+        assert abs(turned) < 1e-9
