@@ -1,11 +1,12 @@
 """What to do where a path cannot be driven: strategies, each of which searches more cautiously.
 
-    caution = first_caution(run, ANSWERS)
-    caution = next_caution(run, caution, attempt)      # None where nothing is left to try
+    caution = first_caution(run, field, patient=True)
+    caution = next_caution(caution, attempt)           # None where nothing is left to try
 
 A speed that breaks a limit on a bend asks for another place or for less steep ground. A body that
 cannot turn in time, or only at much cost, asks for paths with more room. Motors that get too warm
-ask for paths with less ground on which they give more than their continuous torque.
+ask for paths with less ground on which they give more than their continuous torque, and then past
+the places where they are warmest.
 """
 
 from __future__ import annotations
@@ -113,11 +114,12 @@ def cooler_ground(caution: Caution, attempt: Attempt) -> Caution | None:
 
 
 def past_the_place(caution: Caution, attempt: Attempt) -> Caution | None:
-    """A penalty near the places where a limit is broken: another path past them may do."""
+    """A penalty near the places where a limit is broken: another path past them may do.
+
+    Motors that are too warm by a few per cent cool down on a short way round.
+    """
     infeasible = attempt.infeasible
-    if infeasible is None or infeasible.too_warm:
-        return None
-    if infeasible.for_want_of_room or not caution.places_left:
+    if infeasible is None or infeasible.for_want_of_room or not caution.places_left:
         return None
     factor = caution.factor * _penalty_near(attempt.field, infeasible)
     return replace(caution, factor=factor, places_left=caution.places_left - 1)

@@ -16,6 +16,7 @@ from planner.search.situation import situation_of
 from planner.search.solve.pipeline import Attempt
 from planner.search.solve.recovery import (
     CLEARANCE_PENALTIES,
+    HEAT_WEIGHTS,
     PENALISED_PLACES,
     SLOPE_MARGINS,
     first_caution,
@@ -27,6 +28,7 @@ from planner.search.solve.recovery import (
 from tests.search.maps import drawn, hills, terrain
 
 STEEP = Infeasible(6.0, 5.0, "the limit of torque is broken")
+WARM = Infeasible(6.0, 5.0, "motors give 1.04 times their continuous torque", limit="torque rms")
 TIGHT = Infeasible(6.0, 5.0, "the body touches something", True)
 
 
@@ -61,6 +63,21 @@ def test_a_broken_limit_asks_for_another_place_and_then_for_gentler_slopes(open_
             assert caution.places_left == left
             caution = next_caution(caution, broken)
     assert caution is None
+
+
+def test_motors_too_warm_ask_for_cooler_ground_everywhere_and_then_past_the_place(open_ground):
+    """Less of the slope limit would be no remedy: on every slope they get as warm in the end."""
+    caution, attempt = first_of(open_ground)
+    at = attempt.field.nodes_at((6.0, 5.0))
+    warm = replace(attempt, infeasible=WARM)
+    for _ in HEAT_WEIGHTS:
+        caution = next_caution(caution, warm)
+    for left in range(PENALISED_PLACES - 1, -1, -1):
+        before = caution.factor[at] if caution.factor.size > 1 else 1.0
+        caution = next_caution(caution, warm)
+        assert (caution.places_left, caution.slope_margins) == (left, SLOPE_MARGINS)
+        assert caution.factor[at] == 2.0 * before
+    assert next_caution(caution, warm) is None
 
 
 def test_all_places_of_a_path_get_their_penalty_at_once(open_ground):
