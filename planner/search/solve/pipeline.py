@@ -38,7 +38,7 @@ WITH_YAW = {2.0: (1.0,), 4.0: (1.0,)}
 NEARLY = 0.01
 """Share by which a rough motion may take more than the best closely driven one, and its path still
 be driven closely: rough motions scatter by about that much. A route disappoints beyond it."""
-DESCENDED, MOST_SAVED = 3, 0.015
+DESCENDED, MOST_SAVED = 3, 0.025
 """Sketches whose waypoints are moved at most, and the share of what a trajectory dissipates that
 this may save: a sketch that takes more than that in addition is left alone."""
 

@@ -1,6 +1,6 @@
 """Waypoint descent: moves the waypoints of a path while its motion gets cheaper.
 
-    better = optimise_waypoints(field, conditions, legs, yaws, steps=DESCENT_STEPS)
+    better = optimise_waypoints(field, conditions, legs, yaws)
     better.legs, better.energy
 
 Smoothing counts metres, each with the cheapest yaw there. On bends the body cannot turn that way,
@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -38,8 +38,11 @@ from planner.search.waypoints.path_smoothing import resample
 Task = Callable[[], "Driven"]
 Both = Callable[[Sequence[Task]], list["Driven"]]
 
-DESCENT_STEPS = (1.0, 0.5)
-"""Cells by which waypoints are moved, round after round, where no time is given."""
+FIRST_STEP, LAST_STEP, MOST_REPEATS = 1.0, 0.5, 8
+"""Cells by which waypoints are moved at first and at last, and rounds at most, where no steps are
+given: the step stays while it pays, and halves then."""
+PAYS = 0.003
+"""Share of what a motion dissipates that a round has to save to be repeated."""
 WAYPOINT_SPACING = 24.0
 """Cells from one waypoint to the next at most; closer ones make bends that cost more."""
 MOST_STEPS = 2.0
@@ -81,7 +84,7 @@ def optimise_waypoints(
     legs: Sequence[Array],
     yaws: Sequence[Wanted],
     *,
-    steps: Iterable[float] = DESCENT_STEPS,
+    steps: Iterable[float] | None = None,
     spacing: float = WAYPOINT_SPACING,
     both: Both | None = None,
     check: Callable[[], None] = lambda: None,
@@ -91,6 +94,7 @@ def optimise_waypoints(
     Args:
         field, conditions, legs, yaws: as for ``planner.search.trajectory.drive.move``.
         steps: by how many cells waypoints are moved, round after round; may end whenever it likes.
+            None goes on while that pays.
         spacing: cells from one waypoint to the next, at most.
         both: works out several motions, two at once where there is another core.
         check: called between motions; may raise to stop.
@@ -120,6 +124,7 @@ def optimise_waypoints(
     best = driven(waypoints)
     if best.motion is None or not free.any():
         return best
+    steps = steps or while_it_pays(lambda: best)
     for step in steps:
         across = step * cell * _normals(waypoints)
         shift = np.zeros(len(waypoints))
@@ -138,6 +143,18 @@ def optimise_waypoints(
                 best, waypoints = found, places
                 break
     return best
+
+
+def while_it_pays(best: Callable[[], Driven]) -> Iterator[float]:
+    """Steps in cells; ``best`` gives the best motion found by then."""
+    step = FIRST_STEP
+    for _ in range(MOST_REPEATS):
+        before = best().energy
+        yield step
+        if before - best().energy < PAYS * best().dissipated:
+            step *= 0.5
+            if step < LAST_STEP:
+                return
 
 
 def worth_optimising(dissipated: float, metres: float) -> bool:

@@ -122,3 +122,27 @@ def test_no_waypoint_is_optimised_once_the_caller_wants_to_stop(hilly):
         optimise_waypoints.optimise_waypoints(
             field, situation.conditions, [np.array([[3.0, 3.0], [20.0, 6.0]])], FREE, check=stop
         )
+
+
+def steps_while(saved: list[float]) -> list[float]:
+    """Steps where rounds save so many J, one after the other, of 100 J that are dissipated."""
+    spent = np.array([0.0, 100.0])
+    energy, steps = 100.0, []
+
+    def best():
+        return optimise_waypoints.Driven((), energy=energy, spent=spent)
+
+    for step in optimise_waypoints.while_it_pays(best):
+        energy -= saved[len(steps)]
+        steps.append(step)
+    return steps
+
+
+def test_steps_stay_while_they_pay_and_halve_then():
+    """The second round saves a tenth of a per cent, and so does the third."""
+    assert steps_while([1.0, 0.1, 0.1, 5.0]) == [1.0, 1.0, 0.5]
+    assert steps_while([0.1, 1.0, 0.1, 5.0]) == [1.0, 0.5, 0.5]
+
+
+def test_steps_end_however_much_they_save():
+    assert 5 <= len(steps_while([5.0] * 30)) < 20
