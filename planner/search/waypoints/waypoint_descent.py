@@ -38,8 +38,8 @@ from planner.search.waypoints.path_smoothing import resample
 Task = Callable[[], "Driven"]
 Both = Callable[[Sequence[Task]], list["Driven"]]
 
-FIRST_STEP, LAST_STEP, MOST_REPEATS = 1.0, 0.5, 8
-"""Cells by which waypoints are moved at first and at last, and rounds at most, where no steps are
+LARGEST_MOVE, LEAST_MOVE, MOST_REPEATS = 1.0, 0.5, 8
+"""Cells by which waypoints are moved at most and at least, and rounds at most, where no steps are
 given: the step stays while it pays, and halves then."""
 PAYS = 0.003
 """Share of what a motion dissipates that a round has to save to be repeated."""
@@ -147,13 +147,13 @@ def optimise_waypoints(
 
 def while_it_pays(best: Callable[[], Driven]) -> Iterator[float]:
     """Steps in cells; ``best`` gives the best motion found by then."""
-    step = FIRST_STEP
+    step = LARGEST_MOVE
     for _ in range(MOST_REPEATS):
         before = best().energy
         yield step
         if before - best().energy < PAYS * best().dissipated:
             step *= 0.5
-            if step < LAST_STEP:
+            if step < LEAST_MOVE:
                 return
 
 
