@@ -69,14 +69,17 @@ def _sampled(run: Run) -> Found:
         iterations=sum(one.iterations for one in runs),
         edges_evaluated=sum(one.evaluations for one in runs),
     )
+    spent = f"{summary.iterations} iterations"
+    if iterations is None:
+        spent = f"{asked.time_budget_s:g} s"
+    nothing = f"{asked.planner} found nothing in {spent}"
     if len(paths) < len(legs):
-        spent = f"{summary.iterations} iterations"
-        if iterations is None:
-            spent = f"{asked.time_budget_s:g} s"
-        reason = f"{asked.planner} found nothing in {spent}; least-energy searches exhaustively"
-        return Found(summary, reason=reason)
+        return Found(summary, reason=f"{nothing}; least-energy searches exhaustively")
     run.step(0.6, "smoothing, yaw, speed")
-    return best_along(run, paths, replace(summary, path_cost=sum(one.cost for one in runs)))
+    best = best_along(run, paths, replace(summary, path_cost=sum(one.cost for one in runs)))
+    if best.candidate is None:
+        return replace(best, reason=f"{nothing} that can be driven: {best.reason}")
+    return best
 
 
 def _ended(path: Array, start: tuple[float, float], goal: tuple[float, float]) -> Array:

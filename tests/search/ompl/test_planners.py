@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from planner import plan_route
 from planner.errors import Cancelled, RequestError
+from planner.power.model import PowerModel
+from planner.power.vehicles import load_vehicle
 from planner.search.ompl.sampling import SAMPLERS
 from tests.search.maps import terrain
 from tests.search.ompl.problems import ENDS, RELIEF
@@ -58,6 +61,26 @@ def test_a_sampler_that_finds_nothing_says_so():
     assert answer.status == "no_route"
     assert "found nothing in 0.3 s" in answer.reason
     assert answer.planner.status in ("Timeout", "Approximate solution")
+
+
+def test_a_path_that_cannot_be_driven_counts_as_nothing_found():
+    """A climb of 6 m at 19° is within the peak torque, and too long for motors that warm in 1 s."""
+    x = 0.25 * np.arange(96)
+    climb = np.repeat(np.tan(np.radians(19.0)) * np.clip(x - 9.0, 0.0, 6.0)[None, :], 40, axis=0)
+    vehicle = load_vehicle("minibalance")
+    warming = replace(vehicle, limits=replace(vehicle.limits, thermal_time=1.0))
+    answer = plan_route(
+        terrain=terrain(climb),
+        model=PowerModel.from_vehicle(warming),
+        start={"x": 6.0, "y": 5.0},
+        goal={"x": 18.0, "y": 5.0},
+        planner="bit*",
+        iterations=300,
+    )
+    assert answer.status == "no_route"
+    assert answer.reason.startswith("bit* found nothing in")
+    assert "that can be driven: " in answer.reason
+    assert answer.cause["limit"] == "torque rms"
 
 
 def test_who_cancels_ends_the_process_that_samples():
