@@ -98,6 +98,8 @@ def table(path: Path = TABLE) -> list[Constant]:
 
 
 def _tuples(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {float(key): _tuples(one) for key, one in value.items()}
     return tuple(map(_tuples, value)) if isinstance(value, list) else value
 
 

@@ -29,7 +29,7 @@ from planner.search.resolution import ALL_YAWS, DIRECTIONS, GENTLE
 from planner.terrain.footprint import middle_fits
 from planner.terrain.interpolation import interpolate
 
-VARIANTS = {4.0: (1.0,), 8.0: (1.0, 0.1)}
+VARIANTS = {4.0: (1.0,), 8.0: (1.0, 0.1), 12.0: (1.0, 0.1)}
 """Shares of the corner penalty by the distance of waypoints in cells; driving them decides. Close
 waypoints bend around obstacles, distant ones stay smooth, evenly curved paths turn cheaply."""
 MOST_SKIPPED, LONG_PATH = 30, 500
