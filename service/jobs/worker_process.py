@@ -108,5 +108,5 @@ class WorkerProcess:
         with self._lock:
             if not self._killed:
                 self._process.start()
-                # So that the connection ends with the process.
-                self._theirs.close()
+            # So that the connection ends with the process, or at once where it was killed before.
+            self._theirs.close()

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import asyncio
+import multiprocessing
 import os
 import signal
 import statistics
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
@@ -17,7 +19,9 @@ from typing import Any
 import pytest
 
 from planner.errors import MapError
+from planner.progress import silent
 from service.jobs import WorkerPool
+from service.jobs.worker_process import WorkerProcess
 from service.problems import Busy, TookTooLong, WorkerLost
 from tests.service.jobs.processes import WORKER, process_exists, run, until
 
@@ -32,6 +36,26 @@ async def pool(**changes: Any) -> AsyncIterator[WorkerPool]:
         yield made
     finally:
         await made.stop()
+
+
+def test_a_process_killed_before_its_first_job_is_lost_at_once() -> None:
+    """Its job waited for ever where nobody was left at the other end of the connection."""
+    context = multiprocessing.get_context("forkserver")
+    worker = WorkerProcess(context, WORKER, memory_limit_mb=4096, cache_mb=64)
+    worker.kill()
+    lost: list[type[BaseException]] = []
+
+    def carry_out() -> None:
+        try:
+            worker.carry_out("add_one", time.monotonic(), (), silent)
+        except WorkerLost as error:
+            lost.append(type(error))
+
+    thread = threading.Thread(target=carry_out, daemon=True)
+    thread.start()
+    thread.join(20.0)
+    assert lost == [WorkerLost]
+    worker.end()
 
 
 def test_a_process_serves_many_jobs() -> None:
