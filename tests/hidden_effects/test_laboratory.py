@@ -53,6 +53,15 @@ def test_row_means_hold_the_energy_of_the_bins() -> None:
     assert rows.mean() == pytest.approx(watts.mean(), rel=1e-12)
 
 
+@pytest.mark.parametrize("window", [0.0, 0.05])
+def test_a_late_meter_begins_with_the_first_power(window: float) -> None:
+    watts = np.concatenate([np.full(100, 6.0), np.full(100, 2.0)])
+    times = np.arange(1, 41) * 0.05
+    late = sampled(watts, 0.01, times - 0.12, window)
+    assert late[:10] == pytest.approx(6.0)
+    assert late[-10:] == pytest.approx(2.0)
+
+
 def test_a_slow_meter_repeats_its_last_reading() -> None:
     held = held_times(np.array([0.9, 1.0, 1.49, 1.5]), 0.5, 0.0)
     assert held.tolist() == [0.5, 1.0, 1.0, 1.5]

@@ -292,14 +292,20 @@ def filtered(values: Array, step: float, time_constant: float) -> Array:
 
 
 def sampled(values: Array, step: float, at: Array, window: float) -> Array:
-    """Means over the ``window`` s before every time ``at``, or the values there for no window."""
+    """Means over the ``window`` s before every time ``at``, or the values there for no window.
+
+    Before the first and after the last value these go on: a late meter shows no zeros at first.
+    """
     edges = np.arange(len(values) + 1) * step
     if window <= 0.0:
         return np.interp(at, edges[:-1] + 0.5 * step, values)
     total = np.concatenate([[0.0], np.cumsum(values) * step])
-    start = np.maximum(at - window, 0.0)
-    length = np.maximum(at - start, 1e-9)
-    return (np.interp(at, edges, total) - np.interp(start, edges, total)) / length
+
+    def integral(time: Array) -> Array:
+        before, after = np.minimum(time, 0.0), np.maximum(time - edges[-1], 0.0)
+        return np.asarray(np.interp(time, edges, total) + before * values[0] + after * values[-1])
+
+    return (integral(at) - integral(at - window)) / window
 
 
 def held_times(at: Array, period: float, phase: float) -> Array:
