@@ -12,6 +12,7 @@ little (tests/telemetry/holdout/test_cross_validation.py compares it with such f
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -37,6 +38,12 @@ of the gain makes their scatter as large as their sum."""
 CLAIMED_RATIO = 0.98
 """Held-out error of a fit over that of the vehicle as stated, above which the fit is refused.
 Smaller differences are scatter between choices of the held-out runs."""
+ASKED_Z = 3.0
+"""Standard errors by which the residual asks for a part that a vehicle does not state, beyond what
+its narrow prior lets a fit give it, from which a fit with a wide one is tried."""
+PART = 0.1
+"""Share of the mean power that such a part then begins at, which makes its prior wide in any unit.
+"""
 LEAST_FALL, LEAST_FORMULA_FALL = 0.016, 0.03
 """Share of the held-out error that an effect or a sensor's error must take off, and that a formula
 must take off the best answer without it: a formula chooses its shape as well."""
@@ -56,7 +63,8 @@ def base_fit(log: Telemetry, start: PowerModel, *, rowwise: bool = False) -> Fit
     """The model fitted to a log, or as stated where that predicts held-out runs better.
 
     A log whose power is delayed or filtered can bend a fit far away from the robot. Runs that it
-    has not seen show that. The model as stated has seen none.
+    has not seen show that. The model as stated has seen none. They also say whether the robot has
+    a part of the base model that the vehicle does not state.
 
     Args:
         log: the rows.
@@ -68,9 +76,40 @@ def base_fit(log: Telemetry, start: PowerModel, *, rowwise: bool = False) -> Fit
     """
     fitted = fit(log, start, rowwise=rowwise)
     error, stated = heldout_rmse(log, fitted), rms(log.power - predict(start, log))
+    for opened in _with_parts(log, start, fitted):
+        other = fit(log, opened, rowwise=rowwise)
+        if (less := heldout_rmse(log, other)) < CLAIMED_RATIO * error:
+            fitted, error = other, less
     if CLAIMED_RATIO * error <= stated:
         return fitted
     return replace(fit(log, start, free=()), refused=RefusedFit(error, stated))
+
+
+def _with_parts(log: Telemetry, start: PowerModel, fitted: Fit) -> Iterator[PowerModel]:
+    """The start, each time with one part that it states as none and that the residual asks for.
+
+    Nothing says how large such a part may be, whatever its unit: it begins at PART of the power.
+    """
+    watts, columns = tangent(fitted.model, Nodes.of(log, fitted.model), fitted.places)
+    residual = clipped(fitted.residual, fitted.spread)
+    noise, both = fitted.noise.for_fits(), np.column_stack([columns, residual])
+    white = noise.whiten(log, fitted.watts, fitted.spread, both)
+    for k, place in enumerate(fitted.places):
+        if not _stated_as_none(start, place):
+            continue
+        others = np.delete(white[:, :-1], k, axis=1)
+        clear = white[:, k] - others @ np.linalg.lstsq(others, white[:, k], rcond=None)[0]
+        if clear @ white[:, -1] > ASKED_Z * float(np.linalg.norm(clear)):
+            size = PART * float(np.abs(watts).mean()) / float(np.abs(columns[:, k]).mean())
+            values = start.parameters.copy()
+            values[place] = np.clip(size, *start.slots[place][2].bounds)
+            yield replace(start, parameters=values)
+
+
+def _stated_as_none(model: PowerModel, place: int) -> bool:
+    """Whether a parameter is 0, as its declaration has it: the vehicle does not state it."""
+    effect, _, parameter, _ = model.slots[place]
+    return effect.base and parameter.default == 0.0 == model.parameters[place]
 
 
 def fold_numbers(log: Telemetry) -> Integers:

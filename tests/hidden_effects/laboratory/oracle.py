@@ -7,9 +7,9 @@
 
 It gets the log and the data sheet as a diagnosis does, and starts at the stated vehicle. It reads
 the rows as they are, and at steady speeds as a diagnosis does, and keeps what predicts better: a
-floor is below every answer that knows less. Beside
-that it knows which effects act, and passes every predicted power through the true meter. It does
-not know the errors of odometry, IMU, clock and data sheet: nobody does.
+floor is below every answer that knows less. Beside that it knows which effects act, and what of the
+base model the data sheet leaves out. It passes every predicted power through the true meter. It
+does not know the errors of odometry, IMU, clock and data sheet: nobody does.
 
 Testable: every hidden effect has |z| ≥ 5, its score added up by runs where it hardly changes within
 one, and its log-likelihood leads that of the best rival by 8. Rivals are the other effects of the
@@ -81,7 +81,7 @@ class Oracle:
 
     @classmethod
     def _of(cls, log: Log, read: Telemetry) -> Oracle:
-        start = starting_model(log.sheet)
+        start = _with_what_is_there(starting_model(log.sheet), starting_model(log.robot))
         library = candidate_library(start, read)
         slugs = [slug for slug in log.truth.hidden if slug in log.truth.there]
         fit = _Fit(read, library, log, slugs)
@@ -98,6 +98,12 @@ class Oracle:
             leads |= fit.leads(slug, own[slug], others, library)
         rival = min(leads, key=lambda name: leads[name])
         return cls(floor, rho, z, float(leads[rival]), rival)
+
+
+def _with_what_is_there(sheet: PowerModel, robot: PowerModel) -> PowerModel:
+    """The data sheet's model with the parts that the robot has and the data sheet does not."""
+    missing = (sheet.parameters == 0.0) & (robot.parameters > 0.0)
+    return replace(sheet, parameters=np.where(missing, robot.parameters, sheet.parameters))
 
 
 class _Fit:

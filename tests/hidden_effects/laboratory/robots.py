@@ -27,6 +27,8 @@ GEOMETRY_ERROR = 0.08
 """Largest relative error of mass and lengths in a data sheet."""
 OTHER_ERROR = 0.05, 0.20
 """Least and largest relative error of its other numbers."""
+VISCOUS_ROLLERS = 1.0 / 3.0
+"""Share of robots whose rollers have drag that grows with speed; no data sheet states it."""
 _MEASURED_SIGMA, _UNSURE_SIGMA = 0.05, 0.13
 """Standard deviations of such errors."""
 _MEASURED = {
@@ -77,6 +79,12 @@ def drawn_robot(rng: np.random.Generator) -> Table:
     torque = mass * STANDARD_GRAVITY * 0.12 * radius / (0.7 * count * gear * efficiency)
     current = torque / constant
     rotating = rng.uniform(0.05, 0.3) * mass * radius**2 / count
+    # A stream of its own: what is drawn after it does not depend on it.
+    (rollers,) = rng.spawn(1)
+    viscous = {}
+    if rollers.uniform() < VISCOUS_ROLLERS:
+        steady = 0.04 * mass * STANDARD_GRAVITY / count
+        viscous["roller_viscous"] = steady * rollers.uniform(0.3, 1.5) / (math.sqrt(2.0) * top)
     return {
         "body": {
             "mass": mass,
@@ -98,6 +106,7 @@ def drawn_robot(rng: np.random.Generator) -> Table:
             "rolling": rng.uniform(0.012, 0.04),
             "roller_drag": rng.uniform(0.015, 0.06),
             "traction": 0.6,
+            **viscous,
         },
         "electronics": {"power": rng.uniform(2.0, 9.0) * size**1.5},
         "limits": {
@@ -119,6 +128,7 @@ def drawn_robot(rng: np.random.Generator) -> Table:
 def data_sheet(rng: np.random.Generator, robot: Table) -> Table:
     """The robot as its data sheet describes it."""
     sheet = {table: dict(values) for table, values in robot.items()}
+    sheet["contact"].pop("roller_viscous", None)
     for table, keys in _MEASURED.items():
         for key in keys:
             if key in sheet[table]:

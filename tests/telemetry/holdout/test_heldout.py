@@ -100,3 +100,20 @@ def test_comparison_and_diagnosis_say_what_the_meter_does(filtered, base):
     ):
         assert entry["time_constant_s"]["value"] == pytest.approx(TIME_CONSTANT, rel=0.15)
         assert f"{entry['sentence']}." in sentence
+
+
+@pytest.mark.parametrize("drag", [2.0, 8.0])
+def test_a_part_that_the_vehicle_does_not_state_is_found(motion, base, drag):
+    """Drag of the rollers that grows with their speed, N·s/m, of which data sheets say nothing."""
+    log = measured(motion, changed(base, roller_drag__roller_viscous=drag), 0.02, seed=8)
+    found = base_fit(log, base)
+    (viscous,) = (one for one in found.parameters if one.name == "roller_viscous")
+    assert viscous.value == pytest.approx(drag, abs=4.0 * viscous.stderr)
+    assert viscous.stderr < 0.2 * drag
+    assert heldout_rmse(log, found) < 0.98 * heldout_rmse(log, fit(log, base))
+
+
+def test_what_the_vehicle_does_not_state_stays_away_where_it_is_not(motion, base):
+    log = measured(motion, base, 0.02, seed=9)
+    used, plain = base_fit(log, base), fit(log, base)
+    assert np.array_equal(used.model.parameters, plain.model.parameters)
