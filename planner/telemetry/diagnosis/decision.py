@@ -202,23 +202,19 @@ def undisputed(
         same_log: whether neither corrected errors of sensors, so that errors compare.
     """
     answer, before, floor = decision.answer, decision.before, decision.floor
-    left = unexplained_by(found.log, before, floor, found.base.watts)
+    nothing = _without_claim(found, decision)
     mine, theirs = _names(answer), _names(other.answer) or set(other.alike)
     if answer.proposal is None and mine and same_log:
         least = min(before, other.before, key=rms)
         if not stands(least, answer.judged, floor):
-            nothing = Answer(found.base, before)
-            alike = tuple(member.name for member in answer.members)
-            return replace(decision, answer=nothing, alike=alike, unexplained=left, near="")
-    if answer.proposal is not None or not mine or not theirs or not left.little:
+            return nothing
+    little = nothing.unexplained.little
+    if answer.proposal is not None or not mine or not theirs or not little:
         return decision
     each = ({m.name, *answer.aliases.get(m.name, ())} for m in answer.members)
     if other.answer.claims and all(names & theirs for names in each):
         return decision
-    alike = tuple(dict.fromkeys((*sorted(mine), *sorted(theirs))))
-    return replace(
-        decision, answer=Answer(found.base, before), alike=alike, unexplained=left, near=""
-    )
+    return replace(nothing, alike=tuple(dict.fromkeys((*sorted(mine), *sorted(theirs)))))
 
 
 def confirmed(found: Found, decision: Decision, others: Sequence[Decision]) -> Decision:
@@ -240,9 +236,14 @@ def confirmed(found: Found, decision: Decision, others: Sequence[Decision]) -> D
 
     if not answer.claims or any(made_by(other.answer) for other in others):
         return decision
-    left = unexplained_by(found.log, decision.before, decision.floor, found.base.watts)
-    named = tuple(member.name for member in answer.members)
+    return _without_claim(found, decision)
+
+
+def _without_claim(found: Found, decision: Decision) -> Decision:
+    """The decision that nothing is claimed; what was named is among what may be there."""
+    named = tuple(member.name for member in decision.answer.members)
     nothing = Answer(found.base, decision.before)
+    left = unexplained_by(found.log, decision.before, decision.floor, found.base.watts)
     return replace(decision, answer=nothing, alike=named, unexplained=left, near="")
 
 

@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 
 from planner import plan_route
+from planner.arrays import Array
 from planner.quantities import INDEX
+from planner.search.conditions import OperatingConditions
+from planner.search.field import CostField
 from planner.search.trajectory import Motion, motion_rows, move
 from planner.search.trajectory.limit_checks import broken_limits as broken_along
 from planner.search.trajectory.limit_checks import coarse_pieces, fine_pieces
@@ -59,43 +62,48 @@ def test_a_close_look_where_a_limit_is_near_finds_all_that_one_everywhere_does(s
         assert {*found.steps.tolist()} == {*beyond.tolist()} != set()
 
 
-def test_less_speed_is_no_remedy_where_creeping_breaks_the_limit_as_well() -> None:
-    """On level ground acceleration takes the torque; on a slope most of it is the slope's."""
+def straight(rise: float) -> tuple[CostField, OperatingConditions, Motion, Array]:
+    """Six metres straight up a slope, and its rows; limits are not looked at."""
     asked = {"start": {"x": 3.0, "y": 4.0}, "goal": {"x": 9.0, "y": 4.0}}
     path = np.array([[3.0, 4.0], [9.0, 4.0]])
     x = 0.25 * np.tile(np.arange(60.0), (60, 1))
-    for rise, helpless in ((0.0, False), (0.15, True)):
-        situation = case_of("test", asked, terrain(rise * x)).situation
-        field, conditions = situation.field("energy"), situation.conditions
-        motion = move(field, conditions, [path], [0.0, 0.0], objective=0, checked=False)
-        assert isinstance(motion, Motion)
-        pieces = coarse_pieces(field, motion)
-        rows, _, _ = motion_rows(field, motion, conditions.class_rows, conditions.wind, pieces)
-        torque = conditions.model.power_and_limits(rows)[:, 4]
-        limits = conditions.limits.copy()
-        limits[3] = 0.5 * float(np.median(torque)) if helpless else 0.9 * float(torque.max())
-        broken = broken_along(field, replace(conditions, limits=limits), motion)
-        assert broken
-        assert broken.however_slow.any() == helpless
-        assert broken.at(3.0, 4.0).limit == "torque peak"
-
-
-def test_easing_by_what_is_kept_comes_to_the_limit() -> None:
-    """On level ground torque is linear in the acceleration: so much of it, and the limit is met."""
-    asked = {"start": {"x": 3.0, "y": 4.0}, "goal": {"x": 9.0, "y": 4.0}}
-    path = np.array([[3.0, 4.0], [9.0, 4.0]])
-    situation = case_of("test", asked, terrain(np.zeros((60, 60)))).situation
+    situation = case_of("test", asked, terrain(rise * x)).situation
     field, conditions = situation.field("energy"), situation.conditions
     motion = move(field, conditions, [path], [0.0, 0.0], objective=0, checked=False)
     assert isinstance(motion, Motion)
     pieces = coarse_pieces(field, motion)
     rows, _, _ = motion_rows(field, motion, conditions.class_rows, conditions.wind, pieces)
-    torque = conditions.model.power_and_limits(rows)[:, 4]
+    return field, conditions, motion, rows
+
+
+def with_peak_torque(conditions: OperatingConditions, torque: float) -> OperatingConditions:
     limits = conditions.limits.copy()
-    limits[3] = 0.5 * (np.median(torque) + torque.max())
-    broken = broken_along(field, replace(conditions, limits=limits), motion)
+    limits[3] = torque
+    return replace(conditions, limits=limits)
+
+
+@pytest.mark.parametrize(("rise", "helpless"), [(0.0, False), (0.15, True)])
+def test_less_speed_is_no_remedy_where_creeping_breaks_the_limit_as_well(
+    rise: float, helpless: bool
+) -> None:
+    """On level ground acceleration takes the torque; on a slope most of it is the slope's."""
+    field, conditions, motion, rows = straight(rise)
+    torque = conditions.model.power_and_limits(rows)[:, 4]
+    peak = 0.5 * float(np.median(torque)) if helpless else 0.9 * float(torque.max())
+    broken = broken_along(field, with_peak_torque(conditions, peak), motion)
+    assert broken
+    assert broken.however_slow.any() == helpless
+    assert broken.at(3.0, 4.0).limit == "torque peak"
+
+
+def test_easing_by_what_is_kept_comes_to_the_limit() -> None:
+    """On level ground torque is linear in the acceleration: so much of it, and the limit is met."""
+    field, conditions, motion, rows = straight(0.0)
+    torque = conditions.model.power_and_limits(rows)[:, 4]
+    stricter = with_peak_torque(conditions, 0.5 * float(np.median(torque) + torque.max()))
+    broken = broken_along(field, stricter, motion)
     kept = float(broken.kept.min())
     assert 0.1 < kept < 0.9
     rows[:, [INDEX[name] for name in ("ax", "ay")]] *= kept
     eased = conditions.model.power_and_limits(rows)[:, 4].max()
-    assert eased == pytest.approx(limits[3], rel=0.03)
+    assert eased == pytest.approx(stricter.limits[3], rel=0.03)
