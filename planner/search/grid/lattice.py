@@ -23,11 +23,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from planner.arrays import Mask
 from planner.compiled_code import njit
 from planner.search.field import CostField, masked_cost, segment_cost, wind_cost
 from planner.search.resolution import ALL_YAWS, COUNT, MOVES
 from planner.search.second_core import in_halves
-from planner.search.steady import cost_for_best_yaw
+from planner.search.steady import cost_for_best_yaw, kept_table
 
 SLOPES_PER_AXIS = 255
 """Slopes along each axis of the table: 65,025 in all, so that two bytes number them."""
@@ -85,6 +86,13 @@ class Lattice(NamedTuple):
         return self.table.nbytes + self.close.nbytes
 
 
+class _MoveCosts(NamedTuple):
+    """Of a lattice, what follows from model, conditions and cell alone: ``table``, ``cheapest``."""
+
+    table: NDArray[np.float32]
+    cheapest: float
+
+
 def number_nodes(field: CostField) -> Numbering:
     """Number the slopes of a map's nodes; the objective of the field does not matter."""
     ny, nx = field.heights.shape
@@ -104,18 +112,42 @@ def _reach(field: CostField) -> float:
     return max(field.safe, 1e-9)
 
 
-def build_lattice(field: CostField, numbering: Numbering | None = None) -> Lattice:
+def build_lattice(
+    field: CostField, numbering: Numbering | None = None, key: tuple[object, ...] | None = None
+) -> Lattice:
     """Costs of the moves of a map for one model and one objective.
 
     Args:
         field: map and costs, with no ground to be avoided: see ``Lattice.factor``.
         numbering: of a field for the same map and model, if there is one.
+        key: what the costs of the field follow from, for a table that all maps and processes share
+            (planner.search.steady.kept_table); None works it out anew.
     """
     numbering = number_nodes(field) if numbering is None else numbering
     beside = np.stack([np.floor(MOVES / 2), np.ceil(MOVES / 2)], axis=1).astype(np.int64)
     beside[np.abs(MOVES).max(axis=1) < 2] = 0
+    between: Mask = np.asarray(beside.any(axis=(1, 2)))
+    if key is None:
+        costs = _move_costs(field, between)
+    else:
+        key = (__name__, *key, field.safe, field.dx, field.dy)
+        costs = kept_table(key, _MoveCosts, lambda: _move_costs(field, between))
+    return Lattice(
+        numbering.slopes,
+        costs.table,
+        MOVES,
+        beside,
+        numbering.row,
+        np.full((numbering.count, COUNT), np.nan, np.float32),
+        np.ones((1, 1)),
+        costs.cheapest,
+    )
+
+
+def _move_costs(field: CostField, between: Mask) -> _MoveCosts:
+    """``between``: (COUNT,) whether a move passes between two nodes."""
     shares = np.hypot(MOVES[:, 0] * field.dx, MOVES[:, 1] * field.dy)
-    shares *= np.where(beside.any(axis=(1, 2)), 0.25, 0.5)
+    shares *= np.where(between, 0.25, 0.5)
     table = np.full(
         (field.best.shape[0], SLOPES_PER_AXIS * SLOPES_PER_AXIS, COUNT), np.inf, np.float32
     )
@@ -125,16 +157,7 @@ def build_lattice(field: CostField, numbering: Numbering | None = None) -> Latti
     )
     finite = np.isfinite(field.best)
     cheapest = float(field.best[finite].min(initial=math.inf)) + min(0.0, float(field.extra.min()))
-    return Lattice(
-        numbering.slopes,
-        table,
-        MOVES,
-        beside,
-        numbering.row,
-        np.full((numbering.count, COUNT), np.nan, np.float32),
-        np.ones((1, 1)),
-        max(cheapest, 1e-3) if math.isfinite(cheapest) else 1e-3,
-    )
+    return _MoveCosts(table, max(cheapest, 1e-3) if math.isfinite(cheapest) else 1e-3)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

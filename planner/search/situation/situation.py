@@ -193,8 +193,10 @@ class Situation:
         """The moves on the grid for a field of ``field``."""
         plain = field._replace(factor=np.ones((1, 1)))
         numbering = CACHE.get(("numbering", self.key[0], field.safe), lambda: number_nodes(plain))
+        content = (*self.conditions.steady.content, objective, field.margin)
         return CACHE.get(
-            ("lattice", self.key, objective, field.margin), lambda: build_lattice(plain, numbering)
+            ("lattice", self.key, objective, field.margin),
+            lambda: build_lattice(plain, numbering, content),
         )
 
     def least_cost_to(

@@ -26,8 +26,8 @@ import numpy as np
 
 from planner.code_cache import VERSIONS, cache_base, content_key
 
-MOST_BYTES = 512 << 20
-"""Bytes of all files: tables of about thirty models under their conditions."""
+MOST_BYTES = 1 << 30
+"""Bytes of all files: tables of about twenty models under their conditions, on maps of one cell."""
 UNREADABLE = (OSError, EOFError, KeyError, ValueError, TypeError, zipfile.BadZipFile)
 
 Result = TypeVar("Result")

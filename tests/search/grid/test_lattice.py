@@ -65,3 +65,27 @@ def test_moves_into_a_wall_cost_infinity():
     assert close_cost(field, south, middle, 0, 1) == math.inf
     assert lattice.slopes[south // 2, middle] != PRICED_CLOSELY
     assert math.isfinite(close_cost(field, south // 2, middle, 0, 1))
+
+
+def test_processes_share_what_does_not_depend_on_the_map(tmp_path, monkeypatch):
+    """A table is read where another map with the same cell has made it; other cells have theirs."""
+    monkeypatch.setenv("JOULEPATH_CACHE_DIR", str(tmp_path))
+    monkeypatch.delenv("JOULEPATH_KEEP_TABLES", raising=False)
+    hilly, flat = field_of(hills()), field_of(np.zeros((40, 40)))
+    wider = hilly._replace(dx=2.0 * hilly.dx)
+    alone = build_lattice(hilly)
+    made = build_lattice(hilly, key=("a robot",))
+    assert np.array_equal(made.table, alone.table)
+    assert made.cheapest == alone.cheapest
+    (file,) = (tmp_path / "tables").iterdir()
+    written = file.stat().st_ino
+    read = build_lattice(flat._replace(safe=hilly.safe), key=("a robot",))
+    assert np.array_equal(read.table, alone.table)
+    assert read.cheapest == alone.cheapest
+    assert not np.array_equal(read.slopes, alone.slopes)
+    (file,) = (tmp_path / "tables").iterdir()
+    assert file.stat().st_ino == written
+    other = build_lattice(wider, key=("a robot",))
+    assert np.array_equal(other.table, build_lattice(wider).table)
+    assert not np.array_equal(other.table, alone.table)
+    assert len([*(tmp_path / "tables").iterdir()]) == 2
