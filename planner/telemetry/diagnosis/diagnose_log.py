@@ -320,7 +320,7 @@ def _sensor_faults(found: Found) -> tuple[SensorFault, ...]:
     faults = []
     for kind, (value, stderr) in corrections_of(found).items():
         sensor = SENSORS[kind]
-        said = sensor.said(value, stderr)
+        said = sensor.said(value, stderr, found.log.present)
         faults.append(SensorFault(kind, value, stderr, sensor.unit, said))
     return tuple(faults)
 

@@ -13,20 +13,21 @@ seems to climb for nothing.
     heading_misalignment  rad   velocity is turned by this angle in the body frame
     power_scale           1     power is too large by this share
 
-An offset of the power is not among them: it is aliased with the electronics' constant load. Neither
-is a delay, which belongs to the meter (planner.telemetry.estimation.meter_fit).
+A biased accelerometer does what a tilted angle does: where acceleration was measured, the sentence
+names both. An offset of the power is not among them: it is aliased with the electronics' constant
+load. Neither is a delay, which belongs to the meter (planner.telemetry.estimation.meter_fit).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from planner.arrays import Array
 from planner.power.model import PowerModel
-from planner.quantities import INDEX
+from planner.quantities import INDEX, STANDARD_GRAVITY
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.prediction import predict
 
@@ -58,17 +59,23 @@ class Sensor:
     signs: tuple[str, ...]
     correct: Callable[[Telemetry, float], Telemetry]
 
-    def said(self, value: float, stderr: float) -> str:
-        """An error in words, its size in degrees or per cent.
+    def said(self, value: float, stderr: float, present: Collection[str] = ()) -> str:
+        """An error in words, its size in degrees or per cent, and what does the same.
 
         Args:
             value: SI.
             stderr: its standard error.
+            present: names of the quantities that were measured.
         """
         scale, unit = (180.0 / np.pi, "°") if self.unit == "rad" else (100.0, " %")
         size = f"{scale * abs(value):.3g}{unit} (± {scale * stderr:.1g}{unit})"
         chosen = self.signs[::2] if value > 0.0 else self.signs[1::2]
-        return self.sentence.format(size, *chosen)
+        sentence = self.sentence.format(size, *chosen)
+        name, sign = _AS_ACCELERATION.get(self.kind, ("", 0.0))
+        if name in present:
+            also = sign * STANDARD_GRAVITY * value
+            sentence += f", or {name} {abs(also):.2g} m/s² too {_HIGH[0 if also > 0.0 else 1]}"
+        return sentence
 
     def column(
         self, log: Telemetry, model: PowerModel, watts: Array, size: float | None = None
@@ -148,6 +155,9 @@ _TURN = 0.01, 0.05, 0.3, 0.02
 _POWER = 0.01, 0.05, 0.4, 0.02
 """Share of the power."""
 _HIGH = "high", "low"
+_AS_ACCELERATION = {"slope_offset": ("ax", -1.0), "roll_offset": ("ay", 1.0)}
+"""What a biased accelerometer reads where an angle seems to be off: g times the angle, with this
+sign. The wheels of a moving robot give the sum of both forces; only rows at rest differ."""
 _TURNED = "the velocity in the body frame is turned {} to the {}"
 _SCALED = "power reads {} too {}, or the mass in the data sheet is too {} by as much"
 SENSORS: dict[str, Sensor] = {

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from planner.arrays import Array
+from planner.quantities import STANDARD_GRAVITY
 from planner.telemetry.virtual import Profile
 from planner.telemetry.virtual.dynamics import MEANS, by_name
 
@@ -148,11 +149,15 @@ class Instruments:
 
     @property
     def wrong_sensors(self) -> frozenset[str]:
-        """Kinds of sensor errors that are there and large enough to be named."""
+        """Kinds of sensor errors that are there and large enough to be named.
+
+        A biased accelerometer acts as a tilt, and is called by it.
+        """
+        forward, left = (bias / STANDARD_GRAVITY for bias in self.acceleration_bias)
         sizes = {
             "speed_scale": abs(self.speed_scale + 0.5 * self.sideways_scale) / 0.008,
-            "slope_offset": abs(self.pitch_offset) / 0.003,
-            "roll_offset": abs(self.roll_offset) / 0.003,
+            "slope_offset": abs(self.pitch_offset - forward) / 0.003,
+            "roll_offset": abs(self.roll_offset + left) / 0.003,
             "power_delay": (self.meter.time_constant + self.meter.delay + self.meter.period) / 0.04,
         }
         return frozenset(kind for kind, size in sizes.items() if size >= 1.0)

@@ -24,6 +24,9 @@ def with_columns(log, **columns):
     return replace(log, rows=rows)
 
 
+SIGNS = [("slope_offset", "ax", -1.0), ("roll_offset", "ay", 1.0)]
+
+
 # Every error as it comes about, by its own formula.
 
 
@@ -125,3 +128,22 @@ def test_an_error_is_said_in_degrees_and_per_cent():
     assert "too low" in said["power_scale"]
     assert "mass in the data sheet is too high" in said["power_scale"]
     assert "mass in the data sheet is too low" in SENSORS["power_scale"].said(0.02, 0.01)
+
+
+@pytest.mark.parametrize(("kind", "axis", "sign"), SIGNS)
+def test_a_biased_accelerometer_looks_like_a_tilt_and_is_named_beside_it(
+    motion, base, kind, axis, sign
+):
+    """The force that moving wheels give is m·(a - g): both errors change it alike."""
+    angle = 0.005
+    speed = np.hypot(column(motion, "vx"), column(motion, "vy"))
+    motion = motion.take(speed > 0.05)
+    watts = predict(base, motion)
+    tilted_back = predict(base, SENSORS[kind].correct(motion, angle)) - watts
+    bias = column(motion, axis) - sign * STANDARD_GRAVITY * angle
+    unbiased = predict(base, with_columns(motion, **{axis: bias})) - watts
+    cosine = tilted_back @ unbiased / np.linalg.norm(tilted_back) / np.linalg.norm(unbiased)
+    assert cosine > 0.98
+    said = SENSORS[kind].said(angle, 0.001, present={axis})
+    assert said.endswith(f", or {axis} 0.049 m/s² too {'high' if sign > 0 else 'low'}")
+    assert axis not in SENSORS[kind].said(angle, 0.001, present={"vx"})
