@@ -68,6 +68,9 @@ _BODIES = {
     "outside": "hinge(abs({x}) - threshold)",
     "below": "hinge(threshold - {x})",
     "decay": "exp(-{x} / time_constant)",
+    "moving": "tanh({x} / standstill)",
+    "fading": "tanh({x} / standstill) * exp(-{x} / fading_speed)",
+    "step": "(0.5 + 0.5 * tanh(({x} - threshold) / width))",
 }
 _ORDERS = {"size": 1, "above": 1, "outside": 1, "below": 1}
 """Powers of the axis' unit in a shape of each kind, where not 0; a power has its own."""
@@ -77,6 +80,8 @@ _MOVABLE = {
     "below": {"at": "threshold"},
     "outside": {"at": "threshold"},
     "decay": {"at": "time_constant"},
+    "fading": {"at": "fading_speed"},
+    "step": {"at": "threshold"},
 }
 """What of a shape can be moved, by its kind, and its name in a formula."""
 
@@ -116,7 +121,7 @@ def _place_bounds(kind: str, span: tuple[float, float]) -> list[tuple[float, flo
         return []
     if kind == "bump":  # narrower than this, a single speed that was driven looks like one
         return [(low - length, high + length), (0.04 * length, 2.0 * length)]
-    if kind == "decay":
+    if kind in ("decay", "fading"):
         return [(0.005 * length, 10.0 * length)]
     return [(0.0, max(abs(low), abs(high))) if kind == "outside" else (low, high)]
 
@@ -146,6 +151,11 @@ def formula_of(
         shaping[name] = {"unit": text.unit, "bounds": bounds, "default": value}
         start[name, 0] = float(np.clip(value, *bounds))
     fixed = dict(text.fixed)
+    if shape.kind in ("moving", "fading"):
+        fixed |= _STILL
+    if shape.kind == "step":
+        width = {"unit": text.unit, "bounds": (1e-9, 1e9), "default": shape.width, "fitted": False}
+        fixed["width"] = width
     factor = "" if shape.times_speed == 0 else " * speed"
     factor += f" ** {shape.times_speed}" if shape.times_speed > 1 else ""
     if shape.axis == "heading" and shape.times_speed == 0:
@@ -294,7 +304,7 @@ class _Tuner:
                 possible = all(a <= x <= b for x, (a, b) in zip(place, bounds, strict=True))
                 return -self.gain(moved(place))[0] if possible else 0.0
 
-            steps = [0.15 * (abs(s) if shape.kind == "decay" else span) for s in start]
+            steps = [0.15 * (abs(s) if shape.kind in ("decay", "fading") else span) for s in start]
             simplex = np.array([start, *(np.array(start) + np.diag(steps))])
             found = minimize(
                 loss,

@@ -4,7 +4,7 @@
     columns = dictionary.columns(rows)  # (n, number of shapes)
 
 A shape is one column: a power or a bump of the speed, a harmonic of the heading, a hinge of the
-slope, a decay since the start, each alone and times the speed. Shapes show *that* something is
+slope, a step of the temperature, a decay since the start, alone and times the speed. Shapes show *that* something is
 missing, over which quantity, and with which curve. The proposed formula then has its thresholds and
 widths fitted (planner.telemetry.diagnosis.unknown_effect).
 
@@ -43,6 +43,15 @@ LEAST_LEVELS = 4
 """Separate levels of an axis; with fewer, a log says nothing about a curve in between."""
 LEVEL_GAP, LEVEL_WIDTH = 0.2, 0.25
 """Least gap between levels and largest width of one, as shares of the axis' range."""
+STEPS = (0.2, 0.4, 0.6, 0.8)
+"""Where something may be switched on or off, as shares of the axis' range."""
+STEP_WIDTH = 0.03
+"""Width of a step, as a share of the axis' range: a smooth one can be moved by a fit."""
+SWITCHING = ("load", "temperature", "time_since_start")
+"""Axes beside the speed along which something is switched; along slope, turn and acceleration most
+rows are near zero, on which side decides the sensor."""
+FADING = (0.08, 0.2, 0.5)
+"""Speeds over which something fades that starts with the motion, as shares of the top speed."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +62,7 @@ class Shape:
         axis: name of the quantity.
         kind: which function.
         at: its threshold, centre, order or time constant.
-        width: of a bump.
+        width: of a bump or a step.
         times_speed: 0, 1 or 2: multiplied by this power of the speed.
     """
 
@@ -143,11 +152,15 @@ def shapes_over(axis: str, low: float, high: float) -> list[Shape]:
     span, most = high - low, max(abs(low), abs(high))
     powers: tuple[int, ...] = (0, 1)
     wanted: list[tuple[str, float]]
+    # Fans, heaters, brakes and radios are on or off.
+    steps = [Shape(axis, "step", low + part * span, STEP_WIDTH * span) for part in STEPS]
     match axis:
         case "speed":
             shapes = [Shape(axis, "power", float(p)) for p in (1, 2, 3)]
-            steps = [(k, high / count) for count in (6, 12) for k in range(count)]
-            return shapes + [Shape(axis, "bump", (k + 0.5) * step, 0.7 * step) for k, step in steps]
+            places = [(k, high / count) for count in (6, 12) for k in range(count)]
+            shapes += [Shape(axis, "bump", (k + 0.5) * part, 0.7 * part) for k, part in places]
+            shapes += [Shape(axis, "moving"), *(Shape(axis, "fading", k * high) for k in FADING)]
+            return shapes + steps
         case "heading":
             wanted, powers = [(kind, n) for n in HARMONICS for kind in ("cos", "sin")], (0, 1, 2)
         case "slope_along" | "slope_across":
@@ -168,13 +181,17 @@ def shapes_over(axis: str, low: float, high: float) -> list[Shape]:
         case "time_since_start":
             constants = np.geomspace(max(0.02 * span, 1.0), 0.6 * span, 6)
             wanted = [("power", 1), *(("decay", tau) for tau in constants)]
-    return [Shape(axis, kind, float(at), times_speed=p) for kind, at in wanted for p in powers]
+    shapes = [Shape(axis, kind, float(at), times_speed=p) for kind, at in wanted for p in powers]
+    return shapes + steps if axis in SWITCHING else shapes
 
 
 _FUNCTIONS: dict[str, Callable[[Array, Shape], Array]] = {
     "power": lambda x, shape: x ** int(shape.at),
     "size": lambda x, shape: np.abs(x),
     "bump": lambda x, shape: np.exp(-(((x - shape.at) / shape.width) ** 2)),
+    "moving": lambda x, shape: np.tanh(x / STANDSTILL),
+    "fading": lambda x, shape: np.tanh(x / STANDSTILL) * np.exp(-x / shape.at),
+    "step": lambda x, shape: 0.5 + 0.5 * np.tanh((x - shape.at) / shape.width),
     "cos": lambda x, shape: np.cos(shape.at * x),
     "sin": lambda x, shape: np.sin(shape.at * x),
     "outside": lambda x, shape: np.maximum(np.abs(x) - shape.at, 0.0),

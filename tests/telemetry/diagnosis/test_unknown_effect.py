@@ -1,0 +1,78 @@
+"""Formulas for shapes: what they compute, and what is proposed for devices that are switched."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from planner.power.formulas.custom_parameters import NAMES, read_parameters
+from planner.power.formulas.dimensions import UNITS
+from planner.power.formulas.formula import check_formula
+from planner.quantities import INDEX, QUANTITIES
+from planner.telemetry.diagnosis.diagnose_log import diagnose
+from planner.telemetry.diagnosis.unknown_effect import formula_of
+from planner.telemetry.other_terms import Dictionary
+from planner.telemetry.quantities_of_motion import STANDSTILL, motion_axes
+from tests.telemetry.rows import measured
+
+NOISE = 0.02
+WATTS = 3.0
+
+
+def test_a_formula_is_its_shape(motion):
+    """Where the robot moves; a shape of heading or slope fades out otherwise at standstill."""
+    dictionary = Dictionary.of(motion)
+    rows = motion.rows[motion_axes(motion.rows)["speed"] > 5.0 * STANDSTILL]
+    columns = dictionary.columns(rows)
+    known = {q.name: rows[:, INDEX[q.name]] for q in QUANTITIES}
+    known["speed"] = np.hypot(known["vx"], known["vy"])
+    known["heading"] = np.arctan2(known["vy"], known["vx"])
+    for k, shape in enumerate(dictionary.shapes):
+        harmonic = {"cos": (1.0, 0.0), "sin": (0.0, 1.0)}
+        span = dictionary.ranges[shape.axis]
+        coefficients = harmonic.get(shape.kind, (1.0,))
+        effect, start = formula_of(shape, span, dictionary.temperature, coefficients)
+        numbers = {name: p.default for name, p in effect.parameters.items()}
+        numbers |= {name: value for (name, _), value in start.items()}
+        _, units = read_parameters(effect.definition["parameters"], "parameters")
+        text = effect.definition["formula"]
+        formula = check_formula(text, {**NAMES, **units}, UNITS["W"])
+        # Two ways to fade out at standstill, and a sine for its angle, differ by 2 %.
+        nearly = 0.025 * np.abs(columns[:, k]).max()
+        assert np.allclose(formula.evaluate({**known, **numbers}), columns[:, k], atol=nearly), (
+            shape
+        )
+
+
+@pytest.mark.parametrize(
+    ("axis", "kind"),
+    [("temperature", "step"), ("time_since_start", "step"), ("speed", "step")],
+)
+def test_what_is_switched_along_an_axis_gets_a_step(motion, base, axis, kind):
+    values = motion_axes(motion.rows)[axis]
+    low, high = np.nanpercentile(values, [1, 99])
+    threshold = low + 0.55 * (high - low)
+    log = measured(motion, base, NOISE, seed=6, extra=WATTS * (values > threshold))
+    found = diagnose(log, base)
+    assert found.verdict == "outside_catalogue", found.sentence
+    assert found.outside.quantities == (axis,)
+    assert "tanh" in found.outside.formula
+    fitted = {
+        name: value
+        for (effect, name, _, _), value in zip(
+            found.model.slots, found.model.parameters, strict=True
+        )
+        if effect.slug == found.outside.name
+    }
+    assert fitted["threshold"] == pytest.approx(threshold, abs=0.05 * (high - low))
+    assert fitted["strength"] == pytest.approx(WATTS, rel=0.15)
+
+
+def test_what_fades_with_speed_is_no_stiction(motion, base):
+    """Losses of a bridge that idles at low speed start with the motion, as stiction does."""
+    speed = motion_axes(motion.rows)["speed"]
+    extra = WATTS * np.tanh(speed / 0.02) / (1.0 + (speed / 0.12) ** 2)
+    found = diagnose(measured(motion, base, NOISE, seed=7, extra=extra), base)
+    assert found.verdict == "outside_catalogue", found.sentence
+    assert found.outside.quantities == ("speed",)
+    assert found.after.heldout_rmse_w < 1.15 * found.baseline.noise_floor_w
