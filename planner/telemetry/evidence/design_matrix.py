@@ -414,6 +414,7 @@ def over_sensor_errors(log: Telemetry, plain: Examination) -> Array:
     share, *_ = np.linalg.lstsq(used[:, own] / norms, used, rcond=1e-8)
     left, right = first - first[:, own] / norms @ share, second - second[:, own] / norms @ share
     signal, error = (left**2).sum(axis=0), ((right - left) ** 2).sum(axis=0)
-    ratio = signal / np.maximum(error, 1e-300)
+    # Columns of load or temperature have no error at all.
+    ratio = signal / np.maximum(error, 1e-12 * signal + 1e-300)
     ratio[signal < 1e-10 * (first**2).sum(axis=0)] = 0.0
     return np.asarray(ratio)

@@ -4,9 +4,9 @@
     columns = dictionary.columns(rows)  # (n, number of shapes)
 
 A shape is one column: a power or a bump of the speed, a harmonic of the heading, a hinge of the
-slope, a step of the temperature, a decay since the start, alone and times the speed. Shapes show *that* something is
-missing, over which quantity, and with which curve. The proposed formula then has its thresholds and
-widths fitted (planner.telemetry.diagnosis.unknown_effect).
+slope, a step of the temperature, a decay since the start, alone and times the speed. Shapes show
+*that* something is missing, over which quantity, and with which curve. The proposed formula then
+has its thresholds and widths fitted (planner.telemetry.diagnosis.unknown_effect).
 
 A log that was driven at three speeds and nothing in between does not determine a curve: any bump on
 one of them would fit, and be wrong at the next speed. Such an axis has no shapes.

@@ -44,11 +44,8 @@ def test_a_formula_is_its_shape(motion):
         )
 
 
-@pytest.mark.parametrize(
-    ("axis", "kind"),
-    [("temperature", "step"), ("time_since_start", "step"), ("speed", "step")],
-)
-def test_what_is_switched_along_an_axis_gets_a_step(motion, base, axis, kind):
+@pytest.mark.parametrize("axis", ["temperature", "time_since_start", "speed"])
+def test_what_is_switched_along_an_axis_gets_a_step(motion, base, axis):
     values = motion_axes(motion.rows)[axis]
     low, high = np.nanpercentile(values, [1, 99])
     threshold = low + 0.55 * (high - low)
