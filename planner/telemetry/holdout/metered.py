@@ -110,6 +110,6 @@ def meter_beside(
     log = replace(log, meter=None)
     places = free_places(model, log) if places is None else places
     watts, own = tangent(model, Nodes.of(log, model), places)
-    shapes = Dictionary.of(log).columns(log.rows)
+    shapes = Dictionary.of(log).gradual.columns(log.rows)
     chosen = strongest_columns(log.power - watts, own, shapes)
     return with_meter(log, model, places, shapes[:, chosen], filtering=filtering)

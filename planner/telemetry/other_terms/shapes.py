@@ -39,6 +39,8 @@ LEAST_RANGE = {
 """SI; an axis that varies less (1st to 99th percentile) gets no shapes."""
 
 
+AT_ONCE = ("moving", "fading", "step")
+"""Kinds of shapes that begin or end at once."""
 LEAST_LEVELS = 4
 """Separate levels of an axis; with fewer, a log says nothing about a curve in between."""
 LEVEL_GAP, LEVEL_WIDTH = 0.2, 0.25
@@ -132,6 +134,11 @@ class Dictionary:
             if shape.axis == "temperature":
                 columns[~np.isfinite(axes["temperature"]), k] = 0.0
         return columns
+
+    @property
+    def gradual(self) -> Dictionary:
+        """Without shapes that begin or end at once: what a slow meter leaves looks like them."""
+        return self.only(shape for shape in self.shapes if shape.kind not in AT_ONCE)
 
     def only(self, shapes: Iterable[Shape]) -> Dictionary:
         """The dictionary with other shapes over the axes of the log."""

@@ -29,3 +29,20 @@ def test_no_curve_over_a_quantity_with_three_levels(motion):
     assert "speed" in {shape.axis for shape in Dictionary.of(motion).shapes}
     assert "speed" not in axes
     assert "heading" in axes
+
+
+def test_gradual_shapes_do_not_change_at_once(motion):
+    """A filter of the meter shows where the power jumps: such shapes would stand in for it."""
+    dictionary = Dictionary.of(motion)
+    top = dictionary.ranges["speed"][1]
+    rows = np.tile(motion.rows[:1], (2000, 1))
+    for name in ("vx", "vy"):
+        rows[:, INDEX[name]] = np.linspace(0.0, top / np.sqrt(2.0), 2000)
+
+    def steepest(shapes) -> float:
+        over_speed = shapes.only(s for s in shapes.shapes if s.axis == "speed")
+        columns = over_speed.columns(rows)
+        return float((np.abs(np.diff(columns, axis=0)) / np.ptp(columns, axis=0)).max())
+
+    assert steepest(dictionary.gradual) < 0.01
+    assert steepest(dictionary) > 0.015
