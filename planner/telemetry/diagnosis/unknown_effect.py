@@ -68,7 +68,6 @@ _BODIES = {
     "outside": "hinge(abs({x}) - threshold)",
     "below": "hinge(threshold - {x})",
     "decay": "exp(-{x} / time_constant)",
-    "moving": "tanh({x} / standstill)",
     "fading": "tanh({x} / standstill) * exp(-{x} / fading_speed)",
     "step": "(0.5 + 0.5 * tanh(({x} - threshold) / width))",
 }
@@ -151,7 +150,7 @@ def formula_of(
         shaping[name] = {"unit": text.unit, "bounds": bounds, "default": value}
         start[name, 0] = float(np.clip(value, *bounds))
     fixed = dict(text.fixed)
-    if shape.kind in ("moving", "fading"):
+    if shape.kind == "fading":
         fixed |= _STILL
     if shape.kind == "step":
         width = {"unit": text.unit, "bounds": (1e-9, 1e9), "default": shape.width, "fitted": False}

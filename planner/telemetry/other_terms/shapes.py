@@ -39,7 +39,7 @@ LEAST_RANGE = {
 """SI; an axis that varies less (1st to 99th percentile) gets no shapes."""
 
 
-AT_ONCE = ("moving", "fading", "step")
+AT_ONCE = ("fading", "step")
 """Kinds of shapes that begin or end at once."""
 LEAST_LEVELS = 4
 """Separate levels of an axis; with fewer, a log says nothing about a curve in between."""
@@ -166,8 +166,7 @@ def shapes_over(axis: str, low: float, high: float) -> list[Shape]:
             shapes = [Shape(axis, "power", float(p)) for p in (1, 2, 3)]
             places = [(k, high / count) for count in (6, 12) for k in range(count)]
             shapes += [Shape(axis, "bump", (k + 0.5) * part, 0.7 * part) for k, part in places]
-            shapes += [Shape(axis, "moving"), *(Shape(axis, "fading", k * high) for k in FADING)]
-            return shapes + steps
+            return shapes + [Shape(axis, "fading", k * high) for k in FADING] + steps
         case "heading":
             wanted, powers = [(kind, n) for n in HARMONICS for kind in ("cos", "sin")], (0, 1, 2)
         case "slope_along" | "slope_across":
@@ -196,7 +195,6 @@ _FUNCTIONS: dict[str, Callable[[Array, Shape], Array]] = {
     "power": lambda x, shape: x ** int(shape.at),
     "size": lambda x, shape: np.abs(x),
     "bump": lambda x, shape: np.exp(-(((x - shape.at) / shape.width) ** 2)),
-    "moving": lambda x, shape: np.tanh(x / STANDSTILL),
     "fading": lambda x, shape: np.tanh(x / STANDSTILL) * np.exp(-x / shape.at),
     "step": lambda x, shape: 0.5 + 0.5 * np.tanh((x - shape.at) / shape.width),
     "cos": lambda x, shape: np.cos(shape.at * x),
