@@ -230,15 +230,16 @@ def propose(
 def _ranked(examination: Examination, axis: str, given: Sequence[int]) -> list[Shape]:
     """One shape of every family over an axis, by the likelihood that it gains; harmonics paired."""
     competitors, evidence = examination.competitors, examination.evidence
-    shapes = competitors.dictionary.shapes
+    dictionary = competitors.dictionary
     best: dict[tuple[str, str, int], tuple[float, Shape]] = {}
     for number in examination.shapes:
-        shape = shapes[number]
-        if shape.axis != axis or shape.kind == "sin":
+        shape = dictionary.shapes[number]
+        if shape.axis != axis:
             continue
         columns = [competitors.first_shape + number]
-        if shape.kind == "cos":
-            columns.append(columns[0] + 1)  # its sine stands beside it
+        if shape.kind in ("cos", "sin"):
+            columns.append(competitors.first_shape + dictionary.quadrature(number))
+            shape = replace(shape, kind="cos")
         gain = evidence.gain([*given, *columns])[0] - 2.0 * len(columns)
         family = shape.family if shape.kind != "power" else (*shape.family[:2], int(shape.at) * 10)
         if family not in best or gain > best[family][0]:

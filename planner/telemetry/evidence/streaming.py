@@ -127,10 +127,8 @@ def _reduced(
         wanted = {shapes[k] for k in order}
         # A cosine keeps its sine: formulas over the heading need both.
         for k in list(wanted):
-            if old.dictionary.shapes[k].kind == "cos":
-                wanted.add(k + 1)
-            if old.dictionary.shapes[k].kind == "sin":
-                wanted.add(k - 1)
+            if old.dictionary.shapes[k].kind in ("cos", "sin"):
+                wanted.add(old.dictionary.quadrature(k))
         shapes = sorted(wanted)
     library = replace(
         old.library,

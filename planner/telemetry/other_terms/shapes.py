@@ -135,6 +135,11 @@ class Dictionary:
                 columns[~np.isfinite(axes["temperature"]), k] = 0.0
         return columns
 
+    def quadrature(self, number: int) -> int:
+        """Number of the sine to a cosine, and of the cosine to a sine."""
+        shape = self.shapes[number]
+        return self.shapes.index(replace(shape, kind="sin" if shape.kind == "cos" else "cos"))
+
     @property
     def gradual(self) -> Dictionary:
         """Without shapes that begin or end at once: what a slow meter leaves looks like them."""

@@ -73,3 +73,18 @@ def test_what_fades_with_speed_is_no_stiction(motion, base):
     assert found.verdict == "outside_catalogue", found.sentence
     assert found.outside.quantities == ("speed",)
     assert found.after.heldout_rmse_w < 1.15 * found.baseline.noise_floor_w
+
+
+@pytest.mark.parametrize("order", [1, 4])
+@pytest.mark.parametrize("power", [0, 1])
+def test_a_harmonic_of_the_heading_gets_its_own_formula(motion, base, order, power):
+    """Its order and the power of the speed: cosine and sine are weighed together."""
+    axes = motion_axes(motion.rows)
+    heading = np.nan_to_num(axes["heading"])
+    moving = np.tanh(axes["speed"] / STANDSTILL) if power == 0 else axes["speed"]
+    extra = WATTS * np.sin(order * heading + 0.4) * moving
+    found = diagnose(measured(motion, base, NOISE, seed=10, extra=extra), base)
+    assert found.verdict == "outside_catalogue", found.sentence
+    assert f"cos({order} * heading)" in found.outside.formula
+    assert found.outside.formula.endswith("* speed" if power else "* tanh(speed / standstill)")
+    assert found.after.heldout_rmse_w < 1.15 * found.baseline.noise_floor_w
