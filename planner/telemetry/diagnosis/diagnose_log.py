@@ -123,7 +123,8 @@ def diagnose_source(
     usual = source.steady()
     source = best_reading(source, start)
     decided = _decided(source, start, extra, watch)
-    if source.steady_rows != usual.steady_rows and any(one.answer.claims for _, one in decided):
+    otherwise = (source.steady_rows, source.lines) != (usual.steady_rows, usual.lines)
+    if otherwise and any(one.answer.claims for _, one in decided):
 
         def again(share: float, said: str) -> None:
             watch(0.9 + 0.1 * share, f"{said}, in the usual reading")

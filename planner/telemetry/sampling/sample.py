@@ -21,6 +21,7 @@ import numpy as np
 from planner.arrays import Integers
 from planner.progress import Progress, silent
 from planner.telemetry.logs import LogLike, MappingLike, Telemetry, pieces_of
+from planner.telemetry.sampling.local_slopes import has_local_slopes, with_local_slopes
 from planner.telemetry.sampling.steady_drive import LEAST_SEGMENT_ROWS, at_steady_speeds
 
 STEADY_TIME = 0.2
@@ -39,6 +40,7 @@ class LogSource:
         path, mapping: where the chunks come from; None for a log in memory.
         steady_rows: least rows of the steady drives whose speeds are at their means in ``sample``
             and chunks; 0 where all are as read.
+        lines: derived accelerations are slopes of lines (local_slopes).
     """
 
     sample: Telemetry
@@ -49,6 +51,7 @@ class LogSource:
     path: Path | None
     mapping: MappingLike | None
     steady_rows: int = 0
+    lines: bool = False
 
     SAMPLE_ROWS: ClassVar[int] = 12_000
     PIECE_ROWS: ClassVar[int] = 200
@@ -60,17 +63,23 @@ class LogSource:
         """The same log with the speeds of steady drives of some rows at their means."""
         return replace(self, sample=at_steady_speeds(self.sample, rows), steady_rows=rows)
 
-    def readings(self) -> tuple[LogSource, ...]:
-        """The log at steady speeds; where rows are short also as read, and for longer drives.
+    def with_lines(self) -> LogSource:
+        """The same log as read, with derived accelerations as slopes of lines."""
+        return replace(self, sample=with_local_slopes(self.sample), lines=True)
 
-        Four short rows may be steady by chance while a robot changes its speed. Which reading is
-        the robot's motion depends on how its odometry scatters and how its controller works.
+    def readings(self) -> tuple[LogSource, ...]:
+        """The log at steady speeds; where rows are short also otherwise.
+
+        Four short rows may be steady by chance while a robot changes its speed: so there are also
+        speeds as read, and longer steady drives. Accelerations from row to row may be noise: so
+        there are also slopes of lines. Which reading is the robot's motion depends on how its
+        odometry scatters and how its controller works.
         """
         interval = float(np.median(self.sample.interval)) if len(self.sample) else STEADY_TIME
         rows = round(STEADY_TIME / max(interval, 1e-9))
-        if rows <= LEAST_SEGMENT_ROWS:
-            return (self.steady(),)
-        return self.steady(), self, self.steady(rows)
+        longer = (self, self.steady(rows)) if rows > LEAST_SEGMENT_ROWS else ()
+        lines = (self.with_lines().steady(),) if has_local_slopes(self.sample) else ()
+        return self.steady(), *longer, *lines
 
     def chunks(self) -> Iterator[Telemetry]:
         """The whole log in chunks of about CHUNK_ROWS rows, and of whole runs as far as they go.
@@ -81,9 +90,10 @@ class LogSource:
         if self.complete:
             yield self.sample
         else:
-            whole = _whole_runs(self._read())
             rows = self.steady_rows
-            yield from (at_steady_speeds(chunk, rows) if rows else chunk for chunk in whole)
+            for chunk in _whole_runs(self._read()):
+                read = with_local_slopes(chunk) if self.lines else chunk
+                yield at_steady_speeds(read, rows) if rows else read
 
     def _read(self) -> Iterator[Telemetry]:
         if self.log is not None:
