@@ -42,9 +42,10 @@ HEADING = "## Logs as laboratories write them"
 WORDS = """
 `python -m tests.benchmarks.naming --laboratory` draws a robot, its data sheet, a drive and the
 instruments anew for every log. Masses span a factor of 20; wheels are Mecanum, three or four omni
-wheels. Mass and lengths in the data sheet are up to 8 % off, other values 5 to 20 %. Drives are by
-hand, by missions or by test patterns, at 5 to 100 Hz. Meters filter (up to 0.8 s), hold, are late,
-quantise and clip. Odometry, IMU and clock have noise, bias, slip, jitter, gaps and drift.
+wheels, and a third of the robots have rollers whose drag grows with their speed. Mass and lengths
+in the data sheet are up to 8 % off, other values 5 to 20 %. Drives are by hand, by missions or by
+test patterns, at 5 to 100 Hz. Meters filter (up to 0.8 s), hold, are late, quantise and clip.
+Odometry, IMU and clock have noise, bias, slip, jitter, gaps and drift.
 
 *Floor* is the oracle's held-out error: the same fit, told what is hidden and what the meter does.
 ρ here is the effect after projection over that floor. *Testable*: the oracle's z is at least 5, and

@@ -8,6 +8,8 @@ the robot's motion, and accelerations follow them. Held-out runs say which (LogS
 
 from __future__ import annotations
 
+import math
+
 from planner.power.model import PowerModel
 from planner.telemetry.estimation import Fit
 from planner.telemetry.holdout import heldout_residual, metered_base_fit, rms
@@ -31,17 +33,23 @@ def best_reading(source: LogSource, start: PowerModel) -> LogSource:
     if not others:
         return usual
     log, base = metered_base_fit(usual.sample, start)
-    best, least = usual, CLEARLY_LESS * _error(log, base)
-    for other in others:
-        # The meter is the same whatever the motion.
-        log, base = metered_base_fit(other.sample, start, (log.meter,))
-        error = _error(log, base)
-        if error < least:
-            best, least = other, error
+    best, least, meter = usual, CLEARLY_LESS * _error(log, base), log.meter
+    for reading in others:
+        # A smooth motion shows a meter best; it is the same whatever the reading.
+        for known in ((meter,), None) if reading is others[0] else ((meter,),):
+            log, base = metered_base_fit(reading.sample, start, known)
+            error = _error(log, base)
+            if error < least:
+                best, least, meter = reading, error, log.meter
     return best
 
 
 def _error(log: Telemetry, base: Fit) -> float:
-    """W, on held-out runs, with usual errors of what is given where that is less."""
+    """W, on held-out runs: the geometric mean of two errors, that of the model as it can be adopted
+    and that with usual errors of what is given, where these predict better.
+
+    With usual errors alone, a reading could win whose model misses what they make good.
+    """
     given = given_columns(log, base.model, base.watts)
-    return min(rms(heldout_residual(log, base)), rms(heldout_residual(log, base, given)))
+    adopted, explained = (rms(heldout_residual(log, base, one)) for one in (None, given))
+    return math.sqrt(adopted * min(adopted, explained))

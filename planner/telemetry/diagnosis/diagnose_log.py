@@ -123,7 +123,7 @@ def diagnose_source(
     usual = source.steady()
     source = best_reading(source, start)
     decided = _decided(source, start, extra, watch)
-    otherwise = (source.steady_rows, source.lines) != (usual.steady_rows, usual.lines)
+    otherwise = (source.steady_rows, source.half_width) != (usual.steady_rows, usual.half_width)
     if otherwise and any(one.answer.claims for _, one in decided):
 
         def again(share: float, said: str) -> None:

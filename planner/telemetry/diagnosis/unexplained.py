@@ -111,12 +111,12 @@ def floor_of(
     lively = np.abs(examination.given[:, -GIVEN.moments :]).sum(axis=1)
     for rows in _alike(np.hypot(input_error, lively) / plain):
         floor[rows] *= max(_scale(left[rows] / plain[rows]), 1.0)
-    # What was fitted to these rows is below the error on others, slow noise above all.
+    # What was fitted to these rows is below the error on others, slow noise above all. And columns
+    # that do not hold on other rows, as in a log of a minute, explain nothing.
     held = LinearHeldout(log, examination, exact=exact)
-    # Columns that do not hold on other rows, as in a log of a minute, explain nothing.
-    kinds = ([*explained, *(rest[k] for k in further)], list(explained))
-    missed = min(_scale(held.residual_with(kind) / floor) for kind in kinds)
-    return floor * max(missed, noise.floor_w / rms(floor), 1.0)
+    kinds = [[*explained, *(rest[k] for k in further[:count])] for count in range(len(further) + 1)]
+    missed = min(rms(counted(held.residual_with(kind), floor)) for kind in kinds)
+    return floor * max(missed, noise.floor_w, rms(floor)) / rms(floor)
 
 
 def unexplained_by(log: Telemetry, residual: Array, floor: Array, watts: Array) -> Unexplained:

@@ -44,9 +44,10 @@ its narrow prior lets a fit give it, from which a fit with a wide one is tried."
 PART = 0.1
 """Share of the mean power that such a part then begins at, which makes its prior wide in any unit.
 """
-LEAST_FALL, LEAST_FORMULA_FALL = 0.016, 0.03
+LEAST_FALL, LEAST_FORMULA_FALL = 0.016, 0.05
 """Share of the held-out error that an effect or a sensor's error must take off, and that a formula
-must take off the best answer without it: a formula chooses its shape as well."""
+must take off the best answer without it: a formula chooses its shape as well, and 5 % is what a
+third of the noise floor adds."""
 LEAST_LOSS_FALL = 0.05
 """Share of the held-out loss, each row counted by how sure it is, that will do instead: a few rows
 near rest may outweigh all others in the squares."""
@@ -157,10 +158,12 @@ def supports(
     if formula:
         falls = rms(after) <= rms(before) and ratio <= 1.0 - LEAST_FORMULA_FALL
         return falls and _z_by_run(log, one**2 - other**2) >= LEAST_FORMULA_Z
-    if ratio <= 1.0 - LEAST_FALL and _z_by_run(log, one**2 - other**2) >= LEAST_Z:
-        return True
     surer, sure = huber(before / spread), huber(after / spread)
     share = 1.0 - float(sure.mean() / max(surer.mean(), 1e-300))
+    # What helps unsure rows alone, and harms the others, is no effect.
+    falls = ratio <= 1.0 - LEAST_FALL and share >= 0.0
+    if falls and _z_by_run(log, one**2 - other**2) >= LEAST_Z:
+        return True
     return (
         ratio <= 1.0 + MOST_RISE
         and share >= LEAST_LOSS_FALL

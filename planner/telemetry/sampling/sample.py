@@ -21,11 +21,13 @@ import numpy as np
 from planner.arrays import Integers
 from planner.progress import Progress, silent
 from planner.telemetry.logs import LogLike, MappingLike, Telemetry, pieces_of
-from planner.telemetry.sampling.local_slopes import has_local_slopes, with_local_slopes
+from planner.telemetry.sampling.smoothed_motion import can_be_smoothed, with_smoothed_motion
 from planner.telemetry.sampling.steady_drive import LEAST_SEGMENT_ROWS, at_steady_speeds
 
 STEADY_TIME = 0.2
 """s; a drive that a robot keeps up, where rows are short: motors need a tenth to change a speed."""
+HALF_WIDTHS = (0.2, 0.1)
+"""s on either side that a motion is smoothed over."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +42,7 @@ class LogSource:
         path, mapping: where the chunks come from; None for a log in memory.
         steady_rows: least rows of the steady drives whose speeds are at their means in ``sample``
             and chunks; 0 where all are as read.
-        lines: derived accelerations are slopes of lines (local_slopes).
+        half_width: s on either side of a row that its motion is smoothed over; 0 for none.
     """
 
     sample: Telemetry
@@ -51,7 +53,7 @@ class LogSource:
     path: Path | None
     mapping: MappingLike | None
     steady_rows: int = 0
-    lines: bool = False
+    half_width: float = 0.0
 
     SAMPLE_ROWS: ClassVar[int] = 12_000
     PIECE_ROWS: ClassVar[int] = 200
@@ -59,27 +61,38 @@ class LogSource:
     LONGEST_RUN: ClassVar[int] = 20_000
     """Most rows of a run that are held back until its end is there."""
 
-    def steady(self, rows: int = LEAST_SEGMENT_ROWS) -> LogSource:
-        """The same log with the speeds of steady drives of some rows at their means."""
-        return replace(self, sample=at_steady_speeds(self.sample, rows), steady_rows=rows)
+    def read_as(self, steady_rows: int, half_width: float) -> LogSource:
+        """The same log, its motion smoothed, and the speeds of steady drives at their means.
 
-    def with_lines(self) -> LogSource:
-        """The same log as read, with derived accelerations as slopes of lines."""
-        return replace(self, sample=with_local_slopes(self.sample), lines=True)
+        Args:
+            steady_rows, half_width: as the attributes.
+        """
+        read = replace(self, steady_rows=steady_rows, half_width=half_width)
+        return replace(read, sample=read._reading_of(self.sample))
+
+    def steady(self) -> LogSource:
+        """The same log in its usual reading: the speeds of steady drives at their means."""
+        return self.read_as(LEAST_SEGMENT_ROWS, 0.0)
+
+    def _reading_of(self, log: Telemetry) -> Telemetry:
+        smooth = with_smoothed_motion(log, self.half_width) if self.half_width else log
+        return at_steady_speeds(log, self.steady_rows, smooth) if self.steady_rows else smooth
 
     def readings(self) -> tuple[LogSource, ...]:
         """The log at steady speeds; where rows are short also otherwise.
 
         Four short rows may be steady by chance while a robot changes its speed: so there are also
-        speeds as read, and longer steady drives. Accelerations from row to row may be noise: so
-        there are also slopes of lines. Which reading is the robot's motion depends on how its
+        speeds as read, and longer steady drives. What is seen from row to row may be noise: so
+        there is also a smoothed motion. Which reading is the robot's motion depends on how its
         odometry scatters and how its controller works.
         """
         interval = float(np.median(self.sample.interval)) if len(self.sample) else STEADY_TIME
-        rows = round(STEADY_TIME / max(interval, 1e-9))
-        longer = (self, self.steady(rows)) if rows > LEAST_SEGMENT_ROWS else ()
-        lines = (self.with_lines().steady(),) if has_local_slopes(self.sample) else ()
-        return self.steady(), *longer, *lines
+        rows = max(round(STEADY_TIME / max(interval, 1e-9)), LEAST_SEGMENT_ROWS)
+        smooth = [width for width in HALF_WIDTHS if can_be_smoothed(self.sample, width)]
+        kinds = [(rows, width) for width in smooth] + [(0, width) for width in smooth]
+        if rows > LEAST_SEGMENT_ROWS:
+            kinds += [(0, 0.0), (rows, 0.0)]
+        return self.steady(), *(self.read_as(*kind) for kind in kinds)
 
     def chunks(self) -> Iterator[Telemetry]:
         """The whole log in chunks of about CHUNK_ROWS rows, and of whole runs as far as they go.
@@ -90,10 +103,7 @@ class LogSource:
         if self.complete:
             yield self.sample
         else:
-            rows = self.steady_rows
-            for chunk in _whole_runs(self._read()):
-                read = with_local_slopes(chunk) if self.lines else chunk
-                yield at_steady_speeds(read, rows) if rows else read
+            yield from map(self._reading_of, _whole_runs(self._read()))
 
     def _read(self) -> Iterator[Telemetry]:
         if self.log is not None:

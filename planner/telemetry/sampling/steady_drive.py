@@ -53,27 +53,32 @@ _SPEEDS = [INDEX[name] for name in ("vx", "vy", "wz")]
 _RATES = [INDEX[name] for name in ("ax", "ay", "yaw_acceleration")]
 
 
-def at_steady_speeds(log: Telemetry, least: int = LEAST_SEGMENT_ROWS) -> Telemetry:
+def at_steady_speeds(
+    log: Telemetry, least: int = LEAST_SEGMENT_ROWS, elsewhere: Telemetry | None = None
+) -> Telemetry:
     """The log with the speeds of steady stretches at their means.
 
     Args:
         log: the rows; their runs and times say which of them follow each other.
         least: rows of a stretch, at least.
+        elsewhere: the same rows in another reading, which stands outside of steady stretches.
 
     Returns:
-        A log with the same rows, of which only velocities and accelerations differ.
+        A log with the same rows, of which only velocities and accelerations differ; from
+        ``elsewhere``, also what else its reading changes.
     """
-    rows = log.rows.copy()
+    rows = (log if elsewhere is None else elsewhere).rows.copy()
     rate = rows[:, _RATES]  # of the body's speeds, without the turning of the frame
     vx, vy, wz = rows[:, _SPEEDS].T
     rate[:, 0] += wz * vy
     rate[:, 1] -= wz * vx
     ends = np.array([stop for _, stop in log.segments()], np.int64)
     for axis, (place, most) in enumerate(zip(_SPEEDS, Telemetry.SPEED_ERROR, strict=True)):
-        speed, inside = rows[:, place].copy(), np.zeros(len(log), np.bool_)
+        speed = log.rows[:, place].copy()
+        steady, inside = np.zeros((2, len(log)), np.bool_)
         if len(log):
-            _average(speed, ends, most, least, inside)
-        rows[:, place] = speed
+            _average(speed, ends, most, least, steady, inside)
+        rows[steady, place] = speed[steady]
         rate[inside, axis] = 0.0
     vx, vy, wz = rows[:, _SPEEDS].T
     rate[:, 0] -= wz * vy
@@ -102,8 +107,8 @@ def stretches(log: Telemetry, speed: str) -> tuple[Integers, Integers, Mask]:
 
 
 @njit(cache=True, nogil=True)
-def _average(speed: Any, ends: Any, most: float, least: int, inside: Any) -> None:
-    """Average a speed (n,) over steady stretches, in place, and mark the rows inside of them.
+def _average(speed: Any, ends: Any, most: float, least: int, steady: Any, inside: Any) -> None:
+    """Average a speed (n,) over steady stretches, in place; mark their rows and those inside.
 
     ``ends`` are those of the segments; ``most`` is how far the speed may range, over ``least`` rows
     or more. A row beside another motion is not inside: it may have begun to change its own.
@@ -125,6 +130,7 @@ def _average(speed: Any, ends: Any, most: float, least: int, inside: Any) -> Non
                     waiting.append((begin, middle))
                     continue
                 speed[begin:end] = _steady(speed[begin:end])
+                steady[begin:end] = True
                 inside[begin if begin == first else begin + 1 : end if end == last else end - 1] = (
                     True
                 )

@@ -75,7 +75,7 @@ class Oracle:
     def of(cls, log: Log) -> Oracle:
         """Fit, hold out, and compare with the rivals; of all readings of the rows, the best."""
         read = open_source(Telemetry.read(log.path, log.mapping))
-        rows = {(s.steady_rows, s.lines): s.sample for s in (read, *read.readings())}
+        rows = {(s.steady_rows, s.half_width): s.sample for s in (read, *read.readings())}
         readings = [cls._of(log, each) for each in rows.values()]
         return min(readings, key=lambda one: one.floor_w)
 
