@@ -27,6 +27,7 @@ from planner.telemetry.diagnosis.results import Outside
 from planner.telemetry.estimation import Fit
 from planner.telemetry.evidence import Examination
 from planner.telemetry.logs import Telemetry
+from planner.telemetry.noise import CLIP, huber
 from planner.telemetry.other_terms import Shape
 from planner.telemetry.prediction import Readings
 from planner.telemetry.quantities_of_motion import STANDSTILL, motion_axes
@@ -35,6 +36,8 @@ from planner.telemetry.terms import Addition, fit_with
 
 TUNED_SHAPES = 5
 """Best shapes whose place and width are optimised."""
+ROBUST_ROUNDS = 4
+"""Rounds of a robust fit; each at least halves what the one before has left of outliers."""
 CURVE_EDGES = 41
 """Borders between the bins of a reported curve."""
 MOST_STRENGTH = 1e6
@@ -262,11 +265,11 @@ class _Tuner:
         dictionary = examination.competitors.dictionary
         self.dictionary = dictionary
         self.rows = rows
-        at = [*evidence.tangent.tolist(), *given, evidence.residual]
-        white = self._white(examination.raw[:, at])
-        scale = np.sqrt((white[:, :-1] ** 2).sum(axis=0)) + 1e-300
-        self.basis, _ = np.linalg.qr(white[:, :-1] / scale)
-        self.target = white[:, -1] - self.basis @ (self.basis.T @ white[:, -1])
+        own = self._white(examination.raw[:, [*evidence.tangent.tolist(), *given]])
+        self.basis, _ = np.linalg.qr(own / (np.sqrt((own**2).sum(axis=0)) + 1e-300))
+        # Not clipped: a shape in the wrong place would make outliers of the rows that it misses.
+        self.target = self._white(examination.residual[:, None])[:, 0]
+        self.loss = self._fitted(np.empty((len(log), 0)))[0]
 
     def _white(self, columns: Array) -> Array:
         examination = self.examination
@@ -276,13 +279,23 @@ class _Tuner:
         """Log-likelihood that a shape gains, and its coefficients (cosine and sine)."""
         pair = (shape, replace(shape, kind="sin")) if shape.kind == "cos" else (shape,)
         columns = Readings.as_shown(self.log, self.dictionary.only(pair).columns(self.rows))
-        white = self._white(columns)
+        loss, found = self._fitted(self._white(columns))
+        return 0.5 * (self.loss - loss), found
+
+    def _fitted(self, white: Array) -> tuple[float, Array]:
+        """Robust loss of the model's columns with some more (n, k), and the coefficients of these.
+
+        Every round fits what is left, cut where the loss bends (Huber's pseudo-observations).
+        """
         clear = white - self.basis @ (self.basis.T @ white)
-        gram = clear.T @ clear
-        if np.trace(gram) <= 1e-12:
-            return 0.0, np.zeros(len(pair))
-        found = np.linalg.lstsq(gram, clear.T @ self.target, rcond=1e-10)[0]
-        return float(0.5 * found @ (clear.T @ self.target)), np.asarray(found, float)
+        gram, left = clear.T @ clear, self.target
+        total = np.zeros(white.shape[1])
+        for _ in range(ROBUST_ROUNDS):
+            cut = np.clip(left, -CLIP, CLIP)
+            found = np.linalg.lstsq(gram, clear.T @ cut, rcond=1e-10)[0]
+            left = left - clear @ found - self.basis @ (self.basis.T @ cut)
+            total = total + found
+        return float(huber(left).sum()), total
 
     def tuned(self, shape: Shape) -> tuple[float, Shape, tuple[float, ...]]:
         """Gain less a charge for every number, the shape at its best place, its coefficients."""

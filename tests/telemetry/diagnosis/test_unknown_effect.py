@@ -65,6 +65,18 @@ def test_what_is_switched_along_an_axis_gets_a_step(motion, base, axis):
     assert fitted["strength"] == pytest.approx(WATTS, rel=0.15)
 
 
+def test_rows_that_a_threshold_misses_move_it_however_far_out_they_are(motion, base):
+    """Little noise: 3 W on the wrong side of a step are far beyond where residuals are cut."""
+    values = motion_axes(motion.rows)["temperature"]
+    low, high = np.nanpercentile(values, [1, 99])
+    threshold = low + 0.47 * (high - low)
+    extra = WATTS * (values > threshold)
+    found = diagnose(measured(motion, base, 0.3 * NOISE, seed=6, extra=extra), base)
+    slots = zip(found.model.slots, found.model.parameters, strict=True)
+    (fitted,) = (value for (_, name, _, _), value in slots if name == "threshold")
+    assert fitted == pytest.approx(threshold, abs=0.008 * (high - low))
+
+
 def test_what_fades_with_speed_is_no_stiction(motion, base):
     """Losses of a bridge that idles at low speed start with the motion, as stiction does."""
     speed = motion_axes(motion.rows)["speed"]
