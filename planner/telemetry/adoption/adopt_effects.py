@@ -27,7 +27,7 @@ from planner.shown import Shown, frame
 from planner.telemetry.adoption.versions import history, new_version, rmse_of
 from planner.telemetry.diagnosis import Diagnosis, Errors, diagnose_source
 from planner.telemetry.estimation import Fit, FittedParameter
-from planner.telemetry.holdout import heldout_rmse
+from planner.telemetry.holdout import heldout_residual, rms
 from planner.telemetry.logs import LogLike, MappingLike
 from planner.telemetry.sampling import open_source
 from planner.telemetry.starting_model import starting_model
@@ -128,7 +128,7 @@ def adopt(
         fitted = fit_with(
             diagnosis.base, diagnosis.corrected, additions, noise=diagnosis.fitted.noise, tried=True
         )
-        after = Errors(fitted.rmse_w, heldout_rmse(diagnosis.corrected, fitted))
+        after = Errors(fitted.rmse_w, rms(heldout_residual(diagnosis.corrected, fitted)))
     warnings = _warnings(names, diagnosis, after, fitted)
     new = new_version(start, fitted, names, diagnosis, after, warnings)
     errors = diagnosis.baseline, after

@@ -41,7 +41,7 @@ from planner.quantities import INDEX
 from planner.shown import Shown, frame
 from planner.telemetry.comparison.sums import RunComparison, Sums, curve_bins
 from planner.telemetry.estimation import FittedParameter, RefusedFit
-from planner.telemetry.holdout import heldout_rmse, meter_beside, metered_base_fit
+from planner.telemetry.holdout import heldout_residual, meter_beside, metered_base_fit, rms
 from planner.telemetry.logs import Finding, LogLike, MappingLike, Meter, Telemetry
 from planner.telemetry.noise import Noise, noise_of, strongest_columns
 from planner.telemetry.other_terms import Dictionary
@@ -215,7 +215,7 @@ def _settle(
         steady, result = metered_base_fit(steady, model)
         model, parameters, refused = result.model, result.parameters, result.refused
         watch(0.45, "predicting held-out runs")
-        heldout = heldout_rmse(steady, result)
+        heldout = rms(heldout_residual(steady, result))
     watch(0.5, "separating noise from misfit")
     watts = predict(model, steady)
     finite = np.isfinite(watts)

@@ -120,8 +120,7 @@ def diagnose_source(
 ) -> Diagnosis:
     """As ``diagnose``, for a log that is open."""
     watch(0.05, "reading the motion")
-    usual = source.steady()
-    source = best_reading(source, start)
+    usual, source = source.steady(), best_reading(source, start)
     decided = _decided(source, start, extra, watch)
     otherwise = (source.steady_rows, source.half_width) != (usual.steady_rows, usual.half_width)
     if otherwise and any(one.answer.claims for _, one in decided):
@@ -129,6 +128,7 @@ def diagnose_source(
         def again(share: float, said: str) -> None:
             watch(0.9 + 0.1 * share, f"{said}, in the usual reading")
 
+        usual = usual.with_meter(source.sample.meter)
         others = [decision for _, decision in _decided(usual, start, extra, again)]
         decided = [(found, confirmed(found, decision, others)) for found, decision in decided]
     reports = [_report(source, start, found, decision) for found, decision in decided]

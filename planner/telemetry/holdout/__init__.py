@@ -8,20 +8,19 @@ candidates from Gram matrices.
 from planner.telemetry.holdout.heldout import (
     base_fit,
     heldout_residual,
-    heldout_rmse,
     rms,
     supports,
 )
 from planner.telemetry.holdout.linear_heldout import LinearHeldout
-from planner.telemetry.holdout.metered import meter_beside, metered_base_fit
+from planner.telemetry.holdout.metered import meter_beside, metered_base_fit, overall_error
 
 __all__ = [
     "LinearHeldout",
     "base_fit",
     "heldout_residual",
-    "heldout_rmse",
     "meter_beside",
     "metered_base_fit",
+    "overall_error",
     "rms",
     "supports",
 ]

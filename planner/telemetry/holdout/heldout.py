@@ -160,8 +160,8 @@ def supports(
         return falls and _z_by_run(log, one**2 - other**2) >= LEAST_FORMULA_Z
     surer, sure = huber(before / spread), huber(after / spread)
     share = 1.0 - float(sure.mean() / max(surer.mean(), 1e-300))
-    # What helps unsure rows alone, and harms the others, is no effect.
-    falls = ratio <= 1.0 - LEAST_FALL and share >= 0.0
+    # What helps unsure rows alone is no effect.
+    falls = ratio <= 1.0 - LEAST_FALL and share >= LEAST_FALL
     if falls and _z_by_run(log, one**2 - other**2) >= LEAST_Z:
         return True
     return (

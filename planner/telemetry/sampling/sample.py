@@ -20,7 +20,7 @@ import numpy as np
 
 from planner.arrays import Integers
 from planner.progress import Progress, silent
-from planner.telemetry.logs import LogLike, MappingLike, Telemetry, pieces_of
+from planner.telemetry.logs import LogLike, MappingLike, Meter, Telemetry, pieces_of
 from planner.telemetry.sampling.smoothed_motion import can_be_smoothed, with_smoothed_motion
 from planner.telemetry.sampling.steady_drive import LEAST_SEGMENT_ROWS, at_steady_speeds
 
@@ -73,6 +73,10 @@ class LogSource:
     def steady(self) -> LogSource:
         """The same log in its usual reading: the speeds of steady drives at their means."""
         return self.read_as(LEAST_SEGMENT_ROWS, 0.0)
+
+    def with_meter(self, meter: Meter | None) -> LogSource:
+        """The same log, its power read from a meter."""
+        return replace(self, sample=replace(self.sample, meter=meter))
 
     def _reading_of(self, log: Telemetry) -> Telemetry:
         smooth = with_smoothed_motion(log, self.half_width) if self.half_width else log

@@ -58,7 +58,7 @@ def with_smoothed_motion(log: Telemetry, half_width: float) -> Telemetry:
     wide = np.flatnonzero((reach >= LEAST_NEIGHBOURS) & moving)
     if not len(wide):
         return log
-    places = [INDEX[name] for name in _MEASURED]
+    places = np.array([INDEX[name] for name in _MEASURED])
     values, slopes = _parabolas(log.time, log.rows[:, places], wide, reach[wide])
     rows = log.rows.copy()
     rows[np.ix_(wide, places)] = values

@@ -24,9 +24,9 @@ from planner.telemetry.estimation import Fit, fit
 from planner.telemetry.evidence import DesignColumns, Examination, examine
 from planner.telemetry.holdout import (
     heldout_residual,
-    heldout_rmse,
     meter_beside,
     metered_base_fit,
+    rms,
 )
 from planner.telemetry.logs import Meter, Telemetry, same_meter
 from planner.telemetry.other_terms import SENSORS, Dictionary, Sensor
@@ -147,7 +147,7 @@ def investigate(
     """Search rows in memory.
 
     Args:
-        sample: the rows.
+        sample: the rows; their meter is estimated where they have none.
         start: the model, not yet fitted.
         extra: custom effects that compete with the catalogue.
         watch: progress; raises when the caller cancelled.
@@ -158,7 +158,7 @@ def investigate(
     search = partial(
         _without_faults, sample, start, extra, watch, as_stated=as_stated, sensors=sensors
     )
-    found = search()
+    found = search(known=None if sample.meter is None else (sample.meter,))
     if not found.additions:
         return found
     # Around the effects that were found the meter may be another, or none.
@@ -168,7 +168,8 @@ def investigate(
         return found
     # A likelier meter must predict held-out runs as well, or it follows errors of the inputs.
     anew = replace(found, log=metered).refit(found.additions)
-    if heldout_rmse(metered, anew) >= heldout_rmse(found.log, found.fitted):
+    before, after = heldout_residual(found.log, found.fitted), heldout_residual(metered, anew)
+    if rms(after) >= rms(before):
         return found
     return search(known=(metered.meter,))
 
@@ -181,7 +182,7 @@ def _without_faults(
     *,
     as_stated: bool,
     sensors: Collection[str],
-    known: tuple[Meter | None] | None = None,
+    known: tuple[Meter | None] | None,
 ) -> Found:
     """Search rows for effects and faults of sensors; ``known`` is the meter where it is."""
     corrections: dict[str, tuple[float, float]] = {}
@@ -293,7 +294,7 @@ def _settled(
         watch(reached, "refitting with " + ", ".join(m.name for m in members))
         additions, fitted = refit()
         if exact and members:
-            error = heldout_rmse(log, fitted)
+            error = rms(heldout_residual(log, fitted))
             if best is None or error < best[0]:
                 best = error, state()
         aliased = {name for aliases in selection.aliases.values() for name in aliases}
@@ -309,7 +310,7 @@ def _settled(
         selection = _chosen(FullFits(log, base, examination, check), known)
     # Around stated values that are far off, later rounds may wander; the best one counts.
     settled = tuple((m.name, m.columns) for m in selection.members if not m.sensor) == chosen
-    if best is not None and not (settled and heldout_rmse(log, fitted) <= best[0]):
+    if best is not None and not (settled and rms(heldout_residual(log, fitted)) <= best[0]):
         return best[1]
     if not settled:
         # The last choice has not been fitted yet; names and parameters belong together.

@@ -9,6 +9,7 @@ import pytest
 
 from planner.quantities import INDEX
 from planner.telemetry.diagnosis.best_reading import best_reading
+from planner.telemetry.logs import Meter
 from planner.telemetry.prediction import predict
 from planner.telemetry.sampling import at_steady_speeds, open_source
 from tests.telemetry.rows import plain_log
@@ -46,3 +47,47 @@ def test_the_power_says_whether_small_changes_are_motion(trembling, robot, base,
     log = replace(trembling, power=predict(robot, moved) + noise)
     chosen = best_reading(open_source(log), base)
     assert (chosen.steady_rows == 0) == real
+
+
+@pytest.fixture(scope="module")
+def swaying():
+    """Ten runs at 50 Hz whose speeds sway slowly, and the same as odometry with noise sees them."""
+    lengths = [400] * 10
+    random = np.random.default_rng(13)
+    log = plain_log(lengths)
+    time = STEP * np.concatenate([np.arange(1.0, length + 1.0) for length in lengths])
+    log = replace(log, time=time, interval=np.full(len(time), STEP))
+    rows, seen = log.rows.copy(), log.rows.copy()
+    for speed, rate, most in (
+        ("vx", "ax", 0.6),
+        ("vy", "ay", 0.4),
+        ("wz", "yaw_acceleration", 0.6),
+    ):
+        parts = []
+        for length in lengths:
+            beat, phase = random.uniform(0.8, 2.5, 3), random.uniform(0.0, 6.0, 3)
+            waves = np.sin(np.outer(STEP * np.arange(length), beat) + phase)
+            parts.append(most * waves.mean(axis=1))
+        rows[:, INDEX[speed]] = np.concatenate(parts)
+        seen[:, INDEX[speed]] = rows[:, INDEX[speed]] + 0.005 * random.standard_normal(len(time))
+        for table in (rows, seen):
+            of_run = np.split(table[:, INDEX[speed]], len(lengths))
+            table[:, INDEX[rate]] = np.concatenate([np.gradient(v, STEP) for v in of_run])
+    for table in (rows, seen):
+        vx, vy, wz = (table[:, INDEX[name]].copy() for name in ("vx", "vy", "wz"))
+        table[:, INDEX["ax"]] -= wz * vy
+        table[:, INDEX["ay"]] += wz * vx
+    return replace(log, rows=rows), replace(log, rows=seen)
+
+
+@pytest.mark.parametrize("time_constant", [0.0, 0.2])
+def test_noise_of_the_motion_does_not_change_the_meter(swaying, robot, base, time_constant):
+    """A filter would take away what noisy accelerations add to the power."""
+    moved, seen = swaying
+    meter = Meter(time_constant) if time_constant else None
+    noise = 0.1 * np.random.default_rng(3).standard_normal(len(seen))
+    log = replace(seen, power=predict(robot, replace(moved, meter=meter)) + noise)
+    chosen = best_reading(open_source(log), base)
+    assert chosen.half_width > 0.0
+    found = chosen.sample.meter.time_constant_s if chosen.sample.meter else 0.0
+    assert found == pytest.approx(time_constant, rel=0.1, abs=0.5 * STEP)

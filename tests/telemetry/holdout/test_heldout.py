@@ -11,7 +11,8 @@ from planner.report.workbench_wording import how_far
 from planner.telemetry.comparison import compare
 from planner.telemetry.diagnosis import diagnose
 from planner.telemetry.estimation import fit
-from planner.telemetry.holdout import base_fit, heldout_rmse, metered_base_fit, rms
+from planner.telemetry.holdout import base_fit, metered_base_fit, rms
+from planner.telemetry.holdout.heldout import heldout_rmse
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.prediction import predict
 from planner.telemetry.sampling import at_steady_speeds

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from planner.power.model import PowerModel
-from planner.telemetry.holdout import heldout_rmse
+from planner.telemetry.holdout.heldout import heldout_rmse
 from planner.telemetry.selection.backward_elimination import without_unsupported
 from planner.telemetry.selection.selection_loop import investigate
 from planner.telemetry.terms import Addition, fit_with
