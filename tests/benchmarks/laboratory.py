@@ -341,13 +341,14 @@ def section_of(found: Mapping[str, Any]) -> str:
     low, middle, high = found["noise_floor_over_oracle"]
     first, last = found["seeds"]
     wrong = "".join(f"{line}\n" for line in found["not_right"])
+    listed = f"Logs with a wrong answer:\n\n```text\n{wrong}```" if wrong else "No answer is wrong."
     return (
         f"{HEADING}\n{WORDS}\n"
         f"{found['logs']} logs of the split `{found['split']}`, seeds {first} to {last}; "
         f"a diagnosis\ntakes {found['median_cpu_seconds']} s of processor time (median).\n"
         "The reported noise floor over the oracle's is "
         f"{low:.2f}, {middle:.2f} and {high:.2f} at 5, 50 and 95 %.\n\n"
-        f"{text_of(found)}\nLogs with a wrong answer:\n\n```text\n{wrong}```\n"
+        f"{text_of(found)}\n{listed}\n"
     )
 
 

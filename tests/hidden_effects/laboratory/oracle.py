@@ -6,9 +6,9 @@
     oracle.testable        # whether anybody could name what is hidden
 
 It gets the log and the data sheet as a diagnosis does, and starts at the stated vehicle. It reads
-the rows as they are, and at steady speeds as a diagnosis does, and keeps what predicts better: a
-floor is below every answer that knows less. Beside that it knows which effects act, and what of the
-base model the data sheet leaves out. It passes every predicted power through the true meter. It
+the motion in every way that a diagnosis tries, and as it was logged, and keeps what predicts best:
+a floor is below every answer that knows less. Beside that it knows which effects act, and what of
+the base model the data sheet leaves out. It passes every predicted power through the true meter. It
 does not know the errors of odometry, IMU, clock and data sheet: nobody does.
 
 Testable: every hidden effect has |z| ≥ 5, its score added up by runs where it hardly changes within
