@@ -20,11 +20,15 @@ differences are scatter between choices of the held-out runs."""
 def best_reading(source: LogSource, start: PowerModel) -> LogSource:
     """The log in the reading whose held-out error is least, with the meter that it shows.
 
+    Rows that leave no choice keep their meter for the search to find.
+
     Args:
         source: the log as read.
         start: the model as stated.
     """
     usual, *others = source.readings()
+    if not others:
+        return usual
     log, base = metered_base_fit(usual.sample, start)
     best, least, meter = usual, CLEARLY_LESS * overall_error(log, base), log.meter
     for reading in others:

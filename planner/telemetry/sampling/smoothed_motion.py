@@ -26,8 +26,8 @@ from planner.arrays import Array, Integers
 from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
 
-LEAST_NEIGHBOURS = 2
-"""Rows on either side, at least: a parabola through three rows takes no noise away."""
+LEAST_NEIGHBOURS = 3
+"""Rows on either side, at least: a parabola through five leaves 70 % of a value's noise."""
 MOST_FITTED_ROWS = 25
 """Rows on either side that a parabola is drawn through; of more, so many evenly chosen ones."""
 ROUNDING = 1e-6

@@ -56,7 +56,7 @@ def test_a_motion_keeps_its_speed_its_acceleration_and_its_turning_frame():
     turning = np.full(2000, 0.5)
     vx, vy = 0.3 * np.sin(2.0 * time), 0.2 * time**2
     log = with_smoothed_motion(fast(vx=vx, vy=vy, wz=turning), HALF_WIDTH)
-    inner = np.r_[2:998, 1002:1998]
+    inner = np.r_[3:997, 1003:1997]
     ax = 0.6 * np.cos(2.0 * time) - 0.5 * vy
     ay = 0.4 * time + 0.5 * vx
     assert np.allclose(column(log, "vx")[inner], vx[inner], atol=1e-5)
@@ -80,7 +80,7 @@ def test_uneven_rows_are_fitted_at_their_own_times():
     late = np.random.default_rng(3).uniform(-0.3, 0.3, 2000) / RATE
     time = np.tile(np.arange(1000) / RATE, 2) + late
     log = with_smoothed_motion(replace(fast(vx=0.4 * time), time=time), HALF_WIDTH)
-    inner = np.r_[2:998, 1002:1998]
+    inner = np.r_[3:997, 1003:1997]
     assert np.allclose(column(log, "ax")[inner], 0.4, atol=1e-9)
     assert np.allclose(column(log, "vx")[inner], 0.4 * time[inner], atol=1e-9)
 
@@ -101,7 +101,7 @@ def test_rows_at_rest_and_slow_rows_stay():
     slow = replace(fast(vx=still), time=np.tile(np.arange(1000) / 10.0, 2))
     assert not can_be_smoothed(slow, HALF_WIDTH)
     assert with_smoothed_motion(slow, HALF_WIDTH) is slow
-    assert can_be_smoothed(slow, 2.0 * HALF_WIDTH)
+    assert can_be_smoothed(slow, 3.0 * HALF_WIDTH)
 
 
 def test_steady_drives_keep_their_means_beside_a_smoothed_motion():
