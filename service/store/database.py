@@ -12,6 +12,7 @@ from __future__ import annotations
 import errno
 import os
 import sqlite3
+import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any, NamedTuple, Self, TypeVar
@@ -39,6 +40,9 @@ _ACCEPTED = "an address such as sqlite:////path/joulepath.db or postgresql+psyco
 
 LOCK_PATIENCE_S = 5
 """Seconds that a change waits for a locked SQLite file; Python's own default."""
+
+RETRY_S = 0.01
+"""Seconds between attempts that SQLite itself does not repeat."""
 
 MIGRATIONS: Mapping[int, Callable[[Connection], None]] = {}
 """Version of the tables -> function that migrates them to the next version."""
@@ -156,9 +160,25 @@ def _settle_sqlite(connection: Any, _: Any) -> None:
     if isinstance(connection, sqlite3.Connection):
         # Two writers wait for each other, from the first statement on.
         connection.execute(f"PRAGMA busy_timeout={1000 * LOCK_PATIENCE_S}")
-        # Readers do not wait for a writer.
-        connection.execute("PRAGMA journal_mode=WAL")
+        _let_readers_pass(connection)
         connection.execute("PRAGMA foreign_keys=ON")
+
+
+def _let_readers_pass(connection: sqlite3.Connection) -> None:
+    """Readers do not wait for a writer.
+
+    Where services open a new file together, SQLite refuses all but one without any patience: a
+    reader that waits to be the only one would wait for others that do the same.
+    """
+    until = time.monotonic() + LOCK_PATIENCE_S
+    while True:
+        try:
+            connection.execute("PRAGMA journal_mode=WAL")
+            return
+        except sqlite3.OperationalError as error:
+            if error.sqlite_errorcode & 0xFF != sqlite3.SQLITE_BUSY or time.monotonic() > until:
+                raise
+        time.sleep(RETRY_S)
 
 
 def _bring_up_to_date(engine: Engine) -> None:
