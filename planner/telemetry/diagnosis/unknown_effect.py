@@ -37,7 +37,7 @@ from planner.telemetry.terms import Addition, fit_with
 TUNED_SHAPES = 5
 """Best shapes whose place and width are optimised."""
 ROBUST_ROUNDS = 4
-"""Rounds of a robust fit; each at least halves what the one before has left of outliers."""
+"""Rounds of a robust fit, each of what the ones before have left, cut anew."""
 CURVE_EDGES = 41
 """Borders between the bins of a reported curve."""
 MOST_STRENGTH = 1e6
