@@ -46,6 +46,8 @@ MOST_HELPERS, HELPER_SHARE = 4, 0.01
 """Columns that noise is estimated beside, and the share of squares that each must explain."""
 COLLINEAR = 0.03
 """Share of a column's norm that the model's own columns, and each chosen one, must leave."""
+LEAST_SPREAD = 1e-6
+"""W; a log without any noise has this."""
 _MAD = 1.4826
 """Standard deviation of a normal distribution over its median absolute deviation."""
 
@@ -83,9 +85,9 @@ class Noise:
         by_run: (2, 2) covariance of the runs' offset and gain in whitened units.
         floor_w: rms over the log of what no column explains, W: noise of the meter, and what errors
             of the inputs make of a perfect model.
-        rowwise: fits take the rows one by one. A whitened fit follows changes from row to row, in
-            which errors of the inputs are largest: where those are what correlates, every slope
-            comes out too flat, and a robot that stands too hungry.
+        even_w: W, the spread of every row in fits; 0 where fits weight rows by this noise. Noise
+            says which rows tell most about a perfect model. What a model misses, and errors of the
+            inputs, are largest elsewhere: a fit that trusts the quiet rows pays for it in others.
     """
 
     powers: Array
@@ -94,18 +96,31 @@ class Noise:
     shrink: Array
     by_run: Array
     floor_w: float
-    rowwise: bool = False
+    even_w: float = 0.0
 
     @property
     def correlation(self) -> float:
         """Correlation of neighbouring rows."""
         return float(self.reflections[1, 0]) if len(self.reflections) > 1 else 0.0
 
+    @property
+    def redundancy(self) -> float:
+        """Rows that tell a fit as much of something slow as one row of independent noise."""
+        if not self.even_w:
+            return 1.0
+        return float((self.shrink[-1] / (1.0 - self.reflections[-1].sum())) ** 2)
+
     def for_fits(self) -> Noise:
-        """What fits weight rows by: this noise, or without correlation where it is ``rowwise``."""
-        if not self.rowwise:
+        """What fits weight rows by: this noise, or none but ``even_w``."""
+        if not self.even_w:
             return self
-        return replace(self, reflections=np.zeros((1, 1)), shrink=np.ones(1))
+        return replace(
+            self, reflections=np.zeros((1, 1)), shrink=np.ones(1), by_run=np.zeros((2, 2))
+        )
+
+    def spread_for_fits(self, spread: Array) -> Array:
+        """(n,) W, by what fits divide single rows whose standard deviation is ``spread`` (n,)."""
+        return np.full_like(spread, self.even_w) if self.even_w else spread
 
     def spread(self, watts: Array, input_error: Array) -> Array:
         """(n,) W, standard deviation of single rows at a modelled power and input uncertainty."""
@@ -224,7 +239,7 @@ def noise_of(
     Returns:
         The noise, and (n,) W that the columns leave over.
     """
-    powers, spreads = np.array([0.0]), np.array([max(_deviation(residual), 1e-6)])
+    powers, spreads = np.array([0.0]), np.array([max(deviation(residual), LEAST_SPREAD)])
     left = residual
     for _ in range(3):
         scale = 1.0 / np.hypot(np.interp(np.abs(watts), powers, spreads), input_error)
@@ -262,7 +277,7 @@ def row_likelihood(
         (n,), 0 in the first row of each stretch, which no row before it foretells.
     """
     left = _leftover(residual, columns, 1.0 / spread)
-    size = max(_deviation(left / spread), 1e-9)
+    size = max(deviation(left / spread), 1e-9)
     z = np.clip(left / (size * spread), -CLIP, CLIP)
     reflections, shrink = _autoregression(log, z)
     one = np.ones(1)
@@ -288,7 +303,8 @@ def _floor(z: Array, spread: Array) -> float:
     return float(np.sqrt(np.mean((z * spread) ** 2)))
 
 
-def _deviation(values: Array) -> float:
+def deviation(values: Array) -> float:
+    """Standard deviation about 0 of most of some values: half of them are nearer."""
     return _MAD * float(np.median(np.abs(values)))
 
 
@@ -314,10 +330,10 @@ def _spread(size: Array, left: Array) -> tuple[Array, Array]:
     order = np.argsort(size, kind="stable")
     bins = np.array_split(order, count)
     powers = np.array([float(np.median(size[b])) for b in bins])
-    spreads = np.array([_deviation(left[b]) for b in bins])
+    spreads = np.array([deviation(left[b]) for b in bins])
     padded = np.concatenate([spreads[:1], spreads, spreads[-1:]])
     smooth = np.convolve(padded, [0.25, 0.5, 0.25], "valid")
-    floor = max(0.3 * float(np.median(smooth)), 1e-6)
+    floor = max(0.3 * float(np.median(smooth)), LEAST_SPREAD)
     keep = np.concatenate([[True], np.diff(powers) > 0])
     return powers[keep], np.maximum(smooth, floor)[keep]
 

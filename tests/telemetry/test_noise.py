@@ -55,15 +55,24 @@ def test_offsets_and_gains_of_runs_are_whitened_too(lengths):
     assert matrix @ covariance @ matrix.T == pytest.approx(np.eye(len(log)), abs=1e-9)
 
 
-@pytest.mark.parametrize("rowwise", [False, True])
-def test_rows_taken_one_by_one_are_only_scaled(rowwise):
+@pytest.mark.parametrize("even_w", [0.0, 0.4])
+def test_rows_that_weigh_the_same_are_only_scaled(even_w):
     log = plain_log(RUNS["mixed"])
     spread = np.linspace(0.5, 3.0, len(log))
-    used = replace(first_order(), rowwise=rowwise).for_fits()
-    matrix = used.whiten(log, np.zeros(len(log)), spread, np.eye(len(log)))
-    assert np.array_equal(matrix, np.diag(np.diag(matrix))) is rowwise
-    if rowwise:
-        assert np.diag(matrix) == pytest.approx(1.0 / spread)
+    noise = replace(first_order(), even_w=even_w)
+    used, counts = noise.for_fits(), noise.spread_for_fits(spread)
+    matrix = used.whiten(log, np.zeros(len(log)), counts, np.eye(len(log)))
+    assert np.array_equal(matrix, np.diag(np.diag(matrix))) is bool(even_w)
+    if even_w:
+        assert np.diag(matrix) == pytest.approx(1.0 / even_w)
+
+
+def test_rows_that_correlate_tell_a_fit_of_evenly_weighted_rows_less():
+    """A mean of n rows of a first-order autoregression is as sure as n (1 - φ) / (1 + φ) rows."""
+    noise = first_order()
+    assert noise.redundancy == 1.0  # whitening sees to it
+    evenly = replace(noise, even_w=0.4)
+    assert evenly.redundancy == pytest.approx((1.0 + PHI) / (1.0 - PHI))
 
 
 def drawn(lengths, seed: int):

@@ -27,7 +27,6 @@ from planner.telemetry.diagnosis.unexplained import (
 )
 from planner.telemetry.diagnosis.unknown_effect import Proposal, propose
 from planner.telemetry.estimation import Fit
-from planner.telemetry.evidence import Examination
 from planner.telemetry.holdout import (
     LinearHeldout,
     heldout_residual,
@@ -139,12 +138,16 @@ def decide(found: Found, floor: Array) -> Decision:
     alike = shape.near if shape is not None and formula is None else ()
     tried: tuple[Tried, ...] = ()
     unsettled = searched is not None or bool(alike) or not left_by_nothing.little or _certain(found)
+    alone = len(best.members) == 1
     # Where hardly anything is left to explain, many effects explain it; and what takes the place of
     # a part of the base model explains the part as well.
-    disputed = left_by_nothing.little or best.beside is not None
-    doubtful = disputed and len(best.members) == 1
-    if formula is not None or doubtful or (not best.claims and unsettled):
-        tried = fitted_singles(found, LinearHeldout(log, found.local), before, floor)
+    doubtful = alone and (left_by_nothing.little or best.beside is not None)
+    if formula is not None or alone or (not best.claims and unsettled):
+        # Elsewhere another effect may explain as much where everything else follows the speed.
+        rivals_of = best.members[0] if formula is None and alone and not doubtful else None
+        linear = LinearHeldout(log, found.local)
+        tried = fitted_singles(found, linear, before, floor, rivals_of)
+        doubtful |= alone and bool(tried)
         floor = _undercut(floor, [one.residual for one in tried])
         if doubtful:
             best = _with_equals(found, best, tried, before, floor)
@@ -264,19 +267,6 @@ def stands(before: Array, after: Array, floor: Array) -> bool:
     return one**2 - other**2 >= MOST_OF_EXCESS * (one**2 - min(least, other) ** 2)
 
 
-def columns_in(
-    local: Examination, examination: Examination, members: Sequence[Member]
-) -> list[int]:
-    """Columns of members in another examination, which numbers its candidates otherwise."""
-    known = local.competitors.library.candidates
-    theirs = examination.competitors.library.candidates
-    return [
-        local.competitors.candidate(known.index(theirs[n]))
-        for member in members
-        for n in member.term.columns
-    ]
-
-
 def _undercut(floor: Array, residuals: Sequence[Array]) -> Array:
     """The floor, lowered to the least of some held-out errors: no answer can be below it."""
     least = min((rms(counted(residual, floor)) for residual in residuals), default=rms(floor))
@@ -305,7 +295,7 @@ def _formula(found: Found) -> Answer | None:
         return None
     kept, additions = ((), ()) if shape.alone else (members, found.additions)
     axis = examination.competitors.dictionary.shapes[shape.number].axis
-    given = columns_in(found.local, examination, kept)
+    given = [column for m in kept for column in m.columns_in(found.local, examination)]
     proposal = propose(found.local, axis, shape, found.log, found.origin, additions, given)
     left = found.heldout(proposal.fit)
     beside = found.left_beside_base(proposal.fit)
@@ -367,10 +357,8 @@ def _competing_with(
 def _with_equals(
     found: Found, best: Answer, tried: tuple[Tried, ...], before: Array, floor: Array
 ) -> Answer:
-    """The best single effect with its aliases, once it leaves the base model's parts in place."""
+    """The best single effect with those that explain as much by nearly the same columns."""
     (member,) = best.members
-    if best.beside is None:
-        return best
     error, without = (rms(counted(residual, floor)) for residual in (best.judged, before))
     equal = [one.name for one in tried if one.equals_to(found, member, error, without)]
     known = best.aliases.get(member.name, ())

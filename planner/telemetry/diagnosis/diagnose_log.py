@@ -38,7 +38,6 @@ from planner.telemetry.diagnosis.best_reading import best_reading
 from planner.telemetry.diagnosis.decision import (
     Answer,
     Decision,
-    columns_in,
     confirmed,
     decide,
     undisputed,
@@ -355,7 +354,7 @@ def _candidates(
         elif ranked.name in in_full:
             heldout = in_full[ranked.name]
         else:
-            heldout = linear.rmse(columns_in(found.local, where, [ranked.member]))
+            heldout = linear.rmse(ranked.member.columns_in(found.local, where))
         if chosen != (ranked.probability >= 0.5):
             # The weights are those of the search, which held-out runs have overruled.
             probability = None

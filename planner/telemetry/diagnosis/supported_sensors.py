@@ -14,7 +14,7 @@ from dataclasses import replace
 
 from planner.arrays import Array
 from planner.power.model import PowerModel
-from planner.telemetry.diagnosis.decision import columns_in, stands
+from planner.telemetry.diagnosis.decision import stands
 from planner.telemetry.diagnosis.unexplained import MOST_OVER_FLOOR, floor_of
 from planner.telemetry.estimation import Fit
 from planner.telemetry.holdout import base_fit, heldout_residual, rms, supports
@@ -77,7 +77,7 @@ def as_measured_by(source: LogSource, found: Found) -> Telemetry:
 def floor_behind(found: Found) -> Array:
     """(n,) W, standard deviation of every row of a search that no model can undercut."""
     members = [m for m in found.selection.members if not m.sensor]
-    explained = columns_in(found.local, found.examination, members)
+    explained = [c for m in members for c in m.columns_in(found.local, found.examination)]
     return floor_of(found.log, found.local, explained, exact=found.given is None)
 
 

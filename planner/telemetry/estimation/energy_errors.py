@@ -51,7 +51,7 @@ from planner.power.saved import EnergyError, ParameterCovariance
 from planner.telemetry.estimation.model_fit import Fit
 from planner.telemetry.estimation.parameter_errors import inverse_of
 from planner.telemetry.logs import Telemetry
-from planner.telemetry.noise import Noise, clipped
+from planner.telemetry.noise import Noise
 from planner.telemetry.parameters import Prior
 from planner.telemetry.prediction import Nodes, tangent
 from planner.telemetry.sampling import cluster_numbers
@@ -102,10 +102,7 @@ class _Sums:
         self.stated = declared[considered]
         nodes = Nodes.of(log, model)
         _, self.columns = tangent(model, nodes, self.places)
-        residual = clipped(fitted.residual, fitted.spread)
-        white = fitted.noise.for_fits().whiten(
-            log, fitted.watts, fitted.spread, np.column_stack([self.columns, residual])
-        )
+        white = fitted.whitened(log, self.columns)
         self.units, self.folds = _held_out(log)
         # No cluster lies in two folds, so that a fold can be left out of the sums.
         _, number = np.unique(self.folds * (10**9) + cluster_numbers(log), return_inverse=True)

@@ -7,7 +7,7 @@
 
 The values are those of gauss_newton: residuals are whitened and count
 at most 3.5 spreads, no parameter leaves its physical range, and one that the log says nothing about
-stays where it starts and is marked as not identifiable. ``rowwise`` leaves the whitening out.
+stays where it starts and is marked as not identifiable. ``evenly`` weights all rows alike.
 
 Standard errors are those of parameter_errors.
 
@@ -28,7 +28,7 @@ from planner.power.model import PowerModel
 from planner.telemetry.estimation.gauss_newton import LEAST_STEP_GAIN, Problem, Solution, problem_of
 from planner.telemetry.estimation.parameter_errors import covariance_of, profiled, run_errors
 from planner.telemetry.logs import Telemetry
-from planner.telemetry.noise import Noise, clipped, noise_of
+from planner.telemetry.noise import LEAST_SPREAD, Noise, clipped, deviation, noise_of
 from planner.telemetry.parameters import free_places
 from planner.telemetry.prediction import (
     Nodes,
@@ -118,6 +118,12 @@ class Fit:
     parameters: tuple[FittedParameter, ...]
     refused: RefusedFit | None = None
 
+    def whitened(self, log: Telemetry, columns: Array) -> Array:
+        """(n, k + 1) columns (n, k) W and the clipped residual, as the fit weighted the rows."""
+        counts = self.noise.spread_for_fits(self.spread)
+        both = np.column_stack([columns, clipped(self.residual, counts)])
+        return self.noise.for_fits().whiten(log, self.watts, counts, both)
+
 
 def fit(
     log: Telemetry,
@@ -126,7 +132,7 @@ def fit(
     free: Sequence[int] | None = None,
     noise: Noise | None = None,
     tried: Sequence[int] = (),
-    rowwise: bool = False,
+    evenly: bool = False,
 ) -> Fit:
     """Fit the free parameters of a model to the measured power.
 
@@ -136,7 +142,7 @@ def fit(
         free: numbers of the parameters to change; None takes all that may be fitted.
         noise: what the measurement scatters by; None estimates it from the residual.
         tried: numbers of the free parameters whose intervals are tried out at both ends.
-        rowwise: as in Noise, where the noise is estimated.
+        evenly: all rows weigh the same (Noise.even_w), where the noise is estimated.
     """
     rows = log.rows_for(model.surfaces)
     nodes, input_error = Nodes.of(log, model), input_uncertainty(model, rows)
@@ -147,15 +153,18 @@ def fit(
 
     def scatter_of(found: Solution) -> Noise:
         residual = log.power - found.watts
-        if noise is not None:
-            return noise
-        estimated, _ = noise_of(log, residual, found.watts, input_error, found.columns)
-        return replace(estimated, rowwise=rowwise)
+        if noise is None:
+            scatter, _ = noise_of(log, residual, found.watts, input_error, found.columns)
+        else:
+            scatter = noise
+        even = evenly if noise is None else scatter.even_w > 0.0
+        # Rows weigh the same, but how much against what is known before the log, the fit decides.
+        return replace(scatter, even_w=max(deviation(residual), LEAST_SPREAD) if even else 0.0)
 
     # A first fit only has to show the noise.
     for least_gain in [LEAST_STEP_GAIN] if noise else [FIRST_STEP_GAIN, LEAST_STEP_GAIN]:
         scatter = scatter_of(found)
-        spread = scatter.spread(found.watts, input_error)
+        spread = scatter.spread_for_fits(scatter.spread(found.watts, input_error))
         found = problem.solve(found, scatter.for_fits(), spread, least_gain)
     scatter = scatter_of(found)
     given = run_errors(found.model, nodes, found.watts, log.present)
@@ -175,11 +184,12 @@ def _finished(
     log, index, model, watts = problem.log, problem.index, found.model, found.watts
     residual = log.power - watts
     spread = noise.spread(watts, input_error)
-    given[:, 0] = clipped(given[:, 0], spread)
-    everything = np.column_stack([found.columns, clipped(residual, spread), given])
+    counts = noise.spread_for_fits(spread)
+    given[:, 0] = clipped(given[:, 0], counts)
+    everything = np.column_stack([found.columns, clipped(residual, counts), given])
     meter = meter_columns(log, predict(model, problem.nodes.unmetered()))
     by_fit = noise.for_fits()
-    white = by_fit.whiten(log, watts, spread, np.column_stack([everything, meter]))
+    white = by_fit.whiten(log, watts, counts, np.column_stack([everything, meter]))
     if meter.shape[1]:
         # The meter is as unsure as the parameters are: they answer for what it leaves alone.
         white, beside = np.split(white, [everything.shape[1]], axis=1)
@@ -190,7 +200,7 @@ def _finished(
     for place in tried:
         k = int(np.flatnonzero(index == place)[0])
         if known[k]:
-            stderr[place] = profiled(problem, found, by_fit, spread, white, covariance, k)
+            stderr[place] = profiled(problem, found, by_fit, counts, white, covariance, k)
     fitted = []
     for k, place in enumerate(index):
         effect, name, parameter, element = model.slots[place]

@@ -86,7 +86,7 @@ class DesignColumns:
         testable_before: effects that an earlier round could tell and chose, or found tied with its
             choice. Around another model they stay in the race with smaller margins.
         meter_numbers: fitted numbers of the log's meter; their columns stand beside the model's.
-        rowwise: how the base model was fitted, as in Noise; so are all others.
+        even_w: how the base model was fitted, as in Noise; so are all others.
     """
 
     library: CandidateLibrary
@@ -95,7 +95,7 @@ class DesignColumns:
     exact: bool = False
     testable_before: frozenset[str] = frozenset()
     meter_numbers: int = 0
-    rowwise: bool = False
+    even_w: float = 0.0
 
     @property
     def tangent(self) -> int:
@@ -244,7 +244,7 @@ def examine(
     noise, left = noise_of(
         log, residual, watts, input_error, np.column_stack([own, raw[:, helpers]])
     )
-    noise = replace(noise, rowwise=competitors.rowwise)
+    noise = replace(noise, even_w=competitors.even_w)
     spread = noise.spread(watts, input_error)
     raw[:, -1] = residual - left + clipped(left, spread)
     white = noise.whiten(log, watts, spread, raw)

@@ -21,7 +21,7 @@ from planner.arrays import Array, Integers
 from planner.power.model import PowerModel
 from planner.telemetry.estimation import Fit, RefusedFit, bounded_step, fit
 from planner.telemetry.logs import Telemetry
-from planner.telemetry.noise import clipped, counted, huber
+from planner.telemetry.noise import counted, huber
 from planner.telemetry.parameters import Prior
 from planner.telemetry.prediction import Nodes, predict, tangent
 
@@ -60,7 +60,7 @@ LEAST_Z, LEAST_FORMULA_Z = 1.64, 2.33
 """Standard errors over runs of what an effect, and a formula, takes off: 5 % and 1 %, one side."""
 
 
-def base_fit(log: Telemetry, start: PowerModel, *, rowwise: bool = False) -> Fit:
+def base_fit(log: Telemetry, start: PowerModel, *, evenly: bool = False) -> Fit:
     """The model fitted to a log, or as stated where that predicts held-out runs better.
 
     A log whose power is delayed or filtered can bend a fit far away from the robot. Runs that it
@@ -70,15 +70,15 @@ def base_fit(log: Telemetry, start: PowerModel, *, rowwise: bool = False) -> Fit
     Args:
         log: the rows.
         start: the model as stated; where the fit starts.
-        rowwise: as in Noise.
+        evenly: all rows weigh the same, as in ``fit``.
 
     Returns:
         The fit. With ``refused`` set, it is ``start`` with no parameter freed.
     """
-    fitted = fit(log, start, rowwise=rowwise)
+    fitted = fit(log, start, evenly=evenly)
     error, stated = heldout_rmse(log, fitted), rms(log.power - predict(start, log))
     for opened in _with_parts(log, start, fitted):
-        other = fit(log, opened, rowwise=rowwise)
+        other = fit(log, opened, evenly=evenly)
         if (less := heldout_rmse(log, other)) < CLAIMED_RATIO * error:
             fitted, error = other, less
     if CLAIMED_RATIO * error <= stated:
@@ -92,9 +92,7 @@ def _with_parts(log: Telemetry, start: PowerModel, fitted: Fit) -> Iterator[Powe
     Nothing says how large such a part may be, whatever its unit: it begins at PART of the power.
     """
     watts, columns = tangent(fitted.model, Nodes.of(log, fitted.model), fitted.places)
-    residual = clipped(fitted.residual, fitted.spread)
-    noise, both = fitted.noise.for_fits(), np.column_stack([columns, residual])
-    white = noise.whiten(log, fitted.watts, fitted.spread, both)
+    white = fitted.whitened(log, columns)
     for k, place in enumerate(fitted.places):
         if not _stated_as_none(start, place):
             continue
@@ -196,14 +194,11 @@ def heldout_residual(log: Telemetry, fitted: Fit, given: Array | None = None) ->
     count = len(fitted.places)
     if given is not None:
         columns = np.column_stack([columns, given])
-    residual = clipped(fitted.residual, fitted.spread)
-    white = fitted.noise.for_fits().whiten(
-        log, fitted.watts, fitted.spread, np.column_stack([columns, residual])
-    )
+    white = fitted.whitened(log, columns)
     known = Prior.of(model, fitted.places)
     value = model.parameters[list(fitted.places)]
     free = columns.shape[1] - count
-    prior = np.eye(count + free)
+    prior = fitted.noise.redundancy * np.eye(count + free)
     prior[:count, :count] = known.precision
     low = np.concatenate([known.low - value, np.full(free, -MOST_GIVEN)])
     high = np.concatenate([known.high - value, np.full(free, MOST_GIVEN)])

@@ -49,7 +49,7 @@ def metered_base_fit(
     """
     if known is not None:
         log = replace(log, meter=known[0])
-        return log, _by_row_if_better(log, start, base_fit(log, start))
+        return log, _evenly_if_better(log, start, base_fit(log, start))
     log = replace(log, meter=None)
     plain = base_fit(log, start)
     metered = meter_beside(log, start)
@@ -76,7 +76,7 @@ def metered_base_fit(
             fitted = base_fit(metered, start)
             found = (metered, fitted) if heldout_rmse(metered, fitted) < error else found
     log, whitened = found
-    return _predicting_best(start, log, _by_row_if_better(log, start, whitened))
+    return _predicting_best(start, log, _evenly_if_better(log, start, whitened))
 
 
 def _predicting_best(start: PowerModel, log: Telemetry, fitted: Fit) -> tuple[Telemetry, Fit]:
@@ -114,16 +114,17 @@ def overall_error(log: Telemetry, fitted: Fit) -> float:
     return math.sqrt(heldout_rmse(log, fitted) * _least_error(log, fitted))
 
 
-def _by_row_if_better(log: Telemetry, start: PowerModel, whitened: Fit) -> Fit:
-    """The fit to single rows instead of a whitened one, where it predicts held-out runs better.
+def _evenly_if_better(log: Telemetry, start: PowerModel, whitened: Fit) -> Fit:
+    """The fit to evenly weighted rows instead of a whitened one, where it predicts runs better.
 
-    Correlation is noise of the meter, which whitening is for, or comes from the errors of the
-    inputs, which it makes worse. Held-out runs say which. Usual errors of data sheet and sensors
-    may explain what they can: they are slow, and a whitened fit finds too little of them.
+    Correlation and uneven scatter are noise of the meter, which whitening is for, or come from
+    errors of the inputs and from what the model misses, which it makes worse. Held-out runs say
+    which. Usual errors of data sheet and sensors may explain what they can: they are slow, and a
+    whitened fit finds too little of them.
     """
-    by_row = base_fit(log, start, rowwise=True)
-    better = _least_error(log, by_row) < CLAIMED_RATIO * _least_error(log, whitened)
-    return by_row if better and by_row.refused is None else whitened
+    evenly = base_fit(log, start, evenly=True)
+    better = _least_error(log, evenly) < CLAIMED_RATIO * _least_error(log, whitened)
+    return evenly if better and evenly.refused is None else whitened
 
 
 def _least_error(log: Telemetry, fitted: Fit) -> float:

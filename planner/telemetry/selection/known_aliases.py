@@ -1,12 +1,17 @@
-"""A known pair of aliased effects: uneven wheels, and a mass off the centre.
+"""Known pairs of aliased effects: what a log cannot tell apart, whatever its likelihoods say.
 
     ties = with_known_aliases(ties, fitted, log)
 
+Uneven wheels, and a mass off the centre.
 A centre of mass at (x_c, y_c) loads the wheels in proportion to 1 + a·x_i·x_c + b·y_i·y_c, and each
 wheel's drag follows its load. That is what wheel_imbalance calls excess, if the excess is a linear
 function of the wheels' places; three wheels have no other. Where com_x and com_y were not logged,
 com_offset stands for an offset to either side, which has no such pattern, so the fitted excess is
 asked instead.
+
+Sinkage, and load-dependent rolling.
+Sinkage adds a drag that grows faster than the load. Where it leaves nothing of the rolling
+resistance, it has taken its place, and says no more than that this grows faster than the load.
 """
 
 from __future__ import annotations
@@ -22,12 +27,14 @@ from planner.telemetry.logs import Telemetry
 Aliases = Mapping[str, tuple[str, ...]]
 
 UNEVEN, OFFSET = "wheel_imbalance", "com_offset"
+SINKAGE, BY_LOAD = "sinkage", "load_dependent_rolling"
+ROLLING = ("wheel_rolling", "rolling", 0)
 REAL_PATTERN_P = 0.01
 """p-value below which a pattern that no offset has counts as real."""
 
 
 def with_known_aliases(aliases: Aliases, fitted: Fit, log: Telemetry) -> dict[str, tuple[str, ...]]:
-    """The aliases of a selection, and com_offset for wheel_imbalance where the two are aliased.
+    """The aliases of a selection, with those known from physics where a log leaves them open.
 
     Args:
         aliases: slug of a selected effect → those that explain the log as well.
@@ -38,7 +45,15 @@ def with_known_aliases(aliases: Aliases, fitted: Fit, log: Telemetry) -> dict[st
     measured = {"com_x", "com_y"} <= log.present
     if UNEVEN in known and OFFSET not in known and not measured and _fits_an_offset(fitted):
         known[UNEVEN] = tuple(dict.fromkeys((*known[UNEVEN], OFFSET)))
+    if SINKAGE in known and BY_LOAD not in known and _nothing_left_of_rolling(fitted):
+        known[SINKAGE] = tuple(dict.fromkeys((*known[SINKAGE], BY_LOAD)))
     return known
+
+
+def _nothing_left_of_rolling(fitted: Fit) -> bool:
+    place = fitted.model.parameter_names.index(ROLLING)
+    lowest = fitted.model.slots[place][2].bounds[0]
+    return place in fitted.places and bool(fitted.model.parameters[place] <= lowest)
 
 
 def _fits_an_offset(fitted: Fit) -> bool:

@@ -261,7 +261,7 @@ def _settled(
         sensors,
         exact=exact,
         meter_numbers=numbers,
-        rowwise=base.noise.rowwise,
+        even_w=base.noise.even_w,
     )
     examination = examine(log, competitors)
     known: list[CompetingModel] = []

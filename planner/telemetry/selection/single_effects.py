@@ -91,7 +91,11 @@ class Tried:
 
 
 def fitted_singles(
-    found: Found, linear: LinearHeldout, before: Array, floor: Array
+    found: Found,
+    linear: LinearHeldout,
+    before: Array,
+    floor: Array,
+    rivals_of: Member | None = None,
 ) -> tuple[Tried, ...]:
     """The most promising effects, each fitted alone; supported ones first, by held-out error.
 
@@ -100,19 +104,26 @@ def fitted_singles(
         linear: held-out errors around its last linearisation.
         before: (n,) W, held-out residual of the model without anything added.
         floor: (n,) W, spread of single rows.
+        rivals_of: fit none unless some other effect may explain the log as well as this one.
     """
     library, examination = found.examination.competitors.library, found.examination
     # Around the same linearisation: what is given may be wrong in both.
     error = linear.rmse([])
+    enough, rivalled = -1.0, rivals_of is None
+    if rivals_of is not None:
+        enough = _enough(linear.rmse(rivals_of.columns_in(found.local, examination)), error)
     promising = []
     for ranked in found.selection.ranking:
         if ranked.member.sensor:
             continue
-        columns = _local_columns(found, examination, ranked)
+        columns = ranked.member.columns_in(found.local, examination)
         expected = linear.rmse(columns)
+        rivalled |= ranked.name != getattr(rivals_of, "name", "") and expected <= enough
         if expected < error or ranked.z >= LEAST_TRIED_Z:
             promising.append((expected, ranked))
-    tried = []
+    tried: list[Tried] = []
+    if not rivalled:
+        return ()
     for _, ranked in sorted(promising, key=lambda entry: entry[0])[:MOST_TRIED]:
         addition = Addition.of(library, ranked.member.term, ranked.coefficients)
         addition = addition.completed(found.local.competitors.library)
@@ -170,13 +181,3 @@ def with_equals(
 def _enough(error_w: float, before_w: float) -> float:
     """W, held-out error that takes off nearly as much of the squared error as another one does."""
     return math.sqrt(max(before_w**2 - EQUAL_SHARE * (before_w**2 - error_w**2), 0.0))
-
-
-def _local_columns(found: Found, examination: Examination, ranked: RankedTerm) -> list[int]:
-    """Columns of a term in the examination of the rows in memory."""
-    theirs = examination.competitors.library.candidates
-    known = found.local.competitors.library.candidates
-    return [
-        found.local.competitors.candidate(known.index(theirs[n]))
-        for n in ranked.member.term.columns
-    ]

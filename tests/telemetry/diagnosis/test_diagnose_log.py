@@ -10,6 +10,7 @@ import pytest
 
 from planner.errors import Cancelled
 from planner.power.model import PowerModel
+from planner.power.rows import rows_from
 from planner.quantities import INDEX
 from planner.telemetry.diagnosis.diagnose_log import diagnose
 from planner.telemetry.logs import Telemetry
@@ -194,6 +195,23 @@ def test_effects_that_do_the_same_are_a_tie(twins):
 def test_advice_for_a_tie_asks_for_the_quantity_that_tells_it(twins):
     (experiment,) = twins.experiments
     assert "motor_temp" in experiment.run
+
+
+@pytest.mark.parametrize("turns", [False, True])
+def test_where_all_follows_the_speed_no_single_effect_is_sure(motion, base, turns):
+    """Straight ahead on level ground, motors as warm as they are fast: curves over speed alone."""
+    rows = motion.rows.copy()
+    speed = np.hypot(rows[:, INDEX["vx"]], rows[:, INDEX["vy"]])
+    if not turns:
+        rows[:] = rows_from(vx=speed, motor_temp=25.0 + 60.0 * speed)
+    robot = PowerModel.from_vehicle(base.vehicle, effects=("viscous_drag",))
+    robot = changed(robot, viscous_drag__viscous_torque=1.2e-5)
+    log = measured(replace(motion, rows=rows), robot, NOISE, seed=7)
+    found = diagnose(log, base)
+    (selected,) = found.selected
+    others = found.candidates[0].indistinguishable_from
+    assert {"viscous_drag", "cold_grease", "air_drag"} <= {selected, *others} or turns
+    assert others == () or not turns
 
 
 def test_documents_are_strict_json(scrubbing, nothing, resonant):

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner.telemetry.holdout import base_fit, metered_base_fit
+from planner.quantities import INDEX
+from planner.telemetry.holdout import base_fit, heldout_residual, metered_base_fit, rms
 from planner.telemetry.logs import Meter
 from planner.telemetry.prediction import predict
 
@@ -33,3 +34,16 @@ def test_without_a_meter_the_fit_is_the_one_without(motion, robot, base):
     metered, found = metered_base_fit(log, base)
     assert metered.meter is None
     np.testing.assert_array_equal(found.model.parameters, base_fit(log, base).model.parameters)
+
+
+def test_quiet_rows_do_not_decide_what_a_model_misses(motion, robot, base):
+    """Air drag is missing, and the meter is quiet where the robot hardly moves."""
+    log = motion
+    speed = np.hypot(log.rows[:, INDEX["vx"]], log.rows[:, INDEX["vy"]])
+    rng = np.random.default_rng(5)
+    scatter = (0.01 + 0.2 * speed) * rng.standard_normal(len(log))
+    log = replace(log, power=predict(robot, log) + 12.0 * speed**3 + scatter)
+    whitened, (_, found) = base_fit(log, base), metered_base_fit(log, base, (None,))
+    assert found.noise.even_w > 0.0
+    missed = rms(heldout_residual(log, found))
+    assert missed < 0.95 * rms(heldout_residual(log, whitened))

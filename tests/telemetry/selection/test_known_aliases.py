@@ -11,7 +11,14 @@ from planner import Telemetry, diagnose
 from planner.power.model import PowerModel
 from planner.power.vehicles import load_vehicle
 from planner.telemetry.estimation import fit
-from planner.telemetry.selection.known_aliases import OFFSET, UNEVEN, with_known_aliases
+from planner.telemetry.selection.known_aliases import (
+    BY_LOAD,
+    OFFSET,
+    ROLLING,
+    SINKAGE,
+    UNEVEN,
+    with_known_aliases,
+)
 from planner.telemetry.virtual import Noise, Sensors, VirtualRobot
 
 NO_MASS = Sensors(absent=("com_x", "com_y"))
@@ -70,3 +77,12 @@ def test_uneven_wheels_are_named_without_a_tie(unweighed: Path) -> None:
     assert found.selected == (UNEVEN,)
     named = next(c for c in found.candidates if c.effect == UNEVEN)
     assert named.indistinguishable_from == ()
+
+
+def test_sinkage_that_took_the_place_of_rolling_is_load_dependent_rolling(unweighed: Path) -> None:
+    log = Telemetry.read(unweighed)
+    fitted = fit(log, PowerModel.from_vehicle(load_vehicle("minibalance"), effects=(SINKAGE,)))
+    place = fitted.model.parameter_names.index(ROLLING)
+    for rolling, aliases in ((0.0, (BY_LOAD,)), (0.02, ())):
+        there = replace(fitted, model=fitted.model.with_parameter(place, rolling))
+        assert with_known_aliases({SINKAGE: ()}, there, log) == {SINKAGE: aliases}
