@@ -24,6 +24,7 @@ Source
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -59,7 +60,8 @@ class Unexplained:
     """What an answer leaves of a log.
 
     Attributes:
-        heldout_over_floor: held-out error of the answer over the noise floor; 1 is perfect.
+        heldout_over_floor: held-out error of the answer over the noise floor; 1 is perfect. The
+            floor is at most what correcting the worst of these regimes would leave.
         where: regimes whose mean residual makes a fair share of the held-out squared error.
     """
 
@@ -137,7 +139,10 @@ def unexplained_by(log: Telemetry, residual: Array, floor: Array, watts: Array) 
         and regime.explained >= LEAST_STRUCTURE
         and regime.chance < STRUCTURE_CHANCE
     ]
-    return Unexplained(rms(kept) / rms(floor), tuple(where))
+    # A model that knew everything would leave no mean residual there.
+    known = max((regime.explained for regime in where), default=0.0)
+    least = min(rms(floor), math.sqrt(1.0 - known) * rms(kept))
+    return Unexplained(rms(kept) / max(least, 1e-300), tuple(where))
 
 
 def _alike(unsure: Array) -> list[Integers]:

@@ -51,6 +51,15 @@ def test_a_bias_where_power_flows_back_is_found(motion, watts):
     assert not left.little
 
 
+def test_a_floor_does_not_hold_what_a_regime_shows(motion, watts):
+    """A floor estimated beside the misfit is as large as the error; the noise is smaller."""
+    watts = watts - np.quantile(watts, 0.08)
+    residual = scatter(len(motion)) + np.where(watts < 0.0, 5.0 * SPREAD, 0.0)
+    left = unexplained_by(motion, residual, np.full(len(motion), rms(residual)), watts)
+    assert left.heldout_over_floor == pytest.approx(rms(residual) / SPREAD, rel=0.15)
+    assert left.heldout_over_floor > 1.5
+
+
 def test_a_few_rows_far_out_count_at_the_clip(motion, watts):
     count = len(motion)
     residual = scatter(count)
