@@ -124,6 +124,9 @@ def _evenly_if_better(log: Telemetry, start: PowerModel, whitened: Fit) -> Fit:
     """
     evenly = base_fit(log, start, evenly=True)
     better = _least_error(log, evenly) < CLAIMED_RATIO * _least_error(log, whitened)
+    if whitened.refused is not None:
+        # A log that bent one fit must clearly speak for the other.
+        better &= heldout_rmse(log, evenly) < CLAIMED_RATIO * whitened.refused.stated_rmse_w
     return evenly if better and evenly.refused is None else whitened
 
 
