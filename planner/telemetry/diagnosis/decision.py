@@ -144,9 +144,9 @@ def decide(found: Found, floor: Array) -> Decision:
     doubtful = alone and (left_by_nothing.little or best.beside is not None)
     if formula is not None or alone or (not best.claims and unsettled):
         # Elsewhere another effect may explain as much where everything else follows the speed.
-        rivals_of = best.members[0] if formula is None and alone and not doubtful else None
+        competing_with = best.members[0] if formula is None and alone and not doubtful else None
         linear = LinearHeldout(log, found.local)
-        tried = fitted_singles(found, linear, before, floor, rivals_of)
+        tried = fitted_singles(found, linear, before, floor, competing_with)
         doubtful |= alone and bool(tried)
         floor = _undercut(floor, [one.residual for one in tried])
         if doubtful:

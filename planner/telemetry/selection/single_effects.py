@@ -95,7 +95,7 @@ def fitted_singles(
     linear: LinearHeldout,
     before: Array,
     floor: Array,
-    rivals_of: Member | None = None,
+    competing_with: Member | None = None,
 ) -> tuple[Tried, ...]:
     """The most promising effects, each fitted alone; supported ones first, by held-out error.
 
@@ -104,25 +104,25 @@ def fitted_singles(
         linear: held-out errors around its last linearisation.
         before: (n,) W, held-out residual of the model without anything added.
         floor: (n,) W, spread of single rows.
-        rivals_of: fit none unless some other effect may explain the log as well as this one.
+        competing_with: fit none unless some other effect may explain the log as well as this one.
     """
     library, examination = found.examination.competitors.library, found.examination
     # Around the same linearisation: what is given may be wrong in both.
     error = linear.rmse([])
-    enough, rivalled = -1.0, rivals_of is None
-    if rivals_of is not None:
-        enough = _enough(linear.rmse(rivals_of.columns_in(found.local, examination)), error)
+    enough, competed = -1.0, competing_with is None
+    if competing_with is not None:
+        enough = _enough(linear.rmse(competing_with.columns_in(found.local, examination)), error)
     promising = []
     for ranked in found.selection.ranking:
         if ranked.member.sensor:
             continue
         columns = ranked.member.columns_in(found.local, examination)
         expected = linear.rmse(columns)
-        rivalled |= ranked.name != getattr(rivals_of, "name", "") and expected <= enough
+        competed |= ranked.name != getattr(competing_with, "name", "") and expected <= enough
         if expected < error or ranked.z >= LEAST_TRIED_Z:
             promising.append((expected, ranked))
     tried: list[Tried] = []
-    if not rivalled:
+    if not competed:
         return ()
     for _, ranked in sorted(promising, key=lambda entry: entry[0])[:MOST_TRIED]:
         addition = Addition.of(library, ranked.member.term, ranked.coefficients)
