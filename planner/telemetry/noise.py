@@ -105,7 +105,7 @@ class Noise:
 
     @property
     def redundancy(self) -> float:
-        """Rows that tell a fit as much of something slow as one row of independent noise."""
+        """Rows that weigh as much in what is slow as one row of independent noise does."""
         if not self.even_w:
             return 1.0
         return float((self.shrink[-1] / (1.0 - self.reflections[-1].sum())) ** 2)

@@ -1,4 +1,4 @@
-"""Known pairs of aliased effects: what a log cannot tell apart, whatever its likelihoods say.
+"""Known pairs of aliased effects: no log can distinguish them by its likelihood alone.
 
     ties = with_known_aliases(ties, fitted, log)
 
