@@ -29,6 +29,8 @@ from planner.telemetry.diagnosis import Diagnosis, Errors, diagnose_source
 from planner.telemetry.estimation import Fit, FittedParameter
 from planner.telemetry.holdout import heldout_residual, rms
 from planner.telemetry.logs import LogLike, MappingLike
+from planner.telemetry.other_terms import given_columns
+from planner.telemetry.prediction import predict
 from planner.telemetry.sampling import open_source
 from planner.telemetry.starting_model import starting_model
 from planner.telemetry.terms import fit_with
@@ -125,9 +127,10 @@ def adopt(
     if set(names) == set(diagnosis.proposed):
         fitted, after = diagnosis.fitted, diagnosis.after
     else:
-        fitted = fit_with(
-            diagnosis.base, diagnosis.corrected, additions, noise=diagnosis.fitted.noise, tried=True
-        )
+        base, corrected = diagnosis.base, diagnosis.corrected
+        unsure = given_columns(corrected, base, predict(base, corrected))
+        noise = diagnosis.fitted.noise
+        fitted = fit_with(base, corrected, additions, noise=noise, unsure=unsure)
         after = Errors(fitted.rmse_w, rms(heldout_residual(diagnosis.corrected, fitted)))
     warnings = _warnings(names, diagnosis, after, fitted)
     new = new_version(start, fitted, names, diagnosis, after, warnings)

@@ -133,6 +133,7 @@ def fit(
     noise: Noise | None = None,
     tried: Sequence[int] = (),
     evenly: bool = False,
+    unsure: Array | None = None,
 ) -> Fit:
     """Fit the free parameters of a model to the measured power.
 
@@ -143,6 +144,8 @@ def fit(
         noise: what the measurement scatters by; None estimates it from the residual.
         tried: numbers of the free parameters whose intervals are tried out at both ends.
         evenly: all rows weigh the same (Noise.even_w), where the noise is estimated.
+        unsure: (n, k) W per standard deviation, what usual errors of data sheet and sensors do to
+            the power; the standard errors then include what they do to the parameters.
     """
     rows = log.rows_for(model.surfaces)
     nodes, input_error = Nodes.of(log, model), input_uncertainty(model, rows)
@@ -170,7 +173,8 @@ def fit(
     given = run_errors(found.model, nodes, found.watts, log.present)
     finely = Nodes.of(log, found.model, finely=True)
     given = np.column_stack([predict(found.model, finely) - found.watts, given])
-    return _finished(problem, found, scatter, input_error, given, tried)
+    unsure = np.empty((len(log), 0)) if unsure is None else unsure
+    return _finished(problem, found, scatter, input_error, given, unsure, tried)
 
 
 def _finished(
@@ -179,6 +183,7 @@ def _finished(
     noise: Noise,
     input_error: Array,
     given: Array,
+    unsure: Array,
     tried: Sequence[int],
 ) -> Fit:
     log, index, model, watts = problem.log, problem.index, found.model, found.watts
@@ -186,7 +191,7 @@ def _finished(
     spread = noise.spread(watts, input_error)
     counts = noise.spread_for_fits(spread)
     given[:, 0] = clipped(given[:, 0], counts)
-    everything = np.column_stack([found.columns, clipped(residual, counts), given])
+    everything = np.column_stack([found.columns, clipped(residual, counts), given, unsure])
     meter = meter_columns(log, predict(model, problem.nodes.unmetered()))
     by_fit = noise.for_fits()
     white = by_fit.whiten(log, watts, counts, np.column_stack([everything, meter]))
@@ -194,7 +199,7 @@ def _finished(
         # The meter is as unsure as the parameters are: they answer for what it leaves alone.
         white, beside = np.split(white, [everything.shape[1]], axis=1)
         white = white - beside @ np.linalg.lstsq(beside, white, rcond=None)[0]
-    covariance, known = covariance_of(problem, white)
+    covariance, known = covariance_of(problem, white, unsure.shape[1], noise.redundancy)
     stderr = np.full(len(model.parameters), np.nan) if model.stderr is None else model.stderr.copy()
     stderr[index] = np.sqrt(np.diag(covariance))
     for place in tried:

@@ -70,7 +70,9 @@ def run_errors(model: PowerModel, nodes: Nodes, watts: Array, known: Collection[
     return np.column_stack(columns) if columns else np.empty((len(watts), 0))
 
 
-def covariance_of(problem: Problem, white: Array) -> tuple[Array, Mask]:
+def covariance_of(
+    problem: Problem, white: Array, unsure: int = 0, redundancy: float = 1.0
+) -> tuple[Array, Mask]:
     """Sandwich covariance, and which parameters the log determines better than the prior.
 
     What the rows tell scatters together within blocks, and may within whole runs: the wider of the
@@ -79,7 +81,9 @@ def covariance_of(problem: Problem, white: Array) -> tuple[Array, Mask]:
     of it, the sums count, with the correction for few of them (Cameron and Miller, A practitioner's
     guide to cluster-robust inference, 2015: CR3 and CR1).
     ``white`` is whitened: the free parameters' columns, the clipped residual, what a finer average
-    within rows would change, and what errors that last for a run do.
+    within rows would change, what errors that last for a run do, and last the ``unsure`` columns of
+    errors that last for the whole log. Of these the rows say what they can, fewer of them by
+    ``redundancy`` (Noise.redundancy): a fit that leaves them out is off by what is likely of them.
     """
     log, prior = problem.log, problem.prior.weights
     count = len(prior)
@@ -91,6 +95,12 @@ def covariance_of(problem: Problem, white: Array) -> tuple[Array, Mask]:
     lasting = np.diag(prior**2)
     averaged = own.T @ white[:, count + 1]
     lasting += np.outer(averaged, averaged)
+    white, always = np.split(white, [white.shape[1] - unsure], axis=1)
+    shared = own.T @ always
+    clear = always - own @ (inverse @ shared)
+    likely = np.linalg.inv(redundancy * np.eye(unsure) + clear.T @ clear)
+    found = likely @ (clear.T @ white[:, count])
+    lasting += shared @ (redundancy * likely + np.outer(found, found)) @ shared.T
     for column in white[:, count + 2 :].T:
         by_run = _sums_by(run, own * column[:, None])
         lasting += by_run.T @ by_run

@@ -46,8 +46,9 @@ from planner.telemetry.terms import CandidateLibrary, Term
 
 LEAST_TOLERANCE = 2e-3
 """Share of a column's squares that must survive refitting the model, or it is not identifiable."""
-LEAST_OVER_SENSOR_ERROR = 4.0
-"""Squares that survive over those that sensors' usual errors make: a signal of twice the error."""
+LEAST_OVER_SENSOR_ERROR = 2.0
+"""Squares that survive over those that sensors' usual errors make in single rows. Thousands of rows
+show a smaller signal, but what such errors make of a column then looks like the effect."""
 KNOWN_EFFECT_SHARE = 0.25
 """Share of both thresholds that suffices for an effect that an earlier round found testable."""
 LARGEST_UNNOTICED = 0.10

@@ -73,9 +73,10 @@ class Found:
     beside: Array | None = None
 
     def refit(self, additions: Sequence[Addition], *, tried: bool = False) -> Fit:
-        """The origin fitted with additions; ``tried`` as in fit_with."""
+        """The origin fitted with additions; intervals of these are ``tried`` out as in fit_with."""
         noise, within = self.local.noise, self.local.competitors.library.model
-        return fit_with(self.origin, self.log, additions, noise=noise, within=within, tried=tried)
+        unsure = self.local.given if tried else None
+        return fit_with(self.origin, self.log, additions, noise=noise, within=within, unsure=unsure)
 
     def left_beside_base(self, fitted: Fit) -> Array | None:
         """(n,) W, held-out residual of a claim while the base model keeps its stated parts.

@@ -50,7 +50,8 @@ def find_missing_effects(
         found = _with_all_rows(source, found, watch)
     watch(0.9, "weighing what was found")
     found = without_unsupported(found, watch)
-    aliases = with_known_aliases(found.selection.aliases, found.fitted, found.log)
+    testable = {slug for slug, why in found.examination.testable.items() if why is None}
+    aliases = with_known_aliases(found.selection.aliases, found.fitted, found.log, testable)
     selection = replace(found.selection, aliases=aliases)
     return _with_everything_free(replace(found, selection=selection, searched=found.fitted))
 

@@ -144,17 +144,18 @@ def fit_with(
     *,
     noise: Noise | None = None,
     within: PowerModel | None = None,
-    tried: bool = False,
+    unsure: Array | None = None,
 ) -> Fit:
     """Fit a model with effects added to it.
 
-    ``within`` is as for ``extended``; where ``tried``, the intervals of what is added are tried out
+    ``within`` is as for ``extended``. With ``unsure`` (n, k) W, usual errors of data sheet and
+    sensors, standard errors include what these do, and the intervals of what is added are tried out
     (planner.telemetry.estimation.parameter_errors), which takes as long as the fit again.
     """
     full, free = extended(model, log, additions, within)
-    added = {a.declaration.slug for a in additions} if tried else set()
+    added = {a.declaration.slug for a in additions} if unsure is not None else set()
     mine = [place for place in free if full.slots[place][0].slug in added]
-    return fit(log, full, free=free, noise=noise, tried=mine)
+    return fit(log, full, free=free, noise=noise, tried=mine, unsure=unsure)
 
 
 def trimmed(fitted: Fit, model: PowerModel, log: Telemetry, additions: Sequence[Addition]) -> Fit:

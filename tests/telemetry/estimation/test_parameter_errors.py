@@ -19,6 +19,7 @@ from planner.telemetry.estimation.parameter_errors import (
     run_errors,
     without_each,
 )
+from planner.telemetry.other_terms import given_columns
 from planner.telemetry.prediction import Nodes, predict
 from planner.telemetry.terms import Addition, fit_with
 from tests.power.states import changed
@@ -82,7 +83,8 @@ def bent(motion, base):
 
 def test_an_end_of_an_interval_fits_worse_by_as_much_as_it_should(bent, base):
     log, addition = bent
-    plain, tried = (fit_with(base, log, [addition], tried=how) for how in (False, True))
+    exact = np.empty((len(log), 0))
+    plain, tried = (fit_with(base, log, [addition], unsure=how) for how in (None, exact))
     slots = [(slot[0].slug, slot[1]) for slot in tried.model.slots]
     place = slots.index(("light_load_gear_drag", "drag_torque"))
     number = tried.places.index(place)
@@ -196,3 +198,17 @@ def test_an_error_of_the_load_is_that_much_more_load(motion, base):
     heavier[:, INDEX["payload"]] += RUN_ERRORS["payload"]
     change = predict(base, replace(motion, rows=heavier)) - predict(base, motion)
     assert column[:, 0] == pytest.approx(change, abs=1e-12)
+
+
+def test_a_wrong_mass_is_in_the_standard_errors(motion, base):
+    """A robot 5 % heavier than its data sheet says: friction that grows with the load takes it."""
+    heavier = replace(base, vehicle=replace(base.vehicle, mass=1.05 * base.vehicle.mass))
+    log = measured(motion, heavier, 0.01, seed=4)
+    place = base.parameter_names.index(("wheel_rolling", "rolling", 0))
+    off = []
+    for unsure in (None, given_columns(log, base, predict(base, log))):
+        found = fit(log, base, unsure=unsure).model
+        assert found.stderr is not None
+        off.append(abs(found.parameters[place] - base.parameters[place]) / found.stderr[place])
+    assert off[0] > 3.0
+    assert off[1] < INTERVAL_Z
