@@ -7,7 +7,8 @@ A centre of mass at (x_c, y_c) loads the wheels in proportion to 1 + a·x_i·x_c
 wheel's drag follows its load. That is what wheel_imbalance calls excess, if the excess is a linear
 function of the wheels' places; three wheels have no other. Where com_x and com_y were not logged,
 com_offset stands for an offset to either side, which has no such pattern, so the fitted excess is
-asked instead. And a log that cannot test uneven wheels cannot exclude them either.
+asked instead. The other way round, wheels that are uneven in an offset's pattern look like it: an
+offset that nobody measured is named with them.
 
 Sinkage, and load-dependent rolling.
 Sinkage adds a drag that grows faster than the load. Where it leaves nothing of the rolling
@@ -16,7 +17,7 @@ resistance, it has taken its place, and says no more than that this grows faster
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 from scipy.stats import chi2
@@ -33,22 +34,19 @@ REAL_PATTERN_P = 0.01
 """p-value below which a pattern that no offset has counts as real."""
 
 
-def with_known_aliases(
-    aliases: Aliases, fitted: Fit, log: Telemetry, testable: Collection[str]
-) -> dict[str, tuple[str, ...]]:
+def with_known_aliases(aliases: Aliases, fitted: Fit, log: Telemetry) -> dict[str, tuple[str, ...]]:
     """The aliases of a selection, with those known from physics where a log leaves them open.
 
     Args:
         aliases: slug of a selected effect → those that explain the log as well.
         fitted: the model with the selected effects.
         log: says whether the centre of mass was measured.
-        testable: slugs of effects that the log can test.
     """
     known = dict(aliases)
     measured = {"com_x", "com_y"} <= log.present
     if UNEVEN in known and OFFSET not in known and not measured and _fits_an_offset(fitted):
         known[UNEVEN] = tuple(dict.fromkeys((*known[UNEVEN], OFFSET)))
-    if OFFSET in known and not measured and UNEVEN not in testable:
+    if OFFSET in known and UNEVEN not in known and not measured:
         known[OFFSET] = tuple(dict.fromkeys((*known[OFFSET], UNEVEN)))
     if SINKAGE in known and BY_LOAD not in known and _nothing_left_of_rolling(fitted):
         known[SINKAGE] = tuple(dict.fromkeys((*known[SINKAGE], BY_LOAD)))

@@ -50,8 +50,7 @@ def find_missing_effects(
         found = _with_all_rows(source, found, watch)
     watch(0.9, "weighing what was found")
     found = without_unsupported(found, watch)
-    testable = {slug for slug, why in found.examination.testable.items() if why is None}
-    aliases = with_known_aliases(found.selection.aliases, found.fitted, found.log, testable)
+    aliases = with_known_aliases(found.selection.aliases, found.fitted, found.log)
     selection = replace(found.selection, aliases=aliases)
     return _with_everything_free(replace(found, selection=selection, searched=found.fitted))
 
