@@ -143,7 +143,7 @@ def decide(found: Found, floor: Array) -> Decision:
     # a part of the base model explains the part as well.
     doubtful = alone and (left_by_nothing.little or best.beside is not None)
     if formula is not None or alone or (not best.claims and unsettled):
-        # Elsewhere another effect may explain as much where everything else follows the speed.
+        # Elsewhere few do, unless a drive changes little: then all follows its speed.
         competing_with = best.members[0] if formula is None and alone and not doubtful else None
         linear = LinearHeldout(log, found.local)
         tried = fitted_singles(found, linear, before, floor, competing_with)

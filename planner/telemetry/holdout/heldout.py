@@ -198,6 +198,7 @@ def heldout_residual(log: Telemetry, fitted: Fit, given: Array | None = None) ->
     known = Prior.of(model, fitted.places)
     value = model.parameters[list(fitted.places)]
     free = columns.shape[1] - count
+    # Usual errors are slow: rows that correlate say less of them than so many independent ones.
     prior = fitted.noise.redundancy * np.eye(count + free)
     prior[:count, :count] = known.precision
     low = np.concatenate([known.low - value, np.full(free, -MOST_GIVEN)])
