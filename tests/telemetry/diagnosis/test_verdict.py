@@ -149,7 +149,9 @@ def test_what_the_table_shows_as_certain_is_in_the_verdict(foreign, name, effect
 def test_a_foreign_log_with_structure_is_not_complete(foreign):
     found = foreign("a11")
     assert found.verdict == "not_identifiable"
-    assert "standing still" in first_sentence(found)
+    # A fit that does without the noise's weights leaves the standing robot 0.8 W, not 3 W.
+    assert "standing still" in [regime.where for regime in found.unexplained.where]
+    assert found.unexplained.where[0].where in first_sentence(found)
     # An effect that looks certain in the table would be in the verdict.
     assert all((c.probability or 0.0) < 0.5 for c in found.candidates)
     assert found.unexplained.where
