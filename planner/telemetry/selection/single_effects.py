@@ -109,16 +109,17 @@ def fitted_singles(
     library, examination = found.examination.competitors.library, found.examination
     # Around the same linearisation: what is given may be wrong in both.
     error = linear.rmse([])
-    enough, competed = -1.0, competing_with is None
+    enough, own = math.inf, ""
     if competing_with is not None:
+        own = competing_with.name
         enough = _enough(linear.rmse(competing_with.columns_in(found.local, examination)), error)
-    promising = []
+    competed, promising = False, []
     for ranked in found.selection.ranking:
         if ranked.member.sensor:
             continue
         columns = ranked.member.columns_in(found.local, examination)
         expected = linear.rmse(columns)
-        competed |= ranked.name != getattr(competing_with, "name", "") and expected <= enough
+        competed |= ranked.name != own and expected <= enough
         if expected < error or ranked.z >= LEAST_TRIED_Z:
             promising.append((expected, ranked))
     tried: list[Tried] = []
