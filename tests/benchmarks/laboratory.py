@@ -47,10 +47,11 @@ in the data sheet are up to 8 % off, other values 5 to 20 %. Drives are by hand,
 test patterns, at 5 to 100 Hz. Meters filter (up to 0.8 s), hold, are late, quantise and clip.
 Odometry, IMU and clock have noise, bias, slip, jitter, gaps and drift.
 
-*Floor* is the oracle's held-out error: the same fit, told what is hidden and what the meter does.
-ρ here is the effect after projection over that floor. *Testable*: the oracle's z is at least 5, and
-its log-likelihood leads the best rival's by 8. *Among*: the truth is among those named, beside
-effects that are not there. Tuning, validation and final draws never share a seed.
+*Floor* is the oracle's held-out error: the same fit, told what is hidden and what the meter does;
+of the ways to read the motion, that which predicts best. ρ here is the effect after projection
+over that floor. *Testable*: the oracle's z is at least 5, and its log-likelihood leads the best
+rival's by 8. *Among*: the truth is among those named, beside effects that are not there. Tuning,
+validation and final draws never share a seed.
 """
 Draw = tuple[str, str, int]
 
@@ -142,7 +143,8 @@ def line_of(row: Mapping[str, Any]) -> str:
     said = row["verdict"] + " " + "+".join([*row["selected"], *row["sensor"]])
     said += f" over {'/'.join(row['shape'])}" if row["shape"] else ""
     rho = ", ".join(f"ρ {value:.2f}" for value in row["rho"].values())
-    state = "" if not row["rho"] else ("testable " if row["testable"] else "not testable ")
+    asked = row["rho"] and row["kind"] != "outside"
+    state = "" if not asked else ("testable " if row["testable"] else "not testable ")
     before, after = row["baseline"], row["after"]
     return (
         f"{row['outcome']:10} {row['log']}: {said}  [{state}{rho} floor {row['floor_w']:.3g} W, "
@@ -157,7 +159,7 @@ def checks(rows: Sequence[Row]) -> list[dict[str, Any]]:
     good = [row for row in rows if row["outcome"] != "error"]
     of = {kind: [r for r in good if r["kind"] == kind] for kind in ("none", "one", "several")}
     outside = [row for row in good if row["kind"] == "outside"]
-    seen = [r for r in of["one"] if r["testable"] and min(r["rho"].values()) >= LEAST_RHO]
+    seen = [r for r in of["one"] if _seen(r)]
     several = [row for row in of["several"] if row["testable"]]
     ratios = [r["baseline"]["noise_floor_w"] / r["floor_w"] for r in good]
     near = [0.8 <= ratio <= 1.25 for ratio in ratios]
@@ -223,12 +225,14 @@ def _count(check: str, rows: Sequence[Row], of: int) -> dict[str, Any]:
 
 def by_kind(rows: Sequence[Row]) -> list[tuple[Any, ...]]:
     """Outcomes of every kind: kind, logs, one count for each of OUTCOMES."""
+    outside = [row for row in rows if row["kind"] == "outside"]
     sections = {
         "nothing hidden": [r for r in rows if r["kind"] == "none"],
         f"one, testable, ρ ≥ {LEAST_RHO}": [r for r in rows if r["kind"] == "one" and _seen(r)],
         "one, others": [r for r in rows if r["kind"] == "one" and not _seen(r)],
         "two or three": [r for r in rows if r["kind"] == "several"],
-        "outside the catalogue": [r for r in rows if r["kind"] == "outside"],
+        f"outside the catalogue, ρ ≥ {LEAST_RHO}": [r for r in outside if _clear(r)],
+        "outside the catalogue, others": [r for r in outside if not _clear(r)],
     }
     lines = []
     for section, mine in sections.items():
@@ -238,7 +242,11 @@ def by_kind(rows: Sequence[Row]) -> list[tuple[Any, ...]]:
 
 
 def _seen(row: Row) -> bool:
-    return bool(row.get("testable")) and min(row["rho"].values()) >= LEAST_RHO
+    return bool(row.get("testable")) and _clear(row)
+
+
+def _clear(row: Row) -> bool:
+    return min(row.get("rho", {}).values(), default=0.0) >= LEAST_RHO
 
 
 def probabilities(rows: Sequence[Row]) -> list[dict[str, Any]]:

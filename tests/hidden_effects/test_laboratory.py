@@ -26,7 +26,7 @@ from tests.benchmarks.laboratory import (
 from tests.hidden_effects.laboratory import MECHANISMS, SPLITS, Instruments, Log, Meter, draw
 from tests.hidden_effects.laboratory.drives import Conditions, drawn_drive
 from tests.hidden_effects.laboratory.instruments import filtered, held_times, sampled
-from tests.hidden_effects.laboratory.oracle import through_meter
+from tests.hidden_effects.laboratory.oracle import Oracle, carried, through_meter
 from tests.hidden_effects.laboratory.outcomes import outcome
 
 TIMES = np.arange(400) * 0.01 + 0.005
@@ -154,6 +154,31 @@ def test_the_true_meter_passes_on_what_it_shows(hidden: Log) -> None:
     meter = Meter(time_constant=0.3, sampling="mean", delay=0.1)
     assert through_meter(read, watts, meter, 0.2) == pytest.approx(5.0, rel=1e-9)
     assert through_meter(read, read.power[:, None], Meter(), 0.2)[:, 0] == pytest.approx(read.power)
+
+
+def test_what_a_filter_shows_after_a_gap_is_known_but_for_what_it_carries(hidden: Log) -> None:
+    read = Telemetry.read(hidden.path)
+    row = 1.0 / hidden.truth.conditions.rate
+    meter = Meter(time_constant=0.5, sampling="end", motion="end")
+    power = read.power[:, None]
+    shown = through_meter(read, power, meter, row)
+    lost = (read.time > 3.0) & (read.time < 3.0 + 20.0 * row)
+    kept = read.take(~lost)
+    left = shown[~lost] - through_meter(kept, power[~lost], meter, row)
+    rest = left - carried(kept, left, meter.time_constant)
+    assert np.abs(rest).max() < 0.05 * np.abs(left).max()
+
+
+def test_an_oracle_knows_what_a_mechanism_adds(tmp_path: Path) -> None:
+    log = draw("outside", "idling_bridge", 3658, "tuning", tmp_path)
+    size = np.sqrt(np.mean(log.truth.outside_power**2)) / np.mean(log.truth.clean_power)
+    assert size == pytest.approx(log.truth.sizes["idling_bridge"], rel=0.3)
+    oracle = Oracle.of(log)
+    untold = Oracle.of(
+        replace(log, truth=replace(log.truth, outside_power=0.0 * log.truth.outside_power))
+    )
+    assert oracle.rho["idling_bridge"] > 0.5
+    assert oracle.floor_w < 0.9 * untold.floor_w
 
 
 def test_joined_tenths_hold_every_candidate() -> None:

@@ -12,6 +12,7 @@ first, what is calibrated on the second; the third is for the reported table alo
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
@@ -79,6 +80,7 @@ class Truth:
         sizes: slug or mechanism → rms of its watts over mean power, on the whole log.
         conditions, instruments: of the drive and the log.
         clean_power: (rows,) W that the meter would have shown without noise.
+        outside_power: (rows,) W of it that the mechanism adds.
     """
 
     hidden: dict[str, dict[str, Any]]
@@ -87,6 +89,7 @@ class Truth:
     conditions: Conditions
     instruments: Instruments
     clean_power: Array
+    outside_power: Array
 
     @property
     def there(self) -> frozenset[str]:
@@ -361,6 +364,9 @@ def _driven(
     driven = np.arange(bins)[None, :] < ends[:, None]
     means, _ = robot.simulate(drive, hidden)
     watts = outside.watts(robot, drive, means, driven)
+    added = means.copy()
+    added[:, :, MEANS.index("power")] = watts
+    _, added_power = instruments.measure(copy.deepcopy(rng), drive, added, lengths)
     power, sizes = means[:, :, MEANS.index("power")], {}
     usual = abs(float(np.mean(power[driven])))
     if outside.mechanism is not None:
@@ -371,7 +377,8 @@ def _driven(
         without = robot.simulate(drive, others)[0][:, :, MEANS.index("power")]
         sizes[slug] = float(np.sqrt(np.mean((power - without)[driven] ** 2))) / usual
     columns, clean = instruments.measure(rng, drive, means, lengths)
-    return columns, Truth(hidden, outside.name, sizes, conditions, instruments, clean)
+    truth = Truth(hidden, outside.name, sizes, conditions, instruments, clean, added_power)
+    return columns, truth
 
 
 def _written(columns: Columns, path: Path) -> Path:

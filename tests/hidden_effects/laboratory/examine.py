@@ -21,7 +21,7 @@ from planner.telemetry.prediction import predict
 from planner.telemetry.starting_model import starting_model
 from tests.hidden_effects.baselines import METHODS, as_diagnosis, prepare
 from tests.hidden_effects.laboratory.draw import Log, draw
-from tests.hidden_effects.laboratory.oracle import Oracle, through_meter
+from tests.hidden_effects.laboratory.oracle import Oracle, carried, through_meter
 from tests.hidden_effects.laboratory.outcomes import outcome
 from tests.hidden_effects.scoring import aliases_of, sensors_of
 
@@ -125,7 +125,9 @@ def _second_drive(log: Log, base: PowerModel) -> tuple[float, float]:
         watts = through_meter(
             read, predict(model, read)[:, None], instruments.meter, row, instruments.clock_rate
         )
-        errors.append(float(np.sqrt(np.mean((read.power - watts[:, 0]) ** 2))))
+        left = read.power[:, None] - watts
+        left -= carried(read, left, instruments.meter.time_constant)
+        errors.append(float(np.sqrt(np.mean(left**2))))
     return errors[0], errors[1]
 
 

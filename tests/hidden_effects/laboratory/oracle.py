@@ -5,11 +5,15 @@
     oracle.rho             # slug → effect after projection over the floor
     oracle.testable        # whether anybody could name what is hidden
 
-It gets the log and the data sheet as a diagnosis does, and starts at the stated vehicle. It reads
-the motion in every way that a diagnosis tries, and as it was logged, and keeps what predicts best:
-a floor is below every answer that knows less. Beside that it knows which effects act, and what of
-the base model the data sheet leaves out. It passes every predicted power through the true meter. It
-does not know the errors of odometry, IMU, clock and data sheet: nobody does.
+It gets the log and the data sheet as a diagnosis does, and starts at the stated vehicle. Beside
+that it knows which effects act, what a mechanism outside the catalogue adds, and what of the base
+model the data sheet leaves out. It does not know the errors of odometry, IMU, clock and data sheet:
+nobody does.
+
+It reads the motion in every way that a diagnosis tries, and as it was logged. Each time the power
+is passed through the true meter, and the product's own fit looks for a meter, too: one that is not
+there may take away noise of the motion. What predicts best counts, so that a floor is below every
+answer that knows less.
 
 Testable: every hidden effect has |z| ≥ 5, its score added up by runs where it hardly changes within
 one, and its log-likelihood leads that of the best rival by 8. Rivals are the other effects of the
@@ -25,9 +29,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner.arrays import Array, Integers
+from planner.power.catalogue import find_effect
 from planner.power.model import PowerModel
 from planner.telemetry.estimation import bounded_step
-from planner.telemetry.holdout.heldout import fold_numbers
+from planner.telemetry.holdout.heldout import fold_numbers, heldout_rmse
+from planner.telemetry.holdout.metered import metered_base_fit
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.other_terms import SENSORS
 from planner.telemetry.parameters import Prior, free_places
@@ -55,7 +61,8 @@ class Oracle:
 
     Attributes:
         floor_w: held-out error, W.
-        rho, z: by hidden slug.
+        rho: by hidden slug or mechanism.
+        z: by hidden slug.
         lead: least lead of the log-likelihood over a rival; ``rival`` is which.
     """
 
@@ -76,17 +83,24 @@ class Oracle:
         """Fit, hold out, and compare with the rivals; of all readings of the rows, the best."""
         read = open_source(Telemetry.read(log.path, log.mapping))
         rows = {(s.steady_rows, s.half_width): s.sample for s in (read, *read.readings())}
-        readings = [cls._of(log, each) for each in rows.values()]
-        return min(readings, key=lambda one: one.floor_w)
+        start = _with_what_is_there(starting_model(log.sheet), starting_model(log.robot))
+        slugs = [slug for slug in log.truth.hidden if slug in log.truth.there]
+        told = _told(start, log, slugs, read.sample)
+        fits, floors = [], []
+        for each in rows.values():
+            known = replace(each, power=each.power - log.truth.outside_power)
+            fits.append(_Fit(known, candidate_library(start, known), log, slugs))
+            floors += [fits[-1].heldout_rmse(), heldout_rmse(*metered_base_fit(known, told))]
+        best = fits[int(np.argmin(floors[::2]))]
+        return cls._of(best, log, slugs, min(floors))
 
     @classmethod
-    def _of(cls, log: Log, read: Telemetry) -> Oracle:
-        start = _with_what_is_there(starting_model(log.sheet), starting_model(log.robot))
-        library = candidate_library(start, read)
-        slugs = [slug for slug in log.truth.hidden if slug in log.truth.there]
-        fit = _Fit(read, library, log, slugs)
+    def _of(cls, fit: _Fit, log: Log, slugs: Sequence[str], floor: float) -> Oracle:
         own = {slug: fit.change_by(slug) for slug in slugs}
-        floor = fit.heldout_rmse()
+        if outside := log.truth.outside:
+            clear = _left(fit.through_gaps(log.truth.outside_power), fit.base)
+            rho = {outside: float(np.sqrt(np.mean(clear**2)) / floor)}
+            return cls(floor, rho, {}, np.inf, "")
         if not slugs:
             return cls(floor, {}, {}, np.inf, "")
         rho, z, leads = {}, {}, {}
@@ -95,7 +109,7 @@ class Oracle:
             clear = _left(own[slug], np.column_stack([fit.base, *others]))
             rho[slug] = float(np.sqrt(np.mean(clear**2)) / floor)
             z[slug] = fit.z_of(clear)
-            leads |= fit.leads(slug, own[slug], others, library)
+            leads |= fit.leads(slug, own[slug], others)
         rival = min(leads, key=lambda name: leads[name])
         return cls(floor, rho, z, float(leads[rival]), rival)
 
@@ -106,13 +120,26 @@ def _with_what_is_there(sheet: PowerModel, robot: PowerModel) -> PowerModel:
     return replace(sheet, parameters=np.where(missing, robot.parameters, sheet.parameters))
 
 
+def _told(start: PowerModel, log: Log, slugs: Sequence[str], read: Telemetry) -> PowerModel:
+    """The model with the effects that are hidden, at their strengths."""
+    effects = [find_effect(slug) for slug in slugs]
+    model = PowerModel.from_vehicle(start.vehicle, effects=effects, surfaces=read.surfaces)
+    known = dict(zip(start.parameter_names, start.parameters, strict=True))
+    own = zip(model.parameter_names, model.parameters, strict=True)
+    values = np.array([known.get(name, value) for name, value in own])
+    model = replace(model, parameters=values)
+    for slug in slugs:
+        model = with_settings(model, slug, log.truth.hidden[slug])
+    return model
+
+
 class _Fit:
     """Bounded, robust Gauss-Newton steps through the true meter."""
 
     def __init__(
         self, log: Telemetry, library: CandidateLibrary, drawn: Log, slugs: Sequence[str]
     ) -> None:
-        self.log = log
+        self.log, self.library = log, library
         self.meter = drawn.truth.instruments.meter
         self.row = 1.0 / drawn.truth.conditions.rate
         instruments = drawn.truth.instruments
@@ -129,13 +156,19 @@ class _Fit:
         self.slugs = slugs
         self.nodes = Nodes.of(log, model)
         self.model = model
+        self.power = self.through_gaps(log.power)
         self._solve()
         order = {place: k for k, place in enumerate(self.places)}
         self.base = self.columns[:, [order[p] for p in library.places if p in order]]
 
     def through(self, columns: Array) -> Array:
-        """Columns (n, k) W of the rows as the meter would show them."""
-        return through_meter(self.log, columns, self.meter, self.row, self.clock_rate)
+        """Columns (n, k) W of the rows as the meter would show them, without ``carried``."""
+        shown = through_meter(self.log, columns, self.meter, self.row, self.clock_rate)
+        return shown - carried(self.log, shown, self.meter.time_constant)
+
+    def through_gaps(self, shown: Array) -> Array:
+        """(n,) W that a meter showed, without ``carried``."""
+        return shown - carried(self.log, shown[:, None], self.meter.time_constant)[:, 0]
 
     def _solve(self) -> None:
         index = np.array(self.places)
@@ -148,7 +181,7 @@ class _Fit:
             model = replace(self.model, parameters=values)
             watts, columns = tangent(model, self.nodes, self.places)
             seen = self.through(np.column_stack([watts, columns]))
-            residual = self.log.power - seen[:, 0]
+            residual = self.power - seen[:, 0]
             spread = 1.4826 * float(np.median(np.abs(residual))) + 1e-9
             cost = float(np.sum(np.minimum(np.abs(residual), CLIP * spread) ** 2))
             if cost > best * (1.0 + 1e-6) and stride > 0.05:
@@ -209,14 +242,12 @@ class _Fit:
         many = len(scores) / max(len(scores) - 1, 1)
         return float(square / np.sqrt(many * np.sum(scores**2) + 1e-300))
 
-    def leads(
-        self, slug: str, own: Array, others: Sequence[Array], library: CandidateLibrary
-    ) -> dict[str, float]:
+    def leads(self, slug: str, own: Array, others: Sequence[Array]) -> dict[str, float]:
         """Rival → log-likelihood by which the hidden effect explains the log better."""
         target = np.clip(self.residual, -CLIP * self.spread, CLIP * self.spread) + own
         count = _independent(self.residual, self.log.run)
         # Everything around one model, or the effect's own part in the tangent would tell it.
-        base = library.around(self.model, library.amplitudes, ())
+        base = self.library.around(self.model, self.library.amplitudes, ())
         _, around, raw = base.columns(self.nodes)
         columns = self.through(raw)
         faults = self._faults(predict(self.model, self.nodes))
@@ -224,7 +255,7 @@ class _Fit:
         beside = np.column_stack([self.through(around), *others, *there])
         least = _squares(target, np.column_stack([beside, own]))
         found: dict[str, float] = {}
-        for term in library.terms:
+        for term in self.library.terms:
             if term.effect != slug and term.effect not in self.slugs:
                 rival = np.column_stack([beside, columns[:, list(term.columns)]])
                 found[term.effect] = min(found.get(term.effect, np.inf), _squares(target, rival))
@@ -265,9 +296,7 @@ def through_meter(
         return columns
     step = min(0.25 * row, 0.05)
     result = np.empty_like(columns)
-    ends = np.flatnonzero(np.diff(log.run, append=-1)) + 1
-    # A filter does not start anew where rows are missing.
-    for start, stop in zip([0, *ends[:-1]], ends, strict=True):
+    for start, stop in log.segments():
         part, time = columns[start:stop], log.time[start:stop] / (1.0 + clock_rate)
         grid = np.arange(time[0] - 2.0 * row, time[-1] + step, step)
         if same and meter.motion == "mean":
@@ -284,6 +313,20 @@ def through_meter(
             seen = filtered(fine[:, k], step, meter.time_constant)
             result[start:stop, k] = sampled(seen, step, moment - grid[0], window)
     return result
+
+
+def carried(log: Telemetry, shown: Array, time_constant: float) -> Array:
+    """Columns (n, k) of what a filter still shows of its reading at the start of each stretch.
+
+    Nobody knows the power before a run or within a gap. Its effect on later readings follows from
+    the first one.
+    """
+    left = np.zeros_like(shown)
+    if time_constant > 0.0:
+        for start, stop in log.segments():
+            fade = np.exp(-(log.time[start:stop] - log.time[start]) / time_constant)
+            left[start:stop] = fade[:, None] * shown[start]
+    return left
 
 
 def _blocks(log: Telemetry) -> Integers:
