@@ -118,6 +118,13 @@ class Fit:
     parameters: tuple[FittedParameter, ...]
     refused: RefusedFit | None = None
 
+    @property
+    def begun(self) -> PowerModel:
+        """The model where the fit began: as stated, with the parts that were opened for it."""
+        values = self.model.parameters.copy()
+        values[list(self.places)] = self.start
+        return replace(self.model, parameters=values)
+
     def whitened(self, log: Telemetry, columns: Array) -> Array:
         """(n, k + 1) columns (n, k) W and the clipped residual, as the fit weighted the rows."""
         counts = self.noise.spread_for_fits(self.spread)

@@ -111,6 +111,11 @@ def _stated_as_none(model: PowerModel, place: int) -> bool:
     return effect.base and parameter.default == 0.0 == model.parameters[place]
 
 
+def _shapes(model: PowerModel, place: int) -> bool:
+    effect, _, parameter, _ = model.slots[place]
+    return not effect.base and parameter.null is None
+
+
 def fold_numbers(log: Telemetry) -> Integers:
     """(n,) fold of every row: by run, or by stretches of rows when there are too few runs."""
     runs, rank = np.unique(log.run, return_inverse=True)
@@ -190,20 +195,22 @@ def heldout_residual(log: Telemetry, fitted: Fit, given: Array | None = None) ->
     """
     model = fitted.model
     nodes = Nodes.of(log, model)
-    _, columns = tangent(model, nodes, fitted.places)
-    count = len(fitted.places)
+    moved = [place for place in fitted.places if not _shapes(model, place)]
+    _, columns = tangent(model, nodes, moved)
+    count = len(moved)
     if given is not None:
         columns = np.column_stack([columns, given])
     white = fitted.whitened(log, columns)
-    known = Prior.of(model, fitted.places)
-    value = model.parameters[list(fitted.places)]
+    known = Prior.of(model, moved)
+    value = model.parameters[moved]
     free = columns.shape[1] - count
     # Usual errors are slow: rows that correlate say less of them than so many independent ones.
     prior = fitted.noise.redundancy * np.eye(count + free)
     prior[:count, :count] = known.precision
     low = np.concatenate([known.low - value, np.full(free, -MOST_GIVEN)])
     high = np.concatenate([known.high - value, np.full(free, MOST_GIVEN)])
-    away = np.concatenate([value - fitted.start, np.zeros(free)])
+    at = [fitted.places.index(place) for place in moved]
+    away = np.concatenate([value - fitted.start[at], np.zeros(free)])
     folds = fold_numbers(log)
     left = np.empty(len(log))
     for fold in np.unique(folds):

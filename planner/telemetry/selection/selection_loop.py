@@ -102,10 +102,8 @@ class Found:
 
     def pushed_out(self, fitted: Fit) -> dict[int, float]:
         """Numbers of base parameters that a fit left at the end of their range → stated values."""
-        base = self.base
-        stated = dict(zip(base.model.parameter_names, base.model.parameters.tolist(), strict=True))
-        for place, value in zip(base.places, base.start.tolist(), strict=True):
-            stated[base.model.parameter_names[place]] = value
+        begun = self.base.begun
+        stated = dict(zip(begun.parameter_names, begun.parameters.tolist(), strict=True))
         pushed = {}
         for place in fitted.places:
             key = fitted.model.parameter_names[place]
@@ -192,7 +190,7 @@ def _without_faults(
     for number in range(MOST_SENSOR_ROUNDS):
         watch(0.15 + 0.05 * number, "laying out what every effect would add")
         log, base = metered_base_fit(log, start, known)
-        origin = replace(base, model=start) if as_stated else base
+        origin = replace(base, model=base.begun) if as_stated else base
         library = candidate_library(origin.model, log, extra=extra)
         # A sensor that was corrected once may be corrected further by however little.
         competing = tuple(
