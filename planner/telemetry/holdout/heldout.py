@@ -160,28 +160,34 @@ def supports(
     ratio = rms(other) / max(rms(one), 1e-300)
     if formula:
         falls = rms(after) <= rms(before) and ratio <= 1.0 - LEAST_FORMULA_FALL
-        return falls and _z_by_run(log, one**2 - other**2) >= LEAST_FORMULA_Z
+        return falls and _z_by_run(log, one**2, other**2) >= LEAST_FORMULA_Z
     surer, sure = huber(before / spread), huber(after / spread)
     share = 1.0 - float(sure.mean() / max(surer.mean(), 1e-300))
     # What helps unsure rows alone is no effect.
     falls = ratio <= 1.0 - LEAST_FALL and share >= LEAST_FALL
-    if falls and _z_by_run(log, one**2 - other**2) >= LEAST_Z:
+    if falls and _z_by_run(log, one**2, other**2) >= LEAST_Z:
         return True
     return (
         ratio <= 1.0 + MOST_RISE
         and share >= LEAST_LOSS_FALL
-        and _z_by_run(log, surer - sure) >= LEAST_Z
+        and _z_by_run(log, surer, sure) >= LEAST_Z
     )
 
 
-def _z_by_run(log: Telemetry, gain: Array) -> float:
-    """Standard errors, over held-out parts, by which the mean of a gain (n,) is above 0."""
+def _z_by_run(log: Telemetry, before: Array, after: Array) -> float:
+    """Standard errors, over held-out parts, by which a loss (n,) per row falls.
+
+    Of every part the share counts that it falls by: a run of hard driving has most of the loss, and
+    says no more about whether the gain is there everywhere.
+    """
     _, part = np.unique(log.run, return_inverse=True)
     if int(part.max()) + 1 < FEW_RUNS:
         part = stretch_numbers(log)
-    sums = np.bincount(part, gain)
-    scatter = float(np.sqrt(len(sums)) * sums.std(ddof=1))
-    return float(sums.sum()) / scatter if scatter > 0.0 else 0.0
+    rows = np.bincount(part)
+    each = np.log(np.bincount(part, before) / np.bincount(part, after))
+    mean = float(np.average(each, weights=rows))
+    scatter = np.sqrt(len(rows) / (len(rows) - 1) * np.sum((rows * (each - mean)) ** 2))
+    return mean * float(rows.sum()) / float(scatter) if scatter > 0.0 else 0.0
 
 
 def heldout_residual(log: Telemetry, fitted: Fit, given: Array | None = None) -> Array:
