@@ -12,7 +12,14 @@ import pytest
 
 from planner import diagnose
 from planner.power.vehicles import load_vehicle
+from planner.telemetry.diagnosis.unknown_effect import formula_of
+from planner.telemetry.holdout import metered_base_fit, rms
+from planner.telemetry.holdout.heldout import heldout_rmse
 from planner.telemetry.logs import Telemetry
+from planner.telemetry.other_terms import Shape
+from planner.telemetry.prediction import Readings, predict
+from planner.telemetry.starting_model import starting_model
+from planner.telemetry.terms import Addition, fit_with
 from planner.telemetry.virtual import VirtualRobot
 from planner.telemetry.virtual.dynamics import MEANS
 from tests.benchmarks.laboratory import (
@@ -179,6 +186,27 @@ def test_an_oracle_knows_what_a_mechanism_adds(tmp_path: Path) -> None:
     )
     assert oracle.rho["idling_bridge"] > 0.5
     assert oracle.floor_w < 0.9 * untold.floor_w
+
+
+def test_another_drive_keeps_what_a_formula_promises(tmp_path: Path) -> None:
+    """A narrow shape moves far where it is fitted to fewer runs, and is adopted as of all runs."""
+    log = draw("outside", "idling_bridge", 3658, "tuning", tmp_path, second=True)
+    first, second = (Telemetry.read(path) for path in (log.path, log.second_path))
+    first, base = metered_base_fit(first, starting_model(log.sheet))
+    bump = Shape("speed", "bump", 0.08, 0.04, 0)
+    effect, start = formula_of(bump, (0.0, 0.7), "motor_temp", [1.0])
+    fitted = fit_with(base.model, first, [Addition(effect, start)], noise=base.noise)
+    promised = heldout_rmse(first, fitted) / heldout_rmse(first, base)
+    second = replace(second, meter=first.meter)
+    readings = Readings.of(second)
+    assert readings is not None
+    errors = [
+        rms(second.power - readings.shown(predict(model, second)))
+        for model in (fitted.model, base.model)
+    ]
+    kept = errors[0] / errors[1]
+    assert kept < 0.95
+    assert promised == pytest.approx(kept, abs=0.04)
 
 
 def test_joined_tenths_hold_every_candidate() -> None:

@@ -112,6 +112,11 @@ def _stated_as_none(model: PowerModel, place: int) -> bool:
 
 
 def _shapes(model: PowerModel, place: int) -> bool:
+    """Whether a parameter says where or how wide an effect acts, and not how strongly.
+
+    Every fold keeps it: fitted to fewer runs, a narrow shape moves far, and what is adopted is the
+    one of all runs.
+    """
     effect, _, parameter, _ = model.slots[place]
     return not effect.base and parameter.null is None
 
@@ -184,7 +189,8 @@ def _z_by_run(log: Telemetry, before: Array, after: Array) -> float:
     if int(part.max()) + 1 < FEW_RUNS:
         part = stretch_numbers(log)
     rows = np.bincount(part)
-    each = np.log(np.bincount(part, before) / np.bincount(part, after))
+    one, other = (np.maximum(np.bincount(part, loss), 1e-300) for loss in (before, after))
+    each = np.log(one / other)
     mean = float(np.average(each, weights=rows))
     scatter = np.sqrt(len(rows) / (len(rows) - 1) * np.sum((rows * (each - mean)) ** 2))
     return mean * float(rows.sum()) / float(scatter) if scatter > 0.0 else 0.0

@@ -118,3 +118,16 @@ def test_what_the_vehicle_does_not_state_stays_away_where_it_is_not(motion, base
     log = measured(motion, base, 0.02, seed=9)
     used, plain = base_fit(log, base), fit(log, base)
     assert np.array_equal(used.model.parameters, plain.model.parameters)
+
+
+def test_a_fit_knows_where_it_began(motion, base):
+    """As stated, with the parts that it opened: searches around the stated model start there."""
+    log = measured(motion, changed(base, roller_drag__roller_viscous=8.0), 0.02, seed=8)
+    used = base_fit(log, base)
+    begun = used.begun
+    opened = begun.parameters != base.parameters
+    (name,) = (key[1] for key, new in zip(base.parameter_names, opened, strict=True) if new)
+    assert name == "roller_viscous"
+    # From there the same fit is found again.
+    again = fit(log, begun)
+    assert again.model.parameters == pytest.approx(used.model.parameters, rel=1e-3, abs=1e-6)

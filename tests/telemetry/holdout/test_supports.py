@@ -59,6 +59,17 @@ def test_a_fall_in_one_run_is_no_support(log: Any) -> None:
     assert not supports(log, before, after, spread)
 
 
+def test_a_run_of_hard_driving_says_no_more_than_another(log: Any) -> None:
+    spread = np.full(ROWS, 0.2)
+    before = spread * np.random.default_rng(6).standard_normal(ROWS)
+    # Far apart in size, as a run with a load and one without are.
+    size = np.where(log.run == 3, 4.0, 1.0)
+    shares = np.linspace(0.85, 0.95, RUNS)[log.run]
+    assert supports(log, size * before, size * shares * before, size * spread, formula=True)
+    shares[log.run > 5] = 1.2
+    assert not supports(log, size * before, size * shares * before, size * spread, formula=True)
+
+
 def test_unsure_rows_do_not_hide_what_all_others_say(log: Any) -> None:
     before, spread = residuals()
     after = 0.8 * before
