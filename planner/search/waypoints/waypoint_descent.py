@@ -134,15 +134,39 @@ def optimise_waypoints(
             spent = [spent_beside(one, at, half) for one, at in (low, (best, waypoints), high)]
             shift[half] = to_least(*spent)
         whole = across * shift[:, None]
-        for moves in (
-            [scale * whole for scale in STEP_SHARES],
-            [whole * h[:, None] for h in halves],
-        ):
-            found, places = min(tried(*moves), key=lambda one: one[0].energy)
-            if found.energy < best.energy:
-                best, waypoints = found, places
-                break
+        several = tried(*(scale * whole for scale in STEP_SHARES))
+        if min(one.energy for one, _ in several) >= best.energy:
+            # Where moves get into each other's way, only those stay that pay where they are.
+            kept = [_paying(one, at, best, waypoints, free) for one, at in several]
+            several = tried(*(at - waypoints for at in kept))
+        found, places = min(several, key=lambda one: one[0].energy)
+        if found.energy < best.energy:
+            best, waypoints = found, places
     return best
+
+
+def _paying(
+    moved: Driven, places: Array, best: Driven, waypoints: Array, free: NDArray[np.bool_]
+) -> Array:
+    """Places (n, 2) of waypoints of which only those moved beside which less is spent."""
+    stay = ~free
+    if moved.motion is None:
+        return waypoints
+    one, other = (spent_by_piece(d, at) for d, at in ((moved, places), (best, waypoints)))
+    gain = other - one
+    beside = np.zeros(len(waypoints))
+    beside[1:-1] = gain[:-1] + gain[1:]
+    pays = (beside > 0.0) & ~stay
+    return np.where(pays[:, None], places, waypoints)
+
+
+def spent_by_piece(driven: Driven, waypoints: Array) -> Array:
+    """(n - 1,) J that a motion spends from each waypoint to the next."""
+    assert driven.motion is not None
+    assert driven.spent is not None
+    along = np.append(0.0, np.cumsum(np.hypot(*np.diff(waypoints, axis=0).T)))
+    motion = driven.motion
+    return np.diff(spent_at(motion.x, motion.y, driven.spent, waypoints, along))
 
 
 def while_it_pays(best: Callable[[], Driven]) -> Iterator[float]:
