@@ -353,7 +353,9 @@ def _worth_descent(
         if any(of is other for other in tried):
             continue
         tried.append(of)
-        if worth_optimising(one.dissipated, sum(cost for _, cost in one.legs)):
+        # The legs' own costs may hold penalties for clearance.
+        metres = sum(polyline_cost(of.field, path, of.field.step) for path, _ in one.legs)
+        if worth_optimising(one.dissipated, metres):
             yield one, of
 
 
