@@ -38,7 +38,7 @@ from planner.search.waypoints.path_smoothing import resample
 Task = Callable[[], "Driven"]
 Both = Callable[[Sequence[Task]], list["Driven"]]
 
-LARGEST_MOVE, LEAST_MOVE, MOST_REPEATS = 1.0, 0.5, 8
+LARGEST_MOVE, LEAST_MOVE, MOST_REPEATS = 1.0, 0.25, 8
 """Cells by which waypoints are moved at most and at least, and rounds at most, where no steps are
 given: the step stays while it pays, and halves then."""
 PAYS = 0.003
