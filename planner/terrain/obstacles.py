@@ -166,6 +166,48 @@ def sweep_free(blocked: Any, frame: Any, x: Any, y: Any, yaw: float, half_body: 
     return bool(_sweep_free(blocked, frame, middle_x, middle_y, heading, half_body, half_move))
 
 
+@njit(cache=True, error_model="numpy")
+def rim_near(blocked: Any, frame: Any, x: float, y: float, reach: float, rim: Any) -> int:
+    """Blocked cells that a rectangle at a free place can meet, whatever its yaw, and their number.
+
+    A rectangle whose centre is free meets the rim of a blocked region before its inside.
+
+    Args:
+        blocked, frame: as for ``sweep_free``.
+        x, y: m, of the place; within ``reach`` of it the map goes on.
+        reach: m, half the rectangle's diagonal.
+        rim: (k, 2) written: centres of the cells, m east and north of the place; it has room for
+            all cells about it.
+    """
+    x0, y0, dx, dy = frame
+    u, v = (x - x0) / dx, (y - y0) / dy
+    ny, nx = blocked.shape
+    first_i, last_i = max(0, int(u - reach / dx)), min(nx - 1, int(u + reach / dx + 1.0))
+    first_j, last_j = max(0, int(v - reach / dy)), min(ny - 1, int(v + reach / dy + 1.0))
+    count = 0
+    for j in range(first_j, last_j + 1):
+        for i in range(first_i, last_i + 1):
+            if not blocked[j, i]:
+                continue
+            if 0 < i < nx - 1 and 0 < j < ny - 1:
+                across = blocked[j, i - 1] and blocked[j, i + 1]
+                if across and blocked[j - 1, i] and blocked[j + 1, i]:
+                    continue
+            rim[count] = (i - u) * dx, (j - v) * dy
+            count += 1
+    return count
+
+
+@njit(cache=True, error_model="numpy")
+def clear_of(rim: Any, half_cell: Any, yaw: float, half_body: Any) -> bool:
+    """Whether a rectangle covers none of the cells from ``rim_near``."""
+    heading = math.cos(yaw), math.sin(yaw)
+    for k in range(rim.shape[0]):
+        if _covers((rim[k, 0], rim[k, 1]), half_cell, heading, half_body, (0.0, 0.0)):
+            return False
+    return True
+
+
 @njit("uint64[:, ::1](boolean[:, ::1], float64, float64, float64, float64, int64)", cache=True)
 def yaw_mask(
     blocked: NDArray[np.bool_],

@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from planner.terrain import Terrain, rectangle_free, yaw_mask
+from planner.terrain.obstacles import clear_of, rim_near
 
 LONG, WIDE = 0.43, 0.26
 
@@ -107,6 +108,29 @@ def test_rectangle_agrees_with_points_in_it() -> None:
             assert not free_by_points(blocked, cell, pose, -0.012)
         answers.append(free)
     assert 50 < sum(answers) < 350
+
+
+def test_a_free_place_meets_the_rim_of_a_region_first() -> None:
+    rng = np.random.default_rng(7)
+    cell, body = (0.13, 0.21), (0.5, 0.3)
+    reach, found, fewer = float(np.hypot(*body)), 0, 0
+    for _ in range(300):
+        blocked = np.zeros((24, 30), bool)
+        for _ in range(4):
+            i, j = rng.integers(0, 30), rng.integers(0, 24)
+            blocked[j : j + rng.integers(1, 7), i : i + rng.integers(1, 7)] = True
+        x, y = rng.uniform(0.8, 3.0), rng.uniform(0.8, 4.0)
+        if blocked[round(y / cell[1]), round(x / cell[0])]:
+            continue
+        cells = np.empty((400, 2))
+        count = rim_near(blocked, (0.0, 0.0, *cell), x, y, reach, cells)
+        for yaw in rng.uniform(-4.0, 4.0, 8):
+            clear = clear_of(cells[:count], (0.5 * cell[0], 0.5 * cell[1]), yaw, body)
+            assert clear == rectangle_free(blocked, 0.0, 0.0, *cell, x, y, yaw, *body)
+            found += not clear
+        fewer += count < blocked.sum()
+    assert found > 300
+    assert fewer > 100
 
 
 def test_rectangle_beyond_the_border_or_not_a_number_is_not_free() -> None:

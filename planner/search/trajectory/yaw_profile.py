@@ -35,7 +35,7 @@ from planner.search.trajectory.yaw_moves import (
 )
 from planner.search.turns import spin_costs, turning
 from planner.terrain.footprint import any_yaw_fits, body_fits, middle_fits
-from planner.terrain.obstacles import rectangle_free
+from planner.terrain.obstacles import clear_of, rim_near
 
 FINER_ANGLES = 4
 """Angles to either side of a state's own, 0.7° apart, that are tried where the body does not fit
@@ -230,16 +230,13 @@ def _directions(track: Track, at: NDArray[np.int64]) -> Array:
 
 
 @njit(cache=True, error_model="numpy")
-def core_fits(field: Any, x: float, y: float, yaw: float) -> bool:
-    """Whether a rectangle is free that the body covers with all angles of a state.
+def core_of(half_length: float, half_width: float) -> tuple[float, float]:
+    """Half the sides of a rectangle that the body covers with all angles of a state.
 
     Turned by half a state at most, its corners still lie within the body's sides.
     """
-    a, b, off = field.half_length, field.half_width, math.sin(0.5 * WIDTH)
-    core = a - b * off, b - a * off
-    return min(core) <= 0.0 or bool(
-        rectangle_free(field.blocked, field.x0, field.y0, field.dx, field.dy, x, y, yaw, *core)
-    )
+    off = math.sin(0.5 * WIDTH)
+    return half_length - half_width * off, half_width - half_length * off
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -252,6 +249,12 @@ def _free_states(field: Any, points: Any, directions: Any, crowded: Any) -> tupl
     free = np.ones((points.shape[0], STATES), np.bool_)
     shift = np.zeros((points.shape[0], STATES))
     half = STATES // 2  # the body looks the same after half a turn
+    body = field.half_length, field.half_width
+    core = core_of(field.half_length, field.half_width)
+    frame, half_cell = (field.x0, field.y0, field.dx, field.dy), (0.5 * field.dx, 0.5 * field.dy)
+    reach = math.hypot(field.half_length, field.half_width)
+    cells = np.empty((int(2.0 * reach / field.dx + 4.0) * int(2.0 * reach / field.dy + 4.0), 2))
+    ny, nx = field.blocked.shape
     for k in range(points.shape[0]):
         x, y = points[k]
         if not crowded[k] or any_yaw_fits(field, x, y):
@@ -259,13 +262,22 @@ def _free_states(field: Any, points: Any, directions: Any, crowded: Any) -> tupl
         if not middle_fits(field, x, y):
             free[k] = False
             continue
+        rim = cells[: rim_near(field.blocked, frame, x, y, reach, cells)]
+        u, v = (x - field.x0) / field.dx, (y - field.y0) / field.dy
+        by_u, by_v = reach / field.dx - 0.5, reach / field.dy - 0.5
+        inside = by_u < u < nx - 1 - by_u and by_v < v < ny - 1 - by_v
         for s in range(half):
             angle = directions[k] + s * WIDTH
-            free[k, s] = body_fits(field, x, y, angle)
-            if not free[k, s] and core_fits(field, x, y, angle):
+            # Near the map's border, that is in the way as well.
+            free[k, s] = clear_of(rim, half_cell, angle, body) and (
+                inside or body_fits(field, x, y, angle)
+            )
+            if not free[k, s] and (min(core) <= 0.0 or clear_of(rim, half_cell, angle, core)):
                 first, last = FINER_ANGLES + 1, -FINER_ANGLES - 1
                 for n in range(-FINER_ANGLES, FINER_ANGLES + 1):
-                    if n != 0 and body_fits(field, x, y, angle + 0.5 * n * WIDTH / FINER_ANGLES):
+                    finer = angle + 0.5 * n * WIDTH / FINER_ANGLES
+                    fits = n != 0 and clear_of(rim, half_cell, finer, body)
+                    if fits and (inside or body_fits(field, x, y, finer)):
                         first, last = min(first, n), max(last, n)
                 # On one side only: in between the body does not fit.
                 if first < 0 < last:

@@ -137,7 +137,7 @@ def optimise_waypoints(
         several = tried(*(scale * whole for scale in STEP_SHARES))
         if min(one.energy for one, _ in several) >= best.energy:
             # Where moves get into each other's way, only those stay that pay where they are.
-            kept = [_paying(one, at, best, waypoints, free) for one, at in several]
+            kept = [paying(one, at, best, waypoints, free) for one, at in several]
             several = tried(*(at - waypoints for at in kept))
         found, places = min(several, key=lambda one: one[0].energy)
         if found.energy < best.energy:
@@ -145,19 +145,22 @@ def optimise_waypoints(
     return best
 
 
-def _paying(
+def paying(
     moved: Driven, places: Array, best: Driven, waypoints: Array, free: NDArray[np.bool_]
 ) -> Array:
-    """Places (n, 2) of waypoints of which only those moved beside which less is spent."""
-    stay = ~free
-    if moved.motion is None:
+    """Waypoints (n, 2), of which only those are moved where less is spent beside them.
+
+    Args:
+        moved, places: motion with all waypoints moved, and where these are then.
+        best, waypoints: motion before, and where they were.
+        free: (n,) whether a waypoint may move.
+    """
+    if moved.motion is None or best.motion is None:
         return waypoints
-    one, other = (spent_by_piece(d, at) for d, at in ((moved, places), (best, waypoints)))
-    gain = other - one
-    beside = np.zeros(len(waypoints))
-    beside[1:-1] = gain[:-1] + gain[1:]
-    pays = (beside > 0.0) & ~stay
-    return np.where(pays[:, None], places, waypoints)
+    saved = spent_by_piece(best, waypoints) - spent_by_piece(moved, places)
+    pays = np.zeros(len(waypoints), bool)
+    pays[1:-1] = saved[:-1] + saved[1:] > 0.0
+    return np.where((pays & free)[:, None], places, waypoints)
 
 
 def spent_by_piece(driven: Driven, waypoints: Array) -> Array:

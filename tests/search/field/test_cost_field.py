@@ -16,9 +16,10 @@ from planner.search.field.cost_field import (
 from planner.search.requests import SituationRequest
 from planner.search.resolution import WIDTH
 from planner.search.situation import situation_of
-from planner.search.trajectory.yaw_profile import core_fits
+from planner.search.trajectory.yaw_profile import core_of
 from planner.terrain.footprint import body_fits, middle_fits
 from planner.terrain.heightmap import Terrain
+from planner.terrain.obstacles import rectangle_free
 from tests.search.maps import hills
 
 CELL = 0.25
@@ -100,6 +101,8 @@ def test_where_the_middle_or_the_core_of_the_body_touches_no_yaw_fits():
     """They spare tests of the body, and so must never refuse where it fits."""
     rng = np.random.default_rng(5)
     field = field_of(np.zeros((40, 40)), rng.random((40, 40)) < 0.06)
+    grid = field.blocked, field.x0, field.y0, field.dx, field.dy
+    sides = core_of(field.half_length, field.half_width)
     fitting = refused = 0
     for _ in range(400):
         x, y = rng.uniform(1.0, 9.0, 2)
@@ -108,7 +111,8 @@ def test_where_the_middle_or_the_core_of_the_body_touches_no_yaw_fits():
         middle = middle_fits(field, x, y)
         assert middle or not any(fits)
         for yaw, fit in zip(yaws, fits, strict=True):
-            core = core_fits(field, x, y, yaw + rng.uniform(-0.5, 0.5) * WIDTH)
+            turned = yaw + rng.uniform(-0.5, 0.5) * WIDTH
+            core = rectangle_free(*grid, x, y, turned, *sides)
             assert core or not fit
             fitting, refused = fitting + fit, refused + (not core)
     assert fitting > 1000

@@ -64,6 +64,27 @@ def test_what_is_spent_up_to_a_place_is_read_where_the_motion_is_nearest():
     np.testing.assert_allclose(found, along, atol=1e-9)
 
 
+def test_of_moves_only_those_stay_that_pay_where_they_are(level):
+    """One waypoint comes back to a straight line, another leaves it, and a third may not move."""
+    situation, field = level
+    before = np.column_stack([np.linspace(2.0, 22.0, 9), np.full(9, 12.0)])
+    before[[2, 7], 1] += 0.6
+    places = before.copy()
+    places[[2, 7], 1] -= 0.6
+    places[5, 1] += 0.4
+    free = np.arange(9) != 7
+    moved, best = (
+        optimise_waypoints.drive_roughly(field, situation.conditions, (knots,), FREE)
+        for knots in (places, before)
+    )
+    kept = optimise_waypoints.paying(moved, places, best, before, free)
+    expected = before.copy()
+    expected[2] = places[2]
+    np.testing.assert_array_equal(kept, expected)
+    better = optimise_waypoints.drive_roughly(field, situation.conditions, (kept,), FREE)
+    assert better.energy < best.energy
+
+
 def test_on_level_ground_a_bent_path_becomes_straight(level):
     situation, field = level
     ends = np.array([[3.0, 3.0], [20.0, 14.0]])
@@ -139,9 +160,9 @@ def steps_while(saved: list[float]) -> list[float]:
 
 
 def test_steps_stay_while_they_pay_and_halve_then():
-    """The second round saves a tenth of a per cent, and so does the third."""
-    assert steps_while([1.0, 0.1, 0.1, 5.0]) == [1.0, 1.0, 0.5]
-    assert steps_while([0.1, 1.0, 0.1, 5.0]) == [1.0, 0.5, 0.5]
+    """A round that saves a tenth of a per cent does not pay."""
+    assert steps_while([1.0, 0.1, 0.1, 0.1, 5.0]) == [1.0, 1.0, 0.5, 0.25]
+    assert steps_while([0.1, 1.0, 0.1, 0.1, 5.0]) == [1.0, 0.5, 0.5, 0.25]
 
 
 def test_steps_end_however_much_they_save():
