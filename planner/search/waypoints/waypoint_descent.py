@@ -135,10 +135,12 @@ def optimise_waypoints(
             shift[half] = to_least(*spent)
         whole = across * shift[:, None]
         several = tried(*(scale * whole for scale in STEP_SHARES))
-        if min(one.energy for one, _ in several) >= best.energy:
-            # Where moves get into each other's way, only those stay that pay where they are.
+        if best.energy <= min(one.energy for one, _ in several):
+            # Where moves get into each other's way, those stay that pay where they are.
             kept = [paying(one, at, best, waypoints, free) for one, at in several]
             several = tried(*(at - waypoints for at in kept))
+        if best.energy <= min(one.energy for one, _ in several):
+            several = tried(*(whole * half[:, None] for half in halves))
         found, places = min(several, key=lambda one: one[0].energy)
         if found.energy < best.energy:
             best, waypoints = found, places
