@@ -8,8 +8,9 @@ and a path a little to the side costs less. Here whole motions give the cost of 
 
 Every second waypoint is moved at once, to one side and then to the other, while those between them
 stay: the energy between two that stay shows what moving the one between them does. A parabola for
-each waypoint says how far it should go; they go there together if the whole motion is cheaper so.
-Six motions move all waypoints, however many there are."""
+each waypoint says how far it should go; they go there together if the whole motion is cheaper so,
+else those that save energy beside them, else every second one. Six to ten motions move all
+waypoints, however many there are."""
 
 from __future__ import annotations
 
