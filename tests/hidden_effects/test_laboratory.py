@@ -209,6 +209,14 @@ def test_another_drive_keeps_what_a_formula_promises(tmp_path: Path) -> None:
     assert promised == pytest.approx(kept, abs=0.04)
 
 
+def test_of_two_effects_neither_stands_in_the_others_way(tmp_path: Path) -> None:
+    """Each takes off much, and alone looks like a competing explanation of the other."""
+    log = draw("several", "regeneration_limit+air_drag", 3645, "tuning", tmp_path)
+    found = diagnose(log.path, str(log.sheet), mapping=log.mapping)
+    assert set(found.selected) == {"regeneration_limit", "air_drag"}
+    assert found.after.heldout_rmse_w < 0.65 * found.baseline.heldout_rmse_w
+
+
 def test_joined_tenths_hold_every_candidate() -> None:
     rows = [{"probabilities": [("a", k / 100.0, k > 50, 0.0)]} for k in range(100)] * 4
     found = probabilities(rows)

@@ -149,6 +149,9 @@ def decide(found: Found, floor: Array) -> Decision:
         tried = fitted_singles(found, linear, before, floor, competing_with)
         doubtful |= alone and bool(tried)
         floor = _undercut(floor, [one.residual for one in tried])
+        pair = None if left_by_nothing.little else _pair(found, tried, floor)
+        if pair is not None:
+            best, doubtful = pair, False
         if doubtful:
             best = _with_equals(found, best, tried, before, floor)
         others = _competing_with(found, best, tried, before, floor) if doubtful else ()
@@ -341,6 +344,28 @@ def _better(
     member = first.ranked.member
     aliases = {first.name: first.equals}
     return Answer(first.fit, first.residual, (member,), (first.addition,), aliases=aliases)
+
+
+def _pair(found: Found, tried: tuple[Tried, ...], floor: Array) -> Answer | None:
+    """Two effects that held-out runs show together; None where one alone does nearly as well.
+
+    Of two that are there, each alone seems to compete with the other. The second one was chosen by
+    its error, so that it needs as much as a formula.
+    """
+    supported = [one for one in tried if one.supported]
+    best: Answer | None = None
+    for one in supported[1:]:
+        first = supported[0]
+        additions = (first.addition, one.addition)
+        fitted = found.refit(additions)
+        left = found.heldout(fitted)
+        shown = supports(found.log, first.residual, left, floor, formula=True)
+        if shown and (best is None or rms(left) < rms(best.left)):
+            members = (first.ranked.member, one.ranked.member)
+            aliases = {each.name: each.equals for each in (first, one)}
+            beside = found.left_beside_base(fitted)
+            best = Answer(fitted, left, members, additions, aliases=aliases, beside=beside)
+    return best
 
 
 def _competing_with(
