@@ -33,8 +33,8 @@ STRETCH, MOST_STRETCHES = 20.0, 20
 """s of a stretch that takes the place of a run, at least, where a log is long enough for one in
 each fold; and the number of stretches, at most."""
 FEW_RUNS = 10
-"""Runs below which stretches say whether a gain is there everywhere: of so few runs, one with most
-of the gain makes their scatter as large as their sum."""
+"""Runs below which halves of runs say whether a gain is there everywhere. A gain in one run alone
+still is no support: both its halves have it, and those of all other runs do not."""
 CLAIMED_RATIO = 0.98
 """Held-out error of a fit over that of the vehicle as stated, above which the fit is refused.
 Smaller differences are scatter between choices of the held-out runs."""
@@ -185,15 +185,25 @@ def _z_by_run(log: Telemetry, before: Array, after: Array) -> float:
     Of every part the share counts that it falls by: a run of hard driving has most of the loss, and
     says no more about whether the gain is there everywhere.
     """
-    _, part = np.unique(log.run, return_inverse=True)
-    if int(part.max()) + 1 < FEW_RUNS:
-        part = stretch_numbers(log)
+    part = _parts(log)
     rows = np.bincount(part)
     one, other = (np.maximum(np.bincount(part, loss), 1e-300) for loss in (before, after))
     each = np.log(one / other)
     mean = float(np.average(each, weights=rows))
     scatter = np.sqrt(len(rows) / (len(rows) - 1) * np.sum((rows * (each - mean)) ** 2))
     return mean * float(rows.sum()) / float(scatter) if scatter > 0.0 else 0.0
+
+
+def _parts(log: Telemetry) -> Integers:
+    """(n,) number of the part of a log: runs, halves of few runs, stretches of fewer."""
+    _, first, run, rows = np.unique(
+        log.run, return_index=True, return_inverse=True, return_counts=True
+    )
+    if len(rows) < LEAST_RUNS:
+        return stretch_numbers(log)
+    if len(rows) >= FEW_RUNS:
+        return run
+    return np.asarray(2 * run + (np.arange(len(run)) - first[run] >= 0.5 * rows[run]))
 
 
 def heldout_residual(log: Telemetry, fitted: Fit, given: Array | None = None) -> Array:

@@ -20,10 +20,15 @@ ROWS, RUNS = 2000, 10
 UNSURE = slice(0, 20)
 
 
+def runs(count: int) -> Any:
+    """So many runs of two hundred rows."""
+    return SimpleNamespace(run=np.repeat(np.arange(count), ROWS // RUNS))
+
+
 @pytest.fixture
 def log() -> Any:
-    """Ten runs of two hundred rows."""
-    return SimpleNamespace(run=np.repeat(np.arange(RUNS), ROWS // RUNS))
+    """Ten runs."""
+    return runs(RUNS)
 
 
 def residuals() -> tuple[np.ndarray, np.ndarray]:
@@ -57,6 +62,19 @@ def test_a_fall_in_one_run_is_no_support(log: Any) -> None:
     after = np.where(log.run == 3, 0.0, before)
     assert rms(after) < 0.9 * rms(before)
     assert not supports(log, before, after, spread)
+
+
+@pytest.mark.parametrize("count", [4, 5, 7, 9])
+def test_of_few_runs_all_speak_for_a_claim_and_one_does_not(count: int) -> None:
+    log = runs(count)
+    spread = np.full(len(log.run), 0.2)
+    before = spread * np.random.default_rng(count).standard_normal(len(log.run))
+    shares = np.random.default_rng(1).uniform(0.7, 1.0, 2 * count)
+    everywhere = np.repeat(shares, ROWS // RUNS // 2) * before
+    assert supports(log, before, everywhere, spread, formula=True)
+    once = np.where(log.run == 1, 0.3, 1.0) * before
+    assert rms(once) < 0.96 * rms(before)
+    assert not supports(log, before, once, spread)
 
 
 def test_a_run_of_hard_driving_says_no_more_than_another(log: Any) -> None:
