@@ -174,7 +174,7 @@ def rim_near(blocked: Any, frame: Any, x: float, y: float, reach: float, rim: An
 
     Args:
         blocked, frame: as for ``sweep_free``.
-        x, y: m, of the place; within ``reach`` of it the map goes on.
+        x, y: m, of the place. The map's border is not listed.
         reach: m, half the rectangle's diagonal.
         rim: (k, 2) written: centres of the cells, m east and north of the place; it has room for
             all cells about it.
