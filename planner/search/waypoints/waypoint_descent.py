@@ -44,6 +44,9 @@ LARGEST_MOVE, LEAST_MOVE, MOST_REPEATS = 1.0, 0.25, 8
 given: the step stays while it pays, and halves then."""
 PAYS = 0.003
 """Share of what a motion dissipates that a round has to save to be repeated."""
+SCATTER = 2e-4
+"""Share of what a motion dissipates that moved waypoints have to save: rough motions along one line
+differ by as much with other waypoints, and a straight line on level ground must stay straight."""
 WAYPOINT_SPACING = 24.0
 """Cells from one waypoint to the next at most; closer ones make bends that cost more."""
 MOST_STEPS = 2.0
@@ -135,15 +138,16 @@ def optimise_waypoints(
             spent = [spent_beside(one, at, half) for one, at in (low, (best, waypoints), high)]
             shift[half] = to_least(*spent)
         whole = across * shift[:, None]
+        enough = best.energy - SCATTER * best.dissipated
         several = tried(*(scale * whole for scale in STEP_SHARES))
-        if best.energy <= min(one.energy for one, _ in several):
+        if enough <= min(one.energy for one, _ in several):
             # Where moves get into each other's way, those stay that pay where they are.
             kept = [paying(one, at, best, waypoints, free) for one, at in several]
             several = tried(*(at - waypoints for at in kept))
-        if best.energy <= min(one.energy for one, _ in several):
+        if enough <= min(one.energy for one, _ in several):
             several = tried(*(whole * half[:, None] for half in halves))
         found, places = min(several, key=lambda one: one[0].energy)
-        if found.energy < best.energy:
+        if found.energy < enough:
             best, waypoints = found, places
     return best
 
