@@ -143,7 +143,8 @@ def optimise_waypoints(
         if enough <= min(one.energy for one, _ in several):
             # Where moves get into each other's way, those stay that pay where they are.
             kept = [paying(one, at, best, waypoints, free) for one, at in several]
-            several = tried(*(at - waypoints for at in kept))
+            moves = [at - waypoints for at in kept if not np.array_equal(at, waypoints)]
+            several = tried(*moves) if moves else several
         if enough <= min(one.energy for one, _ in several):
             several = tried(*(whole * half[:, None] for half in halves))
         found, places = min(several, key=lambda one: one[0].energy)
