@@ -2,7 +2,6 @@
 
     decision = decide(found, floor)
     decision.answer, decision.unexplained, decision.complete
-    decision = undisputed(found, decision, other)    # of another search of the same log
 
 Effects, formulas and errors of sensors are judged by one rule (planner.telemetry.holdout.supports):
 what is claimed lowers the error on held-out runs. A formula must beat the best answer without one,
@@ -190,78 +189,6 @@ def _misleads(found: Found, answer: Answer, floor: Array) -> bool:
         rms(counted(heldout_residual(found.log, fit), floor)) for fit in (found.base, answer.fit)
     )
     return adopted > without
-
-
-def undisputed(
-    found: Found, decision: Decision, other: Decision, *, same_log: bool = True
-) -> Decision:
-    """A decision; without its claim where another search of the log has other answers.
-
-    Which effect explains the little that is left above the noise floor may depend on where the
-    columns were taken. Then the log does not tell it. And what usual errors of data sheet and
-    sensors explain around the one model, no effect needs to explain around the other.
-
-    Args:
-        found: state of the search that was decided.
-        decision: what was decided.
-        other: decision about the other search.
-        same_log: whether neither corrected errors of sensors, so that errors compare.
-    """
-    answer, before, floor = decision.answer, decision.before, decision.floor
-    nothing = _without_claim(found, decision)
-    mine, theirs = _names(answer), _names(other.answer) or set(other.alike)
-    if answer.proposal is None and mine and same_log:
-        least = min(before, other.before, key=rms)
-        if not stands(least, answer.judged, floor):
-            return nothing
-    little = nothing.unexplained.little
-    if answer.proposal is not None or not mine or not theirs or not little:
-        return decision
-    each = ({m.name, *answer.aliases.get(m.name, ())} for m in answer.members)
-    if other.answer.claims and all(names & theirs for names in each):
-        return decision
-    return replace(nothing, alike=tuple(dict.fromkeys((*sorted(mine), *sorted(theirs)))))
-
-
-def confirmed(found: Found, decision: Decision, others: Sequence[Decision]) -> Decision:
-    """A decision; without its claim where the usual reading of the motion leads to none like it.
-
-    What only one way to read the speeds shows may be how their errors look in it.
-
-    Args:
-        found: state of the search that was decided.
-        decision: what was decided.
-        others: decisions about the log in its usual reading.
-    """
-    answer = decision.answer
-    each = [{m.name, *answer.aliases.get(m.name, ())} for m in answer.members]
-
-    def made_by(other: Answer) -> bool:
-        alike = all(names & _names(other) for names in each)
-        return other.claims and alike and _is_formula(answer) == _is_formula(other)
-
-    if not answer.claims or any(made_by(other.answer) for other in others):
-        return decision
-    return _without_claim(found, decision)
-
-
-def _without_claim(found: Found, decision: Decision) -> Decision:
-    """The decision that nothing is claimed; what was named is among what may be there."""
-    named = tuple(member.name for member in decision.answer.members)
-    nothing = Answer(found.base, decision.before)
-    left = unexplained_by(found.log, decision.before, decision.floor, found.base.watts)
-    return replace(decision, answer=nothing, alike=named, unexplained=left, near="")
-
-
-def _is_formula(answer: Answer) -> bool:
-    """Whether it names what the catalogue does not know."""
-    return answer.proposal is not None
-
-
-def _names(answer: Answer) -> set[str]:
-    """Slugs of the effects that an answer names, and of their aliases."""
-    members = [member.name for member in answer.members]
-    return {*members, *(alias for name in members for alias in answer.aliases.get(name, ()))}
 
 
 def stands(before: Array, after: Array, floor: Array) -> bool:

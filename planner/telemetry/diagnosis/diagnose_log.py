@@ -38,13 +38,11 @@ from planner.telemetry.diagnosis.best_reading import best_reading
 from planner.telemetry.diagnosis.decision import (
     Answer,
     Decision,
-    confirmed,
     decide,
-    undisputed,
 )
 from planner.telemetry.diagnosis.experiments import UNKNOWN, WIDE, Advice
 from planner.telemetry.diagnosis.missing_columns import Aliases, slope_to_log
-from planner.telemetry.diagnosis.reconcile import more_credible
+from planner.telemetry.diagnosis.reconcile import confirmed, more_credible, undisputed
 from planner.telemetry.diagnosis.results import (
     Candidate,
     Diagnosis,
@@ -128,7 +126,7 @@ def diagnose_source(
             watch(0.9 + 0.1 * share, f"{said}, in the usual reading")
 
         usual = usual.with_meter(source.sample.meter)
-        others = [decision for _, decision in _decided(usual, start, extra, again)]
+        others = _decided(usual, start, extra, again)
         decided = [(found, confirmed(found, decision, others)) for found, decision in decided]
     reports = [_report(source, start, found, decision) for found, decision in decided]
     return reports[0] if len(reports) == 1 else more_credible(*reports)

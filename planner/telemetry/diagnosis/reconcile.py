@@ -1,6 +1,8 @@
-"""Choose between two searches of one log: around the fit, or around the model as given.
+"""Reconcile searches of one log: around the fit and the model as given, and in two readings.
 
-    more_credible(first, second)       # the diagnosis to return
+    decision = undisputed(found, decision, other)      # another search has no other answer
+    decision = confirmed(found, decision, others)      # the usual reading bears the claim out
+    more_credible(first, second)                       # the diagnosis to return
 
 Where a strong effect is missing, the fit of the base model ends at physical bounds. The columns
 around such a fit may be misleading. A second search, around the model as given, then sometimes
@@ -11,10 +13,16 @@ bounds. A parameter at its bound makes up for a missing effect, and only within 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
+from planner.telemetry.diagnosis.decision import Answer, Decision, stands
 from planner.telemetry.diagnosis.results import Diagnosis
-from planner.telemetry.holdout import heldout_residual
+from planner.telemetry.diagnosis.unexplained import unexplained_by
+from planner.telemetry.holdout import heldout_residual, rms, supports
+from planner.telemetry.selection import Found
 
 BELIEVED_RATIO, NAMING_RATIO, OVERRULING_RATIO = 0.98, 0.9, 0.5
 """Held-out error of the second search over that of the first, below which the second wins: where
@@ -22,6 +30,79 @@ the first named something; where it could not tell what is missing; and where it
 must have taken a large effect for noise."""
 EQUAL_Z, EQUAL_RATIO = 2.0, 1.05
 """Standard errors over runs, and ratio, within which held-out errors count as equal."""
+
+
+def undisputed(
+    found: Found, decision: Decision, other: Decision, *, same_log: bool = True
+) -> Decision:
+    """A decision; without its claim where another search of the log has other answers.
+
+    Which effect explains the little that is left above the noise floor may depend on where the
+    columns were taken. Then the log does not tell it. And what usual errors of data sheet and
+    sensors explain around the one model, no effect needs to explain around the other.
+
+    Args:
+        found: state of the search that was decided.
+        decision: what was decided.
+        other: decision about the other search.
+        same_log: whether neither corrected errors of sensors, so that errors compare.
+    """
+    answer, before, floor = decision.answer, decision.before, decision.floor
+    nothing = _without_claim(found, decision)
+    mine, theirs = _names(answer), _names(other.answer) or set(other.alike)
+    if answer.proposal is None and mine and same_log:
+        least = min(before, other.before, key=rms)
+        if not stands(least, answer.judged, floor):
+            return nothing
+    little = nothing.unexplained.little
+    if answer.proposal is not None or not mine or not theirs or not little:
+        return decision
+    each = ({m.name, *answer.aliases.get(m.name, ())} for m in answer.members)
+    if other.answer.claims and all(names & theirs for names in each):
+        return decision
+    return replace(nothing, alike=tuple(dict.fromkeys((*sorted(mine), *sorted(theirs)))))
+
+
+def confirmed(
+    found: Found, decision: Decision, others: Sequence[tuple[Found, Decision]]
+) -> Decision:
+    """A decision; without its claim where the usual reading of the motion does not bear it out.
+
+    What only one way to read the speeds shows may be how their errors look in it. The usual reading
+    bears a claim out where its own search makes the same one, or where its held-out runs support
+    it. Either will do: the noise of that reading may hide an effect from a search, or spoil a fit.
+
+    Args:
+        found: state of the search that was decided.
+        decision: what was decided.
+        others: searches of the log in its usual reading, and what was decided about them.
+    """
+    answer = decision.answer
+    if not answer.claims:
+        return decision
+    if any(
+        _makes(other.answer, answer) or _supports(each, other, answer) for each, other in others
+    ):
+        return decision
+    return _without_claim(found, decision)
+
+
+def _makes(other: Answer, answer: Answer) -> bool:
+    """Whether another answer makes the same claim."""
+    each = [{m.name, *answer.aliases.get(m.name, ())} for m in answer.members]
+    alike = all(names & _names(other) for names in each)
+    return other.claims and alike and _is_formula(answer) == _is_formula(other)
+
+
+def _supports(found: Found, decision: Decision, answer: Answer) -> bool:
+    """Whether held-out runs of another reading support a claim that is fitted to it."""
+    formula = () if answer.proposal is None else (answer.proposal.addition,)
+    fitted = found.refit([*answer.additions, *formula])
+    beside = found.left_beside_base(fitted)
+    left = found.heldout(fitted) if beside is None else beside
+    before, floor = decision.before, decision.floor
+    shown = supports(found.log, before, left, floor, formula=bool(formula))
+    return shown and stands(before, left, floor)
 
 
 def more_credible(first: Diagnosis, second: Diagnosis) -> Diagnosis:
@@ -56,3 +137,22 @@ def _as_good(one: Diagnosis, other: Diagnosis) -> bool:
     _, run = np.unique(log.run, return_inverse=True)
     excess = np.bincount(run, mine - theirs)
     return bool(excess.sum() < EQUAL_Z * np.sqrt(np.sum(excess**2)) + 1e-12)
+
+
+def _without_claim(found: Found, decision: Decision) -> Decision:
+    """The decision that nothing is claimed; what was named is among what may be there."""
+    named = tuple(member.name for member in decision.answer.members)
+    nothing = Answer(found.base, decision.before)
+    left = unexplained_by(found.log, decision.before, decision.floor, found.base.watts)
+    return replace(decision, answer=nothing, alike=named, unexplained=left, near="")
+
+
+def _is_formula(answer: Answer) -> bool:
+    """Whether it names what the catalogue does not know."""
+    return answer.proposal is not None
+
+
+def _names(answer: Answer) -> set[str]:
+    """Slugs of the effects that an answer names, and of their aliases."""
+    members = [member.name for member in answer.members]
+    return {*members, *(alias for name in members for alias in answer.aliases.get(name, ()))}

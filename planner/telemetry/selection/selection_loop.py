@@ -74,7 +74,9 @@ class Found:
 
     def refit(self, additions: Sequence[Addition], *, tried: bool = False) -> Fit:
         """The origin fitted with additions; intervals of these are ``tried`` out as in fit_with."""
-        noise, within = self.local.noise, self.local.competitors.library.model
+        noise, library = self.local.noise, self.local.competitors.library.model
+        known = {effect.slug for effect in library.effects}
+        within = library if all(a.declaration.slug in known for a in additions) else None
         unsure = self.local.given if tried else None
         return fit_with(self.origin, self.log, additions, noise=noise, within=within, unsure=unsure)
 
