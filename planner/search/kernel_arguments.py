@@ -21,6 +21,7 @@ F2 = types.Array(types.float64, 2, "C")
 F3 = types.Array(types.float64, 3, "C")
 I1 = types.Array(types.int64, 1, "C")
 B1 = types.Array(types.boolean, 1, "C")
+B3 = types.Array(types.boolean, 3, "C")
 B2 = types.Array(types.boolean, 2, "C")
 
 

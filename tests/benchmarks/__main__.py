@@ -23,6 +23,7 @@ from tests.benchmarks import (
     routes,
     serving,
     serving_many,
+    sharp_friction,
     start,
 )
 from tests.benchmarks.peers.comparison import side_by_side
@@ -52,6 +53,7 @@ MEASUREMENTS = {
     "times of answers": lambda: planning.times(20),
     "answers on hard maps: obstacles and real relief": hard_maps.times,
     "time budgets on hard maps": hard_maps.budgets,
+    "routes with sharp friction": sharp_friction.measure,
     "matrix of 50 by 50": planning.matrix,
     "fields up to 4096²": planning.fields,
     "95 % intervals of energies": energy_intervals.measure,

@@ -266,8 +266,7 @@ def budgets(seed: int = SEED) -> dict[str, Any]:
     with ExitStack() as patched:
         patched.enter_context(mock.patch(f"{where}.run.time", clock))
         patched.enter_context(mock.patch(f"{where}.plan.time", clock))
-        for module in ("pipeline", "grid_planner"):
-            patched.enter_context(mock.patch(f"{where}.solve.{module}.priced", priced))
+        patched.enter_context(mock.patch(f"{where}.solve.pipeline.priced", priced))
         for name in ("shelves", "jacksboro-1to100"):
             terrain = made(name, seed)
             for asked in places(terrain, 2, seed):

@@ -22,7 +22,8 @@ from planner.search.field import CostField
 from planner.search.results import Route
 from planner.search.run import Run
 from planner.search.solve.grid_planner import near_path_of
-from planner.search.solve.pipeline import Attempt, Candidate, Legs, drive_legs, with_costs
+from planner.search.solve.pipeline import Attempt, Candidate, drive_legs
+from planner.search.solve.sketch import Legs, with_costs
 from planner.search.waypoints import optimise_waypoints, refine
 
 PERTURBATION, GRAIN = 0.03, 3.0

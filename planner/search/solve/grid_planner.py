@@ -15,28 +15,24 @@ from functools import partial
 import numpy as np
 
 from planner.arrays import Array
-from planner.quantities import STANDARD_GRAVITY
 from planner.search.field import CostField, polyline_cost
 from planner.search.limit_places import Infeasible
-from planner.search.results import Route
 from planner.search.run import Run
 from planner.search.se2 import PosePath, pose_path
 from planner.search.situation import explain_no_route
 from planner.search.solve.alternatives import nearness
 from planner.search.solve.narrow_passages import through_passages
-from planner.search.solve.pipeline import (
+from planner.search.solve.pipeline import Attempt, cheapest_near, finished
+from planner.search.solve.recovery import Caution, first_caution, more_clearance, next_caution
+from planner.search.solve.sketch import (
     ANSWER,
     BASELINE,
     ONE_OF_MANY,
-    Attempt,
     Closely,
     Effort,
     Sketch,
-    cheapest_near,
-    finished,
     sketch,
 )
-from planner.search.solve.recovery import Caution, first_caution, more_clearance, next_caution
 from planner.search.trajectory import Motion
 from planner.search.wanted_yaw import arriving, leaving
 from planner.search.waypoints import suggests_detour
@@ -302,11 +298,6 @@ def near_path_of(run: Run, field: CostField, factor: Array, objective: str) -> A
     if paths is None:
         return Attempt(field)
     return cheapest_near(run, field, paths, objective, ONE_OF_MANY)
-
-
-def dissipated(run: Run, route: Route) -> float:
-    """J that a route takes without what climbing stores."""
-    return route.energy_j - run.conditions.mass * STANDARD_GRAVITY * route.rise_m
 
 
 def _why_not(run: Run, field: CostField, objective: str) -> Infeasible:

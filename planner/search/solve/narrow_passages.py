@@ -23,7 +23,8 @@ from planner.search.requests import PoseRequest
 from planner.search.resolution import YAW_BINS
 from planner.search.results import Route
 from planner.search.run import Run
-from planner.search.solve.pipeline import Attempt, drive_legs, with_costs
+from planner.search.solve.pipeline import Attempt, drive_legs
+from planner.search.solve.sketch import with_costs
 from planner.search.wanted_yaw import arriving, leaving
 
 MOST_PASSAGES = 8

@@ -24,18 +24,10 @@ from planner.search.results import Route, SearchSummary
 from planner.search.run import Run
 from planner.search.second_core import Later
 from planner.search.solve.anytime import further_candidates
-from planner.search.solve.grid_planner import dissipated, on_grid, path_exists
-from planner.search.solve.pipeline import (
-    ANSWER,
-    BASELINE,
-    Attempt,
-    Candidate,
-    Effort,
-    Legs,
-    cheapest_near,
-    drive_legs,
-    with_costs,
-)
+from planner.search.solve.descent import dissipated
+from planner.search.solve.grid_planner import on_grid, path_exists
+from planner.search.solve.pipeline import Attempt, Candidate, cheapest_near, drive_legs
+from planner.search.solve.sketch import ANSWER, BASELINE, Effort, Legs, with_costs
 
 BASELINES = {"shortest": "length", "fastest": "time"}
 """Baselines by name, and the objective that each is best for."""

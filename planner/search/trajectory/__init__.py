@@ -3,7 +3,7 @@
 motion = move(field, conditions, legs, yaws, objective=0)    # Motion, or Infeasible that says where
 """
 
-from planner.search.trajectory.drive import CLOSELY, ROUGHLY, move
+from planner.search.trajectory.drive import CLOSELY, ROUGHLY, move, moved_alike
 from planner.search.trajectory.finer_poses import poses_every
 from planner.search.trajectory.limit_use import limits_used
 from planner.search.trajectory.motion import Motion, motion_rows
@@ -15,5 +15,6 @@ __all__ = [
     "limits_used",
     "motion_rows",
     "move",
+    "moved_alike",
     "poses_every",
 ]

@@ -21,16 +21,18 @@ from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
 from planner.search.kernel_arguments import Steps
 from planner.search.limit_places import Infeasible
-from planner.search.resolution import OBJECTIVES
-from planner.search.trajectory.limit_checks import broken_limits, ease, overheated
+from planner.search.resolution import OBJECTIVES, SLOWEST
+from planner.search.trajectory.limit_checks import Kept, broken_limits, ease, overheated
 from planner.search.trajectory.motion import (
     Motion,
     assemble,
     joined,
+    metres,
     motion_rows,
+    read_along,
     room_to_move,
 )
-from planner.search.trajectory.speed_profile import speed_profile
+from planner.search.trajectory.speed_profile import KnownCosts, speed_profile
 from planner.search.trajectory.track import Track, lay_track, steps_of
 from planner.search.trajectory.turn_on_the_spot import (
     first_contact,
@@ -112,16 +114,8 @@ def _move(
     if turned:
         return _in_parts(field, conditions, legs, yaws, turned, objective, care, checked, check)
     free_or_one = [arriving(yaw) for yaw in yaws]
-    limits = conditions.model.vehicle.limits
     spacing = pose_spacing(min(field.dx, field.dy))
-    track = lay_track(
-        field,
-        list(legs),
-        # The speed's grid needs some metres to change by one level.
-        spacing=max(spacing, 0.06 * limits.speed**2 / limits.acceleration),
-        speed=limits.speed,
-        acceleration=limits.acceleration,
-    )
+    track = _track_along(field, conditions, legs)
     if not len(track.lengths):
         return turn_on_the_spot(field, conditions, track.points[0], free_or_one)
     steps = steps_of(field, track)
@@ -161,6 +155,72 @@ def _move(
     wanted = zip(roomy.marks, free_or_one, strict=True)
     fixed = np.isin(np.arange(len(roomy.points)), [mark for mark, one in wanted if one is not None])
     return _finer(field, conditions, roomy, yaw, motion, fixed, at_speed)
+
+
+def _track_along(field: CostField, conditions: OperatingConditions, legs: Sequence[Array]) -> Track:
+    """The track along polylines (k, 2) of the legs."""
+    limits = conditions.model.vehicle.limits
+    return lay_track(
+        field,
+        list(legs),
+        # The speed's grid needs some metres to change by one level.
+        spacing=max(
+            pose_spacing(min(field.dx, field.dy)), 0.06 * limits.speed**2 / limits.acceleration
+        ),
+        speed=limits.speed,
+        acceleration=limits.acceleration,
+    )
+
+
+def moved_alike(
+    field: CostField,
+    conditions: OperatingConditions,
+    motion: Motion,
+    before: Sequence[Array],
+    after: Sequence[Array],
+) -> Motion:
+    """A motion along a path that was moved a little, with the yaw to the travel and speeds it had.
+
+    Where these are the best ones, small changes of them cost nothing. So what it saves to move the
+    path is seen without looking for them anew. Limits are not checked.
+
+    Args:
+        field, conditions: map, model and conditions.
+        motion: along ``before``.
+        before, after: polylines (k, 2) of the legs, point by point.
+    """
+    limits = conditions.model.vehicle.limits
+    track = _track_along(field, conditions, after)
+    still = np.zeros(len(track.points))
+    track, _ = room_to_move(track, YawProfile(still, still, 0.0))
+    on = np.append(True, np.hypot(np.diff(motion.x), np.diff(motion.y)) > 1e-9)
+    x, y, yaw, speed = motion.x[on], motion.y[on], motion.yaw[on], motion.speed[on]
+    to_x, to_y = np.ascontiguousarray(track.points.T)
+    driven, gone = metres(motion.x, motion.y), metres(to_x, to_y)
+    path, moved = (np.vstack([legs[0][:1], *(leg[1:] for leg in legs)]) for legs in (before, after))
+    # Metres of the motion that a sample of the track stands for: points of the paths match.
+    then = np.interp(
+        gone, read_along(to_x, to_y, gone, moved, metres(*moved.T)), motion.along(path, driven)
+    )
+    driven = driven[on]
+    angles = np.interp(then, driven, yaw - _directions(x, y)) + _directions(to_x, to_y)
+    slowest = (SLOWEST * limits.speed) ** 2
+    speeds = np.sqrt(np.maximum(np.interp(then, driven, speed**2), slowest))
+    speeds[track.stops] = 0.0
+    return assemble(
+        field,
+        track,
+        YawProfile(angles, angles, 0.0),
+        speeds,
+        yaw_rate=limits.yaw_rate,
+        spacing=pose_spacing(min(field.dx, field.dy)),
+    )
+
+
+def _directions(x: Array, y: Array) -> Array:
+    """(n,) rad, azimuth of the travel at samples: the mean of the steps on either side."""
+    steps = np.unwrap(np.arctan2(np.diff(y), np.diff(x)))
+    return np.asarray(0.5 * (np.append(steps[0], steps) + np.append(steps, steps[-1])))
 
 
 def _finer(
@@ -253,10 +313,12 @@ def _at_speed(
     limits = conditions.model.vehicle.limits
     fastest = np.full(len(track.lengths), limits.speed)
     hardest = np.full(len(track.lengths), limits.acceleration)
+    known: KnownCosts = []
+    kept: Kept | None = None
     for _ in range(MOST_SPEED_PROFILES):
         check()
         speeds, broken_at = speed_profile(
-            conditions, track, yaw, steps, objective, beside, fastest, hardest
+            conditions, track, yaw, steps, objective, beside, fastest, hardest, known
         )
         if speeds is None:
             x, y = track.points[broken_at]
@@ -264,7 +326,8 @@ def _at_speed(
         motion = assemble(field, track, yaw, speeds, yaw_rate=limits.yaw_rate, spacing=spacing)
         if not checked:
             return motion
-        broken = broken_limits(field, conditions, motion, finely=True)
+        broken = broken_limits(field, conditions, motion, finely=True, kept=kept)
+        kept = Kept.by(motion, broken)
         if not broken:
             return motion
         hopeless = ease(broken, motion, track, fastest, hardest)

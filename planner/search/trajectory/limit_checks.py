@@ -30,7 +30,11 @@ from planner.search.trajectory.track import Track
 FINENESS, FINEST = 0.2, 0.05
 """Cells that three samples stand for: everywhere, and where a limit is near."""
 FINEST_SECONDS = 0.015
-"""s that three samples stand for at most where a limit is near."""
+"""s that three samples stand for at most where a limit is near, unless less than the following
+changes meanwhile."""
+SAME_GROUND, SAME_SPEED, SAME_YAW = 0.01, 0.002, math.radians(1.0)
+"""Cells, share of the largest speed, and rad that three samples may stand for however long that
+lasts: on cells of tens of metres a step lasts for seconds, and little changes on it."""
 NEAR_A_LIMIT = 0.85
 """Share of a limit from which it is near. Samples leave out a ninth of a step at either end; there
 a motor that speeds up evenly from rest needs an eighth more voltage."""
@@ -75,6 +79,12 @@ class Broken:
     def __bool__(self) -> bool:
         return len(self.steps) > 0
 
+    def and_of(self, other: Broken) -> Broken:
+        """These, and those of another check at steps at which this one found none."""
+        more = ~np.isin(other.steps, self.steps)
+        pairs = zip(vars(self).values(), vars(other).values(), strict=True)
+        return Broken(*(np.concatenate([mine, theirs[more]]) for mine, theirs in pairs))
+
     def at(self, x: float, y: float, others: Array | None = None) -> Infeasible:
         """One that no speed keeps, or the first; in the way at a place and at ``others`` (m, 2)."""
         one = int(self.however_slow.argmax())
@@ -90,8 +100,44 @@ class Broken:
         )
 
 
+@dataclass(frozen=True)
+class Kept:
+    """A motion that was checked finely, and where it keeps all limits.
+
+    Attributes:
+        motion: the motion.
+        everywhere: (steps,) whether all limits are kept there.
+    """
+
+    motion: Motion
+    everywhere: NDArray[np.bool_]
+
+    @classmethod
+    def by(cls, motion: Motion, broken: Broken) -> Kept:
+        """What a check of a whole motion showed."""
+        kept = np.ones(len(motion.x) - 1, bool)
+        kept[broken.steps] = False
+        return cls(motion, kept)
+
+    def on(self, motion: Motion) -> NDArray[np.bool_]:
+        """(steps,) where another motion does the same, and so keeps all limits as well."""
+        if len(motion.x) != len(self.motion.x):
+            return np.zeros(len(motion.x) - 1, bool)
+        samples = np.ones(len(motion.x), bool)
+        for one, other in ((motion.x, self.motion.x), (motion.y, self.motion.y)):
+            samples &= one == other
+        for one, other in ((motion.yaw, self.motion.yaw), (motion.speed, self.motion.speed)):
+            samples &= one == other
+        return self.everywhere & samples[1:] & samples[:-1]
+
+
 def broken_limits(
-    field: CostField, conditions: OperatingConditions, motion: Motion, *, finely: bool = False
+    field: CostField,
+    conditions: OperatingConditions,
+    motion: Motion,
+    *,
+    finely: bool = False,
+    kept: Kept | None = None,
 ) -> Broken:
     """Where a motion breaks a limit; turns on the spot were checked when they were chosen.
 
@@ -99,18 +145,27 @@ def broken_limits(
         field, conditions, motion: map, model and the motion.
         finely: as closely as the answer is checked: again, at close samples, where a limit is
             near.
+        kept: of another motion along the same track, checked finely; where both do the same,
+            nothing is looked at.
     """
     everywhere = coarse_pieces(field, motion)
-    broken, used = _broken_among(field, conditions, motion, everywhere)
-    near = used >= NEAR_A_LIMIT
-    if broken or not finely or not near.any():
+    asked = np.ones(len(everywhere), bool) if kept is None else ~kept.on(motion)
+    pieces = np.where(_with_neighbours(asked), everywhere, 0)
+    broken, used = _broken_among(field, conditions, motion, pieces)
+    near = (used >= NEAR_A_LIMIT) & asked
+    if not finely or not near.any():
         return broken
-    # The slope's rate of change is found with the steps on either side.
-    beside = near.copy()
-    beside[1:] |= near[:-1]
-    beside[:-1] |= near[1:]
-    pieces = np.where(near, fine_pieces(field, motion), np.where(beside, everywhere, 0))
-    return _broken_among(field, conditions, motion, pieces)[0]
+    beside = np.where(_with_neighbours(near), everywhere, 0)
+    pieces = np.where(near, fine_pieces(field, motion), beside)
+    return _broken_among(field, conditions, motion, pieces)[0].and_of(broken)
+
+
+def _with_neighbours(steps: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Steps and those beside them, with which the slope's rate of change is found."""
+    wide = steps.copy()
+    wide[1:] |= steps[:-1]
+    wide[:-1] |= steps[1:]
+    return wide
 
 
 def _broken_among(
@@ -182,7 +237,11 @@ def coarse_pieces(field: CostField, motion: Motion) -> NDArray[np.int64]:
 
 def fine_pieces(field: CostField, motion: Motion) -> NDArray[np.int64]:
     """(steps,) pieces of a motion in which they are looked for where one is near."""
-    return pieces_of(field, motion, FINEST, FINEST_SECONDS)
+    faster = np.abs(np.diff(motion.speed)) / max(float(motion.speed.max()), 1e-12)
+    changes = np.maximum(faster / SAME_SPEED, np.abs(np.diff(motion.yaw)) / SAME_YAW)
+    changes = np.maximum(changes, pieces_of(field, motion, SAME_GROUND))
+    by_time = np.minimum(np.diff(motion.time) / FINEST_SECONDS, changes)
+    return np.maximum(pieces_of(field, motion, FINEST), np.ceil(by_time).astype(np.int64))
 
 
 def motion_rates(

@@ -37,9 +37,6 @@ _THREE = (
 )
 SPIN_STEP = math.radians(10.0)
 """rad, largest turn on the spot between two poses of an answer."""
-MOST_BY_TIME = 200.0
-"""Intervals of time that a step is cut into at most: within a step speed and yaw are even, and the
-ground counts by cells. On cells of hundreds of metres a step lasts for minutes."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +58,15 @@ class Motion:
     speed: Array
     curvatures: Array
     yaw_accelerations: Array
+
+    def along(self, path: Array, values: Array) -> Array:
+        """Values (samples,) where the motion is nearest to each point of its path (k, 2)."""
+        return np.asarray(read_along(self.x, self.y, values, path, metres(*path.T)), float)
+
+
+def metres(x: Array, y: Array) -> Array:
+    """(n,) m from the first sample, horizontal."""
+    return np.append(0.0, np.cumsum(np.hypot(np.diff(x), np.diff(y))))
 
 
 def assemble(
@@ -327,18 +333,41 @@ def motion_rows(
     return rows, weights, owner
 
 
-def pieces_of(
-    field: CostField, motion: Motion, fineness: float, seconds: float = math.inf
-) -> NDArray[np.int64]:
-    """(n - 1,) pieces of every step of a motion, at least one.
-
-    Args:
-        field: map.
-        motion: with n samples.
-        fineness: cells that a piece is long at most.
-        seconds: s that it lasts at most, but for steps of more than ``MOST_BY_TIME`` times that.
-    """
+def pieces_of(field: CostField, motion: Motion, fineness: float) -> NDArray[np.int64]:
+    """(n - 1,) pieces of every step of a motion, at least one; ``fineness`` cells long at most."""
     length = np.hypot(np.diff(motion.x), np.diff(motion.y))
-    by_time = np.minimum(np.diff(motion.time) / seconds, MOST_BY_TIME)
-    pieces = np.maximum(length / (fineness * min(field.dx, field.dy)), by_time)
-    return np.maximum(1, np.ceil(pieces)).astype(np.int64)
+    pieces = np.ceil(length / (fineness * min(field.dx, field.dy)) - 1e-9)
+    return np.maximum(1, pieces).astype(np.int64)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def read_along(x: Any, y: Any, values: Any, places: Any, along: Any) -> Any:
+    """Values (samples,) where samples are nearest to each of the places (n, 2), in their order.
+
+    ``along`` (n,) is how far along the polyline each place is, m. Samples cut its corners, so that
+    it is never further from one place to the next.
+    """
+    count = x.shape[0]
+    found = np.empty(places.shape[0])
+    k, share = 0, 0.0
+    for n in range(places.shape[0]):
+        room = along[n] - along[n - 1] if n > 0 else 0.0
+        least, gone = np.inf, 0.0
+        at, at_share = k, share
+        for j in range(k, count - 1):
+            ex, ey = x[j + 1] - x[j], y[j + 1] - y[j]
+            length = math.sqrt(ex * ex + ey * ey)
+            w = 0.0
+            if length > 0.0:
+                w = ((places[n, 0] - x[j]) * ex + (places[n, 1] - y[j]) * ey) / (length * length)
+                w = min(max(w, share if j == k else 0.0), 1.0)
+            away = math.hypot(x[j] + w * ex - places[n, 0], y[j] + w * ey - places[n, 1])
+            if away < least:
+                least, at, at_share = away, j, w
+            gone += length
+            if gone > 1.1 * room + length:
+                break
+        k, share = at, at_share
+        found[n] = (1.0 - share) * values[k] + share * values[k + 1]
+    found[-1] = values[-1]
+    return found

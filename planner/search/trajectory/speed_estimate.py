@@ -1,6 +1,8 @@
 """Estimated costs of changes of speed, by even driving, before the power model prices them.
 
 estimate(kernel, arrays, stretch, fastest, hardest, expected)    # every change of level
+forbid(stretch, top, fastest, hardest, expected)                 # those beyond lower limits
+stretches_of(conditions, track, slopes, stops, turns)            # that get a grid each
 levels(top)                                                      # m/s, the speeds on the grid
 """
 
@@ -25,8 +27,10 @@ from planner.power.motion_row import (
     stretch_of,
 )
 from planner.quantities import INDEX
+from planner.search.conditions import OperatingConditions
 from planner.search.kernel_arguments import B1, F1, F3, MODEL_ARRAYS, STEPS, Steps, tuple_type
-from planner.search.resolution import CREEP, LEVELS
+from planner.search.resolution import CREEP, EVENLY, LEVELS
+from planner.search.trajectory.track import Track
 
 REACH = 9
 """Largest change of level on one step that is looked at."""
@@ -73,6 +77,40 @@ class Stretch(NamedTuple):
 
 
 STRETCH = tuple_type(Stretch, STEPS, F1, F1, F1, B1, types.float64, types.int64)
+
+
+def stretches_of(
+    conditions: OperatingConditions,
+    track: Track,
+    slopes: Array,
+    stops: NDArray[np.bool_],
+    turns: Array,
+) -> list[tuple[int, int, float]]:
+    """Stretches of a track to find speeds for: first and last sample, and the largest speed, m/s.
+
+    Usually one. Between two stops too close for the even grid of speeds, the robot cannot become
+    fast. Such a stretch gets a grid of its own, up to the speed that it allows.
+    """
+    top, acceleration = float(conditions.limits[0]), conditions.model.vehicle.limits.acceleration
+    along = slopes[:, 0] * np.cos(track.directions) + slopes[:, 1] * np.sin(track.directions)
+    surface = track.lengths * np.sqrt(1.0 + along * along)
+    ends = np.flatnonzero(stops)
+    travelled = np.concatenate([[0.0], np.cumsum(surface)])
+    # Half of the way to speed up, half of it to slow down.
+    reached = np.sqrt(acceleration * np.diff(travelled[ends]))
+    found: list[tuple[int, int, float]] = []
+    begun = 0
+    for k in np.flatnonzero(reached < EVENLY * top):
+        first, last = int(ends[k]), int(ends[k + 1])
+        if begun < first:
+            found.append((begun, first, top))
+        turning = np.abs(turns[first:last]) / surface[first:last]
+        rate = float(conditions.limits[6]) / max(float(turning.max()), 1e-12)
+        found.append((first, last, min(float(reached[k]), rate)))
+        begun = last
+    if begun < len(surface):
+        found.append((begun, len(surface), top))
+    return found
 
 
 @njit(
@@ -175,3 +213,26 @@ def estimate(
                         cost += 0.5 * abs(change) * (once - bent) / (pull * half)
                         cost += bent * (change / (2.0 * surface * pull)) ** 2 * time
                 expected[j, a, b - a + REACH] = cost
+
+
+@njit(types.void(STRETCH, types.float64, F1, F1, F3), cache=True, error_model="numpy", nogil=True)
+def forbid(stretch: Any, top: float, fastest: Any, hardest: Any, expected: Any) -> None:
+    """Make changes of speed infinitely expensive that lower limits no longer allow.
+
+    Args:
+        stretch: Stretch.
+        top: m/s, the largest level.
+        fastest, hardest: (steps,) m/s and m/s² at most.
+        expected: as of ``estimate``, brought up to date.
+    """
+    directions, lengths, slopes, _, _ = stretch.steps
+    level = levels(top)
+    for j in range(lengths.shape[0]):
+        surface = lengths[j] * stretch_of(slopes[j, 0], slopes[j, 1], directions[j])
+        most = fastest[j] * (1.0 + 1e-6)
+        reached = 2.0 * surface * hardest[j] * (1.0 + 1e-6)
+        for a in range(LEVELS):
+            for b in range(max(0, a - REACH), min(LEVELS, a + REACH + 1)):
+                change = abs(level[b] * level[b] - level[a] * level[a])
+                if max(level[a], level[b]) > most or change > reached:
+                    expected[j, a, b - a + REACH] = np.inf

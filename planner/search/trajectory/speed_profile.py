@@ -24,14 +24,16 @@ from planner.power.limits import broken_in_block
 from planner.power.motion_row import empty_block, put_row, set_acceleration, set_motion, set_wind
 from planner.quantities import INDEX
 from planner.search.conditions import OperatingConditions
-from planner.search.kernel_arguments import F1, F3, MODEL_ARRAYS, Steps
-from planner.search.resolution import EVENLY, LEVELS
+from planner.search.kernel_arguments import B3, F1, F3, MODEL_ARRAYS, Steps
+from planner.search.resolution import LEVELS
 from planner.search.trajectory.speed_estimate import (
     REACH,
     STRETCH,
     Stretch,
     estimate,
+    forbid,
     levels,
+    stretches_of,
 )
 from planner.search.trajectory.track import Track
 from planner.search.trajectory.yaw_profile import YawProfile
@@ -46,6 +48,11 @@ _VX, _VY, _WZ = INDEX["vx"], INDEX["vy"], INDEX["wz"]
 _SLOPE_RATE = INDEX["slope_rate"]
 # Gauss-Legendre nodes and weights on [0, 1], exact for cubics.
 _TWO = ((0.5 - math.sqrt(3) / 6, 0.5), (0.5 + math.sqrt(3) / 6, 0.5))
+
+
+KnownCosts = list[tuple[Array, NDArray[np.bool_]]]
+"""By stretch of a track, costs of changes of speed (steps, LEVELS, 2·REACH + 1), and which of them
+are exact."""
 
 
 class Block(NamedTuple):
@@ -292,18 +299,24 @@ def _correct(chosen: Any, fresh: Any, guess: Any, exact: Any, expected: Any) -> 
 
 
 @njit(
-    types.boolean(BLOCK_KERNEL, MODEL_ARRAYS, STRETCH, F3, types.int64, F1),
+    types.boolean(BLOCK_KERNEL, MODEL_ARRAYS, STRETCH, F3, B3, types.int64, F1),
     cache=True,
     error_model="numpy",
     nogil=True,
 )
 def _speeds(
-    kernel: Any, arrays: Any, stretch: Stretch, expected: Any, beside: int, speeds: Any
+    kernel: Any,
+    arrays: Any,
+    stretch: Stretch,
+    expected: Any,
+    exact: Any,
+    beside: int,
+    speeds: Any,
 ) -> bool:
     """Whether a profile exists; the best one is written to ``speeds``.
 
     Without any, speeds[0] is the last sample that can be reached. The estimates in ``expected``
-    are replaced by exact costs as they are found.
+    are replaced by exact costs as they are found, as ``exact`` says.
     """
     columns, found = empty_block()
     owners = np.empty((BLOCK, 3), np.int64)
@@ -312,7 +325,6 @@ def _speeds(
     cost = np.empty((steps + 1, LEVELS))
     came = np.empty((steps + 1, LEVELS), np.int64)
     chosen = np.zeros(steps + 1, np.int64)
-    exact = np.zeros(expected.shape, np.bool_)
     level = levels(arrays.limits[0])
     fresh, guess = np.empty(steps, np.bool_), np.empty(steps)
     below = np.zeros(steps, np.int64)
@@ -370,6 +382,7 @@ def speed_profile(
     beside: int,
     fastest: Array,
     hardest: Array,
+    known: KnownCosts | None = None,
 ) -> tuple[Array | None, int]:
     """Speed (n,) at every sample, or None and the sample where no speed leads further.
 
@@ -379,7 +392,10 @@ def speed_profile(
         objective: 1 minimises time, anything else energy.
         beside: levels to either side of the best ones that the power model prices as well.
         fastest, hardest: (steps,) m/s and m/s² at most.
+        known: what an earlier call for the same track and yaw found, under limits no lower; this
+            one adds to it.
     """
+    known = [] if known is None else known
     stops = track.stops | (np.abs(yaw.leaving - yaw.arriving) > 1e-9)
     turns = yaw.arriving[1:] - yaw.leaving[:-1]
     speeds = np.zeros(len(track.points))
@@ -388,7 +404,8 @@ def speed_profile(
         conditions.model.vehicle.limits.acceleration,
     )
     middle = yaw.leaving[:-1] + 0.5 * turns
-    for first, last, top in _stretches(conditions, track, steps.slopes, stops, turns):
+    pieces = stretches_of(conditions, track, steps.slopes, stops, turns)
+    for number, (first, last, top) in enumerate(pieces):
         part, limits = slice(first, last), conditions.limits.copy()
         limits[0] = top
         arrays = conditions.arrays._replace(limits=limits)
@@ -401,42 +418,12 @@ def speed_profile(
             acceleration,
             objective,
         )
-        expected = np.empty((last - first, LEVELS, 2 * REACH + 1))
-        estimate(kernel, arrays, stretch, fastest[part], hardest[part], expected)
-        if not _speeds(kernel, arrays, stretch, expected, beside, speeds[first : last + 1]):
+        if number == len(known):
+            expected = np.empty((last - first, LEVELS, 2 * REACH + 1))
+            estimate(kernel, arrays, stretch, fastest[part], hardest[part], expected)
+            known.append((expected, np.zeros(expected.shape, np.bool_)))
+        else:
+            forbid(stretch, top, fastest[part], hardest[part], known[number][0])
+        if not _speeds(kernel, arrays, stretch, *known[number], beside, speeds[first : last + 1]):
             return None, first + int(speeds[first])
     return speeds, -1
-
-
-def _stretches(
-    conditions: OperatingConditions,
-    track: Track,
-    slopes: Array,
-    stops: NDArray[np.bool_],
-    turns: Array,
-) -> list[tuple[int, int, float]]:
-    """Stretches of a track to find speeds for: first and last sample, and the largest speed, m/s.
-
-    Usually one. Between two stops too close for the even grid of speeds, the robot cannot become
-    fast. Such a stretch gets a grid of its own, up to the speed that it allows.
-    """
-    top, acceleration = float(conditions.limits[0]), conditions.model.vehicle.limits.acceleration
-    along = slopes[:, 0] * np.cos(track.directions) + slopes[:, 1] * np.sin(track.directions)
-    surface = track.lengths * np.sqrt(1.0 + along * along)
-    ends = np.flatnonzero(stops)
-    travelled = np.concatenate([[0.0], np.cumsum(surface)])
-    # Half of the way to speed up, half of it to slow down.
-    reached = np.sqrt(acceleration * np.diff(travelled[ends]))
-    found: list[tuple[int, int, float]] = []
-    begun = 0
-    for k in np.flatnonzero(reached < EVENLY * top):
-        first, last = int(ends[k]), int(ends[k + 1])
-        if begun < first:
-            found.append((begun, first, top))
-        turning = np.abs(turns[first:last]) / surface[first:last]
-        rate = float(conditions.limits[6]) / max(float(turning.max()), 1e-12)
-        found.append((first, last, min(float(reached[k]), rate)))
-        begun = last
-    if begun < len(surface):
-        found.append((begun, len(surface), top))
-    return found

@@ -7,10 +7,12 @@ Smoothing counts metres, each with the cheapest yaw there. On bends the body can
 and a path a little to the side costs less. Here whole motions give the cost of a path.
 
 Every second waypoint is moved at once, to one side and then to the other, while those between them
-stay: the energy between two that stay shows what moving the one between them does. A parabola for
+stay: the energy between two that stay shows what moving the one between them does. Yaw angles and
+speeds stay as they are for that, since small changes of the best ones cost nothing. A parabola for
 each waypoint says how far it should go; they go there together if the whole motion is cheaper so,
-else those that save energy beside them, else every second one. Six to ten motions move all
-waypoints, however many there are."""
+with its yaw angles and speeds found anew, else those that save energy beside them, else every
+second one. Two to six such motions move all waypoints, however many there are.
+"""
 
 from __future__ import annotations
 
@@ -29,9 +31,10 @@ from planner.compiled_code import njit
 from planner.quantities import STANDARD_GRAVITY
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField, segment_cost
+from planner.search.limit_places import Infeasible
 from planner.search.resolution import OBJECTIVES
 from planner.search.results import energy_by_step
-from planner.search.trajectory import ROUGHLY, Motion, move
+from planner.search.trajectory import ROUGHLY, Motion, move, moved_alike
 from planner.search.turns import turning
 from planner.search.wanted_yaw import Wanted
 from planner.search.waypoints.path_smoothing import resample
@@ -90,22 +93,27 @@ def optimise_waypoints(
     *,
     steps: Iterable[float] | None = None,
     spacing: float = WAYPOINT_SPACING,
+    motion: Motion | Infeasible | None = None,
+    drive: Callable[[Sequence[Array]], Motion | Infeasible] | None = None,
     both: Both | None = None,
     check: Callable[[], None] = lambda: None,
 ) -> Driven:
-    """The path with its waypoints moved; its motion is worked out roughly.
+    """The path with its waypoints moved.
 
     Args:
         field, conditions, legs, yaws: as for ``planner.search.trajectory.drive.move``.
         steps: by how many cells waypoints are moved, round after round; may end whenever it likes.
             None goes on while that pays.
         spacing: cells from one waypoint to the next, at most.
+        motion: along the legs, where it is known.
+        drive: gives the motion along legs; None works it out roughly.
         both: works out several motions, two at once where there is another core.
         check: called between motions; may raise to stop.
 
     Returns:
         The cheapest found, which may be the path that was given, with more waypoints.
     """
+    drive = drive or partial(_roughly, field, conditions, yaws=yaws)
     both = both or (lambda tasks: [task() for task in tasks])
     cell = min(field.dx, field.dy)
     pieces = [resample(leg, spacing * cell) for leg in legs]
@@ -116,40 +124,49 @@ def optimise_waypoints(
     number = np.arange(len(waypoints))
     halves = [free & (number % 2 == 1), free & (number % 2 == 0)]
 
+    def parted(waypoints: Array) -> tuple[Array, ...]:
+        return tuple(waypoints[a : b + 1] for a, b in itertools.pairwise(marks))
+
     def driven(waypoints: Array) -> Driven:
-        parts = tuple(waypoints[a : b + 1] for a, b in itertools.pairwise(marks))
-        return drive_roughly(field, conditions, parts, yaws)
+        legs = parted(waypoints)
+        return with_energy(field, conditions, legs, drive(legs))
 
-    def tried(*moves: Array) -> list[tuple[Driven, Array]]:
+    def alike(moved: Array) -> Driven:
         check()
-        places = [where_open(field, waypoints, move) for move in moves]
-        return list(zip(both([partial(driven, one) for one in places]), places, strict=True))
+        assert best.motion is not None
+        before, after = parted(waypoints), parted(moved)
+        motion = moved_alike(field, conditions, best.motion, before, after)
+        return with_energy(field, conditions, after, motion)
 
-    best = driven(waypoints)
+    def seen(*moves: Array) -> list[tuple[Driven, Array]]:
+        places = [where_open(field, waypoints, move) for move in moves]
+        return list(zip(both([partial(alike, one) for one in places]), places, strict=True))
+
+    if motion is None:
+        motion = drive(parted(waypoints))
+    best = with_energy(field, conditions, parted(waypoints), motion)
     if best.motion is None or not free.any():
         return best
     steps = steps or while_it_pays(lambda: best)
     for step in steps:
         across = step * cell * _normals(waypoints)
         shift = np.zeros(len(waypoints))
+        here = alike(waypoints)
         for half in halves:
             aside = across * half[:, None]
-            low, high = tried(-aside, aside)
-            spent = [spent_beside(one, at, half) for one, at in (low, (best, waypoints), high)]
-            shift[half] = to_least(*spent)
+            (low, left), (high, right) = seen(-aside, aside)
+            beside = (low, left), (here, waypoints), (high, right)
+            shift[half] = to_least(*(spent_beside(one, at, half) for one, at in beside))
         whole = across * shift[:, None]
-        enough = best.energy - SCATTER * best.dissipated
-        several = tried(*(scale * whole for scale in STEP_SHARES))
-        if enough <= min(one.energy for one, _ in several):
-            # Where moves get into each other's way, those stay that pay where they are.
-            kept = [paying(one, at, best, waypoints, free) for one, at in several]
-            moves = [at - waypoints for at in kept if not np.array_equal(at, waypoints)]
-            several = tried(*moves) if moves else several
-        if enough <= min(one.energy for one, _ in several):
-            several = tried(*(whole * half[:, None] for half in halves))
-        found, places = min(several, key=lambda one: one[0].energy)
-        if found.energy < enough:
-            best, waypoints = found, places
+        several = seen(*(share * whole for share in STEP_SHARES))
+        # Where moves get into each other's way, those stay that pay where they are, or a half.
+        kept = [paying(one, at, here, waypoints, free) - waypoints for one, at in several]
+        several += seen(*kept, *(whole * half[:, None] for half in halves))
+        least, places = min(several, key=lambda one: one[0].energy)
+        if least.energy < here.energy:
+            found = driven(places)
+            if found.energy < best.energy - SCATTER * best.dissipated:
+                best, waypoints = found, places
     return best
 
 
@@ -175,9 +192,7 @@ def spent_by_piece(driven: Driven, waypoints: Array) -> Array:
     """(n - 1,) J that a motion spends from each waypoint to the next."""
     assert driven.motion is not None
     assert driven.spent is not None
-    along = np.append(0.0, np.cumsum(np.hypot(*np.diff(waypoints, axis=0).T)))
-    motion = driven.motion
-    return np.diff(spent_at(motion.x, motion.y, driven.spent, waypoints, along))
+    return np.diff(driven.motion.along(waypoints, driven.spent))
 
 
 def while_it_pays(best: Callable[[], Driven]) -> Iterator[float]:
@@ -211,8 +226,26 @@ def drive_roughly(
     yaws: Sequence[Wanted],
 ) -> Driven:
     """The motion along a path, roughly, with what it takes."""
-    motion = move(field, conditions, legs, yaws, objective=0, care=ROUGHLY, checked=False)
-    if not isinstance(motion, Motion):
+    return with_energy(field, conditions, legs, _roughly(field, conditions, legs, yaws))
+
+
+def _roughly(
+    field: CostField,
+    conditions: OperatingConditions,
+    legs: Sequence[Array],
+    yaws: Sequence[Wanted],
+) -> Motion | Infeasible:
+    return move(field, conditions, legs, yaws, objective=0, care=ROUGHLY, checked=False)
+
+
+def with_energy(
+    field: CostField,
+    conditions: OperatingConditions,
+    legs: tuple[Array, ...],
+    motion: Motion | Infeasible,
+) -> Driven:
+    """A path and its motion, with what it takes."""
+    if isinstance(motion, Infeasible):
         return Driven(legs)
     joules = energy_by_step(field, conditions, motion)
     weight = conditions.mass * STANDARD_GRAVITY
@@ -252,47 +285,9 @@ def spent_beside(driven: Driven, waypoints: Array, some: NDArray[np.bool_]) -> A
     """J that a motion spends from the waypoint before to the waypoint after each of ``some``."""
     if driven.motion is None or driven.spent is None:
         return np.full(int(some.sum()), np.inf)
-    stay = ~some
-    along = np.append(0.0, np.cumsum(np.hypot(*np.diff(waypoints, axis=0).T)))
-    spent = np.empty(len(waypoints))
-    spent[stay] = spent_at(
-        driven.motion.x, driven.motion.y, driven.spent, waypoints[stay], along[stay]
-    )
+    spent = driven.motion.along(waypoints, driven.spent)
     at = np.flatnonzero(some)
     return np.asarray(spent[at + 1] - spent[at - 1])
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def spent_at(x: Any, y: Any, spent: Any, places: Any, along: Any) -> Any:
-    """J spent up to where a motion is nearest to each of the places (n, 2), one after the other.
-
-    ``along`` (n,) is how far along the polyline each place is, m. The motion cuts its corners, so
-    it is never further from one place to the next.
-    """
-    count = x.shape[0]
-    found = np.empty(places.shape[0])
-    k, share = 0, 0.0
-    for n in range(places.shape[0]):
-        room = along[n] - along[n - 1] if n > 0 else 0.0
-        least, gone = np.inf, 0.0
-        at, at_share = k, share
-        for j in range(k, count - 1):
-            ex, ey = x[j + 1] - x[j], y[j + 1] - y[j]
-            length = math.sqrt(ex * ex + ey * ey)
-            w = 0.0
-            if length > 0.0:
-                w = ((places[n, 0] - x[j]) * ex + (places[n, 1] - y[j]) * ey) / (length * length)
-                w = min(max(w, share if j == k else 0.0), 1.0)
-            away = math.hypot(x[j] + w * ex - places[n, 0], y[j] + w * ey - places[n, 1])
-            if away < least:
-                least, at, at_share = away, j, w
-            gone += length
-            if gone > 1.1 * room + length:
-                break
-        k, share = at, at_share
-        found[n] = (1.0 - share) * spent[k] + share * spent[k + 1]
-    found[-1] = spent[-1]
-    return found
 
 
 def to_least(low: Array, here: Array, high: Array) -> Array:

@@ -12,7 +12,8 @@ from planner.search.run import Run
 from planner.search.situation import situation_of
 from planner.search.solve.anytime import other_paths, with_waypoints_optimised
 from planner.search.solve.grid_planner import near_path_of, on_grid
-from planner.search.solve.pipeline import drive_legs, with_costs
+from planner.search.solve.pipeline import drive_legs
+from planner.search.solve.sketch import with_costs
 from planner.search.trajectory.limit_checks import broken_limits
 from planner.terrain.heightmap import Terrain
 from tests.search.maps import hills

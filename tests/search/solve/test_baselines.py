@@ -19,7 +19,7 @@ from planner.search.requests import PlanRequest
 from planner.search.run import Run
 from planner.search.situation import situation_of
 from planner.search.solve import portfolio as best_route
-from planner.search.solve.pipeline import ANSWER, BASELINE
+from planner.search.solve.sketch import ANSWER, BASELINE
 from planner.search.trajectory.limit_checks import broken_limits
 from service.cli import as_tables
 from tests.service.cli.terminal import written

@@ -14,16 +14,8 @@ from planner.search.requests import PlanRequest
 from planner.search.results import Route
 from planner.search.run import Run
 from planner.search.situation import situation_of
-from planner.search.solve.pipeline import (
-    ANSWER,
-    BASELINE,
-    ONE_OF_MANY,
-    cheapest_near,
-    drive_legs,
-    finished,
-    sketch,
-    with_costs,
-)
+from planner.search.solve.pipeline import cheapest_near, drive_legs, finished
+from planner.search.solve.sketch import ANSWER, BASELINE, ONE_OF_MANY, sketch, with_costs
 from planner.search.trajectory.limit_checks import broken_limits
 from tests.search.maps import drawn, hills, terrain
 

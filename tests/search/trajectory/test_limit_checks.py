@@ -13,8 +13,8 @@ from planner.quantities import INDEX
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
 from planner.search.trajectory import Motion, motion_rows, move
+from planner.search.trajectory.limit_checks import Kept, coarse_pieces, fine_pieces
 from planner.search.trajectory.limit_checks import broken_limits as broken_along
-from planner.search.trajectory.limit_checks import coarse_pieces, fine_pieces
 from tests.benchmarks.peers.case import case_of
 from tests.benchmarks.peers.limits import broken_limits
 from tests.search.maps import hills, terrain
@@ -107,3 +107,28 @@ def test_easing_by_what_is_kept_comes_to_the_limit() -> None:
     rows[:, [INDEX[name] for name in ("ax", "ay")]] *= kept
     eased = conditions.model.power_and_limits(rows)[:, 4].max()
     assert eased == pytest.approx(stricter.limits[3], rel=0.03)
+
+
+def test_what_was_checked_before_is_not_looked_at_again() -> None:
+    """One check serves two motions where they do the same; where not, nothing is missed."""
+    field, conditions, motion, rows = straight(0.0)
+    torque = conditions.model.power_and_limits(rows)[:, 4]
+    middle = float(np.median(torque))
+    stricter = with_peak_torque(conditions, 0.5 * (middle + float(torque.max())))
+    steady = replace(motion, speed=np.full(len(motion.x), float(motion.speed.max())))
+    even = np.hypot(np.diff(motion.x), np.diff(motion.y)) / steady.speed[1:]
+    steady = replace(steady, time=np.append(0.0, np.cumsum(even)))
+    nothing = broken_along(field, stricter, steady, finely=True)
+    assert not nothing
+    known = Kept.by(steady, nothing)
+    whole = broken_along(field, stricter, motion, finely=True)
+    assert {*whole.steps.tolist()} == {
+        *broken_along(field, stricter, motion, finely=True, kept=known).steps.tolist()
+    }
+    assert whole
+    # What breaks a limit is looked at again, though it is the same.
+    again = broken_along(field, stricter, motion, finely=True, kept=Kept.by(motion, whole))
+    assert {*again.steps.tolist()} == {*whole.steps.tolist()}
+    seen = Kept.by(motion, whole).on(motion)
+    assert seen.any()
+    assert not seen[whole.steps].any()

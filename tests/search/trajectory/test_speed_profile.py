@@ -1,4 +1,4 @@
-"""The programme for speed works out only what changed since the round before."""
+"""The speed profile works out only what changed since the round or the profile before."""
 
 from __future__ import annotations
 
@@ -6,8 +6,14 @@ import numpy as np
 import pytest
 
 from planner.search.resolution import LEVELS
+from planner.search.results import energy_of
+from planner.search.trajectory.motion import assemble
 from planner.search.trajectory.speed_estimate import REACH
-from planner.search.trajectory.speed_profile import relax
+from planner.search.trajectory.speed_profile import KnownCosts, relax, speed_profile
+from planner.search.trajectory.track import lay_track, steps_of
+from planner.search.trajectory.yaw_profile import YawProfile
+from tests.benchmarks.peers.case import case_of
+from tests.search.maps import hills, terrain
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -29,3 +35,39 @@ def test_a_round_of_speeds_leaves_out_only_what_does_not_change(seed: int) -> No
     relax(expected, exact, False, fresh, cost, came)
     np.testing.assert_allclose(cost, whole, atol=1e-8)
     np.testing.assert_array_equal(came, origins)
+
+
+def test_lower_limits_lead_to_the_same_speeds_from_known_costs_as_from_none() -> None:
+    asked = {"start": {"x": 3.0, "y": 4.0}, "goal": {"x": 20.0, "y": 12.0}}
+    situation = case_of("test", asked, terrain(hills(96, rms_degrees=5.0))).situation
+    field, conditions = situation.field("energy"), situation.conditions
+    limits = conditions.model.vehicle.limits
+    track = lay_track(
+        field,
+        [np.array([[3.0, 4.0], [11.0, 6.0], [20.0, 12.0]])],
+        spacing=0.25,
+        speed=limits.speed,
+        acceleration=limits.acceleration,
+    )
+    yaw = np.append(track.directions, track.directions[-1])
+    profile, steps = YawProfile(yaw, yaw, 0.0), steps_of(field, track)
+    count = len(track.lengths)
+    fastest, hardest = np.full(count, limits.speed), np.full(count, limits.acceleration)
+    known: KnownCosts = []
+    rest = conditions, track, profile, steps, 0, 3
+
+    def joules(speeds) -> float:
+        motion = assemble(field, track, profile, speeds, yaw_rate=limits.yaw_rate, spacing=0.25)
+        return energy_of(field, conditions, motion)
+
+    first, _ = speed_profile(*rest, fastest, hardest, known)
+    slow = slice(count // 3, count // 2)
+    fastest[slow] = 0.4 * float(first[slow].min())
+    hardest[2 * count // 3 :] *= 0.5
+    again, _ = speed_profile(*rest, fastest, hardest, known)
+    anew, _ = speed_profile(*rest, fastest, hardest)
+    most = fastest * (1.0 + 1e-6)
+    assert (again[:-1] <= most).all()
+    assert (again[1:] <= most).all()
+    assert joules(anew) > 1.005 * joules(first), "the lower limits cost nothing"
+    assert joules(again) == pytest.approx(joules(anew), rel=1e-3)

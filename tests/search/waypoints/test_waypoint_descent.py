@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from planner.search.trajectory.motion import read_along
 from planner.search.waypoints import waypoint_descent as optimise_waypoints
 from planner.terrain.heightmap import Terrain
 from tests.search.maps import drawn, hills
@@ -60,7 +61,7 @@ def test_what_is_spent_up_to_a_place_is_read_where_the_motion_is_nearest():
     spent = 0.5 * np.arange(len(x))
     places = np.array([[0.0, 0.0], [4.2, 0.1], [10.0, 0.0], [4.2, -0.1], [0.0, 0.0]])
     along = np.array([0.0, 4.2, 10.0, 15.8, 20.0])
-    found = optimise_waypoints.spent_at(x, np.zeros(len(x)), spent, places, along)
+    found = read_along(x, np.zeros(len(x)), spent, places, along)
     np.testing.assert_allclose(found, along, atol=1e-9)
 
 
