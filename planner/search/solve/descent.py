@@ -26,6 +26,9 @@ this may save: a sketch that takes more than that in addition is left alone."""
 
 CLOSE_STEPS = (0.5, 0.25)
 """Cells by which waypoints of the best trajectory are moved, which is driven closely for that."""
+ROUGH_EXCESS = 1.02
+"""What a rough trajectory dissipates over what a finished one does, on steep relief: as much nearer
+to its metres is a finished one that is worth moving."""
 LEAST_SAVED = 1e-3
 """Share of what it dissipates that this has to save. Smaller savings may be rollers that creep
 where the model's friction changes sign (python -m tests.benchmarks.sharp_friction)."""
@@ -71,8 +74,9 @@ def descended_closely(
 
     Rough trajectories differ from finished ones by more than such moves save.
     """
+
     metres = sum(polyline_cost(field, path, field.step) for path, _ in legs)
-    if not worth_optimising(dissipated(run, route), metres):
+    if not worth_optimising(ROUGH_EXCESS * dissipated(run, route), metres):
         return None
 
     def drive(paths: Sequence[Array]) -> Motion | Infeasible:
