@@ -74,7 +74,6 @@ def descended_closely(
 
     Rough trajectories differ from finished ones by more than such moves save.
     """
-
     metres = sum(polyline_cost(field, path, field.step) for path, _ in legs)
     if not worth_optimising(ROUGH_EXCESS * dissipated(run, route), metres):
         return None
