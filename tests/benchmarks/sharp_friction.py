@@ -26,7 +26,8 @@ from planner.terrain.heightmap import Terrain
 from tests.benchmarks.hard_maps import SEED, made, places
 from tests.power.reference import Robot, State, evaluate
 
-MAPS = ("warehouse", "shelves", "rocks", "maze", "jacksboro-1to100")
+MAPS = ("shelves", "rocks", "maze", "jacksboro-1to100")
+"""Maps of one kind of ground, as the second model knows no others; the warehouse has several."""
 BARS = {"mean": 0.1, "worst": 0.3}
 """% of the energy."""
 

@@ -24,7 +24,7 @@ from planner.quantities import INDEX, STANDARD_GRAVITY
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
 from planner.search.limit_places import Infeasible
-from planner.search.trajectory.motion import Motion, motion_rows, pieces_of, place_at
+from planner.search.trajectory.motion import Motion, metres, motion_rows, pieces_of, place_at
 from planner.search.trajectory.track import Track
 
 FINENESS, FINEST = 0.2, 0.05
@@ -320,7 +320,7 @@ def ease(
     Returns:
         steps of the track at which no speed helps.
     """
-    along = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(motion.x), np.diff(motion.y)))])
+    along = metres(motion.x, motion.y)
     ends = np.cumsum(track.lengths)
     most = float(hardest.max())
     speed = np.maximum(motion.speed[1:], motion.speed[:-1])

@@ -11,7 +11,7 @@ stay: the energy between two that stay shows what moving the one between them do
 speeds stay as they are for that, since small changes of the best ones cost nothing. A parabola for
 each waypoint says how far it should go; they go there together if the whole motion is cheaper so,
 with its yaw angles and speeds found anew, else those that save energy beside them, else every
-second one. Two to six such motions move all waypoints, however many there are.
+second one. One such search a round moves all waypoints, however many there are.
 """
 
 from __future__ import annotations

@@ -56,15 +56,18 @@ def test_bends_are_straightened_and_ends_and_all_limits_stay():
         np.testing.assert_allclose(found.legs[0][0][k], path[k])
 
 
-def test_a_straight_line_on_level_ground_stays_straight():
+def test_a_straight_line_on_level_ground_is_left_alone(monkeypatch):
+    """More waypoints on it lead to a little better speeds, which is no reason to move them."""
     run = asked(np.zeros((96, 96)))
+    field = run.field("energy")
     legs, route = driven(run, np.array([[2.0, 2.0], [21.0, 19.0]]))
-    found = descended_closely(run, run.field("energy"), legs, route, route.motion)
-    if found is not None:  # with more waypoints, speeds are found a little better
-        assert found.energy > 0.998 * route.energy_j
-        [(path, _)] = found.legs
-        aside = (path - path[0]) @ np.array([-17.0, 19.0]) / np.hypot(17.0, 19.0)
-        assert np.abs(aside).max() < 1e-9
+    assert descended_closely(run, field, legs, route, route.motion) is None
+    monkeypatch.setattr("planner.search.solve.descent.LEAST_SAVED", 1e-5)
+    found = descended_closely(run, field, legs, route, route.motion)
+    assert found is not None
+    [(path, _)] = found.legs
+    aside = (path - path[0]) @ np.array([-17.0, 19.0]) / np.hypot(17.0, 19.0)
+    assert np.abs(aside).max() < 1e-9
 
 
 def test_what_climbing_stores_is_not_dissipated():
