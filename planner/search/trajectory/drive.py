@@ -154,7 +154,7 @@ def _move(
         return motion
     wanted = zip(roomy.marks, free_or_one, strict=True)
     fixed = np.isin(np.arange(len(roomy.points)), [mark for mark, one in wanted if one is not None])
-    return _finer(field, conditions, roomy, yaw, motion, fixed, at_speed)
+    return _finer(field, conditions, roomy, on_roomy, yaw, motion, fixed, at_speed)
 
 
 def _track_along(field: CostField, conditions: OperatingConditions, legs: Sequence[Array]) -> Track:
@@ -227,6 +227,7 @@ def _finer(
     field: CostField,
     conditions: OperatingConditions,
     track: Track,
+    steps: Steps,
     yaw: YawProfile,
     motion: Motion,
     fixed: NDArray[np.bool_],
@@ -237,23 +238,24 @@ def _finer(
     Around places where a limit is then broken, the yaw stays.
 
     Args:
-        field, conditions, track, yaw: what is driven.
+        field, conditions, track, steps, yaw: what is driven.
         motion: along the track, within all limits.
         fixed: (samples,) where the yaw was asked for.
         at_speed: the best speeds for a yaw, within all limits.
     """
     for _ in range(MOST_REFINED):
-        finer = at_speed(refined_yaw(field, conditions.steady, track, yaw, motion, fixed))
+        finer = at_speed(refined_yaw(field, conditions, track, steps, yaw, motion, fixed))
         if isinstance(finer, Infeasible):
-            x, y = finer.x, finer.y
+            places = finer.places
         else:
             touched = first_contact(field, finer)
             if touched < 0:
                 # Its speeds were chosen again, and may cost more than the yaw saves.
                 return min(motion, finer, key=partial(_joules, field, conditions))
-            x, y = finer.x[touched], finer.y[touched]
-        away = np.hypot(*(track.points - (x, y)).T)
-        fixed = fixed | (away <= max(LEFT_ALONE, 3.0 * float(track.lengths.max())))
+            places = ((float(finer.x[touched]), float(finer.y[touched])),)
+        for place in places:
+            away = np.hypot(*(track.points - place).T)
+            fixed = fixed | (away <= max(LEFT_ALONE, 3.0 * float(track.lengths.max())))
     return motion
 
 

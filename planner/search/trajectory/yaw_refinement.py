@@ -1,6 +1,6 @@
 """Yaw of a driven motion, turned by some degrees wherever that costs less at its own speeds.
 
-    finer = refined_yaw(field, conditions, track, yaw, motion, fixed)      # YawProfile
+    finer = refined_yaw(field, conditions, track, steps, yaw, motion, fixed)     # YawProfile
 
 The yaw profile prices straight steps at the largest speed, with angles 5.6° apart. The motion is
 slower at corners, speeds up and bends, and there another yaw costs less. So every sample of the
@@ -22,11 +22,11 @@ from planner.compiled_code import njit
 from planner.power.account import LIMITS
 from planner.power.kernels import BLOCK, BLOCK_KERNEL
 from planner.power.limits import broken_in_block
-from planner.power.motion_row import empty_block, put, put_row
+from planner.power.motion_row import empty_block, put, put_row, set_motion, set_wind
 from planner.quantities import INDEX
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
-from planner.search.kernel_arguments import B1, F1, F2, I1, MODEL_ARRAYS, tuple_type
+from planner.search.kernel_arguments import B1, F1, F2, I1, MODEL_ARRAYS, Steps, tuple_type
 from planner.search.resolution import WIDTH
 from planner.search.trajectory.motion import Motion, motion_rows, pieces_of
 from planner.search.trajectory.track import Track
@@ -34,8 +34,10 @@ from planner.search.trajectory.yaw_moves import SURROUNDINGS, Surroundings
 from planner.search.trajectory.yaw_profile import YawProfile, crowded_at
 from planner.terrain.footprint import touches
 
-TURNED_AT = ((1.0, (1.0, 0.5)), (0.2, (0.5, 0.25, 0.1)))
-"""m between waypoints, and the turns that are tried there, in states of the yaw profile."""
+TURNED_AT = ((0.5, (1.0, 0.5)), (0.1, (1.0, 0.5, 0.25, 0.1, 0.03)), (0.03, (0.25, 0.1, 0.03, 0.01)))
+"""m between waypoints, and the turns that are tried there, in states of the yaw profile (5.6°). On a
+side slope rollers that turn downhill help to hold the robot, those that turn uphill drag. Between
+the two lies a fraction of a degree, and so small turns save much."""
 REPEATS = 3
 """Times at most that each turn is tried."""
 SAMPLED_CELLS, FINELY_SAMPLED_CELLS = 1.0, 0.2
@@ -55,7 +57,7 @@ _SIDES = (-1, 0, 1)
 _CHANGES = tuple((a, b) for a in _SIDES for b in _SIDES if abs(a - b) <= 1)
 """Turns of the waypoints before and after a piece, in multiples of the turn that is tried."""
 _VX, _VY, _AX, _AY = INDEX["vx"], INDEX["vy"], INDEX["ax"], INDEX["ay"]
-_GX, _GY = INDEX["gravity_x"], INDEX["gravity_y"]
+_GX, _GY, _GN = INDEX["gravity_x"], INDEX["gravity_y"], INDEX["gravity_normal"]
 _WIND_X, _WIND_Y, _WZ = INDEX["wind_x"], INDEX["wind_y"], INDEX["wz"]
 _LEAST_LOAD, _CURRENT, _, _TORQUE, _TRACTION_LEFT = range(1, 1 + len(LIMITS))
 """Results of the power model for a row, behind the power."""
@@ -71,6 +73,7 @@ class Samples(NamedTuple):
         piece: (n,) the waypoint before it, ascending.
         share: (n,) of the way to the next waypoint.
         pace: (n,) 1/s, by which that share grows.
+        torque: (n,) N·m, the most that a motor may give: for good, or what it gave before.
     """
 
     rows: Array
@@ -78,6 +81,7 @@ class Samples(NamedTuple):
     piece: NDArray[np.int64]
     share: Array
     pace: Array
+    torque: Array
 
 
 class Places(NamedTuple):
@@ -97,8 +101,21 @@ class Places(NamedTuple):
     leaving: Array
 
 
-_SAMPLES = tuple_type(Samples, F2, F1, I1, F1, F1)
+_SAMPLES = tuple_type(Samples, F2, F1, I1, F1, F1, F1)
 _PLACES = tuple_type(Places, I1, B1, F1, F1, F1)
+
+
+@njit(cache=True, error_model="numpy")
+def turned_on_ground(row: Any) -> float:
+    """By how much the body turns on its ground when its yaw grows by 1.
+
+    Yaw is an azimuth, an angle on the map. The ground is inclined against that.
+    """
+    x, y, n = row[_GX] * row[_GX], row[_GY] * row[_GY], row[_GN] * row[_GN]
+    if x + y == 0.0:
+        return 1.0
+    steepness = n / (x + y + n)  # squared cosine of the slope
+    return float((x * steepness + y) / ((x + y) * math.sqrt(steepness)))
 
 
 @njit(cache=True, error_model="numpy")
@@ -110,9 +127,9 @@ def _price(
     Samples go through the model side by side; of each, only what a turn changes is written again.
     """
     parameters, body, wheels, _, limits, _ = arrays
-    rows, seconds, piece, share, pace = samples
+    rows, seconds, piece, share, pace, torque = samples
     columns, found = block
-    chosen = np.empty(BLOCK, np.int64)
+    chosen, on_slope = np.empty(BLOCK, np.int64), np.empty(BLOCK)
     for k in range(stale.shape[0]):
         if stale[k]:
             price[k] = 0.0
@@ -123,6 +140,7 @@ def _price(
             if stale[piece[n]]:
                 put_row(columns, size, rows[n])
                 chosen[size] = n
+                on_slope[size] = turned_on_ground(rows[n])
                 size += 1
             n += 1
         for a, b in _CHANGES:
@@ -130,7 +148,7 @@ def _price(
                 j = chosen[i]
                 w = share[j]
                 # Exact to 1e-9 for turns of less than six degrees.
-                angle = turn * ((1.0 - w) * a + w * b)
+                angle = on_slope[i] * turn * ((1.0 - w) * a + w * b)
                 squared = angle * angle
                 c = 1.0 - 0.5 * squared * (1.0 - squared / 12.0)
                 s = angle * (1.0 - squared / 6.0 * (1.0 - squared / 20.0))
@@ -146,6 +164,7 @@ def _price(
                 rate = rows[j, _WZ] + turn * (b - a) * pace[j]
                 broken = broken_in_block(found, i, limits) >= 0
                 broken |= found[_TRACTION_LEFT * BLOCK + i] < TRACTION_RESERVE
+                broken |= found[_TORQUE * BLOCK + i] > torque[j]
                 broken |= abs(rate) > limits[6] * (1.0 + 1e-6)
                 cost += BROKEN * broken
                 price[piece[j], a + 1, b + 1] += cost
@@ -219,7 +238,7 @@ def _turned(
         turns: rad, tried one after the other.
         total: written.
     """
-    rows, _, piece, share, pace = samples
+    rows, _, piece, share, pace, _ = samples
     count = total.shape[0]
     block = empty_block()
     price = np.empty((count - 1, 3, 3))
@@ -257,7 +276,7 @@ def _turned(
                 a, b = chosen[piece[n]], chosen[piece[n] + 1]
                 if a == 0 and b == 0:
                     continue
-                angle = turn * ((1.0 - share[n]) * a + share[n] * b)
+                angle = turned_on_ground(rows[n]) * turn * ((1.0 - share[n]) * a + share[n] * b)
                 c, s = math.cos(angle), math.sin(angle)
                 for x, y in _TURNED:
                     forward, left = rows[n, x], rows[n, y]
@@ -269,6 +288,7 @@ def refined_yaw(
     field: CostField,
     conditions: OperatingConditions,
     track: Track,
+    steps: Steps,
     yaw: YawProfile,
     motion: Motion,
     fixed: NDArray[np.bool_],
@@ -278,12 +298,16 @@ def refined_yaw(
     Args:
         field: map and costs.
         conditions: model and conditions.
-        track, yaw: samples of the path, and yaw there.
+        track, steps, yaw: samples of the path, the steps between, and yaw there.
         motion: along them.
         fixed: (samples,) where the yaw stays as it is.
     """
     fixed = fixed | (np.abs(yaw.leaving - yaw.arriving) > 1e-9)
-    rows, seconds, place, speed = _samples(field, conditions, motion)
+    rows, seconds, place, speed = _samples(field, conditions, track, steps, yaw, motion)
+    # Where the motion takes more than motors give for good, that was checked to be brief enough.
+    torque = np.maximum(
+        conditions.steady.limits[3], conditions.model.power_and_limits(rows)[:, _TORQUE]
+    )
     along = np.concatenate([[0.0], np.cumsum(track.lengths)])
     surroundings = Surroundings(
         field.blocked, field.body_frame(), track.points, crowded_at(field, track.points)
@@ -297,7 +321,7 @@ def refined_yaw(
         total = np.empty(len(at))
         _turned(
             *(conditions.model.limits_kernel, conditions.arrays),
-            Samples(rows, seconds, piece, share, speed / span),
+            Samples(rows, seconds, piece, share, speed / span, torque),
             Places(at, ~fixed[at], along, arriving, leaving),
             *(surroundings, WIDTH * np.array(turns), total),
         )
@@ -307,31 +331,73 @@ def refined_yaw(
 
 
 def _samples(
-    field: CostField, conditions: OperatingConditions, motion: Motion
+    field: CostField,
+    conditions: OperatingConditions,
+    track: Track,
+    steps: Steps,
+    yaw: YawProfile,
+    motion: Motion,
 ) -> tuple[Array, Array, Array, Array]:
     """Rows of the power model, s that each counts for, horizontal m driven until there, and m/s.
 
     Where a limit is near there are more, which count for no time. They are there once more without
-    acceleration, as the speeds change again after the yaw.
+    acceleration, as the speeds change again after the yaw. The steepest ground of a step is among
+    them, by which the speed profile checks it.
     """
     rows, seconds, place, speed = _driven_rows(field, conditions, motion, SAMPLED_CELLS)
     closer, _, close, pace = _driven_rows(field, conditions, motion, FINELY_SAMPLED_CELLS)
-    found = conditions.model.power_and_limits(closer)
+    steady = closer.copy()
+    steady[:, [_AX, _AY]] = 0.0
+    middle = _middles(track)
+    onwards = np.interp(middle, place, speed)
+    turns = yaw.arriving[1:] - yaw.leaving[:-1]
+    steepest = _steepest(
+        *(conditions.class_rows, conditions.wind, steps),
+        *(yaw.leaving[:-1] + 0.5 * turns, turns, onwards),
+    )
+    more = np.concatenate([closer, steady, steepest[steps.steep]])
+    at = np.concatenate([close, close, middle[steps.steep]])
+    paces = np.concatenate([pace, pace, onwards[steps.steep]])
+    found = conditions.model.power_and_limits(more)
     near = (found[:, _LEAST_LOAD] <= 0.0) | (found[:, _TRACTION_LEFT] < NEAR)
     near |= found[:, _CURRENT] > (1.0 - NEAR) * conditions.limits[1]
-    near |= found[:, _TORQUE] > (1.0 - NEAR) * conditions.limits[3]
-    if not near.any():
-        return rows, seconds, place, speed
-    steady = closer[near]
-    steady[:, [_AX, _AY]] = 0.0
-    places = np.concatenate([place, close[near], close[near]])
+    near |= found[:, _TORQUE] > (1.0 - NEAR) * conditions.steady.limits[3]
+    near[2 * len(closer) :] = True
+    places = np.append(place, at[near])
     order = np.argsort(places, kind="stable")
     return (
-        np.concatenate([rows, closer[near], steady])[order],
-        np.append(seconds, np.zeros(2 * len(steady)))[order],
+        np.concatenate([rows, more[near]])[order],
+        np.append(seconds, np.zeros(int(near.sum())))[order],
         places[order],
-        np.concatenate([speed, pace[near], pace[near]])[order],
+        np.append(speed, paces[near])[order],
     )
+
+
+def _middles(track: Track) -> Array:
+    """(steps,) m from the start to the middle of each step."""
+    return np.asarray(np.cumsum(track.lengths) - 0.5 * track.lengths)
+
+
+@njit(cache=True, error_model="numpy")
+def _steepest(class_rows: Any, wind: Any, steps: Any, yaw: Any, turns: Any, speeds: Any) -> Any:
+    """Rows (steps, ROW_LENGTH) of even driving where the ground of each step is steepest.
+
+    Args:
+        class_rows, wind: of OperatingConditions.
+        steps: of the track.
+        yaw, turns: (steps,) rad, at the middle of each step, and by how much it grows along it.
+        speeds: (steps,) m/s, horizontal.
+    """
+    directions, lengths, slopes, _, ground = steps
+    rows = np.empty((lengths.shape[0], class_rows.shape[1]))
+    for j in range(lengths.shape[0]):
+        rows[j] = class_rows[ground[j]]
+        longer = set_motion(rows[j], slopes[j, 2], slopes[j, 3], yaw[j], directions[j], 1.0)
+        rows[j, _VX] *= longer * speeds[j]
+        rows[j, _VY] *= longer * speeds[j]
+        rows[j, _WZ] = turns[j] * speeds[j] / lengths[j]
+        set_wind(rows[j], wind, yaw[j])
+    return rows
 
 
 def _driven_rows(

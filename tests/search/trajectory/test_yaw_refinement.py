@@ -7,8 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from planner import plan_route
 from planner.power.model import PowerModel
+from planner.power.motion_row import set_motion
 from planner.power.vehicles import load_vehicle
+from planner.quantities import INDEX, ROW_LENGTH
 from planner.search.requests import PlanRequest
 from planner.search.results import energy_of
 from planner.search.situation import situation_of
@@ -16,10 +19,11 @@ from planner.search.trajectory import drive
 from planner.search.trajectory.drive import move
 from planner.search.trajectory.limit_checks import broken_limits
 from planner.search.trajectory.motion import Motion
-from planner.search.trajectory.track import Track
+from planner.search.trajectory.track import Track, steps_of
 from planner.search.trajectory.turn_on_the_spot import first_contact
 from planner.search.trajectory.yaw_profile import YawProfile
-from planner.search.trajectory.yaw_refinement import refined_yaw
+from planner.search.trajectory.yaw_refinement import refined_yaw, turned_on_ground
+from tests.benchmarks.hard_maps import made, places
 from tests.search.maps import drawn, hills, terrain
 
 PATH = np.array([[3.0, 4.0], [9.0, 5.0], [13.0, 10.0], [14.0, 16.0], [20.0, 18.0]])
@@ -62,7 +66,8 @@ def rough():
 def test_another_yaw_at_the_same_speeds_costs_less(rough) -> None:
     field, conditions, motion = rough
     track, yaw = _on_its_own_track(motion)
-    finer = refined_yaw(field, conditions, track, yaw, motion, np.zeros(len(motion.x), bool))
+    steps = steps_of(field, track)
+    finer = refined_yaw(field, conditions, track, steps, yaw, motion, np.zeros(len(motion.x), bool))
     before = energy_of(field, conditions, motion)
     after = energy_of(field, conditions, replace(motion, yaw=finer.arriving))
     assert after < 0.999 * before
@@ -71,6 +76,7 @@ def test_another_yaw_at_the_same_speeds_costs_less(rough) -> None:
         field,
         conditions,
         track,
+        steps,
         finer,
         replace(motion, yaw=finer.arriving),
         np.zeros(len(motion.x), bool),
@@ -84,7 +90,7 @@ def test_yaw_stays_where_it_is_fixed(rough) -> None:
     track, yaw = _on_its_own_track(motion)
     fixed = np.zeros(len(motion.x), bool)
     fixed[::7] = True
-    finer = refined_yaw(field, conditions, track, yaw, motion, fixed)
+    finer = refined_yaw(field, conditions, track, steps_of(field, track), yaw, motion, fixed)
     np.testing.assert_array_equal(finer.arriving[fixed], motion.yaw[fixed])
     assert np.abs(finer.arriving - motion.yaw).max() > 0.01
 
@@ -125,7 +131,7 @@ def test_a_refined_body_touches_nothing() -> None:
     assert energy_of(field, conditions, motion) <= energy_of(field, conditions, plain) * 1.0005
     track, yaw = _on_its_own_track(plain)
     none = np.zeros(len(plain.x), bool)
-    finer = refined_yaw(field, conditions, track, yaw, plain, none)
+    finer = refined_yaw(field, conditions, track, steps_of(field, track), yaw, plain, none)
     assert np.abs(finer.arriving - plain.yaw).max() > 0.005
     assert first_contact(field, replace(plain, yaw=finer.arriving)) < 0
 
@@ -135,12 +141,12 @@ def test_a_refined_motion_that_costs_more_is_left(rough, monkeypatch):
     field, conditions, _ = rough
     seen = []
 
-    def swinging(field, conditions, track, yaw, motion, fixed):
+    def swinging(field, conditions, track, steps, yaw, motion, fixed):
         seen.append(track)
         added = 0.4 * np.sin(np.linspace(0.0, 4.0 * np.pi, len(yaw.arriving)))
         return YawProfile(yaw.arriving + added, yaw.leaving + added, yaw.cost)
 
-    def as_it_is(field, conditions, track, yaw, motion, fixed):
+    def as_it_is(field, conditions, track, steps, yaw, motion, fixed):
         return yaw
 
     monkeypatch.setattr(drive, "refined_yaw", as_it_is)
@@ -149,3 +155,39 @@ def test_a_refined_motion_that_costs_more_is_left(rough, monkeypatch):
     kept = _moved(field, conditions)
     assert len(seen) == 1  # it keeps all limits
     assert energy_of(field, conditions, kept) == energy_of(field, conditions, plain)
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.1, 0.4])
+def test_the_body_turns_on_its_ground_by_what_geometry_says(slope):
+    """Turns of 0.1°: gravity in the body's frame, written for the yaw before and after."""
+    added = np.radians(0.1)
+    for yaw in np.radians([0.0, 20.0, 90.0, 135.0, -70.0]):
+        before, after = np.zeros(ROW_LENGTH), np.zeros(ROW_LENGTH)
+        set_motion(before, 0.6 * slope, -0.8 * slope, yaw, 1.0, 0.5)
+        set_motion(after, 0.6 * slope, -0.8 * slope, yaw + added, 1.0, 0.5)
+        angle = turned_on_ground(before) * added
+        for x, y in (("gravity_x", "gravity_y"), ("vx", "vy")):
+            ahead, left = before[INDEX[x]], before[INDEX[y]]
+            turned = [
+                np.cos(angle) * ahead + np.sin(angle) * left,
+                np.cos(angle) * left - np.sin(angle) * ahead,
+            ]
+            expected = [after[INDEX[x]], after[INDEX[y]]]
+            np.testing.assert_allclose(turned, expected, atol=2.0 * added**2)
+
+
+def test_a_refined_yaw_is_driven_on_steep_relief(monkeypatch):
+    """Cells of 30 m: samples see the steepest ground of each step, as the speed profile does."""
+    times: dict[int, int] = {}
+    motions = []
+
+    def counted(field, conditions, track, steps, yaw, motion, fixed):
+        motions.append(motion)
+        times[id(motion)] = times.get(id(motion), 0) + 1
+        return refined_yaw(field, conditions, track, steps, yaw, motion, fixed)
+
+    monkeypatch.setattr(drive, "refined_yaw", counted)
+    terrain = made("jacksboro", 1)
+    *_, asked = places(terrain, 2, 1)
+    assert plan_route(terrain=terrain, **asked).status == "ok"
+    assert 1 <= max(times.values()) <= 2
