@@ -12,8 +12,9 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import Literal
 
-Body = IntEnum("Body", "MASS CENTRE_HEIGHT WHEEL_RADIUS GEAR_RATIO TRACTION", start=0)
-"""Columns of ``body``: kg without payload, m above ground, m, 1, largest axle force/load."""
+Body = IntEnum("Body", "MASS CENTRE_HEIGHT WHEEL_RADIUS GEAR_RATIO TRACTION SLIDING_SPEED", start=0)
+"""Columns of ``body``: kg without payload, m above ground, m, 1, largest axle force/load, and m/s
+within which friction of rims and rollers changes sign."""
 PerWheel = IntEnum(
     "PerWheel",
     "LOAD ROLLING_FACTOR ROLLER_FORCE WHEEL_SPEED ROLLER_SPEED AXIS_FORCE WHEEL_TORQUE MOTOR_TORQUE"

@@ -106,6 +106,7 @@ _WHEEL = (
     "roller_speed",
     "wheel_radius",
     "nominal_load",
+    "sliding_speed",
 )
 _CONTACT = (*_WHEEL, "load")
 _AXLE = (*_CONTACT, "axis_force", "wheel_acceleration")
@@ -118,6 +119,7 @@ _MOTOR = (*_DRIVE, "motor_torque_in", "resistance_now", "torque_constant_now", "
 REAL_INPUTS = frozenset(
     (
         *("wheel", "wheel_count", "wheel_radius", "gear_ratio", "nominal_load", "mass", "speed"),
+        "sliding_speed",
         *("rim_speed", "roller_speed", "wheel_acceleration", "motor_acceleration"),
         *INDEX,
     )

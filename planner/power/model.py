@@ -27,6 +27,7 @@ from planner.power.account import ACCOUNT, ACCOUNT_LENGTH, BASE_EFFECTS, LIMITS,
 from planner.power.catalogue import all_effects
 from planner.power.effect import Effect, parameter_slots
 from planner.power.formulas import effect_from_definition
+from planner.power.kernel_math import SLIDING_SPEED
 from planner.power.kernels import Kernel, KernelSpec, compile_kernel
 from planner.power.saved import EnergyError, ParameterCovariance, SavedModel
 from planner.power.vehicles import Vehicle, defaults_in_words
@@ -51,6 +52,7 @@ class PowerModel(Shown):
         energy_error: noise of a drive's energy and what held-out runs said; None likewise.
         name, version, parent: which model this is and which one it was made from.
         history: what was adopted, from which data, with which error before and after.
+        sliding_speed: m/s within which the friction of rims and rollers changes sign.
     """
 
     vehicle: Vehicle
@@ -65,6 +67,7 @@ class PowerModel(Shown):
     history: tuple[Mapping[str, Any], ...] = field(default=())
     covariance: ParameterCovariance | None = None
     energy_error: EnergyError | None = None
+    sliding_speed: float = SLIDING_SPEED
 
     @classmethod
     def from_vehicle(
@@ -130,7 +133,9 @@ class PowerModel(Shown):
     def body(self) -> Array:
         """(len(BODY),) mass and geometry as the kernel reads them."""
         v = self.vehicle
-        return np.array([v.mass, v.com_height, v.layout.radius, v.gear_ratio, v.traction])
+        return np.array(
+            [*(v.mass, v.com_height, v.layout.radius, v.gear_ratio, v.traction), self.sliding_speed]
+        )
 
     @property
     def wheels(self) -> Array:

@@ -18,7 +18,7 @@ Left out
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample
-from planner.power.kernel_math import SLIDING_SPEED, sign
+from planner.power.kernel_math import sign
 
 
 class RollerDrag(Effect):
@@ -36,14 +36,20 @@ class RollerDrag(Effect):
     )
 
     @staticmethod
-    def roller_drag(load, roller_speed, roller, roller_viscous):
+    def roller_drag(load, roller_speed, sliding_speed, roller, roller_viscous):
         """N along the roller's rolling direction."""
-        return roller * load * sign(roller_speed, SLIDING_SPEED) + roller_viscous * roller_speed
+        return roller * load * sign(roller_speed, sliding_speed) + roller_viscous * roller_speed
 
     examples = (
         WorkedExample(
             "roller_drag",
-            {"load": 30, "roller_speed": -80.0, "roller": 0.05, "roller_viscous": 0.02},
+            {
+                "load": 30,
+                "roller_speed": -80.0,
+                "sliding_speed": 0.005,
+                "roller": 0.05,
+                "roller_viscous": 0.02,
+            },
             -3.1,
             "-0.05·30 - 0.02·80; so fast that the smooth sign is -1",
         ),

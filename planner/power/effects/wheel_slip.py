@@ -18,7 +18,7 @@ Left out
 """
 
 from planner.power.effect import Effect, Parameter, WorkedExample
-from planner.power.kernel_math import SLIDING_SPEED, larger, sign
+from planner.power.kernel_math import larger, sign
 
 
 class WheelSlip(Effect):
@@ -38,10 +38,10 @@ class WheelSlip(Effect):
     )
 
     @staticmethod
-    def slip(axis_force, load, nominal_load, rim_speed, creep):
+    def slip(axis_force, load, nominal_load, rim_speed, sliding_speed, creep):
         """Sliding speed along the roller's axle over the rim's speed."""
         carried = larger(load, 1e-3 * nominal_load)
-        return creep * axis_force / carried * sign(rim_speed, SLIDING_SPEED)
+        return creep * axis_force / carried * sign(rim_speed, sliding_speed)
 
     examples = (
         WorkedExample(
@@ -51,6 +51,7 @@ class WheelSlip(Effect):
                 "load": 25,
                 "nominal_load": 30,
                 "rim_speed": -50.0,
+                "sliding_speed": 0.005,
                 "creep": 0.05,
             },
             0.02,

@@ -36,7 +36,7 @@ import numpy as np
 
 from planner.power import kinematics as table
 from planner.power.account import Account, Body, PerWheel
-from planner.power.kernel_math import REST_SPEED, SLIDING_SPEED, absolute, sign, smaller, still
+from planner.power.kernel_math import REST_SPEED, absolute, sign, smaller, still
 from planner.power.kernels import printed
 from planner.quantities import INDEX, STANDARD_GRAVITY
 
@@ -67,6 +67,7 @@ def power(row: Any, body: Any, wheels: Any, account: Any, per_wheel: Any, hooks:
     wheel_count = wheels.shape[0]
     wheel_radius = body[Body.WHEEL_RADIUS]
     gear_ratio = body[Body.GEAR_RATIO]
+    sliding_speed = body[Body.SLIDING_SPEED]
     nominal_load = body[Body.MASS] * STANDARD_GRAVITY / wheel_count
     zero = hooks.zero
     cold_resistance = hooks.combine("winding_resistance", locals(), cold_resistance=zero)
@@ -135,7 +136,7 @@ def power(row: Any, body: Any, wheels: Any, account: Any, per_wheel: Any, hooks:
         loads += load
         load_times_speed += load * abs(rim_speed)
         drag = zero
-        rolling_sign = sign(rim_speed, SLIDING_SPEED)
+        rolling_sign = sign(rim_speed, sliding_speed)
         for effect in hooks("wheel_drag"):
             part = factor * effect(locals())
             drag += part

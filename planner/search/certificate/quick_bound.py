@@ -44,7 +44,7 @@ import numpy as np
 from planner.arrays import Array
 from planner.cache import CACHE
 from planner.power.effect import Effect
-from planner.power.kernel_math import REST_SPEED, SLIDING_SPEED
+from planner.power.kernel_math import REST_SPEED
 from planner.power.kinematics import LOAD, RIM, ROLLER
 from planner.power.model import PowerModel
 from planner.quantities import INDEX, STANDARD_GRAVITY
@@ -140,7 +140,7 @@ def _floor_per_metre(conditions: OperatingConditions, steepest: float) -> float:
 
 def _idle(conditions: OperatingConditions, rim: Array, roller: Array) -> float:
     """W of the electronics, less what is spared near rest, for friction (n,) in N."""
-    spared = SMOOTH_SIGN_LOSS * SLIDING_SPEED * float(rim.sum() + roller.sum())
+    spared = SMOOTH_SIGN_LOSS * conditions.model.sliding_speed * float(rim.sum() + roller.sum())
     spared += len(conditions.model.wheels) * _spared_by_motor(conditions)
     return parameter_value(conditions.model, "electronics", "power") - spared
 

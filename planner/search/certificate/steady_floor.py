@@ -34,7 +34,7 @@ from scipy.ndimage import maximum_filter
 from planner.arrays import Array
 from planner.cache import CACHE
 from planner.compiled_code import njit
-from planner.power.kernel_math import REST_SPEED, SLIDING_SPEED
+from planner.power.kernel_math import REST_SPEED
 from planner.power.kernels import BLOCK, BLOCK_KERNEL
 from planner.power.kinematics import RIM, ROLLER
 from planner.power.limits import broken_in_block
@@ -192,7 +192,7 @@ def tried_yaws(model: PowerModel, top: float) -> Array:
     """Yaws to the travel, rad; close round those at which a rim or roller stands."""
     found = [2.0 * math.pi * np.arange(EVEN_YAWS) / EVEN_YAWS]
     rest = REST_SPEED * model.vehicle.layout.radius / model.vehicle.gear_ratio
-    for column, width in ((RIM, rest), (ROLLER, SLIDING_SPEED)):
+    for column, width in ((RIM, rest), (ROLLER, model.sliding_speed)):
         for along_x, along_y in model.wheels[:, column : column + 2]:
             reach = math.hypot(along_x, along_y) * top
             offsets = np.array(STANDING) * width / reach if reach > 0.0 else np.zeros(0)

@@ -23,7 +23,6 @@ from numpy.typing import NDArray
 
 from planner.compiled_code import njit
 from planner.power.account import ACCOUNT_LENGTH, PER_WHEEL
-from planner.power.kernel_math import SLIDING_SPEED
 from planner.power.kernels import KERNEL
 from planner.power.kinematics import ROLLER
 from planner.power.limits import broken_limit, limit_values
@@ -257,7 +256,8 @@ def _still(model: PowerModel) -> NDArray[np.float64]:
     width = 2.0 * math.pi / YAWS
     found = np.zeros((YAWS, 2))
     for ahead, aside in model.wheels[:, ROLLER : ROLLER + 2]:
-        crab = FULL_DRAG * SLIDING_SPEED / (math.hypot(ahead, aside) * model.vehicle.limits.speed)
+        top = math.hypot(ahead, aside) * model.vehicle.limits.speed
+        crab = FULL_DRAG * model.sliding_speed / top
         # Every crab angle stays within its bin.
         if crab > 0.25 * width:
             continue

@@ -63,7 +63,7 @@ def test_what_stands_beside_the_request_goes_first() -> None:
     assert there.ground.terrain.name == "cone"
     assert request.map == "cone"
     heavy = PowerModel.from_vehicle(load_vehicle("robotino"))
-    assert asked(NAMED, None, heavy)[1].conditions.model is heavy
+    assert asked(NAMED, None, heavy)[1].conditions.model.vehicle is heavy.vehicle
 
 
 @pytest.mark.parametrize(

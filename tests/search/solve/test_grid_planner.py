@@ -18,30 +18,23 @@ from planner.search.situation import situation_of
 from planner.search.solve import grid_planner, pipeline
 from planner.search.trajectory.limit_checks import broken_limits
 from planner.search.waypoints import waypoint_descent as optimise_waypoints
-from planner.terrain.catalogue import open_map
 from planner.terrain.heightmap import Terrain
-from tests.benchmarks.hard_maps import rolling
+from tests.benchmarks.hard_maps import made, places, rolling
 from tests.search.maps import hills
 
 
-@pytest.mark.parametrize(
-    ("start", "goal"), [((8.0, 8.0), (33.0, 30.0)), ((12.0, 20.0), (28.0, 20.0))]
-)
-def test_answers_at_once_are_cheaper_for_it_and_keep_all_limits(monkeypatch, start, goal):
-    cone = open_map("cone")
-    ends = {
-        "start": dict(zip("xy", start, strict=True)),
-        "goal": dict(zip("xy", goal, strict=True)),
-    }
-    request = PlanRequest.from_json({"map": "cone", **ends})
+@pytest.mark.parametrize(("name", "seed", "number"), [("maze", 53, 4), ("shelves", 54, 3)])
+def test_answers_at_once_are_cheaper_for_it_and_keep_all_limits(monkeypatch, name, seed, number):
+    """Corners cost what the search does not count, so that moved waypoints save much."""
+    terrain = made(name, seed)
+    asked = list(places(terrain, number + 1, seed))[number]
+    request = PlanRequest.from_json({"map": terrain.name, **asked})
     with CancellationToken() as token:
-        run = Run(request, situation_of(request, terrain=cone), silent, token)
+        run = Run(request, situation_of(request, terrain=terrain), silent, token)
         found = grid_planner.on_grid(run, run.field("energy"), "energy")
         monkeypatch.setattr(grid_planner, "DETOURS", 0)
         monkeypatch.setattr(optimise_waypoints, "SURPLUS", math.inf)
         monkeypatch.setattr(pipeline, "NEARLY", 0.0)
-        # Distant waypoints take nearly all of it on this cone without being moved.
-        monkeypatch.setattr("planner.search.solve.sketch.VARIANTS", {4.0: (1.0,), 8.0: (1.0, 0.1)})
         plain = grid_planner.on_grid(run, run.field("energy"), "energy")
     assert found.route.energy_j < 0.995 * plain.route.energy_j
     assert not broken_limits(found.field, run.conditions, found.route.motion)
@@ -61,15 +54,15 @@ def test_detours_from_expensive_bends_are_tried_but_never_taken_at_a_loss(monkey
     monkeypatch.setattr(grid_planner, "sketch", noted)
     monkeypatch.setattr(optimise_waypoints, "DETOUR_EXCESS", -1.0)
     found = plan_route(terrain=relief, **ends).routes[0].energy_j
-    assert len(sketched) == 1 + grid_planner.DETOURS
+    assert 1 < len(sketched) <= 1 + grid_planner.DETOURS
     assert found < 1.005 * min(sketched)
     monkeypatch.setattr(grid_planner, "DETOURS", 0)
     assert found <= plan_route(terrain=relief, **ends).routes[0].energy_j
 
 
 def test_where_bends_cost_much_a_detour_can_be_cheaper(monkeypatch):
-    steep = Terrain.from_arrays(rolling((160, 160), 0.25, 12.0, 28), cell=(0.25, 0.25))
-    ends = {"start": {"x": 27.71, "y": 23.32}, "goal": {"x": 3.96, "y": 12.99}}
+    steep = Terrain.from_arrays(rolling((160, 160), 0.25, 12.0, 30), cell=(0.25, 0.25))
+    ends = {"start": {"x": 17.8, "y": 29.37}, "goal": {"x": 10.77, "y": 13.55}}
     found = plan_route(terrain=steep, **ends).routes[0].energy_j
     monkeypatch.setattr(grid_planner, "DETOURS", 0)
     # The search takes metres as even; here speed and heading change with every hill.

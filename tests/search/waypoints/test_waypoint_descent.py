@@ -106,7 +106,11 @@ def test_on_level_ground_a_bent_path_becomes_straight(level):
 
 def test_ends_and_places_to_pass_stay_where_they_are(hilly):
     situation, field = hilly
-    legs = [np.array([[3.0, 3.0], [9.0, 14.0]]), np.array([[9.0, 14.0], [20.0, 6.0]])]
+    # Both legs bulge, so that there is something to gain.
+    legs = [
+        np.array([[3.0, 3.0], [4.8, 9.2], [9.0, 14.0]]),
+        np.array([[9.0, 14.0], [15.4, 11.4], [20.0, 6.0]]),
+    ]
     given = optimise_waypoints.drive_roughly(
         field, situation.conditions, tuple(legs), (None, None, None)
     )
