@@ -42,7 +42,7 @@ from planner.telemetry.diagnosis.decision import (
 )
 from planner.telemetry.diagnosis.experiments import UNKNOWN, WIDE, Advice
 from planner.telemetry.diagnosis.missing_columns import Aliases, slope_to_log
-from planner.telemetry.diagnosis.reconcile import confirmed, more_credible, undisputed
+from planner.telemetry.diagnosis.reconcile import beyond_noise, confirmed, more_credible, undisputed
 from planner.telemetry.diagnosis.results import (
     Candidate,
     Diagnosis,
@@ -117,8 +117,12 @@ def diagnose_source(
 ) -> Diagnosis:
     """As ``diagnose``, for a log that is open."""
     watch(0.05, "reading the motion")
-    usual, source = source.steady(), best_reading(source, start)
+    raw, usual, source = source, source.steady(), best_reading(source, start)
     decided = _decided(source, start, extra, watch)
+    if any(one.answer.claims for _, one in decided):
+        watch(0.9, "adding noise to the motion")
+        noisier = raw.noisier_as(source)
+        decided = [(found, beyond_noise(found, one, noisier)) for found, one in decided]
     otherwise = (source.steady_rows, source.half_width) != (usual.steady_rows, usual.half_width)
     if otherwise and any(one.answer.claims for _, one in decided):
 

@@ -1,6 +1,7 @@
 """Reconcile searches of one log: around the fit and the model as given, and in two readings.
 
     decision = undisputed(found, decision, other)      # another search has no other answer
+    decision = beyond_noise(found, decision, noisier)  # noise of the motion does not make the claim
     decision = confirmed(found, decision, others)      # the usual reading bears the claim out
     more_credible(first, second)                       # the diagnosis to return
 
@@ -9,6 +10,9 @@ around such a fit may be misleading. A second search, around the model as given,
 names other effects. It wins when its held-out error is clearly lower. Among equally good
 explanations the simpler one wins: no formula outside the catalogue, then fewer parameters at
 bounds. A parameter at its bound makes up for a missing effect, and only within this log.
+
+A claim must also outlive the noise of the motion (planner.telemetry.sampling.noisier_motion), and
+the reading of it.
 """
 
 from __future__ import annotations
@@ -18,10 +22,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from planner.arrays import Array
 from planner.telemetry.diagnosis.decision import Answer, Decision, stands
 from planner.telemetry.diagnosis.results import Diagnosis
 from planner.telemetry.diagnosis.unexplained import unexplained_by
 from planner.telemetry.holdout import heldout_residual, rms, supports
+from planner.telemetry.logs import Telemetry
+from planner.telemetry.noise import counted
+from planner.telemetry.other_terms import SENSORS
 from planner.telemetry.selection import Found
 
 BELIEVED_RATIO, NAMING_RATIO, OVERRULING_RATIO = 0.98, 0.9, 0.5
@@ -63,6 +71,56 @@ def undisputed(
     return replace(nothing, alike=tuple(dict.fromkeys((*sorted(mine), *sorted(theirs)))))
 
 
+def beyond_noise(found: Found, decision: Decision, noisier: Sequence[Telemetry]) -> Decision:
+    """A decision; without its claim where noise of the motion makes what the claim takes off.
+
+    A model that is driven by noisy speeds and tilts predicts a power that scatters, and a claim may
+    take that back. What it takes off then grows in proportion to the noise's variance. So it is
+    fitted to logs with as much noise again, too. The growth, subtracted, leaves what it would take
+    off without any noise, and held-out runs must support that as they must support any claim.
+
+    Args:
+        found: state of the search that was decided.
+        decision: what was decided.
+        noisier: the rows of the search, from copies of the log with as much noise again.
+    """
+    answer, before, floor = decision.answer, decision.before, decision.floor
+    if not answer.claims:
+        return decision
+    more = [_taken_off(_of_rows(found, log), answer, floor) for log in noisier]
+    growth = float(np.mean(more)) - _taken_off(found, answer, floor)
+    if growth <= 0.0:
+        return decision
+    error = rms(counted(answer.judged, floor))
+    without_noise = float(np.sqrt(1.0 + growth / error**2)) * answer.judged
+    if supports(found.log, before, without_noise, floor, formula=_is_formula(answer)):
+        return decision
+    # Noise explains it, so no effect needs to.
+    return replace(_without_claim(found, decision), alike=())
+
+
+def _taken_off(found: Found, answer: Answer, floor: Array) -> float:
+    """W², of the squared error by a claim that is fitted to this log, as the model alone is."""
+    each = found.heldout(found.refit(())), _left_with(found, answer)
+    without, claimed = (rms(counted(residual, floor)) ** 2 for residual in each)
+    return without - claimed
+
+
+def _left_with(found: Found, answer: Answer) -> Array:
+    """(n,) W, the held-out residual that a claim is judged by, once it is fitted to this log."""
+    formula = () if answer.proposal is None else (answer.proposal.addition,)
+    fitted = found.refit([*answer.additions, *formula])
+    beside = found.left_beside_base(fitted)
+    return found.heldout(fitted) if beside is None else beside
+
+
+def _of_rows(found: Found, log: Telemetry) -> Found:
+    """The same search for other rows, corrected as its own and read from its meter."""
+    for kind, (value, _) in found.corrections.items():
+        log = SENSORS[kind].correct(log, value)
+    return replace(found, log=replace(log, meter=found.log.meter))
+
+
 def confirmed(
     found: Found, decision: Decision, others: Sequence[tuple[Found, Decision]]
 ) -> Decision:
@@ -96,12 +154,8 @@ def _makes(other: Answer, answer: Answer) -> bool:
 
 def _supports(found: Found, decision: Decision, answer: Answer) -> bool:
     """Whether held-out runs of another reading support a claim that is fitted to it."""
-    formula = () if answer.proposal is None else (answer.proposal.addition,)
-    fitted = found.refit([*answer.additions, *formula])
-    beside = found.left_beside_base(fitted)
-    left = found.heldout(fitted) if beside is None else beside
-    before, floor = decision.before, decision.floor
-    shown = supports(found.log, before, left, floor, formula=bool(formula))
+    left, before, floor = _left_with(found, answer), decision.before, decision.floor
+    shown = supports(found.log, before, left, floor, formula=_is_formula(answer))
     return shown and stands(before, left, floor)
 
 

@@ -21,6 +21,7 @@ import numpy as np
 from planner.arrays import Integers
 from planner.progress import Progress, silent
 from planner.telemetry.logs import LogLike, MappingLike, Meter, Telemetry, pieces_of
+from planner.telemetry.sampling.noisier_motion import with_more_noise
 from planner.telemetry.sampling.smoothed_motion import can_be_smoothed, with_smoothed_motion
 from planner.telemetry.sampling.steady_drive import LEAST_SEGMENT_ROWS, at_steady_speeds
 
@@ -28,6 +29,8 @@ STEADY_TIME = 0.2
 """s; a drive that a robot keeps up, where rows are short: motors need a tenth to change a speed."""
 HALF_WIDTHS = (0.2, 0.1)
 """s on either side that a motion is smoothed over."""
+NOISIER_COPIES = 4
+"""Copies of a log with noise added, over which the chance of what was added averages out."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +76,19 @@ class LogSource:
     def steady(self) -> LogSource:
         """The same log in its usual reading: the speeds of steady drives at their means."""
         return self.read_as(LEAST_SEGMENT_ROWS, 0.0)
+
+    def noisier_as(self, read: LogSource) -> tuple[Telemetry, ...]:
+        """Samples of this log, as it was opened, with as much noise of the motion again.
+
+        Args:
+            read: the same log in the reading that the samples get, too.
+        """
+        copies = []
+        for number in range(NOISIER_COPIES):
+            noisier = with_more_noise(self.sample, np.random.default_rng(number))
+            again = replace(self, sample=noisier).read_as(read.steady_rows, read.half_width)
+            copies.append(again.sample)
+        return tuple(copies)
 
     def with_meter(self, meter: Meter | None) -> LogSource:
         """The same log, its power read from a meter."""

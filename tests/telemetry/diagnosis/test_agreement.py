@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from planner.telemetry.diagnosis.decision import Answer, Decision
-from planner.telemetry.diagnosis.reconcile import confirmed, undisputed
+from planner.telemetry.diagnosis.reconcile import beyond_noise, confirmed, undisputed
 from planner.telemetry.diagnosis.unexplained import Unexplained
 from planner.telemetry.selection import Member
 
@@ -108,3 +108,44 @@ def test_a_claim_needs_the_usual_reading(motion, search):
     # Nothing is claimed without one.
     nothing = named(motion, 1.6)
     assert confirmed(search, nothing, [(fits, claim)]) is nothing
+
+
+@dataclass(frozen=True)
+class NoisySearch:
+    """A search whose model misses 1 W of noise, an effect, and what noise of the motion makes."""
+
+    log: Any
+    effect_w: float
+    motion_w: float
+    base: Any
+    corrections: Any = field(default_factory=dict)
+
+    def refit(self, additions: Any) -> bool:
+        return bool(additions)
+
+    def left_beside_base(self, claimed: bool) -> None:
+        return None
+
+    def heldout(self, claimed: bool) -> Any:
+        variance = 2.0 if self.log.source == "noisier" else 1.0
+        taken = 0.0 if claimed else self.effect_w**2 + variance * self.motion_w**2
+        scatter = np.random.default_rng(4).standard_normal(len(self.log))
+        return np.sqrt(1.0 + taken) * scatter
+
+
+def test_a_claim_must_not_live_on_noise_of_the_motion(motion):
+    """What it takes off by noise alone is twice as much where the noise's variance is."""
+    base = SimpleNamespace(watts=np.full(len(motion), 10.0))
+    copies = [replace(motion, source="noisier")] * 2
+    cases = [(0.5, 0.0, True), (0.4, 0.4, True), (0.0, 0.5, False), (0.05, 0.5, False)]
+    for effect, noise, stays in cases:
+        search: Any = NoisySearch(motion, effect, noise, base)
+        claim = Answer(NOTHING, search.heldout(True), (Member("wear", (0,)),), (NOTHING,))
+        floor = np.ones(len(motion))
+        before = search.heldout(False)
+        decision = Decision(claim, before, floor, Unexplained(1.0), None, (), (), "")
+        found = beyond_noise(search, decision, copies)
+        assert found.answer.claims == stays, (effect, noise)
+        assert found.complete != stays, (effect, noise)
+        nothing = replace(decision, answer=Answer(NOTHING, before))
+        assert beyond_noise(search, nothing, copies) is nothing
