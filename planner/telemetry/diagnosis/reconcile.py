@@ -77,7 +77,7 @@ def beyond_noise(found: Found, decision: Decision, noisier: Sequence[Telemetry])
     A model that is driven by noisy speeds and tilts predicts a power that scatters, and a claim may
     take that back. What it takes off then grows in proportion to the noise's variance. So it is
     fitted to logs with as much noise again, too. The growth, subtracted, leaves what it would take
-    off without any noise, and held-out runs must support that as they must support any claim.
+    off without any noise. That must still be as much as any claim must take off.
 
     Args:
         found: state of the search that was decided.
@@ -91,9 +91,9 @@ def beyond_noise(found: Found, decision: Decision, noisier: Sequence[Telemetry])
     growth = float(np.mean(more)) - _taken_off(found, answer, floor)
     if growth <= 0.0:
         return decision
-    error = rms(counted(answer.judged, floor))
-    without_noise = float(np.sqrt(1.0 + growth / error**2)) * answer.judged
-    if supports(found.log, before, without_noise, floor, formula=_is_formula(answer)):
+    left, formula = answer.judged, _is_formula(answer)
+    grown = float(np.sqrt(1.0 + growth / rms(counted(left, floor)) ** 2))
+    if supports(found.log, before, left, floor, formula=formula, grown=grown):
         return decision
     # Noise explains it, so no effect needs to.
     return replace(_without_claim(found, decision), alike=())

@@ -146,7 +146,13 @@ def rms(residual: Array) -> float:
 
 
 def supports(
-    log: Telemetry, before: Array, after: Array, spread: Array, *, formula: bool = False
+    log: Telemetry,
+    before: Array,
+    after: Array,
+    spread: Array,
+    *,
+    formula: bool = False,
+    grown: float = 1.0,
 ) -> bool:
     """Whether held-out runs support a claim: an effect, an error of a sensor, a formula.
 
@@ -160,14 +166,16 @@ def supports(
         before, after: (n,) W, held-out residuals of the best answer without the claim, and with it.
         spread: (n,) W, standard deviation of single rows.
         formula: the claim is a formula.
+        grown: factor on the residual with the claim where the fall's size is asked for: a part of
+            the fall may be no merit of the claim.
     """
     one, other = counted(before, spread), counted(after, spread)
-    ratio = rms(other) / max(rms(one), 1e-300)
+    ratio = grown * rms(other) / max(rms(one), 1e-300)
     if formula:
         falls = rms(after) <= rms(before) and ratio <= 1.0 - LEAST_FORMULA_FALL
         return falls and _z_by_run(log, one**2, other**2) >= LEAST_FORMULA_Z
     surer, sure = huber(before / spread), huber(after / spread)
-    share = 1.0 - float(sure.mean() / max(surer.mean(), 1e-300))
+    share = 1.0 - float(huber(grown * after / spread).mean() / max(surer.mean(), 1e-300))
     # What helps unsure rows alone is no effect.
     falls = ratio <= 1.0 - LEAST_FALL and share >= LEAST_FALL
     if falls and _z_by_run(log, one**2, other**2) >= LEAST_Z:
