@@ -56,6 +56,17 @@ def test_a_formula_needs_more_than_an_effect(log: Any, formula: bool) -> None:
     assert LEAST_FORMULA_FALL > LEAST_FALL
 
 
+@pytest.mark.parametrize("formula", [False, True])
+def test_a_part_of_the_fall_may_be_no_merit_of_the_claim(log: Any, formula: bool) -> None:
+    spread = np.full(ROWS, 0.2)
+    before = spread * np.random.default_rng(5).standard_normal(ROWS)
+    # Runs gain unevenly: what is no merit says nothing about how many of them gain.
+    after = np.linspace(0.86, 0.98, RUNS)[log.run] * before
+    for grown, enough in ((1.0, True), (1.02, True), (1.08, False), (1.2, False)):
+        found = supports(log, before, after, spread, formula=formula, grown=grown)
+        assert found is enough, grown
+
+
 def test_a_fall_in_one_run_is_no_support(log: Any) -> None:
     before, spread = residuals()
     before += np.where(log.run == 3, 1.0, 0.0)
