@@ -30,6 +30,7 @@ from planner.telemetry.holdout import heldout_residual, rms, supports
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import counted
 from planner.telemetry.other_terms import SENSORS
+from planner.telemetry.prediction import predict
 from planner.telemetry.selection import Found
 
 BELIEVED_RATIO, NAMING_RATIO, OVERRULING_RATIO = 0.98, 0.9, 0.5
@@ -87,13 +88,21 @@ def beyond_noise(found: Found, decision: Decision, noisier: Sequence[Telemetry])
     answer, before, floor = decision.answer, decision.before, decision.floor
     if not answer.claims:
         return decision
-    more = [_taken_off(_of_rows(found, log), answer, floor) for log in noisier]
-    growth = float(np.mean(more)) - _taken_off(found, answer, floor)
-    if growth <= 0.0:
-        return decision
     left, formula = answer.judged, _is_formula(answer)
-    grown = float(np.sqrt(1.0 + growth / rms(counted(left, floor)) ** 2))
-    if supports(found.log, before, left, floor, formula=formula, grown=grown):
+
+    def outlives(growth: float) -> bool:
+        if growth <= 0.0:
+            return True
+        grown = float(np.sqrt(1.0 + growth / rms(counted(left, floor)) ** 2))
+        return supports(found.log, before, left, floor, formula=formula, grown=grown)
+
+    searches = [_of_rows(found, log) for log in noisier]
+    # A claim can hardly take back more than what noise does to the prediction.
+    scattered = predict(found.base.model, searches[0].log) - found.base.watts
+    if outlives(rms(counted(scattered, floor)) ** 2):
+        return decision
+    more = [_taken_off(search, answer, floor) for search in searches]
+    if outlives(float(np.mean(more)) - _taken_off(found, answer, floor)):
         return decision
     # Noise explains it, so no effect needs to.
     return replace(_without_claim(found, decision), alike=())

@@ -29,7 +29,7 @@ STEADY_TIME = 0.2
 """s; a drive that a robot keeps up, where rows are short: motors need a tenth to change a speed."""
 HALF_WIDTHS = (0.2, 0.1)
 """s on either side that a motion is smoothed over."""
-NOISIER_COPIES = 4
+NOISIER_COPIES = 2
 """Copies of a log with noise added, over which the chance of what was added averages out."""
 
 

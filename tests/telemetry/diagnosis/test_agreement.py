@@ -12,7 +12,10 @@ import pytest
 from planner.telemetry.diagnosis.decision import Answer, Decision
 from planner.telemetry.diagnosis.reconcile import beyond_noise, confirmed, undisputed
 from planner.telemetry.diagnosis.unexplained import Unexplained
+from planner.telemetry.prediction import predict
+from planner.telemetry.sampling import open_source
 from planner.telemetry.selection import Member
+from tests.telemetry.rows import base_model
 
 NOTHING: Any = SimpleNamespace()
 """A fit that no test looks at."""
@@ -135,7 +138,8 @@ class NoisySearch:
 
 def test_a_claim_must_not_live_on_noise_of_the_motion(motion):
     """What it takes off by noise alone is twice as much where the noise's variance is."""
-    base = SimpleNamespace(watts=np.full(len(motion), 10.0))
+    watts = predict(base_model(), motion)
+    base = SimpleNamespace(watts=watts, model=base_model())
     copies = [replace(motion, source="noisier")] * 2
     cases = [(0.5, 0.0, True), (0.4, 0.4, True), (0.0, 0.5, False), (0.05, 0.5, False)]
     for effect, noise, stays in cases:
