@@ -13,7 +13,6 @@ from planner.telemetry.diagnosis.decision import Answer, Decision
 from planner.telemetry.diagnosis.reconcile import beyond_noise, confirmed, undisputed
 from planner.telemetry.diagnosis.unexplained import Unexplained
 from planner.telemetry.prediction import predict
-from planner.telemetry.sampling import open_source
 from planner.telemetry.selection import Member
 from tests.telemetry.rows import base_model
 
@@ -138,15 +137,16 @@ class NoisySearch:
 
 def test_a_claim_must_not_live_on_noise_of_the_motion(motion):
     """What it takes off by noise alone is twice as much where the noise's variance is."""
-    watts = predict(base_model(), motion)
-    base = SimpleNamespace(watts=watts, model=base_model())
     copies = [replace(motion, source="noisier")] * 2
-    cases = [(0.5, 0.0, True), (0.4, 0.4, True), (0.0, 0.5, False), (0.05, 0.5, False)]
-    for effect, noise, stays in cases:
+    watts = predict(base_model(), motion)
+    cases = [(0.5, 0.0, 1.0, True), (0.4, 0.4, 1.0, True), (0.0, 0.5, 1.0, False)]
+    cases += [(0.05, 0.5, 1.0, False)]
+    cases += [(0.0, 0.5, 0.0, True)]  # noise does nothing to the prediction: nothing to take back
+    for effect, noise, scattered, stays in cases:
+        base = SimpleNamespace(model=base_model(), watts=watts + scattered)
         search: Any = NoisySearch(motion, effect, noise, base)
+        before, floor = search.heldout(False), np.ones(len(motion))
         claim = Answer(NOTHING, search.heldout(True), (Member("wear", (0,)),), (NOTHING,))
-        floor = np.ones(len(motion))
-        before = search.heldout(False)
         decision = Decision(claim, before, floor, Unexplained(1.0), None, (), (), "")
         found = beyond_noise(search, decision, copies)
         assert found.answer.claims == stays, (effect, noise)
