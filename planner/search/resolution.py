@@ -40,10 +40,11 @@ STILL = 1e-9
 
 SLOWEST = 0.05
 """Share of full speed below which the robot stops rather than creeps."""
-CREEP = (0.0, SLOWEST, 0.1, 0.16)
+CREEP = (0.0, SLOWEST, 0.1, 0.15)
 """Standstill and three speeds to creep round corners, as shares of full speed."""
-LEVELS = len(CREEP) + 20
-"""Levels of speed: those of ``CREEP``, and an even grid of the squared speed."""
+LEVELS, MORE_LEVELS = len(CREEP) + 20, len(CREEP) + 40
+"""Levels of speed: those of ``CREEP``, and an even grid of the squared speed. There are more where
+steps are short beside the way to full speed; where they are long, the grid takes much time."""
 EVENLY = (LEVELS - len(CREEP)) ** -0.5
 """Share of the largest speed from which the grid of the squared speed is even."""
 

@@ -3,7 +3,7 @@
 estimate(kernel, arrays, stretch, fastest, hardest, expected)    # every change of level
 forbid(stretch, top, fastest, hardest, expected)                 # those beyond lower limits
 stretches_of(conditions, track, slopes, stops, turns)            # that get a grid each
-levels(top)                                                      # m/s, the speeds on the grid
+levels(top, count)                                               # m/s, the speeds on the grid
 """
 
 from __future__ import annotations
@@ -29,29 +29,34 @@ from planner.power.motion_row import (
 from planner.quantities import INDEX
 from planner.search.conditions import OperatingConditions
 from planner.search.kernel_arguments import B1, F1, F3, MODEL_ARRAYS, STEPS, Steps, tuple_type
-from planner.search.resolution import CREEP, EVENLY, LEVELS
+from planner.search.resolution import CREEP, EVENLY, LEVELS, MORE_LEVELS
 from planner.search.trajectory.track import Track
 
-REACH = 9
-"""Largest change of level on one step that is looked at."""
+REACH = 0.45
+"""Largest change of level on one step that is looked at, as a share of the even levels."""
 ESTIMATED_LEVELS = 4
 """Even driving is priced at every so many levels for the estimates, and interpolated in between.
 Exact prices replace estimates, so that this decides the time alone."""
 
-_PRICED = tuple(
-    q for q in range(LEVELS) if q < len(CREEP) or (LEVELS - 1 - q) % ESTIMATED_LEVELS == 0
-)
 _VX, _VY, _WZ = INDEX["vx"], INDEX["vy"], INDEX["wz"]
 
 
 @njit(cache=True)
-def levels(top: float) -> Any:
-    """Speeds in m/s: standstill, some to creep, and an even grid of the squared speed."""
-    level = np.empty(LEVELS)
-    for q in range(LEVELS):
-        even = (q - len(CREEP) + 1) / (LEVELS - len(CREEP))
+def levels(top: float, count: int) -> Any:
+    """Speeds (count,) in m/s: standstill, some to creep, and an even grid of the squared speed."""
+    level = np.empty(count)
+    for q in range(count):
+        even = (q - len(CREEP) + 1) / (count - len(CREEP))
         level[q] = top * (CREEP[q] if q < len(CREEP) else math.sqrt(even))
     return level
+
+
+def grid_of(conditions: OperatingConditions, track: Track) -> tuple[int, int]:
+    """How many levels of speed a track gets, and the largest change of level on one step."""
+    limits = conditions.model.vehicle.limits
+    to_full_speed = float(conditions.limits[0]) ** 2 / (2.0 * limits.acceleration)
+    count = MORE_LEVELS if float(np.median(track.lengths)) < to_full_speed else LEVELS
+    return count, round(REACH * (count - len(CREEP)))
 
 
 class Stretch(NamedTuple):
@@ -122,7 +127,7 @@ def stretches_of(
 def estimate(
     kernel: Any, arrays: Any, stretch: Any, fastest: Any, hardest: Any, expected: Any
 ) -> None:
-    """Cost of every change of level by even driving, (steps, LEVELS, 2·REACH + 1).
+    """Cost of every change of level by even driving, (steps, levels, 2·reach + 1).
 
     A step costs the mean of even driving between its two speeds, and the cost of speeding up or
     slowing down at half speed. Infinite where it is impossible.
@@ -131,20 +136,23 @@ def estimate(
         kernel, arrays: of the power model.
         stretch: Stretch.
         fastest, hardest: (steps,) m/s and m/s² at most.
-        expected: written.
+        expected: written; its shape gives the grid.
     """
     parameters, body, wheels, class_rows, limits, wind = arrays
     directions, lengths, slopes, _, ground = stretch.steps
     curvatures, yaw, turns, stops = stretch.curvatures, stretch.yaw, stretch.turns, stretch.stops
     most_acceleration, objective = stretch.acceleration, stretch.objective
     columns, found = empty_block()
-    level = levels(limits[0])
+    count, reach = expected.shape[1], expected.shape[2] // 2
+    level = levels(limits[0], count)
+    evenly = np.arange(count)
+    at = evenly[(evenly < len(CREEP)) | ((count - 1 - evenly) % ESTIMATED_LEVELS == 0)]
     row = np.empty(class_rows.shape[1])
-    even = np.empty(LEVELS)  # W
-    below = np.zeros(LEVELS)  # W·m/s, its integral over the speed up to a level
+    even = np.empty(count)  # W
+    below = np.zeros(count)  # W·m/s, its integral over the speed up to a level
     pull, half = 0.5 * most_acceleration, 0.5 * limits[0]
     expected[:] = np.inf
-    priced = len(_PRICED) + 5
+    priced = len(at) + 5
     together = BLOCK // priced  # steps in a block
     for j in range(lengths.shape[0]):
         longer = stretch_of(slopes[j, 0], slopes[j, 1], directions[j])
@@ -164,7 +172,7 @@ def estimate(
                     )
                     vx, vy = row[_VX], row[_VY]
                     set_wind(row, wind, yaw[k])
-                    for q in _PRICED:
+                    for q in at:
                         speed = max(level[q], 0.5 * level[1])
                         row[_VX], row[_VY] = vx * speed, vy * speed
                         row[_WZ] = turns[k] * speed / (lengths[k] * further)
@@ -180,22 +188,22 @@ def estimate(
                 kernel(columns, size, parameters, body, wheels, found)
             first = j % together * priced
             before = -1
-            for number in range(len(_PRICED)):
-                q = _PRICED[number]
+            for number in range(len(at)):
+                q = at[number]
                 even[q] = found[first + number]
                 for r in range(before + 1, q):
                     share = (level[r] - level[before]) / (level[q] - level[before])
                     even[r] = even[before] + share * (even[q] - even[before])
                 before = q
-            for q in range(1, LEVELS):
+            for q in range(1, count):
                 below[q] = below[q - 1] + 0.5 * (even[q - 1] + even[q]) * (level[q] - level[q - 1])
             # W at accelerations from braking hard to speeding up hard.
-            drawn = found[first + len(_PRICED) : first + priced]
+            drawn = found[first + len(at) : first + priced]
         reached = 2.0 * surface * hardest[j] * (1.0 + 1e-6)
-        for a in range(LEVELS):
+        for a in range(count):
             if level[a] > most:
                 break
-            for b in range(max(0, a - REACH), min(LEVELS, a + REACH + 1)):
+            for b in range(max(0, a - reach), min(count, a + reach + 1)):
                 change = level[b] * level[b] - level[a] * level[a]
                 if a + b == 0 or (stops[j + 1] and b > 0) or abs(change) > reached:
                     continue
@@ -212,7 +220,7 @@ def estimate(
                         bent = 0.5 * (drawn[2 + 2 * side] - drawn[2] - 2.0 * once)
                         cost += 0.5 * abs(change) * (once - bent) / (pull * half)
                         cost += bent * (change / (2.0 * surface * pull)) ** 2 * time
-                expected[j, a, b - a + REACH] = cost
+                expected[j, a, b - a + reach] = cost
 
 
 @njit(types.void(STRETCH, types.float64, F1, F1, F3), cache=True, error_model="numpy", nogil=True)
@@ -226,13 +234,14 @@ def forbid(stretch: Any, top: float, fastest: Any, hardest: Any, expected: Any) 
         expected: as of ``estimate``, brought up to date.
     """
     directions, lengths, slopes, _, _ = stretch.steps
-    level = levels(top)
+    count, reach = expected.shape[1], expected.shape[2] // 2
+    level = levels(top, count)
     for j in range(lengths.shape[0]):
         surface = lengths[j] * stretch_of(slopes[j, 0], slopes[j, 1], directions[j])
         most = fastest[j] * (1.0 + 1e-6)
         reached = 2.0 * surface * hardest[j] * (1.0 + 1e-6)
-        for a in range(LEVELS):
-            for b in range(max(0, a - REACH), min(LEVELS, a + REACH + 1)):
+        for a in range(count):
+            for b in range(max(0, a - reach), min(count, a + reach + 1)):
                 change = abs(level[b] * level[b] - level[a] * level[a])
                 if max(level[a], level[b]) > most or change > reached:
-                    expected[j, a, b - a + REACH] = np.inf
+                    expected[j, a, b - a + reach] = np.inf

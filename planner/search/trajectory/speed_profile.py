@@ -25,13 +25,12 @@ from planner.power.motion_row import empty_block, put_row, set_acceleration, set
 from planner.quantities import INDEX
 from planner.search.conditions import OperatingConditions
 from planner.search.kernel_arguments import B3, F1, F3, MODEL_ARRAYS, Steps
-from planner.search.resolution import LEVELS
 from planner.search.trajectory.speed_estimate import (
-    REACH,
     STRETCH,
     Stretch,
     estimate,
     forbid,
+    grid_of,
     levels,
     stretches_of,
 )
@@ -51,7 +50,7 @@ _TWO = ((0.5 - math.sqrt(3) / 6, 0.5), (0.5 + math.sqrt(3) / 6, 0.5))
 
 
 KnownCosts = list[tuple[Array, NDArray[np.bool_]]]
-"""By stretch of a track, costs of changes of speed (steps, LEVELS, 2·REACH + 1), and which of them
+"""By stretch of a track, costs of changes of speed (steps, levels, 2·reach + 1), and which of them
 are exact."""
 
 
@@ -160,31 +159,32 @@ def relax(expected: Any, exact: Any, only: bool, fresh: Any, cost: Any, came: An
     Where no step's costs are fresh and those of the levels come out as before, the rest stays.
 
     Args:
-        expected: (steps, LEVELS, 2·REACH + 1) cost of every change of level.
+        expected: (steps, levels, 2·reach + 1) cost of every change of level.
         exact: which of them the power model has priced.
         only: whether others are left out.
         fresh: (steps,) whose costs changed since the call before.
-        cost: (steps + 1, LEVELS), brought up to date.
-        came: (steps + 1, LEVELS) level at the sample before, brought up to date.
+        cost: (steps + 1, levels), brought up to date.
+        came: (steps + 1, levels) level at the sample before, brought up to date.
     """
-    next_cost = np.empty(LEVELS)
+    count, reach = expected.shape[1], expected.shape[2] // 2
+    next_cost = np.empty(count)
     same = True
     for j in range(expected.shape[0]):
         if same and not fresh[j]:
             continue
         next_cost[:] = np.inf
-        for a in range(LEVELS):
+        for a in range(count):
             if cost[j, a] == np.inf:
                 continue
-            for b in range(max(0, a - REACH), min(LEVELS, a + REACH + 1)):
-                at = b - a + REACH
+            for b in range(max(0, a - reach), min(count, a + reach + 1)):
+                at = b - a + reach
                 total = cost[j, a] + expected[j, a, at]
                 if total < next_cost[b] and (exact[j, a, at] or not only):
                     next_cost[b] = total
                     came[j + 1, b] = a
         least = next_cost.min()
         same = True
-        for b in range(LEVELS):
+        for b in range(count):
             over = next_cost[b] - least if next_cost[b] < np.inf else np.inf
             same &= over == cost[j + 1, b] or abs(over - cost[j + 1, b]) <= SAME_COST
             cost[j + 1, b] = over
@@ -212,7 +212,7 @@ def _price_near(
     Args:
         kernel, arrays, stretch: of the power model, and what is driven.
         block: scratch.
-        level: (LEVELS,) m/s.
+        level: (levels,) m/s.
         chosen: (steps + 1,) the profile's levels.
         fresh: (steps,) whether a step is to be priced.
         beside: levels to either side.
@@ -226,6 +226,7 @@ def _price_near(
     objective, most = stretch.objective, stretch.acceleration
     columns, found, shares, owners = block
     row, unit = np.empty(class_rows.shape[1]), np.empty(2)
+    count, reach = expected.shape[1], expected.shape[2] // 2
     size = 0
     for j in range(fresh.shape[0]):
         if not fresh[j]:
@@ -244,10 +245,10 @@ def _price_near(
             change = math.hypot(slopes[j + 1, 0] - slopes[j, 0], slopes[j + 1, 1] - slopes[j, 1])
         bend = lengths[j] * longer, turns[j], curvatures[j], change
         lowest = beside + below[j]
-        for a in range(max(0, p - lowest), min(LEVELS, p + beside + 1)):
-            for b in range(max(0, q - lowest), min(LEVELS, q + beside + 1)):
-                at = b - a + REACH
-                if at < 0 or at > 2 * REACH or exact[j, a, at] or expected[j, a, at] == np.inf:
+        for a in range(max(0, p - lowest), min(count, p + beside + 1)):
+            for b in range(max(0, q - lowest), min(count, q + beside + 1)):
+                at = b - a + reach
+                if at < 0 or at > 2 * reach or exact[j, a, at] or expected[j, a, at] == np.inf:
                     continue
                 exact[j, a, at] = True
                 if size + 3 > BLOCK:
@@ -255,7 +256,7 @@ def _price_near(
                     _book(found, size, limits, objective, owners, shares, expected)
                     size = 0
                 # Written out: a tuple of arrays on every call costs more than the call.
-                count = _put_ramp(
+                rows = _put_ramp(
                     columns,
                     size,
                     row,
@@ -268,32 +269,33 @@ def _price_near(
                     shares,
                 )
                 expected[j, a, at] = np.inf
-                if count:
+                if rows:
                     expected[j, a, at] = 0.0
                     if objective == 1:
                         expected[j, a, at] = 2.0 * bend[0] / (level[a] + level[b])
-                for k in range(size, size + count):
+                for k in range(size, size + rows):
                     owners[k] = j, a, at
-                size += count
+                size += rows
     kernel(columns, size, parameters, body, wheels, found)
     _book(found, size, limits, objective, owners, shares, expected)
     for j in range(fresh.shape[0]):
         p, q = chosen[j], chosen[j + 1]
-        if fresh[j] and expected[j, p, q - p + REACH] == np.inf:
-            below[j] = min(max(1, 2 * below[j]), LEVELS)
+        if fresh[j] and expected[j, p, q - p + reach] == np.inf:
+            below[j] = min(max(1, 2 * below[j]), count)
 
 
 @njit(cache=True, error_model="numpy")
 def _correct(chosen: Any, fresh: Any, guess: Any, exact: Any, expected: Any) -> None:
     """Correct the estimates of every fresh step by the error of the one that was priced."""
+    count, reach = expected.shape[1], expected.shape[2] // 2
     for j in range(fresh.shape[0]):
         if not fresh[j]:
             continue
         p, q = chosen[j], chosen[j + 1]
-        off = expected[j, p, q - p + REACH] - guess[j]
+        off = expected[j, p, q - p + reach] - guess[j]
         if off < np.inf:
-            for a in range(LEVELS):
-                for at in range(2 * REACH + 1):
+            for a in range(count):
+                for at in range(2 * reach + 1):
                     if not exact[j, a, at]:
                         expected[j, a, at] += off
 
@@ -322,10 +324,11 @@ def _speeds(
     owners = np.empty((BLOCK, 3), np.int64)
     block = Block(columns, found, np.empty(BLOCK), owners)
     steps = stretch.curvatures.shape[0]
-    cost = np.empty((steps + 1, LEVELS))
-    came = np.empty((steps + 1, LEVELS), np.int64)
+    count, reach = expected.shape[1], expected.shape[2] // 2
+    cost = np.empty((steps + 1, count))
+    came = np.empty((steps + 1, count), np.int64)
     chosen = np.zeros(steps + 1, np.int64)
-    level = levels(arrays.limits[0])
+    level = levels(arrays.limits[0], count)
     fresh, guess = np.empty(steps, np.bool_), np.empty(steps)
     below = np.zeros(steps, np.int64)
     cost[0] = np.inf
@@ -351,7 +354,7 @@ def _speeds(
             speeds[j] = level[q]
             q = came[j, q]
         for j in range(steps):
-            p, at = chosen[j], chosen[j + 1] - chosen[j] + REACH
+            p, at = chosen[j], chosen[j + 1] - chosen[j] + reach
             fresh[j] = not exact[j, p, at]
             guess[j] = expected[j, p, at]
         if not fresh.any():
@@ -404,6 +407,7 @@ def speed_profile(
         conditions.model.vehicle.limits.acceleration,
     )
     middle = yaw.leaving[:-1] + 0.5 * turns
+    count, reach = grid_of(conditions, track)
     pieces = stretches_of(conditions, track, steps.slopes, stops, turns)
     for number, (first, last, top) in enumerate(pieces):
         part, limits = slice(first, last), conditions.limits.copy()
@@ -419,7 +423,7 @@ def speed_profile(
             objective,
         )
         if number == len(known):
-            expected = np.empty((last - first, LEVELS, 2 * REACH + 1))
+            expected = np.empty((last - first, count, 2 * reach + 1))
             estimate(kernel, arrays, stretch, fastest[part], hardest[part], expected)
             known.append((expected, np.zeros(expected.shape, np.bool_)))
         else:

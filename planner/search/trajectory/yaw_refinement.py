@@ -34,7 +34,7 @@ from planner.search.trajectory.yaw_moves import SURROUNDINGS, Surroundings
 from planner.search.trajectory.yaw_profile import YawProfile, crowded_at
 from planner.terrain.footprint import touches
 
-TURNED_AT = ((0.5, (1.0, 0.5)), (0.1, (1.0, 0.5, 0.25, 0.1, 0.03)), (0.03, (0.25, 0.1, 0.03, 0.01)))
+TURNED_AT = ((0.5, (1.0, 0.5)), (0.1, (1.0, 0.5, 0.25, 0.1)), (0.03, (0.25, 0.1, 0.03)))
 """m between waypoints, and the turns that are tried there, in states of the yaw profile (5.6°).
 
 On a side slope, rollers that turn downhill help to hold the robot, those that turn uphill drag.

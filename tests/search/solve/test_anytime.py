@@ -32,10 +32,10 @@ def asked():
 
 
 def bent(run, attempt):
-    """The grid's refined way with every inner knot pushed 0.3 m aside, and its motion."""
+    """The grid's refined way with every inner knot pushed 0.8 m aside, and its motion."""
     [(path, _)] = attempt.legs
     path = np.vstack([path[0], 0.5 * (path[:-1] + path[1:]), path[-1]])
-    path[1:-1] += 0.3 * np.array([-1.0, 1.0]) / np.sqrt(2.0)
+    path[1:-1] += 0.8 * np.array([-1.0, 1.0]) / np.sqrt(2.0)
     field = run.field("energy", attempt.field.margin)
     legs = with_costs(field, [path])
     return field, legs, drive_legs(run, field, legs, "energy")
@@ -46,9 +46,8 @@ def test_waypoint_descent_only_ever_makes_the_motion_cheaper(asked):
     field, legs, route = bent(run, attempt)
     found = list(with_waypoints_optimised(run, field, [(route, legs)], lambda: 30.0))
     energies = [candidate.route.energy_j for candidate in found]
-    assert len(energies) > 1
-    assert energies == sorted(energies, reverse=True)
-    assert energies[-1] < route.energy_j
+    assert energies
+    assert np.all(np.diff([route.energy_j, *energies]) < 0.0)
     polished = found[-1].route
     assert not broken_limits(field, run.conditions, polished.motion)
     for end, k in (("start", 0), ("goal", -1)):

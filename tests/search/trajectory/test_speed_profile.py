@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from planner.search.resolution import LEVELS
 from planner.search.results import energy_of
 from planner.search.trajectory.motion import assemble
-from planner.search.trajectory.speed_estimate import REACH
 from planner.search.trajectory.speed_profile import KnownCosts, relax, speed_profile
 from planner.search.trajectory.track import lay_track, steps_of
 from planner.search.trajectory.yaw_profile import YawProfile
@@ -19,11 +17,11 @@ from tests.search.maps import hills, terrain
 @pytest.mark.parametrize("seed", range(4))
 def test_a_round_of_speeds_leaves_out_only_what_does_not_change(seed: int) -> None:
     random = np.random.default_rng(seed)
-    steps = 120
-    expected = random.uniform(1.0, 2.0, (steps, LEVELS, 2 * REACH + 1))
+    steps, levels, reach = 120, 24, 9
+    expected = random.uniform(1.0, 2.0, (steps, levels, 2 * reach + 1))
     expected[random.random(expected.shape) < 0.3] = np.inf
     exact = random.random(expected.shape) < 0.5
-    cost, came = np.zeros((steps + 1, LEVELS)), np.zeros((steps + 1, LEVELS), np.int64)
+    cost, came = np.zeros((steps + 1, levels)), np.zeros((steps + 1, levels), np.int64)
     cost[0, 1:] = np.inf
     relax(expected, exact, False, np.ones(steps, bool), cost, came)
     fresh = np.zeros(steps, bool)
