@@ -131,11 +131,10 @@ class PowerModel(Shown):
 
     @cached_property
     def body(self) -> Array:
-        """(len(BODY),) mass and geometry as the kernel reads them."""
+        """(len(Body),) mass, geometry and width of friction's sign as the kernel reads them."""
         v = self.vehicle
-        return np.array(
-            [*(v.mass, v.com_height, v.layout.radius, v.gear_ratio, v.traction), self.sliding_speed]
-        )
+        geometry = v.mass, v.com_height, v.layout.radius, v.gear_ratio, v.traction
+        return np.array([*geometry, self.sliding_speed])
 
     @property
     def wheels(self) -> Array:

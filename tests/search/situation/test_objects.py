@@ -63,7 +63,11 @@ def test_what_stands_beside_the_request_goes_first() -> None:
     assert there.ground.terrain.name == "cone"
     assert request.map == "cone"
     heavy = PowerModel.from_vehicle(load_vehicle("robotino"))
-    assert asked(NAMED, None, heavy)[1].conditions.model.vehicle is heavy.vehicle
+    planned = asked(NAMED, None, heavy)[1].conditions.model
+    # Planned speeds are exact, and friction changes its sign more sharply there.
+    assert planned.sliding_speed < heavy.sliding_speed
+    assert planned.parameters is heavy.parameters
+    assert planned.vehicle is heavy.vehicle
 
 
 @pytest.mark.parametrize(
