@@ -51,12 +51,26 @@ def levels(top: float, count: int) -> Any:
     return level
 
 
-def grid_of(conditions: OperatingConditions, track: Track) -> tuple[int, int]:
-    """How many levels of speed a track gets, and the largest change of level on one step."""
+def level_count(conditions: OperatingConditions, track: Track) -> int:
+    """How many levels of speed a track gets."""
     limits = conditions.model.vehicle.limits
     to_full_speed = float(conditions.limits[0]) ** 2 / (2.0 * limits.acceleration)
-    count = MORE_LEVELS if float(np.median(track.lengths)) < to_full_speed else LEVELS
-    return count, round(REACH * (count - len(CREEP)))
+    return MORE_LEVELS if float(np.median(track.lengths)) < to_full_speed else LEVELS
+
+
+def reach_of(top: float, count: int, longest: float, acceleration: float) -> int:
+    """Largest change of level on one step that is looked at: REACH, or all that is possible.
+
+    Args:
+        top: m/s, the largest level.
+        count: levels.
+        longest: m along the ground of the longest step.
+        acceleration: m/s² at most.
+    """
+    even = count - len(CREEP)
+    possible = math.floor(even * 2.0 * longest * acceleration / top**2 * (1.0 + 1e-5))
+    # From standstill there are the levels to creep as well.
+    return min(round(REACH * even), possible + len(CREEP) - 1)
 
 
 class Stretch(NamedTuple):
@@ -97,8 +111,7 @@ def stretches_of(
     fast. Such a stretch gets a grid of its own, up to the speed that it allows.
     """
     top, acceleration = float(conditions.limits[0]), conditions.model.vehicle.limits.acceleration
-    along = slopes[:, 0] * np.cos(track.directions) + slopes[:, 1] * np.sin(track.directions)
-    surface = track.lengths * np.sqrt(1.0 + along * along)
+    surface = surface_lengths(track, slopes)
     ends = np.flatnonzero(stops)
     travelled = np.concatenate([[0.0], np.cumsum(surface)])
     # Half of the way to speed up, half of it to slow down.
@@ -116,6 +129,12 @@ def stretches_of(
     if begun < len(surface):
         found.append((begun, len(surface), top))
     return found
+
+
+def surface_lengths(track: Track, slopes: Array) -> Array:
+    """(n,) m along the ground of every step of a track; ``slopes`` of its Steps."""
+    along = slopes[:, 0] * np.cos(track.directions) + slopes[:, 1] * np.sin(track.directions)
+    return np.asarray(track.lengths * np.sqrt(1.0 + along * along))
 
 
 @njit(
@@ -237,6 +256,8 @@ def forbid(stretch: Any, top: float, fastest: Any, hardest: Any, expected: Any) 
     count, reach = expected.shape[1], expected.shape[2] // 2
     level = levels(top, count)
     for j in range(lengths.shape[0]):
+        if fastest[j] >= top and hardest[j] >= stretch.acceleration:
+            continue  # as it was estimated
         surface = lengths[j] * stretch_of(slopes[j, 0], slopes[j, 1], directions[j])
         most = fastest[j] * (1.0 + 1e-6)
         reached = 2.0 * surface * hardest[j] * (1.0 + 1e-6)

@@ -30,9 +30,11 @@ from planner.search.trajectory.speed_estimate import (
     Stretch,
     estimate,
     forbid,
-    grid_of,
+    level_count,
     levels,
+    reach_of,
     stretches_of,
+    surface_lengths,
 )
 from planner.search.trajectory.track import Track
 from planner.search.trajectory.yaw_profile import YawProfile
@@ -166,26 +168,37 @@ def relax(expected: Any, exact: Any, only: bool, fresh: Any, cost: Any, came: An
         cost: (steps + 1, levels), brought up to date.
         came: (steps + 1, levels) level at the sample before, brought up to date.
     """
-    count, reach = expected.shape[1], expected.shape[2] // 2
-    next_cost = np.empty(count)
+    count, wide = expected.shape[1], expected.shape[2]
+    reach = wide // 2
+    # With room for changes beyond the grid: the inner loop runs in the processor's vector units.
+    # There, numbers of levels are floats as costs are.
+    next_cost, origin = np.empty(count + 2 * reach), np.empty(count + 2 * reach)
+    within = next_cost[reach : reach + count]
     same = True
     for j in range(expected.shape[0]):
         if same and not fresh[j]:
             continue
         next_cost[:] = np.inf
         for a in range(count):
-            if cost[j, a] == np.inf:
+            here, number = cost[j, a], float(a)
+            if here == np.inf:
                 continue
-            for b in range(max(0, a - reach), min(count, a + reach + 1)):
-                at = b - a + reach
-                total = cost[j, a] + expected[j, a, at]
-                if total < next_cost[b] and (exact[j, a, at] or not only):
-                    next_cost[b] = total
-                    came[j + 1, b] = a
-        least = next_cost.min()
+            if only:
+                for k in range(wide):
+                    if exact[j, a, k] and here + expected[j, a, k] < next_cost[a + k]:
+                        next_cost[a + k], origin[a + k] = here + expected[j, a, k], number
+                continue
+            for k in range(wide):
+                total = here + expected[j, a, k]
+                better = total < next_cost[a + k]
+                next_cost[a + k] = total if better else next_cost[a + k]
+                origin[a + k] = number if better else origin[a + k]
+        least = within.min()
         same = True
         for b in range(count):
-            over = next_cost[b] - least if next_cost[b] < np.inf else np.inf
+            over = np.inf
+            if within[b] < np.inf:
+                over, came[j + 1, b] = within[b] - least, int(origin[b + reach])
             same &= over == cost[j + 1, b] or abs(over - cost[j + 1, b]) <= SAME_COST
             cost[j + 1, b] = over
 
@@ -287,17 +300,21 @@ def _price_near(
 @njit(cache=True, error_model="numpy")
 def _correct(chosen: Any, fresh: Any, guess: Any, exact: Any, expected: Any) -> None:
     """Correct the estimates of every fresh step by the error of the one that was priced."""
-    count, reach = expected.shape[1], expected.shape[2] // 2
+    reach = expected.shape[2] // 2
     for j in range(fresh.shape[0]):
         if not fresh[j]:
             continue
         p, q = chosen[j], chosen[j + 1]
         off = expected[j, p, q - p + reach] - guess[j]
         if off < np.inf:
-            for a in range(count):
-                for at in range(2 * reach + 1):
-                    if not exact[j, a, at]:
-                        expected[j, a, at] += off
+            _shift(expected[j].reshape(-1), exact[j].reshape(-1), off)
+
+
+@njit(cache=True, error_model="numpy")
+def _shift(costs: Any, exact: Any, off: float) -> None:
+    """Add ``off`` to all costs that are not exact, in the processor's vector units."""
+    for n in range(costs.shape[0]):
+        costs[n] += 0.0 if exact[n] else off
 
 
 @njit(
@@ -407,7 +424,7 @@ def speed_profile(
         conditions.model.vehicle.limits.acceleration,
     )
     middle = yaw.leaving[:-1] + 0.5 * turns
-    count, reach = grid_of(conditions, track)
+    count, surface = level_count(conditions, track), surface_lengths(track, steps.slopes)
     pieces = stretches_of(conditions, track, steps.slopes, stops, turns)
     for number, (first, last, top) in enumerate(pieces):
         part, limits = slice(first, last), conditions.limits.copy()
@@ -423,6 +440,7 @@ def speed_profile(
             objective,
         )
         if number == len(known):
+            reach = reach_of(top, count, float(surface[part].max()), acceleration)
             expected = np.empty((last - first, count, 2 * reach + 1))
             estimate(kernel, arrays, stretch, fastest[part], hardest[part], expected)
             known.append((expected, np.zeros(expected.shape, np.bool_)))

@@ -272,6 +272,11 @@ def where_open(field: Any, waypoints: Any, shifts: Any) -> Any:
         back = False
         for k in range(1, count):
             (xa, ya), (xb, yb) = moved[k - 1], moved[k]
+            if (
+                (xa == waypoints[k - 1, 0] and ya == waypoints[k - 1, 1])
+                and (xb == waypoints[k, 0] and yb == waypoints[k, 1])
+            ):  # fmt: skip
+                continue
             if segment_cost(field, xa, ya, xb, yb, field.step) < np.inf:
                 continue
             for n in (k - 1, k):
