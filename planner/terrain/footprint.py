@@ -13,10 +13,11 @@ import math
 from typing import Any
 
 from planner.compiled_code import njit
-from planner.terrain.obstacles import rectangle_free, sweep_free
+from planner.terrain.obstacles import motion_free, rectangle_free
 
 UNDECIDED = 2e-5
-"""m of body's motion by turning below which a piece of a motion is judged by its middle pose."""
+"""m by which turning moves the body's corners from the middle of a piece of its motion, from which
+on the piece is not halved any more."""
 
 
 @njit(cache=True, error_model="numpy")
@@ -51,27 +52,35 @@ def touches(
 ) -> bool:
     """Whether the body touches something on a straight path while it turns evenly by ``turn``.
 
-    What turns is halved until the body, grown by what turning moves its corners, sweeps nothing, or
-    its middle pose touches something. So no contact between samples is missed, up to UNDECIDED.
+    The way is halved until nothing is met on any part of it, or a middle pose touches something.
+    So no contact between samples is missed, up to UNDECIDED.
     """
     x0, y0, dx, dy = frame[0], frame[1], frame[2], frame[3]
     grid = x0, y0, dx, dy
-    half_length, half_width = frame[4], frame[5]
-    # From its middle yaw, a corner moves no further than along an arc of this length.
-    arc = 0.5 * abs(turn) * math.sqrt(half_length * half_length + half_width * half_width)
+    body = frame[4], frame[5]
+    corner = math.sqrt(body[0] * body[0] + body[1] * body[1])
     ex, ey = xb - xa, yb - ya
+    way, turned = math.sqrt(ex * ex + ey * ey), abs(turn)
+    # m from the body's centre to the corners of cells that it may meet.
+    reach = corner + math.sqrt(dx * dx + dy * dy) + way
     pieces, number = 1, 0
     while number < pieces:
         first, last = number / pieces, (number + 1) / pieces
-        angle = yaw + 0.5 * (first + last) * turn
-        grown = arc / pieces
         x, y = (xa + first * ex, xa + last * ex), (ya + first * ey, ya + last * ey)
-        if grown <= UNDECIDED:
-            if not sweep_free(blocked, grid, x, y, angle, (half_length, half_width)):
+        angles = yaw + first * turn, yaw + last * turn
+        part = turned / pieces
+        # A point at this distance leaves the line between its ends by the sagitta of its arc, and
+        # seen from the body by what that turns while it moves.
+        decided = 0.5 * corner * part <= UNDECIDED
+        slack = 0.125 * corner * part * part, 0.125 * (reach * part + 2.0 * way / pieces) * part
+        if decided:
+            slack = 0.0, 0.0
+        if not motion_free(blocked, grid, x, y, angles, body, slack):
+            if decided:
                 return True
-        elif not sweep_free(blocked, grid, x, y, angle, (half_length + grown, half_width + grown)):
             middle = 0.5 * (x[0] + x[1]), 0.5 * (y[0] + y[1])
-            if not rectangle_free(blocked, x0, y0, dx, dy, *middle, angle, half_length, half_width):
+            angle = 0.5 * (angles[0] + angles[1])
+            if not rectangle_free(blocked, x0, y0, dx, dy, *middle, angle, *body):
                 return True
             pieces, number = 2 * pieces, 2 * number
             continue
