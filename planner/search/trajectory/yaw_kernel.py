@@ -56,47 +56,6 @@ class Reached(NamedTuple):
 
 
 @njit(cache=True, error_model="numpy")
-def _relax(
-    price: Any,
-    steady: Any,
-    steady_then: Any,
-    off: float,
-    low: Any,
-    high: Any,
-    u: float,
-    span: float,
-    priced_only: bool,
-    cost: Any,
-    next_cost: Any,
-    origin: Any,
-) -> None:
-    """Least cost of states at a waypoint, with one more change of the angle from those before it.
-
-    All arrays have STATES elements, and the loop runs in the processor's vector units.
-
-    Args:
-        price: exact prices; NaN where there is none.
-        steady, steady_then: cost at an even angle, that before and that after the change.
-        off: error of such estimates.
-        low, high, u: cost that turning adds to a metre, and the share of ``high`` in it.
-        span: m.
-        priced_only: whether nothing is estimated.
-        cost: of the states before.
-        next_cost, origin: written: costs of the states after it, and where they come from.
-    """
-    for n in range(STATES):
-        guess = 0.5 * (steady[n] + steady_then[n]) + off
-        guess += span * ((1.0 - u) * low[n] + u * high[n])
-        guess = np.inf if priced_only else guess
-        known = float(price[n])
-        total = guess if math.isnan(known) else known
-        total += cost[n]
-        better = total < next_cost[n]
-        next_cost[n] = total if better else next_cost[n]
-        origin[n] = n if better else origin[n]
-
-
-@njit(cache=True, error_model="numpy")
 def _sweep(
     waypoints: Any,
     pieces: Any,
@@ -107,9 +66,13 @@ def _sweep(
     off: Any,
     exact: bool,
     start_state: int,
+    first: int,
     reached: Any,
 ) -> None:
     """Least cost of every state at every waypoint, into ``reached``.
+
+    The inner loops are short, so that they run in the processor's vector units. There, numbers of
+    states are floats as costs are.
 
     Args:
         waypoints, pieces, turning: of the track, and costs of turning.
@@ -119,7 +82,8 @@ def _sweep(
         off: (n - 1,) errors of the estimates.
         exact: whether estimates do not count.
         start_state: -1 leaves it free.
-        reached: written.
+        first: the first waypoint after which anything is new; 0 begins anew.
+        reached: brought up to date.
     """
     # Arrays by names of their own: taking them out of a tuple costs more than a look-up.
     driven, cost, came, spun = reached
@@ -127,12 +91,14 @@ def _sweep(
     spans, bends, window = pieces.spans, pieces.bends, pieces.window
     last = driven.shape[0] - 1
     widest = price.shape[1] // 2
-    next_cost, origin = np.empty(2 * STATES), np.empty(2 * STATES, np.int64)
-    driven[:] = np.inf
-    for s in range(STATES):
-        if free[0, s] and (start_state < 0 or s == start_state):
-            driven[0, s] = 0.0
-    for k in range(last + 1):
+    next_cost, origin = np.empty(2 * STATES), np.empty(2 * STATES)
+    total = np.empty(STATES)
+    driven[first + 1 :] = np.inf
+    if first == 0:
+        for s in range(STATES):
+            begins = free[0, s] and (start_state < 0 or s == start_state)
+            driven[0, s] = 0.0 if begins else np.inf
+    for k in range(first, last + 1):
         halt = turning.stop if 0 < k < last else 0.0
         spin_round(driven[k], free[k], spin[k], halt, cost[k], spun[k])
         if k == last:
@@ -140,20 +106,28 @@ def _sweep(
         next_cost[:] = np.inf
         for w in range(-window[k], min(window[k] + 1, STATES // 2)):
             u, column = turn_place(turning, spans[k], wrap(bends[k] + w * WIDTH))
-            turned = w % STATES
-            onto = slice(turned, turned + STATES)
-            priced_only = exact or column < 0
-            _relax(
-                *(price[k, w + widest], steady[k], steady_twice[k, onto], off[k]),
-                *(by_turn[column], by_turn[column + 1], u, spans[k], priced_only),
-                *(cost[k], next_cost[onto], origin[onto]),
-            )
+            turned, at = w % STATES, w + widest
+            if exact or column < 0:
+                total[:] = np.inf
+            else:
+                low, high = spans[k] * (1.0 - u), spans[k] * u
+                for n in range(STATES):
+                    total[n] = 0.5 * (steady[k, n] + steady_twice[k, turned + n]) + off[k]
+                for n in range(STATES):
+                    total[n] += low * by_turn[column, n] + high * by_turn[column + 1, n]
+            for n in range(STATES):
+                known = float(price[k, at, n])
+                total[n] = (total[n] if math.isnan(known) else known) + cost[k, n]
+            for n in range(STATES):
+                better = total[n] < next_cost[turned + n]
+                next_cost[turned + n] = total[n] if better else next_cost[turned + n]
+                origin[turned + n] = float(n) if better else origin[turned + n]
         for t in range(STATES):
             again = next_cost[t + STATES] < next_cost[t]  # the same angle, once round
             best = next_cost[t + STATES] if again else next_cost[t]
             if free[k + 1, t] and best < np.inf:
                 driven[k + 1, t] = best
-                came[k + 1, t] = origin[t + STATES] if again else origin[t]
+                came[k + 1, t] = int(origin[t + STATES] if again else origin[t])
 
 
 @njit(cache=True, error_model="numpy")
@@ -229,12 +203,15 @@ def best_states(
     every_price = price.reshape(-1)
     steady = waypoints.steady
     by_turn, steady_twice = turning.table.T.copy(), np.hstack((steady, steady))
-    nothing = False
+    nothing = before = False
+    first = 0  # waypoint after which the last round changed anything
     for attempt in range(MOST_ROUNDS):
         exact = attempt >= LAZY_ROUNDS and not nothing
+        if exact != before:
+            before, first = exact, 0
         _sweep(
             *(waypoints, pieces, turning, by_turn, steady_twice),
-            *(price, off, exact, start_state, reached),
+            *(price, off, exact, start_state, first, reached),
         )
         best = _trace_back(reached, goal_state, states)
         nothing = best == np.inf
@@ -242,7 +219,7 @@ def best_states(
             if exact:
                 continue  # exact prices lead nowhere yet: estimates count again
             return best
-        most = 0
+        most, first = 0, last
         for k in range(last):
             s = states[2 * k + 1]
             far[k] = -1
@@ -250,6 +227,7 @@ def best_states(
                 # Where much was refused before, the search looks further about.
                 far[k] = min(beside + refused[k] // REFUSALS, STATES // 2)
                 most += (2 * far[k] + 1) ** 2 * pieces.samples[k]
+                first = min(first, k)
         if most == 0:
             return best
         asked, moves, pairs = moves_near(
