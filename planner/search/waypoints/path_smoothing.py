@@ -287,11 +287,10 @@ def band(field: Any, path: Any, delta: float, side: int, step: float) -> Any:
     gentle, reach = field.gentle, field.reach
     windy = field.extra[0] != 0.0 or field.extra[DIRECTIONS // 4] != 0.0
     wind = 0.0
-    cost = np.full((count, wide), np.inf)
-    came = np.zeros((count, wide), np.int64)
-    cost[0, side] = 0.0
     parts = int(math.ceil(delta / step - 1e-9))
-    total, inexact = np.empty(wide), np.empty(wide, np.bool_)
+    # By piece, offset at its end, and change of offset.
+    price = np.full((count - 1, wide, 2 * MOST_CHANGE + 1), np.inf)
+    inexact = np.zeros(price.shape, np.bool_)
     for k in range(count - 1):
         span = math.hypot(path[k + 1, 0] - path[k, 0], path[k + 1, 1] - path[k, 1])
         rows = max(1, int(math.ceil(span / step)))
@@ -303,36 +302,62 @@ def band(field: Any, path: Any, delta: float, side: int, step: float) -> Any:
         for m in range(wide):
             if k + 1 == count - 1 and m != side:
                 continue
-            first, after = max(0, m - MOST_CHANGE), min(wide, m + MOST_CHANGE + 1)
-            for q in range(first, after):
-                total[q], inexact[q] = np.inf, False
-                if cost[k, q] == np.inf:
+            for q in range(max(0, m - MOST_CHANGE), min(wide, m + MOST_CHANGE + 1)):
+                if k == 0 and q != side:
                     continue
                 ex, ey = xs[k + 1, m] - xs[k, q], ys[k + 1, m] - ys[k, q]
                 length = math.sqrt(ex * ex + ey * ey) + 1e-12
                 if windy:
                     wind = wind_cost(field, math.atan2(ey, ex))
-                each, inexact[q] = _across(
+                each, inexact[k, m, q - m + MOST_CHANGE] = _across(
                     *(gentle, reach, slopes, ground, doubtful, closed),
                     *(float(q * parts), float(m * parts)),
                     *(ex / length, ey / length, wind),
                 )
-                total[q] = cost[k, q] + each * length
-            # Only what seems to be the best is looked at closely where that is called for.
-            q = first + int(np.argmin(total[first:after]))
-            while inexact[q]:
-                inexact[q] = False
-                total[q] = cost[k, q] + segment_cost(
+                price[k, m, q - m + MOST_CHANGE] = each * length
+    # Only what seems to be the best is looked at closely where that is called for.
+    chosen = np.empty(count, np.int64)
+    settled = False
+    while not settled:
+        total = _least_offsets(price, side, chosen)
+        settled = True
+        for k in range(count - 1 if total < np.inf else 0):
+            q, m = chosen[k], chosen[k + 1]
+            if inexact[k, m, q - m + MOST_CHANGE]:
+                inexact[k, m, q - m + MOST_CHANGE] = settled = False
+                price[k, m, q - m + MOST_CHANGE] = segment_cost(
                     field, xs[k, q], ys[k, q], xs[k + 1, m], ys[k + 1, m], step
                 )
-                q = first + int(np.argmin(total[first:after]))
-            cost[k + 1, m], came[k + 1, m] = total[q], q
     result = np.empty((count, 2))
-    m = side
-    for k in range(count - 1, -1, -1):
-        result[k, 0], result[k, 1] = xs[k, m], ys[k, m]
-        m = came[k, m]
-    return result, cost[count - 1, side]
+    for k in range(count):
+        result[k, 0], result[k, 1] = xs[k, chosen[k]], ys[k, chosen[k]]
+    return result, total
+
+
+@njit(cache=True, error_model="numpy")
+def _least_offsets(price: Any, side: int, chosen: Any) -> float:
+    """Least sum of prices from the middle offset to the middle offset; ``chosen`` says how.
+
+    Args:
+        price: (pieces, offsets, changes) by piece, offset at its end, and change of offset.
+        side: number of the middle offset.
+        chosen: (pieces + 1,) written: offsets, those in the middle where there is no way.
+    """
+    pieces, wide, changes = price.shape
+    cost, came = np.full((pieces + 1, wide), np.inf), np.full((pieces + 1, wide), side)
+    cost[0, side] = 0.0
+    for k in range(pieces):
+        for m in range(wide):
+            for c in range(changes):
+                q = m + c - changes // 2
+                if 0 <= q < wide and cost[k, q] + price[k, m, c] < cost[k + 1, m]:
+                    cost[k + 1, m], came[k + 1, m] = cost[k, q] + price[k, m, c], q
+    at = side
+    for k in range(pieces, -1, -1):
+        chosen[k] = at
+        at = came[k, at]
+    total: float = cost[pieces, side]
+    return total
 
 
 def moved_in_bands(
