@@ -1,5 +1,6 @@
 """Moves of the yaw profile: where it is decided, how far it may turn between, and what is priced.
 
+    turn_to_what_holds(kernel, arrays, limit, at, directions, steps, free, shift)
     steady_costs_of(field, at, steps, stride, steady)      # estimates, before the model prices
     pieces = pieces_of(waypoints, lengths, crowded, limits)
     asked, moves, pairs = moves_near(surroundings, lengths, waypoints, pieces, ...)
@@ -14,15 +15,26 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
 from planner.arrays import Array
 from planner.compiled_code import njit
-from planner.search.kernel_arguments import B1, B2, F1, F2, I1, tuple_type
-from planner.search.resolution import STATES, WIDTH
+from planner.power.kernels import BLOCK, BLOCK_KERNEL
+from planner.power.limits import broken_in_block
+from planner.power.motion_row import empty_block, put_row, set_motion, set_wind
+from planner.search.kernel_arguments import B1, B2, F1, F2, I1, MODEL_ARRAYS, STEPS, tuple_type
+from planner.search.resolution import DIRECTIONS, STATES, WIDTH
 from planner.search.steady import costs_for_yaws
 from planner.terrain.footprint import touches
 
+ANGLES = 7
+"""Angles that a state may stand for, 0.8° apart, where few of them keep a limit."""
+HARDLY = 0.9
+"""Share of the slope limit from which they are looked at: the angles that keep it then lie within
+about ten degrees, at the limit within three."""
+SLOW = 0.4
+"""Share of full speed at which they are: what breaks a limit then, hardly any speed keeps."""
 DOUBTFUL = 10.0
 """Factor on the highest cost known, as the cost of what the tables refuse: priced last."""
 MOST_SAMPLES = 2
@@ -106,6 +118,97 @@ def most_turn(span: float, bend: float, limits: Any) -> int:
     window = min(WIDEST_TURN, 1 + int(math.ceil(limits[6] * span / limits[0] / WIDTH)))
     # Where the travel turns sharply the body may keep its yaw instead.
     return min(window + int(math.ceil(abs(bend) / WIDTH)), STATES // 2)
+
+
+@njit(cache=True, error_model="numpy")
+def _hardly_held(limit: Any, steps: Any, j: int) -> bool:
+    """Whether few angles keep a limit on step ``j``, where it is steepest."""
+    px, py = steps.slopes[j, 2], steps.slopes[j, 3]
+    turns = (math.atan2(py, px) - steps.directions[j]) / (2.0 * math.pi)
+    nearest = int(math.floor(turns * DIRECTIONS + 0.5)) % DIRECTIONS
+    most: float = limit[steps.ground[j], nearest]
+    return math.hypot(px, py) > HARDLY * most
+
+
+@njit(cache=True, error_model="numpy")
+def _middle_of_run(holds: Any, own: int) -> float:
+    """Middle of those neighbouring angles that hold and are nearest to one's own; that without."""
+    count = holds.shape[0]
+    begin = -1
+    for away in range(count):
+        for n in (own - away, own + away):
+            if begin < 0 and 0 <= n < count and holds[n]:
+                begin = n
+    if begin < 0:
+        return own
+    end = begin
+    while begin > 0 and holds[begin - 1]:
+        begin -= 1
+    while end < count - 1 and holds[end + 1]:
+        end += 1
+    return 0.5 * (begin + end)
+
+
+@njit(
+    types.void(BLOCK_KERNEL, MODEL_ARRAYS, F2, I1, F1, STEPS, B2, F2),
+    cache=True,
+    error_model="numpy",
+    nogil=True,
+)
+def turn_to_what_holds(
+    kernel: Any,
+    arrays: Any,
+    limit: Any,
+    at: Any,
+    directions: Any,
+    steps: Any,
+    free: Any,
+    shift: Any,
+) -> None:
+    """Turn the body off the states' angles, into ``shift``, where these hardly keep to the limits.
+
+    Near the slope limit the angles that keep it lie within less than a state: without the turn, no
+    state may keep it. The turn is half a state at most.
+
+    Args:
+        kernel, arrays: of the power model.
+        limit: (grounds, DIRECTIONS) slope limit with the best yaw, by azimuth to the travel.
+        at, directions: (n,) samples that are waypoints, and the travel there, rad.
+        steps: Steps between the samples.
+        free: (n, STATES) which states may be turned.
+        shift: (n, STATES) rad, brought up to date.
+    """
+    parameters, body, wheels, class_rows, limits, wind = arrays
+    slopes, ground = steps.slopes, steps.ground
+    columns, found = empty_block()
+    row = np.empty(class_rows.shape[1])
+    last, count = slopes.shape[0] - 1, ANGLES * STATES
+    holds, middle = np.empty(count, np.bool_), ANGLES // 2
+    for k in range(at.shape[0]):
+        before, after = max(at[k] - 1, 0), min(at[k], last)
+        if not (_hardly_held(limit, steps, before) or _hardly_held(limit, steps, after)):
+            continue
+        holds[:] = True
+        for j in (before, after):
+            for first in range(0, count, BLOCK):
+                size = min(BLOCK, count - first)
+                for place in range(size):
+                    yaw = directions[k] + (first + place - middle) * WIDTH / ANGLES
+                    row[:] = class_rows[ground[j]]
+                    set_motion(
+                        *(row, slopes[j, 2], slopes[j, 3], yaw),
+                        *(steps.directions[j], SLOW * limits[0]),
+                    )
+                    set_wind(row, wind, yaw)
+                    put_row(columns, place, row)
+                kernel(columns, size, parameters, body, wheels, found)
+                for place in range(size):
+                    holds[first + place] &= broken_in_block(found, place, limits) < 0
+        for s in range(STATES):
+            own = holds[s * ANGLES : (s + 1) * ANGLES]
+            if free[k, s] and not own.all():
+                place = int(round(shift[k, s] / WIDTH * ANGLES)) + middle
+                shift[k, s] = (_middle_of_run(own, place) - middle) * WIDTH / ANGLES
 
 
 @njit(cache=True, error_model="numpy", nogil=True)

@@ -32,6 +32,7 @@ from planner.search.trajectory.yaw_moves import (
     Surroundings,
     Waypoints,
     steady_costs_of,
+    turn_to_what_holds,
 )
 from planner.search.turns import spin_costs, turning
 from planner.terrain.footprint import any_yaw_fits, body_fits, middle_fits
@@ -115,6 +116,10 @@ def yaw_profile(
     for place, fit in zip(asked, fits, strict=True):
         free[place] = fit
     kernel, spin = conditions.model.limits_kernel, np.empty(free.shape)
+    turn_to_what_holds(
+        *(kernel, conditions.arrays, field.limit, at, directions, steps),
+        *(free & ~crowded[at][:, None], shift),
+    )
     spin_costs(
         *(kernel, conditions.arrays, directions, steps.slopes[after], steps.ground[after]),
         *(objective, spin),

@@ -42,6 +42,26 @@ def test_no_speed_is_needed_that_the_yaw_does_not_allow(seed: int, scale: float)
     assert (left < 0.0).mean() < 1e-3
 
 
+def test_the_few_angles_that_hold_on_steep_ground_are_found() -> None:
+    """They lie within less than a state; without them, two of these paths have no yaw."""
+    moving = []
+    for seed in range(1, 13):
+        start, goal = (24.0, 32.0), (160.0, 152.0)
+        asked = {
+            "start": dict(zip("xy", start, strict=True)),
+            "goal": dict(zip("xy", goal, strict=True)),
+        }
+        relief = terrain(8.0 * hills(rms_degrees=15.0, seed=seed), cell=2.0)
+        situation = case_of("test", asked, relief).situation
+        field, conditions = situation.field("energy"), situation.conditions
+        path = situation.path("energy", field, start, goal)
+        if path is not None:
+            motion = move(field, conditions, [path], [None, None], objective=0, checked=False)
+            moving.append(isinstance(motion, Motion))
+    assert len(moving) > 8
+    assert all(moving)
+
+
 @pytest.mark.parametrize("alike", [True, False])
 def test_an_angle_that_broke_a_limit_is_left_with_its_opposite(alike: bool) -> None:
     """Where both ends of a robot keep the same limits, half a turn is no remedy; else it is one."""
