@@ -34,7 +34,8 @@ class OperatingConditions:
     Attributes:
         model: with the height of the centre of mass that the payload makes.
         class_rows: (classes, ROW_LENGTH) one row of conditions for each ground class of the map.
-        limits: [speed, current, voltage, peak torque, mass, largest tan(slope), yaw rate].
+        limits: [speed, current, voltage, peak torque, mass, largest tan(slope), yaw rate,
+            acceleration].
         wind: (2,) m/s in the map's frame.
         lasting: whether steady driving takes no more torque than motors give for good. Turns and
             changes of speed may, up to the peak.
@@ -159,7 +160,8 @@ def operating_conditions(
             for ground in terrain.ground_classes
         ]
     )
-    limits = np.append(limit_values(model, payload.mass), vehicle.limits.yaw_rate)
+    most = vehicle.limits
+    limits = np.append(limit_values(model, payload.mass), [most.yaw_rate, most.acceleration])
     limits[0] = min(limits[0], _fastest_on_the_level(model, rows, limits))
     wind = request.conditions.wind
     return OperatingConditions(model, rows, limits, np.array([wind.x, wind.y]))

@@ -47,6 +47,7 @@ class Steps(NamedTuple):
     Attributes:
         directions: (n,) rad, azimuth of the travel.
         lengths: (n,) m, horizontal.
+        curvatures: (n,) 1/m of the bend that a step belongs to, positive to the left.
         slopes: (n, 8) gradient in the middle, the steepest one, that late and that early.
         steep: (n,) whether a limit may be near.
         ground: (n,) class of the ground.
@@ -54,6 +55,7 @@ class Steps(NamedTuple):
 
     directions: Array
     lengths: Array
+    curvatures: Array
     slopes: Array
     steep: NDArray[np.bool_]
     ground: NDArray[np.int64]
@@ -64,6 +66,7 @@ class Steps(NamedTuple):
         return Steps(
             self.directions[part],
             self.lengths[part],
+            self.curvatures[part],
             self.slopes[part],
             self.steep[part],
             self.ground[part],
@@ -76,4 +79,4 @@ def tuple_type(kind: type, *fields: Any) -> Any:
 
 
 MODEL_ARRAYS = tuple_type(ModelArrays, F1, F1, F2, F2, F1, F1)
-STEPS = tuple_type(Steps, F1, F1, F2, B1, I1)
+STEPS = tuple_type(Steps, F1, F1, F1, F2, B1, I1)

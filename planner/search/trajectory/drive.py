@@ -314,7 +314,7 @@ def _at_speed(
     """The best speeds along a track with its yaw, within all limits."""
     limits = conditions.model.vehicle.limits
     fastest = np.full(len(track.lengths), limits.speed)
-    hardest = np.full(len(track.lengths), limits.acceleration)
+    hardest = np.full((len(track.lengths), 2), limits.acceleration)
     known: KnownCosts = []
     kept: Kept | None = None
     for _ in range(MOST_SPEED_PROFILES):

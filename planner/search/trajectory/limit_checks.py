@@ -315,7 +315,8 @@ def ease(
         broken: of ``motion``.
         motion: along ``track``, perhaps with samples of its own.
         track: samples of the path.
-        fastest, hardest: (steps of the track,) m/s and m/s², lowered in place.
+        fastest: (steps of the track,) m/s, lowered in place.
+        hardest: (steps of the track, 2) m/s² of speeding up and of slowing down, lowered in place.
 
     Returns:
         steps of the track at which no speed helps.
@@ -324,7 +325,8 @@ def ease(
     ends = np.cumsum(track.lengths)
     most = float(hardest.max())
     speed = np.maximum(motion.speed[1:], motion.speed[:-1])
-    change = np.abs(np.diff(motion.speed)) / np.diff(motion.time)
+    faster = np.diff(motion.speed) / np.diff(motion.time)
+    change, sideways = np.abs(faster), speed**2 * np.abs(motion.curvatures)
     found: dict[tuple[int, int], float] = {}
     for step, limit, share in zip(
         broken.steps.tolist(), broken.limits.tolist(), broken.kept.tolist(), strict=True
@@ -340,10 +342,13 @@ def ease(
         if name in ("acceleration", "yaw rate"):
             # The step's ground is a little shorter than its slope in the middle said.
             slower = gentler = (1.0 - 1e-3) * share
-        bends = name == "acceleration" and change[step] < 0.5 / share * most
-        if name in ("voltage", "yaw rate") or bends or change[step] < STEADY_SHARE * most:
+        bends = sideways[step] > change[step] or change[step] < STEADY_SHARE * most
+        if name == "acceleration":
+            bends = change[step] < 0.5 / share * most
+        if name in ("voltage", "yaw rate") or bends:
             fastest[near] = np.minimum(fastest[near], slower * speed[step])
         else:
-            hardest[near] = np.minimum(hardest[near], gentler * change[step])
+            way = 0 if faster[step] > 0.0 else 1
+            hardest[near, way] = np.minimum(hardest[near, way], gentler * change[step])
     hopeless = broken.steps[broken.however_slow]
     return np.unique(np.searchsorted(ends, 0.5 * (along[hopeless] + along[hopeless + 1])))

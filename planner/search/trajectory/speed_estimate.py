@@ -28,7 +28,7 @@ from planner.power.motion_row import (
 )
 from planner.quantities import INDEX
 from planner.search.conditions import OperatingConditions
-from planner.search.kernel_arguments import B1, F1, F3, MODEL_ARRAYS, STEPS, Steps, tuple_type
+from planner.search.kernel_arguments import B1, F1, F2, F3, MODEL_ARRAYS, STEPS, Steps, tuple_type
 from planner.search.resolution import CREEP, EVENLY, LEVELS, MORE_LEVELS
 from planner.search.trajectory.track import Track
 
@@ -78,7 +78,6 @@ class Stretch(NamedTuple):
 
     Attributes:
         steps: between its samples.
-        curvatures: (n,) 1/m of the steps.
         yaw: (n,) rad in the middle of every step.
         turns: (n,) rad by which the body turns on it.
         stops: (n + 1,) samples at which the robot stands.
@@ -87,7 +86,6 @@ class Stretch(NamedTuple):
     """
 
     steps: Steps
-    curvatures: Array
     yaw: Array
     turns: Array
     stops: NDArray[np.bool_]
@@ -95,7 +93,7 @@ class Stretch(NamedTuple):
     objective: int
 
 
-STRETCH = tuple_type(Stretch, STEPS, F1, F1, F1, B1, types.float64, types.int64)
+STRETCH = tuple_type(Stretch, STEPS, F1, F1, B1, types.float64, types.int64)
 
 
 def stretches_of(
@@ -138,7 +136,7 @@ def surface_lengths(track: Track, slopes: Array) -> Array:
 
 
 @njit(
-    types.void(BLOCK_KERNEL, MODEL_ARRAYS, STRETCH, F1, F1, F3),
+    types.void(BLOCK_KERNEL, MODEL_ARRAYS, STRETCH, F1, F2, F3),
     cache=True,
     error_model="numpy",
     nogil=True,
@@ -154,12 +152,12 @@ def estimate(
     Args:
         kernel, arrays: of the power model.
         stretch: Stretch.
-        fastest, hardest: (steps,) m/s and m/s² at most.
+        fastest, hardest: (steps,) m/s and (steps, 2) m/s², speeding up and slowing down, at most.
         expected: written; its shape gives the grid.
     """
     parameters, body, wheels, class_rows, limits, wind = arrays
-    directions, lengths, slopes, _, ground = stretch.steps
-    curvatures, yaw, turns, stops = stretch.curvatures, stretch.yaw, stretch.turns, stretch.stops
+    directions, lengths, curvatures, slopes, _, ground = stretch.steps
+    yaw, turns, stops = stretch.yaw, stretch.turns, stretch.stops
     most_acceleration, objective = stretch.acceleration, stretch.objective
     columns, found = empty_block()
     count, reach = expected.shape[1], expected.shape[2] // 2
@@ -218,13 +216,13 @@ def estimate(
                 below[q] = below[q - 1] + 0.5 * (even[q - 1] + even[q]) * (level[q] - level[q - 1])
             # W at accelerations from braking hard to speeding up hard.
             drawn = found[first + len(at) : first + priced]
-        reached = 2.0 * surface * hardest[j] * (1.0 + 1e-6)
+        faster, slower = (2.0 * surface * (1.0 + 1e-6)) * hardest[j]
         for a in range(count):
             if level[a] > most:
                 break
             for b in range(max(0, a - reach), min(count, a + reach + 1)):
                 change = level[b] * level[b] - level[a] * level[a]
-                if a + b == 0 or (stops[j + 1] and b > 0) or abs(change) > reached:
+                if a + b == 0 or (stops[j + 1] and b > 0) or not -slower <= change <= faster:
                     continue
                 if level[b] > most:
                     break
@@ -242,27 +240,27 @@ def estimate(
                 expected[j, a, b - a + reach] = cost
 
 
-@njit(types.void(STRETCH, types.float64, F1, F1, F3), cache=True, error_model="numpy", nogil=True)
+@njit(types.void(STRETCH, types.float64, F1, F2, F3), cache=True, error_model="numpy", nogil=True)
 def forbid(stretch: Any, top: float, fastest: Any, hardest: Any, expected: Any) -> None:
     """Make changes of speed infinitely expensive that lower limits no longer allow.
 
     Args:
         stretch: Stretch.
         top: m/s, the largest level.
-        fastest, hardest: (steps,) m/s and m/s² at most.
+        fastest, hardest: (steps,) m/s and (steps, 2) m/s², speeding up and slowing down, at most.
         expected: as of ``estimate``, brought up to date.
     """
-    directions, lengths, slopes, _, _ = stretch.steps
+    directions, lengths, _, slopes, _, _ = stretch.steps
     count, reach = expected.shape[1], expected.shape[2] // 2
     level = levels(top, count)
     for j in range(lengths.shape[0]):
-        if fastest[j] >= top and hardest[j] >= stretch.acceleration:
+        if fastest[j] >= top and hardest[j].min() >= stretch.acceleration:
             continue  # as it was estimated
         surface = lengths[j] * stretch_of(slopes[j, 0], slopes[j, 1], directions[j])
         most = fastest[j] * (1.0 + 1e-6)
-        reached = 2.0 * surface * hardest[j] * (1.0 + 1e-6)
+        faster, slower = (2.0 * surface * (1.0 + 1e-6)) * hardest[j]
         for a in range(count):
             for b in range(max(0, a - reach), min(count, a + reach + 1)):
-                change = abs(level[b] * level[b] - level[a] * level[a])
-                if max(level[a], level[b]) > most or change > reached:
+                change = level[b] * level[b] - level[a] * level[a]
+                if max(level[a], level[b]) > most or not -slower <= change <= faster:
                     expected[j, a, b - a + reach] = np.inf

@@ -234,8 +234,8 @@ def _price_near(
     """
     # Arrays by names of their own: taking them out of a tuple costs more than a look-up.
     parameters, body, wheels, class_rows, limits, wind = arrays
-    directions, lengths, slopes, steep, ground = stretch.steps
-    curvatures, yaw, turns = stretch.curvatures, stretch.yaw, stretch.turns
+    directions, lengths, curvatures, slopes, steep, ground = stretch.steps
+    yaw, turns = stretch.yaw, stretch.turns
     objective, most = stretch.objective, stretch.acceleration
     columns, found, shares, owners = block
     row, unit = np.empty(class_rows.shape[1]), np.empty(2)
@@ -340,7 +340,7 @@ def _speeds(
     columns, found = empty_block()
     owners = np.empty((BLOCK, 3), np.int64)
     block = Block(columns, found, np.empty(BLOCK), owners)
-    steps = stretch.curvatures.shape[0]
+    steps = stretch.yaw.shape[0]
     count, reach = expected.shape[1], expected.shape[2] // 2
     cost = np.empty((steps + 1, count))
     came = np.empty((steps + 1, count), np.int64)
@@ -411,7 +411,7 @@ def speed_profile(
         track, yaw, steps: samples of the path, yaw there, and the steps between.
         objective: 1 minimises time, anything else energy.
         beside: levels to either side of the best ones that the power model prices as well.
-        fastest, hardest: (steps,) m/s and m/s² at most.
+        fastest, hardest: (steps,) m/s and (steps, 2) m/s², speeding up and slowing down, at most.
         known: what an earlier call for the same track and yaw found, under limits no lower; this
             one adds to it.
     """
@@ -432,7 +432,6 @@ def speed_profile(
         arrays = conditions.arrays._replace(limits=limits)
         stretch = Stretch(
             steps.part(first, last),
-            track.curvatures[part],
             middle[part],
             turns[part],
             stops[first : last + 1],

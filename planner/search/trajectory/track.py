@@ -259,7 +259,7 @@ def steps_of(field: CostField, track: Track) -> Steps:
     slopes = slopes_of_steps(field, track.points)
     steep = np.hypot(slopes[:, 2], slopes[:, 3]) > gentle_slope(field)
     ground = ground_classes(field, 0.5 * (track.points[1:] + track.points[:-1]))
-    return Steps(track.directions, track.lengths, slopes, steep, ground)
+    return Steps(track.directions, track.lengths, track.curvatures, slopes, steep, ground)
 
 
 def slopes_of_steps(field: CostField, points: Array) -> Array:

@@ -390,7 +390,7 @@ def _steepest(class_rows: Any, wind: Any, steps: Any, yaw: Any, turns: Any, spee
         yaw, turns: (steps,) rad, at the middle of each step, and by how much it grows along it.
         speeds: (steps,) m/s, horizontal.
     """
-    directions, lengths, slopes, _, ground = steps
+    directions, lengths, _, slopes, _, ground = steps
     rows = np.empty((lengths.shape[0], class_rows.shape[1]))
     for j in range(lengths.shape[0]):
         rows[j] = class_rows[ground[j]]

@@ -60,7 +60,8 @@ def _turning_costs(conditions: OperatingConditions, objective: int, tightest: fl
     moves[..., 2] = tightest * np.arange(TURNS) / (TURNS - 1)
     costs = np.empty(moves[..., 0].size)
     level = Steps(
-        np.zeros(1), np.ones(1), np.zeros((1, 8)), np.zeros(1, bool), np.zeros(1, np.int64)
+        *(np.zeros(1), np.ones(1), np.zeros(1), np.zeros((1, 8))),
+        *(np.zeros(1, bool), np.zeros(1, np.int64)),
     )
     arrays = conditions.arrays._replace(wind=np.zeros(2))
     at = np.zeros(costs.size, np.int64)

@@ -1,4 +1,4 @@
-"""Costs of straight steps during which the body turns evenly, very many at once.
+"""Costs of steps during which the body turns evenly, very many at once.
 
     step_costs(kernel, arrays, objective, steps, at, moves, costs)
 
@@ -32,6 +32,7 @@ _VOLTAGE = LIMIT_NAMES.index("voltage")
 _VX, _VY, _WZ = INDEX["vx"], INDEX["vy"], INDEX["wz"]
 _GX, _GY, _GN = INDEX["gravity_x"], INDEX["gravity_y"], INDEX["gravity_normal"]
 _WIND_X, _WIND_Y = INDEX["wind_x"], INDEX["wind_y"]
+_AX, _AY = INDEX["ax"], INDEX["ay"]
 
 
 @njit(
@@ -43,7 +44,7 @@ _WIND_X, _WIND_Y = INDEX["wind_x"], INDEX["wind_y"]
 def step_costs(
     kernel: Any, arrays: Any, objective: int, steps: Any, at: Any, moves: Any, costs: Any
 ) -> None:
-    """Cost of straight steps, (n,) into ``costs``; infinity where one is impossible.
+    """Cost of steps, (n,) into ``costs``; infinity where one is impossible.
 
     Limits hold in a step's middle, and on a steep one where it is steepest; where the body turns by
     more than a state, early and late in it as well.
@@ -58,7 +59,7 @@ def step_costs(
         costs: (n,) written.
     """
     parameters, body, wheels, class_rows, limits, wind = arrays
-    directions, slopes = steps.directions, steps.slopes
+    directions, slopes, curvatures = steps.directions, steps.slopes, steps.curvatures
     steep, ground = steps.steep, steps.ground
     count = at.shape[0]
     columns, found = empty_block()
@@ -97,6 +98,9 @@ def step_costs(
                     fastest[n] = min(fastest[n], limits[6] * surface[size] / abs(turn))
                     if fastest[n] < 1.1 * SLOWEST * limits[0]:
                         continue
+                bend = curvatures[j] if steep[j] else 0.0
+                if tries[n] == 0 and bend != 0.0:
+                    fastest[n] = min(fastest[n], math.sqrt(limits[7] / abs(bend)))
                 speed = fastest[n] * _SLOWED[tries[n]]
                 if held[size] != ground[j]:
                     held[size] = ground[j]
@@ -104,6 +108,9 @@ def step_costs(
                 put(columns, size, _VX, vx * speed)
                 put(columns, size, _VY, vy * speed)
                 put(columns, size, _WZ, turn / (surface[size] / speed))
+                sideways = speed * speed * bend
+                put(columns, size, _AX, -sideways * vy)
+                put(columns, size, _AY, sideways * vx)
                 put(columns, size, _GX, gx)
                 put(columns, size, _GY, gy)
                 put(columns, size, _GN, gn)

@@ -13,12 +13,22 @@ from planner.quantities import INDEX
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
 from planner.search.trajectory import Motion, motion_rows, move
-from planner.search.trajectory.limit_checks import Kept, coarse_pieces, fine_pieces
+from planner.search.trajectory.limit_checks import (
+    ALONG,
+    Broken,
+    Kept,
+    coarse_pieces,
+    ease,
+    fine_pieces,
+)
 from planner.search.trajectory.limit_checks import broken_limits as broken_along
+from planner.search.trajectory.track import Track, lay_track
 from tests.benchmarks.peers.case import case_of
 from tests.benchmarks.peers.limits import broken_limits
 from tests.search.maps import hills, terrain
 
+MUCH = 9.0
+"""m/s and m/s², more than the robot can."""
 ASKED = {"start": {"x": 3.0, "y": 4.0}, "goal": {"x": 20.0, "y": 19.0}}
 
 
@@ -107,6 +117,50 @@ def test_easing_by_what_is_kept_comes_to_the_limit() -> None:
     rows[:, [INDEX[name] for name in ("ax", "ay")]] *= kept
     eased = conditions.model.power_and_limits(rows)[:, 4].max()
     assert eased == pytest.approx(stricter.limits[3], rel=0.03)
+
+
+def test_where_speeding_up_breaks_a_limit_slowing_down_stays_as_hard() -> None:
+    field, conditions, motion, rows = straight(0.0)
+    torque = conditions.model.power_and_limits(rows)[:, 4]
+    stricter = with_peak_torque(conditions, 0.5 * float(np.median(torque) + torque.max()))
+    broken = broken_along(field, stricter, motion)
+    speeding_up = np.diff(motion.speed)[broken.steps] > 0.0
+    assert speeding_up.all()
+    track = track_of(field, conditions)
+    fastest, hardest = eased(broken, motion, track)
+    assert hardest[:, 0].min() < 0.5 * MUCH
+    assert hardest[:, 1].min() == fastest.min() == MUCH
+
+
+@pytest.mark.parametrize("bend", [0.0, 4.0])
+def test_what_takes_most_of_a_limit_is_eased(bend: float) -> None:
+    """In a bend that is the speed, before it the acceleration."""
+    field, conditions, motion, _ = straight(0.0)
+    gained = np.diff(motion.speed) / np.diff(motion.time)
+    step = int(np.flatnonzero(gained > 0.2 * gained.max())[-1])
+    motion = replace(motion, curvatures=np.full(len(gained), bend))
+    at, limit = np.array([step]), np.array([ALONG.index("traction")])
+    broken = Broken(at, limit, np.zeros(1), np.zeros(1), np.zeros(1, bool), np.array([0.8]))
+    fastest, hardest = eased(broken, motion, track_of(field, conditions))
+    assert (fastest.min() < MUCH) == (bend > 0.0)
+    assert (hardest.min() < MUCH) == (bend == 0.0)
+
+
+def track_of(field: CostField, conditions: OperatingConditions) -> Track:
+    """The track of ``straight``."""
+    limits = conditions.model.vehicle.limits
+    path = np.array([[3.0, 4.0], [9.0, 4.0]])
+    return lay_track(
+        field, [path], spacing=0.1, speed=limits.speed, acceleration=limits.acceleration
+    )
+
+
+def eased(broken: Broken, motion: Motion, track: Track) -> tuple[Array, Array]:
+    """Speed and accelerations of the track's steps after easing, from MUCH of both."""
+    count = len(track.lengths)
+    fastest, hardest = np.full(count, MUCH), np.full((count, 2), MUCH)
+    assert not len(ease(broken, motion, track, fastest, hardest))
+    return fastest, hardest
 
 
 def test_what_was_checked_before_is_not_looked_at_again() -> None:

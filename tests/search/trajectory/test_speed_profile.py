@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from planner.search.resolution import CREEP, MORE_LEVELS
 from planner.search.results import energy_of
 from planner.search.trajectory.motion import assemble
+from planner.search.trajectory.speed_estimate import REACH, levels, reach_of
 from planner.search.trajectory.speed_profile import KnownCosts, relax, speed_profile
 from planner.search.trajectory.track import lay_track, steps_of
 from planner.search.trajectory.yaw_profile import YawProfile
@@ -17,11 +19,11 @@ from tests.search.maps import hills, terrain
 @pytest.mark.parametrize("seed", range(4))
 def test_a_round_of_speeds_leaves_out_only_what_does_not_change(seed: int) -> None:
     random = np.random.default_rng(seed)
-    steps, levels, reach = 120, 24, 9
-    expected = random.uniform(1.0, 2.0, (steps, levels, 2 * reach + 1))
+    steps, count, reach = 120, 24, 9
+    expected = random.uniform(1.0, 2.0, (steps, count, 2 * reach + 1))
     expected[random.random(expected.shape) < 0.3] = np.inf
     exact = random.random(expected.shape) < 0.5
-    cost, came = np.zeros((steps + 1, levels)), np.zeros((steps + 1, levels), np.int64)
+    cost, came = np.zeros((steps + 1, count)), np.zeros((steps + 1, count), np.int64)
     cost[0, 1:] = np.inf
     relax(expected, exact, False, np.ones(steps, bool), cost, came)
     fresh = np.zeros(steps, bool)
@@ -33,6 +35,19 @@ def test_a_round_of_speeds_leaves_out_only_what_does_not_change(seed: int) -> No
     relax(expected, exact, False, fresh, cost, came)
     np.testing.assert_allclose(cost, whole, atol=1e-8)
     np.testing.assert_array_equal(came, origins)
+
+
+@pytest.mark.parametrize("top", [0.3, 1.2, 5.0])
+@pytest.mark.parametrize("longest", [0.02, 0.1, 0.4])
+def test_no_possible_change_of_speed_is_out_of_reach(top: float, longest: float) -> None:
+    acceleration, count = 0.8, MORE_LEVELS
+    squared = levels(top, count) ** 2
+    possible = np.abs(squared[:, None] - squared) <= 2.0 * acceleration * longest
+    away = np.abs(np.arange(count)[:, None] - np.arange(count))
+    most = int(away[possible].max())
+    reach = reach_of(top, count, longest, acceleration)
+    assert reach >= min(most, round(REACH * (count - len(CREEP))))
+    assert reach <= most + len(CREEP)
 
 
 def test_lower_limits_lead_to_the_same_speeds_from_known_costs_as_from_none() -> None:
@@ -50,7 +65,7 @@ def test_lower_limits_lead_to_the_same_speeds_from_known_costs_as_from_none() ->
     yaw = np.append(track.directions, track.directions[-1])
     profile, steps = YawProfile(yaw, yaw, 0.0), steps_of(field, track)
     count = len(track.lengths)
-    fastest, hardest = np.full(count, limits.speed), np.full(count, limits.acceleration)
+    fastest, hardest = np.full(count, limits.speed), np.full((count, 2), limits.acceleration)
     known: KnownCosts = []
     rest = conditions, track, profile, steps, 0, 3
 

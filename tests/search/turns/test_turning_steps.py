@@ -9,7 +9,7 @@ import pytest
 
 from planner.power.account import ACCOUNT, LIMITS
 from planner.power.limits import broken_limit
-from planner.power.motion_row import set_motion, set_wind
+from planner.power.motion_row import set_acceleration, set_motion, set_wind
 from planner.quantities import INDEX
 from planner.search.kernel_arguments import Steps
 from planner.search.requests import SituationRequest
@@ -27,12 +27,16 @@ def conditions():
     return situation_of(request, terrain=ground).conditions
 
 
-def one_by_one(conditions, objective, direction, slope, steep, ground, move):
+def one_by_one(conditions, objective, direction, bend, slope, steep, ground, move):
     """The same cost by the model's account of single rows, looked at one after the other."""
     model, limits = conditions.model, conditions.limits
     middle, length, turn = move
     speed, cost = limits[0], math.inf
     looks = [(slope[:2], middle)]
+    # Where limits are near, a bend takes the speed and the force that it takes on the way.
+    bend = bend if steep else 0.0
+    if bend:
+        speed = min(speed, math.sqrt(model.vehicle.limits.acceleration / abs(bend)))
     if steep:
         looks.insert(0, (slope[2:4], middle))
     if steep and abs(turn) > WIDTH:
@@ -51,6 +55,7 @@ def one_by_one(conditions, objective, direction, slope, steep, ground, move):
         for _ in range(TRIES):
             row[[INDEX["vx"], INDEX["vy"]]] = unit * speed
             row[INDEX["wz"]] = turn * speed / surface
+            set_acceleration(row, 0.0, speed * speed * bend, *unit, 1.0)
             accounts, _ = model.evaluate(row[None])
             if broken_limit(accounts[0], limits) < 0:
                 cost = surface / speed * (1.0 if objective == 1 else accounts[0, 0])
@@ -66,6 +71,7 @@ def test_steps_cost_what_single_rows_say(conditions, objective) -> None:
     random = np.random.default_rng(3)
     steps, moves = 40, 300  # several blocks, the last one not full
     directions = random.uniform(-math.pi, math.pi, steps)
+    bends = random.choice([0.0, -0.4, 1.5], steps)
     slopes = random.normal(0.0, 0.15, (steps, 8))
     steep = random.random(steps) < 0.7
     ground = np.zeros(steps, np.int64)
@@ -78,12 +84,15 @@ def test_steps_cost_what_single_rows_say(conditions, objective) -> None:
         ]
     )
     costs = np.empty(moves)
-    track = Steps(directions, np.ones(steps), slopes, steep, ground)
+    track = Steps(directions, np.ones(steps), bends, slopes, steep, ground)
     step_costs(
         conditions.model.limits_kernel, conditions.arrays, objective, track, at, asked, costs
     )
     expected = [
-        one_by_one(conditions, objective, directions[j], slopes[j], steep[j], ground[j], asked[n])
+        one_by_one(
+            *(conditions, objective, directions[j], bends[j]),
+            *(slopes[j], steep[j], ground[j], asked[n]),
+        )
         for n, j in enumerate(at)
     ]
     assert 20 < np.isinf(costs).sum() < moves - 100, "nothing is tested"
