@@ -210,8 +210,11 @@ def best_states(
         if exact != before:
             before, first = exact, 0
         _sweep(
-            *(waypoints, pieces, turning, by_turn, steady_twice),
-            *(price, off, exact, start_state, first, reached),
+            *(waypoints, pieces, turning, by_turn, steady_twice, price, off),
+            exact=exact,
+            start_state=start_state,
+            first=first,
+            reached=reached,
         )
         best = _trace_back(reached, goal_state, states)
         nothing = best == np.inf
