@@ -21,6 +21,7 @@ from planner.search.run import Run
 from planner.search.se2 import PosePath, pose_path
 from planner.search.situation import explain_no_route
 from planner.search.solve.alternatives import nearness
+from planner.search.solve.corridors import corridors, worth_looking
 from planner.search.solve.narrow_passages import through_passages
 from planner.search.solve.pipeline import Attempt, cheapest_near, finished
 from planner.search.solve.recovery import Caution, first_caution, more_clearance, next_caution
@@ -203,7 +204,9 @@ class _Sketching:
         if best is None:
             return
         if objective == "energy":
-            for latest in self._detours(limited, best):
+            for latest in itertools.chain(
+                self._corridors(limited, best), self._detours(limited, best)
+            ):
                 yield latest, caution
         # Beside a path that moves, poses take long and hardly ever save anything.
         if self.poses_left and best.best is None and self._wants_room(best, plain):
@@ -228,6 +231,14 @@ class _Sketching:
         # Turns and ramps are not in the costs of the search.
         metres = sum(polyline_cost(field, path, field.step) for path, _ in best.best.legs)
         return best.best.dissipated > MUCH_TURNING * metres
+
+    def _corridors(self, run: Run, best: Sketch) -> Iterator[Sketch]:
+        """Sketches of other ways that may cost less once they are smoothed, on coarse maps."""
+        if best.best is None or not worth_looking(run, best.field):
+            return
+        metres = sum(polyline_cost(best.field, path, best.field.step) for path, _ in best.best.legs)
+        for path in corridors(run, best.field, best.paths[0], metres):
+            yield sketch(run, best.field, [path], "energy")
 
     def _detours(self, run: Run, best: Sketch) -> Iterator[Sketch]:
         """Sketches of paths beside the best one, while its bends cost much.
