@@ -48,7 +48,7 @@ class CostToGo:
         goal: x, y, m.
         values: (ny, nx) cost of every node; infinity where there is no path.
         moves: (ny, nx) number of the move that a node starts with.
-        onward: costs are from the goal to the nodes instead, and moves those that arrive there.
+        from_start: costs are from the goal to the nodes instead, and moves those that arrive there.
         start: the only point that the costs are final for, or None if they are for all.
     """
 
@@ -80,7 +80,7 @@ def cost_to_go(
         lattice: its moves.
         goal: x, y in the map's frame, m.
         start: only what the least cost from this point needs; None fills the whole map.
-        onward: least cost from ``goal`` to every node instead.
+        from_start: least cost from ``goal`` to every node instead.
         token: the caller's wish to stop, seen within the search while its thread runs.
 
     Raises:
@@ -221,7 +221,7 @@ def _solve(
         goal_x, goal_y, start_x, start_y: m.
         width: cost that a bucket spans.
         metre: cost of a metre to the start, in the estimates by which nodes wait; 0 fills the map.
-        onward: costs from the goal instead.
+        from_start: costs from the goal instead.
         stop: (1,) True once the caller has cancelled.
     """
     ny, nx = field.heights.shape
@@ -356,7 +356,7 @@ def _enter(field: Any, values: Any, x: float, y: float, from_start: bool) -> tup
 
 
 def cost_from(field: CostField, to_go: CostToGo, start: tuple[float, float]) -> float:
-    """Least cost from a point to the goal (to the point, with ``onward``) along the grid."""
+    """Least cost from a point to the goal (to the point, with ``from_start``) along the grid."""
     a, b = (to_go.goal, start) if to_go.from_start else (start, to_go.goal)
     direct = float(segment_cost(field, *a, *b, field.step)) if _near(field, a, b) else math.inf
     return min(direct, float(_enter(field, to_go.values, *start, to_go.from_start)[0]))
