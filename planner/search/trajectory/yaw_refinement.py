@@ -21,13 +21,14 @@ from planner.arrays import Array
 from planner.compiled_code import njit
 from planner.power.account import LIMITS
 from planner.power.kernels import BLOCK, BLOCK_KERNEL
-from planner.power.limits import broken_in_block
+from planner.power.limits import LIMIT_NAMES, broken_in_block
 from planner.power.motion_row import empty_block, put, put_row, set_motion, set_wind
 from planner.quantities import INDEX
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
 from planner.search.kernel_arguments import B1, F1, F2, I1, MODEL_ARRAYS, Steps, tuple_type
 from planner.search.resolution import WIDTH
+from planner.search.trajectory.limit_checks import FINEST
 from planner.search.trajectory.motion import Motion, motion_rows, pieces_of
 from planner.search.trajectory.track import Track
 from planner.search.trajectory.yaw_moves import SURROUNDINGS, Surroundings
@@ -42,13 +43,15 @@ Between the two lies a fraction of a degree, and so small turns save much.
 """
 REPEATS = 3
 """Times at most that each turn is tried."""
-SAMPLED_CELLS, FINELY_SAMPLED_CELLS = 1.0, 0.2
-"""Cells that three samples of the motion stand for, and where a limit is near."""
+SAMPLED_CELLS = 1.0
+"""Cells that three samples of the motion stand for; where a limit is near, as few as its check."""
 NEAR = 0.1
 """Share of a limit that is left where it counts as near. The voltage is left out, as less speed
 keeps it with any yaw."""
 TRACTION_RESERVE = 0.003
 """Share of the traction that stays: the answer is checked more closely than it is sampled here."""
+ROUNDING = 1e-9
+"""Share of the traction by which a sample that does not turn may come out otherwise."""
 BROKEN = 1e6
 """J that a sample counts for at which a limit is broken. No motion takes as much, so that yaws
 which keep the limits come first."""
@@ -63,6 +66,7 @@ _GX, _GY, _GN = INDEX["gravity_x"], INDEX["gravity_y"], INDEX["gravity_normal"]
 _WIND_X, _WIND_Y, _WZ = INDEX["wind_x"], INDEX["wind_y"], INDEX["wz"]
 _LEAST_LOAD, _CURRENT, _, _TORQUE, _TRACTION_LEFT = range(1, 1 + len(LIMITS))
 """Results of the power model for a row, behind the power."""
+_TRACTION = LIMIT_NAMES.index("traction")
 _TURNED = ((_VX, _VY), (_AX, _AY), (_GX, _GY), (_WIND_X, _WIND_Y))
 
 
@@ -76,6 +80,8 @@ class Samples(NamedTuple):
         share: (n,) of the way to the next waypoint.
         pace: (n,) 1/s, by which that share grows.
         torque: (n,) N·m, the most that a motor may give: for good, or what it gave before.
+        grip: (n,) least share of the traction that has to stay: TRACTION_RESERVE, or what was left
+            before.
     """
 
     rows: Array
@@ -84,6 +90,7 @@ class Samples(NamedTuple):
     share: Array
     pace: Array
     torque: Array
+    grip: Array
 
 
 class Places(NamedTuple):
@@ -103,7 +110,7 @@ class Places(NamedTuple):
     leaving: Array
 
 
-_SAMPLES = tuple_type(Samples, F2, F1, I1, F1, F1, F1)
+_SAMPLES = tuple_type(Samples, F2, F1, I1, F1, F1, F1, F1)
 _PLACES = tuple_type(Places, I1, B1, F1, F1, F1)
 
 
@@ -129,7 +136,7 @@ def _price(
     Samples go through the model side by side; of each, only what a turn changes is written again.
     """
     parameters, body, wheels, _, limits, _ = arrays
-    rows, seconds, piece, share, pace, torque = samples
+    rows, seconds, piece, share, pace, torque, grip = samples
     columns, found = block
     chosen, on_slope = np.empty(BLOCK, np.int64), np.empty(BLOCK)
     for k in range(stale.shape[0]):
@@ -164,8 +171,9 @@ def _price(
                 j = chosen[i]
                 cost = found[i] * seconds[j]
                 rate = rows[j, _WZ] + turn * (b - a) * pace[j]
-                broken = broken_in_block(found, i, limits) >= 0
-                broken |= found[_TRACTION_LEFT * BLOCK + i] < TRACTION_RESERVE
+                number = broken_in_block(found, i, limits)
+                broken = number >= 0 and number != _TRACTION
+                broken |= found[_TRACTION_LEFT * BLOCK + i] < grip[j]
                 broken |= found[_TORQUE * BLOCK + i] > torque[j]
                 broken |= abs(rate) > limits[6] * (1.0 + 1e-6)
                 cost += BROKEN * broken
@@ -240,7 +248,7 @@ def _turned(
         turns: rad, tried one after the other.
         total: written.
     """
-    rows, _, piece, share, pace, _ = samples
+    rows, _, piece, share, pace, _, _ = samples
     count = total.shape[0]
     block = empty_block()
     price = np.empty((count - 1, 3, 3))
@@ -307,9 +315,10 @@ def refined_yaw(
     fixed = fixed | (np.abs(yaw.leaving - yaw.arriving) > 1e-9)
     rows, seconds, place, speed = _samples(field, conditions, track, steps, yaw, motion)
     # Where the motion takes more than motors give for good, that was checked to be brief enough.
-    torque = np.maximum(
-        conditions.steady.limits[3], conditions.model.power_and_limits(rows)[:, _TORQUE]
-    )
+    # Samples with hardly any traction left may keep that, and take no more.
+    before = conditions.model.power_and_limits(rows)
+    torque = np.maximum(conditions.steady.limits[3], before[:, _TORQUE])
+    grip = np.minimum(TRACTION_RESERVE, before[:, _TRACTION_LEFT] - ROUNDING)
     along = np.concatenate([[0.0], np.cumsum(track.lengths)])
     surroundings = Surroundings(
         field.blocked, field.body_frame(), track.points, crowded_at(field, track.points)
@@ -323,7 +332,7 @@ def refined_yaw(
         total = np.empty(len(at))
         _turned(
             *(conditions.model.limits_kernel, conditions.arrays),
-            Samples(rows, seconds, piece, share, speed / span, torque),
+            Samples(rows, seconds, piece, share, speed / span, torque, grip),
             Places(at, ~fixed[at], along, arriving, leaving),
             *(surroundings, WIDTH * np.array(turns), total),
         )
@@ -347,7 +356,7 @@ def _samples(
     them, by which the speed profile checks it.
     """
     rows, seconds, place, speed = _driven_rows(field, conditions, motion, SAMPLED_CELLS)
-    closer, _, close, pace = _driven_rows(field, conditions, motion, FINELY_SAMPLED_CELLS)
+    closer, _, close, pace = _driven_rows(field, conditions, motion, FINEST)
     steady = closer.copy()
     steady[:, [_AX, _AY]] = 0.0
     middle = _middles(track)
