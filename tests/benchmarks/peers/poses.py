@@ -46,7 +46,7 @@ def score_as_they_are(case: Case, poses: Array) -> float | None:
         0,
         CLOSELY.speeds,
         np.full(len(track.lengths), limits.speed),
-        np.full(len(track.lengths), limits.acceleration),
+        np.full((len(track.lengths), 2), limits.acceleration),
     )
     if speeds is None:
         return None
