@@ -71,8 +71,8 @@ def touches(
         part = turned / pieces
         # A point at this distance leaves the line between its ends by the sagitta of its arc, and
         # seen from the body by what that turns while it moves.
-        decided = 0.5 * corner * part <= UNDECIDED
         slack = 0.125 * corner * part * part, 0.125 * (reach * part + 2.0 * way / pieces) * part
+        decided = max(0.5 * corner * part, slack[1]) <= UNDECIDED
         if decided:
             slack = 0.0, 0.0
         if not motion_free(blocked, grid, x, y, angles, body, slack):

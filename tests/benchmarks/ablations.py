@@ -138,6 +138,13 @@ def hard(count: int, seed: int = ABLATED_SEED) -> dict[str, Any]:
     return _on(maps, -(-count // len(maps)), LOADS[:1], seed)
 
 
+def relief(count: int, seed: int = ABLATED_SEED) -> dict[str, Any]:
+    """As ``planning``, for ``count`` questions on measured relief up to the slope limit."""
+    from tests.benchmarks.hard_maps import made
+
+    return _on([made("jacksboro-1to100", seed)], count, LOADS[:1], seed)
+
+
 def steep(count: int, seed: int = ABLATED_SEED) -> dict[str, Any]:
     """As ``planning``, for ``count`` questions on each of the hills, with each payload."""
     from planner.terrain.heightmap import Terrain
@@ -195,11 +202,12 @@ def naming(count: int) -> dict[str, Any]:
     return {"outcomes": {row["log"]: row["outcome"] for row in rows}}
 
 
-SEEDED = ("hard", "steep")
+SEEDED = ("hard", "relief", "steep")
 """Measures whose maps and questions are drawn."""
 MEASURES: dict[str, Callable[..., dict[str, Any]]] = {
     "planning": planning,
     "hard": hard,
+    "relief": relief,
     "steep": steep,
     "time": lambda count: planning(count, objective="time"),
     "anytime": lambda count: planning(count, ITERATIONS),
