@@ -60,9 +60,9 @@ def touches(
     body = frame[4], frame[5]
     corner = math.sqrt(body[0] * body[0] + body[1] * body[1])
     ex, ey = xb - xa, yb - ya
-    way, turned = math.sqrt(ex * ex + ey * ey), abs(turn)
+    length, turned = math.sqrt(ex * ex + ey * ey), abs(turn)
     # m from the body's centre to the corners of cells that it may meet.
-    reach = corner + math.sqrt(dx * dx + dy * dy) + way
+    reach = corner + math.sqrt(dx * dx + dy * dy) + length
     pieces, number = 1, 0
     while number < pieces:
         first, last = number / pieces, (number + 1) / pieces
@@ -71,7 +71,7 @@ def touches(
         part = turned / pieces
         # A point at this distance leaves the line between its ends by the sagitta of its arc, and
         # seen from the body by what that turns while it moves.
-        slack = 0.125 * corner * part * part, 0.125 * (reach * part + 2.0 * way / pieces) * part
+        slack = 0.125 * corner * part * part, 0.125 * (reach * part + 2.0 * length / pieces) * part
         decided = max(0.5 * corner * part, slack[1]) <= UNDECIDED
         if decided:
             slack = 0.0, 0.0

@@ -1,4 +1,4 @@
-"""Ways beside the best one that cost hardly more on the grid, on maps of few and large cells.
+"""Paths beside the best one that cost hardly more on the grid, on maps of few and large cells.
 
     for path in corridors(run, field, paths): ...       # (k, 2), cheaper once smoothed
 
@@ -23,21 +23,21 @@ from planner.search.grid import grid_path
 from planner.search.run import Run
 from planner.search.waypoints import refine
 
-MOST_NODES = 20_000
+FEW_NODES = 20_000
 """Nodes of a map up to which they are looked for: two whole fields of costs take 4 ms there. On
 larger maps of coarse cells they saved nothing."""
-MOST_WAYS, MOST_MORE = 2, 0.03
-"""Ways beside the best one, and the share by which they may cost more on the grid."""
+MOST_PATHS, MOST_MORE = 2, 0.03
+"""Paths beside the best one, and the share by which they may cost more on the grid."""
 CELLS_BESIDE = 4.0
-"""Cells from the ways that are known to a node of another one."""
+"""Cells from the paths that are known to a node of another one."""
 SMOOTHED_CELLS = 8.0
-"""Cells between the waypoints of the smoothed path that says whether a way is worth driving."""
+"""Cells between the waypoints of the smoothed path that says whether it is worth driving."""
 
 
 def worth_looking(run: Run, field: CostField) -> bool:
     """Whether cells are larger than the body and the map has few of them."""
     coarse = min(field.dx, field.dy) > 2.0 * field.half_length
-    return coarse and field.heights.size <= MOST_NODES and len(run.places) == 2
+    return coarse and field.heights.size <= FEW_NODES and len(run.places) == 2
 
 
 def corridors(run: Run, field: CostField, best: Array, metres: float) -> Iterator[Array]:
@@ -60,7 +60,7 @@ def corridors(run: Run, field: CostField, best: Array, metres: float) -> Iterato
     lattice = run.situation.lattice("energy", field)
     least = float(through.min())
     known = [best]
-    for _ in range(MOST_WAYS):
+    for _ in range(MOST_PATHS):
         run.check()
         beside = np.where(_cells_from(field, known) > CELLS_BESIDE, through, np.inf)
         node = int(beside.argmin())
@@ -89,6 +89,6 @@ def _cells_from(field: CostField, paths: Sequence[Array]) -> Array:
     return np.asarray(ndimage.distance_transform_edt(away))
 
 
-def _moves(field: CostField, way: Array) -> float:
-    """Cells that a straight way (2,) crosses at most along one axis."""
-    return float(max(abs(way[0]) / field.dx, abs(way[1]) / field.dy, 1.0))
+def _moves(field: CostField, step: Array) -> float:
+    """Cells that a straight line (2,) crosses at most along one axis."""
+    return float(max(abs(step[0]) / field.dx, abs(step[1]) / field.dy, 1.0))

@@ -233,7 +233,7 @@ class _Sketching:
         return best.best.dissipated > MUCH_TURNING * metres
 
     def _corridors(self, run: Run, best: Sketch) -> Iterator[Sketch]:
-        """Sketches of other ways that may cost less once they are smoothed, on coarse maps."""
+        """Sketches of other paths that may cost less once they are smoothed, on coarse maps."""
         if best.best is None or not worth_looking(run, best.field):
             return
         metres = sum(polyline_cost(best.field, path, best.field.step) for path, _ in best.best.legs)

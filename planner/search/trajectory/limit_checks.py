@@ -348,7 +348,7 @@ def ease(
         if name in ("voltage", "yaw rate") or bends:
             fastest[near] = np.minimum(fastest[near], slower * speed[step])
         else:
-            way = 0 if faster[step] > 0.0 else 1
-            hardest[near, way] = np.minimum(hardest[near, way], gentler * change[step])
+            column = 0 if faster[step] > 0.0 else 1
+            hardest[near, column] = np.minimum(hardest[near, column], gentler * change[step])
     hopeless = broken.steps[broken.however_slow]
     return np.unique(np.searchsorted(ends, 0.5 * (along[hopeless] + along[hopeless + 1])))

@@ -50,7 +50,7 @@ NEAR = 0.1
 keeps it with any yaw."""
 TRACTION_RESERVE = 0.003
 """Share of the traction that stays: the answer is checked more closely than it is sampled here."""
-ROUNDING = 1e-9
+SAME_GRIP = 1e-9
 """Share of the traction by which a sample that does not turn may come out otherwise."""
 BROKEN = 1e6
 """J that a sample counts for at which a limit is broken. No motion takes as much, so that yaws
@@ -318,7 +318,7 @@ def refined_yaw(
     # Samples with hardly any traction left may keep that, and take no more.
     before = conditions.model.power_and_limits(rows)
     torque = np.maximum(conditions.steady.limits[3], before[:, _TORQUE])
-    grip = np.minimum(TRACTION_RESERVE, before[:, _TRACTION_LEFT] - ROUNDING)
+    grip = np.minimum(TRACTION_RESERVE, before[:, _TRACTION_LEFT] - SAME_GRIP)
     along = np.concatenate([[0.0], np.cumsum(track.lengths)])
     surroundings = Surroundings(
         field.blocked, field.body_frame(), track.points, crowded_at(field, track.points)
