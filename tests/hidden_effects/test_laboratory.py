@@ -114,6 +114,14 @@ def test_a_draw_comes_back_and_can_be_read(tmp_path: Path) -> None:
     assert load_vehicle(str(first.sheet)).mass != load_vehicle(str(first.robot)).mass
 
 
+def test_an_offset_that_nobody_knows_of_is_not_in_the_log(tmp_path: Path) -> None:
+    logs = [draw("one", "com_offset", seed, "tuning", tmp_path) for seed in range(6)]
+    unknown = [log.truth.hidden["com_offset"]["gain"] == 0.0 for log in logs]
+    assert any(unknown) and not all(unknown)
+    measured = ["com_x" in log.columns for log in logs]
+    assert not any(np.logical_and(unknown, measured)) and any(measured)
+
+
 @pytest.mark.parametrize("name", MECHANISMS)
 def test_mechanisms_have_their_size(name: str, tmp_path: Path) -> None:
     log = draw("outside", name, 1, "tuning", tmp_path)

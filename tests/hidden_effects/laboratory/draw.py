@@ -205,6 +205,10 @@ def draw(
     if kind != "outside":
         for slug in slugs:
             hidden[slug] = _settings(rng, slug, robot, drive)
+    if hidden.get("com_offset", {}).get("gain") == 0.0:
+        # An offset that nobody knows of cannot have been measured.
+        known = instruments.columns - {"com_x", "com_y"}
+        instruments = replace(instruments, columns=known)
     outside = slugs[0] if kind == "outside" else ""
     mechanism = _Outside(outside, rng)
     columns, truth = _driven(rng, robot, drive, hidden, mechanism, conditions, instruments)
