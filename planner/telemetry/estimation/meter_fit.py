@@ -16,6 +16,7 @@ a filter a reading may lead, as the motion's own stamps may be late.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -54,6 +55,10 @@ LEAST_DELAY = 0.06
 """s; a smaller delay without a filter is what derivatives and slipping wheels blur."""
 END_ROWS = 0.5
 """Rows by which readings of a row's end lead its mean."""
+DOUBT_ROWS, DOUBT_SHARE = 0.5, 0.1
+"""Rows and share of a time constant that noise of the motion, errors of the data sheet and effects
+that are not in the model shift it by. The error by the power's noise alone holds the truth in fewer
+than half of the logs that a laboratory draws (docs/naming.md)."""
 NEAR_GAIN = 6.0
 """Log-likelihood that a search may still gain over where it begins."""
 FIRST_STEP, ERROR_STEP = 0.3, 0.1
@@ -249,5 +254,10 @@ def _at_known_moment(search: _Search, meter: Meter, *free: str) -> Meter:
     return replace(
         meter,
         time_constant_error_s=float(errors.get(TIME_CONSTANT, 0.0)),
+        time_constant_doubt_s=math.hypot(
+            DOUBT_ROWS * search.interval, DOUBT_SHARE * meter.time_constant_s
+        )
+        if TIME_CONSTANT in free
+        else 0.0,
         delay_error_s=float(errors[DELAY]),
     )

@@ -29,7 +29,9 @@ class Meter:
         time_constant_s, delay_s: of the filter, and by how much later the reading comes.
         sampling: a row's reading is its "mean", that of its "end", or one "held" from the last row
             in which a slower meter had a new one.
-        time_constant_error_s, delay_error_s: standard errors; 0 for what was not fitted.
+        time_constant_error_s, delay_error_s: standard errors by the power's noise alone; 0 for
+            what was not fitted.
+        time_constant_doubt_s: what the motion's noise and the data sheet add to the first.
         period_s: between readings of a "held" meter; 0 where equal rows show which ones it held.
     """
 
@@ -38,6 +40,7 @@ class Meter:
     sampling: Sampling = "mean"
     time_constant_error_s: float = 0.0
     delay_error_s: float = 0.0
+    time_constant_doubt_s: float = 0.0
     period_s: float = 0.0
 
     def with_number(self, name: str, value: float) -> Meter:
@@ -46,12 +49,17 @@ class Meter:
         return replace(self, **numbers)
 
     @property
+    def time_constant_stderr_s(self) -> float:
+        """Standard error of the time constant with all that is known to shift it."""
+        return math.hypot(self.time_constant_error_s, self.time_constant_doubt_s)
+
+    @property
     def sentence(self) -> str:
         """What the meter does, in words."""
         said = []
         if self.time_constant_s > 0.0:
             said.append(
-                f"averages over {_seconds(self.time_constant_s, self.time_constant_error_s)}"
+                f"averages over {_seconds(self.time_constant_s, self.time_constant_stderr_s)}"
             )
         if abs(self.delay_s) > self.delay_error_s:
             late = "lags" if self.delay_s > 0.0 else "leads"
@@ -69,7 +77,7 @@ class Meter:
     def to_json(self) -> dict[str, Any]:
         """The entry ``meter`` of a comparison and of a diagnosis."""
         return {
-            "time_constant_s": _estimate(self.time_constant_s, self.time_constant_error_s),
+            "time_constant_s": _estimate(self.time_constant_s, self.time_constant_stderr_s),
             "delay_s": _estimate(self.delay_s, self.delay_error_s),
             "sampling": self.sampling,
             "sentence": self.sentence,
