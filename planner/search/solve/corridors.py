@@ -1,11 +1,12 @@
 """Paths beside the best one that cost hardly more on the grid, on maps of few and large cells.
 
-    for path in corridors(run, field, paths): ...       # (k, 2), cheaper once smoothed
+    if worth_looking(run, field):
+        for path in corridors(run, field, best, metres): ...   # (k, 2), cheaper once smoothed
 
 On cells larger than a robot the moves of the grid cost some per cent more than the paths they stand
-for, one way more than another. So the cheapest way on the grid need not be the cheapest one. The
-least cost through every node is that from the start and that to the goal; where it is least beside
-the ways that are known, another one passes.
+for, one more than another. So the cheapest path on the grid need not be the cheapest one. The least
+cost through every node is that from the start and that to the goal. Where it is least beside the
+paths that are known, another one passes.
 """
 
 from __future__ import annotations
