@@ -55,7 +55,7 @@ LEAST_DELAY = 0.06
 """s; a smaller delay without a filter is what derivatives and slipping wheels blur."""
 END_ROWS = 0.5
 """Rows by which readings of a row's end lead its mean."""
-DOUBT_ROWS, DOUBT_SHARE = 0.5, 0.1
+SHIFTED_ROWS, SHIFTED_SHARE = 0.5, 0.1
 """Rows and share of a time constant that noise of the motion, errors of the data sheet and effects
 that are not in the model shift it by. The error by the power's noise alone holds the truth in fewer
 than half of the logs that a laboratory draws (docs/naming.md)."""
@@ -254,8 +254,8 @@ def _at_known_moment(search: _Search, meter: Meter, *free: str) -> Meter:
     return replace(
         meter,
         time_constant_error_s=float(errors.get(TIME_CONSTANT, 0.0)),
-        time_constant_doubt_s=math.hypot(
-            DOUBT_ROWS * search.interval, DOUBT_SHARE * meter.time_constant_s
+        time_constant_shift_s=math.hypot(
+            SHIFTED_ROWS * search.interval, SHIFTED_SHARE * meter.time_constant_s
         )
         if TIME_CONSTANT in free
         else 0.0,

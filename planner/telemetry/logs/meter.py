@@ -31,7 +31,7 @@ class Meter:
             in which a slower meter had a new one.
         time_constant_error_s, delay_error_s: standard errors by the power's noise alone; 0 for
             what was not fitted.
-        time_constant_doubt_s: what the motion's noise and the data sheet add to the first.
+        time_constant_shift_s: what the motion's noise and the data sheet add to the first.
         period_s: between readings of a "held" meter; 0 where equal rows show which ones it held.
     """
 
@@ -40,7 +40,7 @@ class Meter:
     sampling: Sampling = "mean"
     time_constant_error_s: float = 0.0
     delay_error_s: float = 0.0
-    time_constant_doubt_s: float = 0.0
+    time_constant_shift_s: float = 0.0
     period_s: float = 0.0
 
     def with_number(self, name: str, value: float) -> Meter:
@@ -51,7 +51,7 @@ class Meter:
     @property
     def time_constant_stderr_s(self) -> float:
         """Standard error of the time constant with all that is known to shift it."""
-        return math.hypot(self.time_constant_error_s, self.time_constant_doubt_s)
+        return math.hypot(self.time_constant_error_s, self.time_constant_shift_s)
 
     @property
     def sentence(self) -> str:

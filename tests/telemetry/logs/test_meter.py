@@ -29,7 +29,7 @@ def test_sentence_and_document_say_the_same():
 
 
 def test_what_shifts_a_time_constant_is_in_its_error_and_not_in_the_search():
-    meter = Meter(0.4, 0.0, "end", 0.03, 0.01, time_constant_doubt_s=0.04)
+    meter = Meter(0.4, 0.0, "end", 0.03, 0.01, time_constant_shift_s=0.04)
     assert meter.to_json()["time_constant_s"]["stderr"] == pytest.approx(0.05)
     assert "0.400 ± 0.050 s" in meter.sentence
     assert not same_meter(meter, replace(meter, time_constant_s=0.45))
