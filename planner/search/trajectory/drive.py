@@ -50,7 +50,8 @@ class Care(NamedTuple):
     Attributes:
         yaws, speeds: angles and levels of speed beside the best ones that are priced as well.
         waypoints: places at most at which the yaw is decided, where there is room.
-        turned: yaw profiles at most, each without an angle that broke a limit before.
+        turned: yaw profiles at most where limits are checked, each without an angle that broke one
+            before.
     """
 
     yaws: int
@@ -59,7 +60,7 @@ class Care(NamedTuple):
     turned: int
 
 
-ROUGHLY, CLOSELY = Care(1, 1, 240, 1), Care(2, 3, 480, 8)
+ROUGHLY, CLOSELY = Care(1, 1, 240, 4), Care(2, 3, 480, 8)
 """The first is good to a few parts in a thousand, to choose among paths."""
 MOST_SPEED_PROFILES = 12
 """Speed profiles until no limit is broken between samples either."""
@@ -120,7 +121,7 @@ def _move(
         return turn_on_the_spot(field, conditions, track.points[0], free_or_one)
     steps = steps_of(field, track)
     shut: list[tuple[float, float, float]] = []
-    for _ in range(care.turned):
+    for _ in range(care.turned if checked else 1):
         check()
         found = _yaw_through(field, conditions, track, steps, free_or_one, objective, care, shut)
         if isinstance(found, Infeasible):
