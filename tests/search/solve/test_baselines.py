@@ -40,6 +40,15 @@ def asked(name: str, **fields):
     return {"map": where, **ends, **fields}
 
 
+def test_one_place_that_breaks_a_limit_does_not_cost_the_shortest_route():
+    """On steep relief its yaw is chosen again there, so that there is something to compare with."""
+    ends = {"start": {"x": 93.0, "y": 225.0}, "goal": {"x": 212.0, "y": 73.0}}
+    answer = plan_route({"map": "jacksboro-1to100", **ends})
+    shortest = answer.baselines["shortest"]
+    assert shortest.length_m < 0.98 * answer.routes[0].length_m
+    assert shortest.energy_j > 1.1 * answer.routes[0].energy_j
+
+
 @pytest.mark.parametrize("name", sorted(QUESTIONS.keys() - {"steep, over a ridge"}))
 def test_baselines_keep_to_the_limits_and_no_answer_is_worse(name):
     situation = situation_of(PlanRequest.from_json(asked(name)))
