@@ -25,8 +25,8 @@ from planner.search.run import Run
 from planner.search.waypoints import refine
 
 FEW_NODES = 20_000
-"""Nodes of a map up to which they are looked for: two whole fields of costs take 4 ms there. On
-larger maps of coarse cells they saved nothing."""
+"""Nodes of a map up to which they are looked for: they need two whole fields of costs, which take
+little time beside a trajectory on few nodes only."""
 MOST_PATHS, MOST_MORE = 2, 0.03
 """Paths beside the best one, and the share by which they may cost more on the grid."""
 CELLS_BESIDE = 4.0

@@ -32,7 +32,7 @@ ANGLES = 7
 """Angles that a state may stand for, 0.8° apart, where few of them keep a limit."""
 HARDLY = 0.9
 """Share of the slope limit from which they are looked at: the angles that keep it then lie within
-about ten degrees, at the limit within three."""
+few degrees, and the closer to the limit, the fewer."""
 SLOW = 0.4
 """Share of full speed at which they are: what breaks a limit then, hardly any speed keeps."""
 DOUBTFUL = 10.0

@@ -57,8 +57,8 @@ END_ROWS = 0.5
 """Rows by which readings of a row's end lead its mean."""
 SHIFTED_ROWS, SHIFTED_SHARE = 0.5, 0.1
 """Rows and share of a time constant that noise of the motion, errors of the data sheet and effects
-that are not in the model shift it by. The error by the power's noise alone holds the truth in fewer
-than half of the logs that a laboratory draws (docs/naming.md)."""
+that are not in the model shift it by: more than the error by the power's noise alone. How often the
+truth is held with them is in docs/naming.md."""
 NEAR_GAIN = 6.0
 """Log-likelihood that a search may still gain over where it begins."""
 FIRST_STEP, ERROR_STEP = 0.3, 0.1
