@@ -115,6 +115,7 @@ def _move(
     if turned:
         return _in_parts(field, conditions, legs, yaws, turned, objective, care, checked, check)
     free_or_one = [arriving(yaw) for yaw in yaws]
+    limits = conditions.model.vehicle.limits
     spacing = pose_spacing(min(field.dx, field.dy))
     track = _track_along(field, conditions, legs)
     if not len(track.lengths):
@@ -126,7 +127,9 @@ def _move(
         found = _yaw_through(field, conditions, track, steps, free_or_one, objective, care, shut)
         if isinstance(found, Infeasible):
             return found
-        roomy, yaw = room_to_move(track, found)
+        roomy, yaw = room_to_move(
+            track, found, speed=limits.speed, acceleration=limits.acceleration
+        )
         on_roomy = steps if roomy is track else steps_of(field, roomy)
         at_speed = partial(
             _at_speed,
@@ -193,7 +196,12 @@ def moved_alike(
     limits = conditions.model.vehicle.limits
     track = _track_along(field, conditions, after)
     still = np.zeros(len(track.points))
-    track, _ = room_to_move(track, YawProfile(still, still, 0.0))
+    track, _ = room_to_move(
+        track,
+        YawProfile(still, still, 0.0),
+        speed=limits.speed,
+        acceleration=limits.acceleration,
+    )
     on = np.append(True, np.hypot(np.diff(motion.x), np.diff(motion.y)) > 1e-9)
     x, y, yaw, speed = motion.x[on], motion.y[on], motion.yaw[on], motion.speed[on]
     to_x, to_y = np.ascontiguousarray(track.points.T)

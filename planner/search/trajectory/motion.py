@@ -37,6 +37,10 @@ _THREE = (
 )
 SPIN_STEP = math.radians(10.0)
 """rad, largest turn on the spot between two poses of an answer."""
+RAMP_SAMPLES = (0.15, 0.5, 1.0)
+"""Samples beside a stop on a long step, in distances to full speed: levels of speed lie between."""
+LONG_STEP = 2.0
+"""Distances to full speed beyond which a step is long."""
 
 
 @dataclass(frozen=True)
@@ -154,11 +158,37 @@ def shares_driven(motion: Motion, steps: NDArray[np.int64], times: Array) -> Arr
     return np.where(mean > 0.0, gone, share)
 
 
-def room_to_move(track: Track, yaw: YawProfile) -> tuple[Track, YawProfile]:
-    """The same track with a sample between any two at which the robot stands still."""
+def room_to_move(
+    track: Track, yaw: YawProfile, *, speed: float, acceleration: float
+) -> tuple[Track, YawProfile]:
+    """The same track with samples close to where the robot stands still on long steps.
+
+    Acceleration is constant on a step. So without them, a robot that stops to turn would creep over
+    a whole step on either side. Between two places at which it stands there is one at least.
+
+    Args:
+        track, yaw: samples of the path, and yaw there.
+        speed, acceleration: m/s and m/s², the vehicle's limits.
+    """
+    ramp = speed * speed / (2.0 * acceleration)
     still = track.stops | (np.abs(yaw.leaving - yaw.arriving) > 1e-9)
-    counts = np.where(still[:-1] & still[1:], 2, 1).astype(np.int64)
-    track, yaw, _ = _divided(track, yaw, np.zeros(len(still)), counts)
+    stands = np.column_stack([still[:-1], still[1:]])
+    long = stands & (track.lengths > LONG_STEP * ramp)[:, None]
+    if not stands.all(axis=1).any() and not long.any():
+        return track, yaw
+    step, share = [np.arange(len(track.lengths))], [np.ones(len(track.lengths))]
+    for at in RAMP_SAMPLES:
+        for begins, side in ((True, long[:, 0]), (False, long[:, 1])):
+            found = np.flatnonzero(side)
+            part = at * ramp / track.lengths[found]
+            step.append(found)
+            share.append(part if begins else 1.0 - part)
+    short = np.flatnonzero(stands.all(axis=1) & ~long[:, 0])
+    step.append(short)
+    share.append(np.full(len(short), 0.5))
+    steps, shares = np.concatenate(step), np.concatenate(share)
+    order = np.lexsort((shares, steps))
+    track, yaw, _ = _divided(track, yaw, np.zeros(len(still)), steps[order], shares[order])
     return track, yaw
 
 
@@ -167,18 +197,19 @@ def _closer(
 ) -> tuple[Track, YawProfile, Array]:
     """The same motion with samples no further apart than ``spacing``."""
     counts = np.maximum(1, np.ceil(track.lengths / spacing - 1e-9)).astype(np.int64)
-    return _divided(track, yaw, speeds, counts)
-
-
-def _divided(
-    track: Track, yaw: YawProfile, speeds: Array, counts: NDArray[np.int64]
-) -> tuple[Track, YawProfile, Array]:
-    """The same motion with every step in so many parts."""
     if (counts == 1).all():
         return track, yaw, speeds
     step = np.repeat(np.arange(len(counts)), counts)
     share = (np.arange(1, len(step) + 1) - (np.cumsum(counts) - counts)[step]) / counts[step]
+    return _divided(track, yaw, speeds, step, share)
+
+
+def _divided(
+    track: Track, yaw: YawProfile, speeds: Array, step: NDArray[np.int64], share: Array
+) -> tuple[Track, YawProfile, Array]:
+    """The same motion with steps in parts: the step of every part, and the share at its end."""
     last = share == 1.0
+    parts = np.bincount(step, minlength=len(track.lengths))
 
     def spread(before: Array, after: Array) -> Array:
         return np.concatenate([before[:1], before[step] + (after[step] - before[step]) * share])
@@ -195,13 +226,14 @@ def _divided(
     leaving[0] = yaw.leaving[0]
     leaving[1:][last] = yaw.leaving[1:]
     stops = np.concatenate([track.stops[:1], last & track.stops[step + 1]])
+    begun = np.where(np.append(True, last[:-1]), 0.0, np.append(0.0, share[:-1]))
     closer = Track(
         points,
         track.directions[step],
-        track.lengths[step] / counts[step],
+        track.lengths[step] * (share - begun),
         track.curvatures[step],
         stops,
-        tuple(int(counts[:mark].sum()) for mark in track.marks),
+        tuple(int(parts[:mark].sum()) for mark in track.marks),
     )
     # Acceleration is constant on a step, so it is the squared speed that is even in distance.
     squared = spread(speeds[:-1] ** 2, speeds[1:] ** 2)

@@ -97,7 +97,12 @@ def yaw_profile(
     steepness = np.hypot(*steps.slopes[:, 2:4].T)
     spacing = max(CLOSEST_WAYPOINTS, float(track.lengths.sum()) / most_waypoints)
     needed = track.stops | crowded
-    if spacing > max(SPARSE * min(field.dx, field.dy), 2.0 * float(track.lengths.max())):
+    apart = 2.0 * float(track.lengths.max())
+    if spacing > apart:
+        # Between two waypoints the yaw turns evenly, and a bend in their midst has it to one side.
+        bends = track.curvatures != 0.0
+        needed[1:-1] |= bends[1:] != bends[:-1]
+    if spacing > max(SPARSE * min(field.dx, field.dy), apart):
         steep = steepness > STEEP * float(field.limit.min())
         needed[1:] |= steep
         needed[:-1] |= steep

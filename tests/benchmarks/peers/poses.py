@@ -37,7 +37,12 @@ def score_as_they_are(case: Case, poses: Array) -> float | None:
     turns = np.remainder(np.diff(kept[:, 2]) + np.pi, 2.0 * np.pi) - np.pi
     unwound = np.concatenate([[kept[0, 2]], kept[0, 2] + np.cumsum(turns)])
     angles = np.interp(_along(kept[:, :2], track.points), np.arange(len(kept)), unwound)
-    track, yaw = room_to_move(track, YawProfile(angles, angles.copy(), 0.0))
+    track, yaw = room_to_move(
+        track,
+        YawProfile(angles, angles.copy(), 0.0),
+        speed=limits.speed,
+        acceleration=limits.acceleration,
+    )
     speeds, _ = speed_profile(
         conditions,
         track,

@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 from planner.search.results import energy_of
-from planner.search.trajectory.drive import ROUGHLY, move, moved_alike
-from planner.search.trajectory.motion import Motion
+from planner.search.trajectory.drive import CLOSELY, ROUGHLY, move, moved_alike
+from planner.search.trajectory.motion import Motion, assemble, room_to_move
+from planner.search.trajectory.speed_profile import speed_profile
+from planner.search.trajectory.track import lay_track, steps_of
+from planner.search.trajectory.yaw_profile import YawProfile
 from tests.benchmarks.peers.case import case_of
 from tests.search.maps import hills, terrain
 
@@ -64,3 +67,55 @@ def test_what_a_move_saves_is_what_driving_anew_says(driven, aside):
     assert -1e-3 * before < more < 0.02 * before
     if not np.ptp(field.heights):
         assert abs(more) < 2e-3 * before < 0.25 * abs(anew - before)
+
+
+@pytest.fixture(scope="module")
+def coarse():
+    """Field and conditions of rough hills with cells of 60 m."""
+    heights = 20.0 * hills(96, cell=3.0, rms_degrees=3.0, seed=4)
+    situation = case_of("test", ASKED, terrain(heights, cell=60.0)).situation
+    return situation.field("energy"), situation.conditions
+
+
+@pytest.mark.parametrize("care", [ROUGHLY, CLOSELY])
+def test_a_robot_does_not_stop_to_turn_at_bends_that_it_can_drive(coarse, care):
+    """Where the yaw is decided at few places, one of them is at each end of a bend."""
+    field, conditions = coarse
+    x, y = np.linspace(400.0, 5000.0, 24), np.linspace(500.0, 4600.0, 24)
+    y[1:-1] += 60.0 * (-1.0) ** np.arange(1, 23)
+    path, yaws = np.column_stack([x, y]), [None, None]
+    motion = move(field, conditions, [path], yaws, objective=0, care=care, checked=False)
+    assert isinstance(motion, Motion)
+    assert motion.speed[1:-1].min() > 0.0
+
+
+def test_a_turn_on_the_spot_takes_no_longer_on_coarse_cells(coarse):
+    """Beside the turn itself it costs the time to slow down and to speed up, on long steps as well.
+
+    From v to rest and back at a constant a takes 2 v/a instead of v/a for the same metres.
+    """
+    field, conditions = coarse
+    limits = conditions.model.vehicle.limits
+    ends = np.array([[600.0, 600.0], [900.0, 600.0]])
+    kinematics = {"speed": limits.speed, "acceleration": limits.acceleration}
+    track = lay_track(field, [ends], spacing=6.0, **kinematics)
+    turned = np.where(np.arange(len(track.points)) >= len(track.points) // 2, 0.5 * np.pi, 0.0)
+    taken = []
+    for leaving in (np.zeros_like(turned), turned):
+        arriving = np.append(leaving[:1], leaving[:-1])
+        roomy, yaw = room_to_move(track, YawProfile(arriving, leaving, 0.0), **kinematics)
+        assert roomy.lengths.sum() == pytest.approx(300.0)
+        np.testing.assert_allclose(roomy.points[list(roomy.marks)], ends)
+        fastest = np.full(len(roomy.lengths), limits.speed)
+        hardest = np.full((len(roomy.lengths), 2), limits.acceleration)
+        speeds, _ = speed_profile(
+            conditions, roomy, yaw, steps_of(field, roomy), 1, CLOSELY.speeds, fastest, hardest
+        )
+        motion = assemble(field, roomy, yaw, speeds, yaw_rate=limits.yaw_rate, spacing=6.0)
+        taken.append(motion.time[-1])
+    ramp = 0.5  # s to the full yaw rate, and as much to stop
+    turn = 0.5 * np.pi / limits.yaw_rate + ramp
+    lost = taken[1] - taken[0] - turn
+    assert (
+        0.9 * limits.speed / limits.acceleration < lost < 1.5 * limits.speed / limits.acceleration
+    )
