@@ -156,6 +156,11 @@ def made(name: str, seed: int) -> Terrain:
     return walled(terrain) if name != kind else terrain
 
 
+def own_maps(folder: Path) -> dict[str, Terrain]:
+    """Relief of one's own by name: every .asc of a folder."""
+    return {file.stem: open_map(str(file)) for file in sorted(folder.glob("*.asc"))}
+
+
 def places(terrain: Terrain, count: int, seed: int) -> Iterator[dict[str, Any]]:
     """Starts and goals at random with room for the robot, a third of the map apart.
 
@@ -317,7 +322,7 @@ def main() -> None:
     kinds = {**KINDS, "no route": WALLED}
     own: dict[str, Terrain] = {}
     if chosen.terrain:
-        own = {file.stem: open_map(str(file)) for file in sorted(chosen.terrain.glob("*.asc"))}
+        own = own_maps(chosen.terrain)
         kinds["relief of one's own"] = tuple(own)
     watch = cProfile.Profile()
     everything: dict[str, Any] = {}

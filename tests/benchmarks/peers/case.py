@@ -73,15 +73,22 @@ class Case:
             path: (k, 2).
             variants: shares of the toll by the distance of knots in cells.
         """
-        routes = []
+        routes = [self.drive(polyline) for polyline in self.smoothed(path, variants)]
+        driven = [route for route in routes if route is not None]
+        return min(driven, key=lambda route: route.energy_j, default=None)
+
+    def smoothed(
+        self, path: Array, variants: Mapping[float, Sequence[float]] = VARIANTS
+    ) -> list[Array]:
+        """Polylines near a path, refined as our own paths are; arguments as for ``refined``."""
+        found: list[Array] = []
         for waypoint_cells, shares in variants.items():
             penalties = [share * self.situation.corner_penalty("energy") for share in shares]
             near = refine(
                 self.field, path[:, :2].copy(), penalties=penalties, waypoint_cells=waypoint_cells
             )
-            routes += [self.drive(polyline) for polyline, _ in near]
-        driven = [route for route in routes if route is not None]
-        return min(driven, key=lambda route: route.energy_j, default=None)
+            found += [polyline for polyline, _ in near]
+        return found
 
     def node(self, point: tuple[float, float]) -> tuple[int, int]:
         """Row and column of the node nearest to a point."""
