@@ -15,6 +15,7 @@ import sys
 from pathlib import Path
 
 from tests.benchmarks import (
+    best_known,
     energy_intervals,
     hard_maps,
     naming,
@@ -53,6 +54,7 @@ MEASUREMENTS = {
     "times of answers": lambda: planning.times(20),
     "answers on hard maps: obstacles and real relief": hard_maps.times,
     "time budgets on hard maps": hard_maps.budgets,
+    "answers over the best known routes": best_known.measure,
     "routes with sharp friction": sharp_friction.measure,
     "matrix of 50 by 50": planning.matrix,
     "fields up to 4096²": planning.fields,
