@@ -42,12 +42,13 @@ POOL = 5
 PROMISING = 0.03
 """Share over the best route by which a route may take more and still be kept: moves may save it."""
 TOO_LONG = 1.12
-"""Metres of a path, in J, over those of the best one, from which it is not driven at all."""
+"""J of a path's metres over what the best route dissipates, from which it is not driven at all."""
 SMALLEST, LARGEST = 0.02, 4.0
 """Cells, standard deviation of a waypoint's move: any size between is as likely."""
-SEEN_FIRST = 0.75
-"""Share of moves that are driven only where they save energy with yaw and speeds as they were.
-The others are driven whatever they seem to do."""
+SEEN_FIRST = 0.3
+"""Share of moves that are driven only where they save energy with yaw and speeds as they were. The
+others are driven whatever they seem to do: where a limit holds the speed down, most savings come
+from moves that seem to cost more, as another speed and yaw are possible after them."""
 MOST_SEEN = 60
 """Moves looked at until one of them is driven."""
 ROUNDING = 1e-6
@@ -208,9 +209,8 @@ class RandomSearch:
 
     def _seems_to_save(self, known: Known, move: Move) -> bool:
         """Whether a motion takes less along moved waypoints with yaw and speeds as they were."""
+        # The field may call a path closed, by node and bins of yaw, that the body just passes.
         field, conditions = self.case.field, self.case.situation.conditions
-        if not math.isfinite(polyline_cost(field, move.after, field.step)):
-            return False
         motion = known.route.motion
         assert motion is not None
         here, there = (
@@ -234,9 +234,8 @@ class RandomSearch:
             if piece is None:
                 return
             path = without_spur(path, piece, min(field.dx, field.dy))
-        usual = polyline_cost(field, self.best.path, field.step)
         metres = polyline_cost(field, path, field.step)
-        if len(path) < 2 or not metres < TOO_LONG * usual:
+        if len(path) < 2 or not metres < TOO_LONG * self.case.dissipated(self.best.route):
             return
         self.driven["places"] += 1
         if self.random.random() < 0.5:

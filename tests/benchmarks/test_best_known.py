@@ -30,7 +30,7 @@ def begun(case: Case, path: Array, seed: int = 1) -> RandomSearch:
 @pytest.fixture(scope="module")
 def among_rocks() -> tuple[dict[str, Known], RandomSearch]:
     _, case = next(questions("rocks", made("rocks", 3), 1, 3))
-    return searched(case, seconds=2.0, seed=1, ten_seconds=0.5)
+    return searched(case, seconds=1.0, seed=1, ten_seconds=0.5)
 
 
 def test_no_answer_is_cheaper_than_the_best_known(

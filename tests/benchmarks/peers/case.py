@@ -18,6 +18,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from planner.quantities import STANDARD_GRAVITY
 from planner.search.field import CostField, segment_cost
 from planner.search.requests import PlanRequest
 from planner.search.results import Route, drive
@@ -89,6 +90,11 @@ class Case:
             )
             found += [polyline for polyline, _ in near]
         return found
+
+    def dissipated(self, route: Route) -> float:
+        """J of a route without what climbing stores."""
+        weight = self.situation.conditions.mass * STANDARD_GRAVITY
+        return route.energy_j - weight * route.rise_m
 
     def node(self, point: tuple[float, float]) -> tuple[int, int]:
         """Row and column of the node nearest to a point."""
