@@ -4,8 +4,9 @@
 
 The grid searches again with perturbed edge costs, for paths that cost about the same and end in
 other homotopy classes once they are smoothed. The best of these paths are smoothed with other
-waypoint distances and corner penalties. Then waypoint descent moves the
-waypoints of the best ones while their trajectories get cheaper.
+waypoint distances and corner penalties. Then waypoint descent moves the waypoints of the best ones
+while their trajectories get cheaper. In the time that is left, those of the very best are moved and
+driven (driven_moves).
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from planner.arrays import Array
 from planner.search.field import CostField
 from planner.search.results import Route
 from planner.search.run import Run
+from planner.search.solve.driven_moves import with_moves_driven
 from planner.search.solve.grid_planner import near_path_of
 from planner.search.solve.pipeline import Attempt, Candidate, drive_legs
 from planner.search.solve.sketch import Legs, with_costs
@@ -35,8 +37,10 @@ SMOOTHED_AGAIN = 4
 """Paths that are smoothed otherwise."""
 WAYPOINT_CELLS, PENALTY_SHARES = (4.0, 8.0, 6.0, 12.0, 3.0, 16.0), (1.0, 0.3, 0.1, 3.0)
 """Cells between waypoints, and shares of the corner penalty, that paths are smoothed with."""
-FOR_SMOOTHING, FOR_DESCENT = 0.6, 0.4
-"""Shares of the time budget that are left when searching ends, and when smoothing ends."""
+IN_THE_OPEN, AMONG_OBSTACLES = (0.6, 0.4, 0.0), (0.8, 0.7, 0.65)
+"""Shares of the time budget that are left at least when searching, smoothing and descent end; then
+waypoints are moved and driven. Among obstacles that saves most: limits hold the speed down at tight
+corners. In the open, paths beside the best one do."""
 DESCENT_CELLS = (1.0, 0.5, 0.5, 0.25, 0.25, 0.1)
 """Cells by which waypoint descent moves waypoints, round after round."""
 DESCENDED = {24.0: 4, 12.0: 2, 16.0: 1}
@@ -64,6 +68,8 @@ def further_candidates(run: Run, attempt: Attempt) -> Iterator[Candidate]:
     def left() -> float:
         return request.time_budget_s if counted else run.seconds_left
 
+    shares = AMONG_OBSTACLES if run.ground.blocked.any() else IN_THE_OPEN
+    for_smoothing, for_descent, for_moves = (share * request.time_budget_s for share in shares)
     found: list[tuple[Route, Legs, list[Array]]] = []
     if attempt.route is not None and attempt.legs is not None:
         found.append((attempt.route, attempt.legs, attempt.paths or []))
@@ -71,7 +77,7 @@ def further_candidates(run: Run, attempt: Attempt) -> Iterator[Candidate]:
     for number in itertools.count():
         if counted and number == SEARCHES:
             return
-        if not counted and left() < max(LEAST_STEP_S, FOR_SMOOTHING * request.time_budget_s):
+        if not counted and left() < max(LEAST_STEP_S, for_smoothing):
             break
         source, other = next(others)
         if other.route is not None and other.legs is not None:
@@ -80,10 +86,17 @@ def further_candidates(run: Run, attempt: Attempt) -> Iterator[Candidate]:
     found.sort(key=lambda one: one[0].energy_j)
     known = [(route, legs) for route, legs, _ in found]
     best = [paths for _, _, paths in found[:SMOOTHED_AGAIN] if paths]
-    for candidate in smoothed_otherwise(run, attempt.field, best, left):
+    for candidate in itertools.chain(
+        smoothed_otherwise(run, attempt.field, best, lambda: left() - for_descent),
+        with_waypoints_optimised(run, attempt.field, known, lambda: left() - for_moves),
+    ):
         yield candidate
         known.append((candidate.route, candidate.legs))
-    yield from with_waypoints_optimised(run, attempt.field, known, left)
+    if known:
+        route, legs = min(known, key=lambda one: one[0].energy_j)
+        begin = Candidate(route, "best so far", legs)
+        field = run.field("energy", attempt.field.margin)
+        yield from with_moves_driven(run, field, begin, lambda: left() > LEAST_STEP_S)
 
 
 def other_paths(run: Run, attempt: Attempt) -> Iterator[tuple[str, Attempt]]:
@@ -119,7 +132,7 @@ def smoothed_otherwise(
     )
     tasks = [partial(smoothed, *kind, path) for kind in kinds for path in paths]
     for first in range(0, len(tasks), 2):
-        if left() < max(LEAST_STEP_S, FOR_DESCENT * run.request.time_budget_s):
+        if left() < LEAST_STEP_S:
             return
         run.step(0.75, "other smoothings")
         for legs, route in run.other_core.all(tasks[first : first + 2]):
