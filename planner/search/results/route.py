@@ -14,8 +14,8 @@ import numpy as np
 
 from planner.arrays import Array
 from planner.search.results.energy_interval import Contribution, EnergyDistribution
+from planner.search.results.finer_poses import poses_every
 from planner.search.results.search_summary import SearchSummary
-from planner.search.trajectory import poses_every
 from planner.shown import Picture, Shown, frame
 from planner.terrain.heightmap import Terrain
 

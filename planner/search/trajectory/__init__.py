@@ -4,9 +4,8 @@ motion = move(field, conditions, legs, yaws, objective=0)    # Motion, or Infeas
 """
 
 from planner.search.trajectory.drive import CLOSELY, ROUGHLY, move, moved_alike
-from planner.search.trajectory.finer_poses import poses_every
 from planner.search.trajectory.limit_use import limits_used
-from planner.search.trajectory.motion import Motion, motion_rows
+from planner.search.trajectory.motion import Motion, motion_rows, shares_driven
 
 __all__ = [
     "CLOSELY",
@@ -16,5 +15,5 @@ __all__ = [
     "motion_rows",
     "move",
     "moved_alike",
-    "poses_every",
+    "shares_driven",
 ]

@@ -1,4 +1,4 @@
-"""From a path to a motion that a robot drives: corners, yaw, speed, and the yaw once more.
+"""From a path to a motion that a robot drives: corners, yaw, speed, and both once more.
 
     motion = move(field, conditions, legs, yaws, objective=0)      # or Infeasible that says where
 
@@ -21,7 +21,8 @@ from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
 from planner.search.kernel_arguments import Steps
 from planner.search.limit_places import Infeasible
-from planner.search.resolution import OBJECTIVES, SLOWEST
+from planner.search.resolution import MORE_LEVELS, OBJECTIVES, SLOWEST
+from planner.search.trajectory.finer_speeds import finer_speeds
 from planner.search.trajectory.limit_checks import Kept, broken_limits, ease, overheated
 from planner.search.trajectory.motion import (
     Motion,
@@ -32,6 +33,7 @@ from planner.search.trajectory.motion import (
     read_along,
     room_to_move,
 )
+from planner.search.trajectory.speed_estimate import level_count
 from planner.search.trajectory.speed_profile import KnownCosts, speed_profile
 from planner.search.trajectory.track import Track, lay_track, steps_of
 from planner.search.trajectory.turn_on_the_spot import (
@@ -158,7 +160,11 @@ def _move(
         return motion
     wanted = zip(roomy.marks, free_or_one, strict=True)
     fixed = np.isin(np.arange(len(roomy.points)), [mark for mark, one in wanted if one is not None])
-    return _finer(field, conditions, roomy, on_roomy, yaw, motion, fixed, at_speed)
+    motion = _finer(field, conditions, roomy, on_roomy, yaw, motion, fixed, at_speed)
+    if level_count(conditions, roomy) < MORE_LEVELS:
+        return motion  # on long steps the speed hardly changes
+    finer = finer_speeds(field, conditions, motion)
+    return min(motion, finer, key=partial(_joules, field, conditions))
 
 
 def _track_along(field: CostField, conditions: OperatingConditions, legs: Sequence[Array]) -> Track:

@@ -59,7 +59,7 @@ MOST_REFUSED = 24
 """Times at most that turns which touch something are left out."""
 _SIDES = (-1, 0, 1)
 """A waypoint turns to one side, stays, or turns to the other."""
-_CHANGES = tuple((a, b) for a in _SIDES for b in _SIDES if abs(a - b) <= 1)
+CHANGES = tuple((a, b) for a in _SIDES for b in _SIDES if abs(a - b) <= 1)
 """Turns of the waypoints before and after a piece, in multiples of the turn that is tried."""
 _VX, _VY, _AX, _AY = INDEX["vx"], INDEX["vy"], INDEX["ax"], INDEX["ay"]
 _GX, _GY, _GN = INDEX["gravity_x"], INDEX["gravity_y"], INDEX["gravity_normal"]
@@ -152,7 +152,7 @@ def _price(
                 on_slope[size] = turned_on_ground(rows[n])
                 size += 1
             n += 1
-        for a, b in _CHANGES:
+        for a, b in CHANGES:
             for i in range(size):
                 j = chosen[i]
                 w = share[j]
@@ -181,8 +181,8 @@ def _price(
 
 
 @njit(cache=True, error_model="numpy")
-def _cheapest(price: Any, free: Any, chosen: Any) -> bool:
-    """Choose a turn, -1, 0 or 1, at every waypoint; whether any of them turns."""
+def cheapest(price: Any, free: Any, chosen: Any) -> bool:
+    """Choose a turn, or another change, -1, 0 or 1, at every waypoint; whether any is not 0."""
     waypoints = free.shape[0]
     cost = np.full((waypoints, 3), np.inf)
     came = np.zeros((waypoints, 3), np.int64)
@@ -190,7 +190,7 @@ def _cheapest(price: Any, free: Any, chosen: Any) -> bool:
         if a == 0 or free[0]:
             cost[0, a + 1] = 0.0
     for k in range(waypoints - 1):
-        for a, b in _CHANGES:
+        for a, b in CHANGES:
             total = cost[k, a + 1] + price[k, a + 1, b + 1]
             if (b == 0 or free[k + 1]) and total < cost[k + 1, b + 1]:
                 cost[k + 1, b + 1], came[k + 1, b + 1] = total, a
@@ -262,7 +262,7 @@ def _turned(
             known[:] = False
             moved = False
             for _ in range(MOST_REFUSED):
-                moved = _cheapest(price, waypoints.free, chosen)
+                moved = cheapest(price, waypoints.free, chosen)
                 touched = False
                 for k in range(count - 1):
                     a, b = chosen[k], chosen[k + 1]

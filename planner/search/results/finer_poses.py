@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planner.arrays import Array
-from planner.search.trajectory.motion import Motion, shares_driven
+from planner.search.trajectory import Motion, shares_driven
 
 Integers = NDArray[np.int64]
 KINK = math.radians(1.0)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from planner.search.trajectory.finer_poses import poses_every
+from planner.search.results.finer_poses import poses_every
 from planner.search.trajectory.motion import Motion
 
 
