@@ -1,7 +1,6 @@
-"""Descent: trajectories with their waypoints moved, rough ones first and then the best one.
+"""Descent: rough trajectories with their waypoints moved.
 
-    better = descended(run, moving, closely)                     # (Driven, Sketch), cheapest first
-    last = descended_closely(run, field, legs, route, motion)    # Driven, or None
+    better = descended(run, moving, closely)       # (Driven, Sketch), cheapest first
 
 planner.search.waypoints moves them.
 """
@@ -10,28 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from planner.arrays import Array
 from planner.quantities import STANDARD_GRAVITY
-from planner.search.field import CostField, polyline_cost
+from planner.search.field import polyline_cost
 from planner.search.limit_places import Infeasible
 from planner.search.results import Route
 from planner.search.run import Run
-from planner.search.solve.sketch import Closely, Driven, Legs, Sketch, trajectory, with_costs
-from planner.search.trajectory import Motion
+from planner.search.solve.sketch import Closely, Driven, Sketch, with_costs
 from planner.search.waypoints import optimise_waypoints, worth_optimising
 
 DESCENDED, MOST_SAVED = 3, 0.025
 """Sketches whose waypoints are moved at most, and the share of what a trajectory dissipates that
 this may save: a sketch that takes more than that in addition is left alone."""
-
-CLOSE_STEPS = (0.5, 0.25)
-"""Cells by which waypoints of the best trajectory are moved, which is driven closely for that."""
-ROUGH_EXCESS = 1.02
-"""What a rough trajectory dissipates over what a finished one does, on steep relief: as much nearer
-to its metres is a finished one that is worth moving."""
-LEAST_SAVED = 1e-3
-"""Share of what it dissipates that this has to save. Smaller savings may be rollers that creep
-where the model's friction changes sign (python -m tests.benchmarks.sharp_friction)."""
 
 
 def descended(
@@ -65,34 +53,6 @@ def descended(
                 driven = Driven(moved, better.motion, better.energy, better.dissipated)
                 found.append((driven, of))
     return sorted(found, key=lambda pair: pair[0].energy)
-
-
-def descended_closely(
-    run: Run, field: CostField, legs: Legs, route: Route, motion: Motion | Infeasible
-) -> Driven | None:
-    """A route's trajectory with waypoints moved once more, where that is likely to help and does.
-
-    Rough trajectories differ from finished ones by more than such moves save.
-    """
-    metres = sum(polyline_cost(field, path, field.step) for path, _ in legs)
-    if not worth_optimising(ROUGH_EXCESS * dissipated(run, route), metres):
-        return None
-
-    def drive(paths: Sequence[Array]) -> Motion | Infeasible:
-        return trajectory(run, field, with_costs(field, paths), "energy")
-
-    better = optimise_waypoints(
-        *(field, run.conditions, [path for path, _ in legs], run.yaws),
-        steps=CLOSE_STEPS,
-        motion=motion,
-        drive=drive,
-        both=run.other_core.all,
-        check=run.check,
-    )
-    saved = route.energy_j - better.energy
-    if better.motion is None or saved < LEAST_SAVED * better.dissipated:
-        return None
-    return Driven(with_costs(field, better.legs), better.motion, better.energy, better.dissipated)
 
 
 def dissipated(run: Run, route: Route) -> float:

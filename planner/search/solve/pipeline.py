@@ -19,7 +19,7 @@ from planner.search.limit_places import Infeasible
 from planner.search.results import Route, price
 from planner.search.run import Run
 from planner.search.situation import remedy
-from planner.search.solve.descent import descended, descended_closely
+from planner.search.solve.descent import descended
 from planner.search.solve.sketch import (
     ANSWER,
     Closely,
@@ -130,12 +130,6 @@ def finished(
             least = min(least, route.energy_j)
     if kept:
         legs, route, of = min(kept, key=lambda one: one[1].energy_j)
-        if descends and effort.closely:
-            motion = closely.drive(run, legs, of)
-            with run.within_budget() as limited:
-                better = descended_closely(limited, of.field, legs, route, motion)
-                if better is not None and isinstance(better.motion, Motion):
-                    legs, route = better.legs, priced(run, of.field, better.motion)
         if failed is None:
             return Attempt(of.field, of.paths, legs, route)
         assert isinstance(failed.motion, Infeasible)

@@ -93,8 +93,6 @@ def optimise_waypoints(
     *,
     steps: Iterable[float] | None = None,
     spacing: float = WAYPOINT_SPACING,
-    motion: Motion | Infeasible | None = None,
-    drive: Callable[[Sequence[Array]], Motion | Infeasible] | None = None,
     both: Both | None = None,
     check: Callable[[], None] = lambda: None,
 ) -> Driven:
@@ -105,15 +103,12 @@ def optimise_waypoints(
         steps: by how many cells waypoints are moved, round after round; may end whenever it likes.
             None goes on while that pays.
         spacing: cells from one waypoint to the next, at most.
-        motion: along the legs, where it is known.
-        drive: gives the motion along legs; None works it out roughly.
         both: works out several motions, two at once where there is another core.
         check: called between motions; may raise to stop.
 
     Returns:
         The cheapest found, which may be the path that was given, with more waypoints.
     """
-    drive = drive or partial(_roughly, field, conditions, yaws=yaws)
     both = both or (lambda tasks: [task() for task in tasks])
     cell = min(field.dx, field.dy)
     pieces = [resample(leg, spacing * cell) for leg in legs]
@@ -128,8 +123,7 @@ def optimise_waypoints(
         return tuple(waypoints[a : b + 1] for a, b in itertools.pairwise(marks))
 
     def driven(waypoints: Array) -> Driven:
-        legs = parted(waypoints)
-        return with_energy(field, conditions, legs, drive(legs))
+        return drive_roughly(field, conditions, parted(waypoints), yaws)
 
     def alike(moved: Array) -> Driven:
         check()
@@ -142,9 +136,7 @@ def optimise_waypoints(
         places = [where_open(field, waypoints, move) for move in moves]
         return list(zip(both([partial(alike, one) for one in places]), places, strict=True))
 
-    if motion is None:
-        motion = drive(parted(waypoints))
-    best = with_energy(field, conditions, parted(waypoints), motion)
+    best = driven(waypoints)
     if best.motion is None or not free.any():
         return best
     steps = steps or while_it_pays(lambda: best)
@@ -226,16 +218,8 @@ def drive_roughly(
     yaws: Sequence[Wanted],
 ) -> Driven:
     """The motion along a path, roughly, with what it takes."""
-    return with_energy(field, conditions, legs, _roughly(field, conditions, legs, yaws))
-
-
-def _roughly(
-    field: CostField,
-    conditions: OperatingConditions,
-    legs: Sequence[Array],
-    yaws: Sequence[Wanted],
-) -> Motion | Infeasible:
-    return move(field, conditions, legs, yaws, objective=0, care=ROUGHLY, checked=False)
+    motion = move(field, conditions, legs, yaws, objective=0, care=ROUGHLY, checked=False)
+    return with_energy(field, conditions, legs, motion)
 
 
 def with_energy(
