@@ -117,27 +117,9 @@ def _on_grid(
         attempt = finished(run, sketches, objective, effort, sketching.closely)
         if attempt.route is None:
             caution = next_caution(caution, attempt)
-        elif objective == "energy" and effort is ANSWER and attempt.disappoints:
-            return _past_what_disappoints(run, attempt, sketching, next_caution(caution, attempt))
         else:
             return attempt
     return attempt
-
-
-def _past_what_disappoints(
-    run: Run, attempt: Attempt, sketching: _Sketching, caution: Caution | None
-) -> Attempt:
-    """The cheaper of a route and of one past the place that a cheaper path cannot pass."""
-    assert attempt.route is not None
-    other: Attempt | None = None
-    with run.within_budget() as limited:
-        if caution is not None:
-            sketches, _ = replace(sketching, run=limited).with_caution(caution)
-            known = sketching.closely
-            other = finished(limited, sketches, "energy", ANSWER, known) if sketches else None
-    if other is None or other.route is None or other.route.energy_j >= attempt.route.energy_j:
-        return attempt
-    return other
 
 
 @dataclass

@@ -34,7 +34,7 @@ from planner.search.trajectory import Motion
 
 NEARLY = 0.01
 """Share by which a rough motion may take more than the best closely driven one, and its path still
-be driven closely: rough motions scatter by about that much. A route disappoints beyond it."""
+be driven closely: rough motions scatter by about that much."""
 
 
 @dataclass(frozen=True)
@@ -62,8 +62,7 @@ class Attempt:
         legs: the paths smoothed; the cheapest of them.
         route: along the legs.
         reason: why there is no route.
-        infeasible: where a limit is in the way; with a route, on a path that seemed cheaper.
-        promised: J of the rough motion along that path; infinite without one.
+        infeasible: where a limit is in the way of a route.
     """
 
     field: CostField
@@ -72,13 +71,6 @@ class Attempt:
     route: Route | None = None
     reason: str = ""
     infeasible: Infeasible | None = None
-    promised: float = math.inf
-
-    @property
-    def disappoints(self) -> bool:
-        """Whether another path seemed clearly cheaper than the route, and breaks a limit."""
-        least = math.inf if self.route is None else self.route.energy_j
-        return least > self.promised + NEARLY * abs(self.promised)
 
     def candidate(self, source: str) -> Candidate | None:
         """The route under the name of what found it."""
@@ -113,7 +105,7 @@ def finished(
     kept: list[tuple[Legs, Route, Sketch]] = []
     descends = effort.descent and objective == "energy"
     found = descended(run, moving, closely) if descends else []
-    least = promised = math.inf
+    least = math.inf
     with run.within_budget() as limited:
         for one, of in sorted([*found, *moving], key=lambda pair: pair[0].energy):
             if kept and (objective != "energy" or one.energy >= least + NEARLY * abs(least)):
@@ -123,17 +115,14 @@ def finished(
                 closer = closely.drive(limited if kept else run, one.legs, of)
             if isinstance(closer, Infeasible):
                 if failed is None:
-                    failed, failed_of, promised = Driven(one.legs, closer), of, one.energy
+                    failed, failed_of = Driven(one.legs, closer), of
                 continue
             route = priced(run, of.field, closer)
             kept.append((one.legs, route, of))
             least = min(least, route.energy_j)
     if kept:
         legs, route, of = min(kept, key=lambda one: one[1].energy_j)
-        if failed is None:
-            return Attempt(of.field, of.paths, legs, route)
-        assert isinstance(failed.motion, Infeasible)
-        return Attempt(of.field, of.paths, legs, route, "", failed.motion, promised)
+        return Attempt(of.field, of.paths, legs, route)
     assert failed is not None  # whatever did not move is stuck
     where = failed.motion
     assert isinstance(where, Infeasible)

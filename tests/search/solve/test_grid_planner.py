@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from planner import plan_route
 from planner.cancellation import CancellationToken
 from planner.progress import silent
-from planner.search.limit_places import Infeasible
 from planner.search.requests import PlanRequest
 from planner.search.run import Run
 from planner.search.situation import situation_of
@@ -67,37 +64,3 @@ def test_where_bends_cost_much_a_detour_can_be_cheaper(monkeypatch):
     monkeypatch.setattr(grid_planner, "DETOURS", 0)
     # The search takes metres as even; here speed and heading change with every hill.
     assert found < 0.995 * plan_route(terrain=steep, **ends).routes[0].energy_j
-
-
-@pytest.mark.parametrize(
-    ("promised", "other", "answered", "searches"),
-    [
-        (0.9, 0.95, 0.95, 2),  # past the place it takes less
-        (0.9, 1.05, 1.0, 2),  # it takes more: the first route stays
-        (0.995, 0.95, 1.0, 1),  # no other path seemed clearly cheaper
-    ],
-)
-def test_a_place_that_a_cheaper_path_cannot_pass_is_searched_past_once(
-    monkeypatch, promised, other, answered, searches
-):
-    """All as shares of the energy of the first route."""
-    level = Terrain.from_arrays(np.zeros((40, 40)), cell=(0.25, 0.25), name="level")
-    ends = {"start": {"x": 1.0, "y": 1.0}, "goal": {"x": 8.0, "y": 6.0}}
-    request = PlanRequest.from_json({"map": "level", **ends})
-    real, energies = grid_planner.finished, []
-
-    def finished(run, sketches, objective, effort, closely):
-        attempt = real(run, sketches, objective, effort, closely)
-        energy = attempt.route.energy_j
-        route = replace(attempt.route, energy_j=(other if energies else 1.0) * energy)
-        energies.append(energy)
-        place = Infeasible(4.0, 3.5, "the limit of traction is broken")
-        return replace(attempt, route=route, infeasible=place, promised=promised * energy)
-
-    monkeypatch.setattr(grid_planner, "finished", finished)
-    with CancellationToken() as token:
-        run = Run(request, situation_of(request, terrain=level), silent, token)
-        found = grid_planner.on_grid(run, run.field("energy"), "energy")
-    assert len(energies) == searches
-    # On level ground the path past the place is hardly longer.
-    assert found.route.energy_j == pytest.approx(answered * energies[0], rel=0.03)
