@@ -34,6 +34,11 @@ def metres(value: float) -> str:
     return f"{value:z.2f} m" if value < 100 else f"{value:,.0f} m"
 
 
+def coordinates(x: float, y: float) -> str:
+    """A place to the centimetre, without exponents: "2, 17.5", "712034.5, 4051234"."""
+    return ", ".join(f"{round(value, 2):z.12g}" for value in (x, y))
+
+
 def watts(value: float | None) -> str:
     """Power: 0.041 W, 0.52 W, 3.10 W, 21.4 W, 1,204 W."""
     if value is None:

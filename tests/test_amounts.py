@@ -6,6 +6,7 @@ import pytest
 
 from planner.amounts import (
     chance,
+    coordinates,
     estimate,
     joules,
     metres,
@@ -84,3 +85,9 @@ def test_chance(probability: float, text: str) -> None:
 )
 def test_what_the_digits_do_not_show_is_zero(said: str, expected: str) -> None:
     assert said == expected
+
+
+def test_a_place_is_written_in_full_on_a_projected_map():
+    assert coordinates(2.0, 17.5) == "2, 17.5"
+    assert coordinates(20000.0, -0.001) == "20000, 0"
+    assert coordinates(712034.504, 4051234.0) == "712034.5, 4051234"

@@ -9,7 +9,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from planner.amounts import joules, metres, seconds
+from planner.amounts import coordinates, joules, metres, seconds
 from planner.report import route_wording
 from planner.report.route_wording import called, compared, extra_cost
 from service.cli.terminal import grid
@@ -103,7 +103,7 @@ def matrix(document: Document) -> Group:
 
 
 def _place(place: Document) -> str:
-    return f"{place['x']:g}, {place['y']:g}"
+    return coordinates(place["x"], place["y"])
 
 
 def graph(document: Document) -> Group:

@@ -9,7 +9,7 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from planner.amounts import joules, metres, seconds
+from planner.amounts import coordinates, joules, metres, seconds
 from planner.power.catalogue import all_effects
 from planner.report.axes import thinned
 from planner.report.drawing import beside, size_of
@@ -117,7 +117,7 @@ def _title(answer: Answer) -> str:
     if not answer.routes:
         return f"{answer.terrain.name}: no route"
     route = answer.routes[0].arrays
-    start, goal = (f"({route['x'][k]:.4g}, {route['y'][k]:.4g})" for k in (0, -1))
+    start, goal = (f"({coordinates(route['x'][k], route['y'][k])})" for k in (0, -1))
     return f"{answer.terrain.name}: {start} to {goal}"
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planner.amounts import joules
+from planner.amounts import coordinates, joules
 from planner.report.axes import Axes
 from planner.report.drawing import chart, text, width_of
 from planner.report.routes.route_map import hexadecimal, power_colour
@@ -25,7 +25,7 @@ _TOP = 24
 
 def place_words(place: PoseRequest) -> str:
     """A place by its coordinates in m: "2, 17.5"."""
-    return f"{place.x:.4g}, {place.y:.4g}"
+    return coordinates(place.x, place.y)
 
 
 def energy_words(energy: float) -> str:
