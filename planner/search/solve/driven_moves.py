@@ -72,13 +72,16 @@ def with_moves_driven(
     while left():
         run.step(0.9, "waypoints moved and driven")
         move = again or _drawn(random, legs, likely, cell)
-        tried = [move.by(share) for share in ((1.0, -1.0) if again is None else (1.0, 2.0))]
+        shares = (1.0, -1.0) if again is None else (1.0, 2.0)
+        shifted = any(shift.any() for shift in move.shifts)  # nothing is where one is left out
+        tried = [move.by(share) for share in shares[: 2 if shifted else 1]]
         tasks = [partial(drive_legs, run, field, with_costs(field, one), "energy") for one in tried]
         again = None
         for paths, found in zip(tried, run.other_core.all(tasks), strict=True):
             if not isinstance(found, Route) or found.energy_j >= route.energy_j:
                 continue
-            again = Move(paths, [a - b for a, b in zip(paths, move.legs, strict=True)])
+            if shifted:
+                again = Move(paths, [a - b for a, b in zip(paths, move.legs, strict=True)])
             legs, route = paths, found
             likely = _likely(run, field, legs, route)
             yield Candidate(route, "waypoints moved and driven", with_costs(field, legs))

@@ -11,6 +11,7 @@ from planner.search.requests import PlanRequest
 from planner.search.results import Route
 from planner.search.run import Run
 from planner.search.situation import situation_of
+from planner.search.solve import driven_moves
 from planner.search.solve.driven_moves import with_moves_driven
 from planner.search.solve.pipeline import Candidate, drive_legs
 from planner.search.solve.sketch import with_costs
@@ -75,6 +76,22 @@ def test_every_one_of_them_holds_all_limits(round_a_wall):
     for one in better:
         assert not broken_limits(field, run.conditions, one.route.motion, finely=True)
         assert all(use.share <= 1.0 + LIMITS_OFF for use in one.route.limits)
+
+
+def test_what_one_waypoint_less_comes_to_is_driven_once(monkeypatch):
+    """There is no opposite of it, and nothing to repeat."""
+    driven = []
+
+    def noted(run, field, legs, objective):
+        driven.append(legs[0][0])
+        return drive_legs(run, field, legs, objective)
+
+    monkeypatch.setattr(driven_moves, "drive_legs", noted)
+    monkeypatch.setattr(driven_moves, "LIKELY", {"left out": 1.0})
+    bent = np.array([[2.0, 5.0], [5.0, 6.0], [8.0, 5.0]])
+    *_, better = searched(terrain(np.zeros((40, 40))), bent, 1)
+    assert len(driven) == len(better) == 1
+    np.testing.assert_array_equal(driven[0], bent[[0, -1]])
 
 
 def test_the_same_seed_draws_the_same_moves():
