@@ -3,9 +3,10 @@
     track = lay_track(field, points, spacing=..., speed=..., acceleration=...)
 
 A robot cannot change the direction of its velocity at once. Every corner gets the widest arc that
-free space and neighbouring corners allow. It stays within ``deviation`` of the corner and where the
-body is free. Wider is cheaper, since wheels fight a sideways force. Where no arc of a useful radius
-fits, the robot stops at the corner.
+free space and neighbouring corners allow, near the corner. Wider is cheaper: it can be taken
+faster, and wheels fight less of a sideways force. Two corners share the piece between them so that
+the tighter arc is as wide as possible. Where no arc of a useful radius fits, the robot stops at the
+corner.
 """
 
 from __future__ import annotations
@@ -29,6 +30,14 @@ ARC_STEP = math.radians(8.0)
 TIGHTEST_ARC = 0.06
 """Smallest radius as a share of the one for full speed; below it the robot stops to turn. An arc
 needs some least radius. Half and double change next to nothing (docs/benchmarks/ablations.md)."""
+MOST_OFF_CORNER = 0.5
+"""m from a corner to its arc at most, and no more than the radius for full speed."""
+SHARED = 0.96
+"""Share of a piece that the arcs at its two ends may take together."""
+TIGHTER = 0.8
+"""Factor on the radius of an arc where it is not free, until it is."""
+SHARPEST = math.radians(170.0)
+"""rad: at larger changes of direction the robot turns back, without an arc."""
 SHORTEST_CHORD = 0.04
 """m, shortest chord of an arc, where the bend allows it."""
 MOST_CHORDS = 500
@@ -94,7 +103,6 @@ def lay_track(
     curvatures: list[Array] = []
     stops: list[NDArray[np.bool_]] = [np.ones(1, bool)]
     marks = [0]
-    deviation = min(0.5, max(0.15, 0.5 * min(field.dx, field.dy)))
     radius = speed * speed / acceleration
     ramp = radius / 2.0  # distance to reach full speed, v²/2a
     for leg in legs:
@@ -103,7 +111,7 @@ def lay_track(
         if len(leg) < 2:
             marks.append(marks[-1])
             continue
-        ends, bends, halts = _rounded(field, leg, spacing, radius, deviation)
+        ends, bends, halts = _rounded(field, leg, spacing, radius)
         added, piece = _samples(points[-1][-1], ends, halts, spacing, ramp)
         points.append(added)
         curvatures.append(bends[piece])
@@ -129,26 +137,63 @@ def lay_track(
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _rounded(
-    field: Any, leg: Any, spacing: float, radius: float, deviation: float
-) -> tuple[Any, Any, Any]:
+def turns_of(leg: Any) -> Any:
+    """Change of direction (n,) at each point of a polyline (n, 2), rad; none at its ends."""
+    turns = np.zeros(leg.shape[0])
+    for k in range(1, leg.shape[0] - 1):
+        ax, ay = leg[k, 0] - leg[k - 1, 0], leg[k, 1] - leg[k - 1, 1]
+        bx, by = leg[k + 1, 0] - leg[k, 0], leg[k + 1, 1] - leg[k, 1]
+        turns[k] = math.atan2(ax * by - ay * bx, ax * bx + ay * by)
+    return turns
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def widest_arcs(leg: Any, turns: Any, off_corner: float) -> Any:
+    """Radius (n,) in m of the widest arc at each corner of a polyline (n, 2); 0 for none.
+
+    An arc takes radius times tan(turn / 2) of either piece. Where both arcs of a piece cannot be as
+    wide as they might, they get the same radius, or one gets what the other leaves.
+
+    Args:
+        leg: m.
+        turns: (n,) rad, from ``turns_of``.
+        off_corner: m from a corner to the middle of its arc at most.
+    """
+    count = leg.shape[0]
+    widest, tangent = np.zeros(count), np.zeros(count)  # m; and of an arc of 1 m
+    for k in range(count):
+        half = 0.5 * abs(turns[k])
+        if STRAIGHT < abs(turns[k]) <= SHARPEST:
+            tangent[k] = math.tan(half)
+            widest[k] = off_corner / (1.0 / math.cos(half) - 1.0)
+    found = widest.copy()
+    for k in range(count - 1):
+        ex, ey = leg[k + 1, 0] - leg[k, 0], leg[k + 1, 1] - leg[k, 1]
+        room = SHARED * math.sqrt(ex * ex + ey * ey)
+        for one, other in ((k, k + 1), (k + 1, k)):
+            if tangent[one] > 0.0:
+                alike = room / (tangent[one] + tangent[other])
+                left = (room - widest[other] * tangent[other]) / tangent[one]
+                found[one] = min(found[one], max(alike, left))
+    return found
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _rounded(field: Any, leg: Any, spacing: float, radius: float) -> tuple[Any, Any, Any]:
     """Straight pieces and chords: end points (n, 2), curvatures (n,), whether the robot stops."""
     count = leg.shape[0]
     ends = np.empty((64, 2))
     curvatures = np.zeros(64)
     stops = np.zeros(64, np.bool_)
     arc = np.empty((MOST_CHORDS + 1, 2))
+    turns = turns_of(leg)
+    widest = widest_arcs(leg, turns, min(MOST_OFF_CORNER, radius))
     n = 0
     for k in range(1, count):
         ax, ay = leg[k, 0] - leg[k - 1, 0], leg[k, 1] - leg[k - 1, 1]
-        chords, bend, turn = 0, 0.0, 0.0
-        if k < count - 1:
-            bx, by = leg[k + 1, 0] - leg[k, 0], leg[k + 1, 1] - leg[k, 1]
-            turn = math.atan2(ax * by - ay * bx, ax * bx + ay * by)
-            room = 0.48 * math.sqrt(min(ax * ax + ay * ay, bx * bx + by * by))
-            chords, bend = _arc(
-                field, spacing, leg[k], math.atan2(ay, ax), turn, radius, room, deviation, arc
-            )
+        chords, bend = _arc(
+            field, spacing, leg[k], math.atan2(ay, ax), turns[k], radius, widest[k], arc
+        )
         if n + chords + 1 > ends.shape[0]:
             size = 2 * (n + chords + 1)
             old_ends, old_curvatures, old_stops = ends, curvatures, stops
@@ -158,7 +203,7 @@ def _rounded(
             ends[:n], curvatures[:n], stops[:n] = old_ends[:n], old_curvatures[:n], old_stops[:n]
         if chords == 0:
             ends[n] = leg[k]
-            stops[n] = abs(turn) > STRAIGHT
+            stops[n] = abs(turns[k]) > STRAIGHT
             n += 1
         else:
             for c in range(chords + 1):
@@ -176,30 +221,31 @@ def _arc(
     direction: float,
     turn: float,
     full: float,
-    room: float,
-    deviation: float,
+    widest: float,
     points: Any,
 ) -> tuple[int, float]:
     """Chords of the arc that replaces a corner, and its curvature; 0 chords if the corner stays.
 
     The arc's ``chords + 1`` points are written to ``points``.
+
+    Args:
+        field: map and costs.
+        spacing: m, largest distance of samples.
+        corner: (2,) m.
+        direction: rad, azimuth of the travel before it.
+        turn: rad.
+        full, widest: m, radius for full speed, and the largest that there is room for.
+        points: (MOST_CHORDS + 1, 2), written.
     """
-    half = abs(turn) / 2.0
-    if abs(turn) <= STRAIGHT or half > math.radians(85.0):
-        return 0, 0.0
-    # Tangent length R·tan(half) must fit the pieces; the arc passes R·(1/cos(half) - 1) inside.
-    radius = min(room / math.tan(half), deviation / (1.0 / math.cos(half) - 1.0))
-    side = math.copysign(1.0, turn)
-    for _ in range(4):
-        if radius < TIGHTEST_ARC * full:
-            return 0, 0.0
+    radius, side = widest, math.copysign(1.0, turn)
+    while radius > 0.0 and radius >= TIGHTEST_ARC * full:
         # Chords short enough for the bend, long enough for yaw and speed to change on them.
         # A body that turns evenly along a long chord would crab on both its halves, with its
         # sideways force in blows.
         length = radius * abs(turn)
         chords = max(math.ceil(abs(turn) / ARC_STEP), math.ceil(2.0 * length / spacing))
         chords = int(max(2, min(chords, int(length / SHORTEST_CHORD), MOST_CHORDS)))
-        tangent = radius * math.tan(half)
+        tangent = radius * math.tan(0.5 * abs(turn))
         from_x = corner[0] - tangent * math.cos(direction)
         from_y = corner[1] - tangent * math.sin(direction)
         centre_x = from_x - side * radius * math.sin(direction)
@@ -210,7 +256,7 @@ def _arc(
             points[c, 1] = centre_y + radius * math.sin(angle)
         if polyline_cost(field, points[: chords + 1], field.step) < np.inf:
             return chords, side / radius
-        radius /= 2.0
+        radius *= TIGHTER
     return 0, 0.0
 
 

@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from planner.search.trajectory.track import lay_track, slopes_of_steps
+from planner.search.field import CostField, polyline_cost
+from planner.search.trajectory.track import lay_track, slopes_of_steps, turns_of, widest_arcs
 from tests.benchmarks.peers.case import case_of
 from tests.search.maps import terrain
 
@@ -45,6 +46,50 @@ def test_a_corner_becomes_an_arc_within_the_corner() -> None:
     assert (track.curvatures * track.lengths).sum() == pytest.approx(math.pi / 2.0, rel=0.01)
     assert (track.points[:, 0] <= 8.0 + 1e-9).all()
     assert (track.points[:, 1] >= 3.0 - 1e-9).all()
+
+
+def test_corners_share_a_piece_so_that_the_tighter_arc_is_widest() -> None:
+    """Arcs side by side meet within the piece, and neither could be wider without the other."""
+    off = 0.5
+    for first, second in ((30.0, 60.0), (8.0, 80.0), (-40.0, 40.0), (90.0, 20.0)):
+        for between in (0.2, 0.6, 2.0):
+            turns = np.radians([0.0, first, first + second])
+            leg = np.array([[0.0, 0.0], *np.column_stack([np.cos(turns), np.sin(turns)])])
+            leg[1:] *= np.array([5.0, between, 5.0])[:, None]
+            leg = np.cumsum(leg, axis=0)
+            np.testing.assert_allclose(turns_of(leg)[1:3], np.radians([first, second]))
+            a, b = widest_arcs(leg, turns_of(leg), off)[1:3]
+            half = np.abs(np.radians([first, second])) / 2.0
+            wanted = off / (1.0 / np.cos(half) - 1.0)
+            taken = np.array([a, b]) * np.tan(half)
+            assert taken.sum() <= between
+            assert (np.array([a, b]) <= wanted * (1.0 + 1e-9)).all()
+            if taken.sum() < 0.9 * between:
+                np.testing.assert_allclose([a, b], np.minimum(wanted, 5.0), rtol=0.05)
+            elif not np.isclose(a, b):
+                # The tighter one is as wide as it may be at all; the other one has the rest.
+                tighter = int(b < a)
+                assert [a, b][tighter] == pytest.approx(wanted[tighter])
+
+
+def test_an_arc_beside_something_solid_is_nearly_as_wide_as_it_may_be() -> None:
+    """With a block in the corner, an arc wider by a quarter would run into it."""
+    corner = np.array([[2.0, 3.0], [8.0, 3.0], [8.0, 9.0]])
+    asked = {"start": {"x": 2, "y": 3}, "goal": {"x": 8, "y": 9}}
+    for east in (30, 31, 32):
+        blocked = np.zeros((60, 60), bool)
+        blocked[15:, :east] = True
+        field = case_of("test", asked, terrain(np.zeros((60, 60)), obstacles=blocked)).field
+        radius = 1.0 / lay_track(field, [corner], **LAID).curvatures.max()
+
+        def free(radius: float, field: CostField = field) -> bool:
+            angle = np.linspace(-0.5 * np.pi, 0.0, 60)
+            arc = np.array([8.0 - radius, 3.0 + radius])
+            arc = arc + radius * np.column_stack([np.cos(angle), np.sin(angle)])
+            return math.isfinite(polyline_cost(field, arc, field.step))
+
+        assert free(radius)
+        assert radius == pytest.approx(0.5 / (math.sqrt(2.0) - 1.0)) or not free(1.25 * radius)
 
 
 def test_on_a_plane_the_steepest_slope_is_that_of_the_middle() -> None:
