@@ -32,8 +32,8 @@ TIGHTEST_ARC = 0.06
 needs some least radius. Half and double change next to nothing (docs/benchmarks/ablations.md)."""
 MOST_OFF_CORNER = 0.5
 """m from a corner to its arc at most, and no more than the radius for full speed."""
-SHARED = 0.96
-"""Share of a piece that the arcs at its two ends may take together."""
+ONE_ARC = 0.96
+"""Share of a piece that an arc may take if there is none at its other end."""
 TIGHTER = 0.8
 """Factor on the radius of an arc where it is not free, until it is."""
 SHARPEST = math.radians(170.0)
@@ -169,7 +169,8 @@ def widest_arcs(leg: Any, turns: Any, off_corner: float) -> Any:
     found = widest.copy()
     for k in range(count - 1):
         ex, ey = leg[k + 1, 0] - leg[k, 0], leg[k + 1, 1] - leg[k, 1]
-        room = SHARED * math.sqrt(ex * ex + ey * ey)
+        both = tangent[k] > 0.0 and tangent[k + 1] > 0.0
+        room = (1.0 if both else ONE_ARC) * math.sqrt(ex * ex + ey * ey)
         for one, other in ((k, k + 1), (k + 1, k)):
             if tangent[one] > 0.0:
                 alike = room / (tangent[one] + tangent[other])
@@ -206,7 +207,9 @@ def _rounded(field: Any, leg: Any, spacing: float, radius: float) -> tuple[Any, 
             stops[n] = abs(turns[k]) > STRAIGHT
             n += 1
         else:
-            for c in range(chords + 1):
+            # Arcs side by side meet: on a tiny step between them the body could hardly turn.
+            close = math.hypot(arc[0, 0] - ends[n - 1, 0], arc[0, 1] - ends[n - 1, 1])
+            for c in range(1 if n > 0 and close < SHORTEST_CHORD else 0, chords + 1):
                 ends[n] = arc[c]
                 curvatures[n] = bend if c > 0 else 0.0
                 n += 1
