@@ -54,15 +54,17 @@ class Care(NamedTuple):
         waypoints: places at most at which the yaw is decided, where there is room.
         turned: yaw profiles at most where limits are checked, each without an angle that broke one
             before.
+        refined: times that the yaw is refined; the second time so that it turns evenly.
     """
 
     yaws: int
     speeds: int
     waypoints: int
     turned: int
+    refined: int
 
 
-ROUGHLY, CLOSELY = Care(1, 1, 240, 4), Care(2, 3, 480, 8)
+ROUGHLY, CLOSELY = Care(1, 1, 240, 4, 1), Care(2, 3, 480, 8, 2)
 """The first is good to a few parts in a thousand, to choose among paths."""
 MOST_SPEED_PROFILES = 12
 """Speed profiles until no limit is broken between samples either."""
@@ -160,7 +162,10 @@ def _move(
         return motion
     wanted = zip(roomy.marks, free_or_one, strict=True)
     fixed = np.isin(np.arange(len(roomy.points)), [mark for mark, one in wanted if one is not None])
-    motion = _finer(field, conditions, roomy, on_roomy, yaw, motion, fixed, at_speed)
+    for evenly in (False, True)[: care.refined]:
+        motion, yaw = _finer(
+            *(field, conditions, roomy, on_roomy, yaw, motion, fixed, at_speed), evenly=evenly
+        )
     if level_count(conditions, roomy) < MORE_LEVELS:
         return motion  # on long steps the speed hardly changes
     finer = finer_speeds(field, conditions, motion)
@@ -247,8 +252,10 @@ def _finer(
     motion: Motion,
     fixed: NDArray[np.bool_],
     at_speed: Callable[[YawProfile], Motion | Infeasible],
-) -> Motion:
-    """A motion with its yaw refined, where it takes less energy so.
+    *,
+    evenly: bool,
+) -> tuple[Motion, YawProfile]:
+    """A motion with its yaw refined, where it takes less energy so; with the yaw on its track.
 
     Around places where a limit is then broken, the yaw stays.
 
@@ -257,21 +264,25 @@ def _finer(
         motion: along the track, within all limits.
         fixed: (samples,) where the yaw was asked for.
         at_speed: the best speeds for a yaw, within all limits.
+        evenly: as for ``refined_yaw``.
     """
     for _ in range(MOST_REFINED):
-        finer = at_speed(refined_yaw(field, conditions, track, steps, yaw, motion, fixed))
+        angles = refined_yaw(*(field, conditions, track, steps, yaw, motion, fixed), evenly=evenly)
+        finer = at_speed(angles)
         if isinstance(finer, Infeasible):
             places = finer.places
         else:
             touched = first_contact(field, finer)
             if touched < 0:
                 # Its speeds were chosen again, and may cost more than the yaw saves.
-                return min(motion, finer, key=partial(_joules, field, conditions))
+                if _joules(field, conditions, finer) < _joules(field, conditions, motion):
+                    return finer, angles
+                return motion, yaw
             places = ((float(finer.x[touched]), float(finer.y[touched])),)
         for place in places:
             away = np.hypot(*(track.points - place).T)
             fixed = fixed | (away <= max(LEFT_ALONE, 3.0 * float(track.lengths.max())))
-    return motion
+    return motion, yaw
 
 
 def _joules(field: CostField, conditions: OperatingConditions, motion: Motion) -> float:

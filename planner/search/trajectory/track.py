@@ -30,8 +30,9 @@ ARC_STEP = math.radians(8.0)
 TIGHTEST_ARC = 0.06
 """Smallest radius as a share of the one for full speed; below it the robot stops to turn. An arc
 needs some least radius. Half and double change next to nothing (docs/benchmarks/ablations.md)."""
-MOST_OFF_CORNER = 0.5
-"""m from a corner to its arc at most, and no more than the radius for full speed."""
+OFF_CORNER, MOST_OFF_CORNER = 0.15, 0.5
+"""m from a corner to its arc at most; half a cell where that is more, up to the second: the costs
+beside a path are not those that it was chosen by."""
 ONE_ARC = 0.96
 """Share of a piece that an arc may take if there is none at its other end."""
 TIGHTER = 0.8
@@ -103,6 +104,7 @@ def lay_track(
     curvatures: list[Array] = []
     stops: list[NDArray[np.bool_]] = [np.ones(1, bool)]
     marks = [0]
+    off_corner = min(MOST_OFF_CORNER, max(OFF_CORNER, 0.5 * min(field.dx, field.dy)))
     radius = speed * speed / acceleration
     ramp = radius / 2.0  # distance to reach full speed, v²/2a
     for leg in legs:
@@ -111,7 +113,7 @@ def lay_track(
         if len(leg) < 2:
             marks.append(marks[-1])
             continue
-        ends, bends, halts = _rounded(field, leg, spacing, radius)
+        ends, bends, halts = _rounded(field, leg, spacing, radius, off_corner)
         added, piece = _samples(points[-1][-1], ends, halts, spacing, ramp)
         points.append(added)
         curvatures.append(bends[piece])
@@ -180,7 +182,9 @@ def widest_arcs(leg: Any, turns: Any, off_corner: float) -> Any:
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _rounded(field: Any, leg: Any, spacing: float, radius: float) -> tuple[Any, Any, Any]:
+def _rounded(
+    field: Any, leg: Any, spacing: float, radius: float, off_corner: float
+) -> tuple[Any, Any, Any]:
     """Straight pieces and chords: end points (n, 2), curvatures (n,), whether the robot stops."""
     count = leg.shape[0]
     ends = np.empty((64, 2))
@@ -188,7 +192,7 @@ def _rounded(field: Any, leg: Any, spacing: float, radius: float) -> tuple[Any, 
     stops = np.zeros(64, np.bool_)
     arc = np.empty((MOST_CHORDS + 1, 2))
     turns = turns_of(leg)
-    widest = widest_arcs(leg, turns, min(MOST_OFF_CORNER, radius))
+    widest = widest_arcs(leg, turns, off_corner)
     n = 0
     for k in range(1, count):
         ax, ay = leg[k, 0] - leg[k - 1, 0], leg[k, 1] - leg[k - 1, 1]

@@ -105,6 +105,27 @@ def test_a_refined_motion_keeps_limits_and_the_yaws_asked_for(rough) -> None:
     assert np.exp(1j * turned.yaw[-1]) == pytest.approx(np.exp(-1.2j))
 
 
+def test_a_body_turns_more_evenly_through_tight_corners() -> None:
+    """Two bends in a row: less of the time is near the largest yaw rate, and it takes no more J."""
+    field, conditions = _circumstances(terrain(np.zeros((96, 96))))
+    path = np.array([[2.0, 5.0], [5.0, 5.0], [5.4, 5.4], [5.4, 8.0]])
+    motion = _moved(field, conditions, path, checked=False)
+    track, yaw = _on_its_own_track(motion)
+    free, seconds = np.zeros(len(motion.x), bool), np.diff(motion.time)
+
+    def fast(evenly: bool) -> float:
+        finer = refined_yaw(
+            field, conditions, track, steps_of(field, track), yaw, motion, free, evenly=evenly
+        )
+        rate = np.abs(np.diff(finer.arriving)) / seconds
+        return float(seconds[rate > 0.9 * conditions.model.vehicle.limits.yaw_rate].sum())
+
+    assert fast(True) < 0.5 * fast(False)
+    once = drive.CLOSELY._replace(refined=1)
+    plain, evenly = (_moved(field, conditions, path, care=care) for care in (once, drive.CLOSELY))
+    assert energy_of(field, conditions, evenly) <= energy_of(field, conditions, plain) + 1e-9
+
+
 def test_no_model_finds_a_cheaper_profile_for_another(rough) -> None:
     """On one path, each model's own yaw and speed cost it least; 0.05 % are for both searches."""
     relief = terrain(hills(96, rms_degrees=5.0))
@@ -141,19 +162,19 @@ def test_a_refined_motion_that_costs_more_is_left(rough, monkeypatch):
     field, conditions, _ = rough
     seen = []
 
-    def swinging(field, conditions, track, steps, yaw, motion, fixed):
+    def swinging(field, conditions, track, steps, yaw, motion, fixed, evenly):
         seen.append(track)
         added = 0.4 * np.sin(np.linspace(0.0, 4.0 * np.pi, len(yaw.arriving)))
         return YawProfile(yaw.arriving + added, yaw.leaving + added, yaw.cost)
 
-    def as_it_is(field, conditions, track, steps, yaw, motion, fixed):
+    def as_it_is(field, conditions, track, steps, yaw, motion, fixed, evenly):
         return yaw
 
     monkeypatch.setattr(drive, "refined_yaw", as_it_is)
     plain = _moved(field, conditions)
     monkeypatch.setattr(drive, "refined_yaw", swinging)
     kept = _moved(field, conditions)
-    assert len(seen) == 1  # it keeps all limits
+    assert len(seen) == 2  # once for its costs, once to turn evenly; both keep all limits
     assert energy_of(field, conditions, kept) == energy_of(field, conditions, plain)
 
 
@@ -181,10 +202,10 @@ def test_a_refined_yaw_is_driven_on_steep_relief(monkeypatch):
     times: dict[int, int] = {}
     motions = []
 
-    def counted(field, conditions, track, steps, yaw, motion, fixed):
+    def counted(field, conditions, track, steps, yaw, motion, fixed, evenly):
         motions.append(motion)
-        times[id(motion)] = times.get(id(motion), 0) + 1
-        return refined_yaw(field, conditions, track, steps, yaw, motion, fixed)
+        times[id(motion)] = times.get(id(motion), 0) + (not evenly)
+        return refined_yaw(field, conditions, track, steps, yaw, motion, fixed, evenly=evenly)
 
     monkeypatch.setattr(drive, "refined_yaw", counted)
     terrain = made("jacksboro", 1)
