@@ -44,9 +44,9 @@ TURNED_AT = ((0.5, (1.0, 0.5)), (0.1, (1.0, 0.5, 0.25, 0.1)), (0.03, (0.25, 0.1,
 On a side slope, rollers that turn downhill help to hold the robot, those that turn uphill drag.
 Between the two lies a fraction of a degree, and so small turns save much.
 """
-FAST_TURN, DEARER = 0.8, 0.2
-"""Share of the largest yaw rate from which even turning makes a sample dearer, and by what share it
-does so at that rate."""
+FAST_TURN, FAST_PENALTY = 0.8, 0.2
+"""Share of the largest yaw rate from which a sample gets a penalty where the body is to turn
+evenly, and that penalty at the rate itself, as a share of what the sample costs."""
 REPEATS = 3
 """Times at most that each turn is tried."""
 SAMPLED_CELLS = 1.0
@@ -141,7 +141,7 @@ def _price(
     stale: Any,
     block: Any,
     turn: float,
-    dearer: float,
+    penalty: float,
     price: Any,
 ) -> None:
     """Cost of stale pieces with their waypoints turned, into ``price`` (pieces, 3, 3).
@@ -185,7 +185,7 @@ def _price(
                 rate = rows[j, _WZ] + turn * (b - a) * pace[j]
                 fast = max(0.0, abs(rate) / limits[6] - FAST_TURN) / (1.0 - FAST_TURN)
                 cost = found[i] * seconds[j]
-                cost += dearer * fast * abs(cost)
+                cost += penalty * fast * abs(cost)
                 number = broken_in_block(found, i, limits)
                 broken = number >= 0 and number != _TRACTION
                 broken |= found[_TRACTION_LEFT * BLOCK + i] < grip[j]
@@ -251,7 +251,7 @@ def _turned(
     waypoints: Any,
     conditions: Any,
     turns: Any,
-    dearer: float,
+    penalty: float,
     total: Any,
 ) -> None:
     """Turn the motion where that costs less: its rows, and every waypoint's turn, in ``total``.
@@ -262,7 +262,7 @@ def _turned(
         waypoints: Places.
         conditions: Surroundings of the track.
         turns: rad, tried one after the other.
-        dearer: share by which a sample costs more at the largest yaw rate.
+        penalty: share by which a sample costs more at the largest yaw rate.
         total: written.
     """
     rows, _, piece, share, pace, _, _ = samples
@@ -275,7 +275,7 @@ def _turned(
     for turn in turns:
         stale[:] = True
         for _ in range(REPEATS):
-            _price(kernel, arrays, samples, stale, block, turn, dearer, price)
+            _price(kernel, arrays, samples, stale, block, turn, penalty, price)
             known[:] = False
             moved = False
             for _ in range(MOST_REFUSED):
@@ -330,7 +330,7 @@ def refined_yaw(
         track, steps, yaw: samples of the path, the steps between, and yaw there.
         motion: along them.
         fixed: (samples,) where the yaw stays as it is.
-        evenly: whether turning near the largest yaw rate counts as dearer.
+        evenly: whether turning near the largest yaw rate gets a penalty.
     """
     fixed = fixed | (np.abs(yaw.leaving - yaw.arriving) > 1e-9)
     rows, seconds, place, speed = _samples(field, conditions, track, steps, yaw, motion)
@@ -356,7 +356,7 @@ def refined_yaw(
             Places(at, ~fixed[at], along, arriving, leaving),
             surroundings,
             WIDTH * np.array(turns),
-            DEARER if evenly else 0.0,
+            FAST_PENALTY if evenly else 0.0,
             total,
         )
         added = np.interp(along, along[at], total)
