@@ -7,10 +7,11 @@ that a log was read from.
 
 from planner.telemetry.estimation.energy_errors import energy_error
 from planner.telemetry.estimation.gauss_newton import bounded_step
-from planner.telemetry.estimation.meter_fit import with_meter
+from planner.telemetry.estimation.meter_fit import LONGEST_LAG, with_meter
 from planner.telemetry.estimation.model_fit import Fit, FittedParameter, RefusedFit, fit
 
 __all__ = [
+    "LONGEST_LAG",
     "Fit",
     "FittedParameter",
     "RefusedFit",

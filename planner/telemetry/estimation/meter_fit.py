@@ -182,7 +182,8 @@ def with_meter(
         The log; without a meter where it does not clearly show one.
     """
     log = replace(log, meter=None)
-    if len(log) < LEAST_METER_ROWS:
+    # A constant power shows no motion, late or averaged: the longest filter would fit it best.
+    if len(log) < LEAST_METER_ROWS or not np.ptp(log.power):
         return log
     watts, columns = tangent(model, Nodes.of(log, model), places)
     if beside is not None:

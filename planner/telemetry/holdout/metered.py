@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from planner.power.model import PowerModel
-from planner.telemetry.estimation import Fit, with_meter
+from planner.telemetry.estimation import LONGEST_LAG, Fit, with_meter
 from planner.telemetry.holdout.heldout import (
     CLAIMED_RATIO,
     base_fit,
@@ -93,7 +93,8 @@ def _predicting_best(start: PowerModel, log: Telemetry, fitted: Fit) -> tuple[Te
     before, best = heldout_residual(log, fitted), (log, fitted)
     for step in TIME_CONSTANT_STEPS:
         for factor in (step, 1.0 / step):
-            while meter is not None:
+            # A power that hardly follows the motion is predicted better by every longer one.
+            while factor * meter.time_constant_s <= LONGEST_LAG:
                 tried = meter.with_number("time_constant_s", factor * meter.time_constant_s)
                 found = metered_base_fit(log, start, (tried,))
                 if (less := overall_error(*found)) >= error:
