@@ -107,19 +107,20 @@ def _on_grid(
     """The best of all attempts within the limits that hold at every moment, and the mean torque."""
     caution: Caution | None = first_caution(run, field, patient)
     sketching = _Sketching(*(run, objective, effort, patient, field, passages), Closely(objective))
-    attempt = Attempt(field)
+    first: Attempt | None = None
     while caution is not None:
         sketches, caution = sketching.with_caution(caution)
         if sketching.passed is not None:
             return sketching.passed
         if not sketches:
-            return attempt if attempt.reason else Attempt(sketching.field)
+            return first or Attempt(sketching.field)
         attempt = finished(run, sketches, objective, effort, sketching.closely)
-        if attempt.route is None:
-            caution = next_caution(caution, attempt)
-        else:
+        if attempt.route is not None:
             return attempt
-    return attempt
+        # What stops the path of least cost says more than what stops a way round it.
+        first = first or attempt
+        caution = next_caution(caution, attempt)
+    return first or Attempt(field)
 
 
 @dataclass

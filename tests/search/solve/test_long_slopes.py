@@ -68,3 +68,39 @@ def test_a_short_slope_may_take_more_than_motors_give_for_good():
     assert used["torque peak"] > limits.continuous_torque / limits.peak_torque
     assert used["torque rms"] <= 1.0
     assert answer.planner.chosen == "grid"
+
+
+WEAK = """
+[body]
+mass = 14.5
+length = 0.52
+width = 0.45
+[wheels]
+layout = "mecanum"
+half_wheelbase = 0.17
+half_track = 0.195
+radius = 0.0635
+[drive]
+motor = "pololu-37d-12v"
+gear_ratio = 70
+[limits]
+continuous_torque = 0.004
+thermal_time = 8
+[battery]
+voltage = 12.8
+"""
+
+
+def test_the_reason_is_that_of_the_direct_path_and_not_of_one_round_it(tmp_path):
+    """All of a ramp is as steep: ways round the place where motors get too warm only add turns."""
+    (tmp_path / "weak.toml").write_text(WEAK)
+    ramp = np.tile(np.tan(np.radians(8.0)) * 0.25 * np.arange(24.0), (8, 1))
+    answer = plan_route(
+        terrain=Terrain.from_arrays(ramp, cell=(0.25, 0.25), name="ramp"),
+        vehicle=str(tmp_path / "weak.toml"),
+        start={"x": 0.75, "y": 1.0},
+        goal={"x": 5.0, "y": 1.0},
+    )
+    assert answer.status == "no_route"
+    assert answer.cause["limit"] == "torque rms"
+    assert "gear of" in answer.reason
