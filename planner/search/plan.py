@@ -18,6 +18,7 @@ from functools import lru_cache
 from os import PathLike
 from typing import Any
 
+from planner.amounts import joules
 from planner.arrays import Array
 from planner.cancellation import CancellationToken
 from planner.power.model import PowerModel
@@ -39,6 +40,9 @@ from planner.search.situation import Situation
 from planner.search.solve import find_alternatives, on_grid, summary_of, with_bounds
 from planner.search.tradeoff import in_time
 from planner.terrain.heightmap import Terrain
+
+LEAST_RETURNED = 0.01
+"""Share of the energy drawn that must flow back for an answer to say so."""
 
 
 def plan_route(
@@ -112,6 +116,7 @@ def _plan(run: Run) -> Answer:
         routes = tuple(route for route in routes if route.duration_s <= latest)
     routes, how, note = with_bounds(run, routes)
     notes += [note] if note else []
+    notes += _assumed_of(best, run.conditions.model)
     summary = replace(summary, **how)
     every = request.poses_every_s
     if every is not None:
@@ -122,13 +127,30 @@ def _plan(run: Run) -> Answer:
         status="ok",
         routes=routes,
         baselines={
-            name: Baseline(route, route.energy_j / best.energy_j - 1.0 if best.energy_j else 0.0)
+            name: Baseline(route, _beyond(route.energy_j, best.energy_j))
             for name, route in found.baselines.items()
         },
         planner=summary,
         notes=tuple(notes),
         goal=_arrived(request.goal, best),
     )
+
+
+def _beyond(energy: float, least: float) -> float:
+    """Energy beyond another one as a share of its size; above 0 also where the other flows back."""
+    return (energy - least) / abs(least) if least else 0.0
+
+
+def _assumed_of(route: Route, model: PowerModel) -> list[str]:
+    """What a route's energy rests on that no key of a vehicle file states."""
+    back = route.returned_j
+    limited = any(effect.slug == "regeneration_limit" for effect in model.effects)
+    if limited or back <= LEAST_RETURNED * (route.energy_j + back):
+        return []
+    return [
+        f"{joules(back)} of braking flow back to the source and count in full, as the model has "
+        "no regeneration_limit"
+    ]
 
 
 def _with_factor(run: Run, factor: Array) -> Route | None:

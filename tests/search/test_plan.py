@@ -10,6 +10,8 @@ import pytest
 
 from planner import plan_route
 from planner.errors import RequestError, VehicleError
+from planner.power.model import PowerModel
+from planner.power.vehicles import load_vehicle
 from planner.terrain.heightmap import Terrain
 
 CART = """
@@ -81,3 +83,24 @@ def test_a_yaw_in_degrees_is_met_with_a_hint(level: Terrain) -> None:
     assert [note for note in notes if "start.yaw" in note and "90° are 1.571 rad" in note]
     asked["start"]["yaw"] = 1.571
     assert not any("yaw" in note for note in plan_route(terrain=level, **asked, iterations=1).notes)
+
+
+ENDS = {"start": [13.0, 5.0], "goal": [1.0, 5.0]}
+
+
+def test_a_dearer_baseline_has_a_positive_share_also_where_energy_comes_back():
+    y, x = np.mgrid[0:40, 0:60] * 0.25
+    bump = 0.5 * np.exp(-((x - 7.0) ** 2 + (y - 5.0) ** 2) / 3.0)
+    slope = Terrain.from_arrays(np.tan(np.radians(10.0)) * x + bump, cell=(0.25, 0.25))
+    # Without an effect that limits it, all energy of braking comes back.
+    model = PowerModel.from_vehicle(load_vehicle("minibalance"), effects=())
+    answer = plan_route(terrain=slope, model=model, **ENDS)
+    best = answer.routes[0].energy_j
+    assert best < 0.0
+    assert any("no regeneration_limit" in note for note in answer.notes)
+    level = plan_route(terrain=Terrain.from_arrays(0.0 * x, cell=(0.25, 0.25)), model=model, **ENDS)
+    assert not any("regeneration_limit" in note for note in level.notes)
+    dearer = {name: one for name, one in answer.baselines.items() if one.energy_j > best + 0.1}
+    assert dearer
+    for one in dearer.values():
+        assert one.extra_share == pytest.approx((one.energy_j - best) / -best)

@@ -115,7 +115,7 @@ class PlannerComparison(Shown):
         least = rows[0]["energy_j"]
         for row in rows:
             known = row["energy_j"] is not None and least
-            row["extra_share"] = row["energy_j"] / least - 1.0 if known else None
+            row["extra_share"] = (row["energy_j"] - least) / abs(least) if known else None
         return rows
 
     def to_json(self) -> dict[str, Any]:

@@ -129,6 +129,11 @@ class Route:
         """m from the start up to the end."""
         return float(self.arrays["z"][-1] - self.arrays["z"][0])
 
+    @property
+    def returned_j(self) -> float:
+        """J that flow back to the source on the way."""
+        return -float(np.minimum(np.diff(self.arrays["energy_j"]), 0.0).sum())
+
     def with_poses_every(self, seconds: float) -> Route:
         """The same route with poses at most so many s apart; its energy stays that of the motion.
 
