@@ -99,7 +99,10 @@ def timings(document: Document) -> RenderableType:
 def regimes(entries: Sequence[Document]) -> RenderableType | None:
     """Where the model fails, worst first as the document has it."""
     if not entries:
-        return Text("The residual has no structure that stands out from the noise.")
+        return Text(
+            "The residual has no structure that stands out from the noise, over anything that the "
+            "log has a column for."
+        )
     headings = ("where", "rows", "measured − predicted", "rms", "of the squared error")
     table = grid(headings, title="Where the model fails")
     for entry in entries:

@@ -136,13 +136,12 @@ def _diagnosis(result: Diagnosis) -> View:
         regimes=regimes_chart(result.regimes),
     )
     without = result.base if result.proposed else None
-    nothing = result.verdict == "complete" and not result.showable[0]
     parts = [
         sections.headline(
             result.sentence,
             pictures["errors"],
             facts,
-            verdict="too_little" if nothing else result.verdict,
+            verdict="too_little" if result.shows_nothing else result.verdict,
             warnings=ranking.aliases(result),
             caption="Error on runs that the fit has not seen (root mean square).",
         ),

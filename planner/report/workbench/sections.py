@@ -69,7 +69,7 @@ VERDICTS = {
         "the sensor first; everything below is of the log corrected for it.",
     ),
 }
-"""Verdict → heading, and what follows from it; "too_little" stands for an empty ``complete``."""
+"""Verdict → heading, and what follows from it; "too_little" stands for a log that shows nothing."""
 
 Pictures = Mapping[str, str]
 
@@ -197,7 +197,10 @@ def axes(look: Look, pictures: Pictures, names: Mapping[str, str]) -> Markup:
 def where(regimes: Sequence[Regime], pictures: Pictures) -> Markup:
     """Regimes in which the model at the start is off."""
     if not regimes:
-        nothing = "The residual has no structure that stands out of the noise."
+        nothing = (
+            "The residual has no structure that stands out of the noise, over anything that the "
+            "log has a column for."
+        )
         return section("Where the model is wrong", paragraph(nothing))
     heads = ["where", "rows", "measured − predicted", "rms", "of the squared error"]
     rows = [

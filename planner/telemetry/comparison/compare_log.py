@@ -39,6 +39,7 @@ from planner.power.vehicles import Vehicle
 from planner.progress import Progress
 from planner.quantities import INDEX
 from planner.shown import Shown, frame
+from planner.telemetry.belonging import belonging
 from planner.telemetry.comparison.sums import RunComparison, Sums, curve_bins
 from planner.telemetry.estimation import FittedParameter, RefusedFit
 from planner.telemetry.holdout import heldout_residual, meter_beside, metered_base_fit, rms
@@ -178,7 +179,7 @@ def compare(
     watch(0.0, "reading the log")
     start = starting_model(model)
     source = open_source(log, mapping, watch)
-    settled, sums, share = _settle(source, start, not is_model(model), watch)
+    source, settled, sums, share = _settle(source, start, not is_model(model), watch)
     done = 0
     for chunk in source.chunks():
         watch(0.65 + 0.35 * done / source.rows, f"comparing {source.rows:,} rows")
@@ -203,19 +204,20 @@ def compare(
 
 def _settle(
     source: LogSource, model: PowerModel, fitted: bool, watch: Progress
-) -> tuple[ComparedModel, Sums, float]:
-    """The model, empty sums for all rows, and the sample's held-out error over its error."""
+) -> tuple[LogSource, ComparedModel, Sums, float]:
+    """The log with what is odd about it beside the model, the model, empty sums for all rows, and
+    the sample's held-out error over its error."""
     sample = source.sample
     parameters: tuple[FittedParameter, ...] = ()
     refused: RefusedFit | None = None
-    heldout = None
+    unseen: Array | None = None
     steady = at_steady_speeds(sample)
     if fitted:
         watch(0.3, "fitting the base model")
         steady, result = metered_base_fit(steady, model)
         model, parameters, refused = result.model, result.parameters, result.refused
         watch(0.45, "predicting held-out runs")
-        heldout = rms(heldout_residual(steady, result))
+        unseen = heldout_residual(steady, result)
     watch(0.5, "separating noise from misfit")
     watts = predict(model, steady)
     finite = np.isfinite(watts)
@@ -231,6 +233,8 @@ def _settle(
         steady = meter_beside(steady, model)
         watts = predict(model, steady)
     residual = sample.power - watts
+    judged = residual if unseen is None else unseen[finite]
+    source = source.with_findings(belonging(steady, judged, model))
     rmse = float(np.sqrt(np.mean(residual**2)))
     noise, spread = _noise(steady, model, watts)
     watch(0.6, "looking for regimes")
@@ -250,7 +254,8 @@ def _settle(
         measured=sample.power[cloud],
         predicted=watts[cloud],
     )
-    return settled, sums, heldout / rmse if heldout is not None and rmse > 0.0 else 1.0
+    share = rms(unseen) / rmse if unseen is not None and rmse > 0.0 else 1.0
+    return source, settled, sums, share
 
 
 def _noise(sample: Telemetry, model: PowerModel, watts: Array) -> tuple[Noise, Array]:

@@ -34,6 +34,7 @@ from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.power.vehicles import Vehicle
 from planner.progress import Progress
+from planner.telemetry.belonging import APART, UNEXPLAINED, belonging
 from planner.telemetry.diagnosis.best_reading import best_reading
 from planner.telemetry.diagnosis.decision import (
     Answer,
@@ -164,11 +165,13 @@ def _decided(
 def _report(source: LogSource, start: PowerModel, found: Found, decision: Decision) -> Diagnosis:
     answer, sensors, log = decision.answer, _sensor_faults(found), found.log
     selected = tuple(m.name for m in answer.members)
+    odd = belonging(log, answer.left, found.base.model)
+    apart = [one.sentence for one in odd if one.kind in (APART, UNEXPLAINED)]
     verdict = verdict_of(
         faulty=bool(sensors),
         formula=answer.proposal is not None,
         named=bool(selected),
-        lost=not decision.complete,
+        lost=not decision.complete or bool(apart),
     )
     fitted = answer.fit
     if answer.proposal is None and answer.members:
@@ -219,9 +222,12 @@ def _report(source: LogSource, start: PowerModel, found: Found, decision: Decisi
         outside=answer.proposal.outside if answer.proposal else None,
         sensors=sensors,
         experiments=_experiments(advice, found, decision, fitted),
-        log=source.describe(),
+        log=source.with_findings(odd).describe(),
     )
-    return replace(diagnosis, sentence=sentence_of(diagnosis, decision.alike, decision.near))
+    if diagnosis.verdict == "complete" and diagnosis.shows_nothing:
+        diagnosis = replace(diagnosis, verdict="not_identifiable")
+    said = sentence_of(diagnosis, decision.alike, decision.near, apart)
+    return replace(diagnosis, sentence=said)
 
 
 def _pictures(

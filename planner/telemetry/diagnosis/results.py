@@ -312,6 +312,12 @@ class Diagnosis(FittedModels, Shown):
         every = {c.effect for c in self.candidates} | unseen
         return len(every - unseen), len(every)
 
+    @property
+    def shows_nothing(self) -> bool:
+        """Whether the log is too short or too uniform to show any effect, and shows no misfit."""
+        little = self.unexplained.little and not self.proposed and not self.sensors
+        return little and not self.showable[0]
+
     def to_json(self) -> dict[str, Any]:
         """The document of ``joulepath diagnose --json``."""
         return {

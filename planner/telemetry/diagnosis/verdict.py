@@ -36,15 +36,19 @@ def verdict_of(*, faulty: bool, formula: bool, named: bool, lost: bool) -> Verdi
     return "not_identifiable" if lost else "complete"
 
 
-def sentence_of(diagnosis: Diagnosis, alike: Sequence[str] = (), near: str = "") -> str:
+def sentence_of(
+    diagnosis: Diagnosis, alike: Sequence[str] = (), near: str = "", apart: Sequence[str] = ()
+) -> str:
     """The verdict in words, how near it was, and whether the fit of the base model was refused.
 
     Args:
         diagnosis: everything but its sentence.
         alike: effects that would look the same as what cannot be attributed.
         near: what decided narrowly.
+        apart: what does not belong together in the log, in clauses.
     """
-    said = [_verdict_in_words(diagnosis, alike)]
+    said = [_verdict_in_words(diagnosis, alike, apart)]
+    said += [f"{clause[0].upper()}{clause[1:]}." for clause in apart]
     if diagnosis.outside is not None:
         said.append(f"The formula is {diagnosis.outside.formula}.")
     if near:
@@ -58,7 +62,7 @@ def sentence_of(diagnosis: Diagnosis, alike: Sequence[str] = (), near: str = "")
     return " ".join(filter(None, said))
 
 
-def _verdict_in_words(diagnosis: Diagnosis, alike: Sequence[str]) -> str:
+def _verdict_in_words(diagnosis: Diagnosis, alike: Sequence[str], apart: Sequence[str]) -> str:
     names = _names(diagnosis)
     if diagnosis.verdict == "sensor_error":
         faults = "; ".join(s.sentence for s in diagnosis.sensors)
@@ -75,16 +79,21 @@ def _verdict_in_words(diagnosis: Diagnosis, alike: Sequence[str]) -> str:
         how = "with it" if len(diagnosis.selected) == 1 else "with them"
         return f"The model lacks {names}: {_fall(diagnosis, how)}."
     error = watts(diagnosis.baseline.heldout_rmse_w)
+    if diagnosis.shows_nothing:
+        lead = "This log is too short or too uniform to show any effect of the catalogue"
+        return f"{lead}: the error on unseen runs is {error}."
     if diagnosis.verdict == "not_identifiable":
         like = f" ({', '.join(alike)} would look the same)" if alike else ""
+        # What differs from run to run counts as noise wherever no column tells it.
+        noise = "" if apart and diagnosis.unexplained.little else f", {_beside_noise(diagnosis)}"
         return (
             f"Something is missing that this log cannot name{like}{_most_of_all(diagnosis)}: "
-            f"the error on unseen runs is {error}, {_beside_noise(diagnosis)}."
+            f"the error on unseen runs is {error}{noise}."
         )
-    lead = "Nothing is missing that this log could show"
-    if not diagnosis.showable[0]:
-        lead = "This log is too short or too uniform to show any effect of the catalogue"
-    return f"{lead}: the error on unseen runs is {error}, {_beside_noise(diagnosis)}."
+    return (
+        f"Nothing is missing that this log could show: the error on unseen runs is {error}, "
+        f"{_beside_noise(diagnosis)}."
+    )
 
 
 def _fall(diagnosis: Diagnosis, how: str) -> str:

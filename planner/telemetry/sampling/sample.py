@@ -11,7 +11,7 @@ consecutive rows, evenly spread over all runs, because noise is correlated along
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
@@ -20,7 +20,14 @@ import numpy as np
 
 from planner.arrays import Integers
 from planner.progress import Progress, silent
-from planner.telemetry.logs import LogLike, MappingLike, Meter, Telemetry, pieces_of
+from planner.telemetry.logs import (
+    Finding,
+    LogLike,
+    MappingLike,
+    Meter,
+    Telemetry,
+    pieces_of,
+)
 from planner.telemetry.sampling.noisier_motion import with_more_noise
 from planner.telemetry.sampling.smoothed_motion import can_be_smoothed, with_smoothed_motion
 from planner.telemetry.sampling.steady_drive import LEAST_SEGMENT_ROWS, at_steady_speeds
@@ -93,6 +100,11 @@ class LogSource:
     def with_meter(self, meter: Meter | None) -> LogSource:
         """The same log, its power read from a meter."""
         return replace(self, sample=replace(self.sample, meter=meter))
+
+    def with_findings(self, findings: Sequence[Finding]) -> LogSource:
+        """The same log, its report longer by what showed only beside a model."""
+        report = (*self.sample.report, *findings)
+        return replace(self, sample=replace(self.sample, report=report))
 
     def _reading_of(self, log: Telemetry) -> Telemetry:
         smooth = with_smoothed_motion(log, self.half_width) if self.half_width else log

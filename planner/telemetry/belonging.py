@@ -1,0 +1,129 @@
+"""Whether a log belongs together: its runs, its power with its motion, its motion with the robot.
+
+    for finding in belonging(log, residual, model): print(finding.sentence)
+
+None of these names an effect. What changes from run to run without a column may be a load, a
+battery or another floor. A power that does not follow the motion may have another clock or unit,
+and a motion that the motors cannot give is that of another robot, or in another unit.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from planner.amounts import share as in_per_cent
+from planner.amounts import watts
+from planner.arrays import Array
+from planner.power.kinematics import RIM
+from planner.power.model import PowerModel
+from planner.quantities import INDEX
+from planner.telemetry.logs import Finding, Telemetry
+from planner.telemetry.noise import deviation
+
+APART, UNEXPLAINED, TOO_FAST = "runs differ", "power apart", "too fast"
+"""Kinds of findings; with one of the first two a log does not show that nothing is missing."""
+LEAST_RUNS = 6
+"""Runs below which nothing is said about how they differ."""
+LEAST_RUN_ROWS = 8
+"""Rows of a run whose halves are compared."""
+LEAST_SHARE = 0.4
+"""Share of the squared error that runs must differ by: usual errors of a weighed load differ from
+run to run, too."""
+LEAST_OF_POWER = 0.05
+"""Share of the mean power that they must differ by."""
+LEAST_Z = 2.33
+"""Standard errors of the correlation of the halves: a chance of one in a hundred."""
+FAR = 10.0
+"""Deviations at which a row counts no more: one outlier is no run."""
+VARYING = 0.2
+"""Deviation over mean of a power that varies."""
+LEAST_EXPLAINED = 0.5
+"""Share of that variation which a model of the robot explains."""
+LEAST_ROWS = 40
+"""Rows below which such shares say nothing."""
+FULL_BATTERY = 1.3
+"""Voltage of a full battery over its nominal one, with the tolerance of a torque constant."""
+MOST_TOO_FAST = 0.01
+"""Share of rows that may be faster than the motors: rolling down, or an outlier."""
+
+
+def belonging(log: Telemetry, residual: Array, model: PowerModel) -> tuple[Finding, ...]:
+    """What does not belong together in a log.
+
+    Args:
+        log: the rows.
+        residual: (n,) W, measured less modelled; on held-out runs where the model was fitted.
+        model: of the robot.
+    """
+    return (*_runs(log, residual), *_power(log, residual), *_speeds(log, model))
+
+
+def _runs(log: Telemetry, residual: Array) -> Iterator[Finding]:
+    """Whole runs that differ: the halves of a run have in common what noise within it has not."""
+    halves, rows = [], []
+    far = FAR * max(deviation(residual), 1e-300)
+    kept = np.clip(residual, -far, far)
+    for start, stop in log.run_pieces():
+        if stop - start >= LEAST_RUN_ROWS:
+            middle = (start + stop) // 2
+            halves.append((kept[start:middle].mean(), kept[middle:stop].mean()))
+            rows.append(stop - start)
+    if len(rows) < LEAST_RUNS:
+        return
+    (first, common), (_, second) = np.cov(np.array(halves).T, aweights=np.array(rows, float))
+    correlation = common / max(math.sqrt(first * second), 1e-300)
+    z = math.atanh(min(max(correlation, 0.0), 0.999999)) * math.sqrt(len(rows) - 3)
+    apart = math.sqrt(max(common, 0.0))
+    share = min(apart**2 / max(float(np.mean(kept**2)), 1e-300), 1.0)
+    much = apart >= LEAST_OF_POWER * abs(float(log.power.mean()))
+    if share >= LEAST_SHARE and z >= LEAST_Z and much:
+        cause = "" if "payload" in log.present else " (a payload?)"
+        yield Finding(
+            APART,
+            "run",
+            len(log),
+            f"whole runs differ by {watts(apart)}, {in_per_cent(share)} of the squared error, and "
+            f"no column tells what changes from run to run{cause}",
+        )
+
+
+def _power(log: Telemetry, residual: Array) -> Iterator[Finding]:
+    """A power that varies, and not with the motion."""
+    variation = float(log.power.std())
+    varies = variation >= VARYING * abs(float(log.power.mean())) and variation > 0.0
+    if len(log) < LEAST_ROWS or not varies:
+        return
+    explained = max(0.0, 1.0 - float(np.mean(residual**2)) / variation**2)
+    if explained < LEAST_EXPLAINED:
+        absent = [name for name in ("roll", "pitch", "payload") if name not in log.present]
+        logged = f" (it has no {' and no '.join(absent)})" if absent else ""
+        yield Finding(
+            UNEXPLAINED,
+            "power",
+            len(log),
+            f"the model explains {in_per_cent(explained)} of how the power varies: columns that "
+            f"the log needs are missing{logged}, or its times and units do not belong together",
+        )
+
+
+def _speeds(log: Telemetry, model: PowerModel) -> Iterator[Finding]:
+    """A motion that the motors of the vehicle cannot give."""
+    vehicle = model.vehicle
+    stated = "battery.voltage" not in vehicle.provenance.defaults_taken
+    volts = vehicle.battery.voltage if stated else vehicle.limits.voltage
+    constant = vehicle.parameters["copper_loss"]["torque_constant"]
+    fastest = FULL_BATTERY * volts / constant / vehicle.gear_ratio * vehicle.layout.radius
+    motion = log.rows[:, [INDEX[name] for name in ("vx", "vy", "wz")]]
+    rims = np.abs(motion @ vehicle.layout.table[:, RIM : RIM + 3].T).max(axis=1, initial=0.0)
+    many = int(np.count_nonzero(rims > fastest))
+    if many > MOST_TOO_FAST * len(log):
+        yield Finding(
+            TOO_FAST,
+            "vx",
+            many,
+            f"vx, vy, wz: {many:,} rows turn a wheel faster than the motors of {vehicle.name} can "
+            f"({fastest:.3g} m/s at its rim, with a full battery): another unit, or another robot",
+        )

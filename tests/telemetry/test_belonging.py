@@ -1,0 +1,71 @@
+"""Runs, power and motion of a log that do not belong together are said, and never complete."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner import compare, diagnose
+from planner.quantities import INDEX
+from planner.telemetry.belonging import APART, TOO_FAST, UNEXPLAINED, belonging
+from planner.telemetry.prediction import predict
+from tests.telemetry.rows import measured
+
+
+def kinds(log, residual, model):
+    return {finding.kind for finding in belonging(log, residual, model)}
+
+
+def load_of_each_run(log, size):
+    """W, (n,): what a load would add that no column tells."""
+    runs = int(log.run.max()) + 1
+    return size * np.linspace(-1.0, 1.0, runs)[np.random.default_rng(2).permutation(runs)][log.run]
+
+
+def test_noise_of_the_meter_is_no_difference_of_runs(motion, base):
+    rng = np.random.default_rng(3)
+    slow = np.convolve(rng.standard_normal(len(motion)), np.ones(10) / 3.0, "same")
+    for noise in (rng.standard_normal(len(motion)), slow):
+        assert kinds(motion, noise, base) == set()
+
+
+def test_runs_that_differ_as_a_whole_are_found(motion, base):
+    noise = np.random.default_rng(4).standard_normal(len(motion))
+    assert kinds(motion, noise + load_of_each_run(motion, 3.0), base) == {APART}
+    # An offset of a few hundredths of the power is what a weighed load is usually off by.
+    assert kinds(motion, 0.1 * (noise + load_of_each_run(motion, 3.0)), base) == set()
+
+
+def test_a_log_whose_load_nobody_wrote_down_is_not_complete(motion, base):
+    log = measured(motion, base, 0.02, seed=6, extra=load_of_each_run(motion, 4.0))
+    found = diagnose(log, base)
+    assert found.verdict != "complete"
+    assert "from run to run" in found.sentence
+    assert "the log's own noise" not in found.sentence
+    assert APART in {one["kind"] for one in compare(log, base).to_json()["log"]["report"]}
+
+
+def test_a_power_that_does_not_follow_the_motion_is_not_complete(motion, base):
+    power = np.random.default_rng(5).permutation(predict(base, motion))
+    log = replace(motion, power=power)
+    assert kinds(log, power - predict(base, motion), base) == {UNEXPLAINED}
+    found = diagnose(log, base)
+    assert found.verdict != "complete"
+    assert "how the power varies" in found.sentence
+
+
+@pytest.mark.parametrize(("column", "factor"), [("vx", 3.6), ("wz", 57.3)])
+def test_speeds_beyond_the_motors_are_in_another_unit(motion, base, column, factor):
+    rows = motion.rows.copy()
+    rows[:, INDEX[column]] *= factor
+    nothing = np.zeros(len(motion))
+    assert kinds(replace(motion, rows=rows), nothing, base) == {TOO_FAST}
+    assert kinds(motion, nothing, base) == set()
+
+
+def test_a_log_too_short_to_show_an_effect_is_not_complete(motion, base):
+    found = diagnose(measured(motion.take(slice(0, 12)), base, 0.02, seed=1), base)
+    assert found.verdict == "not_identifiable"
+    assert "too short or too uniform" in found.sentence
