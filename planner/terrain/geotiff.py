@@ -5,8 +5,9 @@ sizes, in a projected coordinate system in metres or in no coordinate system. No
 and offset are honoured. Heights in feet, said by the band's unit or by the vertical part of a
 compound coordinate system, are converted to metres and `Terrain.source` says so.
 
-Refused: degrees (with the gdalwarp command for the UTM zone of the map), horizontal feet, rotated
-or mirrored grids, no georeference, several bands, more cells than allowed (before reading).
+Refused: degrees (with the gdalwarp command for the UTM zone of the map), horizontal feet, systems
+whose metre is not one on the ground there (Web Mercator), rotated or mirrored grids, no
+georeference, several bands, more cells than allowed (before reading).
 
 The driver is named because GDAL otherwise opens a VRT called .tif and follows it to other files.
 """
@@ -29,6 +30,14 @@ from planner.terrain.heightmap import Terrain
 SMALLEST_PLAUSIBLE_CELL = 0.005
 # Ground on Earth lies between the Challenger Deep, -10,935 m, and Everest, 8,849 m.
 LOWEST_GROUND, HIGHEST_GROUND = -12_000.0, 10_000.0
+MOST_STRETCH = 0.03
+"""Share by which a metre of a coordinate system may differ from one on the ground: slopes are wrong
+by as much. UTM stays below 0.001, national systems below 0.01, continental ones mostly below 0.03;
+Web Mercator is at 0.5 in central Europe."""
+STRETCH_LENGTH = 1000.0
+"""m of the map over which it is measured."""
+_EARTH_RADIUS, _EARTH_ECCENTRICITY2 = 6378137.0, 0.00669437999014
+"""m and squared eccentricity of the WGS 84 ellipsoid."""
 USUAL_NODATA = (-9999.0, -32768.0, -32767.0)
 """Heights that stand for none in many files which do not say so."""
 # International foot: exactly 0.3048 m. US survey foot: exactly 1200/3937 m.
@@ -194,7 +203,7 @@ def checked_crs(file: Path, given: Any, centre: tuple[float, float]) -> str:
         part.
 
     Raises:
-        MapError: the system is geographic, not in metres or not understood.
+        MapError: the system is geographic, not in metres, stretched or not understood.
     """
     from rasterio.crs import CRS
     from rasterio.errors import CRSError
@@ -221,10 +230,39 @@ def checked_crs(file: Path, given: Any, centre: tuple[float, float]) -> str:
             _reprojected(file, longitude, latitude),
             value=crs.to_string()[:60],
         )
+    if crs.is_projected:
+        _check_stretch(file, crs, centre)
     parts = _crs_parts(crs)
     horizontal = CRS.from_dict(parts[0]) if len(parts) > 1 else crs
     epsg = horizontal.to_epsg()
     return f"EPSG:{epsg}" if epsg else str(horizontal.to_wkt())
+
+
+def _check_stretch(file: Path, crs: Any, centre: tuple[float, float]) -> None:
+    """Refuse a coordinate system in which lengths about the map's centre are not those on Earth."""
+    from rasterio.crs import CRS
+    from rasterio.warp import transform
+
+    (x, y), half = centre, 0.5 * STRETCH_LENGTH
+    places = [x, x - half, x + half, x, x], [y, y, y, y - half, y + half]
+    longitudes, latitudes = (
+        np.radians(one) for one in transform(crs, CRS.from_epsg(4326), *places)
+    )
+    bent = 1.0 - _EARTH_ECCENTRICITY2 * math.sin(latitudes[0]) ** 2
+    east = _EARTH_RADIUS / math.sqrt(bent) * math.cos(latitudes[0]) * np.diff(longitudes)[[1, 3]]
+    north = _EARTH_RADIUS * (1.0 - _EARTH_ECCENTRICITY2) / bent**1.5 * np.diff(latitudes)[[1, 3]]
+    metres = np.hypot(east, north) / STRETCH_LENGTH
+    # Far outside the area of a system there may be no longitude at all.
+    if np.isfinite(metres).all() and np.abs(metres - 1.0).max() > MOST_STRETCH:
+        worst = float(metres[np.abs(metres - 1.0).argmax()])
+        degrees = float(np.degrees(longitudes[0])), float(np.degrees(latitudes[0]))
+        raise refused(
+            file,
+            f"has a coordinate system whose metre is {worst:.2f} m on the ground there, so slopes "
+            "would be wrong",
+            _reprojected(file, *degrees),
+            value=crs.to_string()[:60],
+        )
 
 
 def _crs_parts(crs: Any) -> list[dict[str, Any]]:

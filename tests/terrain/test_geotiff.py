@@ -115,6 +115,8 @@ def test_heights_in_feet_are_converted_once_and_said(
 DEGREES = Affine(1 / 3600, 0.0, -105.0, 0.0, -1 / 3600, 40.0)
 SOUTHERN = Affine(1 / 3600, 0.0, 151.0, 0.0, -1 / 3600, -33.0)
 
+MERCATOR = Affine(30.0, 0.0, 946000.0, 0.0, -20.0, 5977000.0)
+
 
 @pytest.mark.parametrize(
     ("options", "words"),
@@ -125,6 +127,8 @@ SOUTHERN = Affine(1 / 3600, 0.0, 151.0, 0.0, -1 / 3600, -33.0)
         ({"crs": "EPSG:4326", "transform": SOUTHERN}, "gdalwarp -t_srs EPSG:32756"),
         ({"crs": None, "transform": DEGREES}, "-s_srs EPSG:4326 -t_srs EPSG:32613"),
         ({"crs": "EPSG:2225"}, "x and y in US survey foot"),
+        # Web Mercator stretches by 1/cos(latitude): cos(47.2°) = 0.68, but for the ellipsoid.
+        ({"crs": "EPSG:3857", "transform": MERCATOR}, "0.68 m on the ground"),
         ({"transform": Affine(30.0, 5.0, 5e5, 5.0, -30.0, 4e6)}, "rotated or mirrored"),
         ({"transform": Affine(-30.0, 0.0, 5e5, 0.0, -30.0, 4e6)}, "rotated or mirrored"),
         ({"transform": Affine.identity(), "crs": None}, "cell size is unknown"),
@@ -143,6 +147,24 @@ def test_unusable_geotiffs_are_refused_with_what_mends_them(
     assert words in str(caught.value)
     assert "dem" in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("crs", "x", "y"),
+    [
+        # Mercator's equator, and systems of a zone, a country and a continent.
+        ("EPSG:3857", 1e6, 0.0),
+        ("EPSG:32613", 3e5, 4.1e6),
+        ("EPSG:2154", 7e5, 6.6e6),
+        ("EPSG:3035", 4.3e6, 3.2e6),
+        ("EPSG:5070", 0.0, 1.9e6),
+    ],
+)
+def test_systems_with_metres_of_the_ground_are_read(
+    tmp_path: Path, crs: str, x: float, y: float
+) -> None:
+    place = Affine(30.0, 0.0, x, 0.0, -20.0, y)
+    assert load_terrain(write(tmp_path / "dem.tif", crs=crs, transform=place)).crs == crs
 
 
 def test_header_that_claims_too_many_cells_is_refused_before_reading(tmp_path: Path) -> None:
