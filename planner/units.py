@@ -17,7 +17,7 @@ LONGEST_UNIT = 40
 """Characters; no unit needs more, and a long text is no unit."""
 
 _PLAIN = {"°C": "degC", "°F": "degF", "°": "deg", "": "dimensionless", "1": "dimensionless"}
-_WORDS = {"Ohm": "ohm", "OHM": "ohm", "Ohms": "ohm", "rev": "turn", '"': "inch", "kph": "km/h"}
+_WORDS = {"Ohm": "ohm", "OHM": "ohm", "Ohms": "ohm", "rev": "turn", '"': "inch", "kph": "km/h", "RPM": "rpm"}
 _TOWER = re.compile(r"\*\*\s*(?:-?\d+\s*\*\*|-?\d{2}|\()|\)\s*\*\*|\d{5}")
 """Powers of powers and of large numbers, which would be worked out for hours."""
 _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
@@ -30,6 +30,8 @@ _COMPACT = {
     "mVs": "mV*s",
     "ozin": "ozf*inch",
 }
+_MASS = re.compile(r"(?<![\w])(kg|g|oz|lb)(?=\s*\*\s*(?:cm|mm|m|in|inch|ft)\b(?!\s*\*\*))")
+"""Weights times a lever, as torques stand on many data sheets: kg·cm, oz·in."""
 _COMPACT_WORD = re.compile(rf"(?<![\w])({'|'.join(sorted(_COMPACT, key=len, reverse=True))})(?!\w)")
 
 
@@ -50,6 +52,8 @@ def conversion(unit: str, own: str) -> tuple[float, float]:
     try:
         units = _registry()
         given, target = units.Unit(_spelled(unit)), units.Unit(_spelled(own))
+        if not given.is_compatible_with(target):
+            given = units.Unit(_MASS.sub(r"\1f", _spelled(unit)))
         zero = float(units.Quantity(0.0, given).to(target).magnitude)
         one = float(units.Quantity(1.0, given).to(target).magnitude)
     except Exception as error:  # The unit library raises many kinds, some of other libraries.
@@ -67,6 +71,7 @@ def _spelled(unit: str) -> str:
     text = re.sub(
         r"([⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+)", lambda found: "**" + found[1].translate(_SUPERSCRIPTS), text
     )
+    text = re.sub(r"(?<=[A-Za-z])-(?=[A-Za-z])", "*", text)
     text = re.sub(r"[·⋅×]", "*", text).replace("^", "**").replace("°", "deg").replace("\u2126", "Ω")
     text = re.sub(r"\b(k?g|kgf|gf)?([cm]?m)([23])\b", _with_power, text)
     text = re.sub(r"\bs([23])\b", r"s**\1", text)

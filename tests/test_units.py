@@ -22,9 +22,10 @@ RPM = 2.0 * math.pi / 60.0
         ("kg·m²", 1.0, ("kgm²", "kg m^2", "kg*m**2", "kgm2")),
         ("N·m/A", 1e-3, ("mN·m/A", "mNm/A", "mN*m/A", "mV·s/rad", "mVs")),
         ("N·m/A", 1e-3 / RPM, ("mV/rpm", "V/krpm", "mV/(1/min)")),
-        ("A/(N·m)", RPM, ("rpm/V", "1/min/V", "min⁻¹/V", "U/min/V")),
+        ("A/(N·m)", RPM, ("rpm/V", "RPM/V", "1/min/V", "min⁻¹/V", "U/min/V")),
         ("N·m", 1e-3, ("mN·m", "mNm", "mN m")),
-        ("N·m", 0.0980665, ("kgf·cm", "kgf cm", "kgf*cm")),
+        ("N·m", 0.0980665, ("kgf·cm", "kgf cm", "kgf*cm", "kg·cm", "kg-cm", "kgcm")),
+        ("N·m/A", 0.0254 * 0.028349523125 * 9.80665, ("oz·in/A", "oz-in/A", "ozf*in/A")),
         ("N·m·s", 1e-6, ("µN·m·s", "µNms", "uN*m*s")),
         ("Ω", 1.0, ("ohm", "Ohm", "\u2126")),
         ("A·s", 3600.0, ("Ah", "A·h", "A*h")),
@@ -39,6 +40,13 @@ RPM = 2.0 * math.pi / 60.0
 def test_spellings_of_one_unit(own: str, factor: float, spellings: tuple[str, ...]) -> None:
     for spelling in spellings:
         assert conversion(spelling, own) == (pytest.approx(factor, rel=1e-9), 0.0), spelling
+
+
+def test_a_weight_times_a_lever_stays_what_it_is_where_no_torque_is_asked() -> None:
+    assert conversion("kg·cm", "kg·m") == (pytest.approx(0.01), 0.0)
+    for unit in ("kg·cm²", "g·cm²", "kg"):
+        with pytest.raises(ValueError, match=r"\w"):
+            conversion(unit, "N·m")
 
 
 def test_temperatures_have_an_offset() -> None:

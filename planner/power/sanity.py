@@ -25,6 +25,8 @@ BUILDING_SLOPE = 5.0
 """Degrees; the steepest ramp that accessible buildings have is 4.8° (1:12)."""
 TRIED_SPEEDS = 400
 """Speeds tried up to the motor's no-load speed."""
+CREEPING = 0.02
+"""Share of the no-load speed below which nothing drives: dry friction only begins there."""
 ASSUMED = ("assumed", "prior", "estimated", "chosen")
 """First words of a source that is none."""
 _MOTIONS = {
@@ -107,7 +109,7 @@ def check_vehicle(vehicle: Vehicle) -> VehicleReport:
 def _motion(model: PowerModel, name: str, pitch: float, heading: float) -> Motion:
     vehicle = model.vehicle
     limits, battery = vehicle.limits, vehicle.battery
-    speeds = _fastest(vehicle) * np.arange(1, TRIED_SPEEDS + 1) / TRIED_SPEEDS
+    speeds = _fastest(vehicle) * np.linspace(CREEPING, 1.0, TRIED_SPEEDS)
     account = _account(model, speeds, pitch, heading)
     allowed = _allowed(account, vehicle)
     reachable = float(speeds[allowed].max(initial=0.0))
@@ -154,6 +156,7 @@ def _oddities(model: PowerModel, level: Motion, up: Motion) -> list[str]:
     turning = vehicle.layout.wheel_count * rotors / vehicle.layout.radius**2
     plate = vehicle.mass / 12.0 * (vehicle.length**2 + vehicle.width**2)
     yaw = vehicle.parameters["inertia"]["yaw_inertia"]
+    light = float(_account(model, np.array([level.speed_m_s]), 0.0, 0.0)["least_load"][0])
     across = np.abs(vehicle.layout.table[:, 1]).max()
     findings = {
         "drive.resistance, drive.torque_constant: "
@@ -166,7 +169,10 @@ def _oddities(model: PowerModel, level: Motion, up: Motion) -> list[str]:
         f"drive.resistance: {stalled:.3g} A at a standstill with {battery.voltage:g} V; usual are "
         "0.5 to 300 A": not 0.5 <= stalled <= 300.0,
         f"limits.speed: {limits.speed:g} m/s, but the drive reaches {level.reachable_m_s:.3g} m/s "
-        "on level ground": level.reachable_m_s < limits.speed,
+        "on level ground": level.reachable_m_s < limits.speed and light > 0.0,
+        "wheels: one carries nothing on level ground; the centre of mass is not between them": (
+            light <= 0.0
+        ),
         f"drive: {BUILDING_SLOPE:g}° up cannot be driven within voltage, current, continuous "
         "torque and traction": up.reachable_m_s == 0.0 < level.reachable_m_s,
         f"drive.rotor_inertia: the rotors act like {turning:.3g} kg, the robot has "

@@ -50,6 +50,23 @@ def test_what_is_odd_is_said(tmp_path: Path, key: str, value: str, words: list[s
     assert any(all(word in sentence for word in words) for sentence in found), found
 
 
+def test_nothing_creeps_up_a_slope_by_friction_that_has_only_begun(tmp_path: Path) -> None:
+    for torque in range(20, 60):
+        report = checked(tmp_path, continuous_torque=f"{torque / 2500.0}")
+        up = report.motions[1]
+        climbs = up.reachable_m_s > 0.01 and up.torque_share <= 1.0
+        assert climbs != any("5° up cannot be driven" in one for one in report.odd)
+
+
+def test_a_centre_of_mass_beside_the_wheels_is_odd(tmp_path: Path) -> None:
+    path = tmp_path / "robot.toml"
+    lines = [line for line in template().splitlines() if not line.startswith(("half_", "layout"))]
+    wheels = 'layout = "omni"\nbase_radius = 0.2\nangles = [0.0, 0.5, 1.0]'
+    path.write_text("\n".join(lines).replace("[wheels]", f"[wheels]\n{wheels}"), "utf-8")
+    found = check_vehicle(load_vehicle(str(path))).odd
+    assert any("carries nothing on level ground" in sentence for sentence in found), found
+
+
 def test_the_template_is_a_robot_with_nothing_odd(tmp_path: Path) -> None:
     report = checked(tmp_path)
     assert report.odd == ()
