@@ -17,7 +17,15 @@ LONGEST_UNIT = 40
 """Characters; no unit needs more, and a long text is no unit."""
 
 _PLAIN = {"°C": "degC", "°F": "degF", "°": "deg", "": "dimensionless", "1": "dimensionless"}
-_WORDS = {"Ohm": "ohm", "OHM": "ohm", "Ohms": "ohm", "rev": "turn", '"': "inch", "kph": "km/h", "RPM": "rpm"}
+_WORDS = {
+    "Ohm": "ohm",
+    "OHM": "ohm",
+    "Ohms": "ohm",
+    "rev": "turn",
+    '"': "inch",
+    "kph": "km/h",
+    "RPM": "rpm",
+}
 _TOWER = re.compile(r"\*\*\s*(?:-?\d+\s*\*\*|-?\d{2}|\()|\)\s*\*\*|\d{5}")
 """Powers of powers and of large numbers, which would be worked out for hours."""
 _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")

@@ -50,7 +50,8 @@ def how_far(comparison: Document) -> str:
     refused = comparison.get("refused_fit") or {}
     meter = comparison.get("meter") or {}
     shown = f"{meter['sentence']}." if meter else None
-    return " ".join(filter(None, [said, shown, refused.get("sentence")]))
+    apart = [f"{one[0].upper()}{one[1:]}." for one in comparison.get("apart") or ()]
+    return " ".join(filter(None, [said, *apart, shown, refused.get("sentence")]))
 
 
 def what_came_of_it(adoption: Document) -> str:

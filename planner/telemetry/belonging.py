@@ -1,6 +1,7 @@
 """Whether a log belongs together: its runs, its power with its motion, its motion with the robot.
 
-    for finding in belonging(log, residual, model): print(finding.sentence)
+    apart(log, residual)            # what runs and power say, in sentences
+    source = source.with_findings(too_fast(source.sample, model))
 
 None of these names an effect. What changes from run to run without a column may be a load, a
 battery or another floor. A power that does not follow the motion may have another clock or unit,
@@ -23,8 +24,6 @@ from planner.quantities import INDEX
 from planner.telemetry.logs import Finding, Telemetry
 from planner.telemetry.noise import deviation
 
-APART, UNEXPLAINED, TOO_FAST = "runs differ", "power apart", "too fast"
-"""Kinds of findings; with one of the first two a log does not show that nothing is missing."""
 LEAST_RUNS = 6
 """Runs below which nothing is said about how they differ."""
 LEAST_RUN_ROWS = 8
@@ -50,18 +49,37 @@ MOST_TOO_FAST = 0.01
 """Share of rows that may be faster than the motors: rolling down, or an outlier."""
 
 
-def belonging(log: Telemetry, residual: Array, model: PowerModel) -> tuple[Finding, ...]:
-    """What does not belong together in a log.
+def apart(log: Telemetry, residual: Array) -> tuple[str, ...]:
+    """What speaks against a log that lacks nothing: clauses, none where all belongs together.
 
     Args:
         log: the rows.
         residual: (n,) W, measured less modelled; on held-out runs where the model was fitted.
-        model: of the robot.
     """
-    return (*_runs(log, residual), *_power(log, residual), *_speeds(log, model))
+    return (*_runs(log, residual), *_power(log, residual))
 
 
-def _runs(log: Telemetry, residual: Array) -> Iterator[Finding]:
+def too_fast(log: Telemetry, model: PowerModel) -> tuple[Finding, ...]:
+    """A motion that the motors of the model's vehicle cannot give."""
+    vehicle = model.vehicle
+    stated = "battery.voltage" not in vehicle.provenance.defaults_taken
+    volts = vehicle.battery.voltage if stated else vehicle.limits.voltage
+    constant = vehicle.parameters["copper_loss"]["torque_constant"]
+    fastest = FULL_BATTERY * volts / constant / vehicle.gear_ratio * vehicle.layout.radius
+    motion = log.rows[:, [INDEX[name] for name in ("vx", "vy", "wz")]]
+    rims = np.abs(motion @ vehicle.layout.table[:, RIM : RIM + 3].T).max(axis=1, initial=0.0)
+    many = int(np.count_nonzero(rims > fastest))
+    if many <= MOST_TOO_FAST * len(log):
+        return ()
+    said = (
+        f"vx, vy, wz: {in_per_cent(many / len(log))} of the rows turn a wheel faster than the "
+        f"motors of {vehicle.name} can ({fastest:.3g} m/s at its rim, with a full battery): "
+        "another unit, or another robot"
+    )
+    return (Finding("too fast", "vx", many, said),)
+
+
+def _runs(log: Telemetry, residual: Array) -> Iterator[str]:
     """Whole runs that differ: the halves of a run have in common what noise within it has not."""
     halves, rows = [], []
     far = FAR * max(deviation(residual), 1e-300)
@@ -76,21 +94,18 @@ def _runs(log: Telemetry, residual: Array) -> Iterator[Finding]:
     (first, common), (_, second) = np.cov(np.array(halves).T, aweights=np.array(rows, float))
     correlation = common / max(math.sqrt(first * second), 1e-300)
     z = math.atanh(min(max(correlation, 0.0), 0.999999)) * math.sqrt(len(rows) - 3)
-    apart = math.sqrt(max(common, 0.0))
-    share = min(apart**2 / max(float(np.mean(kept**2)), 1e-300), 1.0)
-    much = apart >= LEAST_OF_POWER * abs(float(log.power.mean()))
+    common_w = math.sqrt(max(common, 0.0))
+    share = min(common_w**2 / max(float(np.mean(kept**2)), 1e-300), 1.0)
+    much = common_w >= LEAST_OF_POWER * abs(float(log.power.mean()))
     if share >= LEAST_SHARE and z >= LEAST_Z and much:
         cause = "" if "payload" in log.present else " (a payload?)"
-        yield Finding(
-            APART,
-            "run",
-            len(log),
-            f"whole runs differ by {watts(apart)}, {in_per_cent(share)} of the squared error, and "
-            f"no column tells what changes from run to run{cause}",
+        yield (
+            f"whole runs differ by {watts(common_w)}, {in_per_cent(share)} of the squared error, "
+            f"and no column tells what changes from run to run{cause}"
         )
 
 
-def _power(log: Telemetry, residual: Array) -> Iterator[Finding]:
+def _power(log: Telemetry, residual: Array) -> Iterator[str]:
     """A power that varies, and not with the motion."""
     variation = float(log.power.std())
     varies = variation >= VARYING * abs(float(log.power.mean())) and variation > 0.0
@@ -100,30 +115,7 @@ def _power(log: Telemetry, residual: Array) -> Iterator[Finding]:
     if explained < LEAST_EXPLAINED:
         absent = [name for name in ("roll", "pitch", "payload") if name not in log.present]
         logged = f" (it has no {' and no '.join(absent)})" if absent else ""
-        yield Finding(
-            UNEXPLAINED,
-            "power",
-            len(log),
+        yield (
             f"the model explains {in_per_cent(explained)} of how the power varies: columns that "
-            f"the log needs are missing{logged}, or its times and units do not belong together",
-        )
-
-
-def _speeds(log: Telemetry, model: PowerModel) -> Iterator[Finding]:
-    """A motion that the motors of the vehicle cannot give."""
-    vehicle = model.vehicle
-    stated = "battery.voltage" not in vehicle.provenance.defaults_taken
-    volts = vehicle.battery.voltage if stated else vehicle.limits.voltage
-    constant = vehicle.parameters["copper_loss"]["torque_constant"]
-    fastest = FULL_BATTERY * volts / constant / vehicle.gear_ratio * vehicle.layout.radius
-    motion = log.rows[:, [INDEX[name] for name in ("vx", "vy", "wz")]]
-    rims = np.abs(motion @ vehicle.layout.table[:, RIM : RIM + 3].T).max(axis=1, initial=0.0)
-    many = int(np.count_nonzero(rims > fastest))
-    if many > MOST_TOO_FAST * len(log):
-        yield Finding(
-            TOO_FAST,
-            "vx",
-            many,
-            f"vx, vy, wz: {many:,} rows turn a wheel faster than the motors of {vehicle.name} can "
-            f"({fastest:.3g} m/s at its rim, with a full battery): another unit, or another robot",
+            f"the log needs are missing{logged}, or its times and units do not belong together"
         )

@@ -96,6 +96,8 @@ class Comparison(_Open):
     meter: Meter | None = None
     noise_floor_w: float
     """lowest error that a model can reach"""
+    apart: list[str] = Field(default_factory=list)
+    """what does not belong together in the log, in clauses"""
     energy: dict[str, Any]
     """measured_j, predicted_j, error_share"""
     runs: list[dict[str, Any]]

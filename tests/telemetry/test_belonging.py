@@ -9,13 +9,10 @@ import pytest
 
 from planner import compare, diagnose
 from planner.quantities import INDEX
-from planner.telemetry.belonging import APART, TOO_FAST, UNEXPLAINED, belonging
+from planner.report.workbench_wording import how_far
+from planner.telemetry.belonging import apart, too_fast
 from planner.telemetry.prediction import predict
 from tests.telemetry.rows import measured
-
-
-def kinds(log, residual, model):
-    return {finding.kind for finding in belonging(log, residual, model)}
 
 
 def load_of_each_run(log, size):
@@ -24,18 +21,19 @@ def load_of_each_run(log, size):
     return size * np.linspace(-1.0, 1.0, runs)[np.random.default_rng(2).permutation(runs)][log.run]
 
 
-def test_noise_of_the_meter_is_no_difference_of_runs(motion, base):
+def test_noise_of_the_meter_is_no_difference_of_runs(motion):
     rng = np.random.default_rng(3)
     slow = np.convolve(rng.standard_normal(len(motion)), np.ones(10) / 3.0, "same")
     for noise in (rng.standard_normal(len(motion)), slow):
-        assert kinds(motion, noise, base) == set()
+        assert apart(motion, noise) == ()
 
 
-def test_runs_that_differ_as_a_whole_are_found(motion, base):
+def test_runs_that_differ_as_a_whole_are_found(motion):
     noise = np.random.default_rng(4).standard_normal(len(motion))
-    assert kinds(motion, noise + load_of_each_run(motion, 3.0), base) == {APART}
+    (said,) = apart(motion, noise + load_of_each_run(motion, 3.0))
+    assert "whole runs differ" in said
     # An offset of a few hundredths of the power is what a weighed load is usually off by.
-    assert kinds(motion, 0.1 * (noise + load_of_each_run(motion, 3.0)), base) == set()
+    assert apart(motion, 0.1 * (noise + load_of_each_run(motion, 3.0))) == ()
 
 
 def test_a_log_whose_load_nobody_wrote_down_is_not_complete(motion, base):
@@ -44,13 +42,14 @@ def test_a_log_whose_load_nobody_wrote_down_is_not_complete(motion, base):
     assert found.verdict != "complete"
     assert "from run to run" in found.sentence
     assert "the log's own noise" not in found.sentence
-    assert APART in {one["kind"] for one in compare(log, base).to_json()["log"]["report"]}
+    assert "from run to run" in how_far(compare(log, base).to_json())
 
 
 def test_a_power_that_does_not_follow_the_motion_is_not_complete(motion, base):
     power = np.random.default_rng(5).permutation(predict(base, motion))
     log = replace(motion, power=power)
-    assert kinds(log, power - predict(base, motion), base) == {UNEXPLAINED}
+    (said,) = apart(log, power - predict(base, motion))
+    assert "how the power varies" in said
     found = diagnose(log, base)
     assert found.verdict != "complete"
     assert "how the power varies" in found.sentence
@@ -60,9 +59,9 @@ def test_a_power_that_does_not_follow_the_motion_is_not_complete(motion, base):
 def test_speeds_beyond_the_motors_are_in_another_unit(motion, base, column, factor):
     rows = motion.rows.copy()
     rows[:, INDEX[column]] *= factor
-    nothing = np.zeros(len(motion))
-    assert kinds(replace(motion, rows=rows), nothing, base) == {TOO_FAST}
-    assert kinds(motion, nothing, base) == set()
+    (finding,) = too_fast(replace(motion, rows=rows), base)
+    assert "another unit" in finding.sentence
+    assert too_fast(motion, base) == ()
 
 
 def test_a_log_too_short_to_show_an_effect_is_not_complete(motion, base):

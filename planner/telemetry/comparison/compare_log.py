@@ -39,7 +39,7 @@ from planner.power.vehicles import Vehicle
 from planner.progress import Progress
 from planner.quantities import INDEX
 from planner.shown import Shown, frame
-from planner.telemetry.belonging import belonging
+from planner.telemetry.belonging import apart, too_fast
 from planner.telemetry.comparison.sums import RunComparison, Sums, curve_bins
 from planner.telemetry.estimation import FittedParameter, RefusedFit
 from planner.telemetry.holdout import heldout_residual, meter_beside, metered_base_fit, rms
@@ -76,6 +76,7 @@ class ComparedModel:
         refused: None; where the model as stated beats its fit on held-out runs, both errors.
         noise_floor_w: W rms, about the error of a perfect model.
         meter: what the power was read from; None shows the power as it is.
+        apart: what does not belong together in the log, in clauses.
         measured, predicted: (k,) W of rows spread over the log, k <= CLOUD.
     """
 
@@ -85,6 +86,7 @@ class ComparedModel:
     refused: RefusedFit | None = None
     noise_floor_w: float
     meter: Meter | None = None
+    apart: tuple[str, ...] = ()
     measured: Array
     predicted: Array
 
@@ -147,6 +149,7 @@ class Comparison(ComparedModel, Shown):
             "heldout_rmse_w": self.heldout_rmse_w,
             "noise_floor_w": self.noise_floor_w,
             "meter": None if self.meter is None else self.meter.to_json(),
+            "apart": list(self.apart),
             "energy": self.whole.energy(),
             "runs": [{**asdict(one), **one.energy()} for one in self.runs],
             "regimes": [regime.to_json() for regime in self.regimes],
@@ -179,7 +182,8 @@ def compare(
     watch(0.0, "reading the log")
     start = starting_model(model)
     source = open_source(log, mapping, watch)
-    source, settled, sums, share = _settle(source, start, not is_model(model), watch)
+    source = source.with_findings(too_fast(source.sample, start))
+    settled, sums, share = _settle(source, start, not is_model(model), watch)
     done = 0
     for chunk in source.chunks():
         watch(0.65 + 0.35 * done / source.rows, f"comparing {source.rows:,} rows")
@@ -204,9 +208,8 @@ def compare(
 
 def _settle(
     source: LogSource, model: PowerModel, fitted: bool, watch: Progress
-) -> tuple[LogSource, ComparedModel, Sums, float]:
-    """The log with what is odd about it beside the model, the model, empty sums for all rows, and
-    the sample's held-out error over its error."""
+) -> tuple[ComparedModel, Sums, float]:
+    """The model, empty sums for all rows, and the sample's held-out error over its error."""
     sample = source.sample
     parameters: tuple[FittedParameter, ...] = ()
     refused: RefusedFit | None = None
@@ -233,8 +236,6 @@ def _settle(
         steady = meter_beside(steady, model)
         watts = predict(model, steady)
     residual = sample.power - watts
-    judged = residual if unseen is None else unseen[finite]
-    source = source.with_findings(belonging(steady, judged, model))
     rmse = float(np.sqrt(np.mean(residual**2)))
     noise, spread = _noise(steady, model, watts)
     watch(0.6, "looking for regimes")
@@ -251,11 +252,12 @@ def _settle(
         refused=refused,
         noise_floor_w=noise.floor_w,
         meter=steady.meter,
+        apart=apart(steady, residual if unseen is None else unseen[finite]),
         measured=sample.power[cloud],
         predicted=watts[cloud],
     )
     share = rms(unseen) / rmse if unseen is not None and rmse > 0.0 else 1.0
-    return source, settled, sums, share
+    return settled, sums, share
 
 
 def _noise(sample: Telemetry, model: PowerModel, watts: Array) -> tuple[Noise, Array]:

@@ -34,7 +34,7 @@ from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.power.vehicles import Vehicle
 from planner.progress import Progress
-from planner.telemetry.belonging import APART, UNEXPLAINED, belonging
+from planner.telemetry.belonging import apart, too_fast
 from planner.telemetry.diagnosis.best_reading import best_reading
 from planner.telemetry.diagnosis.decision import (
     Answer,
@@ -118,6 +118,7 @@ def diagnose_source(
 ) -> Diagnosis:
     """As ``diagnose``, for a log that is open."""
     watch(0.05, "reading the motion")
+    source = source.with_findings(too_fast(source.sample, start))
     raw, usual, source = source, source.steady(), best_reading(source, start)
     decided = _decided(source, start, extra, watch)
     if any(one.answer.claims for _, one in decided):
@@ -165,13 +166,12 @@ def _decided(
 def _report(source: LogSource, start: PowerModel, found: Found, decision: Decision) -> Diagnosis:
     answer, sensors, log = decision.answer, _sensor_faults(found), found.log
     selected = tuple(m.name for m in answer.members)
-    odd = belonging(log, answer.left, found.base.model)
-    apart = [one.sentence for one in odd if one.kind in (APART, UNEXPLAINED)]
+    odd = apart(log, answer.left)
     verdict = verdict_of(
         faulty=bool(sensors),
         formula=answer.proposal is not None,
         named=bool(selected),
-        lost=not decision.complete or bool(apart),
+        lost=not decision.complete or bool(odd),
     )
     fitted = answer.fit
     if answer.proposal is None and answer.members:
@@ -222,11 +222,11 @@ def _report(source: LogSource, start: PowerModel, found: Found, decision: Decisi
         outside=answer.proposal.outside if answer.proposal else None,
         sensors=sensors,
         experiments=_experiments(advice, found, decision, fitted),
-        log=source.with_findings(odd).describe(),
+        log=source.describe(),
     )
     if diagnosis.verdict == "complete" and diagnosis.shows_nothing:
         diagnosis = replace(diagnosis, verdict="not_identifiable")
-    said = sentence_of(diagnosis, decision.alike, decision.near, apart)
+    said = sentence_of(diagnosis, decision.alike, decision.near, odd)
     return replace(diagnosis, sentence=said)
 
 

@@ -60,6 +60,15 @@ OFTEN_MISTAKEN: dict[str, str] = {
     "battery_voltage": "mV",
     "battery_current": "mA",
 }
+OTHER_NAMES: dict[str, tuple[str, ...]] = {
+    "run": ("trial", "trialid", "runid", "drive", "session", "experiment", "test"),
+    "time": ("t", "stamp", "timestamp", "times", "seconds", "elapsed", "timems", "epoch"),
+    "vx": ("linearx", "velx", "xvel", "velocityx", "twistlinearx", "twisttwistlinearx", "xdot"),
+    "vy": ("lineary", "vely", "yvel", "velocityy", "twistlineary", "twisttwistlineary", "ydot"),
+    "wz": ("angularz", "yawrate", "twistangularz", "twisttwistangularz", "gyroz", "omegaz"),
+    "power": ("p", "pw", "watts", "watt", "pbat", "pelec", "powertotal", "batterypower"),
+}
+"""What other logs call the required columns, folded; only asked about, never taken."""
 _WHEEL_CURRENT = re.compile(r"wheel_current_([1-9][0-9]?)")
 _WHEEL_SPEED = re.compile(r"wheel_speed_[1-9][0-9]?")
 
@@ -93,6 +102,9 @@ def closest(name: str, known: Iterable[str]) -> str | None:
     folded = {_fold(candidate): candidate for candidate in known}
     if _fold(name) in folded:
         return folded[_fold(name)]
+    for other in OTHER_NAMES.get(name, ()):
+        if other in folded:
+            return folded[other]
     found = difflib.get_close_matches(_fold(name), list(folded), n=1, cutoff=0.7)
     return folded[found[0]] if found else None
 

@@ -58,6 +58,7 @@ class LogFile:
         kind: "csv", "parquet", "table" or "recording".
         columns: headings, without blanks around them.
         notes: what was found about the format, in sentences (separator, byte-order mark ...).
+        dates: headings of moments as ISO 8601 writes them, and whether they name their zone.
         ragged: rows of the file that have too few or too many cells, filled while reading.
     """
 
@@ -71,6 +72,7 @@ class LogFile:
     gzipped: bool = False
     headings_as_written: list[str] = field(default_factory=list)
     comments: int = 0
+    dates: dict[str, bool] = field(default_factory=dict)
     table: Any = None
 
     def blocks(self, numeric: Sequence[str], text: Sequence[str], rows: int) -> Iterator[Block]:
@@ -109,7 +111,12 @@ class LogFile:
             decoder.decode(part, final=not len(part))
             return part
 
-        types = {name: pa.float64() for name in numeric} | {name: pa.string() for name in text}
+        moments = {
+            k: pa.timestamp("ns", "UTC" if zoned else None) for k, zoned in self.dates.items()
+        }
+        types = {name: moments.get(name, pa.float64()) for name in numeric} | {
+            name: pa.string() for name in text
+        }
         file: Any = pa.OSFile(str(self.path))
         file = pa.CompressedInputStream(file, "gzip") if self.gzipped else file
         reader = pa_csv.open_csv(

@@ -28,6 +28,10 @@ MOST_COMMENTS = 1_000
 LONGEST_HEADER = 1_000_000
 """Bytes of the line of headings; a longer one is a sign of another kind of file."""
 TABLE_ACCEPTED = "a table with the columns of a log, one value a cell, distinct headings"
+_DATE = re.compile(
+    r"\s*\d{4}-\d{2}-\d{2}[T ]\d{2}:\d{2}:\d{2}(\.\d{1,9})?(?P<zone>Z|[+-]\d{2}:?\d{2})?\s*"
+)
+"""A moment as ISO 8601 writes it."""
 _SAMPLE_BYTES = 20_000
 """Bytes below the headings that show the decimal sign."""
 
@@ -173,7 +177,13 @@ def _open_csv(path: Path, *, gzipped: bool) -> LogFile:
     _check_headings(where, names)
     if not sample.strip():
         raise LogError(where, "has headings and no rows", accepted=ACCEPTED)
-    return LogFile(path, "csv", names, notes, [], separator, decimal, gzipped, names, comments)
+    first = next(csv.reader([body.lstrip().partition("\n")[0].rstrip("\r")], delimiter=separator))
+    moments = {name: _DATE.fullmatch(cell) for name, cell in zip(names, first, strict=False)}
+    dates = {name: found["zone"] is not None for name, found in moments.items() if found}
+    notes += [f"{name} is a date, taken as seconds since 1970" for name in dates]
+    return LogFile(
+        path, "csv", names, notes, [], separator, decimal, gzipped, names, comments, dates=dates
+    )
 
 
 def _check_headings(where: str, names: Sequence[str]) -> None:

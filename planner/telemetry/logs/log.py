@@ -257,7 +257,8 @@ def _require(given: set[str], headings: Sequence[str], where: str) -> None:
         where,
         f"has no column {names}{hint}",
         accepted=f"columns {', '.join(REQUIRED)} (power may be battery_voltage and "
-        "battery_current), or a mapping file that says which columns they are",
+        "battery_current), or a mapping file that says which columns they are"
+        + (', and [constants] run = "drive" for a single one' if "run" in missing else ""),
     )
 
 

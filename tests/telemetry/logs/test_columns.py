@@ -77,3 +77,18 @@ def test_other_names_are_none(name: str) -> None:
 )
 def test_a_misspelt_name_is_recognised(name: str, meant: str | None) -> None:
     assert closest(name, UNITS) == meant
+
+
+@pytest.mark.parametrize(
+    ("heading", "quantity"),
+    [
+        ("t", "time"),
+        ("linear.x", "vx"),
+        ("twist.twist.linear.y", "vy"),
+        ("yaw_rate", "wz"),
+        ("P [W]", "power"),
+    ],
+)
+def test_usual_headings_of_other_logs_are_asked_about(heading: str, quantity: str) -> None:
+    assert closest(quantity, ["q", heading, "notes"]) == heading
+    assert closest(quantity, ["q", "notes"]) is None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
+from planner.errors import LogError
 from planner.telemetry.logs.log import Telemetry
 from tests.telemetry.odd_logs import (
     table,
@@ -47,3 +49,19 @@ def test_chunks_equal_the_whole_bit_by_bit(tmp_path: Path, size: int, form: str)
     assert len(whole) == 56
     assert parts[-1].run_names == whole.run_names
     assert {f.kind for f in parts[-1].report} == {f.kind for f in whole.report}
+
+
+@pytest.mark.parametrize("form", ["%Y-%m-%dT%H:%M:%S.%f", "%Y-%m-%d %H:%M:%S.%f+00:00"])
+def test_dates_of_a_csv_are_seconds_since_1970(tmp_path: Path, form: str) -> None:
+    columns = table()
+    # 86,400 s after the beginning of 1970 and 0.1 s for every row.
+    begin = datetime(1970, 1, 2)
+    columns["time"] = [
+        (begin + timedelta(seconds=float(t))).strftime(form) for t in table()["time"]
+    ]
+    log = Telemetry.read(written(tmp_path, columns))
+    assert log.time == pytest.approx(86400.0 + table()["time"], abs=1e-6)
+    assert any("time is a date" in finding.sentence for finding in log.report)
+    columns["time"][7] = "noon"
+    with pytest.raises(LogError, match="row 8"):
+        Telemetry.read(written(tmp_path, columns))
