@@ -39,6 +39,11 @@ def coordinates(x: float, y: float) -> str:
     return ", ".join(f"{round(value, 2):z.12g}" for value in (x, y))
 
 
+def span(least: float, most: float) -> str:
+    """A range of coordinates to the centimetre: "0 to 24", "4070120 to 4070140"."""
+    return f"{round(least, 2):z.12g} to {round(most, 2):z.12g}"
+
+
 def watts(value: float | None) -> str:
     """Power: 0.041 W, 0.52 W, 3.10 W, 21.4 W, 1,204 W."""
     if value is None:

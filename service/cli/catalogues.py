@@ -8,7 +8,8 @@ from typing import Annotated, Any
 
 import typer
 
-from planner.errors import RequestError
+from planner.amounts import span
+from planner.errors import MapError, RequestError
 from service import documents
 from service.cli.terminal import Json, Verbose, check_places, show
 
@@ -56,10 +57,17 @@ def maps(
         from planner.report.routes import drive_page
 
         name = vehicle or "minibalance"
-        page, shares = drive_page(terrain, load_vehicle(name))
-        if report is not None:
-            report.write_text(page, encoding="utf-8")
-        found["for_vehicle"] = {"name": name, "shares": shares}
+        try:
+            page, shares = drive_page(terrain, load_vehicle(name))
+        except MapError as error:
+            if report is not None:
+                raise
+            # The figures of the map are worth telling without those of the vehicle.
+            found["odd"].append(f"nothing is said of {name}: {error}")
+        else:
+            if report is not None:
+                report.write_text(page, encoding="utf-8")
+            found["for_vehicle"] = {"name": name, "shares": shares}
     typer.echo(documents.strict(documents.finite(found)) if json_ else _map_report(found))
     return None
 
@@ -71,7 +79,7 @@ def _map_report(report: dict[str, Any]) -> str:
     slopes, heights = report["slopes"], report["heights_m"]
     lines = [
         f"{report['name']}: {report['source']}",
-        f"extent     x {xmin:.6g} to {xmax:.6g} m, y {ymin:.6g} to {ymax:.6g} m"
+        f"extent     x {span(xmin, xmax)} m, y {span(ymin, ymax)} m"
         f" ({report['crs'] or 'local frame'})",
         f"cells      {nx} by {ny}, each {dx:.4g} m by {dy:.4g} m",
     ]
@@ -90,6 +98,7 @@ def _map_report(report: dict[str, Any]) -> str:
             f"unknown    {report['unknown_share']:.1%} of the cells",
             f"ground     {', '.join(shares)}",
             *_for_vehicle(report.get("for_vehicle")),
+            *(f"odd        {sentence}" for sentence in report["odd"]),
         ]
     )
 

@@ -16,6 +16,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from planner.amounts import span
 from planner.arrays import Array
 from planner.errors import RequestError
 from planner.quantities import STANDARD_GRAVITY
@@ -155,7 +156,7 @@ class _Arrival:
             raise RequestError(
                 "goal",
                 "lies off the map",
-                accepted=f"an area within x {west:g} to {east:g}, y {south:g} to {north:g} m",
+                accepted=f"an area within x {span(west, east)}, y {span(south, north)} m",
             )
         ny, nx = field.heights.shape
         grid = np.meshgrid(field.x0 + field.dx * np.arange(nx), field.y0 + field.dy * np.arange(ny))

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from planner.amounts import span
 from planner.errors import RequestError
 from planner.power.limits import LIMIT_NAMES, broken_limit
 from planner.power.motion_row import set_motion
@@ -61,7 +62,7 @@ def check_place(
             name,
             "outside the map",
             value=(x, y),
-            accepted=f"x from {west:g} to {east:g}, y from {south:g} to {north:g} m",
+            accepted=f"x from {span(west, east)}, y from {span(south, north)} m",
         )
     j, i = field.nodes_at((x, y))
     if ground.blocked[j, i]:

@@ -18,7 +18,8 @@ STEEPER_THAN = (2.0, 5.0, 10.0, 20.0)
 def describe_map(terrain: Terrain) -> dict[str, Any]:
     """Figures of a map, ready for JSON.
 
-    Slopes are differences of neighbouring cells of known ground without obstacles.
+    Slopes are the steepest at a cell, from differences to its western and southern neighbours of
+    known ground without obstacles.
     """
     ny, nx = terrain.heights.shape
     dx, dy = terrain.cell
@@ -26,12 +27,20 @@ def describe_map(terrain: Terrain) -> dict[str, Any]:
     along, across = (
         np.abs(np.diff(terrain.heights, axis=axis)) / size for axis, size in ((1, dx), (0, dy))
     )
-    slope = np.zeros((ny, nx))
-    np.maximum(slope[:, 1:], along, out=slope[:, 1:], where=ground[:, 1:] & ground[:, :-1])
-    np.maximum(slope[1:], across, out=slope[1:], where=ground[1:] & ground[:-1])
+    climbs = np.zeros((2, ny, nx))
+    np.copyto(climbs[0, :, 1:], along, where=ground[:, 1:] & ground[:, :-1])
+    np.copyto(climbs[1, 1:], across, where=ground[1:] & ground[:-1])
+    slope = np.hypot(*climbs)
     degrees = np.degrees(np.arctan(slope[ground]))
     heights = terrain.heights[ground]
     some = bool(len(heights))
+    relief = float(np.ptp(heights)) if some else 0.0
+    west, south, east, north = terrain.extent
+    least = min(east - west, north - south)
+    odd = [
+        f"heights differ by {relief:.4g} m on a map {least:.4g} m wide; perhaps they are in mm, cm "
+        "or gray steps"
+    ]
     return {
         "name": terrain.name,
         "source": terrain.source,
@@ -47,6 +56,7 @@ def describe_map(terrain: Terrain) -> dict[str, Any]:
                 for limit in STEEPER_THAN
             },
         },
+        "odd": odd if relief > least else [],
         "obstacles_share": float(terrain.obstacles.mean()),
         "unknown_share": float(1.0 - terrain.known.mean()),
         "ground_shares": {

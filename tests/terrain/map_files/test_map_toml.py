@@ -135,7 +135,9 @@ def test_figures_of_a_map(hall: Path) -> None:
     assert report["cells"] == [NX, NY]
     assert report["obstacles_share"] == pytest.approx((NX + NY - 1) / (NX * NY))
     assert report["unknown_share"] == pytest.approx(4 / (NX * NY))
-    assert report["slopes"]["steepest_deg"] == pytest.approx(math.degrees(math.atan(0.05)))
+    assert report["slopes"]["steepest_deg"] == pytest.approx(
+        math.degrees(math.atan(math.hypot(0.05, 0.02)))
+    )
     assert report["slopes"]["share_steeper_than_deg"]["5"] == 0.0
     assert report["ground_shares"] == {"ground": 1.0}
 
