@@ -40,8 +40,8 @@ def coordinates(x: float, y: float) -> str:
 
 
 def span(least: float, most: float) -> str:
-    """A range of coordinates to the centimetre: "0 to 24", "4070120 to 4070140"."""
-    return f"{round(least, 2):z.12g} to {round(most, 2):z.12g}"
+    """A range of coordinates to the millimetre: "0 to 24", "4070120.125 to 4070140"."""
+    return f"{round(least, 3):z.12g} to {round(most, 3):z.12g}"
 
 
 def watts(value: float | None) -> str:

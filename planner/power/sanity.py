@@ -25,7 +25,7 @@ BUILDING_SLOPE = 5.0
 """Degrees; the steepest ramp that accessible buildings have is 4.8° (1:12)."""
 TRIED_SPEEDS = 400
 """Speeds tried up to the motor's no-load speed."""
-CREEPING = 0.02
+SLOWEST_DRIVE = 0.02
 """Share of the no-load speed below which nothing drives: dry friction only begins there."""
 ASSUMED = ("assumed", "prior", "estimated", "chosen")
 """First words of a source that is none."""
@@ -109,7 +109,7 @@ def check_vehicle(vehicle: Vehicle) -> VehicleReport:
 def _motion(model: PowerModel, name: str, pitch: float, heading: float) -> Motion:
     vehicle = model.vehicle
     limits, battery = vehicle.limits, vehicle.battery
-    speeds = _fastest(vehicle) * np.linspace(CREEPING, 1.0, TRIED_SPEEDS)
+    speeds = _fastest(vehicle) * np.linspace(SLOWEST_DRIVE, 1.0, TRIED_SPEEDS)
     account = _account(model, speeds, pitch, heading)
     allowed = _allowed(account, vehicle)
     reachable = float(speeds[allowed].max(initial=0.0))

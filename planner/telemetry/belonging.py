@@ -24,22 +24,22 @@ from planner.quantities import INDEX
 from planner.telemetry.logs import Finding, Telemetry
 from planner.telemetry.noise import deviation
 
-LEAST_RUNS = 6
+LEAST_RUNS_APART = 6
 """Runs below which nothing is said about how they differ."""
 LEAST_RUN_ROWS = 8
 """Rows of a run whose halves are compared."""
-LEAST_SHARE = 0.4
+LEAST_SHARE_APART = 0.4
 """Share of the squared error that runs must differ by: usual errors of a weighed load differ from
 run to run, too."""
 LEAST_OF_POWER = 0.05
 """Share of the mean power that they must differ by."""
-LEAST_Z = 2.33
+LEAST_HALVES_Z = 2.33
 """Standard errors of the correlation of the halves: a chance of one in a hundred."""
 FAR = 10.0
 """Deviations at which a row counts no more: one outlier is no run."""
 VARYING = 0.2
 """Deviation over mean of a power that varies."""
-LEAST_EXPLAINED = 0.5
+LEAST_EXPLAINED_POWER = 0.5
 """Share of that variation which a model of the robot explains."""
 LEAST_ROWS = 40
 """Rows below which such shares say nothing."""
@@ -89,7 +89,7 @@ def _runs(log: Telemetry, residual: Array) -> Iterator[str]:
             middle = (start + stop) // 2
             halves.append((kept[start:middle].mean(), kept[middle:stop].mean()))
             rows.append(stop - start)
-    if len(rows) < LEAST_RUNS:
+    if len(rows) < LEAST_RUNS_APART:
         return
     (first, common), (_, second) = np.cov(np.array(halves).T, aweights=np.array(rows, float))
     correlation = common / max(math.sqrt(first * second), 1e-300)
@@ -97,7 +97,7 @@ def _runs(log: Telemetry, residual: Array) -> Iterator[str]:
     common_w = math.sqrt(max(common, 0.0))
     share = min(common_w**2 / max(float(np.mean(kept**2)), 1e-300), 1.0)
     much = common_w >= LEAST_OF_POWER * abs(float(log.power.mean()))
-    if share >= LEAST_SHARE and z >= LEAST_Z and much:
+    if share >= LEAST_SHARE_APART and z >= LEAST_HALVES_Z and much:
         cause = "" if "payload" in log.present else " (a payload?)"
         yield (
             f"whole runs differ by {watts(common_w)}, {in_per_cent(share)} of the squared error, "
@@ -112,7 +112,7 @@ def _power(log: Telemetry, residual: Array) -> Iterator[str]:
     if len(log) < LEAST_ROWS or not varies:
         return
     explained = max(0.0, 1.0 - float(np.mean(residual**2)) / variation**2)
-    if explained < LEAST_EXPLAINED:
+    if explained < LEAST_EXPLAINED_POWER:
         absent = [name for name in ("roll", "pitch", "payload") if name not in log.present]
         logged = f" (it has no {' and no '.join(absent)})" if absent else ""
         yield (

@@ -131,7 +131,7 @@ class Route:
 
     @property
     def returned_j(self) -> float:
-        """J that flow back to the source on the way."""
+        """J that flow back to the source along the route."""
         return -float(np.minimum(np.diff(self.arrays["energy_j"]), 0.0).sum())
 
     def with_poses_every(self, seconds: float) -> Route:
