@@ -104,3 +104,9 @@ def test_a_dearer_baseline_has_a_positive_share_also_where_energy_comes_back():
     assert dearer
     for one in dearer.values():
         assert one.extra_share == pytest.approx((one.energy_j - best) / -best)
+
+
+def test_a_load_beside_the_wheels_is_refused_as_a_load(level: Terrain) -> None:
+    asked = {"terrain": level, **ASKED, "payload": {"mass": 8.0, "x": 2.0}}
+    with pytest.raises(RequestError, match=r"payload: .* cannot stand even on level ground"):
+        plan_route(**asked)

@@ -94,13 +94,23 @@ def check_hold(
     """Refuse a place at which the robot cannot stand still on the slope.
 
     Raises:
-        RequestError: naming the field, the slope and what would be accepted.
+        RequestError: naming the field, the slope and what would be accepted; the load or the
+            vehicle where it cannot stand anywhere.
     """
     _, gradient = sample_surface(field, np.array([[pose.x, pose.y]]))
     px, py = float(gradient[0, 0]), float(gradient[0, 1])
     kind = field.ground[field.nodes_at((pose.x, pose.y))]
     row = conditions.class_rows[kind].copy()
-    broken = 0
+    set_motion(row, 0.0, 0.0, 0.0, 0.0, 0.0)
+    broken = broken_limit(conditions.model.evaluate(row[None])[0][0], conditions.limits)
+    if broken >= 0:
+        loaded = conditions.mass > conditions.model.vehicle.mass
+        raise RequestError(
+            "payload" if loaded else "vehicle",
+            f"the robot, {conditions.mass:.4g} kg, cannot stand even on level ground: "
+            f"{LIMIT_NAMES[broken]}",
+            accepted="a centre of mass between the wheels, and a load that the motors can hold",
+        )
     for yaw in _tried(pose.yaw):
         set_motion(row, px, py, yaw, 0.0, 0.0)
         accounts, _ = conditions.model.evaluate(row[None])
