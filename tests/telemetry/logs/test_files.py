@@ -62,6 +62,10 @@ def test_dates_of_a_csv_are_seconds_since_1970(tmp_path: Path, form: str) -> Non
     log = Telemetry.read(written(tmp_path, columns))
     assert log.time == pytest.approx(86400.0 + table()["time"], abs=1e-6)
     assert any("time is a date" in finding.sentence for finding in log.report)
+    with pytest.raises(LogError, match="holds dates"):
+        Telemetry.read(
+            written(tmp_path, columns), {"columns": {"time": {"quantity": "time", "unit": "ms"}}}
+        )
     columns["time"][7] = "noon"
     with pytest.raises(LogError, match="row 8"):
         Telemetry.read(written(tmp_path, columns))
