@@ -56,7 +56,8 @@ def first_complaint(errors: Iterable[Mapping[str, Any]]) -> Complaint:
     """
     # A misspelt field explains the one that is missing, so it comes first.
     first = min(errors, key=lambda error: error["type"] != "extra_forbidden")
-    return Complaint(tuple(first["loc"]), first["type"], first["msg"], first.get("input"))
+    message = first["msg"].removeprefix("Value error, ")
+    return Complaint(tuple(first["loc"]), first["type"], message, first.get("input"))
 
 
 def too_deep(asked: type[BaseModel]) -> RequestError:

@@ -71,3 +71,8 @@ def test_a_place_is_printable_and_short() -> None:
     assert odd.startswith("'a\\nb'.ccc")
     assert odd.isprintable()
     assert len(odd) == 80
+
+
+def test_a_check_of_our_own_is_told_in_its_own_words() -> None:
+    error = {"loc": (), "type": "value_error", "msg": "Value error, exactly one is required"}
+    assert first_complaint([error]).message == "exactly one is required"
