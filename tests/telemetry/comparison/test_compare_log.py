@@ -98,6 +98,7 @@ def test_document_is_strict_json_of_the_promised_shape(drive, model):
         "heldout_rmse_w",
         "noise_floor_w",
         "meter",
+        "apart",
         "energy",
         "runs",
         "regimes",
