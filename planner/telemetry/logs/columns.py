@@ -61,14 +61,14 @@ OFTEN_MISTAKEN: dict[str, str] = {
     "battery_current": "mA",
 }
 OTHER_NAMES: dict[str, tuple[str, ...]] = {
-    "run": ("trial", "trialid", "runid", "drive", "session", "experiment", "test"),
-    "time": ("t", "stamp", "timestamp", "times", "seconds", "elapsed", "timems", "epoch"),
-    "vx": ("linearx", "velx", "xvel", "velocityx", "twistlinearx", "twisttwistlinearx", "xdot"),
-    "vy": ("lineary", "vely", "yvel", "velocityy", "twistlineary", "twisttwistlineary", "ydot"),
-    "wz": ("angularz", "yawrate", "twistangularz", "twisttwistangularz", "gyroz", "omegaz"),
-    "power": ("p", "pw", "watts", "watt", "pbat", "pelec", "powertotal", "batterypower"),
+    "run": ("trial", "trial_id", "run_id", "drive", "session", "experiment", "test"),
+    "time": ("t", "stamp", "timestamp", "times", "seconds", "elapsed", "time_ms", "epoch"),
+    "vx": ("linear.x", "vel_x", "x_vel", "velocity_x", "twist.linear.x", "twist.twist.linear.x"),
+    "vy": ("linear.y", "vel_y", "y_vel", "velocity_y", "twist.linear.y", "twist.twist.linear.y"),
+    "wz": ("angular.z", "yaw_rate", "twist.angular.z", "twist.twist.angular.z", "gyro_z"),
+    "power": ("p", "p_w", "watts", "watt", "p_bat", "p_elec", "power_total", "battery_power"),
 }
-"""What other logs call the required columns, folded; only asked about, never taken."""
+"""What other logs call the required columns; only asked about, never taken."""
 _WHEEL_CURRENT = re.compile(r"wheel_current_([1-9][0-9]?)")
 _WHEEL_SPEED = re.compile(r"wheel_speed_[1-9][0-9]?")
 
@@ -103,8 +103,8 @@ def closest(name: str, known: Iterable[str]) -> str | None:
     if _fold(name) in folded:
         return folded[_fold(name)]
     for other in OTHER_NAMES.get(name, ()):
-        if other in folded:
-            return folded[other]
+        if _fold(other) in folded:
+            return folded[_fold(other)]
     found = difflib.get_close_matches(_fold(name), list(folded), n=1, cutoff=0.7)
     return folded[found[0]] if found else None
 
