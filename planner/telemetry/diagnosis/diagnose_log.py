@@ -224,8 +224,6 @@ def _report(source: LogSource, start: PowerModel, found: Found, decision: Decisi
         experiments=_experiments(advice, found, decision, fitted),
         log=source.describe(),
     )
-    if diagnosis.verdict == "complete" and diagnosis.shows_nothing:
-        diagnosis = replace(diagnosis, verdict="not_identifiable")
     said = sentence_of(diagnosis, decision.alike, decision.near, odd)
     return replace(diagnosis, sentence=said)
 
