@@ -114,6 +114,14 @@ def test_a_draw_comes_back_and_can_be_read(tmp_path: Path) -> None:
     assert load_vehicle(str(first.sheet)).mass != load_vehicle(str(first.robot)).mass
 
 
+def test_no_wheel_pushes_instead_of_dragging(tmp_path: Path) -> None:
+    """Drawn large: without its bound one wheel would have less drag than none."""
+    log = draw("one", "wheel_imbalance", 3700, "tuning", tmp_path)
+    excess = np.array(log.truth.hidden["wheel_imbalance"]["excess"])
+    assert (1.0 + excess - excess.mean()).min() > 0.0
+    assert excess.std() > 0.3
+
+
 def test_an_offset_that_nobody_knows_of_is_not_in_the_log(tmp_path: Path) -> None:
     logs = [draw("one", "com_offset", seed, "tuning", tmp_path) for seed in range(6)]
     unknown = [log.truth.hidden["com_offset"]["gain"] == 0.0 for log in logs]

@@ -262,7 +262,9 @@ def _settings(
     given = settings_of(slug, rng)
     given["size"] = math.exp(rng.uniform(math.log(SMALLEST), math.log(LARGEST)))
     if slug == "wheel_imbalance":
-        given["excess"] = [float(e) for e in rng.uniform(-0.5, 0.5, robot.wheels)]
+        excess = rng.uniform(-0.5, 0.5, robot.wheels)
+        # About their mean, as the robot has it: no wheel may push.
+        given["excess"] = [float(e) for e in excess - excess.mean()]
     settings = check_settings({slug: given}, robot.vehicle.parameters, robot.wheels)[slug]
     size = settings.pop("size")
     step = max(1, len(drive.labels) // FEW_RUNS)
