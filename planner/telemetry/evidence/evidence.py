@@ -45,12 +45,15 @@ class Test:
         p_value: two-sided.
         coefficients: (k,) estimates.
         information: (k, k) what the log tells of them once all else is fitted.
+        statistic: Wald's, by the widest scatter; ``free`` its degrees of freedom.
     """
 
     z: float
     p_value: float
     coefficients: Array
     information: Array
+    statistic: float
+    free: int
 
 
 class Evidence:
@@ -145,8 +148,20 @@ class Evidence:
         found = solve(information, total)
         left = cluster_scores - np.einsum("bkl,l->bk", cluster_information, found)
         slow = float(np.max(self.slow[at], initial=0.0))
-        z, p_value = self._judge(total, information, left, slow)
-        return Test(z, p_value, found, information)
+        statistic, free = self._statistic(total, information, left, slow)
+        size = len(at)
+        p_value = float(stats.f.sf(statistic / size, size, free))
+        z = float(stats.norm.isf(max(p_value, 1e-300) / 2.0))
+        return Test(z, p_value, found, information, statistic, free)
+
+    def robust_gain(self, columns: Sequence[int], given: Sequence[int]) -> float:
+        """Log-likelihood gained by some columns beside ``given`` ones, by their test's statistic.
+
+        That of Student's distribution, since the scatter is known from few clusters or runs.
+        """
+        test = self.test(columns, given)
+        share = np.log1p(test.statistic / test.free)
+        return float(0.5 * (test.free + len(columns)) * share)
 
     def _scores(self, at: Integers, given: Sequence[int]) -> tuple[Integers, Array, Array]:
         """Fitted columns, what they explain of some others, and the scores of these by cluster."""
@@ -155,9 +170,10 @@ class Evidence:
         scores = self.clusters.times(self._fit(given))
         return active, beta, scores[:, at] - scores[:, active] @ beta
 
-    def _judge(
+    def _statistic(
         self, total: Array, information: Array, left: Array, slow: float
-    ) -> tuple[float, float]:
+    ) -> tuple[float, int]:
+        """Wald's statistic by the widest scatter, and its degrees of freedom."""
         count, size = self.cluster_count, len(total)
         scatters = [information]
         if count > size + 2:
@@ -168,8 +184,7 @@ class Evidence:
             scatters.append(by_run.T @ by_run * self.run_count / (self.run_count - 1))
         statistic = min(float(total @ solve(s, total)) for s in scatters)
         free = (self.run_count if slow > RUNS_ONLY_SHARE else count) - size
-        p_value = float(stats.f.sf(max(statistic, 0.0) / size, size, max(free, 1)))
-        return float(stats.norm.isf(max(p_value, 1e-300) / 2.0)), p_value
+        return max(statistic, 0.0), max(free, 1)
 
     def test_each(
         self, columns: Sequence[int], given: Sequence[int] = ()

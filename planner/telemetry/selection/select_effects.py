@@ -11,8 +11,8 @@ full_refit_comparison finds ties.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -134,9 +134,7 @@ def _beyond_tolerance(examination: Examination, selection: Selection, member: Me
 def _ranking(
     scorer: SubsetScorer, chosen: tuple[int, ...], tests: dict[str, Test]
 ) -> tuple[RankedTerm, ...]:
-    highest = max(scorer.scored.values())
-    weights = {s: np.exp(v - highest) for s, v in scorer.scored.items()}
-    total = sum(weights.values())
+    shares = _shares(scorer, scorer.scored)
     best_subset: dict[str, int] = {}
     for k, member in enumerate(scorer.members):
         if (k,) not in scorer.gains:
@@ -158,7 +156,42 @@ def _ranking(
             found, strongest = test.coefficients, test.z
         p_value = test.p_value if test else two_sided(strongest)
         size = scorer.evidence.size(list(member.columns), found)
-        having = (s for s in weights if any(scorer.members[q].name == name for q in s))
-        share = float(sum(weights[s] for s in having) / total)
+        share = shares[name]
         ranking.append(RankedTerm(name, gain, strongest, p_value, size, share, member, found))
-    return tuple(sorted(ranking, key=lambda s: (s.name not in picked, -s.probability, -s.gain)))
+    return tuple(sorted(ranking, key=lambda s: _rank(s, picked)))
+
+
+def _rank(ranked: RankedTerm, picked: Collection[str]) -> tuple[bool, float, float]:
+    return ranked.name not in picked, -ranked.probability, -ranked.gain
+
+
+def _shares(scorer: SubsetScorer, scores: Mapping[tuple[int, ...], float]) -> dict[str, float]:
+    """Name → share of the weight of all subsets that those with it have."""
+    highest = max(scores.values())
+    weights = {subset: float(np.exp(score - highest)) for subset, score in scores.items()}
+    shares, total = {member.name: 0.0 for member in scorer.members}, sum(weights.values())
+    for subset, weight in weights.items():
+        for name in {scorer.members[k].name for k in subset}:
+            shares[name] += weight / total
+    # Rounding may add up to more than all.
+    return {name: min(share, 1.0) for name, share in shares.items()}
+
+
+def with_robust_probabilities(examination: Examination, selection: Selection) -> Selection:
+    """The selection with probabilities that noise of any correlation does not inflate.
+
+    A search weighs thousands of subsets by their likelihood, which is quick. What is told needs
+    the scatter over clusters and runs (SubsetScorer.robust_scores).
+
+    Args:
+        examination: that the selection was made from.
+        selection: whose members may have become fewer.
+    """
+    scorer = SubsetScorer(examination, exact=selection.exact)
+    scorer.search()
+    chosen = tuple(sorted(scorer.members.index(m) for m in selection.members))
+    scorer.admit(chosen)
+    shares = _shares(scorer, scorer.robust_scores(chosen))
+    names = {m.name for m in selection.members}
+    ranking = (replace(ranked, probability=shares[ranked.name]) for ranked in selection.ranking)
+    return replace(selection, ranking=tuple(sorted(ranking, key=lambda s: _rank(s, names))))

@@ -17,7 +17,7 @@ from planner.telemetry.other_terms import SENSORS
 from planner.telemetry.sampling import LogSource
 from planner.telemetry.selection.backward_elimination import without_unsupported
 from planner.telemetry.selection.known_aliases import with_known_aliases
-from planner.telemetry.selection.select_effects import select
+from planner.telemetry.selection.select_effects import select, with_robust_probabilities
 from planner.telemetry.selection.selection_loop import (
     Extra,
     Found,
@@ -51,7 +51,8 @@ def find_missing_effects(
     watch(0.9, "weighing what was found")
     found = without_unsupported(found, watch)
     aliases = with_known_aliases(found.selection.aliases, found.fitted, found.log)
-    selection = replace(found.selection, aliases=aliases)
+    selection = with_robust_probabilities(found.examination, found.selection)
+    selection = replace(selection, aliases=aliases)
     return _with_everything_free(replace(found, selection=selection, searched=found.fitted))
 
 

@@ -192,6 +192,34 @@ def test_noise_that_is_correlated_within_blocks_is_not_significant_either():
     assert np.mean(significant) < 0.1
 
 
+def test_noise_that_lasts_gains_likelihood_and_hardly_any_robust_one():
+    plain, robust = [], []
+    for seed in range(100):
+        matrix = drawn(7000 + seed, rows=400)
+        random = np.random.default_rng(seed)
+        blocks = np.repeat(np.arange(40), 10)
+        matrix[:, 3] = random.standard_normal(40)[blocks]
+        matrix[:, -1] = random.standard_normal(400) + 2.0 * random.standard_normal(40)[blocks]
+        evidence = evidence_of(matrix)
+        plain.append(evidence.gain([3])[0])
+        robust.append(evidence.robust_gain([3], []))
+    # A column of nothing gains half a unit on average.
+    assert np.mean(plain) > 5.0
+    assert np.mean(robust) < 1.0
+
+
+def test_of_independent_noise_both_gains_are_much_the_same():
+    plain, robust = [], []
+    for seed in range(40):
+        evidence = evidence_of(drawn(8000 + seed, (0.1, 0.1, -0.1)))
+        for columns, given in (([3], []), ([4, 5], [3])):
+            plain.append(evidence.gain([*given, *columns])[0] - evidence.gain(given)[0])
+            robust.append(evidence.robust_gain(columns, given))
+    assert np.mean(plain) > 4.0
+    # The widest scatter counts, known from forty clusters.
+    assert 0.6 * np.mean(plain) < np.mean(robust) < np.mean(plain)
+
+
 def test_a_column_that_changes_between_runs_alone_is_judged_by_runs():
     # Ten runs of four blocks; the column and the error are constants of the runs.
     significant = {True: 0, False: 0}
