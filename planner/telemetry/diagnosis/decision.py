@@ -176,6 +176,9 @@ def decide(found: Found, floor: Array) -> Decision:
     else:
         left = unexplained_by(log, before, floor, found.base.watts) if tried else left_by_nothing
     near = _near(log, before, best, left, floor)
+    if best.members and best.proposal is None and best.fit is not found.fitted:
+        # What was only tried has no intervals yet.
+        best = replace(best, fit=found.refit(best.additions, tried=True))
     return Decision(best, before, floor, left, searched, alike, tried, near)
 
 

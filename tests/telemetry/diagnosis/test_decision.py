@@ -9,15 +9,20 @@ from typing import Any
 import numpy as np
 import pytest
 
+from planner.power.model import PowerModel
 from planner.telemetry.diagnosis.decision import (
     MOST_OF_EXCESS,
     Answer,
     Decision,
+    decide,
     stands,
 )
 from planner.telemetry.diagnosis.unexplained import Unexplained
 from planner.telemetry.selection import Member
+from planner.telemetry.selection.selection_loop import investigate
+from tests.power.states import changed
 from tests.telemetry.diagnosis import synthetic_results as results
+from tests.telemetry.rows import measured
 
 NOTHING: Any = SimpleNamespace()
 """A fit that no test looks at."""
@@ -56,3 +61,22 @@ def test_a_claim_takes_most_of_what_lies_above_the_floor():
     assert not stands(near, slightly, floor)
     assert stands(near, nearly, floor)
     assert stands(near, np.full(1000, 0.9), floor)  # the floor was estimated too high
+
+
+def test_an_effect_that_the_search_overlooked_is_as_unsure_as_another(motion, base):
+    """Data sheet and sensors err beside what held-out runs show as well."""
+    robot = PowerModel.from_vehicle(base.vehicle, effects=("yaw_scrub",))
+    robot = changed(robot, yaw_scrub__scrub_moment=3.0)
+    log = measured(motion, robot, 0.02, seed=1)
+    found = investigate(log, base, (), lambda _share, _what: None)
+    assert [member.name for member in found.selection.members] == ["yaw_scrub"]
+    nobody = replace(found.selection, members=(), shape=None)
+    overlooked = replace(found, selection=nobody, additions=(), fitted=found.base)
+    answer = decide(overlooked, np.full(len(log), found.base.noise.floor_w)).answer
+    assert [member.name for member in answer.members] == ["yaw_scrub"]
+    place = answer.fit.model.parameter_names.index(("yaw_scrub", "scrub_moment", 0))
+    plain, unsure = (found.refit(answer.additions, tried=how).model for how in (False, True))
+    for one in (plain, unsure, answer.fit.model):
+        assert one.stderr is not None
+    assert answer.fit.model.stderr[place] == pytest.approx(unsure.stderr[place], rel=1e-3)
+    assert unsure.stderr[place] > 1.1 * plain.stderr[place]
