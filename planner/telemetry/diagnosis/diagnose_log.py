@@ -43,7 +43,7 @@ from planner.telemetry.diagnosis.decision import (
 )
 from planner.telemetry.diagnosis.experiments import UNKNOWN, WIDE, Advice
 from planner.telemetry.diagnosis.missing_columns import Aliases, slope_to_log
-from planner.telemetry.diagnosis.reconcile import beyond_noise, confirmed, more_credible, undisputed
+from planner.telemetry.diagnosis.reconcile import beside_noise, confirmed, more_credible, undisputed
 from planner.telemetry.diagnosis.results import (
     Candidate,
     Diagnosis,
@@ -124,7 +124,7 @@ def diagnose_source(
     if any(one.answer.claims for _, one in decided):
         watch(0.9, "adding noise to the motion")
         noisier = raw.noisier_as(source)
-        decided = [(found, beyond_noise(found, one, noisier)) for found, one in decided]
+        decided = [(found, beside_noise(found, one, noisier)) for found, one in decided]
     otherwise = (source.steady_rows, source.half_width) != (usual.steady_rows, usual.half_width)
     if otherwise and any(one.answer.claims for _, one in decided):
 

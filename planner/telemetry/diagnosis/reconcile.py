@@ -1,7 +1,7 @@
 """Reconcile searches of one log: around the fit and the model as given, and in two readings.
 
     decision = undisputed(found, decision, other)      # another search has no other answer
-    decision = beyond_noise(found, decision, noisier)  # noise of the motion does not make the claim
+    decision = beside_noise(found, decision, noisier)  # noise of the motion does not make the claim
     decision = confirmed(found, decision, others)      # the usual reading bears the claim out
     more_credible(first, second)                       # the diagnosis to return
 
@@ -26,6 +26,7 @@ from planner.arrays import Array
 from planner.telemetry.diagnosis.decision import Answer, Decision, stands
 from planner.telemetry.diagnosis.results import Diagnosis
 from planner.telemetry.diagnosis.unexplained import unexplained_by
+from planner.telemetry.estimation import Fit
 from planner.telemetry.holdout import heldout_residual, rms, supports
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import counted
@@ -72,6 +73,11 @@ def undisputed(
     return replace(nothing, alike=tuple(dict.fromkeys((*sorted(mine), *sorted(theirs)))))
 
 
+def beside_noise(found: Found, decision: Decision, noisier: Sequence[Telemetry]) -> Decision:
+    """``beyond_noise``, and what stays is as sure as noise of the motion leaves it."""
+    return as_sure_as_noise_leaves(found, beyond_noise(found, decision, noisier), noisier)
+
+
 def beyond_noise(found: Found, decision: Decision, noisier: Sequence[Telemetry]) -> Decision:
     """A decision; without its claim where noise of the motion makes what the claim takes off.
 
@@ -108,6 +114,27 @@ def beyond_noise(found: Found, decision: Decision, noisier: Sequence[Telemetry])
     return replace(_without_claim(found, decision), alike=())
 
 
+def as_sure_as_noise_leaves(
+    found: Found, decision: Decision, noisier: Sequence[Telemetry]
+) -> Decision:
+    """A decision whose fit's standard errors include what noise of the motion does.
+
+    Friction that changes with a speed, or an edge of a slope, is blurred by noise of the speed and
+    of the slope, and a fit finds less of it. As much noise again moves each parameter further, by
+    about as much as the noise of the log has moved it.
+
+    Args:
+        found: state of the search that was decided.
+        decision: what was decided.
+        noisier: as for ``beyond_noise``.
+    """
+    answer = decision.answer
+    if not answer.claims:
+        return decision
+    fits = [_refitted(_of_rows(found, log), answer) for log in noisier]
+    return replace(decision, answer=replace(answer, fit=answer.fit.unsure_by(fits)))
+
+
 def _taken_off(found: Found, answer: Answer, floor: Array) -> float:
     """W², of the squared error by a claim that is fitted to this log, as the model alone is."""
     each = found.heldout(found.refit(())), _left_with(found, answer)
@@ -117,10 +144,15 @@ def _taken_off(found: Found, answer: Answer, floor: Array) -> float:
 
 def _left_with(found: Found, answer: Answer) -> Array:
     """(n,) W, the held-out residual that a claim is judged by, once it is fitted to this log."""
-    formula = () if answer.proposal is None else (answer.proposal.addition,)
-    fitted = found.refit([*answer.additions, *formula])
+    fitted = _refitted(found, answer)
     beside = found.left_beside_base(fitted)
     return found.heldout(fitted) if beside is None else beside
+
+
+def _refitted(found: Found, answer: Answer) -> Fit:
+    """A claim, fitted to this log."""
+    formula = () if answer.proposal is None else (answer.proposal.addition,)
+    return found.refit([*answer.additions, *formula])
 
 
 def _of_rows(found: Found, log: Telemetry) -> Found:

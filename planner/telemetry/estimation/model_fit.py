@@ -125,6 +125,28 @@ class Fit:
         values[list(self.places)] = self.start
         return replace(self.model, parameters=values)
 
+    def unsure_by(self, others: Sequence[Fit]) -> Fit:
+        """The fit with standard errors that include how far it is from others on average.
+
+        Args:
+            others: of the same parameters, to the same log with more errors of one kind.
+        """
+        index = list(self.places)
+        moved = np.mean([other.model.parameters[index] for other in others], axis=0)
+        shift = moved - self.model.parameters[index]
+        assert self.model.stderr is not None  # every fit has standard errors
+        stderr = self.model.stderr.copy()
+        stderr[index] = np.hypot(stderr[index], shift)
+        return replace(
+            self,
+            model=replace(self.model, stderr=stderr),
+            covariance=self.covariance + np.outer(shift, shift),
+            parameters=tuple(
+                replace(one, stderr=float(stderr[place]))
+                for one, place in zip(self.parameters, index, strict=True)
+            ),
+        )
+
     def whitened(self, log: Telemetry, columns: Array) -> Array:
         """(n, k + 1) columns (n, k) W and the clipped residual, as the fit weighted the rows."""
         counts = self.noise.spread_for_fits(self.spread)

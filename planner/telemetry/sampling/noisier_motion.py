@@ -7,7 +7,7 @@ Speeds, tilts and measured accelerations scatter from row to row. A model that i
 predicts a power that scatters, and an effect or a formula may lower the error by taking that back.
 Nobody can take the noise out of a log, but more can be added. What a claim explains by noise then
 grows in proportion to the noise's variance; what is in the robot does not
-(planner.telemetry.diagnosis.reconcile).
+(planner.telemetry.diagnosis.reconcile). How far its parameters move is in their standard errors.
 
 The noise of a channel is the scatter of its third differences, in which a smooth motion cancels:
 of white noise they have √20 times the standard deviation. Half of the rows may move as they like.

@@ -8,17 +8,22 @@ import numpy as np
 import pytest
 
 from planner.power.model import PowerModel
+from planner.power.vehicles import load_vehicle
 from planner.quantities import INDEX, STANDARD_GRAVITY
 from planner.telemetry.diagnosis import diagnose
+from planner.telemetry.estimation.parameter_errors import INTERVAL_Z
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.prediction import predict
-from tests.telemetry.rows import measured, plain_log
+from tests.power.states import changed
+from tests.telemetry.rows import TRUTH, base_model, measured, plain_log
 
 STEP = 0.1
 """s between rows: too long to smooth the motion over neighbours."""
 RUNS = [250] * 12
 TILT_NOISE = 0.003
 """rad of single rows, as of a cheap tilt sensor."""
+SPEED_NOISE = 0.008
+"""m/s of single rows, as of coarse encoders."""
 POWER_NOISE = 0.005
 """Standard deviation of the power over its mean."""
 STEERING = 3.0
@@ -78,3 +83,22 @@ def test_what_a_robot_does_is_named_beside_noise_of_a_tilt_sensor(
     assert found.verdict == "outside_catalogue"
     assert found.outside is not None
     assert found.outside.quantities == ("yaw_rate",)
+
+
+def test_what_noise_of_the_speeds_blurs_is_in_the_intervals(swaying: Telemetry) -> None:
+    """Noise of a speed near rest spreads friction at rest over more of it, so that less is seen."""
+    true = {"strength": 2.0, "stiction_speed": 0.05}
+    sticky = PowerModel.from_vehicle(load_vehicle("minibalance"), effects=("stiction",))
+    sticky = changed(sticky, **TRUTH, **{f"stiction__{name}": v for name, v in true.items()})
+    log, random = measured(swaying, sticky, POWER_NOISE, seed=3), np.random.default_rng(5)
+    rows = log.rows.copy()
+    for name in ("vx", "vy"):
+        rows[:, INDEX[name]] += SPEED_NOISE * random.standard_normal(len(log))
+    found = diagnose(replace(log, rows=rows), base_model())
+    assert found.selected == ("stiction",)
+    (named,) = (c for c in found.candidates if c.effect == "stiction")
+    for name, value in true.items():
+        told = named.parameters[name]
+        assert told.stderr is not None
+        assert abs(told.value - value) < INTERVAL_Z * told.stderr
+        assert told.stderr < 0.4 * value
