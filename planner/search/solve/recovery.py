@@ -5,21 +5,17 @@
 
 A speed that breaks a limit on a bend asks for another place or for less steep ground. A body that
 cannot turn in time, or only at much cost, asks for paths with more room. Motors that get too warm
-ask for paths with less ground on which they give more than their continuous torque, and then past
-the places where they are warmest.
+ask for paths past the places where they are warmest.
 """
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
 from planner.arrays import Array
-from planner.power.motion_row import set_motion
 from planner.search.field import CostField
 from planner.search.limit_places import Infeasible
 from planner.search.resolution import MARGIN
@@ -32,12 +28,6 @@ FEW_SLOPE_MARGINS = (MARGIN, 0.9)
 """The same for a baseline: few answers wait for one."""
 CLEARANCE_PENALTIES = (0.0, 0.4, 1.0, 2.0, 5.0, 16.0)
 """Shares by which ground costs more where the body fits with hardly a yaw, tried in this order."""
-HEAT_WEIGHTS = (1.0, 8.0)
-"""Factors on the excess heat of ground above the continuous torque, tried in this order."""
-HEAT_SLOPES, HEAT_YAWS = 65, 16
-"""Slopes and yaw angles at which the torque of driving uphill is worked out."""
-MOST_EXCESS = 10.0
-"""Largest excess heat: beyond it, costs would lose digits."""
 PENALISED_PLACES = 4
 """Paths whose places where a limit was broken get a penalty, before less of the slope limit is
 used; then as many again."""
@@ -55,8 +45,6 @@ class Caution:
         clearance_penalties: clearance penalty to search with, and those to try after it.
         places_left: how many more paths' places may get a penalty with this slope margin.
         places_each: how many with every margin.
-        heat_weights: weights of hot ground that are left to try.
-        excess_heat: gives the excess heat of the ground, (ny, nx).
     """
 
     factor: Array
@@ -64,8 +52,6 @@ class Caution:
     clearance_penalties: tuple[float, ...]
     places_left: int
     places_each: int
-    heat_weights: tuple[float, ...]
-    excess_heat: Callable[[], Array]
 
     @property
     def obstructed(self) -> bool:
@@ -88,9 +74,7 @@ def first_caution(run: Run, field: CostField, patient: bool) -> Caution:
     """No caution; what may follow is shorter for a baseline that few answers wait for."""
     penalties = CLEARANCE_PENALTIES if run.ground.blocked.any() else CLEARANCE_PENALTIES[:1]
     margins, places = (SLOPE_MARGINS, PENALISED_PLACES) if patient else (FEW_SLOPE_MARGINS, 0)
-    heat = HEAT_WEIGHTS if patient else HEAT_WEIGHTS[1:]
-    hot = partial(excess_heat, run, field)
-    return Caution(field.factor, margins, penalties, places, places, heat, hot)
+    return Caution(field.factor, margins, penalties, places, places)
 
 
 def more_clearance(caution: Caution, attempt: Attempt) -> Caution | None:
@@ -101,22 +85,11 @@ def more_clearance(caution: Caution, attempt: Attempt) -> Caution | None:
     return replace(caution, clearance_penalties=caution.clearance_penalties[1:])
 
 
-def cooler_ground(caution: Caution, attempt: Attempt) -> Caution | None:
-    """A penalty on ground above the continuous torque, where motors get too warm.
-
-    On a steady slope the torque does not depend on the speed, and so only another path helps.
-    """
-    infeasible = attempt.infeasible
-    if infeasible is None or not infeasible.too_warm or not caution.heat_weights:
-        return None
-    factor = caution.factor * (1.0 + caution.heat_weights[0] * caution.excess_heat())
-    return replace(caution, factor=factor, heat_weights=caution.heat_weights[1:])
-
-
 def past_the_place(caution: Caution, attempt: Attempt) -> Caution | None:
     """A penalty near the places where a limit is broken: another path past them may do.
 
-    Motors that are too warm by a few per cent cool down on a short way round.
+    Motors that are too warm by a few per cent cool down on a short way round. On a steady slope the
+    torque does not depend on the speed, and so only another path helps.
     """
     infeasible = attempt.infeasible
     if infeasible is None or infeasible.for_want_of_room or not caution.places_left:
@@ -135,7 +108,6 @@ def gentler_slopes(caution: Caution, attempt: Attempt) -> Caution | None:
 
 
 STRATEGIES: tuple[Callable[[Caution, Attempt], Caution | None], ...] = (
-    cooler_ground,
     more_clearance,
     past_the_place,
     gentler_slopes,
@@ -158,26 +130,3 @@ def _penalty_near(field: CostField, place: Infeasible) -> Array:
         cells = np.hypot((x - at_x)[None, :] / field.dx, (y - at_y)[:, None] / field.dy)
         factor[cells < PENALISED_CELLS] = PENALTY
     return factor
-
-
-def excess_heat(run: Run, field: CostField) -> Array:
-    """Heat of driving straight up every node's slope over that of the continuous torque, less 1.
-
-    (ny, nx), 0 where the motors give no more than that. Heat goes with the square of the torque,
-    and that with the slope.
-    """
-    conditions = run.conditions
-    slopes = np.linspace(0.0, float(field.limit.max()), HEAT_SLOPES)
-    yaws = 2.0 * np.pi * np.arange(HEAT_YAWS) / HEAT_YAWS
-    crawl = float(conditions.limits[0]) / HEAT_YAWS
-    gentle = np.empty(len(conditions.class_rows))
-    for number, own in enumerate(conditions.class_rows):
-        rows = np.repeat(own[None], len(slopes) * len(yaws), axis=0)
-        for row, (slope, yaw) in zip(rows, itertools.product(slopes, yaws), strict=True):
-            set_motion(row, slope, 0.0, yaw, 0.0, crawl)
-        torque = conditions.model.power_and_limits(rows)[:, 4].reshape(len(slopes), -1).min(axis=1)
-        allowed = conditions.model.vehicle.limits.continuous_torque
-        gentle[number] = max(float(np.interp(allowed, torque, slopes)), slopes[1])
-    steepness = np.hypot(*np.gradient(field.heights, field.dy, field.dx))
-    excess: Array = np.clip((steepness / gentle[field.ground]) ** 2 - 1.0, 0.0, MOST_EXCESS)
-    return excess

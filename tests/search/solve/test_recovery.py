@@ -16,7 +16,6 @@ from planner.search.situation import situation_of
 from planner.search.solve.pipeline import Attempt
 from planner.search.solve.recovery import (
     CLEARANCE_PENALTIES,
-    HEAT_WEIGHTS,
     PENALISED_PLACES,
     SLOPE_MARGINS,
     first_caution,
@@ -65,13 +64,11 @@ def test_a_broken_limit_asks_for_another_place_and_then_for_gentler_slopes(open_
     assert caution is None
 
 
-def test_motors_too_warm_ask_for_cooler_ground_everywhere_and_then_past_the_place(open_ground):
+def test_motors_too_warm_ask_for_paths_past_the_place_and_for_nothing_else(open_ground):
     """Less of the slope limit would be no remedy: on every slope they get as warm in the end."""
     caution, attempt = first_of(open_ground)
     at = attempt.field.nodes_at((6.0, 5.0))
     warm = replace(attempt, infeasible=WARM)
-    for _ in HEAT_WEIGHTS:
-        caution = next_caution(caution, warm)
     for left in range(PENALISED_PLACES - 1, -1, -1):
         before = caution.factor[at] if caution.factor.size > 1 else 1.0
         caution = next_caution(caution, warm)
