@@ -10,8 +10,11 @@ Constants stand in ablation_table.toml. Every value is measured in a fresh proce
     planning     change of the energy in % (mean, worst), and ratio of the CPU times
     time         the same for answers of least time, with their duration
     hard         energy among obstacles and on relief
+    relief       energy on relief up to the slope limit
+    coarse       energy on relief with cells of many metres
     steep        energy on open hills, without and with payload, so many questions on each
-    anytime      the same with iterations given
+    anytime      as planning, with iterations given
+    budget       as hard and on a hill, with a time budget
     certificate  change of the gap between route and lower bound, in percentage points
     naming       right and wrong verdicts on drawn laboratory logs, of so many
 """
@@ -20,6 +23,7 @@ from __future__ import annotations
 
 import argparse
 import ast
+import itertools
 import json
 import math
 import os
@@ -45,8 +49,11 @@ TABLE = Path(__file__).with_name("ablation_table.toml")
 KEPT = ROOT / "docs" / "benchmarks" / "ablations.json"
 ITERATIONS = 24
 """Of searches with iterations given."""
-STEEP = (8.0, 11.0)
+STEEP = (8.0, 11.0, 14.0)
 """Mean slopes of open hills, °: on the steeper ones the slope limit is reached at many places."""
+HILLS = 3
+"""Hills of each slope: near the slope limit a route may change by some per cent whatever changes,
+and only many routes tell what a constant is worth."""
 LOADS = (0.0, 20.0)
 """Payloads on hills, kg: with the second one, many slopes are too steep."""
 HARD = ("warehouse", "shelves", "rocks", "maze", "jacksboro-1to100")
@@ -55,6 +62,9 @@ ABLATED_SEED = 4
 """Of the maps and questions of ``hard``; other ones than those that ``make bench`` times."""
 SECONDS = 10.0
 """s that a certificate is given."""
+BUDGET = 5.0
+"""s of CPU time that an answer is given: of all threads, as other work on the machine would take
+part of a budget by the clock."""
 QUESTIONS = (
     ("cone", (6.0, 20.0), (34.0, 20.0)),
     ("warehouse", (2.0, 2.0), (20.0, 17.0)),
@@ -145,20 +155,39 @@ def relief(count: int, seed: int = ABLATED_SEED) -> dict[str, Any]:
     return _on([made("jacksboro-1to100", seed)], count, LOADS[:1], seed)
 
 
+def coarse(count: int, seed: int = ABLATED_SEED) -> dict[str, Any]:
+    """As ``planning``, for ``count`` questions on relief with cells of many metres."""
+    from tests.benchmarks.hard_maps import made
+
+    return _on([made("jacksboro", seed)], count, LOADS[:1], seed)
+
+
 def steep(count: int, seed: int = ABLATED_SEED) -> dict[str, Any]:
     """As ``planning``, for ``count`` questions on each of the hills, with each payload."""
+    drawn = itertools.product(STEEP, range(seed, seed + HILLS))
+    return _on([_hills(*one) for one in drawn], count, LOADS, seed)
+
+
+def budget(count: int, seed: int = ABLATED_SEED) -> dict[str, Any]:
+    """As ``hard``, with a hill and BUDGET s for each answer; other than first ones on a map."""
+    from tests.benchmarks.hard_maps import made
+
+    maps = [*(made(name, seed) for name in HARD), _hills(STEEP[0], seed)]
+    return _on(maps, -(-count // len(maps)), LOADS[:1], seed, time_budget_s=BUDGET)
+
+
+def _hills(slope: float, seed: int) -> Any:
+    """A map of open hills with a mean slope in °."""
     from planner.terrain.heightmap import Terrain
     from tests.benchmarks.hard_maps import rolling
 
-    hills = {slope: rolling((160, 160), 0.25, slope, seed) for slope in STEEP}
-    maps = [
-        Terrain.from_arrays(heights, cell=(0.25, 0.25), name=f"hills of {slope:g}°")
-        for slope, heights in hills.items()
-    ]
-    return _on(maps, count, LOADS, seed)
+    heights = rolling((160, 160), 0.25, slope, seed)
+    return Terrain.from_arrays(heights, cell=(0.25, 0.25), name=f"hills {seed} of {slope:g}°")
 
 
-def _on(maps: Sequence[Any], each: int, loads: Sequence[float], seed: int) -> dict[str, Any]:
+def _on(
+    maps: Sequence[Any], each: int, loads: Sequence[float], seed: int, **given: float
+) -> dict[str, Any]:
     """Energies and CPU time of ``each`` questions on every map, with every payload in kg."""
     from planner import plan_route
     from tests.benchmarks.hard_maps import places
@@ -169,7 +198,8 @@ def _on(maps: Sequence[Any], each: int, loads: Sequence[float], seed: int) -> di
         for k, asked in enumerate(places(terrain, each + 1, seed)):
             for load in loads:
                 begun = time.process_time()
-                routes = plan_route(terrain=terrain, payload={"mass": load}, **asked).routes
+                fields = {**asked, **(given if k else {})}
+                routes = plan_route(terrain=terrain, payload={"mass": load}, **fields).routes
                 if k:  # the first one warms the map up
                     taken += time.process_time() - begun
                     energies[f"{terrain.name} {load:g} kg {k}"] = (
@@ -202,13 +232,15 @@ def naming(count: int) -> dict[str, Any]:
     return {"outcomes": {row["log"]: row["outcome"] for row in rows}}
 
 
-SEEDED = ("hard", "relief", "steep")
+SEEDED = ("hard", "relief", "coarse", "steep", "budget")
 """Measures whose maps and questions are drawn."""
 MEASURES: dict[str, Callable[..., dict[str, Any]]] = {
     "planning": planning,
     "hard": hard,
     "relief": relief,
+    "coarse": coarse,
     "steep": steep,
+    "budget": budget,
     "time": lambda count: planning(count, objective="time"),
     "anytime": lambda count: planning(count, ITERATIONS),
     "certificate": certificate,
@@ -409,6 +441,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--set", nargs=3, help=argparse.SUPPRESS)
     asked = parser.parse_args(arguments)
     if asked.worker:
+        if asked.worker == "budget":
+            # Before planner takes its clock.
+            time.perf_counter = time.process_time
         if asked.set:
             module, name, value = asked.set
             replace_when_imported(module, name, ast.literal_eval(value))
