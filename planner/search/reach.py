@@ -47,6 +47,10 @@ CALIBRATION_ROUNDS = 6
 EDGE_TOLERANCE, MET_BY = 0.008, 0.9
 """No further round is needed where so large a share of a round's new places had at most this
 relative error. The largest one would never do: some routes take 1 % more than their neighbours."""
+NEAR_EDGE = 0.1
+"""Share of the energy within which a node on an outline is at the edge: else a wall ends it."""
+NEAREST = 0.7
+"""Cells within which the distance to a place that was driven to no longer counts."""
 
 
 @dataclass(frozen=True)
@@ -233,7 +237,7 @@ class EdgeSearch:
         inner = binary_erosion(reached, np.ones((3, 3), bool))
         for line in self.lines(needed):
             rows, columns = self.field.nodes_at(line)
-            near = np.abs(needed[rows, columns] / self.budget - 1.0) < 0.1
+            near = np.abs(needed[rows, columns] / self.budget - 1.0) < NEAR_EDGE
             spots.append(line[near & inner[rows, columns]])
         points = np.vstack(spots) if spots else np.empty((0, 2))
         if not len(points):
@@ -248,7 +252,7 @@ class EdgeSearch:
         x = self.field.x0 + self.field.dx * np.arange(nx)[None, :]
         y = self.field.y0 + self.field.dy * np.arange(ny)[:, None]
         weights, total = np.zeros((ny, nx)), np.zeros((ny, nx))
-        softening = (0.7 * max(self.field.dx, self.field.dy)) ** 2
+        softening = (NEAREST * max(self.field.dx, self.field.dy)) ** 2
         for (px, py), ratio in zip(places, ratios, strict=True):
             weight = 1.0 / ((x - px) ** 2 + (y - py) ** 2 + softening) ** 2
             weights += weight

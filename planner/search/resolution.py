@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 OBJECTIVES = {"energy": 0, "time": 1, "length": 2}
+LEAST_COST = 1e-3
+"""J, s or m that a metre costs at least in a search: wind may push for nothing."""
 
 YAWS, DIRECTIONS, STEEPNESSES = 64, 72, 17
 """Entries of the tables of steady costs: yaw to the travel, direction, share of the slope limit."""

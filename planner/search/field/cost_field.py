@@ -26,6 +26,7 @@ from planner.search.resolution import (
     ALL_YAWS,
     DIRECTIONS,
     GENTLE,
+    LEAST_COST,
     STEEPNESSES,
     YAW_BINS,
     YAWS,
@@ -89,7 +90,7 @@ class CostField(NamedTuple):
         least = min(float(table.min(initial=np.inf)) for table in tables)
         least *= min(1.0, float(self.factor.min()))
         # Rounding of the sum over a segment's points is far below this.
-        return (1.0 - 1e-9) * max(least + float(self.extra.min()), 1e-3)
+        return (1.0 - 1e-9) * max(least + float(self.extra.min()), LEAST_COST)
 
 
 @njit(cache=True, error_model="numpy", inline="always")
@@ -293,7 +294,7 @@ def segment_cost(field: Any, xa: float, ya: float, xb: float, yb: float, step: f
                     return np.inf
             if factor.shape[0] > 1:
                 cost *= factor[j, i]
-            total += max(cost + wind, 1e-3) / points
+            total += max(cost + wind, LEAST_COST) / points
     return total * length / count
 
 

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from planner.arrays import Mask
 from planner.compiled_code import njit
 from planner.search.field import CostField, masked_cost, segment_cost, wind_cost
-from planner.search.resolution import ALL_YAWS, COUNT, MOVES
+from planner.search.resolution import ALL_YAWS, COUNT, LEAST_COST, MOVES
 from planner.search.second_core import in_halves
 from planner.search.steady import cost_for_best_yaw, kept_table
 
@@ -157,7 +157,8 @@ def _move_costs(field: CostField, between: Mask) -> _MoveCosts:
     )
     finite = np.isfinite(field.best)
     cheapest = float(field.best[finite].min(initial=math.inf)) + min(0.0, float(field.extra.min()))
-    return _MoveCosts(table, max(cheapest, 1e-3) if math.isfinite(cheapest) else 1e-3)
+    least = max(cheapest, LEAST_COST) if math.isfinite(cheapest) else LEAST_COST
+    return _MoveCosts(table, least)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -197,7 +198,7 @@ def _fill_table(
                     cost = cost_for_best_yaw(
                         field.best, field.limit, ground, azimuth - directions[m], steepness, 1.0
                     )
-                    cost = max(cost + wind_cost(field, directions[m]), 1e-3)
+                    cost = max(cost + wind_cost(field, directions[m]), LEAST_COST)
                     table[ground, v * SLOPES_PER_AXIS + u, m] = cost * shares[m]
 
 
@@ -243,7 +244,7 @@ def close_cost(field: Any, j: int, i: int, di: int, dj: int) -> float:
             cost = masked_cost(field, ground, mask, direction, azimuth, steepness, 0.0, 0.0, False)
         if cost == np.inf:
             return np.inf
-        total += max(cost + wind_cost(field, direction), 1e-3)
+        total += max(cost + wind_cost(field, direction), LEAST_COST)
     return total * length / pieces
 
 

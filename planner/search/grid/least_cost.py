@@ -29,9 +29,12 @@ from planner.cancellation import CancellationToken
 from planner.compiled_code import njit
 from planner.search.field import CostField, segment_cost
 from planner.search.grid.lattice import PRICED_CLOSELY, Lattice, close_cost
+from planner.search.resolution import LEAST_COST
 
 BUCKETS = 4096
 """Buckets in the ring, enough that few entries wait in the last one for their own."""
+BUCKET_WIDTH = 0.35
+"""Width of a bucket in the least cost of a cell: few are empty, and little is taken up twice."""
 FIRST_POOL = 4096
 """Entries that the pool has room for at first; it doubles when it is full."""
 _ARRIVED = 254
@@ -86,9 +89,8 @@ def cost_to_go(
     Raises:
         Cancelled: the caller wants to stop.
     """
-    # Wide enough that few buckets are empty, narrow enough that little is taken up twice.
-    least = max(lattice.cheapest * float(field.factor.min()), 1e-3)
-    width = 0.35 * least * min(field.dx, field.dy)
+    least = max(lattice.cheapest * float(field.factor.min()), LEAST_COST)
+    width = BUCKET_WIDTH * least * min(field.dx, field.dy)
     token = token or CancellationToken()
     values, moves = _solve(
         field._replace(factor=lattice.factor),

@@ -25,7 +25,7 @@ from planner.compiled_code import njit
 from planner.quantities import INDEX
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField, passable, segment_cost, wind_cost
-from planner.search.resolution import ALL_YAWS, DIRECTIONS, MARGIN, YAWS
+from planner.search.resolution import ALL_YAWS, DIRECTIONS, LEAST_COST, MARGIN, YAWS
 from planner.search.run import Run
 from planner.search.steady import polar
 from planner.terrain.footprint import body_fits
@@ -167,7 +167,7 @@ def pose_cost(
             cost = _metre(field, (x, y), (j, i), yaw, direction, SLACK)
             if field.factor.shape[0] > 1:
                 cost *= field.factor[j, i]
-            total += max(cost + wind, 1e-3)
+            total += max(cost + wind, LEAST_COST)
     rate = turning.on_the_spot if on_the_spot else turning.on_the_move
     joules: float = total * length / count + abs(turn) * rate
     return joules

@@ -18,7 +18,7 @@ from planner.arrays import Array
 from planner.compiled_code import njit
 from planner.search.field import wind_cost
 from planner.search.grid import node_slope
-from planner.search.resolution import ALL_YAWS, COUNT, STATES, YAW_BINS
+from planner.search.resolution import ALL_YAWS, COUNT, LEAST_COST, STATES, YAW_BINS
 from planner.search.steady import polar
 from planner.search.turns import turn_cost
 from planner.terrain.footprint import touches
@@ -29,8 +29,6 @@ MOST_TURN = 3
 """Angles by which the body may turn on one move, to either side: 17°."""
 ANGLE = math.pi / YAW_BINS
 """rad from one angle of the body to the next."""
-LEAST_COST = 1e-3
-"""Cost per metre of any move, at least, in the objective's unit: wind may push for nothing."""
 _TURNS = 2 * MOST_TURN + 1
 _SPUN = COUNT * _TURNS
 """From this number on, a state was reached by a turn on the spot, from the angle beyond it."""

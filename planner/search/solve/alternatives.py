@@ -21,6 +21,9 @@ from planner.search.results import Route
 
 MOST_OVERLAP = 0.6
 """Share of its length that an alternative may have in common with an earlier route."""
+NEAR_COSTS = 0.4
+"""Share by which ground on an earlier route costs more; it fades to none where routes count as two.
+"""
 MOST_EXTRA = 0.5
 """Share of the best route's cost by which an alternative may cost more."""
 NEAR_CELLS = 6.0
@@ -61,16 +64,16 @@ def find_alternatives(
     for _ in range(3 * count):
         if len(routes) == count:
             break
-        factor = factor * (1.0 + 0.4 * nearness(_line(routes[-1]), field))
+        factor = factor * (1.0 + NEAR_COSTS * nearness(_line(routes[-1]), field))
         candidate = search(factor)
         if candidate is None:
             break
         if value(candidate) > value(best) + MOST_EXTRA * abs(value(best)):
             expensive += 1
-            factor = factor * (1.0 + 0.4 * nearness(_line(candidate), field))
+            factor = factor * (1.0 + NEAR_COSTS * nearness(_line(candidate), field))
         elif max(_overlap(candidate, route, field) for route in routes) > MOST_OVERLAP:
             similar += 1
-            factor = factor * (1.0 + 0.4 * nearness(_line(candidate), field))
+            factor = factor * (1.0 + NEAR_COSTS * nearness(_line(candidate), field))
         else:
             routes.append(candidate)
     routes.sort(key=value)

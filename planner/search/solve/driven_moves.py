@@ -35,6 +35,8 @@ LIKELY = {"one": 0.5, "several": 0.35, "new": 0.1, "left out": 0.05}
 """How often one waypoint is moved, with its neighbours, a new one, or one is left out."""
 NEIGHBOURS = (0.5, 4.0)
 """Waypoints over which a move of several fades, least and most."""
+NEW_AT = (0.05, 0.95)
+"""Shares of a piece between which a new waypoint is put."""
 ANYWHERE = 0.25
 """Share of moves that are drawn anywhere: not only where the route takes more than its metres."""
 
@@ -132,7 +134,7 @@ def _drawn(random: np.random.Generator, legs: Sequence[Array], likely: Array, ce
         shift = np.zeros_like(path)
     elif kind == "new":
         before = min(max(number - int(random.integers(2)), 0), len(path) - 2)
-        share = random.uniform(0.05, 0.95)
+        share = random.uniform(*NEW_AT)
         path = np.insert(
             path, before + 1, (1.0 - share) * path[before] + share * path[before + 1], 0
         )

@@ -30,7 +30,14 @@ from planner.power.model import PowerModel
 from planner.power.motion_row import set_motion
 from planner.quantities import INDEX, STANDARD_GRAVITY
 from planner.search.kernel_arguments import F1, F2, F3
-from planner.search.resolution import DIRECTIONS, GENTLE, OBJECTIVES, STEEPNESSES, YAWS
+from planner.search.resolution import (
+    DIRECTIONS,
+    GENTLE,
+    LEAST_COST,
+    OBJECTIVES,
+    STEEPNESSES,
+    YAWS,
+)
 from planner.search.steady.steady_cost import SteadyCosts, cost_for_best_yaw, level_cost
 
 SPEEDS = 8
@@ -139,7 +146,7 @@ def _with_crab_angles(
         )
         cost *= stretch
         if objective == 0:
-            cost = max(cost - limits[4] * STANDARD_GRAVITY * along, 1e-3)
+            cost = max(cost - limits[4] * STANDARD_GRAVITY * along, LEAST_COST)
         if cost < best:
             best, best_yaw = cost, turned
     return best, best_yaw

@@ -64,6 +64,9 @@ class Care(NamedTuple):
     refined: int
 
 
+LEAST_SPACING = 0.06
+"""Largest distance of a track's samples on fine maps, in twice the distance to full speed: the
+speed's grid needs some metres to change by one level."""
 ROUGHLY, CLOSELY = Care(1, 1, 240, 4, 1), Care(2, 3, 480, 8, 2)
 """The first is good to a few parts in a thousand, to choose among paths."""
 MOST_SPEED_PROFILES = 12
@@ -178,9 +181,9 @@ def _track_along(field: CostField, conditions: OperatingConditions, legs: Sequen
     return lay_track(
         field,
         list(legs),
-        # The speed's grid needs some metres to change by one level.
         spacing=max(
-            pose_spacing(min(field.dx, field.dy)), 0.06 * limits.speed**2 / limits.acceleration
+            pose_spacing(min(field.dx, field.dy)),
+            LEAST_SPACING * limits.speed**2 / limits.acceleration,
         ),
         speed=limits.speed,
         acceleration=limits.acceleration,

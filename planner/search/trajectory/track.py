@@ -45,6 +45,11 @@ MOST_CHORDS = 500
 """Chords of one arc at most, the size of its scratch."""
 STRAIGHT = math.radians(0.5)
 """rad: smaller changes of direction need no arc; the tyres' creep takes them."""
+CLOSER = np.array([0.05, 0.15, 0.3, 0.5, 0.75, 1.0, 1.3])
+"""Samples beside a stop, in distances to full speed."""
+LEAST_APART = 0.045
+"""Distances to full speed from one sample to the next beside a stop: the speed's grid needs some
+metres to change by one level."""
 SLOPES_PER_CELL = 15
 """Points on a cell's length at which the slope is looked at."""
 GENTLE_SLOPE_SHARE = 0.6
@@ -275,7 +280,7 @@ def _samples(
 
     They are closer where the robot speeds up or slows down.
     """
-    fine = ramp * np.array([0.05, 0.15, 0.3, 0.5, 0.75, 1.0, 1.3])
+    fine = ramp * CLOSER
     found = [(0.0, 0.0, 0) for _ in range(0)]
     x, y = begin[0], begin[1]
     for piece in range(ends.shape[0]):
@@ -291,8 +296,7 @@ def _samples(
             if near_end:
                 at += [length - d for d in fine if d < length]
             at.sort()
-            # The speed's grid needs some metres to change by one level.
-            least = 0.045 * ramp if near_start or near_end else 0.0
+            least = LEAST_APART * ramp if near_start or near_end else 0.0
             before = 0.0
             for d in at:
                 if d > 1e-6 and d - before >= least and length - d > 1e-9:

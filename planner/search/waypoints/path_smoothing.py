@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from planner.arrays import Array
 from planner.compiled_code import njit
 from planner.search.field import CostField, polyline_cost, segment_cost, wind_cost
-from planner.search.resolution import ALL_YAWS, DIRECTIONS, GENTLE
+from planner.search.resolution import ALL_YAWS, DIRECTIONS, GENTLE, LEAST_COST
 from planner.terrain.footprint import middle_fits
 from planner.terrain.interpolation import interpolate
 
@@ -262,7 +262,7 @@ def _across(
         cost = (gentle[g, a, b] * (1.0 - u) + gentle[g, a + 1, b] * u) * (1.0 - v) + (
             gentle[g, a, b + 1] * (1.0 - u) + gentle[g, a + 1, b + 1] * u
         ) * v
-        total += max(cost + wind, 1e-3)
+        total += max(cost + wind, LEAST_COST)
     return total / rows, inexact
 
 
