@@ -7,7 +7,7 @@
 
 Constants stand in ablation_table.toml. Every value is measured in a fresh process:
 
-    planning     change of the energy in % (mean, worst), and ratio of the CPU times
+    planning     change of the energy in % (mean, worst, best), and ratio of the CPU times
     time         the same for answers of least time, with their duration
     hard         energy among obstacles and on relief
     relief       energy on relief up to the slope limit
@@ -266,6 +266,7 @@ def worth(base: Mapping[str, Any], ablated: Mapping[str, Any]) -> dict[str, floa
         return {
             "percent": statistics.fmean(changes) if changes else math.nan,
             "worst_percent": max(changes, default=math.nan),
+            "best_percent": min(changes, default=math.nan),
             "cpu_ratio": ablated["cpu_s"] / base["cpu_s"],
             "routes_lost": lost,
         }
@@ -285,10 +286,10 @@ def in_words(change: Mapping[str, float]) -> str:
     """The change in a cell of the table."""
     if "percent" in change:
         lost = f", {change['routes_lost']:.0f} routes lost" if change["routes_lost"] else ""
-        return (
-            f"answer {change['percent']:+.3f} % (worst {change['worst_percent']:+.2f} %), "
-            f"CPU x{change['cpu_ratio']:.2f}{lost}"
-        )
+        most = f"worst {change['worst_percent']:+.2f}"
+        if "best_percent" in change:  # earlier rows do not have it
+            most += f", best {change['best_percent']:+.2f}"
+        return f"answer {change['percent']:+.3f} % ({most} %), CPU x{change['cpu_ratio']:.2f}{lost}"
     if "gap_points" in change:
         return f"gap {change['gap_points']:+.2f} points (worst {change['worst_points']:+.2f})"
     return (

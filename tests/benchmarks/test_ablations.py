@@ -147,11 +147,13 @@ def test_a_constant_that_is_not_there_is_refused() -> None:
 
 
 def test_what_an_ablation_is_worth() -> None:
-    base = {"answers": {"a": 100.0, "b": 200.0, "c": None}, "cpu_s": 2.0}
-    found = worth(base, {"answers": {"a": 101.0, "b": None, "c": None}, "cpu_s": 1.0})
-    assert found["percent"] == pytest.approx(1.0)
+    base = {"answers": {"a": 100.0, "b": 200.0, "c": None, "d": 50.0}, "cpu_s": 2.0}
+    changed = {"a": 102.0, "b": None, "c": None, "d": 49.5}
+    found = worth(base, {"answers": changed, "cpu_s": 1.0})
+    assert found["percent"] == pytest.approx(0.5)
     assert found["routes_lost"] == 1
-    assert in_words(found) == "answer +1.000 % (worst +1.00 %), CPU x0.50, 1 routes lost"
+    said = "answer +0.500 % (worst +2.00, best -1.00 %), CPU x0.50, 1 routes lost"
+    assert in_words(found) == said
     gaps = worth({"gap_percent": {"a": 5.0}}, {"gap_percent": {"a": 7.5}})
     assert in_words(gaps) == "gap +2.50 points (worst +2.50)"
     before = {"outcomes": {"a": "exact", "b": "complete", "c": "abstained"}}
