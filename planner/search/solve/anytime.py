@@ -65,9 +65,6 @@ def further_candidates(run: Run, attempt: Attempt) -> Iterator[Candidate]:
     if request.objective != "energy" or not given:
         return
 
-    def left() -> float:
-        return request.time_budget_s if counted else run.seconds_left
-
     shares = AMONG_OBSTACLES if run.ground.blocked.any() else IN_THE_OPEN
     for_smoothing, for_descent, for_moves = (share * request.time_budget_s for share in shares)
     found: list[tuple[Route, Legs, list[Array]]] = []
@@ -77,7 +74,7 @@ def further_candidates(run: Run, attempt: Attempt) -> Iterator[Candidate]:
     for number in itertools.count():
         if counted and number == SEARCHES:
             return
-        if not counted and left() < max(LEAST_STEP_S, for_smoothing):
+        if run.seconds_left < max(LEAST_STEP_S, for_smoothing):
             break
         source, other = next(others)
         if other.route is not None and other.legs is not None:
@@ -87,8 +84,8 @@ def further_candidates(run: Run, attempt: Attempt) -> Iterator[Candidate]:
     known = [(route, legs) for route, legs, _ in found]
     best = [paths for _, _, paths in found[:SMOOTHED_AGAIN] if paths]
     for candidate in itertools.chain(
-        smoothed_otherwise(run, attempt.field, best, lambda: left() - for_descent),
-        with_waypoints_optimised(run, attempt.field, known, lambda: left() - for_moves),
+        smoothed_otherwise(run, attempt.field, best, lambda: run.seconds_left - for_descent),
+        with_waypoints_optimised(run, attempt.field, known, lambda: run.seconds_left - for_moves),
     ):
         yield candidate
         known.append((candidate.route, candidate.legs))
@@ -96,7 +93,7 @@ def further_candidates(run: Run, attempt: Attempt) -> Iterator[Candidate]:
         route, legs = min(known, key=lambda one: one[0].energy_j)
         begin = Candidate(route, "best so far", legs)
         field = run.field("energy", attempt.field.margin)
-        yield from with_moves_driven(run, field, begin, lambda: left() > LEAST_STEP_S)
+        yield from with_moves_driven(run, field, begin, lambda: run.seconds_left > LEAST_STEP_S)
 
 
 def other_paths(run: Run, attempt: Attempt) -> Iterator[tuple[str, Attempt]]:
