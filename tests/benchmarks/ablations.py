@@ -11,7 +11,7 @@ Constants stand in ablation_table.toml. Every value is measured in a fresh proce
     time         the same for answers of least time, with their duration
     hard         energy among obstacles and on relief
     relief       energy on relief up to the slope limit
-    coarse       energy on relief with cells of many metres
+    coarse       energy on maps with cells of many metres, so many questions on each
     steep        energy on open hills, without and with payload, so many questions on each
     anytime      as planning, with iterations given
     budget       as hard and on a hill, with a time budget
@@ -51,6 +51,8 @@ ITERATIONS = 24
 """Of searches with iterations given."""
 STEEP = (8.0, 11.0, 14.0)
 """Mean slopes of open hills, °: on the steeper ones the slope limit is reached at many places."""
+COARSE = 10.0
+"""m, cells of coarse hills: larger than a robot."""
 HILLS = 3
 """Hills of each slope: near the slope limit a route may change by some per cent whatever changes,
 and only many routes tell what a constant is worth."""
@@ -156,10 +158,11 @@ def relief(count: int, seed: int = ABLATED_SEED) -> dict[str, Any]:
 
 
 def coarse(count: int, seed: int = ABLATED_SEED) -> dict[str, Any]:
-    """As ``planning``, for ``count`` questions on relief with cells of many metres."""
+    """As ``planning``, for ``count`` questions on each map with cells of many metres."""
     from tests.benchmarks.hard_maps import made
 
-    return _on([made("jacksboro", seed)], count, LOADS[:1], seed)
+    hills = [_hills(STEEP[0], number, COARSE) for number in range(seed, seed + HILLS)]
+    return _on([made("jacksboro", seed), *hills], count, LOADS[:1], seed)
 
 
 def steep(count: int, seed: int = ABLATED_SEED) -> dict[str, Any]:
@@ -176,13 +179,14 @@ def budget(count: int, seed: int = ABLATED_SEED) -> dict[str, Any]:
     return _on(maps, -(-count // len(maps)), LOADS[:1], seed, time_budget_s=BUDGET)
 
 
-def _hills(slope: float, seed: int) -> Any:
-    """A map of open hills with a mean slope in °."""
+def _hills(slope: float, seed: int, cell: float = 0.25) -> Any:
+    """A map of open hills with a mean slope in °, and cells in m."""
     from planner.terrain.heightmap import Terrain
     from tests.benchmarks.hard_maps import rolling
 
-    heights = rolling((160, 160), 0.25, slope, seed)
-    return Terrain.from_arrays(heights, cell=(0.25, 0.25), name=f"hills {seed} of {slope:g}°")
+    side = 160 if cell < 1.0 else 100  # few nodes, as relief with coarse cells often has
+    heights = rolling((side, side), cell, slope, seed)
+    return Terrain.from_arrays(heights, cell=(cell, cell), name=f"hills {seed} of {slope:g}°")
 
 
 def _on(
