@@ -231,8 +231,7 @@ def heldout_residual(log: Telemetry, fitted: Fit, given: Array | None = None) ->
     if given is not None:
         columns = np.column_stack([columns, given])
     white = fitted.whitened(log, columns)
-    # As the fit had it: around a parameter that it left near zero a prior would be narrow.
-    known = Prior.of(fitted.begun, moved)
+    known = Prior.of(model, moved)
     value = model.parameters[moved]
     free = columns.shape[1] - count
     # Usual errors are slow: rows that correlate say less of them than so many independent ones.

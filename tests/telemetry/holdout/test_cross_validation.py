@@ -9,7 +9,6 @@ from planner.quantities import INDEX
 from planner.telemetry.estimation import fit
 from planner.telemetry.holdout.heldout import fold_numbers, heldout_rmse, rms
 from planner.telemetry.prediction import predict
-from tests.power.states import changed
 from tests.telemetry.rows import measured, plain_log
 
 
@@ -29,19 +28,6 @@ def test_heldout_error_is_that_of_refitting(noisy, base):
     refitted = rms(refitted_without_each_fold(log, base, noise=found.noise))
     assert heldout_rmse(log, found) == pytest.approx(refitted, rel=0.02)
     assert refitted > found.rmse_w
-
-
-@pytest.mark.parametrize("begun", [0.3, 6.0])
-def test_a_part_that_the_fit_finds_to_be_none_keeps_its_wide_prior(motion, base, robot, begun):
-    # Where it began says how sure of it the fit was, not the zero where it ended.
-    none = changed(robot, roller_drag__roller_viscous=0.0)
-    start = changed(base, roller_drag__roller_viscous=begun)
-    log = measured(motion, none, 0.02, seed=5)
-    found = fit(log, start)
-    place = start.parameter_names.index(("roller_drag", "roller_viscous", 0))
-    assert found.model.parameters[place] == pytest.approx(0.0, abs=1e-6)
-    refitted = rms(refitted_without_each_fold(log, start, noise=found.noise))
-    assert heldout_rmse(log, found) == pytest.approx(refitted, rel=0.02)
 
 
 def test_what_next_to_no_row_tells_does_not_move_the_runs_left_out(base):
