@@ -1,6 +1,7 @@
 """Where compiled code is kept, by the content it follows from; needs no compiler itself.
 
     code_folder("planner.search.field.cost_field")      # Path, or None
+    parsed("a + b", mode="eval")                        # ast.Expression
 
 A folder belongs to one module at its present content: to its own and to that of all modules of the
 package that it imports. Comments, docstrings and layout do not count. A name that a package's
@@ -20,12 +21,14 @@ import os
 import shutil
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import suppress
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 COMPILER = "planner.compiled_code"
 """Says where code is kept, not what it does: nothing follows from it."""
@@ -36,8 +39,23 @@ KERNEL_PREFIX = "joulepath_kernel_"
 KEPT_SECONDS = 7 * 24 * 3600
 """Code of another content is removed once it was not used for a week."""
 
+_ONE_AT_A_TIME = threading.Lock()
 VERSIONS = f"{sys.implementation.cache_tag}-{version('numba')}"
 """Of what compiles: code of two compilers does not mix."""
+
+
+def parsed(text: str, *, mode: str = "exec") -> Any:
+    """Syntax tree of a text: ``ast.Module``, or ``ast.Expression`` in mode "eval".
+
+    Python 3.11 counts how deep it is in a tree for all threads together. Two that parse at once may
+    both fail with "AST constructor recursion depth mismatch", so here one waits for the other.
+
+    Raises:
+        SyntaxError: the text is no Python.
+        ValueError: it has null bytes.
+    """
+    with _ONE_AT_A_TIME:
+        return ast.parse(text, mode=mode)
 
 
 def cache_base() -> Path:
@@ -188,7 +206,7 @@ class Sources:
             state = path.stat()
             known = self._read.get(str(path))
             if known is None or known[:2] != [state.st_mtime_ns, state.st_size]:
-                tree = ast.parse(path.read_text("utf-8"))
+                tree = parsed(path.read_text("utf-8"))
                 known = [state.st_mtime_ns, state.st_size, _digest(tree), list(_imports(tree))]
                 self._read[str(path)] = known
                 self._changed = True

@@ -1,15 +1,20 @@
 """Folders of compiled code: one for each content; old ones go; none where nothing is written."""
 
+import ast
+import gc
+import inspect
 import os
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 
-from planner.code_cache import KEPT_SECONDS, KERNEL_PREFIX, code_folder
+from planner.code_cache import KEPT_SECONDS, KERNEL_PREFIX, code_folder, parsed
+from planner.power.kernels import stages
 
 
 @pytest.fixture(autouse=True)
@@ -54,3 +59,24 @@ def test_looking_for_compiled_code_loads_no_compiler() -> None:
         [sys.executable, "-c", program], capture_output=True, text=True, check=True
     )
     assert done.stdout.strip() == "set()"
+
+
+def test_threads_that_parse_at_once_get_the_same_tree() -> None:
+    """The collector of garbage lets another thread run in the midst of a tree."""
+    text, before = inspect.getsource(stages), gc.get_threshold()
+
+    def another(phase: str, info: dict[str, int]) -> None:
+        os.sched_yield()
+
+    gc.callbacks.append(another)
+    gc.set_threshold(50)
+    try:
+        with ThreadPoolExecutor(4) as threads:
+            trees = list(threads.map(lambda _: parsed(text), range(200)))
+    finally:
+        gc.callbacks.remove(another)
+        gc.set_threshold(*before)
+    assert len({ast.dump(tree) for tree in trees}) == 1
+    assert isinstance(parsed("a + b", mode="eval").body, ast.BinOp)
+    with pytest.raises(SyntaxError):
+        parsed("a +")

@@ -19,6 +19,7 @@ from collections.abc import Callable, Collection, Sequence
 from functools import lru_cache
 from typing import Any
 
+from planner.code_cache import parsed
 from planner.power import kernel_math
 
 _LARGER = "larger(x, y), or positive(x) for max(x, 0)"
@@ -73,7 +74,7 @@ def check_differentiable(formula: Callable[..., Any], real: Collection[str], whe
 def _definitions(text: str) -> dict[int, list[list[ast.AST]]]:
     """First line of every function or lambda of a file → the nodes of each that begins there."""
     found: dict[int, list[list[ast.AST]]] = {}
-    for node in ast.walk(ast.parse(text)):
+    for node in ast.walk(parsed(text)):
         if isinstance(node, ast.FunctionDef | ast.Lambda):
             decorators = getattr(node, "decorator_list", ())
             first = min(part.lineno for part in (node, *decorators))

@@ -26,6 +26,7 @@ from typing import Any
 
 import numpy as np
 
+from planner.code_cache import parsed
 from planner.errors import ModelError
 from planner.power.formulas.dimensions import NUMBER, Dimension, format_dimension, times
 from planner.power.kernel_math import SLIDING_SPEED
@@ -127,7 +128,7 @@ def check_formula(
     # Blanks at the beginning would count as indentation.
     offset = len(text) - len(text.lstrip(" "))
     try:
-        tree = ast.parse(text[offset:], mode="eval").body
+        tree = parsed(text[offset:], mode="eval").body
     except SyntaxError as error:
         place = offset + (error.offset or 1) - 1
         raise _refusal(field, "is not an expression", place, text[place : place + 10]) from error

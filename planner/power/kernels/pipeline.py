@@ -21,6 +21,7 @@ from __future__ import annotations
 import ast
 import inspect
 
+from planner.code_cache import parsed
 from planner.power.effect import Effect
 from planner.power.kernels import stages
 from planner.power.kernels.row_blocks import BLOCK_ARGUMENTS, in_blocks
@@ -36,9 +37,7 @@ FORMULA_FUNCTIONS = (
 def stages_function() -> ast.FunctionDef:
     """A new tree of ``stages.power``, with the line numbers of its file."""
     [function] = (
-        node
-        for node in ast.parse(inspect.getsource(stages)).body
-        if isinstance(node, ast.FunctionDef)
+        node for node in parsed(inspect.getsource(stages)).body if isinstance(node, ast.FunctionDef)
     )
     return function
 

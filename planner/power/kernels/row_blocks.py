@@ -26,6 +26,8 @@ from collections.abc import Iterator, Sequence
 from functools import cache
 from itertools import groupby
 
+from planner.code_cache import parsed
+
 BLOCK = 64
 """Number of rows in a block: enough for the vector units, few enough for the caches."""
 BLOCK_ARGUMENTS = ("columns", "count", "parameters", "body", "wheels", "found")
@@ -47,7 +49,7 @@ def in_blocks(body: Sequence[ast.stmt]) -> list[str]:
         raise ValueError(f"{ast.unparse(last)}: the last line must return the watts")
     results = last.value.elts if isinstance(last.value, ast.Tuple) else [last.value]
     for number, result in enumerate(results):
-        lines += ast.parse(f"found[{number * BLOCK} + k] = {ast.unparse(result)}").body
+        lines += parsed(f"found[{number * BLOCK} + k] = {ast.unparse(result)}").body
     blocks = _Blocks(lines)
     for result in results:
         if not blocks.of_row.intersection(_read(result)):
@@ -191,7 +193,7 @@ class _Blocks:
         )
         lines += [f"{self._scratch(name)} = {name}" for name in changed if name in self.places]
         placed = _Placed(self.of_row)
-        body = [ast.unparse(placed.visit(tree)) for tree in ast.parse("\n".join(lines)).body]
+        body = [ast.unparse(placed.visit(tree)) for tree in parsed("\n".join(lines)).body]
         # Looked up before the loop: a processor cannot know that a row's values do not change them.
         return [
             *(f"{name} = {text}" for text, name in placed.before.items()),
@@ -231,7 +233,7 @@ class _Placed(ast.NodeTransformer):
 
 
 def _expression(text: str, context: ast.expr_context) -> ast.AST:
-    found = ast.parse(text, mode="eval").body
+    found = parsed(text, mode="eval").body
     assert isinstance(found, ast.Subscript)
     found.ctx = context
     return found

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+from planner.code_cache import parsed
 from planner.power.account import ACCOUNT, BASE_EFFECTS, LIMITS, Output
 from planner.power.effect import HOOKS, Effect, Parameter, parameter_slots
 from planner.power.kernels import stages
@@ -98,11 +99,13 @@ def _refusal(node: ast.AST, problem: str) -> ValueError:
 
 
 def _lines(texts: Iterable[str]) -> list[ast.stmt]:
-    return ast.parse("\n".join(texts)).body
+    found: list[ast.stmt] = parsed("\n".join(texts)).body
+    return found
 
 
 def _expression(text: str) -> ast.expr:
-    return ast.parse(text, mode="eval").body
+    found: ast.expr = parsed(text, mode="eval").body
+    return found
 
 
 def _marker(node: ast.AST) -> str | None:
