@@ -217,8 +217,11 @@ def _rounded(
             n += 1
         else:
             # Arcs side by side meet: on a tiny step between them the body could hardly turn.
-            close = math.hypot(arc[0, 0] - ends[n - 1, 0], arc[0, 1] - ends[n - 1, 1])
-            for c in range(1 if n > 0 and close < SHORTEST_CHORD else 0, chords + 1):
+            first = 0
+            if n > 0:
+                gap = math.hypot(arc[0, 0] - ends[n - 1, 0], arc[0, 1] - ends[n - 1, 1])
+                first = 1 if gap < SHORTEST_CHORD else 0
+            for c in range(first, chords + 1):
                 ends[n] = arc[c]
                 curvatures[n] = bend if c > 0 else 0.0
                 n += 1

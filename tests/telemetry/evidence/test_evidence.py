@@ -180,14 +180,19 @@ def test_pure_noise_is_significant_as_rarely_as_it_should_be(columns):
     assert 0.3 <= np.mean(p < 0.5) <= 0.56
 
 
+def with_lasting_noise(matrix, seed):
+    """A matrix of 400 rows in which a column and the residual hold for blocks of ten rows."""
+    random = np.random.default_rng(seed)
+    blocks = np.repeat(np.arange(40), 10)
+    matrix[:, 3] = random.standard_normal(40)[blocks]
+    matrix[:, -1] = random.standard_normal(400) + 2.0 * random.standard_normal(40)[blocks]
+    return matrix
+
+
 def test_noise_that_is_correlated_within_blocks_is_not_significant_either():
     significant = []
     for seed in range(200):
-        matrix = drawn(3000 + seed, rows=400)
-        random = np.random.default_rng(seed)
-        blocks = np.repeat(np.arange(40), 10)
-        matrix[:, 3] = random.standard_normal(40)[blocks]
-        matrix[:, -1] = random.standard_normal(400) + 2.0 * random.standard_normal(40)[blocks]
+        matrix = with_lasting_noise(drawn(3000 + seed, rows=400), seed)
         significant.append(evidence_of(matrix).test([3]).p_value < 0.05)
     assert np.mean(significant) < 0.1
 
@@ -195,11 +200,7 @@ def test_noise_that_is_correlated_within_blocks_is_not_significant_either():
 def test_noise_that_lasts_gains_likelihood_and_hardly_any_robust_one():
     plain, robust = [], []
     for seed in range(100):
-        matrix = drawn(7000 + seed, rows=400)
-        random = np.random.default_rng(seed)
-        blocks = np.repeat(np.arange(40), 10)
-        matrix[:, 3] = random.standard_normal(40)[blocks]
-        matrix[:, -1] = random.standard_normal(400) + 2.0 * random.standard_normal(40)[blocks]
+        matrix = with_lasting_noise(drawn(7000 + seed, rows=400), seed)
         evidence = evidence_of(matrix)
         plain.append(evidence.gain([3])[0])
         robust.append(evidence.robust_gain([3], []))
