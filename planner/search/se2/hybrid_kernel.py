@@ -25,6 +25,9 @@ from planner.terrain.footprint import touches
 
 MOST_EXPANDED = 3_000_000
 """States after which the search gives up, so that a request without a path ends in seconds."""
+EAGER = 1.05
+"""Factor on the cost-to-go in the order of the search: a path may cost so much more than the least,
+for a fraction of the states (Pohl, 1970). Smoothing and driving change it by more than that."""
 MOST_TURN = 3
 """Angles by which the body may turn on one move, to either side: 17°."""
 ANGLE = math.pi / YAW_BINS
@@ -195,7 +198,7 @@ def _begin(field: Any, frame: Any, start: End, to_go: Any, spent: Any, came: Any
         if spent[state] == 0.0 or whole < spent[state]:
             spent[state] = whole
             came[state] = _BEGUN
-            heapq.heappush(waiting, (cost + to_go[node // nx, node % nx], whole, state))
+            heapq.heappush(waiting, (cost + EAGER * to_go[node // nx, node % nx], whole, state))
     return waiting
 
 
@@ -224,7 +227,18 @@ def _spin(
             if spent[other] == 0.0 or whole < spent[other]:
                 spent[other] = whole
                 came[other] = _SPUN + b
-                heapq.heappush(waiting, (cost + still, whole, other))
+                heapq.heappush(waiting, (cost + EAGER * still, whole, other))
+
+
+@njit(cache=True, error_model="numpy")
+def _node_slopes(field: Any) -> Any:
+    """Gradient at every node, (ny, nx, 2)."""
+    ny, nx = field.heights.shape
+    slopes = np.empty((ny, nx, 2))
+    for j in range(ny):
+        for i in range(nx):
+            slopes[j, i, 0], slopes[j, i, 1] = node_slope(field, j, i)
+    return slopes
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -235,6 +249,8 @@ def search_poses(
     to_go: Any,
     turning: Any,
     spin: float,
+    spin_limit: Any,
+    turning_limit: Any,
     start: End,
     goal: End,
     stop: Any,
@@ -247,20 +263,20 @@ def search_poses(
         to_go: (ny, nx) cost-to-go.
         turning: Turning.
         spin: cost of turning on the spot by one angle.
+        spin_limit: (grounds,) slope up to which that is possible.
+        turning_limit: as the field's ``yaw_limit``, while the body turns.
         start, goal: both ends.
         stop: (1,) not zero ends the search.
     """
     # Arrays by names of their own: taking them out of the tuple costs more than a look-up.
     heights, mask, grounds, factor = field.heights, field.mask, field.ground, field.factor
+    steep = field.steep
     by_yaw, yaw_limit, blocked, margin = field.by_yaw, field.yaw_limit, field.blocked, field.margin
     x0, y0, dx, dy = field.x0, field.y0, field.dx, field.dy
     penalised, halt = factor.shape[0] > 1, turning.stop
     ny, nx = heights.shape
     states = ny * nx * YAW_BINS
-    slopes = np.empty((ny, nx, 2))
-    for j in range(ny):
-        for i in range(nx):
-            slopes[j, i, 0], slopes[j, i, 1] = node_slope(field, j, i)
+    slopes = _node_slopes(field)
     moves = _moves(field, offsets, turning)
     length, direction, wind = moves.length, moves.direction, moves.wind
     relative, turns = moves.relative, moves.turns
@@ -285,7 +301,8 @@ def search_poses(
             best, last = value + arriving[state], state
         x, y = x0 + i * dx, y0 + j * dy
         here = mask[j, i]
-        _spin(here, spent, came, waiting, state, to_go[j, i], halt, spin)
+        if slopes[j, i, 0] ** 2 + slopes[j, i, 1] ** 2 <= spin_limit[grounds[j, i]] ** 2:
+            _spin(here, spent, came, waiting, state, to_go[j, i], halt, spin)
         for m in range(offsets.shape[0]):
             to_i, to_j = i + offsets[m, 0], j + offsets[m, 1]
             if to_i < 0 or to_j < 0 or to_i >= nx or to_j >= ny:
@@ -295,6 +312,7 @@ def search_poses(
                 continue
             there = mask[to_j, to_i]
             straight = -1.0
+            hard = steep[j, i] or steep[to_j, to_i]
             for w in range(-MOST_TURN, MOST_TURN + 1):
                 to_b = (b + w) % YAW_BINS
                 other = (to_j * nx + to_i) * YAW_BINS + to_b
@@ -302,7 +320,20 @@ def search_poses(
                 # Most were reached for less before; they need no price.
                 if not _free(there, to_b) or 0.0 < spent[other] <= cost + 1.0:
                     continue
-                if straight < 0.0:
+                if hard:
+                    # Few yaw angles hold here, other ones half a cell on, and fewer while it turns.
+                    edge = yaw_limit if w == 0 else turning_limit
+                    ground, end = grounds[j, i], grounds[to_j, to_i]
+                    straight = 0.5 * _metre_cost(
+                        *(by_yaw[ground], edge[ground], margin),
+                        *(slopes[j, i, 0], slopes[j, i, 1], direction[m], relative[m, b]),
+                    )
+                    straight += 0.5 * _metre_cost(
+                        *(by_yaw[end], edge[end], margin),
+                        *(slopes[to_j, to_i, 0], slopes[to_j, to_i, 1]),
+                        *(direction[m], relative[m, to_b]),
+                    )
+                elif straight < 0.0:
                     ground = grounds[j, i]
                     straight = _metre_cost(
                         *(by_yaw[ground], yaw_limit[ground], margin),
@@ -310,10 +341,12 @@ def search_poses(
                         0.5 * (slopes[j, i, 1] + slopes[to_j, to_i, 1]),
                         *(direction[m], relative[m, b]),
                     )
-                    straight = max(straight + wind[m], LEAST_COST) * length[m]
-                    if penalised:
-                        straight *= factor[j, i]
-                cost += straight
+                if straight == np.inf:
+                    continue
+                driven = max(straight + wind[m], LEAST_COST) * length[m]
+                if penalised:
+                    driven *= factor[j, i]
+                cost += driven
                 whole = np.float32(cost + 1.0)
                 if cost + still >= best or 0.0 < spent[other] <= whole:
                     continue
@@ -325,5 +358,5 @@ def search_poses(
                         continue
                 spent[other] = whole
                 came[other] = m * _TURNS + w + MOST_TURN
-                heapq.heappush(waiting, (cost + still, whole, other))
+                heapq.heappush(waiting, (cost + EAGER * still, whole, other))
     return _trace_back(came, last, offsets, nx), best

@@ -51,6 +51,8 @@ YAW_CELLS = 1
 """Cells round a pose within which smoothing may use its yaw."""
 YAW_NEIGHBOURS = 1
 """Angles to either side of a pose's own that smoothing may use."""
+SPIN_SLOPES = 100
+"""Slopes at which turning on the spot is tried, evenly up to the largest tan(slope): 1° apart."""
 METRES_PER_RAD = 0.01
 """m that a rad of turning, and a stop, count as where length is minimised: of equally long paths
 the one with less turning wins."""
@@ -105,8 +107,12 @@ def pose_path(
         return None
     to_go = cost_to_go(field, situation.lattice(objective, field), goal[0], token=token)
     turning_costs, spin = _prices(situation.conditions, objective)
+    # Straight on, rollers stand still; any turn has them roll, and the torque is that of the angles
+    # beside it.
+    beside = [np.roll(field.yaw_limit, side, axis=1) for side in (-1, 0, 1)]
     states, cost = search_poses(
         *(field, field.body_frame(), MOVES, to_go.values, turning_costs, spin),
+        *(spin_limit(situation.conditions), np.min(beside, axis=0)),
         End(*start[0], _at_end(field, *start, spin)),
         End(*goal[0], _at_end(field, *goal, spin)),
         token.flag,
@@ -141,6 +147,22 @@ def _prices(conditions: OperatingConditions, objective: str) -> tuple[Turning, f
     level = (np.zeros(1), np.zeros((1, 4)), np.zeros(1, np.int64))
     spin_costs(conditions.model.limits_kernel, conditions.arrays, *level, aim, spin)
     return prices, float(spin.mean()) * ANGLE
+
+
+def spin_limit(conditions: OperatingConditions) -> Array:
+    """tan(slope) up to which the body can turn on the spot with every yaw, (grounds,)."""
+    slopes = np.zeros((SPIN_SLOPES, 4))
+    slopes[:, 0] = np.linspace(0.0, float(conditions.limits[5]), SPIN_SLOPES)
+    limit = np.zeros(len(conditions.class_rows))
+    for ground in range(len(limit)):
+        spin = np.empty((SPIN_SLOPES, STATES))
+        spin_costs(
+            *(conditions.model.limits_kernel, conditions.arrays, np.zeros(SPIN_SLOPES), slopes),
+            *(np.full(SPIN_SLOPES, ground), OBJECTIVES["energy"], spin),
+        )
+        held = np.logical_and.accumulate(np.isfinite(spin).all(axis=1))
+        limit[ground] = slopes[held, 0].max(initial=0.0)
+    return limit
 
 
 def _at_end(field: CostField, place: Point, yaw: float | None, spin: float) -> Array:

@@ -18,10 +18,10 @@ from planner.arrays import Array
 from planner.search.field import CostField, polyline_cost
 from planner.search.limit_places import Infeasible
 from planner.search.run import Run
-from planner.search.se2 import PosePath, pose_path
 from planner.search.situation import explain_no_route
 from planner.search.solve.alternatives import nearness
 from planner.search.solve.corridors import corridors, worth_looking
+from planner.search.solve.descent import dissipated
 from planner.search.solve.narrow_passages import through_passages
 from planner.search.solve.pipeline import Attempt, cheapest_near, finished
 from planner.search.solve.recovery import Caution, first_caution, more_clearance, next_caution
@@ -34,8 +34,8 @@ from planner.search.solve.sketch import (
     Sketch,
     sketch,
 )
+from planner.search.solve.steep_ground import leg_poses, straight_up
 from planner.search.trajectory import Motion
-from planner.search.wanted_yaw import arriving, leaving
 from planner.search.waypoints import suggests_detour
 
 DETOURS, DETOUR_PENALTY = 2, 0.1
@@ -108,19 +108,39 @@ def _on_grid(
     caution: Caution | None = first_caution(run, field, patient)
     sketching = _Sketching(*(run, objective, effort, patient, field, passages), Closely(objective))
     first: Attempt | None = None
+    by_poses: Attempt | None = None
     while caution is not None:
         sketches, caution = sketching.with_caution(caution)
         if sketching.passed is not None:
             return sketching.passed
         if not sketches:
-            return first or Attempt(sketching.field)
+            break
         attempt = finished(run, sketches, objective, effort, sketching.closely)
         if attempt.route is not None:
-            return attempt
-        # What stops the path of least cost says more than what stops a way round it.
-        first = first or attempt
+            return attempt if by_poses is None else _cheaper(attempt, by_poses)
+        if first is None:
+            # What stops the path of least cost says more than what stops a way round it.
+            first = attempt
+            by_poses = sketching.straight_up(caution, attempt)
+        if by_poses is not None and _metres(field, attempt) >= _dissipated(run, by_poses):
+            break  # what comes next costs more
         caution = next_caution(caution, attempt)
-    return first or Attempt(field)
+    return by_poses or first or Attempt(sketching.field)
+
+
+def _metres(field: CostField, attempt: Attempt) -> float:
+    """Cost of the metres of an attempt's legs, on a field without penalties."""
+    return sum(polyline_cost(field, path, field.step) for path, _ in attempt.legs or [])
+
+
+def _dissipated(run: Run, attempt: Attempt) -> float:
+    """J that an attempt's route takes without what climbing stores."""
+    return math.inf if attempt.route is None else dissipated(run, attempt.route)
+
+
+def _cheaper(*attempts: Attempt) -> Attempt:
+    """The attempt whose route takes least energy."""
+    return min(attempts, key=lambda one: math.inf if one.route is None else one.route.energy_j)
 
 
 @dataclass
@@ -249,18 +269,21 @@ class _Sketching:
 
     def _by_poses(self, field: CostField) -> Iterator[Sketch]:
         """What a search with the yaw in it comes to: one sketch or none."""
-        run = self.run
-        poses: list[PosePath] = []
-        yaws = list(run.yaws)
-        for k, (a, b) in enumerate(itertools.pairwise(run.places)):
-            ends = (a, leaving(yaws[k])), (b, arriving(yaws[k + 1]))
-            path = pose_path(run.situation, field, self.objective, *ends, token=run.token)
-            if path is None:
-                return
-            poses.append(path)
-            yaws[k + 1] = float(path.yaws[-1]) if yaws[k + 1] is None else yaws[k + 1]
-        polylines = [path.polyline for path in poses]
-        yield sketch(run, field, polylines, self.objective, self.effort, poses=poses)
+        poses = leg_poses(self.run, field, self.objective)
+        if poses is not None:
+            polylines = [path.polyline for path in poses]
+            yield sketch(self.run, field, polylines, self.objective, self.effort, poses=poses)
+
+    def straight_up(self, caution: Caution, refused: Attempt) -> Attempt | None:
+        """A route by poses, where it is no want of room that refuses the path of least cost."""
+        infeasible = refused.infeasible
+        if not self.poses_left or infeasible is None or infeasible.too_warm:
+            return None
+        if infeasible.for_want_of_room or not self.effort.closely or self.objective != "energy":
+            return None
+        self.poses_left = False
+        field = caution.unobstructed_field(self.run, self.objective)
+        return straight_up(self.run, field, self.objective, self.effort, self.closely)
 
 
 def _same(paths: Sequence[Array], others: Sequence[Array]) -> bool:

@@ -94,7 +94,7 @@ def past_the_place(caution: Caution, attempt: Attempt) -> Caution | None:
     infeasible = attempt.infeasible
     if infeasible is None or infeasible.for_want_of_room or not caution.places_left:
         return None
-    factor = caution.factor * _penalty_near(attempt.field, infeasible)
+    factor = caution.factor * penalty_near(attempt.field, infeasible)
     return replace(caution, factor=factor, places_left=caution.places_left - 1)
 
 
@@ -121,8 +121,8 @@ def next_caution(caution: Caution, attempt: Attempt) -> Caution | None:
     return next((changed for changed in found if changed is not None), None)
 
 
-def _penalty_near(field: CostField, place: Infeasible) -> Array:
-    """Factor (ny, nx) that makes a few cells round every such place cost more."""
+def penalty_near(field: CostField, place: Infeasible) -> Array:
+    """Factor (ny, nx) that makes a few cells round all places of one path cost more."""
     ny, nx = field.heights.shape
     x, y = field.x0 + field.dx * np.arange(nx), field.y0 + field.dy * np.arange(ny)
     factor = np.ones((ny, nx))

@@ -115,7 +115,7 @@ def sketch(
         plain: map and costs to drive with, where those to smooth with have penalties.
         poses: the same paths with the yaw angles that they are to be driven with.
     """
-    driven = _driven_roughly(run, field, paths, objective, effort, poses)
+    driven = _all_driven(run, field, paths, objective, effort, poses)
     return Sketch(plain or field, paths, tuple(sorted(driven, key=lambda one: one.energy)))
 
 
@@ -139,7 +139,7 @@ class Closely:
         return any(isinstance(one, Infeasible) for one in self.known.values())
 
 
-def _driven_roughly(
+def _all_driven(
     run: Run,
     field: CostField,
     paths: list[Array],
@@ -162,22 +162,23 @@ def _driven_roughly(
         ]
         return [list(one) for one in zip(*legs, strict=True)]
 
-    def driven(legs: Legs) -> Driven:
-        motion = trajectory(
-            *(run, field, legs, objective), closely=False, checked=not effort.closely
-        )
-        if isinstance(motion, Infeasible):
-            return Driven(legs, motion)
-        energy = energy_of(field, run.conditions, motion)
-        climb = (
-            run.conditions.mass * STANDARD_GRAVITY * float(motion.heights[-1] - motion.heights[0])
-        )
-        return Driven(legs, motion, energy, energy - climb)
-
     several = run.other_core.all([partial(smoothed, *kind) for kind in smoothings.items()])
     # Several settings may smooth a path alike.
     chains = {_content(legs): legs for legs in itertools.chain.from_iterable(several)}
-    return run.other_core.all([partial(driven, legs) for legs in chains.values()])
+    drive = partial(driven_roughly, run, field, objective=objective, checked=not effort.closely)
+    return run.other_core.all([partial(drive, legs) for legs in chains.values()])
+
+
+def driven_roughly(
+    run: Run, field: CostField, legs: Legs, objective: str, *, checked: bool = False
+) -> Driven:
+    """The trajectory along legs, roughly worked out; ``checked`` as in ``move``."""
+    motion = trajectory(run, field, legs, objective, closely=False, checked=checked)
+    if isinstance(motion, Infeasible):
+        return Driven(legs, motion)
+    energy = energy_of(field, run.conditions, motion)
+    climb = run.conditions.mass * STANDARD_GRAVITY * float(motion.heights[-1] - motion.heights[0])
+    return Driven(legs, motion, energy, energy - climb)
 
 
 def _content(legs: Legs) -> tuple[bytes, ...]:

@@ -1,0 +1,112 @@
+"""Ground near the slope limit: routes by poses, straight up where the body cannot turn."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from planner import plan_route
+from planner.cancellation import CancellationToken
+from planner.power.limits import broken_in_results
+from planner.power.motion_row import set_motion
+from planner.progress import silent
+from planner.quantities import INDEX, STANDARD_GRAVITY
+from planner.search.field import polyline_cost
+from planner.search.grid import cost_from, cost_to_go
+from planner.search.requests import PlanRequest
+from planner.search.run import Run
+from planner.search.se2 import pose_path
+from planner.search.se2.hybrid_search import spin_limit
+from planner.search.situation import situation_of
+from planner.search.solve.steep_ground import smoothed_but_for
+from planner.terrain.heightmap import Terrain
+from tests.benchmarks.hard_maps import rolling
+from tests.search.maps import hills, terrain
+
+LOADED = {"mass": 25.0}
+EMPTY_KG = 12.0
+
+
+def run_on(relief: Terrain, start, goal, mass: float = 0.0) -> Run:
+    ends = {
+        name: dict(zip("xy", at, strict=True)) for name, at in (("start", start), ("goal", goal))
+    }
+    request = PlanRequest.from_json({"map": "here", "payload": {"mass": mass}, **ends})
+    return Run(request, situation_of(request, terrain=relief), silent, CancellationToken())
+
+
+def test_a_loaded_robot_takes_little_more_than_its_metres_cost():
+    """The path of least cost turns where it is too steep for that; another one close by does not.
+
+    Its metres are a floor for what any route dissipates. Detours round all such places take a third
+    more.
+    """
+    relief = Terrain.from_arrays(rolling((160, 160), 0.25, 8.0, 43), cell=(0.25, 0.25), name="here")
+    start, goal = (25.6, 1.83), (2.72, 32.63)
+    run = run_on(relief, start, goal, **LOADED)
+    field = run.field("energy")
+    to_go = cost_to_go(field, run.situation.lattice("energy", field), goal, token=run.token)
+    [route, *_] = plan_route(run.request, terrain=relief).routes
+    climbed = (EMPTY_KG + LOADED["mass"]) * STANDARD_GRAVITY * route.rise_m
+    assert 0.98 < (route.energy_j - climbed) / cost_from(field, to_go, start) < 1.1
+
+
+def ramp(degrees: float) -> Terrain:
+    """Level ground, a ramp of 5 m to the east that begins at x = 4 m, and level ground again."""
+    along = np.clip(0.1 * np.arange(140) - 4.0, 0.0, 5.0)
+    return terrain(np.tile(math.tan(math.radians(degrees)) * along, (60, 1)), cell=0.1)
+
+
+def test_poses_turn_before_a_ramp_near_the_slope_limit():
+    """Rollers that move take torque: where it hardly suffices, the body turns on level ground."""
+    run = run_on(ramp(14.0), (3.0, 3.0), (11.0, 3.0), mass=8.0)
+    field = run.field("energy")
+    found = pose_path(
+        *(run.situation, field, "energy"),
+        *(((3.0, 3.0), math.pi / 2.0), ((11.0, 3.0), None)),
+        token=run.token,
+    )
+    assert found is not None
+    on_ramp = (found.points[:, 0] > 4.5) & (found.points[:, 0] < 8.5)
+    assert np.ptp(np.unwrap(2.0 * found.yaws[on_ramp])) < 1e-9
+    assert np.ptp(np.unwrap(2.0 * found.yaws)) > math.pi / 2.0  # it does turn
+
+
+@pytest.mark.parametrize("mass", [0.0, 20.0])
+def test_above_its_limit_some_yaw_does_not_turn_on_the_spot(mass):
+    """By the power model itself, with all yaw angles; a heavier robot turns on gentler slopes."""
+    conditions = run_on(ramp(5.0), (3.0, 3.0), (11.0, 3.0), mass).situation.conditions
+    [limit] = spin_limit(conditions)
+
+    def broken(slope: float) -> bool:
+        rows = np.repeat(conditions.class_rows, 180, axis=0)
+        rows[:, INDEX["wz"]] = conditions.limits[6]
+        for row, yaw in zip(rows, np.radians(np.arange(0.0, 360.0, 2.0)), strict=True):
+            set_motion(row, slope, 0.0, yaw, 0.0, 0.0)
+        results = conditions.model.power_and_limits(rows)
+        return any(broken_in_results(one, conditions.limits) >= 0 for one in results)
+
+    assert not broken(0.97 * limit)
+    assert broken(1.08 * limit + 0.02)
+    if mass:
+        assert limit < spin_limit(run_on(ramp(5.0), (3, 3), (11, 3)).situation.conditions)[0]
+
+
+def test_held_stretches_stay_and_the_rest_costs_no_more():
+    run = run_on(terrain(hills(64, rms_degrees=6.0)), (2.0, 2.0), (11.0, 8.0))
+    field = run.field("energy")
+    steps = np.tile([[0.5, 0.0], [0.25, 0.5]], (12, 1))
+    path = np.vstack([np.zeros((1, 2)), np.cumsum(steps, axis=0)]) + 2.0
+    held = np.zeros(len(path), bool)
+    held[len(path) // 3 : len(path) // 2] = True
+    all_kept = smoothed_but_for(run, field, path, np.ones(len(path), bool), 0.0, 4.0)
+    np.testing.assert_array_equal(all_kept, path)
+    partly = smoothed_but_for(run, field, path, held, 0.0, 4.0)
+    apart = np.hypot(*(partly[:, None] - path[held]).T).min(axis=1)
+    assert apart.max() == 0.0
+    free = smoothed_but_for(run, field, path, np.zeros(len(path), bool), 0.0, 4.0)
+    costs = [polyline_cost(field, one, field.step) for one in (free, partly, path)]
+    assert costs[0] <= costs[1] * (1.0 + 1e-9) <= costs[2] * (1.0 + 1e-9)
+    assert costs[0] < costs[2]
