@@ -1,14 +1,21 @@
 """The model that a comparison or a diagnosis starts from.
 
 start = starting_model("minibalance")
+
+Rotors count n² times at the wheels, and few data sheets state their inertia. Where a vehicle's does
+not, what is assumed for them stands with the wheels' own inertia, which a fit may make smaller.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from planner.power.model import PowerModel
 from planner.power.vehicles import Vehicle, load_vehicle
+
+ROTOR = "drive.rotor_inertia"
+"""Key of a vehicle's file."""
 
 
 def is_model(given: PowerModel | Vehicle | str | Path) -> bool:
@@ -32,4 +39,18 @@ def starting_model(given: PowerModel | Vehicle | str | Path) -> PowerModel:
     if isinstance(given, str | Path) and is_model(given):
         return PowerModel.load(given)
     vehicle = given if isinstance(given, Vehicle) else load_vehicle(str(given))
-    return PowerModel.from_vehicle(vehicle, effects=())
+    return _with_free_rotors(PowerModel.from_vehicle(vehicle, effects=()))
+
+
+def _with_free_rotors(model: PowerModel) -> PowerModel:
+    """The model, with rotors that nobody stated as a part of its wheels, whose inertia is fitted."""
+    known = model.vehicle.provenance
+    if ROTOR not in known.derived and ROTOR not in known.defaults_taken:
+        return model
+    values, names = model.parameters.copy(), model.parameter_names
+    rotor, wheel = (
+        names.index(("inertia", name, 0)) for name in ("rotor_inertia", "wheel_inertia")
+    )
+    values[wheel] += model.vehicle.gear_ratio**2 * values[rotor]
+    values[rotor] = 0.0
+    return replace(model, parameters=values)

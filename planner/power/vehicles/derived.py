@@ -16,6 +16,11 @@ WHEEL_WIDTH = 0.6
 """Width over radius of a Mecanum or omni wheel: 152 mm wheels are 45 to 50 mm wide."""
 WHEEL_DENSITY = 1000.0
 """kg/m³, mean of rollers, plates and gaps: it gives 0.8 kg for a wheel of 152 mm."""
+ROTOR_TIME = 0.009
+"""s, mechanical time constant of a motor: its rotor's inertia times resistance over the square of
+the torque constant. Motors of 10 to 100 W have 5 to 20 ms whatever their size (Pittman 9233S013
+9.1 ms, Faulhaber 3564K024B 10 ms, maxon EC 45 flat 6 to 10 ms)."""
+MECANUM_WHEELS = 4
 
 Tables = dict[str, dict[str, Any]]
 
@@ -42,6 +47,12 @@ def derive(tables: Tables, derived: dict[str, str]) -> None:
     disc = 0.5 * math.pi * WHEEL_DENSITY * WHEEL_WIDTH * radius**5
     formula = f"disc of {WHEEL_DENSITY:g} kg/m³, {WHEEL_WIDTH:g}·radius wide: π/2·ρ·width·radius⁴"
     put("wheels", "inertia", disc, formula)
+    rotor = ROTOR_TIME * drive["torque_constant"] ** 2 / drive["resistance"]
+    # A gear beyond the matched one would make the robot accelerate more slowly.
+    wheel_count = len(wheels.get("angles", ())) or MECANUM_WHEELS
+    matched = body["mass"] * (radius / drive["gear_ratio"]) ** 2 / wheel_count
+    formula = f"{ROTOR_TIME:g} s·torque_constant²/resistance, or what acts like mass"
+    put("drive", "rotor_inertia", min(rotor, matched), formula)
     if "no_load_current" in drive:
         torque = drive["torque_constant"] * drive["no_load_current"]
         put("drive", "coulomb_torque", torque, "torque_constant·no_load_current")

@@ -96,7 +96,7 @@ class Field:
         return f"{self.table}.{self.key}"
 
 
-DERIVED_KEYS = ("body.yaw_inertia", "wheels.inertia")
+DERIVED_KEYS = ("body.yaw_inertia", "wheels.inertia", "drive.rotor_inertia")
 """Keys that always follow from required ones."""
 
 

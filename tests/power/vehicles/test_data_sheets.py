@@ -142,6 +142,20 @@ def test_what_is_derived_is_said_with_its_formula(tmp_path: Path) -> None:
     assert not set(vehicle.provenance.derived) & set(vehicle.provenance.defaults_taken)
 
 
+@pytest.mark.parametrize("scale", [1.0, 0.05, 20.0])
+def test_rotors_of_an_unstated_inertia_fit_motor_and_robot(tmp_path: Path, scale: float) -> None:
+    text = IN_SI.replace("rotor_inertia = 1.35e-5\n", "")
+    text = text.replace("resistance = 0.978", f"resistance = {0.978 / scale}")
+    vehicle = load(tmp_path, text)
+    assert "drive.rotor_inertia" in vehicle.provenance.derived
+    rotor = vehicle.parameters["inertia"]["rotor_inertia"]
+    time = rotor * 0.978 / scale / 0.0335**2
+    acts_like = 3 * rotor * (20.0 / 0.05) ** 2
+    # Data sheets of motors have 5 to 20 ms; a strong one is geared so that the robot is quick.
+    assert acts_like <= 12.5 * (1.0 + 1e-9)
+    assert 0.005 < time < 0.02 or acts_like == pytest.approx(12.5)
+
+
 def test_a_given_value_is_not_derived(tmp_path: Path) -> None:
     text = IN_SI.replace("speed = 1.5", "speed = 1.5\nvoltage = 20.0")
     vehicle = load(tmp_path, text.replace("width = 0.5", "width = 0.5\nyaw_inertia = 0.9"))

@@ -55,10 +55,7 @@ def test_a_data_sheet_is_a_short_file_with_sources(name: str) -> None:
 @each_robot
 def test_nothing_is_odd_and_every_motion_is_possible(name: str) -> None:
     found = report(name)
-    # A stand-in for a motor nobody states has the default rotor, which is too large for it.
-    odd = [sentence for sentence in found.odd if not sentence.startswith("drive.rotor_inertia")]
-    assert odd == []
-    assert bool(found.odd) == (name == "rosbot-xl")
+    assert found.odd == ()
     flat, up, down, sideways = found.motions
     assert up.power_w > flat.power_w > down.power_w
     assert sideways.power_w > flat.power_w
