@@ -43,7 +43,7 @@ def starting_model(given: PowerModel | Vehicle | str | Path) -> PowerModel:
 
 
 def _with_free_rotors(model: PowerModel) -> PowerModel:
-    """The model, with rotors that nobody stated as a part of its wheels, whose inertia is fitted."""
+    """The model with rotors that nobody stated in its wheels, whose inertia is fitted."""
     known = model.vehicle.provenance
     if ROTOR not in known.derived and ROTOR not in known.defaults_taken:
         return model
