@@ -83,6 +83,12 @@ def _verdict_in_words(diagnosis: Diagnosis, alike: Sequence[str], apart: Sequenc
         lead = "This log is too short or too uniform to show any effect of the catalogue"
         return f"{lead}: the error on unseen runs is {error}."
     if diagnosis.verdict == "not_identifiable":
+        if alike and diagnosis.unexplained.little and not apart:
+            return (
+                f"This log cannot tell whether anything is missing: {' or '.join(alike)} would "
+                f"lower the error on unseen runs a little, but without them it is {error}, "
+                f"{_beside_noise(diagnosis)}."
+            )
         like = f" ({', '.join(alike)} would look the same)" if alike else ""
         # What differs from run to run counts as noise wherever no column tells it.
         noise = "" if apart and diagnosis.unexplained.little else f", {_beside_noise(diagnosis)}"

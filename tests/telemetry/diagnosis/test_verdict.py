@@ -48,6 +48,18 @@ def test_the_first_sentence_says_where_the_error_is(made):
     assert "3.3 times the log's own noise" in said
 
 
+def test_an_error_that_is_noise_is_not_called_something_missing(made):
+    given = {**vars(results.complete(made)), "verdict": "not_identifiable"}
+    alike = ("wheel_preload", "gear_asymmetry")
+    said = sentence_of(
+        results.diagnosis(made, **{**given, "unexplained": Unexplained(1.02)}), alike
+    )
+    assert "Something is missing" not in said
+    assert "cannot tell whether anything is missing: wheel_preload or gear_asymmetry" in said
+    said = sentence_of(results.diagnosis(made, **{**given, "unexplained": Unexplained(1.5)}), alike)
+    assert "Something is missing" in said
+
+
 def test_a_claim_says_what_it_leaves(made):
     carpet = results.regime(where="on carpet", share_of_squared_error=0.4)
     for ratio, said in ((1.19, False), (1.3, True)):
