@@ -46,9 +46,6 @@ USUAL_TURN = 0.01
 """rad; usual error of how the axes of the odometry are mounted."""
 BIAS = 0.03
 """m/s²; usual bias of a MEMS accelerometer."""
-SHARPER = 0.5
-"""Factor on the speed within which friction changes sign. Nobody states it; what is sharper than in
-the model looks like friction that is higher at creep speed."""
 
 
 @dataclass(frozen=True)
@@ -160,7 +157,7 @@ class _Given(NamedTuple):
 
 _FIRST = len(_SHEET)
 GIVEN = _Given(
-    len(_SHEET) + len(_SENSORS) + 1 + 2,
+    len(_SHEET) + len(_SENSORS) + 2,
     2,
     {
         "power_scale": 0,
@@ -191,8 +188,6 @@ def given_columns(log: Telemetry, model: PowerModel, watts: Array) -> Array:
         columns[:, number] = predict(changed, log) - watts
     for number, (size, change) in enumerate(_SENSORS, start=len(_SHEET)):
         columns[:, number] = predict(model, change(log, size)) - watts
-    sharper = replace(model, sliding_speed=SHARPER * model.sliding_speed)
-    columns[:, -GIVEN.moments - 1] = predict(sharper, log) - watts
     columns[:, -GIVEN.moments :] = _moments(log, watts)
     return columns
 

@@ -68,17 +68,6 @@ def test_a_scale_of_power_is_tolerated_further_where_it_scatters(unsure):
     assert sure < further < sure + ONLY_BY_SIZE * 0.04
 
 
-def test_how_sharply_friction_changes_sign_is_a_usual_error(motion, base):
-    """Nobody states it, so no effect needs to explain it."""
-    sharper = replace(base, sliding_speed=0.6 * base.sliding_speed)
-    log = measured(motion, sharper, 1e-6, seed=1)
-    watts = predict(base, log)
-    given = given_columns(log, base, watts)
-    missed = log.power - watts
-    left = missed - given @ np.linalg.lstsq(given, missed, rcond=None)[0]
-    assert rms(left) < 0.2 * rms(missed)
-
-
 def test_an_accelerometer_that_is_not_there_has_no_bias(motion, base):
     watts = predict(base, motion)
     derived = replace(motion, present=motion.present - {"ax", "ay"})
