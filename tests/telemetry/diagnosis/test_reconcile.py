@@ -65,6 +65,13 @@ def test_nothing_missing_gives_way_to_much_less_error_only():
     assert more_credible(first, second := found(0.4)) is second
 
 
+def test_a_sensor_is_not_blamed_for_what_effects_alone_explain_better():
+    first = found(1.0, sensors=(object(),))
+    assert more_credible(first, second := found(0.99)) is second
+    assert more_credible(first, found(0.99, verdict="complete")) is first
+    assert more_credible(first, found(0.99, sensors=(object(),))) is first
+
+
 def test_simplicity_does_not_decide_where_a_sensor_fault_is_named():
     # The two would be errors of different logs.
     first = found(1.0, ends=3, sensors=(object(),))
