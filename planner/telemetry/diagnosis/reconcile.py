@@ -9,7 +9,8 @@ Where a strong effect is missing, the fit of the base model ends at physical bou
 around such a fit may be misleading. A second search, around the model as given, then sometimes
 names other effects. It wins when its held-out error is clearly lower, or lower at all where the
 first blames a sensor and it does not. Among equally good explanations the simpler one wins: no
-formula outside the catalogue, then fewer parameters at bounds. A parameter at its bound makes up for a missing effect, and only within this log.
+formula outside the catalogue, then fewer parameters at bounds. A parameter at its bound makes up
+for a missing effect, and only within this log.
 
 A claim must also outlive the noise of the motion (planner.telemetry.sampling.noisier_motion), and
 the reading of it.
