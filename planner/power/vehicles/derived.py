@@ -21,6 +21,7 @@ ROTOR_TIME = 0.009
 the torque constant. Motors of 10 to 100 W have 5 to 20 ms whatever their size (Pittman 9233S013
 9.1 ms, Faulhaber 3564K024B 10 ms, maxon EC 45 flat 6 to 10 ms)."""
 MECANUM_WHEELS = 4
+"""Wheels of a robot whose file states no angles."""
 
 Tables = dict[str, dict[str, Any]]
 

@@ -8,7 +8,7 @@
 Where a strong effect is missing, the fit of the base model ends at physical bounds. The columns
 around such a fit may be misleading. A second search, around the model as given, then sometimes
 names other effects. It wins when its held-out error is clearly lower, or lower at all where the
-first blames a sensor and it does not. Among equally good explanations the simpler one wins: no
+first names a sensor fault and it does not. Among equally good explanations the simpler one wins: no
 formula outside the catalogue, then fewer parameters at bounds. A parameter at its bound makes up
 for a missing effect, and only within this log.
 
@@ -212,8 +212,8 @@ def more_credible(first: Diagnosis, second: Diagnosis) -> Diagnosis:
     enough = ratios.get(first.verdict, BELIEVED_RATIO)
     if second.after.heldout_rmse_w < enough * first.after.heldout_rmse_w:
         return second
-    blamed = first.sensors and second.proposed and not second.sensors
-    if blamed and second.after.heldout_rmse_w < first.after.heldout_rmse_w:
+    no_fault = first.sensors and second.proposed and not second.sensors
+    if no_fault and second.after.heldout_rmse_w < first.after.heldout_rmse_w:
         return second
     both = first.proposed and second.proposed and not (first.sensors or second.sensors)
     if both and _complexity(second) < _complexity(first) and _as_good(second, first):
