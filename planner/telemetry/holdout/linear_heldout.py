@@ -5,7 +5,7 @@ LinearHeldout(log, examination).rmse(columns)
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -35,7 +35,7 @@ class LinearHeldout:
 
     def __init__(self, log: Telemetry, examination: Examination, *, exact: bool = False) -> None:
         evidence = examination.evidence
-        self.examination = examination
+        self.log, self.examination = log, examination
         competitors = examination.competitors
         self.tangent = list(range(competitors.first_given if exact else competitors.tangent))
         self.folds = fold_numbers(log)
@@ -54,23 +54,53 @@ class LinearHeldout:
 
     def residual_with(self, columns: Sequence[int]) -> Array:
         """(n,) W, held-out, of the model with some columns."""
-        evidence, examination = self.examination.evidence, self.examination
+        evidence = self.examination.evidence
         at = np.array([*self.tangent, *columns])
-        prior = np.zeros((len(at), len(at)))
+        whole = np.diag(evidence.total)[at]
+
+        def sums(fold: int) -> tuple[Array, Array]:
+            gram = self.grams[fold]
+            return gram[np.ix_(at, at)], gram[at, evidence.residual]
+
+        return self._held_out(self.examination.raw[:, at], whole, sums)
+
+    def residual_beside(self, more: Array, given: Sequence[int] = ()) -> Array:
+        """(n,) W, held-out, of the model with columns that were not examined.
+
+        Args:
+            more: (n, k) W per unit.
+            given: columns of the examination that stand beside them.
+        """
+        examination = self.examination
+        raw = np.column_stack([examination.raw[:, [*self.tangent, *given]], more])
+        rows = np.column_stack([raw, examination.raw[:, examination.evidence.residual]])
+        white = examination.noise.whiten(self.log, examination.watts, examination.spread, rows)
+        known = np.zeros(raw.shape[1])
+        known[: len(self.tangent)] = examination.competitors.known[self.tangent]
+
+        def sums(fold: int) -> tuple[Array, Array]:
+            own = white[self.folds != fold]
+            return own[:, :-1].T @ own[:, :-1] + np.diag(known), own[:, :-1].T @ own[:, -1]
+
+        return self._held_out(raw, (white[:, :-1] ** 2).sum(axis=0) + known, sums)
+
+    def _held_out(
+        self, raw: Array, whole: Array, sums: Callable[[int], tuple[Array, Array]]
+    ) -> Array:
+        """(n,) W, held-out, of columns (n, k) with squares (k,); ``sums`` are those of a fold."""
+        prior = np.zeros((len(whole), len(whole)))
         own = range(len(self.prior))
         prior[np.ix_(own, own)] = self.prior
         left = np.empty(len(self.folds))
-        for fold, gram in self.grams.items():
+        for fold in self.grams:
+            gram, right = sums(fold)
             # What moves in this fold alone, the other rows do not show.
-            seen = np.diag(gram)[at] > LEAST_LEFT * np.diag(evidence.total)[at]
+            seen = np.diag(gram) > LEAST_LEFT * whole
             seen |= np.diag(prior) > 0.0
-            of = at[seen]
-            found = np.zeros(len(at))
+            found = np.zeros(len(whole))
             found[seen] = solve(
-                gram[np.ix_(of, of)] + prior[np.ix_(seen, seen)],
-                gram[of, evidence.residual],
-                HELD_OUT_RIDGE,
+                gram[np.ix_(seen, seen)] + prior[np.ix_(seen, seen)], right[seen], HELD_OUT_RIDGE
             )
             held = self.folds == fold
-            left[held] = examination.residual[held] - examination.raw[held][:, at] @ found
+            left[held] = self.examination.residual[held] - raw[held] @ found
         return left
