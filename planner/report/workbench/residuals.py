@@ -167,9 +167,9 @@ def _look(log: Telemetry, models: Mapping[str, PowerModel]) -> Look:
     )
 
 
-def _curves(log: Telemetry, watts: Array) -> dict[str, Bins]:
+def _curves(log: Telemetry, watts: Array, temperature: str | None = None) -> dict[str, Bins]:
     """Residual of a prediction, (n,) W, over every axis that varies in a log."""
-    temperature = temperature_of(log.rows)
+    temperature = temperature or temperature_of(log.rows)
     bins = tuple(curve_bins(all_axes(log.rows, temperature=temperature), log.surfaces))
     sums = Sums(len(log.run_names), [], bins, temperature, log.run, log.power - watts)
     sums.add(log, watts)
@@ -186,7 +186,9 @@ def lacking(diagnosis: Diagnosis) -> Bins | None:
     if outside is None:
         return None
     own = model.watts_by_effect(log.rows_for(model.surfaces))[outside.name]
-    return _curves(log, predict(model, log) - own).get(outside.quantities[0])
+    # The log may know the motors' temperature, too.
+    temperature = "ambient_temp" if "ambient_temp" in outside.formula else None
+    return _curves(log, predict(model, log) - own, temperature).get(outside.quantities[0])
 
 
 def _ordered(curves: Mapping[str, Curve]) -> dict[str, Curve]:

@@ -26,11 +26,12 @@ from planner.quantities import STANDARD_GRAVITY
 from planner.telemetry.diagnosis.results import Outside
 from planner.telemetry.estimation import Fit
 from planner.telemetry.evidence import Examination
+from planner.telemetry.holdout import LinearHeldout, rms
 from planner.telemetry.logs import Telemetry
-from planner.telemetry.noise import CLIP, huber
-from planner.telemetry.other_terms import Shape
+from planner.telemetry.noise import CLIP, counted, huber
+from planner.telemetry.other_terms import Dictionary, Shape
 from planner.telemetry.prediction import Readings
-from planner.telemetry.quantities_of_motion import STANDSTILL, motion_axes
+from planner.telemetry.quantities_of_motion import STANDSTILL
 from planner.telemetry.selection import ShapeFound
 from planner.telemetry.terms import Addition, fit_with
 
@@ -65,6 +66,8 @@ _BODIES = {
     "power": "{x} ** {n}",
     "size": "abs({x})",
     "bump": "bump({x}, centre, width)",
+    "hump": "bump(abs({x}), centre, width)",
+    "lobe": "exp((cos({x} - centre) - 1) / (width * width))",
     "cos": "(even * cos({n} * heading) + odd * sin({n} * heading))",
     "sin": "(even * cos({n} * heading) + odd * sin({n} * heading))",
     "above": "hinge({x} - threshold)",
@@ -78,6 +81,8 @@ _ORDERS = {"size": 1, "above": 1, "outside": 1, "below": 1}
 """Powers of the axis' unit in a shape of each kind, where not 0; a power has its own."""
 _MOVABLE = {
     "bump": {"at": "centre", "width": "width"},
+    "hump": {"at": "centre", "width": "width"},
+    "lobe": {"at": "centre", "width": "width"},
     "above": {"at": "threshold"},
     "below": {"at": "threshold"},
     "outside": {"at": "threshold"},
@@ -102,6 +107,7 @@ def _axis_text(axis: str, temperature: str) -> _Text:
         "acceleration": _Text(f"((ax * vx + ay * vy) / {_LENGTH})", "m/s^2", _STILL),
         "load": _Text("payload", "kg", {}),
         "temperature": _Text(temperature, "K", {}),
+        "air": _Text("ambient_temp", "K", {}),
         "time_since_start": _Text("time_since_start", "s", {}),
     }[axis]
 
@@ -121,8 +127,11 @@ def _place_bounds(kind: str, span: tuple[float, float]) -> list[tuple[float, flo
     length = max(high - low, 1e-9)
     if kind not in _MOVABLE:
         return []
-    if kind == "bump":  # narrower than this, a single speed that was driven looks like one
+    if kind in ("bump", "lobe"):  # narrower, a single speed that was driven looks like one
         return [(low - length, high + length), (0.04 * length, 2.0 * length)]
+    if kind == "hump":
+        most = max(abs(low), abs(high))
+        return [(0.0, most), (0.04 * most, 2.0 * most)]
     if kind in ("decay", "fading"):
         return [(0.005 * length, 10.0 * length)]
     return [(0.0, max(abs(low), abs(high))) if kind == "outside" else (low, high)]
@@ -220,11 +229,11 @@ def propose(
     dictionary = examination.competitors.dictionary
     tuner = _Tuner(examination, log, given)
     tuned = [tuner.tuned(tried) for tried in _ranked(examination, axis, given)[:TUNED_SHAPES]]
-    _, best, coefficients = max(tuned, key=lambda entry: entry[0])
+    _, best, coefficients = min(tuned, key=lambda entry: tuner.heldout_rmse(entry[1]))
     effect, start = formula_of(best, dictionary.ranges[axis], dictionary.temperature, coefficients)
     addition = Addition(effect, start)
     fitted = fit_with(model, log, [*additions, addition], noise=examination.noise)
-    curve = _curve(fitted.model, effect, log, axis, dictionary.temperature)
+    curve = _curve(fitted.model, effect, log, axis, dictionary)
     formula = str((effect.definition or {})["formula"])
     outside = Outside(best.quantities, curve, effect.slug, formula, effect, shape.z, shape.size)
     return Proposal(outside, addition, fitted)
@@ -259,7 +268,8 @@ class _Tuner:
 
     def __init__(self, examination: Examination, log: Telemetry, given: Sequence[int]) -> None:
         self.examination = examination
-        self.log = log
+        self.log, self.given = log, given
+        self.linear = LinearHeldout(log, examination)
         evidence = examination.evidence
         rows = log.rows_for(examination.competitors.library.model.surfaces)
         dictionary = examination.competitors.dictionary
@@ -277,10 +287,18 @@ class _Tuner:
 
     def gain(self, shape: Shape) -> tuple[float, Array]:
         """Log-likelihood that a shape gains, and its coefficients (cosine and sine)."""
-        pair = (shape, replace(shape, kind="sin")) if shape.kind == "cos" else (shape,)
-        columns = Readings.as_shown(self.log, self.dictionary.only(pair).columns(self.rows))
-        loss, found = self._fitted(self._white(columns))
+        loss, found = self._fitted(self._white(self._columns(shape)))
         return 0.5 * (self.loss - loss), found
+
+    def heldout_rmse(self, shape: Shape) -> float:
+        """W, on held-out runs, of the model with a shape in its place."""
+        left = self.linear.residual_beside(self._columns(shape), self.given)
+        return rms(counted(left, self.examination.spread))
+
+    def _columns(self, shape: Shape) -> Array:
+        """(n, 1) W per unit of a shape, as the meter shows it; (n, 2) of a harmonic."""
+        pair = (shape, replace(shape, kind="sin")) if shape.kind == "cos" else (shape,)
+        return Readings.as_shown(self.log, self.dictionary.only(pair).columns(self.rows))
 
     def _fitted(self, white: Array) -> tuple[float, Array]:
         """Robust loss of the model's columns with some more (n, k), and the coefficients of these.
@@ -333,11 +351,11 @@ class _Tuner:
 
 
 def _curve(
-    model: PowerModel, effect: type[Effect], log: Telemetry, axis: str, temperature: str
+    model: PowerModel, effect: type[Effect], log: Telemetry, axis: str, dictionary: Dictionary
 ) -> tuple[tuple[float, float], ...]:
     """Median of what the effect adds along its axis, W, over equal shares of the rows."""
     rows = log.rows_for(model.surfaces)
-    values = motion_axes(rows, temperature=temperature)[axis]
+    values = dictionary.axes(rows)[axis]
     watts = model.watts_by_effect(rows)[effect.slug]
     known = np.flatnonzero(np.isfinite(values))
     low, high = np.percentile(values[known], [0.5, 99.5])

@@ -20,11 +20,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner.arrays import Array
+from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.quantities_of_motion import STANDSTILL, motion_axes, temperature_of
 
 HARMONICS = (1, 2, 3, 4, 5, 6, 8)
 """Orders of the harmonics over the heading."""
+AIR = "air"
+"""Axis of the air's temperature in logs that know the motors' as well: what depends on either is
+told as one over the temperature."""
 LEAST_RANGE = {
     "speed": 0.05,
     "heading": 0.3,
@@ -34,6 +38,7 @@ LEAST_RANGE = {
     "acceleration": 0.05,
     "load": 0.1,
     "temperature": 2.0,
+    AIR: 2.0,
     "time_since_start": 5.0,
 }
 """SI; an axis that varies less (1st to 99th percentile) gets no shapes."""
@@ -41,19 +46,27 @@ LEAST_RANGE = {
 
 AT_ONCE = ("fading", "step")
 """Kinds of shapes that begin or end at once."""
-LEAST_LEVELS = 4
-"""Separate levels of an axis; with fewer, a log says nothing about a curve in between."""
+LEAST_LEVELS, LEAST_LOADS = 4, 3
+"""Separate levels of an axis; with fewer, a log says nothing about a curve in between. Over the
+load shapes go one way only, and three tell a threshold from a straight line."""
 LEVEL_GAP, LEVEL_WIDTH = 0.2, 0.25
 """Least gap between levels and largest width of one, as shares of the axis' range."""
 STEPS = (0.2, 0.4, 0.6, 0.8)
 """Where something may be switched on or off, as shares of the axis' range."""
 STEP_WIDTH = 0.03
 """Width of a step, as a share of the axis' range: a smooth one can be moved by a fit."""
-SWITCHING = ("load", "temperature", "time_since_start")
+FINE_STEPS = 24
+"""Parts of an axis' range between which steps stand beside a meter."""
+SWITCHING = ("load", "temperature", AIR, "time_since_start")
 """Axes beside the speed along which something is switched; along slope, turn and acceleration most
 rows are near zero, on which side decides the sensor."""
 FADING = (0.08, 0.2, 0.5)
 """Speeds over which something fades that starts with the motion, as shares of the top speed."""
+LOBES, LOBE_WIDTH = 8, 0.9
+"""Headings around which something acts on one side, and how widely, rad; a cosine acts with the
+opposite sign on the other side."""
+RATES, RATE_WIDTH = (0.2, 0.5), 0.3
+"""Yaw rates at which something is strongest, and how widely, as shares of the fastest turn."""
 
 
 @dataclass(frozen=True)
@@ -77,9 +90,8 @@ class Shape:
     @property
     def quantities(self) -> tuple[str, ...]:
         """Names for ``outside_catalogue.quantities``, the telling one first."""
-        if self.times_speed and self.axis != "speed":
-            return (self.axis, "speed")
-        return (self.axis,)
+        axis = "temperature" if self.axis == AIR else self.axis
+        return (axis, "speed") if self.times_speed and axis != "speed" else (axis,)
 
     @property
     def family(self) -> tuple[str, str, int]:
@@ -106,21 +118,22 @@ class Dictionary:
     def of(cls, log: Telemetry) -> Dictionary:
         """The dictionary for a log: only axes that vary, with places inside their range."""
         temperature = temperature_of(log.rows)
-        axes = motion_axes(log.rows, temperature=temperature)
+        axes = _axes(log.rows, temperature)
         ranges: dict[str, tuple[float, float]] = {}
         for name, values in axes.items():
             known = values[np.isfinite(values)]
             if len(known) < 0.5 * len(values) or not len(known):
                 continue
             low, high = np.percentile(known, [1, 99])
-            if high - low >= LEAST_RANGE[name] and levels(known) >= LEAST_LEVELS:
+            least = LEAST_LOADS if name == "load" else LEAST_LEVELS
+            if high - low >= LEAST_RANGE[name] and levels(known) >= least:
                 ranges[name] = (float(low), float(high))
         shapes = [shape for name, ends in ranges.items() for shape in shapes_over(name, *ends)]
         return cls(tuple(shapes), temperature, ranges)
 
     def columns(self, rows: Array) -> Array:
         """(n, shapes) values for rows (n, ROW_LENGTH); 0 where an axis is not known."""
-        axes = motion_axes(rows, temperature=self.temperature)
+        axes = self.axes(rows)
         speed = axes["speed"]
         moving = speed / np.hypot(speed, STANDSTILL)
         known = {name: np.where(np.isfinite(v), v, 0.0) for name, v in axes.items()}
@@ -131,9 +144,13 @@ class Dictionary:
             if shape.axis == "heading" and shape.times_speed == 0:
                 values = values * moving
             columns[:, k] = values * powers[shape.times_speed]
-            if shape.axis == "temperature":
-                columns[~np.isfinite(axes["temperature"]), k] = 0.0
+            if shape.axis in ("temperature", AIR):
+                columns[~np.isfinite(axes[shape.axis]), k] = 0.0
         return columns
+
+    def axes(self, rows: Array) -> dict[str, Array]:
+        """Values of every axis that may have shapes, name → (n,), for rows (n, ROW_LENGTH)."""
+        return _axes(rows, self.temperature)
 
     def quadrature(self, number: int) -> int:
         """Number of the sine to a cosine, and of the cosine to a sine."""
@@ -145,9 +162,26 @@ class Dictionary:
         """Without shapes that begin or end at once: what a slow meter leaves looks like them."""
         return self.only(shape for shape in self.shapes if shape.kind not in AT_ONCE)
 
+    def switched(self, axis: str) -> Dictionary:
+        """With gradual shapes, and steps everywhere along an axis; none where nothing switches."""
+        if axis not in (*SWITCHING, "speed"):
+            return self.only(())
+        low, high = self.ranges[axis]
+        places = low + (high - low) * np.arange(1, FINE_STEPS) / FINE_STEPS
+        width = STEP_WIDTH * (high - low)
+        steps = (Shape(axis, "step", float(place), width) for place in places)
+        return self.only((*self.gradual.shapes, *steps))
+
     def only(self, shapes: Iterable[Shape]) -> Dictionary:
         """The dictionary with other shapes over the axes of the log."""
         return replace(self, shapes=tuple(shapes))
+
+
+def _axes(rows: Array, temperature: str) -> dict[str, Array]:
+    axes = motion_axes(rows, temperature=temperature)
+    if temperature == "motor_temp":
+        axes[AIR] = rows[:, INDEX["ambient_temp"]].copy()
+    return axes
 
 
 def levels(values: Array) -> float:
@@ -164,6 +198,7 @@ def shapes_over(axis: str, low: float, high: float) -> list[Shape]:
     span, most = high - low, max(abs(low), abs(high))
     powers: tuple[int, ...] = (0, 1)
     wanted: list[tuple[str, float]]
+    places: list[tuple[float, float]]
     # Fans, heaters, brakes and radios are on or off.
     steps = [Shape(axis, "step", low + part * span, STEP_WIDTH * span) for part in STEPS]
     match axis:
@@ -174,32 +209,39 @@ def shapes_over(axis: str, low: float, high: float) -> list[Shape]:
             return shapes + [Shape(axis, "fading", k * high) for k in FADING] + steps
         case "heading":
             wanted, powers = [(kind, n) for n in HARMONICS for kind in ("cos", "sin")], (0, 1, 2)
+            places = [(2.0 * np.pi * k / LOBES - np.pi, LOBE_WIDTH) for k in range(LOBES)]
+            steps = [Shape(axis, "lobe", *place, p) for place in places for p in powers]
         case "slope_along" | "slope_across":
             wanted = [("power", 1), ("size", 1), ("power", 2)]
             for place in (0.25 * most, 0.45 * most, 0.65 * most):
                 wanted.append(("outside", place))
                 wanted += [("above", place)] if high > place else []
                 wanted += [("below", -place)] if -low > place else []
-            wanted.append(("above", 0))
+            wanted += [("above", 0), ("below", 0)]
         case "yaw_rate":
             wanted = [("power", 1), ("power", 2), ("size", 1), ("outside", 0.4 * most)]
+            wanted += [("above", 0), ("below", 0)]
+            places = [(part * most, RATE_WIDTH * most) for part in RATES]
+            steps = [Shape(axis, "hump", *place, p) for place in places for p in powers]
         case "acceleration":
             wanted = [("size", 1), ("power", 2), ("above", 0), ("below", 0)]
         case "load":
             wanted = [("power", 1), ("power", 2), ("above", low + 0.5 * span)]
-        case "temperature":
+        case "temperature" | "air":
             wanted = [("above", low + part * span) for part in (0.0, 0.35, 0.7)]
         case "time_since_start":
             constants = np.geomspace(max(0.02 * span, 1.0), 0.6 * span, 6)
             wanted = [("power", 1), *(("decay", tau) for tau in constants)]
     shapes = [Shape(axis, kind, float(at), times_speed=p) for kind, at in wanted for p in powers]
-    return shapes + steps if axis in SWITCHING else shapes
+    return shapes + steps if axis in (*SWITCHING, "heading", "yaw_rate") else shapes
 
 
 _FUNCTIONS: dict[str, Callable[[Array, Shape], Array]] = {
     "power": lambda x, shape: x ** int(shape.at),
     "size": lambda x, shape: np.abs(x),
     "bump": lambda x, shape: np.exp(-(((x - shape.at) / shape.width) ** 2)),
+    "lobe": lambda x, shape: np.exp((np.cos(x - shape.at) - 1.0) / shape.width**2),
+    "hump": lambda x, shape: np.exp(-(((np.abs(x) - shape.at) / shape.width) ** 2)),
     "fading": lambda x, shape: np.tanh(x / STANDSTILL) * np.exp(-x / shape.at),
     "step": lambda x, shape: 0.5 + 0.5 * np.tanh((x - shape.at) / shape.width),
     "cos": lambda x, shape: np.cos(shape.at * x),
