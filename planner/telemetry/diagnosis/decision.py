@@ -37,6 +37,7 @@ from planner.telemetry.noise import counted
 from planner.telemetry.selection import (
     Found,
     Member,
+    ShapeFound,
     Tried,
     fitted_singles,
 )
@@ -161,11 +162,18 @@ def decide(found: Found, floor: Array) -> Decision:
         if not best.claims and not left_by_nothing.little:
             alike = alike or _competing(tried)
     leading = best.left if best.claims or not _competing(tried) else tried[0].residual
-    if (
-        formula is not None
-        and supports(log, leading, formula.judged, floor, formula=True)
-        and stands(best.left, formula.judged, expected)
-    ):
+
+    def wins(claim: Answer | None) -> bool:
+        return (
+            claim is not None
+            and supports(log, leading, claim.judged, floor, formula=True)
+            # Beside effects it must explain most of what these leave, in their place most of all.
+            and stands(best.left if claim.members else before, claim.judged, expected)
+        )
+
+    if not wins(formula) and not left_by_nothing.little:
+        formula = _overlooked(found, floor)
+    if formula is not None and wins(formula):
         best = formula
     if best.claims and (not stands(before, best.judged, expected) or _misleads(found, best, floor)):
         # Held-out runs show it, beside more that it does not explain.
@@ -226,8 +234,34 @@ def _formula(found: Found) -> Answer | None:
         return None
     if shape.near and (shape.alone or not members) and not found.corrections:
         return None
-    kept, additions = ((), ()) if shape.alone else (members, found.additions)
     axis = examination.competitors.dictionary.shapes[shape.number].axis
+    if shape.alone:
+        return _with_formula(found, shape, axis)
+    return _with_formula(found, shape, axis, members, found.additions)
+
+
+def _overlooked(found: Found, floor: Array) -> Answer | None:
+    """A formula for the shape that predicts held-out runs best, where the search found none good.
+
+    A search tests by the scatter within the log. Of what lasts for a run, few runs say little, and
+    beside effects that are not there a shape looks smaller than it is.
+    """
+    shape = found.overlooked_shape(floor)
+    if shape is None:
+        return None
+    axis = found.local.competitors.dictionary.shapes[shape.number].axis
+    return _with_formula(found, shape, axis)
+
+
+def _with_formula(
+    found: Found,
+    shape: ShapeFound,
+    axis: str,
+    kept: tuple[Member, ...] = (),
+    additions: tuple[Addition, ...] = (),
+) -> Answer:
+    """A formula over the axis of a shape, beside members that are kept."""
+    examination = found.examination
     given = [column for m in kept for column in m.columns_in(found.local, examination)]
     proposal = propose(found.local, axis, shape, found.log, found.origin, additions, given)
     left = found.heldout(proposal.fit)

@@ -15,7 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import norm
 
+from planner.arrays import Array
 from planner.telemetry.evidence import Examination, Test
+from planner.telemetry.holdout import LinearHeldout, rms, supports
+from planner.telemetry.logs import Telemetry
+from planner.telemetry.noise import counted
 from planner.telemetry.selection.subset_search import SubsetScorer
 
 LEAST_RELATIVE_SHAPE_SIZE = 0.2
@@ -97,6 +101,36 @@ def shape_beyond(scorer: SubsetScorer, chosen: tuple[int, ...]) -> ShapeFound | 
         near = tuple(dict.fromkeys((*near, *_as_good(scorer, columns[best]))))
     number = examination.shapes[best]
     return ShapeFound(number, columns[best], float(z[best]), size, not chosen, near)
+
+
+def overlooked_shape(log: Telemetry, examination: Examination, floor: Array) -> ShapeFound | None:
+    """The shape that alone predicts held-out runs best; None where these support no shape.
+
+    Args:
+        log: rows in memory.
+        examination: of these rows.
+        floor: (n,) W, spread of single rows.
+    """
+    linear = LinearHeldout(log, examination)
+    competitors = examination.competitors
+    dictionary = competitors.dictionary
+    without = best_left = linear.residual_with([])
+    best, least = -1, rms(counted(without, floor))
+    for number in examination.shapes:
+        columns = [competitors.first_shape + number]
+        if dictionary.shapes[number].kind in ("cos", "sin"):
+            columns.append(competitors.first_shape + dictionary.quadrature(number))
+        left = linear.residual_with(columns)
+        if (error := rms(counted(left, floor))) < least:
+            best, least, best_left = number, error, left
+    if best < 0 or not supports(log, without, best_left, floor):
+        return None
+    column = competitors.first_shape + best
+    if _collinear_effects(examination, column):
+        return None
+    z, found, _ = examination.evidence.test_each([column])
+    size = examination.evidence.size([column], found)
+    return ShapeFound(best, column, float(z[0]), size, True, ())
 
 
 def _as_good(scorer: SubsetScorer, column: int) -> list[str]:

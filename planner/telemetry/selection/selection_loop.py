@@ -32,6 +32,7 @@ from planner.telemetry.logs import Meter, Telemetry, same_meter
 from planner.telemetry.other_terms import SENSORS, Dictionary, Sensor
 from planner.telemetry.prediction import meter_columns
 from planner.telemetry.selection.full_refit_comparison import FullFits
+from planner.telemetry.selection.off_catalogue import ShapeFound, overlooked_shape
 from planner.telemetry.selection.select_effects import RankedTerm, Selection, select
 from planner.telemetry.selection.subset_search import CompetingModel, Member, members_of
 from planner.telemetry.selection.unsure_power import unsure_power
@@ -124,6 +125,10 @@ class Found:
     def given(self) -> Array | None:
         """(n, k) W, what no effect needs to explain; None where that predicts no better."""
         return unsure_power(self.log, self.base, self.local.given)
+
+    def overlooked_shape(self, floor: Array) -> ShapeFound | None:
+        """The shape that alone predicts held-out runs best, by ``floor`` (n,) W of single rows."""
+        return overlooked_shape(self.log, self.local, floor)
 
     def at_bounds(self, start: PowerModel) -> bool:
         """Whether the base fit ran into physical bounds: something strong is missing."""
