@@ -144,6 +144,7 @@ def meter_beside(
     places: Sequence[int] | None = None,
     *,
     filtering: bool = True,
+    dictionary: Dictionary | None = None,
 ) -> Telemetry:
     """The log with the meter that it shows beside a model and plain shapes.
 
@@ -152,10 +153,11 @@ def meter_beside(
         model: what is known of the power.
         places: numbers of its free parameters; None takes all that may be fitted.
         filtering: as for ``with_meter``.
+        dictionary: the plain shapes; None takes those that change gradually.
     """
     log = replace(log, meter=None)
     places = free_places(model, log) if places is None else places
     watts, own = tangent(model, Nodes.of(log, model), places)
-    shapes = Dictionary.of(log).gradual.columns(log.rows)
+    shapes = (dictionary or Dictionary.of(log).gradual).columns(log.rows)
     chosen = strongest_columns(log.power - watts, own, shapes)
     return with_meter(log, model, places, shapes[:, chosen], filtering=filtering)

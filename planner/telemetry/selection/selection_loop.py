@@ -149,6 +149,7 @@ def investigate(
     *,
     as_stated: bool = False,
     sensors: Collection[str] = frozenset(SENSORS),
+    known: tuple[Meter | None] | None = None,
 ) -> Found:
     """Search rows in memory.
 
@@ -160,11 +161,14 @@ def investigate(
         as_stated: lay out around the model as it is given, not around its fit: where a strong
             effect has bent the fit out of shape, columns around it point nowhere (at_bounds).
         sensors: kinds whose errors compete.
+        known: the meter where it is known; None takes that of the rows.
     """
     search = partial(
         _without_faults, sample, start, extra, watch, as_stated=as_stated, sensors=sensors
     )
-    found = search(known=None if sample.meter is None else (sample.meter,))
+    if known is None and sample.meter is not None:
+        known = (sample.meter,)
+    found = search(known=known)
     if not found.additions:
         return found
     # Around the effects that were found the meter may be another, or none.

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import replace
+from functools import partial
 
 from planner.power.model import PowerModel
 from planner.progress import Progress
@@ -16,6 +17,7 @@ from planner.telemetry.logs import Telemetry
 from planner.telemetry.other_terms import SENSORS
 from planner.telemetry.sampling import LogSource
 from planner.telemetry.selection.backward_elimination import without_unsupported
+from planner.telemetry.selection.beside_steps import with_meter_beside_steps
 from planner.telemetry.selection.known_aliases import with_known_aliases
 from planner.telemetry.selection.select_effects import select, with_robust_probabilities
 from planner.telemetry.selection.selection_loop import (
@@ -45,7 +47,10 @@ def find_missing_effects(
         watch: progress; raises when the caller cancelled.
         as_stated, sensors: as ``investigate``.
     """
-    found = investigate(source.sample, start, extra, watch, as_stated=as_stated, sensors=sensors)
+    search = partial(
+        investigate, source.sample, start, extra, watch, as_stated=as_stated, sensors=sensors
+    )
+    found = with_meter_beside_steps(search(), search)
     if not source.complete:
         found = _with_all_rows(source, found, watch)
     watch(0.9, "weighing what was found")

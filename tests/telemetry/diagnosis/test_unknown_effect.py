@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,12 +13,16 @@ from planner.power.formulas.formula import check_formula
 from planner.quantities import INDEX, QUANTITIES
 from planner.telemetry.diagnosis.diagnose_log import diagnose
 from planner.telemetry.diagnosis.unknown_effect import formula_of
+from planner.telemetry.logs import Telemetry
 from planner.telemetry.other_terms import Dictionary
 from planner.telemetry.quantities_of_motion import STANDSTILL, motion_axes
+from planner.telemetry.virtual import Noise, VirtualRobot
 from tests.telemetry.rows import measured
 
 NOISE = 0.02
 WATTS = 3.0
+ROW, TIME_CONSTANT = 0.1, 0.5
+"""s, of a row and of a meter's filter."""
 
 
 def test_a_formula_is_its_shape(motion):
@@ -100,3 +106,72 @@ def test_a_harmonic_of_the_heading_gets_its_own_formula(motion, base, order, pow
     assert f"cos({order} * heading)" in found.outside.formula
     assert found.outside.formula.endswith("* speed" if power else "* tanh(speed / standstill)")
     assert found.after.heldout_rmse_w < 1.15 * found.baseline.noise_floor_w
+
+
+def test_what_drags_on_one_side_is_no_uneven_wheel(motion, base):
+    """A cable that pulls to one side: a cosine pushes on the other, wheels differ on both."""
+    axes = motion_axes(motion.rows)
+    heading = np.nan_to_num(axes["heading"])
+    extra = 3.0 * WATTS * np.maximum(np.cos(heading - 2.2), 0.0) * axes["speed"]
+    found = diagnose(measured(motion, base, NOISE, seed=11, extra=extra), base)
+    assert found.verdict == "outside_catalogue", found.sentence
+    assert found.selected == ()
+    assert found.outside.quantities == ("heading", "speed")
+    assert found.after.heldout_rmse_w < 1.15 * found.baseline.noise_floor_w
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_what_resists_turning_to_one_side(motion, base, side):
+    turning = np.maximum(side * motion.rows[:, INDEX["wz"]], 0.0)
+    found = diagnose(measured(motion, base, NOISE, seed=12, extra=WATTS * turning), base)
+    assert found.verdict == "outside_catalogue", found.sentence
+    assert found.outside.quantities == ("yaw_rate",)
+    assert "hinge" in found.outside.formula
+    assert found.after.heldout_rmse_w < 1.15 * found.baseline.noise_floor_w
+
+
+def test_what_lasts_for_a_run_is_found_in_few_runs(motion, base):
+    """Runs differ a little anyhow: no test within the log is sure of six; unseen runs are."""
+    log = motion.take(motion.run < 6)
+    cold = np.array([3.0, 24.0, 11.0, 29.0, 7.0, 18.0])[log.run]
+    usual = np.array([0.3, -0.3, -0.45, 0.3, 0.15, -0.3])[log.run]
+    rows = log.rows.copy()
+    rows[:, INDEX["motor_temp"]], rows[:, INDEX["ambient_temp"]] = np.nan, cold
+    log = replace(log, rows=rows, present=log.present - {"motor_temp"} | {"ambient_temp"})
+    extra = usual + 0.04 * WATTS * np.maximum(20.0 - cold, 0.0)
+    found = diagnose(measured(log, base, NOISE, seed=14, extra=extra), base)
+    assert found.verdict == "outside_catalogue", found.sentence
+    assert found.outside.quantities == ("temperature",)
+
+
+def test_what_is_switched_on_during_a_run_is_no_slow_meter(tmp_path, base):
+    """A step in every run, behind a filter: the longest filter would take it for its own."""
+    robot = VirtualRobot("minibalance", seed=2)
+    path = tmp_path / "late.csv"
+    profile = robot.profile("rich", runs=20, rows=120, row=ROW)
+    robot.drive(profile, noise=Noise(level=0.01)).write_csv(path)
+    log = Telemetry.read(path)
+    power = log.power + WATTS * (log.rows[:, INDEX["time_since_start"]] > 3.5)
+    for k in range(1, len(power)):
+        if log.run[k] == log.run[k - 1]:
+            gain = 1.0 - np.exp(-ROW / TIME_CONSTANT)
+            power[k] = power[k - 1] + gain * (power[k] - power[k - 1])
+    found = diagnose(replace(log, power=power), base)
+    assert found.verdict == "outside_catalogue", found.sentence
+    assert found.outside.quantities == ("time_since_start",)
+    assert found.meter is not None
+    assert found.meter.time_constant_s == pytest.approx(TIME_CONSTANT, rel=0.3)
+
+
+def test_the_heat_of_the_air_is_told_from_that_of_the_motors(motion, base):
+    """A heater that follows the air, in a log that knows both."""
+    air = np.random.default_rng(3).uniform(0.0, 30.0, 14)[motion.run]
+    rows = motion.rows.copy()
+    rows[:, INDEX["ambient_temp"]] = air
+    log = replace(motion, rows=rows, present=motion.present | {"ambient_temp"})
+    assert np.isfinite(rows[:, INDEX["motor_temp"]]).all()
+    extra = 0.1 * WATTS * np.maximum(20.0 - air, 0.0)
+    found = diagnose(measured(log, base, NOISE, seed=15, extra=extra), base)
+    assert found.verdict == "outside_catalogue", found.sentence
+    assert found.outside.quantities == ("temperature",)
+    assert "ambient_temp" in found.outside.formula
