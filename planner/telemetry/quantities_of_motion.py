@@ -26,6 +26,9 @@ from planner.quantities import INDEX
 
 STANDSTILL = 0.02
 """m/s below which a robot is taken to have no heading: ten times the usual error of odometry."""
+STEADY_YAW = 0.03
+"""rad/s below which a robot is taken not to turn: ten times the usual error. What works in turns
+does nothing without one; else a formula would take the place of the electronics' power."""
 
 
 @dataclass(frozen=True)

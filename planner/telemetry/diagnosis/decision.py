@@ -175,6 +175,8 @@ def decide(found: Found, floor: Array) -> Decision:
         formula = _overlooked(found, floor)
     if formula is not None and wins(formula):
         best = formula
+    elif formula is not None and _outdone(found, best, formula, floor):
+        best, alike = nothing, tuple(member.name for member in best.members)
     if best.claims and (not stands(before, best.judged, expected) or _misleads(found, best, floor)):
         # Held-out runs show it, beside more that it does not explain.
         alike = alike or tuple(member.name for member in best.members)
@@ -188,6 +190,16 @@ def decide(found: Found, floor: Array) -> Decision:
         # What was only tried has no intervals yet.
         best = replace(best, fit=found.refit(best.additions, tried=True))
     return Decision(best, before, floor, left, searched, alike, tried, near)
+
+
+def _outdone(found: Found, best: Answer, formula: Answer, floor: Array) -> bool:
+    """Whether a formula in the place of effects does better, though not as clearly as it must.
+
+    Then the log does not tell which it is: as of two effects, the one that is named must lead.
+    """
+    if not best.claims or formula.members:
+        return False
+    return supports(found.log, best.left, formula.judged, floor)
 
 
 def _misleads(found: Found, answer: Answer, floor: Array) -> bool:

@@ -31,7 +31,7 @@ from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import CLIP, counted, huber
 from planner.telemetry.other_terms import Dictionary, Shape
 from planner.telemetry.prediction import Readings
-from planner.telemetry.quantities_of_motion import STANDSTILL
+from planner.telemetry.quantities_of_motion import STANDSTILL, STEADY_YAW
 from planner.telemetry.selection import ShapeFound
 from planner.telemetry.terms import Addition, fit_with
 
@@ -57,6 +57,9 @@ class _Text:
 _STILL = {
     "standstill": {"unit": "m/s", "bounds": (1e-3, 1), "default": STANDSTILL, "fitted": False}
 }
+_STEADY = {
+    "steady_yaw": {"unit": "rad/s", "bounds": (1e-3, 1), "default": STEADY_YAW, "fitted": False}
+}
 _LENGTH = "sqrt(vx * vx + vy * vy + standstill * standstill)"
 _GRAVITY: dict[str, Any] = {"unit": "m/s^2", "bounds": (1, 30), "default": STANDARD_GRAVITY}
 _SLOPE = {**_STILL, "gravity": {**_GRAVITY, "fitted": False}}
@@ -66,7 +69,7 @@ _BODIES = {
     "power": "{x} ** {n}",
     "size": "abs({x})",
     "bump": "bump({x}, centre, width)",
-    "hump": "bump(abs({x}), centre, width)",
+    "hump": "tanh(abs({x}) / steady_yaw) * bump(abs({x}), centre, width)",
     "lobe": "exp((cos({x} - centre) - 1) / (width * width))",
     "cos": "(even * cos({n} * heading) + odd * sin({n} * heading))",
     "sin": "(even * cos({n} * heading) + odd * sin({n} * heading))",
@@ -164,6 +167,8 @@ def formula_of(
     fixed = dict(text.fixed)
     if shape.kind == "fading":
         fixed |= _STILL
+    if shape.kind == "hump":
+        fixed |= _STEADY
     if shape.kind == "step":
         width = {"unit": text.unit, "bounds": (1e-9, 1e9), "default": shape.width, "fitted": False}
         fixed["width"] = width

@@ -22,7 +22,12 @@ import numpy as np
 from planner.arrays import Array
 from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
-from planner.telemetry.quantities_of_motion import STANDSTILL, motion_axes, temperature_of
+from planner.telemetry.quantities_of_motion import (
+    STANDSTILL,
+    STEADY_YAW,
+    motion_axes,
+    temperature_of,
+)
 
 HARMONICS = (1, 2, 3, 4, 5, 6, 8)
 """Orders of the harmonics over the heading."""
@@ -241,7 +246,9 @@ _FUNCTIONS: dict[str, Callable[[Array, Shape], Array]] = {
     "size": lambda x, shape: np.abs(x),
     "bump": lambda x, shape: np.exp(-(((x - shape.at) / shape.width) ** 2)),
     "lobe": lambda x, shape: np.exp((np.cos(x - shape.at) - 1.0) / shape.width**2),
-    "hump": lambda x, shape: np.exp(-(((np.abs(x) - shape.at) / shape.width) ** 2)),
+    "hump": lambda x, shape: (
+        np.tanh(np.abs(x) / STEADY_YAW) * np.exp(-(((np.abs(x) - shape.at) / shape.width) ** 2))
+    ),
     "fading": lambda x, shape: np.tanh(x / STANDSTILL) * np.exp(-x / shape.at),
     "step": lambda x, shape: 0.5 + 0.5 * np.tanh((x - shape.at) / shape.width),
     "cos": lambda x, shape: np.cos(shape.at * x),
