@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from planner.power.model import PowerModel
+from planner.quantities import INDEX
+from planner.telemetry.diagnosis import decision as decision_module
 from planner.telemetry.diagnosis.decision import (
     MOST_OF_EXCESS,
     Answer,
@@ -18,6 +20,7 @@ from planner.telemetry.diagnosis.decision import (
     stands,
 )
 from planner.telemetry.diagnosis.unexplained import Unexplained
+from planner.telemetry.holdout import supports
 from planner.telemetry.selection import Member
 from planner.telemetry.selection.selection_loop import investigate
 from tests.power.states import changed
@@ -80,3 +83,24 @@ def test_an_effect_that_the_search_overlooked_is_as_unsure_as_another(motion, ba
         assert one.stderr is not None
     assert answer.fit.model.stderr[place] == pytest.approx(unsure.stderr[place], rel=1e-3)
     assert unsure.stderr[place] > 1.1 * plain.stderr[place]
+
+
+def test_an_effect_that_a_formula_outdoes_is_not_named(motion, base, monkeypatch):
+    """A servo hunts in slow turns: scrub explains some of it, though not as well as the formula.
+
+    Where runs are too few for a formula, scrub is no surer than it was.
+    """
+
+    def strictly(log, before, after, floor, *, formula=False, **given):
+        return not formula and supports(log, before, after, floor, **given)
+
+    rate = np.abs(motion.rows[:, INDEX["wz"]]) / 0.25
+    log = measured(motion, base, 0.02, seed=3, extra=3.0 * rate * np.exp(1.0 - rate))
+    found = investigate(log, base, (), lambda _share, _what: None)
+    floor = np.full(len(log), found.base.noise.floor_w)
+    assert decide(found, floor).answer.proposal is not None
+    monkeypatch.setattr(decision_module, "supports", strictly)
+    unsure = decide(found, floor)
+    assert not unsure.answer.claims
+    assert "yaw_scrub" in unsure.alike
+    assert not unsure.complete

@@ -130,6 +130,18 @@ def test_what_resists_turning_to_one_side(motion, base, side):
     assert found.after.heldout_rmse_w < 1.15 * found.baseline.noise_floor_w
 
 
+def test_what_works_in_turns_is_no_load_at_rest(motion, base):
+    """A servo that hunts in slow turns: its formula leaves the electronics their power."""
+    rate = np.abs(motion.rows[:, INDEX["wz"]]) / 0.25
+    extra = WATTS * rate * np.exp(1.0 - rate)
+    found = diagnose(measured(motion, base, NOISE, seed=13, extra=extra), base)
+    assert found.verdict == "outside_catalogue", found.sentence
+    assert found.outside.quantities == ("yaw_rate",)
+    power = {p.name: p.value for p in found.fitted.parameters if p.effect == "electronics"}["power"]
+    known = dict(zip(base.parameter_names, base.parameters, strict=True))
+    assert power == pytest.approx(known["electronics", "power", 0], rel=0.1)
+
+
 def test_what_lasts_for_a_run_is_found_in_few_runs(motion, base):
     """Runs differ a little anyhow: no test within the log is sure of six; unseen runs are."""
     log = motion.take(motion.run < 6)
