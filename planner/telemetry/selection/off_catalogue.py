@@ -20,6 +20,8 @@ from planner.telemetry.evidence import Examination, Test
 from planner.telemetry.holdout import LinearHeldout, rms, supports
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import counted
+from planner.telemetry.prediction import Readings
+from planner.telemetry.quantities_of_motion import STANDSTILL
 from planner.telemetry.selection.subset_search import SubsetScorer
 
 LEAST_RELATIVE_SHAPE_SIZE = 0.2
@@ -124,6 +126,12 @@ def overlooked_shape(log: Telemetry, examination: Examination, floor: Array) -> 
         if (error := rms(counted(left, floor))) < least:
             best, least, best_left = number, error, left
     if best < 0 or not supports(log, without, best_left, floor):
+        return None
+    # What is the same at all speeds is no effect over one: brakes, motors that hold and wheels that
+    # push against each other look alike at rest.
+    speed = dictionary.axes(log.rows_for(competitors.library.model.surfaces))["speed"]
+    moving = Readings.as_shown(log, np.tanh(speed / STANDSTILL)[:, None])
+    if rms(counted(linear.residual_beside(moving), floor)) <= least:
         return None
     column = competitors.first_shape + best
     if _collinear_effects(examination, column):
