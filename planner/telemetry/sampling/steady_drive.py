@@ -18,9 +18,7 @@ stretch of consecutive rows a speed is replaced by its mean where
             Of a motion that swings or that a simulator logs without noise they do not
 
 A mean that does not differ significantly from zero is zero: even its error would give a roller that
-hardly turns friction one way and the other, and so next to none. But where a robot stops, it swings
-to and fro by some millimetres a second, against full friction. So rows whose speed is further from
-zero than the noise of the speeds can bring it keep their speeds. Stretches that drift are halved
+hardly turns friction one way and the other, and so next to none. Stretches that drift are halved
 until they hold or have fewer than LEAST_SEGMENT_ROWS rows; those keep their speeds. Inside a
 stretch the acceleration is that of a constant speed, also where it was measured: an accelerometer's
 noise is larger than the change that odometry leaves possible, and would send the rollers of a
@@ -42,7 +40,6 @@ from planner.arrays import Integers, Mask
 from planner.compiled_code import njit
 from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
-from planner.telemetry.sampling.noisier_motion import noise_of_motion
 
 LEAST_SEGMENT_ROWS = 4
 """Rows of a segment, at least; fewer say nothing about drift."""
@@ -52,10 +49,7 @@ SMOOTH_Z = 1.64
 """Standard errors by which the scatter may fall short of the stretch's variance (von Neumann)."""
 REST_Z = 4.0
 """Standard errors from zero that a mean must have to be a motion."""
-MOST_AT_REST = 4.0
-"""Speed in a row at rest, at most, over the usual noise of the log's speeds."""
-_NAMES = ("vx", "vy", "wz")
-_SPEEDS = [INDEX[name] for name in _NAMES]
+_SPEEDS = [INDEX[name] for name in ("vx", "vy", "wz")]
 _RATES = [INDEX[name] for name in ("ax", "ay", "yaw_acceleration")]
 
 
@@ -79,13 +73,11 @@ def at_steady_speeds(
     rate[:, 0] += wz * vy
     rate[:, 1] -= wz * vx
     ends = np.array([stop for _, stop in log.segments()], np.int64)
-    usual = noise_of_motion(log)
-    for axis, (name, most) in enumerate(zip(_NAMES, Telemetry.SPEED_ERROR, strict=True)):
-        place = INDEX[name]
+    for axis, (place, most) in enumerate(zip(_SPEEDS, Telemetry.SPEED_ERROR, strict=True)):
         speed = log.rows[:, place].copy()
         steady, inside = np.zeros((2, len(log)), np.bool_)
         if len(log):
-            _average(speed, ends, most, least, MOST_AT_REST * usual[name], steady, inside)
+            _average(speed, ends, most, least, steady, inside)
         rows[steady, place] = speed[steady]
         rate[inside, axis] = 0.0
     vx, vy, wz = rows[:, _SPEEDS].T
@@ -115,14 +107,11 @@ def stretches(log: Telemetry, speed: str) -> tuple[Integers, Integers, Mask]:
 
 
 @njit(cache=True, nogil=True)
-def _average(
-    speed: Any, ends: Any, most: float, least: int, fast: float, steady: Any, inside: Any
-) -> None:
+def _average(speed: Any, ends: Any, most: float, least: int, steady: Any, inside: Any) -> None:
     """Average a speed (n,) over steady stretches, in place; mark their rows and those inside.
 
     ``ends`` are those of the segments; ``most`` is how far the speed may range, over ``least`` rows
-    or more; rows that are faster than ``fast`` are not at rest. A row beside another motion is not
-    inside: it may have begun to change its own.
+    or more. A row beside another motion is not inside: it may have begun to change its own.
     """
     first = 0
     for last in ends:
@@ -140,14 +129,11 @@ def _average(
                     waiting.append((middle, end))
                     waiting.append((begin, middle))
                     continue
-                mean = _steady(speed[begin:end])
-                inner = begin if begin == first else begin + 1, end if end == last else end - 1
-                inside[inner[0] : inner[1]] = True
-                for k in range(begin, end):
-                    if mean == 0.0 and abs(speed[k]) > fast:
-                        inside[max(k - 1, begin) : min(k + 2, end)] = False
-                    else:
-                        speed[k], steady[k] = mean, True
+                speed[begin:end] = _steady(speed[begin:end])
+                steady[begin:end] = True
+                inside[begin if begin == first else begin + 1 : end if end == last else end - 1] = (
+                    True
+                )
             start = stop
         first = last
 

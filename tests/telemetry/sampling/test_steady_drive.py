@@ -73,15 +73,6 @@ def test_what_cannot_be_told_from_rest_is_rest():
     assert at_steady_speeds(driven(speeds)).rows[:, INDEX["vy"]] == pytest.approx(0.005, abs=5e-4)
 
 
-def test_a_robot_that_swings_back_where_it_stops_is_not_at_rest_yet():
-    swing = [0.009, 0.006]
-    speeds = np.zeros((60, 3))
-    speeds[:20, 0], speeds[20:22, 0] = np.linspace(-0.4, 0.0, 20), swing
-    calm = at_steady_speeds(driven(speeds)).rows[:, INDEX["vx"]]
-    assert calm[20:22] == pytest.approx(swing, abs=4 * NOISE[0])
-    assert np.all(calm[22:] == 0.0)
-
-
 def test_runs_are_steady_each_by_itself():
     two = driven(np.concatenate([steady(vx=0.300), steady(vx=0.304)]), runs=2)
     found = at_steady_speeds(two).rows[:, INDEX["vx"]]
