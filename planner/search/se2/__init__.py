@@ -3,9 +3,10 @@
 path = pose_path(situation, field, "energy", start, goal, stop=stop)
 """
 
-from planner.search.se2.hybrid_search import PosePath, keeping_yaw, pose_path
+from planner.search.se2.hybrid_search import MOST_EXPANDED, PosePath, keeping_yaw, pose_path
 
 __all__ = [
+    "MOST_EXPANDED",
     "PosePath",
     "keeping_yaw",
     "pose_path",

@@ -23,8 +23,6 @@ from planner.search.steady import polar
 from planner.search.turns import turn_cost
 from planner.terrain.footprint import touches
 
-MOST_EXPANDED = 3_000_000
-"""States after which the search gives up, so that a request without a path ends in seconds."""
 EAGER = 1.05
 """Factor on the cost-to-go in the order of the search: a path may cost so much more than the least,
 for a fraction of the states (Pohl, 1970). Smoothing and driving change it by more than that."""
@@ -253,6 +251,7 @@ def search_poses(
     turning_limit: Any,
     start: End,
     goal: End,
+    most: int,
     stop: Any,
 ) -> Any:
     """States along the cheapest path, and its cost; none without a path.
@@ -266,6 +265,7 @@ def search_poses(
         spin_limit: (grounds,) slope up to which that is possible.
         turning_limit: as the field's ``yaw_limit``, while the body turns.
         start, goal: both ends.
+        most: states after which the search gives up.
         stop: (1,) not zero ends the search.
     """
     # Arrays by names of their own: taking them out of the tuple costs more than a look-up.
@@ -289,7 +289,7 @@ def search_poses(
     best, last, expanded = np.inf, -1, 0
     while len(waiting) > 0:
         expected, known, state = heapq.heappop(waiting)
-        if expected >= best or expanded > MOST_EXPANDED or stop[0]:
+        if expected >= best or expanded > most or stop[0]:
             break
         node, b = state // YAW_BINS, state % YAW_BINS
         j, i = node // nx, node % nx

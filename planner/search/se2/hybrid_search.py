@@ -47,6 +47,8 @@ Point = tuple[float, float]
 
 MOST_NODES = 1_000_000
 """Nodes of a map up to which poses are searched: 200 MB are reserved for that many."""
+MOST_EXPANDED = 3_000_000
+"""States after which the search gives up, so that a request without a path ends in seconds."""
 YAW_CELLS = 1
 """Cells round a pose within which smoothing may use its yaw."""
 YAW_NEIGHBOURS = 1
@@ -86,6 +88,7 @@ def pose_path(
     start: tuple[Point, float | None],
     goal: tuple[Point, float | None],
     *,
+    most_expanded: int = MOST_EXPANDED,
     token: CancellationToken,
 ) -> PosePath | None:
     """The least-cost path with yaw from start to goal.
@@ -95,6 +98,7 @@ def pose_path(
         field: of the situation, for the objective.
         objective: "energy", "time" or "length".
         start, goal: place in m, and yaw in rad or None where it is free.
+        most_expanded: states after which the search gives up.
         token: cancellation.
 
     Returns:
@@ -115,6 +119,7 @@ def pose_path(
         *(spin_limit(situation.conditions), np.min(beside, axis=0)),
         End(*start[0], _at_end(field, *start, spin)),
         End(*goal[0], _at_end(field, *goal, spin)),
+        most_expanded,
         token.flag,
     )
     token.check()

@@ -281,6 +281,8 @@ class _Sketching:
             return None
         if infeasible.for_want_of_room or not self.effort.closely or self.objective != "energy":
             return None
+        if self.run.conditions.lasting:
+            return None  # a robot turns within a part of such cells
         self.poses_left = False
         field = caution.unobstructed_field(self.run, self.objective)
         return straight_up(self.run, field, self.objective, self.effort, self.closely)

@@ -22,7 +22,7 @@ from planner.search.field import CostField
 from planner.search.limit_places import Infeasible
 from planner.search.resolution import MARGIN
 from planner.search.run import Run
-from planner.search.se2 import PosePath, pose_path
+from planner.search.se2 import MOST_EXPANDED, PosePath, pose_path
 from planner.search.solve.pipeline import Attempt, finished
 from planner.search.solve.recovery import penalty_near
 from planner.search.solve.sketch import (
@@ -40,6 +40,8 @@ from planner.search.waypoints import refine
 POSE_MARGINS = (MARGIN, MARGIN, 0.95, 0.95)
 """Shares of the slope limit to search poses with, until one of their paths can be driven. Places
 where it cannot get a penalty from one search to the next."""
+MOST_EXPANDED_STEEP = 120_000
+"""States of a search on steep ground, a second: where it finds a path, it seldom needs more."""
 HELD_CELLS = 4.0
 """Cells round a place where a limit is broken within which the path is left as it is, at first;
 twice as many whenever that is not enough."""
@@ -61,7 +63,8 @@ def straight_up(
     """
     factor = field.factor
     for margin in POSE_MARGINS:
-        poses = leg_poses(run, run.field(objective, margin, factor), objective)
+        field_of_poses = run.field(objective, margin, factor)
+        poses = leg_poses(run, field_of_poses, objective, MOST_EXPANDED_STEEP)
         if poses is None:
             return None
         drive = partial(_smoothed_where_it_moves, run, field, poses, objective, closely)
@@ -77,13 +80,19 @@ def straight_up(
     return None
 
 
-def leg_poses(run: Run, field: CostField, objective: str) -> list[PosePath] | None:
-    """The path of poses for every leg, or None if a leg has none."""
+def leg_poses(
+    run: Run, field: CostField, objective: str, most_expanded: int = MOST_EXPANDED
+) -> list[PosePath] | None:
+    """The path of poses for every leg, or None if a leg has none in so many states."""
     poses: list[PosePath] = []
     yaws = list(run.yaws)
     for k, (a, b) in enumerate(itertools.pairwise(run.places)):
         ends = (a, leaving(yaws[k])), (b, arriving(yaws[k + 1]))
-        path = pose_path(run.situation, field, objective, *ends, token=run.token)
+        path = pose_path(
+            *(run.situation, field, objective, *ends),
+            most_expanded=most_expanded,
+            token=run.token,
+        )
         if path is None:
             return None
         poses.append(path)
