@@ -108,24 +108,52 @@ def _on_grid(
     caution: Caution | None = first_caution(run, field, patient)
     sketching = _Sketching(*(run, objective, effort, patient, field, passages), Closely(objective))
     first: Attempt | None = None
-    by_poses: Attempt | None = None
     while caution is not None:
         sketches, caution = sketching.with_caution(caution)
         if sketching.passed is not None:
             return sketching.passed
         if not sketches:
-            break
+            return first or Attempt(sketching.field)
         attempt = finished(run, sketches, objective, effort, sketching.closely)
         if attempt.route is not None:
-            return attempt if by_poses is None else _cheaper(attempt, by_poses)
+            return attempt
         if first is None:
             # What stops the path of least cost says more than what stops a way round it.
             first = attempt
             by_poses = sketching.straight_up(caution, attempt)
-        if by_poses is not None and _metres(field, attempt) >= _dissipated(run, by_poses):
-            break  # what comes next costs more
+            if by_poses is not None:
+                return _or_cheaper(run, field, sketching, caution, attempt, by_poses)
         caution = next_caution(caution, attempt)
-    return by_poses or first or Attempt(sketching.field)
+    return first or Attempt(field)
+
+
+def _or_cheaper(
+    run: Run,
+    field: CostField,
+    sketching: _Sketching,
+    caution: Caution,
+    attempt: Attempt,
+    by_poses: Attempt,
+) -> Attempt:
+    """A route by poses, or what recovery finds next, where that costs less.
+
+    Recovery goes on while time is left, and the metres of its paths cost less than the route.
+    """
+    with run.within_budget() as limited:
+        sketching.run = limited
+        while _metres(field, attempt) < _dissipated(run, by_poses):
+            following = next_caution(caution, attempt)
+            if following is None:
+                break
+            sketches, caution = sketching.with_caution(following)
+            if not sketches:
+                break
+            attempt = finished(
+                *(limited, sketches, sketching.objective, sketching.effort, sketching.closely)
+            )
+            if attempt.route is not None:
+                return _cheaper(attempt, by_poses)
+    return by_poses
 
 
 def _metres(field: CostField, attempt: Attempt) -> float:

@@ -20,6 +20,8 @@ from planner.search.run import Run
 from planner.search.se2 import pose_path
 from planner.search.se2.hybrid_search import spin_limit
 from planner.search.situation import situation_of
+from planner.search.solve import grid_planner
+from planner.search.solve.pipeline import finished
 from planner.search.solve.steep_ground import smoothed_but_for
 from planner.terrain.heightmap import Terrain
 from tests.benchmarks.hard_maps import rolling
@@ -37,15 +39,35 @@ def run_on(relief: Terrain, start, goal, mass: float = 0.0) -> Run:
     return Run(request, situation_of(request, terrain=relief), silent, CancellationToken())
 
 
+def loaded_on_hills() -> tuple[Terrain, Run]:
+    """Hills with a mean slope of 8°, and a request whose path of least cost is refused."""
+    relief = Terrain.from_arrays(rolling((160, 160), 0.25, 8.0, 43), cell=(0.25, 0.25), name="here")
+    return relief, run_on(relief, (25.6, 1.83), (2.72, 32.63), **LOADED)
+
+
+def test_recovery_beside_a_route_by_poses_ends_with_the_budget(monkeypatch):
+    """That route is the answer then: nothing else is driven once the time is up."""
+    relief, run = loaded_on_hills()
+    hurried = PlanRequest(**{**dict(run.request), "time_budget_s": 1e-3})
+    driven = []
+
+    def counted(limited, sketches, objective, *more):
+        driven.append(objective)
+        return finished(limited, sketches, objective, *more)
+
+    monkeypatch.setattr(grid_planner, "finished", counted)
+    assert plan_route(hurried, terrain=relief).routes
+    assert driven.count("energy") == 1  # the path of least cost, which is refused
+
+
 def test_a_loaded_robot_takes_little_more_than_its_metres_cost():
     """The path of least cost turns where it is too steep for that; another one close by does not.
 
     Its metres are a floor for what any route dissipates. Detours round all such places take a third
     more.
     """
-    relief = Terrain.from_arrays(rolling((160, 160), 0.25, 8.0, 43), cell=(0.25, 0.25), name="here")
-    start, goal = (25.6, 1.83), (2.72, 32.63)
-    run = run_on(relief, start, goal, **LOADED)
+    relief, run = loaded_on_hills()
+    start, goal = run.places
     field = run.field("energy")
     to_go = cost_to_go(field, run.situation.lattice("energy", field), goal, token=run.token)
     [route, *_] = plan_route(run.request, terrain=relief).routes
