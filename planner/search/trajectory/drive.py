@@ -14,26 +14,23 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from planner.arrays import Array
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
 from planner.search.kernel_arguments import Steps
 from planner.search.limit_places import Infeasible
-from planner.search.resolution import MORE_LEVELS, OBJECTIVES, SLOWEST
-from planner.search.trajectory.finer_speeds import finer_speeds
+from planner.search.resolution import OBJECTIVES, SLOWEST
 from planner.search.trajectory.limit_checks import Kept, broken_limits, ease, overheated
 from planner.search.trajectory.motion import (
     Motion,
     assemble,
     joined,
     metres,
-    motion_rows,
     read_along,
     room_to_move,
 )
-from planner.search.trajectory.speed_estimate import level_count
+from planner.search.trajectory.refinement import refined_motion
 from planner.search.trajectory.speed_profile import KnownCosts, speed_profile
 from planner.search.trajectory.track import Track, lay_track, steps_of
 from planner.search.trajectory.turn_on_the_spot import (
@@ -42,7 +39,6 @@ from planner.search.trajectory.turn_on_the_spot import (
     turn_on_the_spot,
 )
 from planner.search.trajectory.yaw_profile import YawProfile, crowded_at, yaw_profile
-from planner.search.trajectory.yaw_refinement import refined_yaw
 from planner.search.wanted_yaw import Wanted, arriving, leaving
 
 
@@ -54,7 +50,7 @@ class Care(NamedTuple):
         waypoints: places at most at which the yaw is decided, where there is room.
         turned: yaw profiles at most where limits are checked, each without an angle that broke one
             before.
-        refined: times that the yaw is refined; the second time so that it turns evenly.
+        refined: rounds in which the yaw is refined at most.
     """
 
     yaws: int
@@ -67,15 +63,12 @@ class Care(NamedTuple):
 LEAST_SPACING = 0.06
 """Largest distance of a track's samples on fine maps, in twice the distance to full speed: the
 speed's grid needs some metres to change by one level."""
-ROUGHLY, CLOSELY = Care(1, 1, 240, 4, 1), Care(2, 3, 480, 8, 2)
+ROUGHLY, CLOSELY = Care(1, 1, 240, 4, 1), Care(2, 3, 480, 8, 6)
 """The first is good to a few parts in a thousand, to choose among paths."""
 MOST_SPEED_PROFILES = 12
 """Speed profiles until no limit is broken between samples either."""
 MOST_ENDS = 8
 """Places beyond which no yaw leads that are looked for at once."""
-MOST_REFINED, LEFT_ALONE = 4, 1.0
-"""Refinements of the yaw at most, and m round a place where one breaks a limit that the next one
-leaves alone."""
 
 
 def move(
@@ -165,14 +158,9 @@ def _move(
         return motion
     wanted = zip(roomy.marks, free_or_one, strict=True)
     fixed = np.isin(np.arange(len(roomy.points)), [mark for mark, one in wanted if one is not None])
-    for evenly in (False, True)[: care.refined]:
-        motion, yaw = _finer(
-            *(field, conditions, roomy, on_roomy, yaw, motion, fixed, at_speed), evenly=evenly
-        )
-    if level_count(conditions, roomy) < MORE_LEVELS:
-        return motion  # on long steps the speed hardly changes
-    finer = finer_speeds(field, conditions, motion)
-    return min(motion, finer, key=partial(_joules, field, conditions))
+    return refined_motion(
+        *(field, conditions, roomy, on_roomy, yaw, motion, fixed, at_speed), rounds=care.refined
+    )
 
 
 def _track_along(field: CostField, conditions: OperatingConditions, legs: Sequence[Array]) -> Track:
@@ -244,54 +232,6 @@ def _directions(x: Array, y: Array) -> Array:
     """(n,) rad, azimuth of the travel at samples: the mean of the steps on either side."""
     steps = np.unwrap(np.arctan2(np.diff(y), np.diff(x)))
     return np.asarray(0.5 * (np.append(steps[0], steps) + np.append(steps, steps[-1])))
-
-
-def _finer(
-    field: CostField,
-    conditions: OperatingConditions,
-    track: Track,
-    steps: Steps,
-    yaw: YawProfile,
-    motion: Motion,
-    fixed: NDArray[np.bool_],
-    at_speed: Callable[[YawProfile], Motion | Infeasible],
-    *,
-    evenly: bool,
-) -> tuple[Motion, YawProfile]:
-    """A motion with its yaw refined, where it takes less energy so; with the yaw on its track.
-
-    Around places where a limit is then broken, the yaw stays.
-
-    Args:
-        field, conditions, track, steps, yaw: what is driven.
-        motion: along the track, within all limits.
-        fixed: (samples,) where the yaw was asked for.
-        at_speed: the best speeds for a yaw, within all limits.
-        evenly: as for ``refined_yaw``.
-    """
-    for _ in range(MOST_REFINED):
-        angles = refined_yaw(*(field, conditions, track, steps, yaw, motion, fixed), evenly=evenly)
-        finer = at_speed(angles)
-        if isinstance(finer, Infeasible):
-            places = finer.places
-        else:
-            touched = first_contact(field, finer)
-            if touched < 0:
-                # Its speeds were chosen again, and may cost more than the yaw saves.
-                if _joules(field, conditions, finer) < _joules(field, conditions, motion):
-                    return finer, angles
-                return motion, yaw
-            places = ((float(finer.x[touched]), float(finer.y[touched])),)
-        for place in places:
-            away = np.hypot(*(track.points - place).T)
-            fixed = fixed | (away <= max(LEFT_ALONE, 3.0 * float(track.lengths.max())))
-    return motion, yaw
-
-
-def _joules(field: CostField, conditions: OperatingConditions, motion: Motion) -> float:
-    """J that a motion takes."""
-    rows, seconds, _ = motion_rows(field, motion, conditions.class_rows, conditions.wind)
-    return float(conditions.model.power_and_limits(rows)[:, 0] @ seconds)
 
 
 def _in_parts(

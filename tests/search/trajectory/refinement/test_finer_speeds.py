@@ -12,9 +12,10 @@ from planner.power.motion_row import set_motion
 from planner.power.vehicles import load_vehicle
 from planner.search.requests import PlanRequest
 from planner.search.situation import situation_of
-from planner.search.trajectory import drive, finer_speeds
+from planner.search.trajectory import drive
 from planner.search.trajectory.limit_checks import Broken, broken_limits, overheated
 from planner.search.trajectory.motion import Motion, motion_rows, pieces_of
+from planner.search.trajectory.refinement import finer_speeds, rounds
 from tests.power.states import changed
 from tests.search.maps import hills, terrain
 
@@ -35,7 +36,7 @@ def circumstances(relief, model=ROBOT, **asked):
 def on_levels(monkeypatch, field, conditions, legs, yaws, objective=0) -> Motion:
     """The motion whose speeds are levels of the profile."""
     with monkeypatch.context() as patch:
-        patch.setattr(drive, "finer_speeds", lambda field, conditions, motion: motion)
+        patch.setattr(rounds, "finer_speeds", lambda field, conditions, motion: motion)
         motion = drive.move(field, conditions, legs, yaws, objective=objective)
     assert isinstance(motion, Motion)
     return motion

@@ -37,7 +37,8 @@ from planner.search.trajectory.limit_checks import (
     overheated,
 )
 from planner.search.trajectory.motion import Motion, motion_rows, pieces_of
-from planner.search.trajectory.yaw_refinement import BROKEN, CHANGES, SAMPLED_CELLS, cheapest
+from planner.search.trajectory.refinement.driven_samples import SAMPLED_CELLS
+from planner.search.trajectory.refinement.yaw_refinement import BROKEN, CHANGES, cheapest
 
 CHANGED_BY = (0.5, 0.2, 0.07)
 """Changes of the squared speed that are tried one after the other, in levels of the profile."""

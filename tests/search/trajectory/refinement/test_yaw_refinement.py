@@ -19,10 +19,11 @@ from planner.search.trajectory import drive
 from planner.search.trajectory.drive import move
 from planner.search.trajectory.limit_checks import broken_limits
 from planner.search.trajectory.motion import Motion
+from planner.search.trajectory.refinement import rounds
+from planner.search.trajectory.refinement.yaw_refinement import refined_yaw, turned_on_ground
 from planner.search.trajectory.track import Track, steps_of
 from planner.search.trajectory.turn_on_the_spot import first_contact
 from planner.search.trajectory.yaw_profile import YawProfile
-from planner.search.trajectory.yaw_refinement import refined_yaw, turned_on_ground
 from tests.benchmarks.hard_maps import made, places
 from tests.search.maps import drawn, hills, terrain
 
@@ -170,9 +171,9 @@ def test_a_refined_motion_that_costs_more_is_left(rough, monkeypatch):
     def as_it_is(field, conditions, track, steps, yaw, motion, fixed, evenly):
         return yaw
 
-    monkeypatch.setattr(drive, "refined_yaw", as_it_is)
+    monkeypatch.setattr(rounds, "refined_yaw", as_it_is)
     plain = _moved(field, conditions)
-    monkeypatch.setattr(drive, "refined_yaw", swinging)
+    monkeypatch.setattr(rounds, "refined_yaw", swinging)
     kept = _moved(field, conditions)
     assert len(seen) == 2  # once for its costs, once to turn evenly; both keep all limits
     assert energy_of(field, conditions, kept) == energy_of(field, conditions, plain)
@@ -207,7 +208,7 @@ def test_a_refined_yaw_is_driven_on_steep_relief(monkeypatch):
         times[id(motion)] = times.get(id(motion), 0) + (not evenly)
         return refined_yaw(field, conditions, track, steps, yaw, motion, fixed, evenly=evenly)
 
-    monkeypatch.setattr(drive, "refined_yaw", counted)
+    monkeypatch.setattr(rounds, "refined_yaw", counted)
     terrain = made("jacksboro", 1)
     *_, asked = places(terrain, 2, 1)
     assert plan_route(terrain=terrain, **asked).status == "ok"
