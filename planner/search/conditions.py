@@ -60,10 +60,16 @@ class OperatingConditions:
 
     @cached_property
     def arrays(self) -> ModelArrays:
-        """The numbers that compiled loops take with the model's kernel."""
+        """The numbers that compiled loops take with the model's kernel.
+
+        Behind the limits stands the torque that motors may give for good, infinite unless
+        ``lasting``.
+        """
         model = self.model
         numbers = model.parameters, model.body, model.wheels
-        return ModelArrays(*numbers, self.class_rows, self.limits, self.wind)
+        for_good = model.vehicle.limits.continuous_torque if self.lasting else math.inf
+        limits = np.append(self.limits, for_good)
+        return ModelArrays(*numbers, self.class_rows, limits, self.wind)
 
     @property
     def mass(self) -> float:

@@ -105,7 +105,7 @@ def _on_grid(
     passages: Callable[[], Attempt | None] | None = None,
 ) -> Attempt:
     """The best of all attempts within the limits that hold at every moment, and the mean torque."""
-    caution: Caution | None = first_caution(run, field, patient)
+    caution: Caution | None = first_caution(run, field, objective, patient=patient)
     sketching = _Sketching(*(run, objective, effort, patient, field, passages), Closely(objective))
     first: Attempt | None = None
     while caution is not None:
@@ -274,12 +274,16 @@ class _Sketching:
     def _detours(self, run: Run, best: Sketch) -> Iterator[Sketch]:
         """Sketches of paths beside the best one, while its bends cost much.
 
-        Not on large maps, where a search with costs of its own for every node takes long.
+        Not on large maps, where a search with costs of its own for every node takes long, and not
+        where slopes last: beside such cells, bends cost next to nothing.
         """
         field = best.field
         factor = field.factor
         known = [best.paths]
-        for _ in range(0 if run.situation.large or run.ground.blocked.any() else DETOURS):
+        lasting = run.conditions.lasting
+        for _ in range(
+            0 if run.situation.large or lasting or run.ground.blocked.any() else DETOURS
+        ):
             driven = best.best
             if driven is None or not isinstance(driven.motion, Motion):
                 break

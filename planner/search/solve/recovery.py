@@ -1,6 +1,6 @@
 """What to do where a path cannot be driven: strategies, each of which searches more cautiously.
 
-    caution = first_caution(run, field, patient=True)
+    caution = first_caution(run, field, "energy", patient=True)
     caution = next_caution(caution, attempt)           # None where nothing is left to try
 
 A speed that breaks a limit on a bend asks for another place or for less steep ground. A body that
@@ -24,8 +24,9 @@ from planner.search.solve.pipeline import Attempt
 
 SLOPE_MARGINS = (MARGIN, 0.95, 0.9, 0.8)
 """Shares of the slope limit to search with, until the finished trajectory keeps to all limits."""
-FEW_SLOPE_MARGINS = (MARGIN, 0.9)
-"""The same for a baseline: few answers wait for one."""
+FEW_SLOPE_MARGINS = {"energy": (MARGIN, 0.9), "time": (MARGIN, 0.9), "length": (MARGIN,)}
+"""The same for a baseline, by objective: few answers wait for one. What is shortest with less of
+the limit is hardly ever shorter than the fastest route."""
 CLEARANCE_PENALTIES = (0.0, 0.4, 1.0, 2.0, 5.0, 16.0)
 """Shares by which ground costs more where the body fits with hardly a yaw, tried in this order."""
 PENALISED_PLACES = 4
@@ -70,10 +71,11 @@ class Caution:
         return run.field(objective, self.slope_margins[0], self.factor)
 
 
-def first_caution(run: Run, field: CostField, patient: bool) -> Caution:
+def first_caution(run: Run, field: CostField, objective: str, *, patient: bool) -> Caution:
     """No caution; what may follow is shorter for a baseline that few answers wait for."""
     penalties = CLEARANCE_PENALTIES if run.ground.blocked.any() else CLEARANCE_PENALTIES[:1]
-    margins, places = (SLOPE_MARGINS, PENALISED_PLACES) if patient else (FEW_SLOPE_MARGINS, 0)
+    margins = SLOPE_MARGINS if patient else FEW_SLOPE_MARGINS[objective]
+    places = PENALISED_PLACES if patient else 0
     return Caution(field.factor, margins, penalties, places, places)
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from numba import types
 
 from planner.compiled_code import njit
+from planner.power.account import LIMITS
 from planner.power.kernels import BLOCK, BLOCK_KERNEL
 from planner.power.limits import LIMIT_NAMES, broken_in_block
 from planner.power.motion_row import empty_block, motion_on_plane, put, put_row
@@ -26,9 +27,13 @@ TRIES = 7
 """Speeds that are tried on a step, down to 0.38 of the largest."""
 SLOWER = 0.85
 """Factor from one speed that is tried to the next."""
+HOT = 1.0
+"""Share by which a step counts more whose squared torque is twice that of the continuous one, where
+slopes last: motors get too warm over many such steps, and any yaw that spares them comes first."""
 _MIDDLE, _STEEPEST, _LATE, _EARLY = range(4)
 _SLOWED = SLOWER ** np.arange(TRIES)
 _VOLTAGE = LIMIT_NAMES.index("voltage")
+_TORQUE = 1 + list(LIMITS).index("motor_torque")
 _VX, _VY, _WZ = INDEX["vx"], INDEX["vy"], INDEX["wz"]
 _GX, _GY, _GN = INDEX["gravity_x"], INDEX["gravity_y"], INDEX["gravity_normal"]
 _WIND_X, _WIND_Y = INDEX["wind_x"], INDEX["wind_y"]
@@ -134,6 +139,8 @@ def step_costs(
                 elif look[n] == _MIDDLE:
                     time = surface[place] / (fastest[n] * _SLOWED[tries[n]])
                     costs[n] = time if objective == 1 else found[place] * time
+                    over = (found[_TORQUE * BLOCK + place] / limits[8]) ** 2 - 1.0
+                    costs[n] += HOT * max(over, 0.0) * abs(costs[n])
                     continue
                 else:
                     fastest[n] *= _SLOWED[tries[n]]

@@ -84,6 +84,18 @@ def test_patience_finds_a_shortest_route_no_longer_than_that_of_haste():
     assert not broken_limits(run.field("energy"), run.conditions, patient.route.motion)
 
 
+def test_the_fastest_route_over_lasting_slopes_spares_the_motors():
+    """Every yaw is as fast there. One that is too warm for long would leave no fastest route."""
+    ends = {"start": {"x": 1814.5, "y": 24480.5}, "goal": {"x": 23798.5, "y": 28323.2}}
+    answer = plan_route(map="jacksboro", **ends)
+    fastest = answer.baselines["fastest"].route
+    assert fastest.duration_s < 0.97 * answer.routes[0].duration_s
+    assert fastest.energy_j > 1.05 * answer.routes[0].energy_j
+    torque = [use.share for use in fastest.limits if use.limit == "torque rms"]
+    assert len(torque) == 1
+    assert torque[0] <= 1.0
+
+
 def test_where_nothing_keeps_to_the_limits_there_is_no_route(monkeypatch):
     """The limit that is in the way stands beside the reason."""
     search = best_route.on_grid

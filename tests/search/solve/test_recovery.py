@@ -50,7 +50,7 @@ def walled() -> Run:
 
 def first_of(run: Run, patient: bool = True):
     field = run.field("energy")
-    return first_caution(run, field, patient), Attempt(field)
+    return first_caution(run, field, "energy", patient=patient), Attempt(field)
 
 
 def test_a_broken_limit_asks_for_another_place_and_then_for_gentler_slopes(open_ground):
