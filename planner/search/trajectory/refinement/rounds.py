@@ -15,7 +15,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.quantities import INDEX
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
 from planner.search.kernel_arguments import Steps
@@ -23,7 +22,7 @@ from planner.search.limit_places import Infeasible
 from planner.search.resolution import MORE_LEVELS
 from planner.search.trajectory.motion import Motion, motion_rows
 from planner.search.trajectory.refinement.finer_speeds import finer_speeds
-from planner.search.trajectory.refinement.yaw_refinement import FAST_TURN, refined_yaw
+from planner.search.trajectory.refinement.yaw_refinement import refined_yaw
 from planner.search.trajectory.speed_estimate import level_count
 from planner.search.trajectory.track import Track
 from planner.search.trajectory.turn_on_the_spot import first_contact
@@ -34,8 +33,6 @@ MOST_REFINED, LEFT_ALONE = 4, 1.0
 next one leaves alone."""
 GOES_ON = 5e-4
 """Share of the energy that a round has to save for another one to follow, after the first two."""
-FEW_FAST = 0.002
-"""Share of the energy that is spent turning fast, below which turning evenly is of no use."""
 
 
 class Refined(NamedTuple):
@@ -45,13 +42,11 @@ class Refined(NamedTuple):
         motion: within all limits.
         yaw: at the samples of the track.
         joules: that it takes.
-        fast: share of what it spends while the body turns fast on the move.
     """
 
     motion: Motion
     yaw: YawProfile
     joules: float
-    fast: float
 
 
 def refined_motion(
@@ -77,10 +72,10 @@ def refined_motion(
     """
     best = _account(field, conditions, motion, yaw)
     for number in range(rounds):
-        before, evenly = best.joules, number % 2 == 1
-        if evenly and best.fast < FEW_FAST:
-            break
-        best = _finer(field, conditions, track, steps, best, fixed, at_speed, evenly=evenly)
+        before = best.joules
+        best = _finer(
+            *(field, conditions, track, steps, best, fixed, at_speed), evenly=number % 2 == 1
+        )
         if number > 0 and before - best.joules < GOES_ON * abs(before):
             break
     if level_count(conditions, track) < MORE_LEVELS:
@@ -94,13 +89,8 @@ def _account(
 ) -> Refined:
     """A motion with what it takes."""
     rows, seconds, _ = motion_rows(field, motion, conditions.class_rows, conditions.wind)
-    joules = conditions.model.power_and_limits(rows)[:, 0] * seconds
-    fast = np.abs(rows[:, INDEX["wz"]]) > FAST_TURN * conditions.model.vehicle.limits.yaw_rate
-    fast &= (rows[:, INDEX["vx"]] != 0.0) | (rows[:, INDEX["vy"]] != 0.0)
-    spent = np.abs(joules)
-    return Refined(
-        motion, yaw, float(joules.sum()), float(spent[fast].sum() / max(spent.sum(), 1e-12))
-    )
+    joules = float(conditions.model.power_and_limits(rows)[:, 0] @ seconds)
+    return Refined(motion, yaw, joules)
 
 
 def _finer(
