@@ -29,15 +29,18 @@ class LinearHeldout:
     Args:
         log: the rows that were examined.
         examination: of the same rows.
-        exact: take data sheet and sensors for exact; otherwise their usual errors may explain what
-            they can.
+        exact: take data sheet and sensors for exact; otherwise their usual errors explain what
+            they can where that predicts better.
     """
 
     def __init__(self, log: Telemetry, examination: Examination, *, exact: bool = False) -> None:
         evidence = examination.evidence
         self.log, self.examination = log, examination
         competitors = examination.competitors
-        self.tangent = list(range(competitors.first_given if exact else competitors.tangent))
+        counts = (
+            (competitors.first_given,) if exact else (competitors.first_given, competitors.tangent)
+        )
+        self.tangents = [list(range(count)) for count in counts]
         self.folds = fold_numbers(log)
         blocks = cluster_numbers(log)
         library = competitors.library
@@ -54,8 +57,11 @@ class LinearHeldout:
 
     def residual_with(self, columns: Sequence[int]) -> Array:
         """(n,) W, held-out, of the model with some columns."""
+        return min((self._with([*own, *columns]) for own in self.tangents), key=rms)
+
+    def _with(self, columns: Sequence[int]) -> Array:
         evidence = self.examination.evidence
-        at = np.array([*self.tangent, *columns])
+        at = np.array(columns)
         whole = np.diag(evidence.total)[at]
 
         def sums(fold: int) -> tuple[Array, Array]:
@@ -71,12 +77,16 @@ class LinearHeldout:
             more: (n, k) W per unit.
             given: columns of the examination that stand beside them.
         """
+        each = (self._beside([*own, *given], more) for own in self.tangents)
+        return min(each, key=rms)
+
+    def _beside(self, columns: Sequence[int], more: Array) -> Array:
         examination = self.examination
-        raw = np.column_stack([examination.raw[:, [*self.tangent, *given]], more])
+        raw = np.column_stack([examination.raw[:, columns], more])
         rows = np.column_stack([raw, examination.raw[:, examination.evidence.residual]])
         white = examination.noise.whiten(self.log, examination.watts, examination.spread, rows)
         known = np.zeros(raw.shape[1])
-        known[: len(self.tangent)] = examination.competitors.known[self.tangent]
+        known[: len(columns)] = examination.competitors.known[columns]
 
         def sums(fold: int) -> tuple[Array, Array]:
             own = white[self.folds != fold]

@@ -118,8 +118,15 @@ class Found:
         return pushed
 
     def heldout(self, fitted: Fit) -> Array:
-        """(n,) W, held-out residual of a fit, once usual errors of what is given are explained."""
-        return heldout_residual(self.log, fitted, self.given)
+        """(n,) W, held-out residual of a fit.
+
+        Usual errors of what is given explain what they can where that predicts better. Beside a
+        model that lacks much they may take its place, and on held-out runs make good ones worse.
+        """
+        plain = heldout_residual(self.log, fitted)
+        if self.given is None:
+            return plain
+        return min(plain, heldout_residual(self.log, fitted, self.given), key=rms)
 
     @cached_property
     def given(self) -> Array | None:

@@ -43,6 +43,17 @@ def test_a_column_is_the_same_examined_or_not(pulled):
         assert rms(other - known) < 1e-6 * rms(known)
 
 
+def test_usual_errors_explain_only_what_they_predict(pulled):
+    """Nothing given is wrong here: what they fit of some runs is a mistake on the others."""
+    log, _, examination, pull = pulled
+    usual, exact = (LinearHeldout(log, examination, exact=exact) for exact in (False, True))
+    first = examination.competitors.first_shape
+    for shape in examination.shapes[::20]:
+        assert usual.rmse([first + shape]) <= exact.rmse([first + shape])
+    beside = (rms(linear.residual_beside(pull[:, None])) for linear in (usual, exact))
+    assert next(beside) <= next(beside)
+
+
 def test_the_true_cause_predicts_unseen_runs_best(pulled):
     log, _, examination, pull = pulled
     linear = LinearHeldout(log, examination)

@@ -12,6 +12,7 @@ from planner.telemetry.estimation import fit
 from planner.telemetry.holdout import heldout_residual, rms
 from planner.telemetry.other_terms import given_columns
 from planner.telemetry.prediction import predict
+from planner.telemetry.selection.selection_loop import investigate
 from planner.telemetry.selection.unsure_power import holding, unsure_power
 from tests.telemetry.rows import measured
 
@@ -73,3 +74,15 @@ def test_a_robot_that_friction_helps_leaves_nothing_unsure(stops, robot, base):
     given = given_columns(log, fitted.model, fitted.watts)
     columns = unsure_power(log, fitted, given)
     assert columns is None or columns.shape == given.shape
+
+
+def test_what_makes_unseen_runs_worse_explains_nothing_of_a_claim(motion, robot, base):
+    """It predicted better beside the model alone; that does not make it better beside an effect."""
+    log = measured(motion, robot, 0.02, seed=1)
+    found = investigate(log, base, (), lambda _share, _what: None)
+    plain = rms(heldout_residual(log, found.base))
+    useless = np.random.default_rng(3).standard_normal((len(log), 40))
+    misled = rms(heldout_residual(log, found.base, useless))
+    assert misled > 1.005 * plain
+    found.__dict__["given"] = useless
+    assert rms(found.heldout(found.base)) == pytest.approx(plain)
