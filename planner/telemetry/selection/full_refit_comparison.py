@@ -8,6 +8,10 @@ weaker ones, like a sensor fault, or like another effect. Before anything is nam
 are fitted with all parameters free: the selection, its subsets, near alternatives, and the best
 single effects and pairs. The penalised likelihood ranks them. An alternative is tied unless it is
 clearly behind, cluster by cluster (Vuong's test).
+
+A likelihood sees little of what is far above the noise: rows count at the clip, and whitening takes
+what is slow for noise. So held-out runs may overrule it: a set goes before those that they support
+it against, and is not tied with them.
 """
 
 from __future__ import annotations
@@ -22,7 +26,7 @@ import numpy as np
 from planner.arrays import Array
 from planner.telemetry.estimation import Fit
 from planner.telemetry.evidence import Examination, solve
-from planner.telemetry.holdout import heldout_residual, supports
+from planner.telemetry.holdout import heldout_residual, rms, supports
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import clipped
 from planner.telemetry.other_terms import measured_residual
@@ -54,15 +58,20 @@ class Refit:
         alternative: the competing model.
         score: log-likelihood less penalty.
         by_cluster: (clusters,) log-likelihood.
+        left: (n,) W, held-out residual; () where nothing competes.
         ties: name of a member → names that explain the log as well in its place.
         sizes: name of a member → effect size ρ beside the others, where these were fitted alone.
+        shown: names of members that held-out runs support beside the others, by as much as a
+            formula needs.
     """
 
     alternative: CompetingModel
     score: float
     by_cluster: Array
+    left: Array = field(default_factory=lambda: np.zeros(0))
     aliases: dict[str, tuple[str, ...]] = field(default_factory=dict)
     sizes: dict[str, float] = field(default_factory=dict)
+    shown: frozenset[str] = frozenset()
 
     @property
     def names(self) -> frozenset[str]:
@@ -102,23 +111,29 @@ class FullFits:
         clusters = cluster_numbers(self.log)
         entries = []
         for model in competing:
-            rows, surprise = self.row_likelihood(model, exact=selection.exact)
+            fitted = self._fitted(model)
+            rows, surprise = self._likelihood(*fitted, exact=selection.exact)
             by_cluster = np.bincount(clusters, rows).astype(float)
             score = float(by_cluster.sum()) - model.penalty - surprise
-            entries.append(Refit(model, score, by_cluster))
+            left = self._left(*fitted, exact=selection.exact)
+            entries.append(Refit(model, score, by_cluster, left))
 
         def rank(entry: Refit) -> float:
             # A sensor fault is named only when it is clearly ahead of everything without one.
             return entry.score - SURE_GAIN * any(m.sensor for m in entry.alternative.members)
 
         entries.sort(key=rank, reverse=True)
+        entries = predicting_best_first(entries, self.log, self.examination.spread)
         entries = [e for e in entries if entries[0].score - e.score < FAR_BEHIND]
         rows, _ = self.row_likelihood(CompetingModel((), ()), exact=selection.exact)
         nothing, count = np.bincount(clusters, rows).astype(float), len(self.log)
         return simpler_first(
             [
                 replace(
-                    e, aliases=aliases_of(e, entries), sizes=sizes_of(e, entries, nothing, count)
+                    e,
+                    aliases=aliases_of(e, self._undecided(e, entries)),
+                    sizes=sizes_of(e, entries, nothing, count),
+                    shown=shown_in(e, entries, self.log, self.examination.spread),
                 )
                 for e in entries
             ]
@@ -145,7 +160,7 @@ class FullFits:
             return False
         if again:
             return True
-        before, after = self._heldout(without), self._heldout(with_it)
+        before, after = (self._left(*self._fitted(each)) for each in (without, with_it))
         return supports(self.log, before, after, self.examination.spread)
 
     def row_likelihood(
@@ -157,7 +172,12 @@ class FullFits:
         sizes are. Unless data sheet and sensors are taken for ``exact``, so do their usual errors,
         which then explain what they can.
         """
-        _, fitted, sizes = self._fitted(alternative)
+        return self._likelihood(*self._fitted(alternative), exact=exact)
+
+    def _likelihood(
+        self, corrected: Telemetry, fitted: Fit, sizes: dict[str, float], *, exact: bool
+    ) -> tuple[Array, float]:
+        """``row_likelihood`` of what ``_fitted`` gave."""
         log, examination = self.log, self.examination
         residual = measured_residual(fitted.residual, sizes)
         spread = examination.spread
@@ -175,10 +195,21 @@ class FullFits:
         _, own = tangent(fitted.model, Nodes.of(self.log, fitted.model), fitted.places)
         return np.column_stack([own, self.examination.given])
 
-    def _heldout(self, alternative: CompetingModel) -> Array:
-        """(n,) W, held-out residual of a competing model, in watts as measured."""
-        corrected, fitted, sizes = self._fitted(alternative)
-        return measured_residual(heldout_residual(corrected, fitted), sizes)
+    def _left(
+        self, corrected: Telemetry, fitted: Fit, sizes: dict[str, float], *, exact: bool = True
+    ) -> Array:
+        """(n,) W, held-out residual of what ``_fitted`` gave, in watts as measured.
+
+        Unless data sheet and sensors are ``exact``, their usual errors explain what they can where
+        that predicts better.
+        """
+        given = [None] if exact else [None, self.examination.given]
+        each = (heldout_residual(corrected, fitted, columns) for columns in given)
+        return measured_residual(min(each, key=rms), sizes)
+
+    def _undecided(self, winner: Refit, entries: Sequence[Refit]) -> list[Refit]:
+        """The entries that held-out runs do not put behind one of them."""
+        return [e for e in entries if not leads(winner, e, self.log, self.examination.spread)]
 
     def _fitted(self, alternative: CompetingModel) -> tuple[Telemetry, Fit, dict[str, float]]:
         """The log corrected for sensors' errors, the fit to it, and the sizes of these errors."""
@@ -210,6 +241,45 @@ def _relaxed(white: Array, given: int) -> tuple[Array, float]:
     known[len(known) - given :] = 1.0
     found = solve(columns.T @ columns + np.diag(known), columns.T @ residual)
     return residual - columns @ found, float(0.5 * known @ found**2)
+
+
+def predicting_best_first(entries: list[Refit], log: Telemetry, spread: Array) -> list[Refit]:
+    """Move the set before the others that held-out runs support against the likeliest one.
+
+    Of several, that which predicts them best, and so on from there. A sensor fault neither gains
+    nor loses by it.
+
+    Args:
+        entries: likeliest first.
+        log: the rows.
+        spread: (n,) W, standard deviation of single rows.
+    """
+    best = entries[0]
+    for each in sorted(entries, key=lambda entry: -rms(entry.left)):
+        if leads(each, best, log, spread, chosen=True):
+            best = each
+    return [best, *(each for each in entries if each is not best)]
+
+
+def leads(one: Refit, other: Refit, log: Telemetry, spread: Array, *, chosen: bool = False) -> bool:
+    """Whether held-out runs support a set of effects against another one.
+
+    One that is ``chosen`` out of several by its error needs as much as a formula.
+    """
+    sets = one.alternative, other.alternative
+    if any(m.sensor for each in sets for m in each.members) or not len(one.left):
+        return False
+    return supports(log, other.left, one.left, spread, formula=chosen)
+
+
+def shown_in(
+    winner: Refit, entries: Sequence[Refit], log: Telemetry, spread: Array
+) -> frozenset[str]:
+    """Members that held-out runs support beside the others, where these were fitted without it."""
+    without = [e for e in entries if e.names < winner.names and len(winner.names - e.names) == 1]
+    return frozenset[str]().union(
+        *(winner.names - e.names for e in without if leads(winner, e, log, spread, chosen=True))
+    )
 
 
 def simpler_first(entries: list[Refit]) -> list[Refit]:

@@ -89,6 +89,7 @@ def select(
     sizes: Mapping[str, float] = MappingProxyType({}),
     *,
     exact: bool | None = None,
+    shown: Collection[str] = (),
 ) -> Selection:
     """Choose among all competing terms.
 
@@ -98,9 +99,10 @@ def select(
             blame no sensor, none is blamed instead of a shape either: it has lost already.
         sizes: of members that were fitted in full.
         exact: as in Selection; None finds out whether a sensor is to blame.
+        shown: names of members that held-out runs show beside the others; these need no test.
     """
     if exact is None:
-        first = select(examination, members, sizes, exact=True)
+        first = select(examination, members, sizes, exact=True, shown=shown)
         if any(_beyond_tolerance(examination, first, m) for m in first.members if m.sensor):
             return first
         exact = False
@@ -108,7 +110,7 @@ def select(
     best = scorer.search()
     if members is not None:
         best = tuple(sorted(scorer.members.index(m) for m in members))
-    chosen, tests = scorer.checked(best, sizes)
+    chosen, tests = scorer.checked(best, sizes, shown)
     scorer.admit(chosen)
     shape = shape_beyond(scorer, chosen)
     honest = members is not None and not any(m.sensor for m in members)

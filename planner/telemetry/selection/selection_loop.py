@@ -374,7 +374,9 @@ def _compared(fits: FullFits, selection: Selection, known: list[CompetingModel])
         stands = selection
         if wanted != names:
             members = outcome.alternative.members
-            stands = select(examination, members, outcome.sizes, exact=selection.exact)
+            stands = select(
+                examination, members, outcome.sizes, exact=selection.exact, shown=outcome.shown
+            )
         aliases = {m.name: outcome.aliases.get(m.name, ()) for m in stands.members}
         stands = replace(stands, aliases=aliases)
         if stands.shape is not None or {m.name for m in stands.members} == wanted:

@@ -13,7 +13,7 @@ the noise and against the misfit of any model.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -240,17 +240,24 @@ class SubsetScorer:
         return tuple(alternatives)
 
     def checked(
-        self, chosen: tuple[int, ...], fitted: Mapping[str, float] = MappingProxyType({})
+        self,
+        chosen: tuple[int, ...],
+        fitted: Mapping[str, float] = MappingProxyType({}),
+        shown: Collection[str] = (),
     ) -> tuple[tuple[int, ...], dict[str, Test]]:
         """Drop members that are not significant, or too small, given the others.
 
-        ``fitted`` are sizes out of full fits, which see more of an effect than the sums.
+        ``fitted`` are sizes out of full fits, which see more of an effect than the sums. So do
+        held-out runs: what they have ``shown`` stays. Sums let parameters of the model pass the
+        ends of their ranges, and there these may do what the effect does.
         """
         while chosen:
             tests, sizes = self._tested(chosen, fitted)
             worst, worst_k = -1.0, -1
             for k in chosen:
                 member = self.members[k]
+                if member.name in shown:
+                    continue
                 p = min(1.0, tests[member.name].p_value * self.name_count)
                 least, significant = LEAST_SIZE, SIGNIFICANCE
                 if member.sensor:

@@ -16,6 +16,8 @@ from planner.telemetry.selection.full_refit_comparison import (
     FullFits,
     Refit,
     aliases_of,
+    predicting_best_first,
+    shown_in,
     simpler_first,
     sizes_of,
 )
@@ -42,10 +44,11 @@ def examined(base):
 EFFECT = Term("effect", (0,))
 
 
-def entry(names: str, by_cluster, aliases=None, *, sensor: bool = False) -> Refit:
+def entry(names: str, by_cluster, aliases=None, *, sensor: bool = False, left=()) -> Refit:
     gains = np.asarray(by_cluster, float)
     members = tuple(Member(name, (0,), None if sensor else EFFECT) for name in names)
-    return Refit(CompetingModel(members, ()), float(gains.sum()), gains, aliases or {})
+    score = float(gains.sum())
+    return Refit(CompetingModel(members, ()), score, gains, np.asarray(left), aliases or {})
 
 
 def test_what_explains_as_much_is_a_tie_and_what_trails_in_every_block_is_none():
@@ -53,6 +56,66 @@ def test_what_explains_as_much_is_a_tie_and_what_trails_in_every_block_is_none()
     other = entry("ac", 10.0 + np.tile([3.0, -3.0], 10))
     behind = entry("ad", [9.0] * 20)
     assert aliases_of(even, [even, other, behind]) == {"a": (), "b": ("c",)}
+
+
+@pytest.fixture
+def drive():
+    """Twelve runs, and an error of 1 W on each row of them."""
+    log = plain_log([50] * 12)
+    return log, np.where(np.arange(len(log)) % 2, 1.0, -1.0)
+
+
+def test_unseen_runs_overrule_what_a_likelihood_says(drive):
+    """Of those that they support against the likeliest set, the one that predicts them best."""
+    log, error = drive
+    likeliest = entry("a", [10.0] * 20, left=error)
+    better, best = (
+        entry("ab", [8.0] * 20, left=0.9 * error),
+        entry("cd", [1.0] * 20, left=0.5 * error),
+    )
+    first, *others = predicting_best_first([likeliest, better, best], log, np.abs(error))
+    assert first is best
+    assert others == [likeliest, better]
+
+
+@pytest.mark.parametrize("share", [1.0, 0.97])
+def test_a_set_that_predicts_hardly_better_does_not_overrule(drive, share):
+    log, error = drive
+    entries = [entry("a", [10.0] * 20, left=error), entry("ab", [8.0] * 20, left=share * error)]
+    assert predicting_best_first(entries, log, np.abs(error)) == entries
+
+
+def test_what_helps_one_run_alone_does_not_overrule(drive):
+    log, error = drive
+    once = np.where(log.run == 3, 0.01, 1.0) * error
+    entries = [entry("a", [10.0] * 20, left=error), entry("ab", [8.0] * 20, left=once)]
+    assert predicting_best_first(entries, log, np.abs(error)) == entries
+
+
+def test_unseen_runs_neither_blame_a_sensor_nor_clear_it(drive):
+    log, error = drive
+    for first, second in ((True, False), (False, True)):
+        one = entry("a", [10.0] * 20, sensor=first, left=error)
+        other = entry("b", [8.0] * 20, sensor=second, left=0.5 * error)
+        assert predicting_best_first([one, other], log, np.abs(error)) == [one, other]
+
+
+def test_a_member_is_shown_where_unseen_runs_miss_it(drive):
+    log, error = drive
+    both, only_a = entry("ab", [9.0] * 20, left=0.5 * error), entry("a", [8.0] * 20, left=error)
+    only_b = entry("b", [8.0] * 20, left=0.51 * error)
+    entries = [both, only_a, only_b]
+    assert shown_in(both, entries, log, np.abs(error)) == {"b"}
+    assert shown_in(only_a, entries, log, np.abs(error)) == frozenset()
+
+
+def test_what_unseen_runs_show_needs_no_test_on_sums(examined):
+    """This robot is as its model says: on the sums nothing is significant."""
+    scorer = SubsetScorer(examined[2], exact=True)
+    assert scorer.checked((0,))[0] == ()
+    assert scorer.checked((0,), shown={scorer.members[0].name})[0] == (0,)
+    other = next(k for k, m in enumerate(scorer.members) if m.name != scorer.members[0].name)
+    assert scorer.checked((0, other), shown={scorer.members[0].name})[0] == (0,)
 
 
 def test_size_of_a_member_is_what_the_others_lack_without_it():
