@@ -43,7 +43,13 @@ from planner.telemetry.diagnosis.decision import (
 )
 from planner.telemetry.diagnosis.experiments import UNKNOWN, WIDE, Advice
 from planner.telemetry.diagnosis.missing_columns import Aliases, slope_to_log
-from planner.telemetry.diagnosis.reconcile import beside_noise, confirmed, more_credible, undisputed
+from planner.telemetry.diagnosis.reconcile import (
+    beside_noise,
+    confirmed,
+    more_credible,
+    outdone,
+    undisputed,
+)
 from planner.telemetry.diagnosis.results import (
     Candidate,
     Diagnosis,
@@ -154,6 +160,9 @@ def _decided(
     if len(searches) > 1:
         pairs = zip(searches, decisions, reversed(decisions), strict=True)
         same_log = not any(corrections_of(each) for each in searches)
+        for one, other in ((0, 1), (1, 0)):
+            if same_log and outdone(source.sample, decisions[one], decisions[other]):
+                return [(searches[other], decisions[other])]
         decisions = [
             undisputed(each, mine, theirs, same_log=same_log) for each, mine, theirs in pairs
         ]

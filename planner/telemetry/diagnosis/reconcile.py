@@ -68,10 +68,29 @@ def undisputed(
     little = nothing.unexplained.little
     if answer.proposal is not None or not mine or not theirs or not little:
         return decision
-    each = ({m.name, *answer.aliases.get(m.name, ())} for m in answer.members)
-    if other.answer.claims and all(names & theirs for names in each):
+    each = [{m.name, *answer.aliases.get(m.name, ())} for m in answer.members]
+    shared = all(names & theirs for names in each)
+    if shared and (other.answer.claims or theirs <= mine):
         return decision
     return replace(nothing, alike=tuple(dict.fromkeys((*sorted(mine), *sorted(theirs)))))
+
+
+def outdone(log: Telemetry, one: Decision, other: Decision) -> bool:
+    """Whether held-out runs support the effects of another search against those of one.
+
+    Columns around a fit that a strong effect has bent may name others. Where both searches name
+    some, unseen runs can tell who is right.
+
+    Args:
+        log: the rows, which neither search has corrected.
+        one, other: decisions about them.
+    """
+    each = one.answer, other.answer
+    if any(not answer.members or answer.proposal is not None for answer in each):
+        return False
+    if _names(one.answer) == _names(other.answer):
+        return False
+    return supports(log, one.answer.judged, other.answer.judged, other.floor)
 
 
 def beside_noise(found: Found, decision: Decision, noisier: Sequence[Telemetry]) -> Decision:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from planner.telemetry.diagnosis.decision import Answer, Decision
-from planner.telemetry.diagnosis.reconcile import beyond_noise, confirmed, undisputed
+from planner.telemetry.diagnosis.reconcile import beyond_noise, confirmed, outdone, undisputed
 from planner.telemetry.diagnosis.unexplained import Unexplained
 from planner.telemetry.prediction import predict
 from planner.telemetry.selection import Member
@@ -60,6 +60,24 @@ def test_what_two_searches_share_stays(motion, search):
     ]
     for other in agreeing:
         assert undisputed(search, one, other) is one
+
+
+def test_a_search_that_can_only_mean_the_same_effect_disputes_nothing(motion, search):
+    """It names none because less than half of what is left goes with it, not because of a rival."""
+    one, undecided = named(motion, 1.05, "wear"), replace(named(motion, 1.05), alike=("wear",))
+    assert undisputed(search, one, undecided) is one
+
+
+def test_of_two_searches_that_name_other_effects_unseen_runs_may_choose(motion):
+    """The one that they support against the other; neither where they tell no difference."""
+    one, other = named(motion, 1.5, "wear", "stiction"), named(motion, 1.5, "air_drag")
+    worse = replace(other, answer=replace(other.answer, left=1.1 * other.answer.left))
+    assert outdone(motion, worse, one)
+    assert not outdone(motion, one, worse)
+    assert not outdone(motion, one, other)
+    assert not outdone(motion, other, one)
+    # Where one of them names nothing, that alone does not speak for the other.
+    assert not outdone(motion, named(motion, 1.5), one)
 
 
 def test_what_lies_well_above_the_noise_is_not_disputed(motion, search):
