@@ -149,7 +149,8 @@ def decide(found: Found, floor: Array) -> Decision:
         tried = fitted_singles(found, linear, before, floor, competing_with)
         doubtful |= alone and bool(tried)
         floor = _undercut(floor, [one.residual for one in tried])
-        pair = None if left_by_nothing.little else _pair(found, tried, floor)
+        several = len(best.members) > 1
+        pair = None if left_by_nothing.little or several else _pair(found, tried, floor)
         if pair is not None:
             best, doubtful = pair, False
         if doubtful:
@@ -169,6 +170,7 @@ def decide(found: Found, floor: Array) -> Decision:
             and supports(log, leading, claim.judged, floor, formula=True)
             # Beside effects it must explain most of what these leave, in their place most of all.
             and stands(best.left if claim.members else before, claim.judged, expected)
+            and (not claim.members or _weighs(found, before, best.left, claim.judged, floor))
         )
 
     if not wins(formula) and not left_by_nothing.little:
@@ -190,6 +192,20 @@ def decide(found: Found, floor: Array) -> Decision:
         # What was only tried has no intervals yet.
         best = replace(best, fit=found.refit(best.additions, tried=True))
     return Decision(best, before, floor, left, searched, alike, tried, near)
+
+
+def _weighs(found: Found, before: Array, effects: Array, both: Array, floor: Array) -> bool:
+    """Whether a formula beside effects takes off a fair share of what these take off.
+
+    Args:
+        found: state of the search, with a shape beside effects.
+        before, effects, both: (n,) W, held-out residuals of the model, with the effects, and with
+            the formula as well.
+        floor: (n,) W.
+    """
+    squares = [rms(counted(residual, floor)) ** 2 for residual in (before, effects, both)]
+    shape = found.selection.shape
+    return shape is None or shape.weighs(squares[0] - squares[1], squares[1] - squares[2])
 
 
 def _outdone(found: Found, best: Answer, formula: Answer, floor: Array) -> bool:

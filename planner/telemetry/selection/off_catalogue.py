@@ -60,6 +60,15 @@ class ShapeFound:
     alone: bool
     near: tuple[str, ...]
 
+    def weighs(self, by_effects: float, by_formula: float) -> bool:
+        """Whether it is more than the misfit of the effects beside it, once fitted in full.
+
+        Args:
+            by_effects, by_formula: W², of the squared error that these take off, one after the
+                other.
+        """
+        return by_formula >= LEAST_RELATIVE_SHAPE_SIZE**2 * by_effects
+
 
 def two_sided(z: float) -> float:
     """Probability of a normal deviate at least as far out as z, on either side."""

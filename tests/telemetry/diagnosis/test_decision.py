@@ -21,7 +21,7 @@ from planner.telemetry.diagnosis.decision import (
 )
 from planner.telemetry.diagnosis.unexplained import Unexplained
 from planner.telemetry.holdout import supports
-from planner.telemetry.selection import Member
+from planner.telemetry.selection import Member, ShapeFound
 from planner.telemetry.selection.selection_loop import investigate
 from tests.power.states import changed
 from tests.telemetry.diagnosis import synthetic_results as results
@@ -104,3 +104,10 @@ def test_an_effect_that_a_formula_outdoes_is_not_named(motion, base, monkeypatch
     assert not unsure.answer.claims
     assert "yaw_scrub" in unsure.alike
     assert not unsure.complete
+
+
+def test_a_formula_beside_effects_is_more_than_the_misfit_of_their_form():
+    """Of 10 W that effects take off, their form may well miss a fifth, and leave 1 % of squares."""
+    shape = ShapeFound(0, 0, 9.0, 1.0, False, ())
+    assert not shape.weighs(100.0, 3.9)
+    assert shape.weighs(100.0, 4.1)
