@@ -46,6 +46,8 @@ ALIAS_Z = 1.64
 """z of the difference over clusters, below which an alternative within SURE_GAIN is tied."""
 SURE_GAIN = 8.0
 """Log-likelihood of a clear lead; a sensor fault needs it over everything without one."""
+LEAST_OVERRULING_RUNS = 5
+"""Runs from which held-out runs overrule a likelihood: with fewer, every fold is a single run."""
 FAR_BEHIND = 60.0
 """Score by which a set may trail around one linearisation and still be fitted."""
 
@@ -268,6 +270,9 @@ def leads(one: Refit, other: Refit, log: Telemetry, spread: Array, *, chosen: bo
     """
     sets = one.alternative, other.alternative
     if any(m.sensor for each in sets for m in each.members) or not len(one.left):
+        return False
+    # Where every fold is a single run, a rival may suit the few runs better by chance.
+    if len(np.unique(log.run)) < LEAST_OVERRULING_RUNS:
         return False
     return supports(log, other.left, one.left, spread, formula=chosen)
 

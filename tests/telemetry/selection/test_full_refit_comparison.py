@@ -85,6 +85,14 @@ def test_a_set_that_predicts_hardly_better_does_not_overrule(drive, share):
     assert predicting_best_first(entries, log, np.abs(error)) == entries
 
 
+def test_few_runs_do_not_overrule():
+    """With four runs each fold is one of them."""
+    log = plain_log([150] * 4)
+    error = np.where(np.arange(len(log)) % 2, 1.0, -1.0)
+    entries = [entry("a", [10.0] * 20, left=error), entry("ab", [8.0] * 20, left=0.5 * error)]
+    assert predicting_best_first(entries, log, np.abs(error)) == entries
+
+
 def test_what_helps_one_run_alone_does_not_overrule(drive):
     log, error = drive
     once = np.where(log.run == 3, 0.01, 1.0) * error
