@@ -235,14 +235,12 @@ def test_of_two_effects_neither_stands_in_the_others_way(tmp_path: Path) -> None
     assert found.after.heldout_rmse_w < 0.65 * found.baseline.heldout_rmse_w
 
 
-def test_three_effects_are_named_and_nothing_beside_them(tmp_path: Path) -> None:
-    """One looks weak on sums, and beside them a tilt that lags looks like a shape."""
-    hidden = "roller_presliding+motor_heating+air_drag"
-    log = draw("several", hidden, 4816, "tuning", tmp_path)
+def test_usual_errors_do_not_spoil_a_right_pair(tmp_path: Path) -> None:
+    """Fitted to few runs, errors of the data sheet made the right pair predict badly."""
+    log = draw("several", "surface_rolling+stiction", 4006, "tuning", tmp_path)
     found = diagnose(log.path, str(log.sheet), mapping=log.mapping)
-    assert set(found.selected) == set(hidden.split("+"))
-    assert found.outside is None
-    assert found.after.heldout_rmse_w < 0.3 * found.baseline.heldout_rmse_w
+    assert set(found.selected) == {"surface_rolling", "stiction"}
+    assert found.after.heldout_rmse_w < 0.7 * found.baseline.heldout_rmse_w
 
 
 def test_joined_tenths_hold_every_candidate() -> None:
