@@ -30,7 +30,9 @@ class ModelArrays(NamedTuple):
 
     Attributes:
         parameters, body, wheels: of ``PowerModel``.
-        class_rows, limits, wind: of ``OperatingConditions``.
+        class_rows, wind: of ``OperatingConditions``.
+        limits: of ``OperatingConditions``, and behind them the torque that motors may give for
+            good: infinite unless slopes last.
     """
 
     parameters: Array

@@ -19,10 +19,9 @@ from tests.benchmarks.ablated_constant import (
     replaced,
     stale_files,
 )
+from tests.benchmarks.ablation_measures import MEASURES, QUESTIONS
 from tests.benchmarks.ablations import (
     KEPT,
-    MEASURES,
-    QUESTIONS,
     Constant,
     in_fresh_process,
     in_words,
