@@ -64,14 +64,17 @@ class Steps(NamedTuple):
 
     def part(self, first: int, last: int) -> Steps:
         """The steps from one sample to another."""
-        part = slice(first, last)
+        return self.some(slice(first, last))
+
+    def some(self, chosen: slice | NDArray[np.int64]) -> Steps:
+        """Some of the steps, one after the other."""
         return Steps(
-            self.directions[part],
-            self.lengths[part],
-            self.curvatures[part],
-            self.slopes[part],
-            self.steep[part],
-            self.ground[part],
+            self.directions[chosen],
+            self.lengths[chosen],
+            self.curvatures[chosen],
+            self.slopes[chosen],
+            self.steep[chosen],
+            self.ground[chosen],
         )
 
 

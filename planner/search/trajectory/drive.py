@@ -21,7 +21,7 @@ from planner.search.field import CostField
 from planner.search.kernel_arguments import Steps
 from planner.search.limit_places import Infeasible
 from planner.search.resolution import OBJECTIVES, SLOWEST
-from planner.search.trajectory.limit_checks import Kept, broken_limits, ease, overheated
+from planner.search.trajectory.limit_checks import overheated
 from planner.search.trajectory.motion import (
     Motion,
     assemble,
@@ -31,7 +31,7 @@ from planner.search.trajectory.motion import (
     room_to_move,
 )
 from planner.search.trajectory.refinement import refined_motion
-from planner.search.trajectory.speed_profile import KnownCosts, speed_profile
+from planner.search.trajectory.speed_search import SpeedSearch
 from planner.search.trajectory.track import Track, lay_track, steps_of
 from planner.search.trajectory.turn_on_the_spot import (
     first_contact,
@@ -65,8 +65,6 @@ LEAST_SPACING = 0.06
 speed's grid needs some metres to change by one level."""
 ROUGHLY, CLOSELY = Care(1, 1, 240, 4, 1), Care(2, 3, 480, 8, 6)
 """The first is good to a few parts in a thousand, to choose among paths."""
-MOST_SPEED_PROFILES = 12
-"""Speed profiles until no limit is broken between samples either."""
 MOST_ENDS = 8
 """Places beyond which no yaw leads that are looked for at once."""
 
@@ -116,12 +114,12 @@ def _move(
         return _in_parts(field, conditions, legs, yaws, turned, objective, care, checked, check)
     free_or_one = [arriving(yaw) for yaw in yaws]
     limits = conditions.model.vehicle.limits
-    spacing = pose_spacing(min(field.dx, field.dy))
     track = _track_along(field, conditions, legs)
     if not len(track.lengths):
         return turn_on_the_spot(field, conditions, track.points[0], free_or_one)
     steps = steps_of(field, track)
     shut: list[tuple[float, float, float]] = []
+    search: SpeedSearch | None = None
     for _ in range(care.turned if checked else 1):
         check()
         found = _yaw_through(field, conditions, track, steps, free_or_one, objective, care, shut)
@@ -130,18 +128,16 @@ def _move(
         roomy, yaw = room_to_move(
             track, found, speed=limits.speed, acceleration=limits.acceleration
         )
-        on_roomy = steps if roomy is track else steps_of(field, roomy)
-        at_speed = partial(
-            _at_speed,
-            *(field, conditions, roomy),
-            steps=on_roomy,
-            objective=objective,
-            beside=care.speeds,
-            checked=checked,
-            check=check,
-            spacing=spacing,
-        )
-        motion = at_speed(yaw)
+        if search is None or search.track is not roomy:
+            search = SpeedSearch(
+                *(field, conditions, roomy),
+                steps if roomy is track else steps_of(field, roomy),
+                objective=objective,
+                beside=care.speeds,
+                checked=checked,
+                check=check,
+            )
+        motion = search.along(yaw)
         if isinstance(motion, Motion):
             break
         # With another yaw the robot may keep to its limits there.
@@ -150,6 +146,7 @@ def _move(
             shut.append((x, y, float(yaw.leaving[place])))
     if isinstance(motion, Infeasible):
         return motion
+    assert search is not None  # a motion was found by it
     touched = first_contact(field, motion)
     if touched >= 0:
         x, y = motion.x[touched], motion.y[touched]
@@ -159,7 +156,8 @@ def _move(
     wanted = zip(roomy.marks, free_or_one, strict=True)
     fixed = np.isin(np.arange(len(roomy.points)), [mark for mark, one in wanted if one is not None])
     return refined_motion(
-        *(field, conditions, roomy, on_roomy, yaw, motion, fixed, at_speed), rounds=care.refined
+        *(field, conditions, roomy, search.steps, yaw, motion, fixed, search.along),
+        rounds=care.refined,
     )
 
 
@@ -265,50 +263,6 @@ def _in_parts(
             parts.append(part)
         begun = end
     return joined(parts)
-
-
-def _at_speed(
-    field: CostField,
-    conditions: OperatingConditions,
-    track: Track,
-    yaw: YawProfile,
-    *,
-    steps: Steps,
-    objective: int,
-    beside: int,
-    checked: bool,
-    check: Callable[[], None],
-    spacing: float,
-) -> Motion | Infeasible:
-    """The best speeds along a track with its yaw, within all limits."""
-    limits = conditions.model.vehicle.limits
-    fastest = np.full(len(track.lengths), limits.speed)
-    hardest = np.full((len(track.lengths), 2), limits.acceleration)
-    known: KnownCosts = []
-    kept: Kept | None = None
-    for _ in range(MOST_SPEED_PROFILES):
-        check()
-        speeds, broken_at = speed_profile(
-            conditions, track, yaw, steps, objective, beside, fastest, hardest, known
-        )
-        if speeds is None:
-            x, y = track.points[broken_at]
-            return Infeasible(float(x), float(y), "no speed keeps to all limits")
-        motion = assemble(field, track, yaw, speeds, yaw_rate=limits.yaw_rate, spacing=spacing)
-        if not checked:
-            return motion
-        broken = broken_limits(field, conditions, motion, finely=True, kept=kept)
-        kept = Kept.by(motion, broken)
-        if not broken:
-            return motion
-        hopeless = ease(broken, motion, track, fastest, hardest)
-        if len(hopeless):
-            places = 0.5 * (track.points[hopeless + 1] + track.points[hopeless])
-            x, y = places[0]
-            return broken.at(x, y, places[1:])
-        x, y = motion.x[broken.steps[0]], motion.y[broken.steps[0]]
-        infeasible = broken.at(x, y)
-    return infeasible
 
 
 def _yaw_through(

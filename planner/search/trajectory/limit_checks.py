@@ -150,17 +150,17 @@ def broken_limits(
     """
     everywhere = coarse_pieces(field, motion)
     asked = np.ones(len(everywhere), bool) if kept is None else ~kept.on(motion)
-    pieces = np.where(_with_neighbours(asked), everywhere, 0)
+    pieces = np.where(with_neighbours(asked), everywhere, 0)
     broken, used = _broken_among(field, conditions, motion, pieces)
     near = (used >= NEAR_A_LIMIT) & asked
     if not finely or not near.any():
         return broken
-    beside = np.where(_with_neighbours(near), everywhere, 0)
+    beside = np.where(with_neighbours(near), everywhere, 0)
     pieces = np.where(near, fine_pieces(field, motion), beside)
     return _broken_among(field, conditions, motion, pieces)[0].and_of(broken)
 
 
-def _with_neighbours(steps: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def with_neighbours(steps: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Steps and those beside them, with which the slope's rate of change is found."""
     wide = steps.copy()
     wide[1:] |= steps[:-1]

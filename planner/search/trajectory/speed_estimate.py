@@ -92,6 +92,15 @@ class Stretch(NamedTuple):
     acceleration: float
     objective: int
 
+    def some(self, chosen: NDArray[np.int64]) -> Stretch:
+        """Some of the steps, one after the other."""
+        return self._replace(
+            steps=self.steps.some(chosen),
+            yaw=self.yaw[chosen],
+            turns=self.turns[chosen],
+            stops=np.append(False, self.stops[chosen + 1]),
+        )
+
 
 STRETCH = tuple_type(Stretch, STEPS, F1, F1, B1, types.float64, types.int64)
 

@@ -66,6 +66,17 @@ class YawProfile:
     leaving: Array
     cost: float
 
+    def towards(self, other: YawProfile, share: Array) -> YawProfile:
+        """This one turned by ``share`` (n,) of what another one differs by; exactly so where 1."""
+        arriving = self.arriving + share * (other.arriving - self.arriving)
+        leaving = self.leaving + share * (other.leaving - self.leaving)
+        whole = share >= 1.0
+        return YawProfile(
+            np.where(whole, other.arriving, arriving),
+            np.where(whole, other.leaving, leaving),
+            self.cost,
+        )
+
 
 def yaw_profile(
     conditions: OperatingConditions,

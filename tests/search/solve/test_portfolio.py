@@ -100,8 +100,11 @@ def test_once_there_is_a_route_nothing_begins_after_the_budget(
     monkeypatch.setattr("planner.search.run.time", SimpleNamespace(perf_counter=lambda: clock.now))
     monkeypatch.setattr("planner.search.plan.time", SimpleNamespace(perf_counter=lambda: 0.0))
     monkeypatch.setattr("planner.search.solve.pipeline.priced", found)
-    for name, profile in (("yaw_profile", yaw_profile), ("speed_profile", speed_profile)):
-        monkeypatch.setattr(f"planner.search.trajectory.drive.{name}", counted(profile))
+    for name, profile in (
+        ("drive.yaw_profile", yaw_profile),
+        ("speed_search.speed_profile", speed_profile),
+    ):
+        monkeypatch.setattr(f"planner.search.trajectory.{name}", counted(profile))
     answer = plan_route(terrain=relief, **ENDS, objective=objective, time_budget_s=9.0)
     assert answer.status == "ok"
     assert clock.now == 99.0

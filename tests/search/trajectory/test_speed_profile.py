@@ -9,7 +9,7 @@ from planner.search.resolution import CREEP, MORE_LEVELS
 from planner.search.results import energy_of
 from planner.search.trajectory.motion import assemble
 from planner.search.trajectory.speed_estimate import REACH, levels, reach_of
-from planner.search.trajectory.speed_profile import KnownCosts, relax, speed_profile
+from planner.search.trajectory.speed_profile import KnownStretch, relax, speed_profile
 from planner.search.trajectory.track import lay_track, steps_of
 from planner.search.trajectory.yaw_profile import YawProfile
 from tests.benchmarks.peers.case import case_of
@@ -66,7 +66,7 @@ def test_lower_limits_lead_to_the_same_speeds_from_known_costs_as_from_none() ->
     profile, steps = YawProfile(yaw, yaw, 0.0), steps_of(field, track)
     count = len(track.lengths)
     fastest, hardest = np.full(count, limits.speed), np.full((count, 2), limits.acceleration)
-    known: KnownCosts = []
+    known: list[KnownStretch] = []
     rest = conditions, track, profile, steps, 0, 3
 
     def joules(speeds) -> float:

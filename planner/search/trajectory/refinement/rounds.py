@@ -71,12 +71,15 @@ def refined_motion(
         rounds: at most.
     """
     best = _account(field, conditions, motion, yaw)
+    saves = True
     for number in range(rounds):
-        before = best.joules
+        before, saved = best.joules, saves
         best = _finer(
             *(field, conditions, track, steps, best, fixed, at_speed), evenly=number % 2 == 1
         )
-        if number > 0 and before - best.joules < GOES_ON * abs(before):
+        saves = before - best.joules >= GOES_ON * abs(before)
+        # A round of either kind may save where the one before, of the other kind, did not.
+        if number > 0 and not saves and (number == 1 or not saved):
             break
     if level_count(conditions, track) < MORE_LEVELS:
         return best.motion  # on long steps the speed hardly changes
@@ -104,11 +107,13 @@ def _finer(
     *,
     evenly: bool,
 ) -> Refined:
-    """One round. Around places where a limit is then broken, the yaw stays."""
+    """One round. Around places where a limit is then broken, the yaw stays, or turns less."""
+    yaw = turned = refined_yaw(
+        *(field, conditions, track, steps, best.yaw, best.motion, fixed), evenly=evenly
+    )
+    left_alone = max(LEFT_ALONE, 3.0 * float(track.lengths.max()))
+    share = np.ones(len(track.points))
     for _ in range(MOST_REFINED):
-        yaw = refined_yaw(
-            *(field, conditions, track, steps, best.yaw, best.motion, fixed), evenly=evenly
-        )
         finer = at_speed(yaw)
         places = finer.places if isinstance(finer, Infeasible) else _touched(field, finer)
         if isinstance(finer, Motion) and not places:
@@ -116,7 +121,8 @@ def _finer(
             return min(best, _account(field, conditions, finer, yaw), key=lambda one: one.joules)
         for place in places:
             away = np.hypot(*(track.points - place).T)
-            fixed = fixed | (away <= max(LEFT_ALONE, 3.0 * float(track.lengths.max())))
+            share = np.minimum(share, np.clip(away / left_alone - 1.0, 0.0, 1.0))
+        yaw = best.yaw.towards(turned, share)
     return best
 
 
