@@ -23,7 +23,7 @@ from planner.search.solve.alternatives import nearness
 from planner.search.solve.corridors import corridors, worth_looking
 from planner.search.solve.descent import dissipated
 from planner.search.solve.narrow_passages import through_passages
-from planner.search.solve.pipeline import Attempt, cheapest_near, finished
+from planner.search.solve.pipeline import NEARLY, Attempt, cheapest_near, finished
 from planner.search.solve.recovery import Caution, first_caution, more_clearance, next_caution
 from planner.search.solve.sketch import (
     ANSWER,
@@ -116,7 +116,12 @@ def _on_grid(
             return first or Attempt(sketching.field)
         attempt = finished(run, sketches, objective, effort, sketching.closely)
         if attempt.route is not None:
-            return attempt
+            best = attempt
+            if attempt.missed >= NEARLY:
+                with run.within_budget() as limited:
+                    sketching.run = limited
+                    best = _cheaper(best, sketching.straight_up(caution, attempt) or best)
+            return best
         if first is None:
             # What stops the path of least cost says more than what stops a way round it.
             first = attempt
@@ -272,7 +277,7 @@ class _Sketching:
             yield sketch(run, best.field, [path], "energy")
 
     def _detours(self, run: Run, best: Sketch) -> Iterator[Sketch]:
-        """Sketches of paths beside the best one, while its bends cost much.
+        """Sketches of paths beside the best one, while its bends cost much and they get cheaper.
 
         Not on large maps, where a search with costs of its own for every node takes long, and not
         where slopes last: beside such cells, bends cost next to nothing.
@@ -297,7 +302,9 @@ class _Sketching:
                 known.append(paths)
                 latest = sketch(run, field, paths, "energy")
                 yield latest
-                best = min(best, latest, key=lambda one: one.energy)
+                if latest.energy >= best.energy:
+                    break
+                best = latest
 
     def _by_poses(self, field: CostField) -> Iterator[Sketch]:
         """What a search with the yaw in it comes to: one sketch or none."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from planner.arrays import Array
 from planner.search.field import CostField
@@ -62,7 +62,8 @@ class Attempt:
         legs: the paths smoothed; the cheapest of them.
         route: along the legs.
         reason: why there is no route.
-        infeasible: where a limit is in the way of a route.
+        infeasible: where a limit is in the way of a route, or of a cheaper one.
+        missed: share of its energy by which a rough trajectory was cheaper that cannot be driven.
     """
 
     field: CostField
@@ -71,6 +72,7 @@ class Attempt:
     route: Route | None = None
     reason: str = ""
     infeasible: Infeasible | None = None
+    missed: float = 0.0
 
     def candidate(self, source: str) -> Candidate | None:
         """The route under the name of what found it."""
@@ -102,7 +104,7 @@ def finished(
     )
     moving = [pair for pair in order if isinstance(pair[0].motion, Motion)]
     failed, failed_of = (None, moving[0][1]) if moving else order[0]
-    kept: list[tuple[Legs, Route, Sketch]] = []
+    kept: list[tuple[Driven, Route, Sketch]] = []
     descends = effort.descent and objective == "energy"
     found = descended(run, moving, closely) if descends else []
     least = math.inf
@@ -115,14 +117,18 @@ def finished(
                 closer = closely.drive(limited if kept else run, one.legs, of)
             if isinstance(closer, Infeasible):
                 if failed is None:
-                    failed, failed_of = Driven(one.legs, closer), of
+                    failed, failed_of = Driven(one.legs, closer, one.energy), of
                 continue
             route = priced(run, of.field, closer)
-            kept.append((one.legs, route, of))
+            kept.append((one, route, of))
             least = min(least, route.energy_j)
     if kept:
-        legs, route, of = min(kept, key=lambda one: one[1].energy_j)
-        return Attempt(of.field, of.paths, legs, route)
+        best, route, of = min(kept, key=lambda one: one[1].energy_j)
+        attempt = Attempt(of.field, of.paths, best.legs, route)
+        if failed is None or not isinstance(failed.motion, Infeasible):
+            return attempt
+        missed = (best.energy - failed.energy) / abs(best.energy)
+        return replace(attempt, infeasible=failed.motion, missed=missed)
     assert failed is not None  # whatever did not move is stuck
     where = failed.motion
     assert isinstance(where, Infeasible)

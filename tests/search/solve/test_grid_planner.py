@@ -52,6 +52,8 @@ def test_detours_from_expensive_bends_are_tried_but_never_taken_at_a_loss(monkey
     monkeypatch.setattr(optimise_waypoints, "DETOUR_EXCESS", -1.0)
     found = plan_route(terrain=relief, **ends).routes[0].energy_j
     assert 1 < len(sketched) <= 1 + grid_planner.DETOURS
+    # One that is no cheaper is the last.
+    assert all(one < min(sketched[:k]) for k, one in enumerate(sketched[:-1]) if k)
     assert found < 1.005 * min(sketched)
     monkeypatch.setattr(grid_planner, "DETOURS", 0)
     assert found <= plan_route(terrain=relief, **ends).routes[0].energy_j

@@ -23,7 +23,7 @@ from planner.search.solve import grid_planner
 from planner.search.solve.pipeline import finished
 from planner.search.solve.steep_ground import smoothed_but_for
 from planner.terrain.heightmap import Terrain
-from tests.benchmarks.hard_maps import rolling
+from tests.benchmarks.hard_maps import made, rolling
 from tests.search.maps import hills, terrain
 
 LOADED = {"mass": 25.0}
@@ -72,6 +72,18 @@ def test_a_loaded_robot_takes_little_more_than_its_metres_cost():
     [route, *_] = plan_route(run.request, terrain=relief).routes
     climbed = (EMPTY_KG + LOADED["mass"]) * STANDARD_GRAVITY * route.rise_m
     assert 0.98 < (route.energy_j - climbed) / cost_from(field, to_go, start) < 1.1
+
+
+def test_poses_are_searched_where_a_much_cheaper_path_than_the_best_is_refused(monkeypatch):
+    """Jacksboro's ridges at 1:100: of the smoothed paths, the cheap ones turn where none can."""
+    relief = made("jacksboro-1to100", 3)
+    asked = PlanRequest.from_json(
+        {"map": "test", "start": {"x": 86.257, "y": 70.885}, "goal": {"x": 175.624, "y": 169.397}}
+    )
+    [found, *_] = plan_route(asked, terrain=relief).routes
+    monkeypatch.setattr(grid_planner, "NEARLY", math.inf)
+    [left, *_] = plan_route(asked, terrain=relief).routes
+    assert found.energy_j < 0.99 * left.energy_j
 
 
 def ramp(degrees: float) -> Terrain:
