@@ -31,6 +31,13 @@ from planner.search.solve.sketch import ANSWER, BASELINE, Effort, Legs, with_cos
 
 BASELINES = {"shortest": "length", "fastest": "time"}
 """Baselines by name, and the objective that each is best for."""
+ALSO_SOUGHT: dict[str, tuple[str, ...]] = {
+    "energy": (),
+    "time": ("energy",),
+    "length": ("energy", "time"),
+}
+"""Other objectives by that of a request, whose best routes are looked for with the same effort. A
+shortest route of its own hardly ever is a fast one."""
 UNHURRIED = 5.0
 """s of time budget from which baselines are looked for as patiently as answers are. On steep relief
 that takes up to two seconds; of less time the answer needs them all."""
@@ -175,8 +182,8 @@ def _best(run: Run, candidates: Sequence[Candidate]) -> Candidate | None:
 def _by_grid(run: Run) -> tuple[Attempt, list[Candidate]]:
     """What the grid comes to for the request's objective, and all feasible candidates.
 
-    A request for time or length gets the routes of the other objectives' requests as well. So its
-    answer is no worse than any route that it is compared with.
+    A request for time or length gets routes of other objectives' requests as well. So its answer is
+    no worse than any route that it is compared with.
     """
     objective = run.request.objective
     field = run.field(objective, MARGIN)
@@ -188,10 +195,9 @@ def _by_grid(run: Run) -> tuple[Attempt, list[Candidate]]:
         return attempt, [] if passed is None else [passed]
     with run.within_budget() as limited:
         others = baselines(limited)
-        aims = [] if objective == "energy" else ["energy", *BASELINES.values()]
         own: dict[str, Attempt] = {objective: on_grid(run, field, objective)}
         rest = run if own[objective].route is None else limited
-        own |= {aim: _in_time(rest, aim) for aim in aims if aim != objective}
+        own |= {aim: _in_time(rest, aim) for aim in ALSO_SOUGHT[objective]}
         compared = others()
         found = [own[aim].candidate("grid" if aim == objective else f"grid, {aim}") for aim in own]
         found += [other.candidate(f"grid, {name}") for name, other in compared.items()]

@@ -70,7 +70,7 @@ def test_when_the_budget_ends_with_the_first_route_it_is_the_answer(relief):
 
 
 @pytest.mark.parametrize("objective", ["energy", "time"])
-@pytest.mark.parametrize("profiles", [0, 4, 24])
+@pytest.mark.parametrize("profiles", [0, 4, 12])
 def test_once_there_is_a_route_nothing_begins_after_the_budget(
     relief, monkeypatch, objective, profiles
 ):
