@@ -63,7 +63,8 @@ the speed in rad/s of the motor, which is the wheel's times `gear_ratio` |
 | `drive.coulomb_torque` | torque_constant·no_load_current, where that is given |
 | `drive.rotor_inertia` | {1e3 * ROTOR_TIME:g} ms·torque_constant²/resistance; at most so much \
 that all rotors act like the robot's mass |
-| `limits.voltage` | {DUTY:g}·`battery.voltage`, where that is given |
+| `battery.voltage` | nominal voltage of the motor, where `motor` names one |
+| `limits.voltage` | {DUTY:g}·`battery.voltage`, where that is given or follows from the motor |
 | `battery.capacity` | charge·`battery.voltage`, where it is given in Ah |
 
 A key that the file gives is never derived. `joulepath vehicles check` and the answer to a request

@@ -182,6 +182,13 @@ def _arrived(asked: PoseRequest | RegionRequest, route: Route) -> Mapping[str, f
 def _notes(run: Run) -> tuple[str, ...]:
     defaults = run.conditions.model.defaults_in_words()
     notes = [f"defaults taken: {', '.join(defaults)}"] if defaults else []
+    vehicle = run.conditions.model.vehicle
+    if origin := vehicle.provenance.derived.get("battery.voltage"):
+        # It decides what the motors can do, and is easily lost among two dozen defaults.
+        notes.append(
+            f"the vehicle's file has no battery.voltage: {vehicle.battery.voltage:g} V assumed, "
+            f"the {origin}"
+        )
     ends = {"start": run.request.start, "goal": run.request.goal}
     ends |= {f"via[{k}]": place for k, place in enumerate(run.request.via)}
     for name, place in ends.items():

@@ -60,6 +60,15 @@ def test_notes_give_the_values_of_defaults(tmp_path: Path, level: Terrain) -> No
     assert "drive.gear_ratio" not in note
 
 
+def test_a_voltage_that_only_the_motor_states_is_said_apart(tmp_path: Path, level: Terrain) -> None:
+    cart = tmp_path / "cart.toml"
+    cart.write_text(CART + '[drive]\nmotor = "pololu-37d-12v"\ngear_ratio = 30\n', "utf-8")
+    answer = plan_route(terrain=level, vehicle=str(cart), **ASKED)
+    (note,) = [note for note in answer.notes if "no battery.voltage" in note]
+    assert "12 V assumed" in note
+    assert "pololu-37d-12v" in note
+
+
 def test_the_path_of_a_request_is_planned(tmp_path: Path, level: Terrain) -> None:
     path = tmp_path / "request.json"
     path.write_text(json.dumps({**ASKED, "map": "not-read"}), encoding="utf-8")

@@ -26,11 +26,13 @@ class Motor:
     Attributes:
         name: as a vehicle's file names it.
         title: maker and type.
+        voltage: nominal, V; the battery's where a vehicle's file states none.
         values: by "table.key" of a vehicle's file, ``{ value, unit, source }``.
     """
 
     name: str
     title: str
+    voltage: float
     values: dict[str, dict[str, Any]]
 
 
@@ -42,6 +44,7 @@ def read_motors() -> dict[str, Motor]:
         name: Motor(
             name,
             entry["title"],
+            float(entry["voltage"]),
             {
                 f"{table}.{key}": value | {"source": f"motor {name}: {value['source']}"}
                 for table in ("drive", "limits")

@@ -130,6 +130,9 @@ class _Reader:
         self._refuse_missing()
         for table in ("battery", *NUMBERS):  # A capacity in Ah needs the voltage.
             self._read_table(table)
+        if motor and "voltage" not in self.si["battery"]:
+            self.si["battery"]["voltage"] = read_motors()[motor].voltage
+            self.derived["battery.voltage"] = f"nominal voltage of motor {motor}"
         derive(self.si, self.derived)
         for key in self.derived:
             table, name = key.split(".")

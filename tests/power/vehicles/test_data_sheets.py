@@ -177,6 +177,20 @@ def test_every_motor_gives_a_vehicle_and_its_sources(tmp_path: Path, name: str) 
     assert 100.0 < 24.0 / constant < 3500.0
 
 
+def test_a_motor_runs_at_its_own_voltage_where_the_file_states_none(tmp_path: Path) -> None:
+    motor = 'motor = "pololu-37d-12v"'
+    text = IN_SI.replace("torque_constant = 0.0335\nresistance = 0.978", motor)
+    vehicle = load(tmp_path, text.replace("voltage = 24.0\n", ""))
+    assert (vehicle.battery.voltage, vehicle.limits.voltage) == (12.0, DUTY * 12.0)
+    said = PowerModel.from_vehicle(vehicle).defaults_in_words()
+    assert "battery.voltage = 12 V (nominal voltage of motor pololu-37d-12v)" in said
+    assert load(tmp_path, text).battery.voltage == 24.0
+    # A charge becomes energy only with the voltage of the pack itself.
+    charge = text.replace("voltage = 24.0\ncapacity = 432000.0", 'capacity = {value=5, unit="Ah"}')
+    with pytest.raises(VehicleError, match=r"battery\.voltage"):
+        load(tmp_path, charge)
+
+
 def test_a_value_beside_the_motor_takes_precedence(tmp_path: Path) -> None:
     text = IN_SI.replace("resistance = 0.978", 'motor = "pololu-37d-12v"')
     assert load(tmp_path, text).parameters["copper_loss"]["torque_constant"] == 0.0335
