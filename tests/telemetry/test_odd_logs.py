@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from planner import PowerModel, Telemetry, adopt, compare, diagnose
+from planner.errors import LogError
 from planner.telemetry.virtual import Noise, VirtualLog, VirtualRobot
 from tests.telemetry.odd_logs import ODD
 
@@ -41,6 +42,23 @@ def test_an_odd_log_is_diagnosed(tmp_path: Path, name: str) -> None:
     found = through_all(write(tmp_path))
     # Sixty rows name nothing with certainty.
     assert found["verdict"] in ("complete", "not_identifiable", "sensor_error", "missing_effect")
+
+
+@pytest.mark.parametrize(
+    ("few", "words"),
+    [
+        (lambda c: {name: column[:4] for name, column in c.items()}, "4 usable rows"),
+        (lambda c: c | {"power": 0.0 * c["power"] + 25.0}, "25 W in every row"),
+    ],
+    ids=["four rows", "constant power"],
+)
+@pytest.mark.parametrize("verb", [compare, diagnose])
+def test_a_log_that_tells_nothing_is_refused(
+    tmp_path: Path, verb: Any, few: Any, words: str
+) -> None:
+    VirtualLog(few(driven().columns), {}).write_csv(tmp_path / "log.csv")
+    with pytest.raises(LogError, match=words):
+        verb(tmp_path / "log.csv", "minibalance")
 
 
 def driven() -> VirtualLog:

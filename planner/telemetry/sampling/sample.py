@@ -19,6 +19,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from planner.arrays import Integers
+from planner.errors import LogError
 from planner.progress import Progress, silent
 from planner.telemetry.logs import (
     Finding,
@@ -36,6 +37,8 @@ STEADY_TIME = 0.2
 """s; a drive that a robot keeps up, where rows are short: motors need a tenth to change a speed."""
 HALF_WIDTHS = (0.2, 0.1)
 """s on either side that a motion is smoothed over."""
+LEAST_ROWS = 10
+"""Rows of a log that anything is fitted to: more than a base model has parameters."""
 NOISIER_COPIES = 2
 """Copies of a log with noise added, over which the chance of what was added averages out."""
 
@@ -170,7 +173,7 @@ def open_source(
         watch: progress, called after every chunk; raises when the caller cancelled.
 
     Raises:
-        LogError: the log cannot be used.
+        LogError: the log cannot be used, has too few rows, or its power never changes.
         Cancelled: raised by ``watch``.
     """
     if not isinstance(log, Telemetry | str | Path):
@@ -186,8 +189,26 @@ def open_source(
         watch(0.0, f"reading {picker.rows:,} rows")
     in_memory = kept is not None and picker.stride == 1
     sample = last if in_memory else picker.sample(last)  # Telemetry.chunks refuses an empty log
+    _refuse_useless(sample)
     run_rows = np.array([picker.run_rows.get(run, 0) for run in range(len(sample.run_names))])
     return LogSource(sample, picker.rows, run_rows, picker.stride == 1, kept, path, mapping)
+
+
+def _refuse_useless(sample: Telemetry) -> None:
+    """Refuse a log that no model can be told from another by."""
+    where = sample.source or "log"
+    if len(sample) < LEAST_ROWS:
+        raise LogError(
+            where,
+            f"has only {len(sample)} usable rows",
+            accepted=f"{LEAST_ROWS} rows or more, better some minutes in several runs",
+        )
+    if np.ptp(sample.power) == 0.0:
+        raise LogError(
+            where,
+            f"power: is {sample.power[0]:g} W in every row",
+            accepted="power as measured, which changes with the motion",
+        )
 
 
 class _Picker:
