@@ -27,6 +27,8 @@ TRIED_SPEEDS = 400
 """Speeds tried up to the motor's no-load speed."""
 SLOWEST_DRIVE = 0.02
 """Share of the no-load speed below which nothing drives: dry friction only begins there."""
+FASTEST_TURN = 4.0 * math.pi
+"""rad/s; a larger limit of the yaw rate is one in degrees. Small quick robots turn once a second."""
 ASSUMED = ("assumed", "prior", "estimated", "chosen")
 """First words of a source that is none."""
 _MOTIONS = {
@@ -170,6 +172,8 @@ def _oddities(model: PowerModel, level: Motion, up: Motion) -> list[str]:
         "0.5 to 300 A": not 0.5 <= stalled <= 300.0,
         f"limits.speed: {limits.speed:g} m/s, but the drive reaches {level.reachable_m_s:.3g} m/s "
         "on level ground": level.reachable_m_s < limits.speed and light > 0.0,
+        f"limits.yaw_rate: {limits.yaw_rate:g} rad/s is {limits.yaw_rate / math.tau:.2g} turns a "
+        "second; is it in degrees?": limits.yaw_rate > FASTEST_TURN,
         "wheels: one carries nothing on level ground; the centre of mass is not between them": (
             light <= 0.0
         ),

@@ -298,7 +298,7 @@ def _reprojected(file: Path, longitude: float, latitude: float, given: str = "")
 
 
 def _check_heights(file: Path, heights: NDArray[np.float64], *, nodata_declared: bool) -> None:
-    """Refuse heights, (ny, nx) m, that can only be an undeclared nodata value.
+    """Refuse heights, (ny, nx) m, in another unit, or that can only be an undeclared nodata value.
 
     Raises:
         MapError: a height beyond any ground on Earth, or a usual nodata value undeclared.
@@ -310,6 +310,15 @@ def _check_heights(file: Path, heights: NDArray[np.float64], *, nodata_declared:
     highest = float(heights.max(where=known, initial=-np.inf))
     undeclared = not nodata_declared and lowest in USUAL_NODATA
     suspect = highest if lowest >= LOWEST_GROUND and highest > HIGHEST_GROUND else lowest
+    beyond = known & ((heights < LOWEST_GROUND) | (heights > HIGHEST_GROUND))
+    require(
+        file,
+        # A nodata value is one value.
+        bool(np.all(heights[beyond] == suspect)),
+        f"holds heights from {lowest:g} to {highest:g} m, which no ground on Earth has",
+        f"heights from {LOWEST_GROUND:g} to {HIGHEST_GROUND:g} m; other units, such as mm, "
+        "converted to m",
+    )
     require(
         file,
         lowest >= LOWEST_GROUND and highest <= HIGHEST_GROUND and not undeclared,

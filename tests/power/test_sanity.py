@@ -35,6 +35,7 @@ def checked(folder: Path, **changes: str) -> VehicleReport:
         ("resistance", "95.0", ["A at a standstill"]),
         ("resistance", "0.02", ["A at a standstill"]),
         ("speed", "9.0", ["limits.speed: 9 m/s"]),
+        ("yaw_rate", "90.0", ["limits.yaw_rate: 90 rad/s", "degrees"]),
         ("rotor_inertia", "135e-6", ["the rotors act like"]),
         ("yaw_inertia", "30.0", ["a plate of this mass and size"]),
         ("half_track", "0.45", ["a wheel's middle is 0.45 m"]),

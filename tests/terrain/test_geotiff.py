@@ -136,6 +136,7 @@ MERCATOR = Affine(30.0, 0.0, 946000.0, 0.0, -20.0, 5977000.0)
         ({"pixels": NORTH_FIRST.astype(np.complex64)}, "complex"),
         ({"unit": "fathom"}, "unknown unit"),
         ({"pixels": np.where(NORTH_FIRST > 3, NORTH_FIRST, -9999)}, "gdal_edit.py -a_nodata -9999"),
+        ({"pixels": 300_000.0 + 1000.0 * NORTH_FIRST}, "such as mm"),
         ({"nodata": 7.0, "pixels": np.full((6, 8), 7.0)}, "no known height"),
     ],
 )

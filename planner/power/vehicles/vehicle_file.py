@@ -309,6 +309,10 @@ class _Reader:
         text = table.get(key, "")
         if not isinstance(text, str):
             raise self._wrong(f"{place}{key}", "not text", value=text, accepted='text in ""')
+        if not text.isprintable():
+            raise self._wrong(
+                f"{place}{key}", "cannot be printed", value=text, accepted="text of one line"
+            )
         return text
 
     def _refuse_missing(self) -> None:

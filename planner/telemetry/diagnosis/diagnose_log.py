@@ -123,6 +123,7 @@ def diagnose_source(
     source: LogSource, start: PowerModel, extra: Sequence[type[Effect]], watch: Progress
 ) -> Diagnosis:
     """As ``diagnose``, for a log that is open."""
+    source.require_power()
     watch(0.05, "reading the motion")
     source = source.with_findings(too_fast(source.sample, start))
     raw, usual, source = source, source.steady(), best_reading(source, start)

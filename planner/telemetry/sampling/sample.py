@@ -148,6 +148,20 @@ class LogSource:
             assert self.path is not None
             yield from Telemetry.chunks(self.path, self.mapping, rows=LogSource.CHUNK_ROWS)
 
+    def require_power(self) -> None:
+        """Refuse a power that never changes: it says nothing of what a model lacks.
+
+        Raises:
+            LogError: all rows have the same power.
+        """
+        power = self.sample.power
+        if np.ptp(power) == 0.0:
+            raise LogError(
+                self.sample.source or "log",
+                f"power: is {power[0]:g} W in every row",
+                accepted="power as measured, which changes with the motion",
+            )
+
     def describe(self) -> dict[str, Any]:
         """Source, hash, size and findings, ready for JSON."""
         log = self.sample
@@ -173,7 +187,7 @@ def open_source(
         watch: progress, called after every chunk; raises when the caller cancelled.
 
     Raises:
-        LogError: the log cannot be used, has too few rows, or its power never changes.
+        LogError: the log cannot be used, or has too few rows.
         Cancelled: raised by ``watch``.
     """
     if not isinstance(log, Telemetry | str | Path):
@@ -189,26 +203,14 @@ def open_source(
         watch(0.0, f"reading {picker.rows:,} rows")
     in_memory = kept is not None and picker.stride == 1
     sample = last if in_memory else picker.sample(last)  # Telemetry.chunks refuses an empty log
-    _refuse_useless(sample)
-    run_rows = np.array([picker.run_rows.get(run, 0) for run in range(len(sample.run_names))])
-    return LogSource(sample, picker.rows, run_rows, picker.stride == 1, kept, path, mapping)
-
-
-def _refuse_useless(sample: Telemetry) -> None:
-    """Refuse a log that no model can be told from another by."""
-    where = sample.source or "log"
     if len(sample) < LEAST_ROWS:
         raise LogError(
-            where,
+            sample.source or "log",
             f"has only {len(sample)} usable rows",
             accepted=f"{LEAST_ROWS} rows or more, better some minutes in several runs",
         )
-    if np.ptp(sample.power) == 0.0:
-        raise LogError(
-            where,
-            f"power: is {sample.power[0]:g} W in every row",
-            accepted="power as measured, which changes with the motion",
-        )
+    run_rows = np.array([picker.run_rows.get(run, 0) for run in range(len(sample.run_names))])
+    return LogSource(sample, picker.rows, run_rows, picker.stride == 1, kept, path, mapping)
 
 
 class _Picker:
