@@ -10,8 +10,11 @@ printable. Store, jobs and endpoints share this module; it needs no web framewor
 from __future__ import annotations
 
 import errno
+import os
 import uuid
+from collections.abc import Iterable
 from http import HTTPStatus
+from pathlib import Path
 from typing import Any, TypeVar
 
 import structlog
@@ -92,6 +95,24 @@ def found(value: T | None, what: str, identity: str) -> T:
     if value is None:
         raise NoSuch(what, identity)
     return value
+
+
+def without_folders(error: Exception, folders: Iterable[Path]) -> Exception:
+    """The same error; files in these folders are named as requests name them, not by their path."""
+    if not isinstance(error, InputError):
+        return error
+
+    def told(words: Any) -> Any:
+        for folder in folders if isinstance(words, str) else ():
+            words = words.replace(f"{folder}{os.sep}", "")
+        return words
+
+    return type(error)(
+        told(error.field),
+        told(error.problem),
+        value=told(error.value),
+        accepted=told(error.accepted),
+    )
 
 
 def document(status: int, kind: str, detail: str, **members: Any) -> dict[str, Any]:

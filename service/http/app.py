@@ -72,6 +72,8 @@ async def _running(
     async with AsyncExitStack() as stack:
         store = await asyncio.to_thread(Store.open, settings)
         stack.push_async_callback(asyncio.to_thread, store.close)
+        data = () if settings.data_dir is None else (settings.data_dir.resolve(),)
+        folders = (*data, store.files.folder)
         pool = workers or WorkerPool(
             workers=settings.workers,
             queue=settings.queue,
@@ -79,6 +81,7 @@ async def _running(
             memory_limit_mb=settings.memory_limit_mb,
             keep_mb=settings.worker_memory_mb,
             keep_s=settings.worker_age_s,
+            folders=folders,
         )
         job_pool = job_workers or WorkerPool(
             workers=settings.job_workers,
@@ -87,6 +90,7 @@ async def _running(
             memory_limit_mb=settings.memory_limit_mb,
             # Jobs are long and their logs large: nothing is worth keeping.
             keep_s=0.0,
+            folders=folders,
             advice="send a shorter log, or raise JOULEPATH_JOB_TIME_LIMIT_S",
         )
         for processes in (pool, job_pool):

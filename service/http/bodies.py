@@ -184,6 +184,9 @@ class _Form:
                 raise LogError("form", "contains two logs", accepted=_ACCEPTED)
             name = options.get(b"filename", b"").decode("utf-8", "replace")
             self._upload.name = name or self._upload.name
+        elif self._field != b"mapping" and b"filename" in options:
+            field = self._field.decode("utf-8", "replace")
+            raise LogError("form", "has another file", value=field, accepted=_ACCEPTED)
 
     def on_part_data(self, data: bytes, start: int, end: int) -> None:
         if self._field == b"log":

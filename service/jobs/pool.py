@@ -15,12 +15,13 @@ import multiprocessing
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Protocol
 
 from planner.progress import Progress, silent
 from service.jobs.pace import Pace
 from service.jobs.worker_process import WorkerProcess
-from service.problems import Busy, TookTooLong, WorkerLost
+from service.problems import Busy, TookTooLong, WorkerLost, without_folders
 
 WORKER_MODULE = "service.jobs.worker"
 _PRELOADED = ("service.jobs.process", "service.cli")
@@ -59,6 +60,7 @@ class WorkerPool:
             results that later jobs may use.
         keep_s: a process that is older after a job is replaced, s; 0 gives every job a fresh one.
         advice: what to do about a job that takes too long.
+        folders: whose place in the machine errors keep to themselves.
         module: module of the jobs' functions.
     """
 
@@ -69,6 +71,7 @@ class WorkerPool:
     keep_mb: int = 2048
     keep_s: float = 3600.0
     advice: str = "ask for a smaller time_budget_s or fewer iterations"
+    folders: tuple[Path, ...] = ()
     module: str = WORKER_MODULE
 
     def __post_init__(self) -> None:
@@ -184,7 +187,7 @@ class WorkerPool:
         task.worker = None
         self._put_back(worker)
         if outcome.error is not None:
-            raise outcome.error
+            raise without_folders(outcome.error, self.folders)
         return outcome.value
 
     def _free_worker(self) -> WorkerProcess:

@@ -53,7 +53,7 @@ class PlanRequest(TripRequest):
         ge=1,
         le=10**9,
         description="iterations to search instead of the time budget, which makes the answer "
-        "reproducible; a whole number of at least 1",
+        "reproducible; a whole number from 1 to 1000000000",
     )
     certify_s: Number | None = Field(default=None, gt=0, le=600)
     """seconds for a closer lower bound, above 0 up to 600; left out, the quick one"""

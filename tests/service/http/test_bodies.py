@@ -29,6 +29,8 @@ def test_a_log_that_is_too_large_is_refused_while_it_comes(
 BOUNDARY = {"content-type": "multipart/form-data; boundary=b"}
 PART = b'--b\r\nContent-Disposition: form-data; name="log"; filename="l.csv"\r\n\r\nx\r\n'
 
+FIELD = b'--b\r\nContent-Disposition: form-data; name="mapping"\r\n\r\n'
+
 
 @pytest.mark.parametrize(
     ("content", "headers", "status"),
@@ -40,7 +42,7 @@ PART = b'--b\r\nContent-Disposition: form-data; name="log"; filename="l.csv"\r\n
         (PART + PART + b"--b--\r\n", BOUNDARY, 422),
         (PART.replace(b"log", b"file") + b"--b--\r\n", BOUNDARY, 422),
         (PART.replace(b"log", b"other") * 30 + b"--b--\r\n", BOUNDARY, 422),
-        (PART.replace(b"log", b"x").replace(b"x\r\n", b"x" * 70_000) + b"--b--\r\n", BOUNDARY, 413),
+        (FIELD + b"x" * 70_000 + b"\r\n--b--\r\n", BOUNDARY, 413),
         (b"--b\r\n" + b"h: " + b"v" * 100_000 + b"\r\n\r\n", BOUNDARY, 422),
         (CSV, {"content-type": "multipart/form-data; boundary=" + "b" * 300}, 422),
     ],
@@ -51,6 +53,15 @@ def test_a_body_that_is_no_upload_is_one_problem(
     expect_problem(http.post("/v1/logs", content=content, headers=headers), status)
     assert bench.tasks == []
     assert http.get("/v1/logs").json() == []
+
+
+def test_a_log_under_another_name_is_told_the_right_one(http: Http, bench: Workbench) -> None:
+    """However large it is: the size of the field is not what is wrong."""
+    large = PART.replace(b'"log"', b'"file"').replace(b"x\r\n", b"x" * 70_000 + b"\r\n")
+    answer = http.post("/v1/logs", content=large + b"--b--\r\n", headers=BOUNDARY)
+    detail = expect_problem(answer, 422)["detail"]
+    assert "'file'" in detail
+    assert "'log'" in detail
 
 
 def test_an_upload_is_never_whole_in_memory(

@@ -68,6 +68,11 @@ def refuse() -> MapError:
     return MapError("map", "is no map", value="x", accepted="a map")
 
 
+def refuse_file(path: str) -> MapError:
+    """A refusal that names a file everywhere."""
+    return MapError(f"{path} [grid]", f"not in {path}", value=path, accepted=f"a map like {path}")
+
+
 def fail() -> None:
     """An error that nobody expected."""
     raise ZeroDivisionError("by the test")

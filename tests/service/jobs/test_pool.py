@@ -143,6 +143,18 @@ def test_a_refusal_is_raised_as_itself() -> None:
     run(talk)
 
 
+def test_a_refusal_does_not_tell_where_the_service_keeps_its_files() -> None:
+    async def talk() -> None:
+        async with pool(folders=(Path("/srv/maps"),)) as workers:
+            with pytest.raises(MapError) as caught:
+                await workers.run("refuse_file", "/srv/maps/halls/a.tif")
+            assert "/srv" not in str(caught.value)
+            assert caught.value.field == "halls/a.tif [grid]"
+            assert caught.value.value == "halls/a.tif"
+
+    run(talk)
+
+
 def test_a_killed_worker_fails_its_own_job_only() -> None:
     async def talk() -> None:
         async with pool() as workers:
