@@ -68,6 +68,11 @@ def find_effect(slug: str) -> type[Effect]:
     return known[slug]
 
 
+def is_effect(given: object) -> bool:
+    """Whether it is an effect itself, and not its name or anything else."""
+    return isinstance(given, type) and issubclass(given, Effect)
+
+
 _LISTED = ("unit", "default", "null", "bounds", "per", "doc")  # of a parameter
 
 

@@ -16,13 +16,14 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from planner.arrays import Array
-from planner.errors import ModelError
+from planner.errors import ModelError, VehicleError
 from planner.power.account import ACCOUNT, ACCOUNT_LENGTH, BASE_EFFECTS, LIMITS, PER_WHEEL, Output
 from planner.power.catalogue import all_effects
 from planner.power.effect import Effect, parameter_slots
@@ -86,11 +87,18 @@ class PowerModel(Shown):
                 None takes the vehicle's active ones.
             kind: "sound", "printed/A" or "printed/B".
             surfaces: labels beside those that the vehicle's file names.
+
+        Raises:
+            ModelError: no such kind or effect.
+            VehicleError: it is no vehicle, such as a name.
         """
         if kind not in ("sound", "printed/A", "printed/B"):
             raise ModelError(
                 "kind", "no such model", value=kind, accepted="sound, printed/A, printed/B"
             )
+        if not isinstance(cast(object, vehicle), Vehicle):
+            accepted = "what load_vehicle gives for a name or a file"
+            raise VehicleError("vehicle", "is no vehicle", value=vehicle, accepted=accepted)
         chosen = vehicle.active if effects is None else effects
         custom = [e for e in chosen if not isinstance(e, str) and e.definition is not None]
         wanted = {e if isinstance(e, str) else e.slug for e in chosen if e not in custom}
@@ -311,6 +319,8 @@ class PowerModel(Shown):
         Raises:
             ModelError: not a model's file, or it names effects or parameters that do not exist.
         """
+        if not isinstance(path, str | PathLike):
+            raise ModelError("model", "is no path", value=path, accepted=_SAVED)
         try:
             document = json.loads(Path(path).read_text("utf-8"))
         except OSError as error:

@@ -28,7 +28,7 @@ TRIED_SPEEDS = 400
 SLOWEST_DRIVE = 0.02
 """Share of the no-load speed below which nothing drives: dry friction only begins there."""
 FASTEST_TURN = 4.0 * math.pi
-"""rad/s; a larger limit of the yaw rate is one in degrees. Small quick robots turn once a second."""
+"""rad/s, two turns a second; a larger limit of the yaw rate was meant in degrees."""
 ASSUMED = ("assumed", "prior", "estimated", "chosen")
 """First words of a source that is none."""
 _MOTIONS = {

@@ -122,6 +122,11 @@ def remarks(document: Document, titles: Mapping[str, str]) -> Iterator[str]:
         if "chance" in battery:
             sentence += f"; the chance that it suffices is {chance(battery['chance'])}"
         yield f"{sentence}."
+    yield from notes(document)
+
+
+def notes(document: Document) -> Iterator[str]:
+    """What an answer assumed, a sentence each."""
     for note in document.get("notes", ()):
         yield f"Note: {note}."
 

@@ -25,6 +25,8 @@ PLANNED_SLIDING_SPEED = 0.0008
 """m/s within which friction of rims and rollers changes sign on planned motions, whose speeds are
 exact. Measured speeds are not, and blur it more (planner.power.kernel_math). With more blur, routes
 lean into it and would drag more than is said (python -m tests.benchmarks.sharp_friction)."""
+_READ_AS = {"wind": "wind_x"}
+"""Names of conditions whose quantity has another name."""
 
 
 @dataclass(frozen=True)
@@ -171,3 +173,27 @@ def operating_conditions(
     limits[0] = min(limits[0], _fastest_on_the_level(model, rows, limits))
     wind = request.conditions.wind
     return OperatingConditions(model, rows, limits, np.array([wind.x, wind.y]))
+
+
+def assumptions(request: SituationRequest, conditions: OperatingConditions) -> tuple[str, ...]:
+    """Sentences without a full stop; none where nothing was assumed.
+
+    Args:
+        request: what was asked.
+        conditions: that follow from it.
+    """
+    model = conditions.model
+    defaults = model.defaults_in_words()
+    notes = [f"defaults taken: {', '.join(defaults)}"] if defaults else []
+    if origin := model.vehicle.provenance.derived.get("battery.voltage"):
+        # It decides what the motors can do, and is easily lost among two dozen defaults.
+        volts = model.vehicle.battery.voltage
+        notes.append(
+            f"the vehicle's file has no battery.voltage: {volts:g} V assumed, the {origin}"
+        )
+    reads = {name for effect in model.effects for name in effect.reads}
+    for name in type(request.conditions).model_fields:
+        unread = name != "battery_charge" and _READ_AS.get(name, name) not in reads
+        if unread and name in request.conditions.model_fields_set:
+            notes.append(f"conditions.{name} changes nothing: no active effect reads it")
+    return tuple(notes)

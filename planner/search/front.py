@@ -28,6 +28,7 @@ from typing import TYPE_CHECKING, Any
 from planner.cancellation import CancellationToken
 from planner.power.model import PowerModel
 from planner.progress import Progress, silent
+from planner.search.conditions import assumptions
 from planner.search.goals import check_places
 from planner.search.requests import FrontRequest, PlanRequest, RequestLike
 from planner.search.resolution import MARGIN
@@ -76,6 +77,7 @@ class Front(Shown):
         reason: what blocks.
         cause: the limit, its ``value``, what is ``allowed``, and the place ``x``, ``y``; without a
             route.
+        notes: what was assumed, in sentences.
     """
 
     status: str
@@ -85,6 +87,7 @@ class Front(Shown):
     searches: int = 0
     reason: str | None = None
     cause: Mapping[str, Any] | None = None
+    notes: tuple[str, ...] = ()
 
     def within(self, duration_s: float) -> FrontPoint | None:
         """The point of least energy that takes no longer than so many seconds, or None."""
@@ -101,6 +104,7 @@ class Front(Shown):
         document["points"] = [point.to_json() for point in self.points]
         document["searches"] = self.searches
         document["model"] = dict(self.model)
+        document["notes"] = list(self.notes)
         return document
 
     def to_frame(self) -> pandas.DataFrame:
@@ -161,7 +165,9 @@ def energy_time_front(
 def _front(run: Run, most: int) -> Front:
     run.step(0.02, "costs of steady driving")
     refused = check_places(run, run.field("energy", MARGIN))
-    blank = Front("no_route", run.ground.terrain, run.conditions.model.describe())
+    notes = assumptions(run.request, run.conditions)
+    model = run.conditions.model.describe()
+    blank = Front("no_route", run.ground.terrain, model, notes=notes)
     if refused is not None:
         return replace(blank, reason=refused.what, cause=refused.to_json())
     search = PricedSearch(run)

@@ -28,6 +28,7 @@ from planner.errors import RequestError
 from planner.power.model import PowerModel
 from planner.progress import Progress, silent
 from planner.quantities import STANDARD_GRAVITY
+from planner.search.conditions import assumptions
 from planner.search.field import CostField
 from planner.search.requests import PlanRequest, PoseRequest, RequestLike
 from planner.search.resolution import MARGIN
@@ -73,12 +74,14 @@ class EnergyGraph:
         drives: by the ids of both ends; for every edge both directions that can be driven.
         closed: why a direction cannot be driven, by the same ids.
         asked: the request.
+        notes: what was assumed, in sentences.
     """
 
     graph: RouteGraph
     drives: Mapping[Ends, Drive]
     closed: Mapping[Ends, str]
     asked: GraphRequest
+    notes: tuple[str, ...] = ()
 
     @cached_property
     def _there(self) -> dict[Ends, int]:
@@ -170,6 +173,7 @@ class EnergyGraph:
             "edges": len(self.graph.edges),
             "added": added,
             "closed": closed,
+            "notes": list(self.notes),
         }
 
 
@@ -221,7 +225,9 @@ def energy_graph(
             (progress or silent)(
                 number / len(directions), f"{number} of {len(directions)} directions"
             )
-    return EnergyGraph(graph, _in_order(drives, directions), _in_order(closed, directions), asked)
+    notes = assumptions(asked, situation.conditions)
+    drives, closed = _in_order(drives, directions), _in_order(closed, directions)
+    return EnergyGraph(graph, drives, closed, asked, notes)
 
 
 def _in_order(found: Mapping[Ends, Any], directions: Iterable[Ends]) -> dict[Ends, Any]:

@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +25,7 @@ from planner.cancellation import CancellationToken
 from planner.power.model import PowerModel
 from planner.progress import Progress, silent
 from planner.quantities import STANDARD_GRAVITY
+from planner.search.conditions import assumptions
 from planner.search.field import CostField, sample_surface
 from planner.search.grid import cost_from
 from planner.search.legs import LegPlanner
@@ -50,6 +51,7 @@ class Matrix(Shown):
         driven: (starts, goals) True where a motion was worked out in full.
         error_share: relative error of the corrected energies that nine of ten driven pairs keep
             to, each predicted by the others; 0 where all were driven, NaN where too few were.
+        notes: what was assumed, in sentences.
     """
 
     starts: tuple[PoseRequest, ...]
@@ -57,6 +59,7 @@ class Matrix(Shown):
     energy_j: Array
     driven: NDArray[np.bool_]
     error_share: float
+    notes: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """The matrix ready for JSON; None where there is no path."""
@@ -69,6 +72,7 @@ class Matrix(Shown):
             ],
             "driven": int(self.driven.sum()),
             "error_share": None if math.isnan(self.error_share) else self.error_share,
+            "notes": list(self.notes),
         }
 
     def to_frame(self) -> pandas.DataFrame:
@@ -116,7 +120,8 @@ def energy_matrix(
             )
             check_hold(f"{name}[{k}]", place, field, situation.conditions)
     with CancellationToken(cancelled) as token:
-        return _filled(situation, field, starts, goals, progress or silent, token)
+        found = _filled(situation, field, starts, goals, progress or silent, token)
+    return replace(found, notes=assumptions(request, situation.conditions))
 
 
 def _filled(

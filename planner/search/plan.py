@@ -24,6 +24,7 @@ from planner.cancellation import CancellationToken
 from planner.power.model import PowerModel
 from planner.power.vehicles import load_vehicle
 from planner.progress import Progress, silent
+from planner.search.conditions import assumptions
 from planner.search.goals import check_places, settled
 from planner.search.ompl import answer, solved
 from planner.search.requests import (
@@ -180,15 +181,7 @@ def _arrived(asked: PoseRequest | RegionRequest, route: Route) -> Mapping[str, f
 
 
 def _notes(run: Run) -> tuple[str, ...]:
-    defaults = run.conditions.model.defaults_in_words()
-    notes = [f"defaults taken: {', '.join(defaults)}"] if defaults else []
-    vehicle = run.conditions.model.vehicle
-    if origin := vehicle.provenance.derived.get("battery.voltage"):
-        # It decides what the motors can do, and is easily lost among two dozen defaults.
-        notes.append(
-            f"the vehicle's file has no battery.voltage: {vehicle.battery.voltage:g} V assumed, "
-            f"the {origin}"
-        )
+    notes = [*assumptions(run.request, run.conditions)]
     ends = {"start": run.request.start, "goal": run.request.goal}
     ends |= {f"via[{k}]": place for k, place in enumerate(run.request.via)}
     for name, place in ends.items():
@@ -197,13 +190,6 @@ def _notes(run: Run) -> tuple[str, ...]:
                 f"{name}.yaw of {place.yaw:g} rad is more than a turn; if degrees were meant, "
                 f"{place.yaw:g}° are {math.radians(place.yaw):.4g} rad"
             )
-    given = run.request.conditions.model_fields_set
-    reads = {name for effect in run.conditions.model.effects for name in effect.reads}
-    needed = {"wind": "wind_x", "motor_temp": "motor_temp", "ambient_temp": "ambient_temp"}
-    needed |= {"sensor_rate": "sensor_rate", "battery_voltage": "battery_voltage"}
-    for name, quantity in needed.items():
-        if name in given and quantity not in reads:
-            notes.append(f"conditions.{name} changes nothing: no active effect reads it")
     return tuple(notes)
 
 

@@ -28,6 +28,7 @@ from planner.errors import RequestError
 from planner.power.model import PowerModel
 from planner.progress import Progress, silent
 from planner.quantities import STANDARD_GRAVITY
+from planner.search.conditions import assumptions
 from planner.search.field import CostField, sample_surface
 from planner.search.grid import CostToGo
 from planner.search.legs import EdgeRoutes
@@ -69,6 +70,7 @@ class Reach(Shown):
         error_share: largest relative error among the places at the edge of the last round, before
             their routes were taken into account; NaN without any.
         checked: places whose routes were driven in full.
+        notes: what was assumed, in sentences.
     """
 
     terrain: Terrain
@@ -82,6 +84,7 @@ class Reach(Shown):
     outlines: tuple[Array, ...]
     error_share: float
     checked: int
+    notes: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """The area ready for JSON."""
@@ -93,6 +96,7 @@ class Reach(Shown):
             "outlines": [line.round(3).tolist() for line in self.outlines],
             "error_share": None if math.isnan(self.error_share) else self.error_share,
             "checked": self.checked,
+            "notes": list(self.notes),
         }
 
     def to_frame(self) -> pandas.DataFrame:
@@ -173,6 +177,7 @@ def _reached(search: EdgeSearch, request: ReachRequest, say: Progress) -> Reach:
         lines,
         float(error),
         len(routes.legs),
+        assumptions(request, situation.conditions),
     )
 
 

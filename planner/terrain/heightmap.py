@@ -229,7 +229,7 @@ def _check_grid(
         f"has heights of shape {z.shape}",
         f"two dimensions, at least {SMALLEST_SIDE} by {SMALLEST_SIDE} cells",
     )
-    lengths = len(cell) == 2 and all(math.isfinite(d) and d > 0 for d in cell)
+    lengths = np.size(cell) == 2 and all(math.isfinite(d) and d > 0 for d in cell)
     above = "dx, dy in metres, both above 0"
     require(name, lengths, "has a cell size that is not a length", above, value=cell)
     point = len(origin) == 2 and all(math.isfinite(c) for c in origin)

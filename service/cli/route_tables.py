@@ -62,7 +62,7 @@ def account(document: Document, titles: Mapping[str, str]) -> Table:
 def report(document: Document, titles: Mapping[str, str]) -> RenderableType:
     """All that `joulepath plan` says about an answer."""
     if document["status"] != "ok":
-        return Text(f"No route: {document.get('reason')}")
+        return Group(Text(f"No route: {document.get('reason')}"), *_notes(document))
     lines = [Text(remark) for remark in route_wording.remarks(document, titles)]
     return Group(comparison(document), account(document, titles), *lines)
 
@@ -99,7 +99,11 @@ def matrix(document: Document) -> Group:
     said = f"{document['driven']} of {pairs} motions computed in full"
     if document["error_share"]:
         said += f"; nine in ten of the others are within {document['error_share']:.1%}"
-    return Group(table, Text(said))
+    return Group(table, Text(said), *_notes(document))
+
+
+def _notes(document: Document) -> list[Text]:
+    return [Text(note) for note in route_wording.notes(document)]
 
 
 def _place(place: Document) -> str:
@@ -124,7 +128,7 @@ def graph(document: Document) -> Group:
     for one in summary["closed"]:
         edge = "no edge" if one["id"] is None else f"edge {one['id']}"
         lines.append(f"{edge}, {one['startid']} to {one['endid']}: {one['reason']}")
-    return Group(*(Text(line) for line in lines))
+    return Group(*(Text(line) for line in lines), *_notes(summary))
 
 
 def reach(document: Document) -> Group:
@@ -134,13 +138,13 @@ def reach(document: Document) -> Group:
         f"{joules(document['energy_j'])} reach {document['area_m2']:,.0f} m², {back}.",
         f"{document['checked']} routes to the edge were computed in full.",
     ]
-    return Group(*(Text(line) for line in lines))
+    return Group(*(Text(line) for line in lines), *_notes(document))
 
 
 def front(document: Document) -> RenderableType:
     """Routes from the fastest to that of least energy, each with its time weight."""
     if document["status"] != "ok":
-        return Text(f"No route: {document.get('reason')}")
+        return Group(Text(f"No route: {document.get('reason')}"), *_notes(document))
     headings = ("duration", "energy", "length", "mean power", "best at a price of time of")
     table = grid(headings, left=())
     for point in document["points"]:
@@ -152,7 +156,8 @@ def front(document: Document) -> RenderableType:
             _mean_power(point),
             f"{low:.3g} W and more" if high is None else f"{low:.3g} to {high:.3g} W",
         )
-    return Group(table, Text("The price of time is the extra energy for each second saved."))
+    said = Text("The price of time is the extra energy for each second saved.")
+    return Group(table, said, *_notes(document))
 
 
 def planners(document: Document) -> Group:

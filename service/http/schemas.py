@@ -236,6 +236,8 @@ class FrontAnswer(Described):
     """number of prices of time searched between the ends"""
     model: dict[str, Any]
     """name, version and effects of the power model"""
+    notes: list[str] = []
+    """assumptions"""
 
 
 class MatrixAnswer(Described):
@@ -249,6 +251,8 @@ class MatrixAnswer(Described):
     """number of pairs with a fully computed motion"""
     error_share: float | None
     """relative error that nine in ten of the other pairs stay within, if known"""
+    notes: list[str] = []
+    """assumptions"""
 
 
 class GraphAnswer(Described):
@@ -259,7 +263,7 @@ class GraphAnswer(Described):
     type: Literal["FeatureCollection"]
     features: list[dict[str, Any]]
     joulepath: dict[str, Any]
-    """what was asked, and under closed the directions that cannot be driven, with the reason"""
+    """what was asked; closed: directions that cannot be driven, and why; notes: assumptions"""
 
 
 class ReachAnswer(Described):
@@ -275,6 +279,8 @@ class ReachAnswer(Described):
     """largest relative error at the edge, before the last round of checks"""
     checked: int
     """number of places with a fully computed route"""
+    notes: list[str] = []
+    """assumptions"""
 
 
 class Entry(Described):

@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from planner import plan_route
+from planner import (
+    energy_graph,
+    energy_matrix,
+    energy_time_front,
+    plan_route,
+    reachable_area,
+)
 from planner.errors import RequestError, VehicleError
 from planner.power.model import PowerModel
 from planner.power.vehicles import load_vehicle
@@ -60,13 +68,38 @@ def test_notes_give_the_values_of_defaults(tmp_path: Path, level: Terrain) -> No
     assert "drive.gear_ratio" not in note
 
 
-def test_a_voltage_that_only_the_motor_states_is_said_apart(tmp_path: Path, level: Terrain) -> None:
+POINTS = [
+    {"properties": {"id": k}, "geometry": {"type": "Point", "coordinates": [3.0 + k, 4.0]}}
+    for k in range(2)
+]
+EDGE = {"properties": {"id": 2, "startid": 0, "endid": 1}, "geometry": {"type": "LineString"}}
+
+
+@pytest.mark.parametrize(
+    "question",
+    [
+        lambda **robot: plan_route(**ASKED, **robot),
+        lambda **robot: energy_time_front(**ASKED, points=2, **robot),
+        lambda **robot: energy_matrix(starts=[(3, 4), (4, 4)], **robot),
+        lambda **robot: reachable_area(start=(3, 4), energy_j=20, **robot),
+        lambda **robot: energy_graph(graph={"features": [*POINTS, EDGE]}, **robot),
+    ],
+    ids=["route", "front", "matrix", "reach", "graph"],
+)
+def test_every_answer_says_what_it_assumed(
+    tmp_path: Path, level: Terrain, question: Callable[..., Any]
+) -> None:
+    """A voltage that only the motor's data sheet states stands in a sentence of its own."""
     cart = tmp_path / "cart.toml"
-    cart.write_text(CART + '[drive]\nmotor = "pololu-37d-12v"\ngear_ratio = 30\n', "utf-8")
-    answer = plan_route(terrain=level, vehicle=str(cart), **ASKED)
+    cart.write_text(CART + 'motor = "pololu-37d-12v"\ngear_ratio = 30\n', "utf-8")
+    answer = question(map=level, vehicle=str(cart), conditions={"ambient_temp": 10})
     (note,) = [note for note in answer.notes if "no battery.voltage" in note]
     assert "12 V assumed" in note
     assert "pololu-37d-12v" in note
+    assert any("limits.speed = 1 m/s" in note for note in answer.notes)
+    assert any("conditions.ambient_temp changes nothing" in note for note in answer.notes)
+    document = answer.to_json()
+    assert document.get("joulepath", document)["notes"] == list(answer.notes)
 
 
 def test_the_path_of_a_request_is_planned(tmp_path: Path, level: Terrain) -> None:

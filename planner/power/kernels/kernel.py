@@ -15,8 +15,10 @@ from numba import types
 
 from planner.arrays import Array
 from planner.compiled_code import njit
+from planner.errors import InputError
 from planner.power.account import ACCOUNT_LENGTH, PER_WHEEL
 from planner.power.kernels.row_blocks import BLOCK
+from planner.quantities import ROW_LENGTH
 
 _F1 = types.Array(types.float64, 1, "C")
 _F2 = types.Array(types.float64, 2, "C")
@@ -57,7 +59,7 @@ class Kernel:
 
         For a kernel of type KERNEL.
         """
-        rows = np.ascontiguousarray(rows, dtype=float)
+        rows = _checked(rows)
         accounts = np.empty((len(rows), ACCOUNT_LENGTH))
         per_wheel = np.empty((len(wheels), len(PER_WHEEL)))
         _over_rows(self, rows, parameters, body, wheels, accounts, per_wheel)
@@ -70,10 +72,30 @@ class Kernel:
 
         For a kernel of type BLOCK_KERNEL.
         """
-        rows = np.ascontiguousarray(rows, dtype=float)
+        rows = _checked(rows)
         results = np.empty((len(rows), count))
         _over_blocks(self, rows, parameters, body, wheels, results)
         return results
+
+
+def _checked(rows: Any) -> Array:
+    """Rows as compiled code needs them, which reads whatever lies behind shorter ones.
+
+    Raises:
+        InputError: they are not (n, ROW_LENGTH) numbers.
+    """
+    try:
+        found = np.ascontiguousarray(rows, dtype=float)
+    except (TypeError, ValueError):
+        found = np.empty(0)
+    if found.ndim != 2 or found.shape[1] != ROW_LENGTH:
+        raise InputError(
+            "rows",
+            "are not rows of the power model",
+            value=getattr(rows, "shape", rows),
+            accepted=f"numbers of shape (n, {ROW_LENGTH}), as planner.power.rows.rows_from gives",
+        )
+    return found
 
 
 @njit(types.void(KERNEL, _F2, _F1, _F1, _F2, _F2, _F2), cache=True, error_model="numpy", nogil=True)

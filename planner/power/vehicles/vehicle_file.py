@@ -64,13 +64,17 @@ def list_vehicles() -> list[dict[str, object]]:
     return found
 
 
-def load_vehicle(name: str) -> Vehicle:
+def load_vehicle(name: str | Path) -> Vehicle:
     """The vehicle of this name, or in the TOML file at this path.
 
     Raises:
         VehicleError: no such vehicle, or a value in its file cannot be used.
     """
     known = sorted(path.stem for path in VEHICLE_FOLDER.glob("*.toml"))
+    if not isinstance(name, str | Path):
+        raise VehicleError(
+            "vehicle", "is no name", value=name, accepted=f"{', '.join(known)}, a .toml path"
+        )
     path = VEHICLE_FOLDER / f"{name}.toml" if name in known else Path(name)
     # Unlike Path.is_file this does not raise for a name that no file can have.
     if name not in known and (path.suffix != ".toml" or not os.path.isfile(path)):

@@ -9,7 +9,7 @@ Effects that a log does not support can be adopted too; the warnings then say wh
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,7 +18,7 @@ import numpy as np
 
 from planner.cancellation import CancellationToken
 from planner.errors import ModelError
-from planner.power.catalogue import all_effects, find_effect
+from planner.power.catalogue import all_effects, find_effect, is_effect
 from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.power.vehicles import Vehicle
@@ -111,10 +111,13 @@ def adopt(
         LogError, VehicleError: something given cannot be used.
         Cancelled: ``cancelled`` said so.
     """
-    wanted = [effects] if isinstance(effects, str | type) else list(effects)
+    if isinstance(effects, str | type) or not isinstance(effects, Iterable):
+        wanted: list[Wanted] = [effects]
+    else:
+        wanted = list(effects)
     start = starting_model(model)
-    custom = [e for e in wanted if isinstance(e, type)]
     _check_names(wanted, start)
+    custom = [e for e in wanted if isinstance(e, type)]
     report = progress or silent
     watch = CancellationToken(cancelled).watched(
         lambda share, sentence: report(0.9 * share, sentence)
@@ -143,6 +146,9 @@ def _check_names(wanted: Sequence[Wanted], start: PowerModel) -> None:
     if not wanted:
         raise ModelError("effect", "none was given", accepted=", ".join(all_effects()))
     for one in wanted:
+        if not isinstance(one, str) and not is_effect(one):
+            accepted = f"{', '.join(all_effects())}, or a custom effect"
+            raise ModelError("effect", "is no effect", value=repr(one), accepted=accepted)
         slug = one if isinstance(one, str) else one.slug
         if slug in has:
             raise ModelError(

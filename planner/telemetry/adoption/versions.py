@@ -21,12 +21,17 @@ SNAPSHOT = ("custom", "surfaces", "stderr", "covariance", "energy_error")
 """Keys of a model's document that a version stores beside its effects."""
 
 
-def revert(model: PowerModel, version: int) -> PowerModel:
+def revert(model: PowerModel | str | Path, version: int) -> PowerModel:
     """A new version that is as an earlier one was.
 
+    Args:
+        model: a model, or its .json file.
+        version: as its history numbers it.
+
     Raises:
-        ModelError: the model's history has no such version.
+        ModelError: the file cannot be used, or the model's history has no such version.
     """
+    model = model if isinstance(model, PowerModel) else PowerModel.load(model)
     entries = {int(entry["version"]): entry for entry in model.history}
     if version not in entries:
         raise ModelError(

@@ -29,7 +29,8 @@ from typing import Any
 import numpy as np
 
 from planner.cancellation import CancellationToken
-from planner.power.catalogue import all_effects
+from planner.errors import ModelError
+from planner.power.catalogue import all_effects, is_effect
 from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.power.vehicles import Vehicle
@@ -112,6 +113,10 @@ def diagnose(
         LogError, VehicleError, ModelError: something given cannot be used.
         Cancelled: ``cancelled`` said so.
     """
+    for effect in extra:
+        if not is_effect(effect):
+            accepted = "a list of custom effects; those of the catalogue compete anyway"
+            raise ModelError("extra", "is no custom effect", value=effect, accepted=accepted)
     watch = CancellationToken(cancelled).watched(progress)
     watch(0.0, "reading the log")
     start = starting_model(model)
@@ -123,7 +128,6 @@ def diagnose_source(
     source: LogSource, start: PowerModel, extra: Sequence[type[Effect]], watch: Progress
 ) -> Diagnosis:
     """As ``diagnose``, for a log that is open."""
-    source.require_power()
     watch(0.05, "reading the motion")
     source = source.with_findings(too_fast(source.sample, start))
     raw, usual, source = source, source.steady(), best_reading(source, start)

@@ -71,6 +71,8 @@ def slope_to_log(examination: Examination, log: Telemetry, residual: Array) -> E
     model, watts = examination.competitors.library.held_model, examination.watts
     by_tilt = [SENSORS[kind].column(log, model, watts) for kind in ("slope_offset", "roll_offset")]
     left = _without_drag(log, residual)
+    if not left.any():
+        return None
     spread = np.full(len(log), 1.4826 * float(np.median(np.abs(left))) + 1e-12)
     left = clipped(left, 2.0 * spread)
     ax, ay, wz = (log.rows[:, INDEX[name]] for name in ("ax", "ay", "wz"))

@@ -148,20 +148,6 @@ class LogSource:
             assert self.path is not None
             yield from Telemetry.chunks(self.path, self.mapping, rows=LogSource.CHUNK_ROWS)
 
-    def require_power(self) -> None:
-        """Refuse a power that never changes: it says nothing of what a model lacks.
-
-        Raises:
-            LogError: all rows have the same power.
-        """
-        power = self.sample.power
-        if np.ptp(power) == 0.0:
-            raise LogError(
-                self.sample.source or "log",
-                f"power: is {power[0]:g} W in every row",
-                accepted="power as measured, which changes with the motion",
-            )
-
     def describe(self) -> dict[str, Any]:
         """Source, hash, size and findings, ready for JSON."""
         log = self.sample

@@ -233,7 +233,7 @@ class VirtualRobot:
 
     def drive_route(
         self,
-        route: Mapping[str, Any],
+        route: Any,
         *,
         terrain: Terrain | None = None,
         settings: Mapping[str, float] | None = None,
@@ -243,7 +243,7 @@ class VirtualRobot:
         """Energy in J that the robot really needs for a planned route, and its log.
 
         Args:
-            route: one route of a ROUTE.json, or the whole document (its first route is taken).
+            route: a Route, or an Answer, whose first route is taken; or the JSON of one of them.
             terrain: the map that it leads over; without it the slope across the path is zero.
             settings: payload, ambient and the like; names of START or CONDITIONS of
                 ``virtual.dynamics``.
@@ -253,12 +253,20 @@ class VirtualRobot:
         Raises:
             InputError: there is no route, or it has too few poses.
         """
-        if "routes" in route:
-            if not route["routes"]:
+        given = route.to_json() if hasattr(route, "to_json") else route
+        if isinstance(given, Mapping) and "routes" in given:
+            if not given["routes"]:
                 raise InputError("route", "holds no route", accepted="a ROUTE.json of status ok")
-            route = route["routes"][0]
+            given = given["routes"][0]
+        if not isinstance(given, Mapping) or "poses" not in given:
+            raise InputError(
+                "route",
+                "is no planned route",
+                value=route,
+                accepted="a Route or an Answer of plan_route, or a ROUTE.json as a dictionary",
+            )
         half = float(np.abs(self.chassis.wheels.x).max())
-        path = planned_route(route, terrain=terrain, half_length=half, row=row, settings=settings)
+        path = planned_route(given, terrain=terrain, half_length=half, row=row, settings=settings)
         log = self.drive(path, noise=noise)
         return log.truth["energy"]["route"]["supply"], log
 

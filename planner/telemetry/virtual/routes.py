@@ -61,15 +61,17 @@ def planned_route(
         settings: names of ``CONDITIONS`` or ``START`` → value.
 
     Raises:
-        InputError: the route has fewer than two poses.
+        InputError: the route has fewer than two poses, or a pose lacks a number.
     """
     poses = list(route.get("poses", ()))
     if len(poses) < 2:
         raise InputError("route poses", "too few", value=len(poses), accepted="two or more")
-    t, x, y, z, yaw, speed = (
-        np.array([float(pose[key]) for pose in poses])
-        for key in ("t", "x", "y", "z", "yaw", "speed")
-    )
+    keys = ("t", "x", "y", "z", "yaw", "speed")
+    try:
+        t, x, y, z, yaw, speed = np.array([[float(p[key]) for p in poses] for key in keys])
+    except (KeyError, TypeError, ValueError) as error:
+        accepted = f"poses with the numbers {', '.join(keys)}"
+        raise InputError("route poses", f"unusable: {error!r}", accepted=accepted) from None
     later = np.concatenate([[True], np.diff(t) > 1e-9])
     t, x, y, z, yaw, speed = (q[later] for q in (t - t[0], x, y, z, np.unwrap(yaw), speed))
     # A last part of a row is filled up by standing at the goal.
