@@ -1,7 +1,7 @@
 """Whether a log belongs together: its runs, its power with its motion, its motion with the robot.
 
     apart(log, residual)            # what runs and power say, in sentences
-    source = source.with_findings(too_fast(source.sample, model))
+    source = source.with_findings(beyond_motors(source.sample, model))
 
 None of these names an effect. What changes from run to run without a column may be a load, a
 battery or another floor. A power that does not follow the motion may have another clock or unit,
@@ -20,6 +20,7 @@ from planner.amounts import watts
 from planner.arrays import Array
 from planner.power.kinematics import RIM
 from planner.power.model import PowerModel
+from planner.power.vehicles import Vehicle
 from planner.quantities import INDEX
 from planner.telemetry.logs import Finding, Telemetry
 from planner.telemetry.noise import deviation
@@ -47,6 +48,8 @@ FULL_BATTERY = 1.3
 """Voltage of a full battery over its nominal one, with the tolerance of a torque constant."""
 MOST_TOO_FAST = 0.01
 """Share of rows that may be faster than the motors: rolling down, or an outlier."""
+MOST_TOO_STRONG = 0.5
+"""Share of rows that may have more power than the motors at a standstill: an arm or a heater."""
 
 
 def apart(log: Telemetry, residual: Array) -> tuple[str, ...]:
@@ -59,24 +62,42 @@ def apart(log: Telemetry, residual: Array) -> tuple[str, ...]:
     return (*_runs(log, residual), *_power(log, residual))
 
 
-def too_fast(log: Telemetry, model: PowerModel) -> tuple[Finding, ...]:
-    """A motion that the motors of the model's vehicle cannot give."""
+def beyond_motors(log: Telemetry, model: PowerModel) -> tuple[Finding, ...]:
+    """A motion or a power that the motors of the model's vehicle cannot have."""
     vehicle = model.vehicle
     stated = "battery.voltage" not in vehicle.provenance.defaults_taken
-    volts = vehicle.battery.voltage if stated else vehicle.limits.voltage
+    volts = FULL_BATTERY * (vehicle.battery.voltage if stated else vehicle.limits.voltage)
+    return (*_too_fast(log, vehicle, volts), *_too_strong(log, vehicle, volts))
+
+
+def _too_strong(log: Telemetry, vehicle: Vehicle, volts: float) -> Iterator[Finding]:
+    electronics = vehicle.parameters["electronics"]["power"]
+    stalled = volts**2 / vehicle.parameters["copper_loss"]["resistance"]
+    most = electronics + vehicle.layout.wheel_count * stalled
+    many = int(np.count_nonzero(np.abs(log.power) > most))
+    if many > MOST_TOO_STRONG * len(log):
+        said = (
+            f"power: {in_per_cent(many / len(log))} of the rows have more than the {most:.3g} W "
+            f"that {vehicle.name} takes with all motors at a standstill and a full battery: "
+            "another unit, such as mW, or another robot"
+        )
+        yield Finding("too strong", "power", many, said)
+
+
+def _too_fast(log: Telemetry, vehicle: Vehicle, volts: float) -> Iterator[Finding]:
     constant = vehicle.parameters["copper_loss"]["torque_constant"]
-    fastest = FULL_BATTERY * volts / constant / vehicle.gear_ratio * vehicle.layout.radius
+    fastest = volts / constant / vehicle.gear_ratio * vehicle.layout.radius
     motion = log.rows[:, [INDEX[name] for name in ("vx", "vy", "wz")]]
     rims = np.abs(motion @ vehicle.layout.table[:, RIM : RIM + 3].T).max(axis=1, initial=0.0)
     many = int(np.count_nonzero(rims > fastest))
     if many <= MOST_TOO_FAST * len(log):
-        return ()
+        return
     said = (
         f"vx, vy, wz: {in_per_cent(many / len(log))} of the rows turn a wheel faster than the "
         f"motors of {vehicle.name} can ({fastest:.3g} m/s at its rim, with a full battery): "
         "another unit, or another robot"
     )
-    return (Finding("too fast", "vx", many, said),)
+    yield Finding("too fast", "vx", many, said)
 
 
 def _runs(log: Telemetry, residual: Array) -> Iterator[str]:

@@ -10,7 +10,7 @@ import pytest
 from planner import compare, diagnose
 from planner.quantities import INDEX
 from planner.report.workbench_wording import how_far
-from planner.telemetry.belonging import apart, too_fast
+from planner.telemetry.belonging import apart, beyond_motors
 from planner.telemetry.prediction import predict
 from tests.telemetry.rows import measured
 
@@ -59,9 +59,16 @@ def test_a_power_that_does_not_follow_the_motion_is_not_complete(motion, base):
 def test_speeds_beyond_the_motors_are_in_another_unit(motion, base, column, factor):
     rows = motion.rows.copy()
     rows[:, INDEX[column]] *= factor
-    (finding,) = too_fast(replace(motion, rows=rows), base)
+    (finding,) = beyond_motors(replace(motion, rows=rows), base)
     assert "another unit" in finding.sentence
-    assert too_fast(motion, base) == ()
+    assert beyond_motors(motion, base) == ()
+
+
+def test_a_power_beyond_the_motors_is_in_another_unit(motion, base):
+    log = measured(motion, base, 0.02, seed=7)
+    (finding,) = beyond_motors(replace(log, power=1e3 * log.power), base)
+    assert "mW" in finding.sentence
+    assert beyond_motors(log, base) == ()
 
 
 def test_a_log_too_short_to_show_an_effect_says_so(motion, base):

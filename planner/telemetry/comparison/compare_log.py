@@ -39,7 +39,7 @@ from planner.power.vehicles import Vehicle
 from planner.progress import Progress
 from planner.quantities import INDEX
 from planner.shown import Shown, frame
-from planner.telemetry.belonging import apart, too_fast
+from planner.telemetry.belonging import apart, beyond_motors
 from planner.telemetry.comparison.sums import RunComparison, Sums, curve_bins
 from planner.telemetry.estimation import FittedParameter, RefusedFit
 from planner.telemetry.holdout import heldout_residual, meter_beside, metered_base_fit, rms
@@ -182,7 +182,7 @@ def compare(
     watch(0.0, "reading the log")
     start = starting_model(model)
     source = open_source(log, mapping, watch)
-    source = source.with_findings(too_fast(source.sample, start))
+    source = source.with_findings(beyond_motors(source.sample, start))
     settled, sums, share = _settle(source, start, not is_model(model), watch)
     done = 0
     for chunk in source.chunks():

@@ -35,7 +35,7 @@ from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.power.vehicles import Vehicle
 from planner.progress import Progress
-from planner.telemetry.belonging import apart, too_fast
+from planner.telemetry.belonging import apart, beyond_motors
 from planner.telemetry.diagnosis.best_reading import best_reading
 from planner.telemetry.diagnosis.decision import (
     Answer,
@@ -129,7 +129,7 @@ def diagnose_source(
 ) -> Diagnosis:
     """As ``diagnose``, for a log that is open."""
     watch(0.05, "reading the motion")
-    source = source.with_findings(too_fast(source.sample, start))
+    source = source.with_findings(beyond_motors(source.sample, start))
     raw, usual, source = source, source.steady(), best_reading(source, start)
     decided = _decided(source, start, extra, watch)
     if any(one.answer.claims for _, one in decided):

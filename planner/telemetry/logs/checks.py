@@ -24,6 +24,8 @@ LONGEST_PLAUSIBLE_INTERVAL = 100.0
 """s between samples; at this or more, time is not in seconds."""
 LATEST_PLAUSIBLE_TIME = 1e11
 """s; above it, time is not in seconds: seconds since 1970 stay below 1e10 for 300 years."""
+STEEPEST_PLAUSIBLE = 0.7
+"""rad; no wheel grips on 40°, and a floor that is level within 1° seems as steep in degrees."""
 GAP_INTERVALS = 2.5
 """Usual intervals; a longer one is a gap, and its rows are not consecutive."""
 _ENOUGH_ROWS = 1000
@@ -285,7 +287,9 @@ class Checks:
                     level = f"{name}: constant at {channel.least:.6g}"
                     text = f"{level}; effects that depend on it cannot be identified"
                     yield Finding("constant", name, channel.known, text)
+                yield from self._steep(name, channel)
                 continue
+            yield from self._steep(name, channel)
             if name not in _CLIPS and not name.startswith("wheel_current"):
                 continue
             ends = (channel.least, channel.at_least), (channel.most, channel.at_most)
@@ -296,6 +300,13 @@ class Checks:
                         "clipped, or a set-point"
                     )
                     yield Finding("clipped", name, count, text)
+
+    def _steep(self, name: str, channel: _Channel) -> Iterator[Finding]:
+        steepest = max(abs(channel.least), abs(channel.most))
+        if name in ("roll", "pitch") and channel.known and steepest > STEEPEST_PLAUSIBLE:
+            text = f"{name}: reaches {np.degrees(steepest):.0f}°, which no wheel holds; if the log "
+            text += "has degrees, name the unit in a mapping file"
+            yield Finding("unit", name, channel.at_most, text)
 
     def _often(self, count: int) -> bool:
         return count >= max(20, 0.005 * self.kept)

@@ -40,7 +40,7 @@ POSSIBLE: dict[str, tuple[float, float]] = {
     "gravity_normal": (0.0, 10.0),
     "power": (-1e6, 1e6),
     "payload": (0.0, 1e5),
-    "motor_temp": (-80.0, 400.0),
+    "motor_temp": (-80.0, 250.0),  # 293 is room temperature in K
     "ambient_temp": (-90.0, 100.0),
     "battery_voltage": (0.0, 2000.0),
     "battery_current": (-1e4, 1e4),

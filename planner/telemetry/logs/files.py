@@ -58,7 +58,8 @@ class LogFile:
         kind: "csv", "parquet", "table" or "recording".
         columns: headings, without blanks around them.
         notes: what was found about the format, in sentences (separator, byte-order mark ...).
-        dates: headings of moments as ISO 8601 writes them, and whether they name their zone.
+        dates: headings of moments, as ISO 8601 writes them or as Arrow types them, and whether they
+            name their zone; durations of Arrow as well.
         ragged: rows of the file that have too few or too many cells, filled while reading.
     """
 

@@ -79,7 +79,10 @@ def open_table(table: Any) -> LogFile:
         raise LogError(where, "has no rows", accepted=TABLE_ACCEPTED)
     names = [name.strip() for name in arrow.column_names]
     _check_headings(where, names)
-    return LogFile(Path(where), "table", names, headings_as_written=arrow.column_names, table=arrow)
+    written, dates = arrow.column_names, _dates(arrow.schema)
+    return LogFile(
+        Path(where), "table", names, headings_as_written=written, dates=dates, table=arrow
+    )
 
 
 _OTHER_FORMATS = {
@@ -113,7 +116,17 @@ def _open_parquet(path: Path) -> LogFile:
         raise LogError(where, "has headings and no rows", accepted=ACCEPTED)
     names = [name.strip() for name in schema.names]
     _check_headings(where, names)
-    return LogFile(path, "parquet", names, headings_as_written=list(schema.names))
+    written = list(schema.names)
+    return LogFile(path, "parquet", names, headings_as_written=written, dates=_dates(schema))
+
+
+def _dates(schema: Any) -> dict[str, bool]:
+    """Headings of moments and durations, which state their unit, and whether with a zone."""
+    return {
+        field.name.strip(): getattr(field.type, "tz", None) is not None
+        for field in schema
+        if pa.types.is_timestamp(field.type) or pa.types.is_duration(field.type)
+    }
 
 
 def _open_csv(path: Path, *, gzipped: bool) -> LogFile:

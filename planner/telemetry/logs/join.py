@@ -127,7 +127,7 @@ def _read(path: Path, used: Mapping, vehicle: Vehicle | None, findings: list[str
     file = open_log(path)
     where = str(path)
     own = {name: c for name, c in used.columns.items() if c.heading in file.columns}
-    resolved = replace(used, columns=own, constants={}).resolve(file.columns, where)
+    resolved = replace(used, columns=own, constants={}).resolve(file.columns, where, file.dates)
     taken = {column.heading for column in own.values()}
     resolved |= {n: Column(n) for n in file.columns if is_wheel_speed(n) and n not in taken}
     if "time" not in resolved:

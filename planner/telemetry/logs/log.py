@@ -134,11 +134,7 @@ class Telemetry(Rows):
         used = Mapping() if mapping is None else read_mapping(mapping)
         file, blocks = _opened(log, used)
         where = str(file.path)
-        resolved = used.resolve(file.columns, where)
-        for quantity, column in resolved.items():
-            if column.heading in file.dates and column.factor != 1.0:
-                problem = f"gives the column {column.heading!r} a unit, but it holds dates"
-                raise LogError(used.path, problem, accepted=f'"{quantity}" alone')
+        resolved = used.resolve(file.columns, where, file.dates)
         given = {*resolved, *used.constants}
         _require(given, file.columns, where)
         checks = Checks(where, ragged=file.ragged, notes=_format_notes(file, resolved))

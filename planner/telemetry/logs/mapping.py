@@ -21,6 +21,7 @@ heading. Units other than SI are converted here and nowhere else; the sign comes
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from collections.abc import Mapping as AnyMapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -71,12 +72,24 @@ class Mapping:
     rosbag: dict[str, Any] = field(default_factory=dict)
     path: str = ""
 
-    def resolve(self, headings: list[str], log: str) -> dict[str, Column]:
+    def resolve(
+        self, headings: list[str], log: str, dates: Collection[str] = ()
+    ) -> dict[str, Column]:
         """Quantity to column for a log with these headings.
 
+        Args:
+            headings: of all columns.
+            log: its name.
+            dates: headings of columns that hold moments or durations, which are read as seconds.
+
         Raises:
-            LogError: the mapping names a column that the log does not have.
+            LogError: the mapping names a column that the log does not have, or gives one of dates
+                a unit.
         """
+        for quantity, column in self.columns.items():
+            if column.heading in dates and column.factor != 1.0:
+                problem = f"gives the column {column.heading!r} a unit, but it holds dates"
+                raise LogError(self.path, problem, accepted=f'"{quantity}" alone')
         taken = {column.heading for column in self.columns.values()}
         for heading in sorted(taken - set(headings)):
             hint = suggestion(heading, headings)

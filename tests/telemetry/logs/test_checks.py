@@ -120,6 +120,7 @@ REFUSED: dict[str, tuple[Callable[[Path], Path], str]] = {
     "speed in mm/s": (changed(vx=table()["vx"] * 1e3), "vx: 60 of 60.*mm/s"),
     "pitch in degrees": (changed(pitch=np.linspace(-9.0, 9.0, 60)), "pitch.*degrees"),
     "temperature in kelvin": (changed(ambient_temp=np.full(60, 293.0)), "ambient_temp.*kelvin"),
+    "motor in kelvin": (changed(motor_temp=np.full(60, 310.0)), "motor_temp.*kelvin"),
     "power in µW": (changed(power=table()["power"] * 1e6), "power: 60 of 60"),
     "time in ms": (changed(time=table()["time"] * 1e4), "time.*not s"),
     "time in ns since 1970": (changed(time=1.7e18 + table()["time"] * 1e9), "time.*ns"),
@@ -141,6 +142,11 @@ def test_a_broken_log_is_refused_in_one_sentence(tmp_path: Path, name: str) -> N
     assert "; accepted: " in sentence
     assert "\n" not in sentence
     assert len(sentence) < 1000
+
+
+def test_degrees_of_a_level_floor_are_not_taken_for_slopes_in_silence(tmp_path: Path) -> None:
+    rough = changed(pitch=np.linspace(-0.2, 0.2, 60), roll=np.linspace(-1.0, 1.0, 60))
+    assert kinds(Telemetry.read(rough(tmp_path))) == {("unit", "roll")}
 
 
 @pytest.mark.parametrize("name", ODD)

@@ -21,6 +21,7 @@ from tests.telemetry.odd_logs import (
 def test_timestamps_and_labels_of_parquet(tmp_path: Path) -> None:
     columns = table()
     columns["time"] = pa.array((columns["time"] * 1000).astype(int), pa.timestamp("ms"))
+    stamps = pa.table(columns)
     columns["run"] = pa.array(columns["run"]).dictionary_encode()
     columns["vx"] = pa.array(columns["vx"], pa.float32())
     pq.write_table(pa.table(columns), tmp_path / "log.parquet")
@@ -28,6 +29,11 @@ def test_timestamps_and_labels_of_parquet(tmp_path: Path) -> None:
     assert log.time[:2] == pytest.approx([0.1, 0.2])
     assert log.run_names == ("run 0", "run 1")
     assert log.report == ()
+    # Their type has the unit; one more would convert them twice.
+    stated = {"columns": {"time": {"quantity": "time", "unit": "ms"}}}
+    for given in (tmp_path / "log.parquet", stamps):
+        with pytest.raises(LogError, match="holds dates"):
+            Telemetry.read(given, stated)
 
 
 @pytest.mark.parametrize("size", [1, 2, 7, 30, 31, 59, 60, 1000])
