@@ -60,7 +60,7 @@ def _common(
 
 def serve(
     host: Annotated[str | None, typer.Option(help="Address to listen on.")] = None,
-    port: Annotated[int | None, typer.Option(help="Port to listen on.")] = None,
+    port: Annotated[int | None, typer.Option(min=0, max=65535, help="Port to listen on.")] = None,
     verbose: Verbose = False,
 ) -> None:
     """Serve HTTP and the page.

@@ -43,6 +43,8 @@ MOST_FILES = 20
 """Files of one drive that are joined."""
 MOST_ROWS = 5_000_000
 """Rows of one file that are held in memory."""
+MOST_BACKWARDS = 0.01
+"""Share of rows before an earlier one that are stragglers of a buffer; more are another drive."""
 REPEATED_SHARE = 0.5
 """Share of equal neighbours above which a channel is one that repeats its last value."""
 OTHER_UNIT_RATIO = 2.0
@@ -148,7 +150,15 @@ def _read(path: Path, used: Mapping, vehicle: Vehicle | None, findings: list[str
     scale, absolute = clock_of(time, where)
     time = time * scale
     good = np.isfinite(time)
-    good[good] &= np.diff(time[good], prepend=-np.inf) > 0.0
+    latest = np.maximum.accumulate(np.where(good, time, -np.inf))
+    good[1:] &= time[1:] > latest[:-1]
+    back = np.flatnonzero(time[1:] < latest[:-1]) + 1
+    if len(back) > MOST_BACKWARDS * len(time):
+        raise LogError(
+            f"{where}: time",
+            f"runs backwards by {latest[back[0] - 1] - time[back[0]]:.6g} s in row {back[0] + 1}",
+            accepted="one drive, whose time increases; join each run of a log by itself",
+        )
     if len(time) - good.sum():
         findings.append(f"{path.name}: {len(time) - good.sum()} rows without a later time left out")
     if good.sum() < 2:

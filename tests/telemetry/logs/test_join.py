@@ -171,6 +171,21 @@ def test_stamps_in_nanoseconds(tmp_path: Path) -> None:
     right(join_logs([odometry, power]), 0.5)
 
 
+def test_two_runs_in_one_file_are_no_drive(tmp_path: Path) -> None:
+    """Joined, their times would run backwards, and no reader would take the log."""
+    power = write(tmp_path / "power.csv", every(0.5), 0.5, "power", EPOCH)
+    odometry = write(tmp_path / "odom.csv", every(0.02), 0.02, "vx vy wz", EPOCH)
+    head, *rows = odometry.read_text().splitlines()
+    odometry.write_text("\n".join([head, *rows, *rows]))
+    with pytest.raises(LogError, match=f"backwards by .* in row {len(rows) + 1}"):
+        join_logs([odometry, power])
+    # A buffer may write a sample late; that one is left out.
+    odometry.write_text("\n".join([head, *rows[:50], rows[20], *rows[50:]]))
+    joined = join_logs([odometry, power])
+    assert "odom.csv: 1 rows without a later time left out" in joined.findings
+    right(joined, 0.5)
+
+
 def test_a_small_shift_is_left_to_the_diagnosis(tmp_path: Path) -> None:
     # A meter that lags 0.3 s is a sensor to be diagnosed, not a clock to be set.
     files = [
