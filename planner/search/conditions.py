@@ -11,10 +11,12 @@ from functools import cached_property
 import numpy as np
 
 from planner.arrays import Array
+from planner.power.kinematics import RIM
 from planner.power.limits import broken_limit, limit_values
 from planner.power.model import PowerModel
 from planner.power.motion_row import set_motion
 from planner.power.rows import rows_from
+from planner.power.vehicles import Limits, Vehicle
 from planner.quantities import INDEX
 from planner.search.kernel_arguments import ModelArrays
 from planner.search.requests import SituationRequest
@@ -25,6 +27,10 @@ PLANNED_SLIDING_SPEED = 0.0008
 """m/s within which friction of rims and rollers changes sign on planned motions, whose speeds are
 exact. Measured speeds are not, and blur it more (planner.power.kernel_math). With more blur, routes
 lean into it and would drag more than is said (python -m tests.benchmarks.sharp_friction)."""
+BEYOND_REACH = 1.5
+"""Largest limits of speed and yaw rate that a search works with, over what the drive reaches on
+level ground. Speeds and turns are tried in shares of the limits; of those far above the reach all
+break some limit, and no route is found. Some more is left for a descent."""
 _READ_AS = {"wind": "wind_x"}
 """Names of conditions whose quantity has another name."""
 
@@ -41,6 +47,7 @@ class OperatingConditions:
         wind: (2,) m/s in the map's frame.
         lasting: whether steady driving takes no more torque than motors give for good. Turns and
             changes of speed may, up to the peak.
+        stated: limits as the vehicle states them; the model's are near what its drive reaches.
     """
 
     model: PowerModel
@@ -48,6 +55,7 @@ class OperatingConditions:
     limits: Array
     wind: Array
     lasting: bool = False
+    stated: Limits | None = None
 
     @cached_property
     def key(self) -> tuple[object, ...]:
@@ -171,8 +179,23 @@ def operating_conditions(
     most = vehicle.limits
     limits = np.append(limit_values(model, payload.mass), [most.yaw_rate, most.acceleration])
     limits[0] = min(limits[0], _fastest_on_the_level(model, rows, limits))
+    near = _near_reach(vehicle, float(limits[0]))
+    limits[6] = near.yaw_rate
+    model = replace(model, vehicle=replace(model.vehicle, limits=near))
     wind = request.conditions.wind
-    return OperatingConditions(model, rows, limits, np.array([wind.x, wind.y]))
+    return OperatingConditions(model, rows, limits, np.array([wind.x, wind.y]), stated=most)
+
+
+def _near_reach(vehicle: Vehicle, fastest: float) -> Limits:
+    """The vehicle's limits, those of speed and yaw rate not far above what the drive reaches."""
+    rims = np.abs(vehicle.layout.table[:, RIM : RIM + 3])
+    turning = fastest * float(rims[:, :2].max()) / float(rims[:, 2].max())
+    stated = vehicle.limits
+    return replace(
+        stated,
+        speed=min(stated.speed, BEYOND_REACH * fastest),
+        yaw_rate=min(stated.yaw_rate, BEYOND_REACH * turning),
+    )
 
 
 def assumptions(request: SituationRequest, conditions: OperatingConditions) -> tuple[str, ...]:
@@ -183,6 +206,9 @@ def assumptions(request: SituationRequest, conditions: OperatingConditions) -> t
         conditions: that follow from it.
     """
     model = conditions.model
+    near = model.vehicle.limits
+    stated = near if conditions.stated is None else conditions.stated
+    model = replace(model, vehicle=replace(model.vehicle, limits=stated))
     defaults = model.defaults_in_words()
     notes = [f"defaults taken: {', '.join(defaults)}"] if defaults else []
     if origin := model.vehicle.provenance.derived.get("battery.voltage"):
@@ -191,6 +217,13 @@ def assumptions(request: SituationRequest, conditions: OperatingConditions) -> t
         notes.append(
             f"the vehicle's file has no battery.voltage: {volts:g} V assumed, the {origin}"
         )
+    for name, unit in (("speed", "m/s"), ("yaw_rate", "rad/s")):
+        asked, taken = getattr(stated, name), getattr(near, name)
+        if asked > taken:
+            notes.append(
+                f"limits.{name}: {asked:g} {unit} is far beyond the drive, which reaches about "
+                f"{taken / BEYOND_REACH:.2g} {unit} on level ground"
+            )
     reads = {name for effect in model.effects for name in effect.reads}
     for name in type(request.conditions).model_fields:
         unread = name != "battery_charge" and _READ_AS.get(name, name) not in reads

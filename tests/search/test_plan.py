@@ -102,6 +102,19 @@ def test_every_answer_says_what_it_assumed(
     assert document.get("joulepath", document)["notes"] == list(answer.notes)
 
 
+def test_limits_far_beyond_the_drive_change_no_route(tmp_path: Path, level: Terrain) -> None:
+    """Degrees in place of radians, or a motor that is weaker than was thought."""
+    cart = tmp_path / "cart.toml"
+    weak = CART + MOTOR + "[battery]\nvoltage = 9.0\n"
+    cart.write_text(weak, "utf-8")
+    usual = plan_route(terrain=level, vehicle=str(cart), **ASKED).routes[0].energy_j
+    cart.write_text(f"{weak}[limits]\nspeed = 50.0\nyaw_rate = 90.0\n", "utf-8")
+    answer = plan_route(terrain=level, vehicle=str(cart), **ASKED)
+    assert answer.routes[0].energy_j == pytest.approx(usual, rel=0.02)
+    said = [note for note in answer.notes if "far beyond the drive" in note]
+    assert ["limits.speed" in said[0], "limits.yaw_rate" in said[1]] == [True, True]
+
+
 def test_the_path_of_a_request_is_planned(tmp_path: Path, level: Terrain) -> None:
     path = tmp_path / "request.json"
     path.write_text(json.dumps({**ASKED, "map": "not-read"}), encoding="utf-8")

@@ -6,7 +6,7 @@ Their TOML files stand in this folder, or anywhere else.
 """
 
 from planner.power.vehicles.defaults import defaults_in_words
-from planner.power.vehicles.vehicle import Vehicle
+from planner.power.vehicles.vehicle import Limits, Vehicle
 from planner.power.vehicles.vehicle_fields import commented_toml, template
 from planner.power.vehicles.vehicle_file import (
     list_vehicles,
@@ -15,6 +15,7 @@ from planner.power.vehicles.vehicle_file import (
 )
 
 __all__ = [
+    "Limits",
     "Vehicle",
     "commented_toml",
     "defaults_in_words",
