@@ -38,7 +38,7 @@ length = {{ value = 750, unit = "mm", source = "data sheet, page 2", uncertainty
 Ah beside `battery.voltage`. `source` starts with "assumed" where nobody stated the value.
 `uncertainty` is the standard deviation as a share of the value. A
 diagnosis takes it for mass, wheel radius and wheel places in the place of its usual 5 %.
-Unknown keys are refused.
+Unknown keys are refused, and those of another layout.
 
 ## From a data sheet
 

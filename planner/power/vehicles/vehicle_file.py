@@ -132,6 +132,7 @@ class _Reader:
             self._refuse_unknown(self._table(table), known_keys(table), f"[{table}] ")
         motor = self._motor()
         self._refuse_missing()
+        self._refuse_other_layout()
         for table in ("battery", *NUMBERS):  # A capacity in Ah needs the voltage.
             self._read_table(table)
         if motor and "voltage" not in self.si["battery"]:
@@ -335,6 +336,18 @@ class _Reader:
                 f"{', '.join(others)} and {last} are missing" if others else f"{last} is missing",
                 accepted=accepted,
             )
+
+    def _refuse_other_layout(self) -> None:
+        """What only another layout has would be passed over."""
+        wheels = self.document["wheels"]
+        own = GEOMETRY.get(wheels["layout"]) if isinstance(wheels["layout"], str) else None
+        for other, keys in GEOMETRY.items():
+            for key in sorted(wheels.keys() & (set(keys) - set(own or keys))):
+                raise self._wrong(
+                    f"[wheels] {key}",
+                    f'belongs to the layout "{other}"',
+                    accepted=f'for "{wheels["layout"]}": {", ".join(own or ())}',
+                )
 
     def _number(self, table: str, key: str) -> float:
         if key in self.si[table]:

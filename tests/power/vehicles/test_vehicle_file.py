@@ -259,6 +259,10 @@ excess = { hard = 0.0, carpet = 1.3 }
         ),
         (SMALLEST.replace("10.0", '{ unit = "kg" }'), ["body.mass", "not a number"]),
         ("body = 3\n", ["[body]", "not a table"]),
+        (
+            SMALLEST.replace("[wheels]", "[wheels]\nbase_radius = 0.2"),
+            ["[wheels] base_radius", "omni", "half_wheelbase, half_track"],
+        ),
         ('name = "a\\u0000b"' + SMALLEST, ["name", "cannot be printed"]),
         ("name = 0x" + "f" * 5000 + SMALLEST, ["name", "not text", "too many digits"]),
         ("name = 3\n" + SMALLEST, ["name", "not text", "3"]),
