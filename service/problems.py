@@ -102,16 +102,16 @@ def without_folders(error: Exception, folders: Iterable[Path]) -> Exception:
     if not isinstance(error, InputError):
         return error
 
-    def told(words: Any) -> Any:
+    def shortened(words: Any) -> Any:
         for folder in folders if isinstance(words, str) else ():
             words = words.replace(f"{folder}{os.sep}", "")
         return words
 
     return type(error)(
-        told(error.field),
-        told(error.problem),
-        value=told(error.value),
-        accepted=told(error.accepted),
+        shortened(error.field),
+        shortened(error.problem),
+        value=shortened(error.value),
+        accepted=shortened(error.accepted),
     )
 
 

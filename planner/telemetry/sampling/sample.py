@@ -37,7 +37,7 @@ STEADY_TIME = 0.2
 """s; a drive that a robot keeps up, where rows are short: motors need a tenth to change a speed."""
 HALF_WIDTHS = (0.2, 0.1)
 """s on either side that a motion is smoothed over."""
-LEAST_ROWS = 10
+FEWEST_ROWS = 10
 """Rows of a log that anything is fitted to: more than a base model has parameters."""
 NOISIER_COPIES = 2
 """Copies of a log with noise added, over which the chance of what was added averages out."""
@@ -189,11 +189,11 @@ def open_source(
         watch(0.0, f"reading {picker.rows:,} rows")
     in_memory = kept is not None and picker.stride == 1
     sample = last if in_memory else picker.sample(last)  # Telemetry.chunks refuses an empty log
-    if len(sample) < LEAST_ROWS:
+    if len(sample) < FEWEST_ROWS:
         raise LogError(
             sample.source or "log",
             f"has only {len(sample)} usable rows",
-            accepted=f"{LEAST_ROWS} rows or more, better some minutes in several runs",
+            accepted=f"{FEWEST_ROWS} rows or more, better some minutes in several runs",
         )
     run_rows = np.array([picker.run_rows.get(run, 0) for run in range(len(sample.run_names))])
     return LogSource(sample, picker.rows, run_rows, picker.stride == 1, kept, path, mapping)
