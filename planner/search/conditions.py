@@ -180,8 +180,9 @@ def operating_conditions(
     limits = np.append(limit_values(model, payload.mass), [most.yaw_rate, most.acceleration])
     limits[0] = min(limits[0], _fastest_on_the_level(model, rows, limits))
     near = _near_reach(vehicle, float(limits[0]))
-    limits[6] = near.yaw_rate
-    model = replace(model, vehicle=replace(model.vehicle, limits=near))
+    if near != most:
+        limits[6] = near.yaw_rate
+        model = replace(model, vehicle=replace(model.vehicle, limits=near))
     wind = request.conditions.wind
     return OperatingConditions(model, rows, limits, np.array([wind.x, wind.y]), stated=most)
 
