@@ -113,6 +113,9 @@ def test_limits_far_beyond_the_drive_change_no_route(tmp_path: Path, level: Terr
     assert answer.routes[0].energy_j == pytest.approx(usual, rel=0.02)
     said = [note for note in answer.notes if "far beyond the drive" in note]
     assert ["limits.speed" in said[0], "limits.yaw_rate" in said[1]] == [True, True]
+    shares = {use.limit: use.share for use in answer.routes[0].limits}
+    fastest = max(pose.speed for pose in answer.routes[0].poses)
+    assert shares["speed"] == pytest.approx(fastest / 50.0, rel=0.01)
 
 
 def test_the_path_of_a_request_is_planned(tmp_path: Path, level: Terrain) -> None:

@@ -63,15 +63,17 @@ def limits_used(
     if (rms > 0.0).any():
         rms = rms_torques(gear_torques(model, rows), seconds, limits.thermal_time).max(axis=1)
     first = motion.time[:-1]
-    (acceleration, most), (yaw_rate, fastest) = motion_rates(conditions, motion)
+    (acceleration, most), (yaw_rate, _) = motion_rates(conditions, motion)
+    # Of limits far beyond the drive, the search works with lower ones.
+    stated = conditions.stated or limits
     steps = np.arange(len(motion.time) - 1)
     speed = np.maximum(motion.speed[1:], motion.speed[:-1])
     shares: dict[str, tuple[Array, NDArray[np.int64], Array]] = {
         **{name: (share, owner, times) for name, share in used.items()},
         "torque rms": (rms / limits.continuous_torque, owner, ends),
-        "speed": (speed / limits.speed, steps, first),
+        "speed": (speed / stated.speed, steps, first),
         "acceleration": (acceleration / most, steps, first),
-        "yaw rate": (yaw_rate / fastest, steps, first),
+        "yaw rate": (yaw_rate / stated.yaw_rate, steps, first),
         "clearance": _clearances(field, conditions, motion),
     }
     uses = []
