@@ -15,6 +15,7 @@ Nothing is missing where the held-out error is near the floor and no regime stan
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -173,8 +174,8 @@ def decide(found: Found, floor: Array) -> Decision:
             and (not claim.members or _weighs(found, before, best.left, claim.judged, floor))
         )
 
-    if not wins(formula) and not left_by_nothing.little:
-        formula = _overlooked(found, floor)
+    if not wins(formula):
+        formula = _overlooked(found, floor, before if left_by_nothing.little else None)
     if formula is not None and wins(formula):
         best = formula
     elif formula is not None and _outdone(found, best, formula, floor):
@@ -268,13 +269,20 @@ def _formula(found: Found) -> Answer | None:
     return _with_formula(found, shape, axis, members, found.additions)
 
 
-def _overlooked(found: Found, floor: Array) -> Answer | None:
+def _overlooked(found: Found, floor: Array, little: Array | None) -> Answer | None:
     """A formula for the shape that predicts held-out runs best, where the search found none good.
 
     A search tests by the scatter within the log. Of what lasts for a run, few runs say little, and
-    beside effects that are not there a shape looks smaller than it is.
+    beside effects that are not there a shape looks smaller than it is. The floor may take it for
+    slow noise, too. Then the shape must show that the floor is too high by what decides.
+
+    Args:
+        found: state of the search.
+        floor: (n,) W.
+        little: (n,) W, held-out residual of the model, where that is near the floor; else None.
     """
-    shape = found.overlooked_shape(floor)
+    most = math.inf if little is None else rms(counted(little, floor)) / MOST_OVER_FLOOR
+    shape = found.overlooked_shape(floor, most)
     if shape is None:
         return None
     axis = found.local.competitors.dictionary.shapes[shape.number].axis

@@ -10,6 +10,7 @@ does as well, though not clearly enough to be named.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -114,19 +115,22 @@ def shape_beyond(scorer: SubsetScorer, chosen: tuple[int, ...]) -> ShapeFound | 
     return ShapeFound(number, columns[best], float(z[best]), size, not chosen, near)
 
 
-def overlooked_shape(log: Telemetry, examination: Examination, floor: Array) -> ShapeFound | None:
+def overlooked_shape(
+    log: Telemetry, examination: Examination, floor: Array, most: float = math.inf
+) -> ShapeFound | None:
     """The shape that alone predicts held-out runs best; None where these support no shape.
 
     Args:
         log: rows in memory.
         examination: of these rows.
         floor: (n,) W, spread of single rows.
+        most: W, the held-out error that it must undercut.
     """
     linear = LinearHeldout(log, examination)
     competitors = examination.competitors
     dictionary = competitors.dictionary
     without = best_left = linear.residual_with([])
-    best, least = -1, rms(counted(without, floor))
+    best, least = -1, min(rms(counted(without, floor)), most)
     for number in examination.shapes:
         columns = [competitors.first_shape + number]
         if dictionary.shapes[number].kind in ("cos", "sin"):

@@ -10,6 +10,7 @@ the log, and the search starts again.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -133,9 +134,9 @@ class Found:
         """(n, k) W, what no effect needs to explain; None where that predicts no better."""
         return unsure_power(self.log, self.base, self.local.given)
 
-    def overlooked_shape(self, floor: Array) -> ShapeFound | None:
+    def overlooked_shape(self, floor: Array, most: float = math.inf) -> ShapeFound | None:
         """The shape that alone predicts held-out runs best, by ``floor`` (n,) W of single rows."""
-        return overlooked_shape(self.log, self.local, floor)
+        return overlooked_shape(self.log, self.local, floor, most)
 
     def at_bounds(self, start: PowerModel) -> bool:
         """Whether the base fit ran into physical bounds: something strong is missing."""

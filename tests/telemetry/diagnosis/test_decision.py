@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -20,7 +21,8 @@ from planner.telemetry.diagnosis.decision import (
     stands,
 )
 from planner.telemetry.diagnosis.unexplained import Unexplained
-from planner.telemetry.holdout import supports
+from planner.telemetry.holdout import rms, supports
+from planner.telemetry.quantities_of_motion import motion_axes
 from planner.telemetry.selection import Member, ShapeFound
 from planner.telemetry.selection.selection_loop import investigate
 from tests.power.states import changed
@@ -104,6 +106,29 @@ def test_an_effect_that_a_formula_outdoes_is_not_named(motion, base, monkeypatch
     assert not unsure.answer.claims
     assert "yaw_scrub" in unsure.alike
     assert not unsure.complete
+
+
+def test_a_floor_that_holds_slow_power_hides_no_formula(motion, base, monkeypatch):
+    """A fan that lasts for runs looks like slow noise, to the floor and to regimes as well."""
+    temperature = motion_axes(motion.rows)["temperature"]
+    asked_for = []
+
+    def propose(examination, axis, *_):
+        asked_for.append(axis)
+        raise InterruptedError
+
+    monkeypatch.setattr(decision_module, "propose", propose)
+    monkeypatch.setattr(decision_module, "unexplained_by", lambda *_: Unexplained(1.1))
+    for watts in (0.0, 1.0):
+        fan = watts * (temperature > np.nanmedian(temperature))
+        log = measured(motion, base, 0.02, seed=11, extra=fan)
+        found = investigate(log, base, (), lambda _share, _what: None)
+        nobody = replace(found.selection, members=(), shape=None)
+        overlooked = replace(found, selection=nobody, additions=(), fitted=found.base)
+        floor = np.full(len(log), rms(found.heldout(found.base)) / 1.1)
+        with pytest.raises(InterruptedError) if watts else nullcontext():
+            decide(overlooked, floor)
+        assert asked_for == (["temperature"] if watts else [])
 
 
 def test_a_formula_beside_effects_is_more_than_the_misfit_of_their_form():
