@@ -5,8 +5,9 @@
 
 The shape that stood out names the axis. Every function of the dictionary over that axis, alone or
 times the speed, is then tried with its threshold, width or constant moved to where it explains
-most; the one with the best likelihood less a charge for its numbers becomes a custom effect
-(planner.power.formulas.custom) and is fitted with all other parameters.
+most; the one that predicts held-out runs best becomes a custom effect
+(planner.power.formulas.custom) and is fitted with all other parameters. Where these runs show that
+its strength goes with the load, it does.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from planner.quantities import STANDARD_GRAVITY
 from planner.telemetry.diagnosis.results import Outside
 from planner.telemetry.estimation import Fit
 from planner.telemetry.evidence import Examination
-from planner.telemetry.holdout import LinearHeldout, rms
+from planner.telemetry.holdout import LinearHeldout, rms, supports
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import CLIP, counted, huber
 from planner.telemetry.other_terms import Dictionary, Shape
@@ -41,6 +42,8 @@ ROBUST_ROUNDS = 4
 """Rounds of a robust fit, each of what the ones before have left, cut anew."""
 CURVE_EDGES = 41
 """Borders between the bins of a reported curve."""
+MOST_OWN_LOAD = 1e3
+"""kg that count beside the payload; with more the load hardly matters."""
 MOST_STRENGTH = 1e6
 """W per unit of a shape: no bound in practice."""
 
@@ -94,6 +97,14 @@ _MOVABLE = {
     "step": {"at": "threshold"},
 }
 """What of a shape can be moved, by its kind, and its name in a formula."""
+_SCALED = ("decay", "fading")
+"""Kinds that are moved by a share of where they are."""
+
+
+def _movable(shape: Shape) -> dict[str, str]:
+    """What of a shape can be moved, and its name in a formula."""
+    own_load = {} if shape.own_load is None else {"own_load": "own_load"}
+    return {**_MOVABLE.get(shape.kind, {}), **own_load}
 
 
 def _axis_text(axis: str, temperature: str) -> _Text:
@@ -115,8 +126,8 @@ def _axis_text(axis: str, temperature: str) -> _Text:
     }[axis]
 
 
-def _power_unit(axis_unit: str, order: int, times_speed: int) -> str:
-    unit = "W"
+def _power_unit(axis_unit: str, order: int, times_speed: int, *, laden: bool) -> str:
+    unit = "W/kg" if laden else "W"
     if order and axis_unit != "1":
         unit += f"/({axis_unit})" if order == 1 else f"/({axis_unit})^{order}"
     if times_speed:
@@ -124,20 +135,20 @@ def _power_unit(axis_unit: str, order: int, times_speed: int) -> str:
     return unit
 
 
-def _place_bounds(kind: str, span: tuple[float, float]) -> list[tuple[float, float]]:
-    """Where what can be moved of a shape may lie: its place, and its width if it has one."""
+def _bounds(shape: Shape, span: tuple[float, float]) -> list[tuple[float, float]]:
+    """Where what can be moved of a shape may lie: its place, its width, its own load."""
     low, high = span
-    length = max(high - low, 1e-9)
-    if kind not in _MOVABLE:
-        return []
-    if kind in ("bump", "lobe"):  # narrower, a single speed that was driven looks like one
-        return [(low - length, high + length), (0.04 * length, 2.0 * length)]
-    if kind == "hump":
-        most = max(abs(low), abs(high))
-        return [(0.0, most), (0.04 * most, 2.0 * most)]
-    if kind in ("decay", "fading"):
-        return [(0.005 * length, 10.0 * length)]
-    return [(0.0, max(abs(low), abs(high))) if kind == "outside" else (low, high)]
+    length, most = max(high - low, 1e-9), max(abs(low), abs(high))
+    places: list[tuple[float, float]] = []
+    if shape.kind in ("bump", "lobe"):  # narrower, a single speed that was driven looks like one
+        places = [(low - length, high + length), (0.04 * length, 2.0 * length)]
+    elif shape.kind == "hump":
+        places = [(0.0, most), (0.04 * most, 2.0 * most)]
+    elif shape.kind in _SCALED:
+        places = [(0.005 * length, 10.0 * length)]
+    elif shape.kind in _MOVABLE:
+        places = [(0.0, most) if shape.kind == "outside" else (low, high)]
+    return places if shape.own_load is None else [*places, (0.0, MOST_OWN_LOAD)]
 
 
 def formula_of(
@@ -159,10 +170,10 @@ def formula_of(
     order = n if shape.kind == "power" else _ORDERS.get(shape.kind, 0)
     body = _BODIES[shape.kind].format(x=text.expression, n=n).removesuffix(" ** 1")
     for (attribute, name), bounds in zip(
-        _MOVABLE.get(shape.kind, {}).items(), _place_bounds(shape.kind, span), strict=True
+        _movable(shape).items(), _bounds(shape, span), strict=True
     ):
-        value = getattr(shape, attribute)
-        shaping[name] = {"unit": text.unit, "bounds": bounds, "default": value}
+        value, moved_in = getattr(shape, attribute), "kg" if name == "own_load" else text.unit
+        shaping[name] = {"unit": moved_in, "bounds": bounds, "default": value}
         start[name, 0] = float(np.clip(value, *bounds))
     fixed = dict(text.fixed)
     if shape.kind == "fading":
@@ -177,7 +188,9 @@ def formula_of(
     if shape.axis == "heading" and shape.times_speed == 0:
         factor = " * tanh(speed / standstill)"
         fixed |= _STILL
-    unit = _power_unit(text.unit, order, shape.times_speed)
+    laden = shape.own_load is not None
+    factor += " * (payload + own_load)" if laden else ""
+    unit = _power_unit(text.unit, order, shape.times_speed, laden=laden)
     parameters: dict[str, dict[str, Any]] = {
         name: {"unit": unit, "bounds": (-MOST_STRENGTH, MOST_STRENGTH), "null": 0.0}
         for name in strengths
@@ -234,7 +247,12 @@ def propose(
     dictionary = examination.competitors.dictionary
     tuner = _Tuner(examination, log, given)
     tuned = [tuner.tuned(tried) for tried in _ranked(examination, axis, given)[:TUNED_SHAPES]]
-    _, best, coefficients = min(tuned, key=lambda entry: tuner.heldout_rmse(entry[1]))
+    best, coefficients = min(tuned, key=lambda entry: tuner.heldout_rmse(entry[0]))
+    if axis != "load" and "load" in dictionary.ranges:
+        laden = tuner.tuned(replace(best, own_load=dictionary.ranges["load"][1]))
+        left, less = (tuner.heldout_residual(one) for one in (best, laden[0]))
+        if supports(log, left, less, examination.spread):
+            best, coefficients = laden
     effect, start = formula_of(best, dictionary.ranges[axis], dictionary.temperature, coefficients)
     addition = Addition(effect, start)
     fitted = fit_with(model, log, [*additions, addition], noise=examination.noise)
@@ -297,8 +315,11 @@ class _Tuner:
 
     def heldout_rmse(self, shape: Shape) -> float:
         """W, on held-out runs, of the model with a shape in its place."""
-        left = self.linear.residual_beside(self._columns(shape), self.given)
-        return rms(counted(left, self.examination.spread))
+        return rms(counted(self.heldout_residual(shape), self.examination.spread))
+
+    def heldout_residual(self, shape: Shape) -> Array:
+        """(n,) W, of held-out runs, of the model with a shape in its place."""
+        return self.linear.residual_beside(self._columns(shape), self.given)
 
     def _columns(self, shape: Shape) -> Array:
         """(n, 1) W per unit of a shape, as the meter shows it; (n, 2) of a harmonic."""
@@ -320,13 +341,13 @@ class _Tuner:
             total = total + found
         return float(huber(left).sum()), total
 
-    def tuned(self, shape: Shape) -> tuple[float, Shape, tuple[float, ...]]:
-        """Gain less a charge for every number, the shape at its best place, its coefficients."""
-        names = _MOVABLE.get(shape.kind, {})
+    def tuned(self, shape: Shape) -> tuple[Shape, tuple[float, ...]]:
+        """The shape at its best place, and its coefficients."""
+        names = _movable(shape)
         if names:
             low, high = self.dictionary.ranges[shape.axis]
             span = max(high - low, 1e-9)
-            bounds = _place_bounds(shape.kind, (low, high))
+            bounds = _bounds(shape, (low, high))
             start = [
                 float(np.clip(getattr(shape, name), *limits))
                 for name, limits in zip(names, bounds, strict=True)
@@ -340,7 +361,10 @@ class _Tuner:
                 possible = all(a <= x <= b for x, (a, b) in zip(place, bounds, strict=True))
                 return -self.gain(moved(place))[0] if possible else 0.0
 
-            steps = [0.15 * (abs(s) if shape.kind in ("decay", "fading") else span) for s in start]
+            steps = [
+                0.15 * (abs(s) if shape.kind in _SCALED or name == "own_load" else span)
+                for name, s in zip(names, start, strict=True)
+            ]
             simplex = np.array([start, *(np.array(start) + np.diag(steps))])
             found = minimize(
                 loss,
@@ -350,9 +374,7 @@ class _Tuner:
             )
             if -found.fun > self.gain(shape)[0]:
                 shape = moved(found.x)
-        gain, coefficients = self.gain(shape)
-        charge = 2.0 * (len(names) + len(coefficients))
-        return gain - charge, shape, tuple(coefficients.tolist())
+        return shape, tuple(self.gain(shape)[1].tolist())
 
 
 def _curve(

@@ -84,6 +84,7 @@ class Shape:
         at: its threshold, centre, order or time constant.
         width: of a bump or a step.
         times_speed: 0, 1 or 2: multiplied by this power of the speed.
+        own_load: kg, multiplied by this and the payload together; None where the load does nothing.
     """
 
     axis: str
@@ -91,12 +92,14 @@ class Shape:
     at: float = 0.0
     width: float = 0.0
     times_speed: int = 0
+    own_load: float | None = None
 
     @property
     def quantities(self) -> tuple[str, ...]:
         """Names for ``outside_catalogue.quantities``, the telling one first."""
         axis = "temperature" if self.axis == AIR else self.axis
-        return (axis, "speed") if self.times_speed and axis != "speed" else (axis,)
+        speed = ("speed",) if self.times_speed and axis != "speed" else ()
+        return (axis, *speed, *(() if self.own_load is None else ("load",)))
 
     @property
     def family(self) -> tuple[str, str, int]:
@@ -148,6 +151,8 @@ class Dictionary:
             values = values_of(shape, known[shape.axis])
             if shape.axis == "heading" and shape.times_speed == 0:
                 values = values * moving
+            if shape.own_load is not None:
+                values = values * (known["load"] + shape.own_load)
             columns[:, k] = values * powers[shape.times_speed]
             if shape.axis in ("temperature", AIR):
                 columns[~np.isfinite(axes[shape.axis]), k] = 0.0

@@ -11,11 +11,16 @@ from planner.power.formulas.custom_parameters import NAMES, read_parameters
 from planner.power.formulas.dimensions import UNITS
 from planner.power.formulas.formula import check_formula
 from planner.quantities import INDEX, QUANTITIES
+from planner.telemetry.diagnosis import unknown_effect
 from planner.telemetry.diagnosis.diagnose_log import diagnose
 from planner.telemetry.diagnosis.unknown_effect import formula_of
+from planner.telemetry.estimation import fit
+from planner.telemetry.evidence import DesignColumns, examine
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.other_terms import Dictionary
 from planner.telemetry.quantities_of_motion import STANDSTILL, motion_axes
+from planner.telemetry.selection import ShapeFound
+from planner.telemetry.terms import candidate_library
 from planner.telemetry.virtual import Noise, VirtualRobot
 from tests.telemetry.rows import measured
 
@@ -28,6 +33,8 @@ ROW, TIME_CONSTANT = 0.1, 0.5
 def test_a_formula_is_its_shape(motion):
     """Where the robot moves; a shape of heading or slope fades out otherwise at standstill."""
     dictionary = Dictionary.of(motion)
+    laden = [replace(shape, own_load=2.5) for shape in dictionary.shapes if shape.axis != "load"]
+    dictionary = dictionary.only((*dictionary.shapes, *laden))
     rows = motion.rows[motion_axes(motion.rows)["speed"] > 5.0 * STANDSTILL]
     columns = dictionary.columns(rows)
     known = {q.name: rows[:, INDEX[q.name]] for q in QUANTITIES}
@@ -187,3 +194,28 @@ def test_the_heat_of_the_air_is_told_from_that_of_the_motors(motion, base):
     assert found.verdict == "outside_catalogue", found.sentence
     assert found.outside.quantities == ("temperature",)
     assert "ambient_temp" in found.outside.formula
+
+
+@pytest.mark.parametrize("laden", [True, False])
+def test_a_strength_goes_with_the_load_where_runs_show_it(motion, base, monkeypatch, laden):
+    """What rubs in turns, by the weight upon it or not; most of a heavy robot's losses are."""
+    turning, load = (motion.rows[:, INDEX[name]] for name in ("wz", "payload"))
+    extra = 2.0 * np.abs(turning) * (load + 1.0 if laden else load.mean() + 1.0)
+    log = measured(motion, base, NOISE, seed=14, extra=extra)
+    fitted = fit(log, base)
+    library = candidate_library(fitted.model, log)
+    examination = examine(log, DesignColumns(library, Dictionary.of(log)))
+
+    def proposed(model, log, additions, **_):
+        raise InterruptedError(additions[-1].declaration, additions[-1].start)
+
+    monkeypatch.setattr(unknown_effect, "fit_with", proposed)
+    shape = ShapeFound(0, 0, 9.0, 1.0, True, ())
+    with pytest.raises(InterruptedError) as asked:
+        unknown_effect.propose(examination, "yaw_rate", shape, log, base, (), ())
+    effect, start = asked.value.args
+    assert ("payload" in effect.definition["formula"]) is laden
+    assert ("load" in effect.title) is laden
+    if laden:
+        assert start["strength", 0] == pytest.approx(2.0, rel=0.2)
+        assert start["own_load", 0] == pytest.approx(1.0, abs=1.0)
