@@ -141,7 +141,10 @@ def _bounds(shape: Shape, span: tuple[float, float]) -> list[tuple[float, float]
     length, most = max(high - low, 1e-9), max(abs(low), abs(high))
     places: list[tuple[float, float]] = []
     if shape.kind in ("bump", "lobe"):  # narrower, a single speed that was driven looks like one
-        places = [(low - length, high + length), (0.04 * length, 2.0 * length)]
+        ends = low - length, high + length
+        # A side may lie opposite to all headings that were driven.
+        turn = (low - 2.0 * np.pi, high + 2.0 * np.pi)
+        places = [turn if shape.kind == "lobe" else ends, (0.04 * length, 2.0 * length)]
     elif shape.kind == "hump":
         places = [(0.0, most), (0.04 * most, 2.0 * most)]
     elif shape.kind in _SCALED:

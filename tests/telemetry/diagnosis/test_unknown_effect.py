@@ -17,7 +17,7 @@ from planner.telemetry.diagnosis.unknown_effect import formula_of
 from planner.telemetry.estimation import fit
 from planner.telemetry.evidence import DesignColumns, examine
 from planner.telemetry.logs import Telemetry
-from planner.telemetry.other_terms import Dictionary
+from planner.telemetry.other_terms import Dictionary, Shape
 from planner.telemetry.quantities_of_motion import STANDSTILL, motion_axes
 from planner.telemetry.selection import ShapeFound
 from planner.telemetry.terms import candidate_library
@@ -55,6 +55,13 @@ def test_a_formula_is_its_shape(motion):
         assert np.allclose(formula.evaluate({**known, **numbers}), columns[:, k], atol=nearly), (
             shape
         )
+
+
+def test_a_side_opposite_to_all_headings_that_were_driven_has_a_formula():
+    """A robot that only drives forward and to the left still has a side behind."""
+    behind = Shape("heading", "lobe", -np.pi, 0.9, times_speed=1)
+    _, start = formula_of(behind, (0.0, 1.8), "motor_temp", [3.0])
+    assert np.cos(start["centre", 0]) == pytest.approx(-1.0)
 
 
 @pytest.mark.parametrize("axis", ["temperature", "time_since_start", "speed"])
