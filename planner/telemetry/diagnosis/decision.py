@@ -165,17 +165,27 @@ def decide(found: Found, floor: Array) -> Decision:
             alike = alike or _competing(tried)
     leading = best.left if best.claims or not _competing(tried) else tried[0].residual
 
+    def leads(claim: Answer) -> bool:
+        if supports(log, leading, claim.judged, floor, formula=True):
+            return True
+        # Effects that would not stand themselves are no answer, though they explain a part of it.
+        partly = not claim.members and not stands(before, leading, expected)
+        alone = partly and supports(log, before, claim.judged, floor, formula=True)
+        return alone and supports(log, leading, claim.judged, floor)
+
     def wins(claim: Answer | None) -> bool:
         return (
             claim is not None
-            and supports(log, leading, claim.judged, floor, formula=True)
+            and leads(claim)
             # Beside effects it must explain most of what these leave, in their place most of all.
             and stands(best.left if claim.members else before, claim.judged, expected)
             and (not claim.members or _weighs(found, before, best.left, claim.judged, floor))
         )
 
     if not wins(formula):
-        formula = _overlooked(found, floor, before if left_by_nothing.little else None)
+        little = left_by_nothing.little
+        other = _overlooked(found, floor, before if little else None)
+        formula = formula if little and other is None else other
     if formula is not None and wins(formula):
         best = formula
     elif formula is not None and _outdone(found, best, formula, floor):

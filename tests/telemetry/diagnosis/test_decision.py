@@ -106,6 +106,21 @@ def test_an_effect_that_a_formula_outdoes_is_not_named(motion, base, monkeypatch
     assert not unsure.answer.claims
     assert "yaw_scrub" in unsure.alike
     assert not unsure.complete
+    # Scrub that would not stand itself is no answer that the formula must beat as clearly.
+    before = found.heldout(found.base)
+
+    def against_nothing(log, one, other, floor, *, formula=False, **given):
+        alone = np.array_equal(one, before) or not formula
+        return alone and supports(log, one, other, floor, **given)
+
+    monkeypatch.setattr(decision_module, "supports", against_nothing)
+    for least, claimed in ((0.0, False), (0.9, True)):
+
+        def most(before, after, _, least=least):
+            return bool(rms(after) ** 2 < (1.0 - least) * rms(before) ** 2)
+
+        monkeypatch.setattr(decision_module, "stands", most)
+        assert (decide(found, floor).answer.proposal is not None) is claimed
 
 
 def test_a_floor_that_holds_slow_power_hides_no_formula(motion, base, monkeypatch):
