@@ -125,9 +125,9 @@ class Found:
         model that lacks much they may take its place, and on held-out runs make good ones worse.
         """
         plain = heldout_residual(self.log, fitted)
-        if self.given is None:
-            return plain
-        return min(plain, heldout_residual(self.log, fitted, self.given), key=rms)
+        # Beside a model that lacks much they may predict no better, and yet beside the claim.
+        given = self.local.given if self.given is None else self.given
+        return min(plain, heldout_residual(self.log, fitted, given), key=rms)
 
     @cached_property
     def given(self) -> Array | None:

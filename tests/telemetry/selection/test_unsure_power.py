@@ -133,3 +133,15 @@ def test_widths_of_friction_explain_themselves_and_no_stiction(
     columns = unsure_power(log, fitted, given)
     left = rms(heldout_residual(log, fitted, columns))
     assert least * noise < left < min(most * noise, plain / 1.1)
+
+
+def test_a_usual_error_explains_beside_a_claim_what_it_did_not_beside_the_model(motion, base):
+    """An effect that is missing may hide that the mass is off; the claim is judged without both."""
+    watts = predict(base, motion)
+    off = given_columns(motion, base, watts)
+    number = int(np.argmax(np.var(off, axis=0)))
+    log = measured(motion, base, 0.02, seed=1, extra=2.0 * off[:, number])
+    found = investigate(log, base, (), lambda _share, _what: None)
+    plain = rms(heldout_residual(log, found.base))
+    found.__dict__["given"] = None
+    assert rms(found.heldout(found.base)) < 0.98 * plain
