@@ -28,6 +28,7 @@ from planner.telemetry.diagnosis.unexplained import (
 from planner.telemetry.diagnosis.unknown_effect import Proposal, propose
 from planner.telemetry.estimation import Fit
 from planner.telemetry.holdout import (
+    MOST_RISE,
     LinearHeldout,
     heldout_residual,
     rms,
@@ -233,12 +234,12 @@ def _misleads(found: Found, answer: Answer, floor: Array) -> bool:
     """Whether who adopts the answer, and leaves the data sheet as it is, predicts new runs worse.
 
     Usual errors, and how a robot stands on a slope, may explain what a claim makes worse. Its
-    model is used without them.
+    model is used without them. Rows far out count, too: a claim may
+    leave them, and not add to them.
     """
-    without, adopted = (
-        rms(counted(heldout_residual(found.log, fit), floor)) for fit in (found.base, answer.fit)
-    )
-    return adopted > without
+    without, adopted = (heldout_residual(found.log, fit) for fit in (found.base, answer.fit))
+    worse = rms(counted(adopted, floor)) > rms(counted(without, floor))
+    return worse or rms(adopted) > (1.0 + MOST_RISE) * rms(without)
 
 
 def stands(before: Array, after: Array, floor: Array) -> bool:

@@ -6,6 +6,7 @@ candidates from Gram matrices.
 """
 
 from planner.telemetry.holdout.heldout import (
+    MOST_RISE,
     base_fit,
     heldout_residual,
     rms,
@@ -15,6 +16,7 @@ from planner.telemetry.holdout.linear_heldout import LinearHeldout
 from planner.telemetry.holdout.metered import meter_beside, metered_base_fit, overall_error
 
 __all__ = [
+    "MOST_RISE",
     "LinearHeldout",
     "base_fit",
     "heldout_residual",

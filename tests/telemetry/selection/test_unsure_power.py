@@ -18,6 +18,7 @@ from planner.telemetry.selection.unsure_power import holding, sided_sooner, unsu
 from tests.power.states import changed
 from tests.telemetry.rows import TRUTH, measured
 
+SCRUB = {"yaw_scrub__scrub_moment": 3.0}
 MOTION = [INDEX[name] for name in ("vx", "vy", "wz", "ax", "ay", "yaw_acceleration")]
 
 
@@ -136,12 +137,14 @@ def test_widths_of_friction_explain_themselves_and_no_stiction(
 
 
 def test_a_usual_error_explains_beside_a_claim_what_it_did_not_beside_the_model(motion, base):
-    """An effect that is missing may hide that the mass is off; the claim is judged without both."""
+    """A missing effect may hide that a sensor errs; nothing hides it from the effect's claim."""
     watts = predict(base, motion)
     off = given_columns(motion, base, watts)
     number = int(np.argmax(np.var(off, axis=0)))
-    log = measured(motion, base, 0.02, seed=1, extra=2.0 * off[:, number])
+    robot = changed(PowerModel.from_vehicle(base.vehicle, effects=("yaw_scrub",)), **SCRUB)
+    log = measured(motion, robot, 0.02, seed=1, extra=2.0 * off[:, number])
     found = investigate(log, base, (), lambda _share, _what: None)
-    plain = rms(heldout_residual(log, found.base))
+    assert "yaw_scrub" in [member.name for member in found.selection.members]
     found.__dict__["given"] = None
-    assert rms(found.heldout(found.base)) < 0.98 * plain
+    claimed = rms(heldout_residual(found.log, found.fitted))
+    assert rms(found.heldout(found.fitted)) < 0.98 * claimed
