@@ -234,8 +234,7 @@ def _misleads(found: Found, answer: Answer, floor: Array) -> bool:
     """Whether who adopts the answer, and leaves the data sheet as it is, predicts new runs worse.
 
     Usual errors, and how a robot stands on a slope, may explain what a claim makes worse. Its
-    model is used without them. Rows far out count, too: a claim may
-    leave them, and not add to them.
+    model is used without them. Rows far out count, too: a claim may leave them as they are.
     """
     without, adopted = (heldout_residual(found.log, fit) for fit in (found.base, answer.fit))
     worse = rms(counted(adopted, floor)) > rms(counted(without, floor))

@@ -21,9 +21,9 @@ from planner.telemetry.diagnosis.decision import (
     stands,
 )
 from planner.telemetry.diagnosis.unexplained import Unexplained
-from planner.telemetry.holdout import rms, supports
+from planner.telemetry.holdout import heldout_residual, rms, supports
 from planner.telemetry.quantities_of_motion import motion_axes
-from planner.telemetry.selection import Member, ShapeFound
+from planner.telemetry.selection import Found, Member, ShapeFound
 from planner.telemetry.selection.selection_loop import investigate
 from tests.power.states import changed
 from tests.telemetry.diagnosis import synthetic_results as results
@@ -68,12 +68,18 @@ def test_a_claim_takes_most_of_what_lies_above_the_floor():
     assert stands(near, np.full(1000, 0.9), floor)  # the floor was estimated too high
 
 
-def test_an_effect_that_the_search_overlooked_is_as_unsure_as_another(motion, base):
-    """Data sheet and sensors err beside what held-out runs show as well."""
+@pytest.fixture(scope="module")
+def scrubbed(motion, base) -> Found:
+    """A search of a robot's log that scrubs in turns."""
     robot = PowerModel.from_vehicle(base.vehicle, effects=("yaw_scrub",))
     robot = changed(robot, yaw_scrub__scrub_moment=3.0)
     log = measured(motion, robot, 0.02, seed=1)
-    found = investigate(log, base, (), lambda _share, _what: None)
+    return investigate(log, base, (), lambda _share, _what: None)
+
+
+def test_an_effect_that_the_search_overlooked_is_as_unsure_as_another(scrubbed):
+    """Data sheet and sensors err beside what held-out runs show as well."""
+    found, log = scrubbed, scrubbed.log
     assert [member.name for member in found.selection.members] == ["yaw_scrub"]
     nobody = replace(found.selection, members=(), shape=None)
     overlooked = replace(found, selection=nobody, additions=(), fitted=found.base)
@@ -144,6 +150,21 @@ def test_a_floor_that_holds_slow_power_hides_no_formula(motion, base, monkeypatc
         with pytest.raises(InterruptedError) if watts else nullcontext():
             decide(overlooked, floor)
         assert asked_for == (["temperature"] if watts else [])
+
+
+def test_a_claim_adds_nothing_to_rows_far_out(scrubbed, monkeypatch):
+    """Scrub explains most rows; one in 200 would be predicted much worse by who adopts it."""
+    spread = scrubbed.base.noise.floor_w
+
+    def with_outliers(log, fitted):
+        residual = heldout_residual(log, fitted)
+        residual[::200] = (20.0 if fitted is scrubbed.base else 40.0) * spread
+        return residual
+
+    monkeypatch.setattr(decision_module, "heldout_residual", with_outliers)
+    unsure = decide(scrubbed, np.full(len(scrubbed.log), spread))
+    assert not unsure.answer.claims
+    assert unsure.alike == ("yaw_scrub",)
 
 
 def test_a_formula_beside_effects_is_more_than_the_misfit_of_their_form():
