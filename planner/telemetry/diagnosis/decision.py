@@ -28,7 +28,6 @@ from planner.telemetry.diagnosis.unexplained import (
 from planner.telemetry.diagnosis.unknown_effect import Proposal, propose
 from planner.telemetry.estimation import Fit
 from planner.telemetry.holdout import (
-    MOST_RISE,
     LinearHeldout,
     heldout_residual,
     rms,
@@ -50,6 +49,9 @@ MOST_OF_EXCESS = 0.5
 more than all else that is left."""
 NEAR_ERROR = 1.02
 """Factor on the held-out error of a claim that makes a near decision fail."""
+MOST_FAR_OUT = 1.02
+"""Factor by which the held-out error of all rows may rise for who adopts a claim, those far out
+among them, which elsewhere count at the clip."""
 CERTAIN_Z, CERTAIN = 5.0, 0.9
 """Standard errors and probability from which a candidate is tried before a log is called
 complete."""
@@ -238,7 +240,7 @@ def _misleads(found: Found, answer: Answer, floor: Array) -> bool:
     """
     without, adopted = (heldout_residual(found.log, fit) for fit in (found.base, answer.fit))
     worse = rms(counted(adopted, floor)) > rms(counted(without, floor))
-    return worse or rms(adopted) > (1.0 + MOST_RISE) * rms(without)
+    return worse or rms(adopted) > MOST_FAR_OUT * rms(without)
 
 
 def stands(before: Array, after: Array, floor: Array) -> bool:

@@ -6,7 +6,6 @@ candidates from Gram matrices.
 """
 
 from planner.telemetry.holdout.heldout import (
-    MOST_RISE,
     base_fit,
     heldout_residual,
     rms,
@@ -16,7 +15,6 @@ from planner.telemetry.holdout.linear_heldout import LinearHeldout
 from planner.telemetry.holdout.metered import meter_beside, metered_base_fit, overall_error
 
 __all__ = [
-    "MOST_RISE",
     "LinearHeldout",
     "base_fit",
     "heldout_residual",
