@@ -35,10 +35,10 @@ from planner.telemetry.other_terms import SENSORS
 from planner.telemetry.prediction import predict
 from planner.telemetry.selection import Found
 
-BELIEVED_RATIO, NAMING_RATIO, OVERRULING_RATIO = 0.98, 0.9, 0.5
+BELIEVED_RATIO, NAMING_RATIO, OVERRULING_RATIO = 0.98, 0.9, 0.83
 """Held-out error of the second search over that of the first, below which the second wins: where
-the first named something; where it could not tell what is missing; and where it found nothing, and
-must have taken a large effect for noise."""
+the first named something; where it could not tell what is missing; and where it found nothing: its
+floor is then too high, since 1.2 times the true one is too much for a complete model."""
 EQUAL_Z, EQUAL_RATIO = 2.0, 1.05
 """Standard errors over runs, and ratio, within which held-out errors count as equal."""
 
