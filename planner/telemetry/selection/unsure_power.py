@@ -31,7 +31,7 @@ from planner.telemetry.prediction import Nodes, Readings, predict
 SOONER = 4.0
 """Factor on a creeping robot's speed at which its friction is complete, to a thirtieth at a speed
 of one width."""
-CREEPING = 8.0
+CREEPS_WITHIN = 8.0
 """Widths up to which a robot creeps; beyond, friction lacks less than a hundredth."""
 USUAL_WIDTHS = 0.4
 """Standard deviation of what a friction may lack near rest, over all of it. Held-out runs allow 2.5
@@ -74,7 +74,7 @@ def sided_sooner(log: Telemetry, model: PowerModel) -> Array:
     speeds = [INDEX[name] for name in ("vx", "vy", "wz")]
     rim = np.abs(nodes.rows[:, speeds] @ model.wheels[:, RIM : RIM + 3].T).max(axis=1)
     at_motor = REST_SPEED * model.vehicle.layout.radius / model.vehicle.gear_ratio
-    width = CREEPING * np.hypot(model.sliding_speed, at_motor)
+    width = CREEPS_WITHIN * np.hypot(model.sliding_speed, at_motor)
     faster = 1.0 + (SOONER - 1.0) / (1.0 + (rim / width) ** 4)
     values = model.parameters.copy()
     values[model.parameter_names.index(("copper_loss", "resistance", 0))] = 0.0
