@@ -241,15 +241,16 @@ def speed_profile(
             estimate(kernel, arrays, stretch, *at_most, expected)
             exact = np.zeros(expected.shape, np.bool_)
             known.append(KnownStretch((first, last, top), expected, exact))
-        _, expected, exact = known[number]
-        if changed is not None and changed[part].any():
-            again = np.flatnonzero(changed[part])
-            anew = np.empty((len(again), *expected.shape[1:]))
-            estimate(
-                kernel, arrays, stretch.some(again), at_most[0][again], at_most[1][again], anew
-            )
-            expected[again], exact[again] = anew, False
-        forbid(stretch, top, *at_most, expected)
+        else:
+            _, expected, exact = known[number]
+            if changed is not None and changed[part].any():
+                again = np.flatnonzero(changed[part])
+                anew = np.empty((len(again), *expected.shape[1:]))
+                estimate(
+                    kernel, arrays, stretch.some(again), at_most[0][again], at_most[1][again], anew
+                )
+                expected[again], exact[again] = anew, False
+            forbid(stretch, top, *at_most, expected)
         if not _speeds(kernel, arrays, stretch, expected, exact, beside, speeds[first : last + 1]):
             return None, first + int(speeds[first])
     return speeds, -1

@@ -100,3 +100,26 @@ def test_a_yaw_that_no_speed_allows_leaves_nothing_behind() -> None:
     assert isinstance(alone, Motion)
     joules = [energy_of(field, conditions, one) for one in (found, alone)]
     assert joules[0] == pytest.approx(joules[1], rel=1e-6)
+
+
+def test_no_speed_by_what_is_known_is_looked_for_by_nothing_known(
+    circumstances, monkeypatch
+) -> None:
+    """What was eased for one yaw profile may leave the next one no speed."""
+    field, conditions, track, _ = circumstances
+    turned = _ahead(track, 0.3, slice(20, 40))
+    alone = _search(circumstances).along(turned)
+    search = _search(circumstances)
+    search.along(_ahead(track))
+    known = []
+    speed_profile = profiles.speed_profile
+
+    def refused_once(*given):
+        known.append(len(given[-2]))
+        return (None, 30) if len(known) == 1 else speed_profile(*given)
+
+    monkeypatch.setattr("planner.search.trajectory.speed_search.speed_profile", refused_once)
+    found = search.along(turned)
+    assert known[:2] == [1, 0]
+    joules = [energy_of(field, conditions, one) for one in (found, alone)]
+    assert joules[0] == pytest.approx(joules[1], rel=1e-6)
