@@ -37,6 +37,8 @@ BUCKET_WIDTH = 0.35
 """Width of a bucket in the least cost of a cell: few are empty, and little is taken up twice."""
 FIRST_POOL = 4096
 """Entries that the pool has room for at first; it doubles when it is full."""
+ROUNDED = 1.0 - 1e-6
+"""Factor below what rounding to single precision takes off a cost."""
 _ARRIVED = 254
 """In place of a move's number: from here straight to the goal."""
 _NONE = 255
@@ -73,6 +75,7 @@ def cost_to_go(
     goal: tuple[float, float],
     *,
     start: tuple[float, float] | None = None,
+    beyond: float = 1.0,
     from_start: bool = False,
     token: CancellationToken | None = None,
 ) -> CostToGo:
@@ -83,6 +86,8 @@ def cost_to_go(
         lattice: its moves.
         goal: x, y in the map's frame, m.
         start: only what the least cost from this point needs; None fills the whole map.
+        beyond: times the least cost from the start up to which detours through a node may cost for
+            its cost to be final.
         from_start: least cost from ``goal`` to every node instead.
         token: the caller's wish to stop, seen within the search while its thread runs.
 
@@ -99,6 +104,7 @@ def cost_to_go(
         *(goal if start is None else start),
         width,
         0.0 if start is None else 0.999 * least,
+        beyond,
         from_start,
         token.flag,
     )
@@ -203,6 +209,20 @@ def _farthest(values: Any, corners: Any, j0: int, i0: int) -> float:
     return farthest
 
 
+@njit(cache=True, error_model="numpy", inline="always")
+def _close_cost(
+    field: Any, row: Any, close: Any, j: int, i: int, m: int, di: int, dj: int
+) -> float:
+    """``close_cost`` of move number ``m``, remembered where ``row`` and ``close`` have room."""
+    if row.shape[0] == 1:
+        return close_cost(field, j, i, di, dj)
+    cost: float = close[row[j, i], m]
+    if math.isnan(cost):
+        cost = close_cost(field, j, i, di, dj)
+        close[row[j, i], m] = cost
+    return cost
+
+
 @njit(cache=True, error_model="numpy", nogil=True)
 def _solve(
     field: Any,
@@ -213,6 +233,7 @@ def _solve(
     start_y: float,
     width: float,
     metre: float,
+    beyond: float,
     from_start: bool,
     stop: Any,
 ) -> Any:
@@ -223,6 +244,7 @@ def _solve(
         goal_x, goal_y, start_x, start_y: m.
         width: cost that a bucket spans.
         metre: cost of a metre to the start, in the estimates by which nodes wait; 0 fills the map.
+        beyond: as for ``cost_to_go``.
         from_start: costs from the goal instead.
         stop: (1,) True once the caller has cancelled.
     """
@@ -239,10 +261,11 @@ def _solve(
     slopes, table, offsets, beside = lattice.slopes, lattice.table, lattice.moves, lattice.beside
     row, close, factor, ground = lattice.row, lattice.close, lattice.factor, field.ground
     side, back = (1, 0) if from_start else (-1, -1)
-    penalised, remembered = factor.shape[0] > 1, row.shape[0] > 1
+    penalised = factor.shape[0] > 1
     # Moves of two cells pass between two further nodes.
     long = np.maximum(np.abs(offsets[:, 0]), np.abs(offsets[:, 1])) > 1
     x0, y0, dx, dy = field.x0, field.y0, field.dx, field.dy
+    leasts = lattice.cheapest * ROUNDED * np.hypot(offsets[:, 0] * dx, offsets[:, 1] * dy)
     nodes, costs, estimates = _seeds(
         field, factor, goal_x, goal_y, start_x, start_y, metre, from_start
     )
@@ -265,7 +288,8 @@ def _solve(
             if stop[0] or (
                 metre > 0.0
                 and current % 16 == 0
-                and _farthest(values, corners, sj0, si0) + metre * (dx + dy) < current * width
+                and beyond * (_farthest(values, corners, sj0, si0) + metre * (dx + dy))
+                < current * width
             ):
                 break
             continue
@@ -303,13 +327,11 @@ def _solve(
                     cost += table[g, here if there == PRICED_CLOSELY else there, m]
                     there = slopes[b + beside[m, 1, 1], a + beside[m, 1, 0]]
                     cost += table[g, here if there == PRICED_CLOSELY else there, m]
-            elif remembered:
-                cost = close[row[b, a], m]
-                if math.isnan(cost):
-                    cost = close_cost(field, b, a, di, dj)
-                    close[row[b, a], m] = cost
             else:
-                cost = close_cost(field, b, a, di, dj)
+                least = leasts[m] * (factor[b, a] if penalised else 1.0)
+                if np.float32(value + least) > values[y, x]:
+                    continue  # whatever it costs, it is no better
+                cost = _close_cost(field, row, close, b, a, m, di, dj)
             if penalised:
                 cost *= factor[b, a]
             cost += value

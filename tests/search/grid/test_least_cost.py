@@ -119,6 +119,30 @@ def test_a_search_that_stops_at_its_start_knows_the_same_cost(relief):
     assert np.isfinite(part.values).sum() < np.isfinite(whole.values).sum()
 
 
+def test_detours_through_a_node_may_cost_so_much_more_for_its_cost_to_be_final(relief):
+    field, lattice = relief
+    start, goal = (3.0, 3.0), (8.0, 5.0)
+    whole, back = (
+        cost_to_go(field, lattice, end, from_start=away).values
+        for end, away in ((goal, False), (start, True))
+    )
+    least = cost_from(field, cost_to_go(field, lattice, goal), start)
+    near = whole + back < 1.29 * least
+    part = cost_to_go(field, lattice, goal, start=start, beyond=1.3).values
+    np.testing.assert_array_equal(part[near], whole[near])
+    assert np.isfinite(part).sum() < np.isfinite(whole).sum()
+    alone = cost_to_go(field, lattice, goal, start=start).values
+    assert (alone[near] > whole[near]).any()
+
+
+def test_moves_that_cannot_be_better_are_not_priced():
+    """Half of all moves lead from a node that costs more; others are no better at any price."""
+    field = field_of(4.0 * hills())
+    lattice = build_lattice(field)
+    cost_to_go(field, lattice, (10.0, 10.0))
+    assert 0.1 < (~np.isnan(lattice.close)).mean() < 0.35
+
+
 def test_cost_of_level_ground_is_that_of_its_metres():
     """Along a direction of the grid nothing is lost; between two of them 2.7 % at most."""
     field = field_of(np.zeros((60, 60)))
