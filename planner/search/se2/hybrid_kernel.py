@@ -96,10 +96,11 @@ def _near_end(field: Any, frame: Any, end: End, leaving: bool) -> list[tuple[int
                 cost = 0.0
                 if length > 1e-9:
                     slope_x, slope_y = node_slope(field, j, i)
+                    steepness, azimuth = _polar(slope_x, slope_y)
                     ground, turned = field.ground[j, i], _from_travel(b, direction)
-                    by_yaw, yaw_limit = field.by_yaw[ground], field.yaw_limit[ground]
                     cost = _metre_cost(
-                        by_yaw, yaw_limit, field.margin, slope_x, slope_y, direction, turned
+                        *(field.by_yaw[ground], field.yaw_limit[ground], field.margin),
+                        *(steepness, azimuth - direction, turned),
                     )
                     cost = max(cost + wind_cost(field, direction), LEAST_COST) * length
                     if field.factor.shape[0] > 1:
@@ -114,9 +115,8 @@ def _metre_cost(
     by_yaw: Any,
     yaw_limit: Any,
     margin: float,
-    px: float,
-    py: float,
-    direction: float,
+    steepness: float,
+    azimuth: float,
     turned: int,
 ) -> float:
     """Cost per metre on a slope at an even yaw, ``turned`` angles from the travel or from behind.
@@ -124,12 +124,10 @@ def _metre_cost(
     Args:
         by_yaw, yaw_limit: of the CostField, for the class of the ground.
         margin: share of the slope limit that may be used.
-        px, py: gradient.
-        direction: rad, of the travel.
+        steepness: tan(slope).
+        azimuth: rad, of the slope to the travel.
         turned: in 0 to STATES - 1.
     """
-    steepness = math.sqrt(px * px + py * py)
-    azimuth = math.atan2(py, px) - direction if steepness > 0.0 else 0.0
     # The better end of the body goes first.
     best = np.inf
     for turn in (turned, (turned + STATES // 2) % STATES):
@@ -228,14 +226,23 @@ def _spin(
                 heapq.heappush(waiting, (cost + EAGER * still, whole, other))
 
 
+@njit(cache=True, error_model="numpy", inline="always")
+def _polar(px: float, py: float) -> tuple[float, float]:
+    """Steepness and azimuth, rad, of a gradient."""
+    steepness = math.sqrt(px * px + py * py)
+    return steepness, math.atan2(py, px) if steepness > 0.0 else 0.0
+
+
 @njit(cache=True, error_model="numpy")
 def _node_slopes(field: Any) -> Any:
-    """Gradient at every node, (ny, nx, 2)."""
+    """Gradient at every node, and its steepness and azimuth, (ny, nx, 4)."""
     ny, nx = field.heights.shape
-    slopes = np.empty((ny, nx, 2))
+    slopes = np.empty((ny, nx, 4))
     for j in range(ny):
         for i in range(nx):
-            slopes[j, i, 0], slopes[j, i, 1] = node_slope(field, j, i)
+            px, py = node_slope(field, j, i)
+            slopes[j, i, 0], slopes[j, i, 1] = px, py
+            slopes[j, i, 2], slopes[j, i, 3] = _polar(px, py)
     return slopes
 
 
@@ -277,6 +284,7 @@ def search_poses(
     ny, nx = heights.shape
     states = ny * nx * YAW_BINS
     slopes = _node_slopes(field)
+    edges, here_cost = np.stack((yaw_limit, turning_limit)), np.empty(2)
     moves = _moves(field, offsets, turning)
     length, direction, wind = moves.length, moves.direction, moves.wind
     relative, turns = moves.relative, moves.turns
@@ -301,7 +309,7 @@ def search_poses(
             best, last = value + arriving[state], state
         x, y = x0 + i * dx, y0 + j * dy
         here = mask[j, i]
-        if slopes[j, i, 0] ** 2 + slopes[j, i, 1] ** 2 <= spin_limit[grounds[j, i]] ** 2:
+        if slopes[j, i, 2] <= spin_limit[grounds[j, i]]:
             _spin(here, spent, came, waiting, state, to_go[j, i], halt, spin)
         for m in range(offsets.shape[0]):
             to_i, to_j = i + offsets[m, 0], j + offsets[m, 1]
@@ -311,7 +319,7 @@ def search_poses(
             if still == np.inf:
                 continue
             there = mask[to_j, to_i]
-            straight = -1.0
+            straight, here_cost[:] = -1.0, -1.0
             hard = steep[j, i] or steep[to_j, to_i]
             for w in range(-MOST_TURN, MOST_TURN + 1):
                 to_b = (b + w) % YAW_BINS
@@ -322,32 +330,35 @@ def search_poses(
                     continue
                 if hard:
                     # Few yaw angles hold here, other ones half a cell on, and fewer while it turns.
-                    edge = yaw_limit if w == 0 else turning_limit
+                    turns_on = int(w != 0)
                     ground, end = grounds[j, i], grounds[to_j, to_i]
-                    straight = 0.5 * _metre_cost(
-                        *(by_yaw[ground], edge[ground], margin),
-                        *(slopes[j, i, 0], slopes[j, i, 1], direction[m], relative[m, b]),
-                    )
-                    straight += 0.5 * _metre_cost(
-                        *(by_yaw[end], edge[end], margin),
-                        *(slopes[to_j, to_i, 0], slopes[to_j, to_i, 1]),
-                        *(direction[m], relative[m, to_b]),
-                    )
+                    if here_cost[turns_on] < 0.0:
+                        here_cost[turns_on] = 0.5 * _metre_cost(
+                            *(by_yaw[ground], edges[turns_on, ground], margin, slopes[j, i, 2]),
+                            *(slopes[j, i, 3] - direction[m], relative[m, b]),
+                        )
+                    straight = here_cost[turns_on]
+                    if straight < np.inf:
+                        straight += 0.5 * _metre_cost(
+                            *(by_yaw[end], edges[turns_on, end], margin, slopes[to_j, to_i, 2]),
+                            *(slopes[to_j, to_i, 3] - direction[m], relative[m, to_b]),
+                        )
                 elif straight < 0.0:
                     ground = grounds[j, i]
-                    straight = _metre_cost(
-                        *(by_yaw[ground], yaw_limit[ground], margin),
+                    steepness, azimuth = _polar(
                         0.5 * (slopes[j, i, 0] + slopes[to_j, to_i, 0]),
                         0.5 * (slopes[j, i, 1] + slopes[to_j, to_i, 1]),
-                        *(direction[m], relative[m, b]),
                     )
-                if straight == np.inf:
-                    continue
+                    straight = _metre_cost(
+                        *(by_yaw[ground], yaw_limit[ground], margin),
+                        *(steepness, azimuth - direction[m], relative[m, b]),
+                    )
                 driven = max(straight + wind[m], LEAST_COST) * length[m]
                 if penalised:
                     driven *= factor[j, i]
                 cost += driven
                 whole = np.float32(cost + 1.0)
+                # An infinite cost is never below the best one.
                 if cost + still >= best or 0.0 < spent[other] <= whole:
                     continue
                 # With an angle to spare at both ends, nothing is touched between two nodes. The

@@ -93,6 +93,7 @@ def pose_path(
     goal: tuple[Point, float | None],
     *,
     most_expanded: int = MOST_EXPANDED,
+    beyond: float = math.inf,
     token: CancellationToken,
 ) -> PosePath | None:
     """The least-cost path with yaw from start to goal.
@@ -103,6 +104,7 @@ def pose_path(
         objective: "energy", "time" or "length".
         start, goal: place in m, and yaw in rad or None where it is free.
         most_expanded: states after which the search gives up.
+        beyond: times the least cost without yaw that a path may cost, about.
         token: cancellation.
 
     Returns:
@@ -113,7 +115,8 @@ def pose_path(
     """
     if field.heights.size > MOST_NODES:
         return None
-    to_go = cost_to_go(field, situation.lattice(objective, field), goal[0], token=token)
+    lattice = situation.lattice(objective, field)
+    to_go = cost_to_go(field, lattice, goal[0], start=start[0], beyond=beyond, token=token)
     turning_costs, spin = _prices(situation.conditions, objective)
     # Straight on, rollers stand still; any turn has them roll, and the torque is that of the angles
     # beside it.

@@ -11,6 +11,7 @@ are left as they were found.
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from functools import partial
 
@@ -42,9 +43,12 @@ POSE_MARGINS = (MARGIN, MARGIN, 0.95, 0.95)
 where it cannot get a penalty from one search to the next."""
 MOST_EXPANDED_STEEP = 120_000
 """States of a search on steep ground, a second: where it finds a path, it seldom needs more."""
-HELD_CELLS = 4.0
-"""Cells round a place where a limit is broken within which the path is left as it is, at first;
-twice as many whenever that is not enough."""
+MOST_DETOUR = 1.5
+"""Times the least cost without yaw, as which a path of poses may cost: so much more is not found in
+that many states."""
+HELD_CELLS, WIDER_HELD = 4.0, 2.0
+"""Cells round a place where a limit is broken within which the path is left as it is, and times as
+many where that is not enough. Beyond that, the path of poses itself cannot be driven there."""
 MOST_HELD = 12
 """Times that stretches are added at most, before other poses are searched."""
 
@@ -64,10 +68,10 @@ def straight_up(
     factor = field.factor
     for margin in POSE_MARGINS:
         field_of_poses = run.field(objective, margin, factor)
-        poses = leg_poses(run, field_of_poses, objective, MOST_EXPANDED_STEEP)
+        poses = leg_poses(run, field_of_poses, objective, MOST_EXPANDED_STEEP, MOST_DETOUR)
         if poses is None:
             return None
-        drive = partial(_smoothed_where_it_moves, run, field, poses, objective, closely)
+        drive = partial(smoothed_where_it_moves, run, field, poses, objective, closely)
         driven = run.other_core.all([partial(drive, cells) for cells in WITH_YAW])
         driven.sort(key=lambda one: one.energy)
         found = Sketch(field, [one.polyline for one in poses], tuple(driven))
@@ -81,9 +85,13 @@ def straight_up(
 
 
 def leg_poses(
-    run: Run, field: CostField, objective: str, most_expanded: int = MOST_EXPANDED
+    run: Run,
+    field: CostField,
+    objective: str,
+    most_expanded: int = MOST_EXPANDED,
+    beyond: float = math.inf,
 ) -> list[PosePath] | None:
-    """The path of poses for every leg, or None if a leg has none in so many states."""
+    """The path of poses for every leg, or None if a leg has none; limits as for ``pose_path``."""
     poses: list[PosePath] = []
     yaws = list(run.yaws)
     for k, (a, b) in enumerate(itertools.pairwise(run.places)):
@@ -91,6 +99,7 @@ def leg_poses(
         path = pose_path(
             *(run.situation, field, objective, *ends),
             most_expanded=most_expanded,
+            beyond=beyond,
             token=run.token,
         )
         if path is None:
@@ -100,7 +109,7 @@ def leg_poses(
     return poses
 
 
-def _smoothed_where_it_moves(
+def smoothed_where_it_moves(
     run: Run,
     field: CostField,
     poses: Sequence[PosePath],
@@ -114,7 +123,8 @@ def _smoothed_where_it_moves(
     """
     paths = [one.polyline for one in poses]
     held = [np.zeros(len(path), np.bool_) for path in paths]
-    penalty, reach = run.situation.corner_penalty(objective), HELD_CELLS * min(field.dx, field.dy)
+    penalty = run.situation.corner_penalty(objective)
+    narrow = reach = HELD_CELLS * min(field.dx, field.dy)
     for _ in range(MOST_HELD):
         run.check()
         smoothed = [
@@ -133,9 +143,9 @@ def _smoothed_where_it_moves(
             for place in refused.places:
                 kept |= np.hypot(*(path - place).T) < reach
         if sum(int(kept.sum()) for kept in held) == before:
-            if all(kept.all() for kept in held):
+            if reach > narrow:
                 break
-            reach *= 2.0
+            reach *= WIDER_HELD
     return Driven(driven.legs, refused)
 
 

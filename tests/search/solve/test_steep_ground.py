@@ -15,12 +15,15 @@ from planner.progress import silent
 from planner.quantities import INDEX, STANDARD_GRAVITY
 from planner.search.field import polyline_cost
 from planner.search.grid import cost_from, cost_to_go
+from planner.search.limit_places import Infeasible
 from planner.search.requests import PlanRequest
 from planner.search.run import Run
+from planner.search.se2 import PosePath
 from planner.search.se2.hybrid_search import spin_limit
 from planner.search.situation import situation_of
-from planner.search.solve import grid_planner
+from planner.search.solve import grid_planner, steep_ground
 from planner.search.solve.pipeline import finished
+from planner.search.solve.sketch import Closely, Driven
 from planner.search.solve.steep_ground import smoothed_but_for
 from planner.terrain.heightmap import Terrain
 from tests.benchmarks.hard_maps import made, rolling
@@ -110,6 +113,25 @@ def test_above_its_limit_some_yaw_does_not_turn_on_the_spot(mass):
     assert broken(1.08 * limit + 0.02)
     if mass:
         assert limit < spin_limit(run_on(ramp(5.0), (3, 3), (11, 3)).situation.conditions)[0]
+
+
+def test_a_place_that_poses_themselves_do_not_pass_is_given_up_soon(monkeypatch):
+    """The path as it was found is held round it, then twice as far; more of it is no remedy."""
+    run = run_on(terrain(hills(64, rms_degrees=6.0)), (2.0, 2.0), (11.0, 8.0))
+    path = np.linspace((2.0, 2.0), (11.0, 8.0), 60)
+    poses = [PosePath(path, np.zeros(len(path)), 1.0)]
+    stuck, driven = Infeasible(*path[30], "wheels slide"), []
+
+    def refused(run, field, legs, objective):
+        driven.append(legs)
+        return Driven(legs, stuck)
+
+    monkeypatch.setattr(steep_ground, "driven_roughly", refused)
+    field = run.field("energy")
+    closely = Closely("energy")
+    found = steep_ground.smoothed_where_it_moves(run, field, poses, "energy", closely, 2.0)
+    assert found.motion is stuck
+    assert len(driven) == 4
 
 
 def test_held_stretches_stay_and_the_rest_costs_no_more():
