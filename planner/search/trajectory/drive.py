@@ -38,7 +38,7 @@ from planner.search.trajectory.turn_on_the_spot import (
     pose_spacing,
     turn_on_the_spot,
 )
-from planner.search.trajectory.yaw_profile import YawProfile, crowded_at, yaw_profile
+from planner.search.trajectory.yaw import YawProfile, YawSearch, crowded_at
 from planner.search.wanted_yaw import Wanted, arriving, leaving
 
 
@@ -51,6 +51,8 @@ class Care(NamedTuple):
         turned: yaw profiles at most where limits are checked, each without an angle that broke one
             before.
         refined: rounds in which the yaw is refined at most.
+        every_end: whether all places beyond which no yaw leads are looked for: what is beyond the
+            first one matters to a search past all of them.
     """
 
     yaws: int
@@ -58,12 +60,13 @@ class Care(NamedTuple):
     waypoints: int
     turned: int
     refined: int
+    every_end: bool
 
 
 LEAST_SPACING = 0.06
 """Largest distance of a track's samples on fine maps, in twice the distance to full speed: the
 speed's grid needs some metres to change by one level."""
-ROUGHLY, CLOSELY = Care(1, 1, 240, 4, 1), Care(2, 3, 480, 8, 6)
+ROUGHLY, CLOSELY = Care(1, 1, 240, 4, 1, True), Care(2, 3, 480, 8, 6, True)
 """The first is good to a few parts in a thousand, to choose among paths."""
 MOST_ENDS = 8
 """Places beyond which no yaw leads that are looked for at once."""
@@ -118,11 +121,20 @@ def _move(
     if not len(track.lengths):
         return turn_on_the_spot(field, conditions, track.points[0], free_or_one)
     steps = steps_of(field, track)
+    yaw_search = partial(
+        YawSearch,
+        conditions,
+        field,
+        objective=objective,
+        beside=care.yaws,
+        most_waypoints=care.waypoints,
+    )
+    parts = _parts(track, steps, free_or_one, yaw_search)
     shut: list[tuple[float, float, float]] = []
     search: SpeedSearch | None = None
     for _ in range(care.turned if checked else 1):
         check()
-        found = _yaw_through(field, conditions, track, steps, free_or_one, objective, care, shut)
+        found = _yaw_through(field, parts, MOST_ENDS if care.every_end else 1, shut)
         if isinstance(found, Infeasible):
             return found
         roomy, yaw = room_to_move(
@@ -265,62 +277,85 @@ def _in_parts(
     return joined(parts)
 
 
-def _yaw_through(
-    field: CostField,
-    conditions: OperatingConditions,
-    track: Track,
-    steps: Steps,
-    yaws: Sequence[float | None],
-    objective: int,
-    care: Care,
-    shut: Sequence[tuple[float, float, float]],
-) -> YawProfile | Infeasible:
-    """Yaw along the whole track; a via point with a yaw of its own cuts the profile in two."""
+class _Part(NamedTuple):
+    """A piece of the track between two places at which a yaw is asked for.
+
+    Attributes:
+        track, steps: of the piece.
+        goal_yaw: rad, at its end; None leaves it free.
+        begin: a search for the yaw along a piece of it.
+        search: that along all of it.
+    """
+
+    track: Track
+    steps: Steps
+    goal_yaw: float | None
+    begin: Callable[..., YawSearch]
+    search: YawSearch
+
+
+def _parts(
+    track: Track, steps: Steps, yaws: Sequence[float | None], begin: Callable[..., YawSearch]
+) -> list[_Part]:
+    """The whole track; a via point with a yaw of its own cuts it in two."""
     fixed = [k for k, yaw in enumerate(yaws) if yaw is not None and 0 < k < len(yaws) - 1]
     cuts = [0, *(track.marks[k] for k in fixed), len(track.points) - 1]
     wanted = [yaws[0], *(yaws[k] for k in fixed), yaws[-1]]
+    parts = []
+    for (a, b), (start, goal) in zip(
+        itertools.pairwise(cuts), itertools.pairwise(wanted), strict=True
+    ):
+        piece = track.part(a, b), steps.part(a, b)
+        parts.append(_Part(*piece, goal, begin, begin(*piece, start_yaw=start, goal_yaw=goal)))
+    return parts
+
+
+def _yaw_through(
+    field: CostField,
+    parts: Sequence[_Part],
+    most_ends: int,
+    shut: Sequence[tuple[float, float, float]],
+) -> YawProfile | Infeasible:
+    """Yaw along the whole track; ``shut`` as for ``YawSearch.best``."""
     arriving: list[Array] = []
     leaving: list[Array] = []
     cost = 0.0
-    priced = partial(
-        yaw_profile,
-        conditions,
-        field,
-        objective=objective,
-        beside=care.yaws,
-        most_waypoints=care.waypoints,
-        shut=shut,
-    )
-    for part, (a, b) in enumerate(itertools.pairwise(cuts)):
-        start, goal = wanted[part : part + 2]
-        piece = track.part(a, b)
-        profile = priced(piece, steps.part(a, b), start_yaw=start, goal_yaw=goal)
+    for number, part in enumerate(parts):
+        profile = part.search.best(shut)
         if not isinstance(profile, YawProfile):
-            ends = [profile]
-            # Further places at once: past each of them the yaw is free again.
-            while len(ends) < MOST_ENDS:
-                a += 1 + int(np.hypot(*(track.points[a : b + 1] - ends[-1]).T).argmin())
-                if a >= b:
-                    break
-                rest = priced(track.part(a, b), steps.part(a, b), start_yaw=None, goal_yaw=goal)
-                if isinstance(rest, YawProfile):
-                    break
-                ends.append(rest)
-            crowded = bool(crowded_at(field, profile[None])[0])
+            ends = _ends(part, profile, most_ends, shut)
             return Infeasible(
                 *(float(profile[0]), float(profile[1])),
                 "the body cannot turn as the way would need it",
-                for_want_of_room=crowded,
+                for_want_of_room=bool(crowded_at(field, profile[None])[0]),
                 others=tuple((float(x), float(y)) for x, y in ends[1:]),
             )
         offset = 0.0
-        if part > 0:
+        if number > 0:
             # Keep yaw continuous: the pieces may differ by whole turns.
             offset = leaving[-1][-1] - profile.arriving[0]
             offset = 2.0 * math.pi * round(offset / (2.0 * math.pi))
-        arriving.append(profile.arriving[(0 if part == 0 else 1) :] + offset)
-        if part > 0:
+        arriving.append(profile.arriving[(0 if number == 0 else 1) :] + offset)
+        if number > 0:
             leaving[-1][-1] = profile.leaving[0] + offset
-        leaving.append(profile.leaving[(0 if part == 0 else 1) :] + offset)
+        leaving.append(profile.leaving[(0 if number == 0 else 1) :] + offset)
         cost += profile.cost
     return YawProfile(np.concatenate(arriving), np.concatenate(leaving), cost)
+
+
+def _ends(
+    part: _Part, first: Array, most: int, shut: Sequence[tuple[float, float, float]]
+) -> list[Array]:
+    """Places (2,) beyond which no yaw leads: past each of them, the yaw is free again."""
+    track, ends, a = part.track, [first], 0
+    last = len(track.points) - 1
+    while len(ends) < most:
+        a += 1 + int(np.hypot(*(track.points[a:] - ends[-1]).T).argmin())
+        if a >= last:
+            break
+        rest = track.part(a, last), part.steps.part(a, last)
+        found = part.begin(*rest, start_yaw=None, goal_yaw=part.goal_yaw).best(shut)
+        if isinstance(found, YawProfile):
+            break
+        ends.append(found)
+    return ends

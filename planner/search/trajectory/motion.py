@@ -21,7 +21,7 @@ from planner.power.motion_row import set_acceleration, set_motion, set_wind
 from planner.quantities import INDEX, ROW_LENGTH
 from planner.search.field import CostField, sample_surface
 from planner.search.trajectory.track import Track
-from planner.search.trajectory.yaw_profile import YawProfile
+from planner.search.trajectory.yaw import YawProfile
 from planner.terrain.interpolation import interpolate
 
 _VX, _VY, _WZ = INDEX["vx"], INDEX["vy"], INDEX["wz"]

@@ -35,7 +35,7 @@ from planner.search.trajectory.speed_estimate import (
 )
 from planner.search.trajectory.speed_prices import Block, correct, price_near
 from planner.search.trajectory.track import Track
-from planner.search.trajectory.yaw_profile import YawProfile
+from planner.search.trajectory.yaw import YawProfile
 
 LAZY_ROUNDS = 24
 """Rounds of pricing after which estimates no longer count."""

@@ -25,7 +25,7 @@ from planner.search.trajectory.motion import Motion, assemble
 from planner.search.trajectory.speed_profile import KnownStretch, speed_profile
 from planner.search.trajectory.track import Track
 from planner.search.trajectory.turn_on_the_spot import pose_spacing
-from planner.search.trajectory.yaw_profile import YawProfile
+from planner.search.trajectory.yaw import YawProfile
 
 MOST_SPEED_PROFILES = 12
 """Speed profiles until no limit is broken between samples either."""

@@ -19,7 +19,7 @@ from planner.search.field import CostField
 from planner.search.limit_places import Infeasible
 from planner.search.trajectory.motion import Motion, assemble, motion_rows
 from planner.search.trajectory.track import Track
-from planner.search.trajectory.yaw_profile import YawProfile
+from planner.search.trajectory.yaw import YawProfile
 from planner.terrain.footprint import touches
 
 

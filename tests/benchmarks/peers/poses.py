@@ -13,7 +13,7 @@ from planner.search.trajectory.motion import assemble, room_to_move
 from planner.search.trajectory.speed_profile import speed_profile
 from planner.search.trajectory.track import lay_track, steps_of
 from planner.search.trajectory.turn_on_the_spot import first_contact, pose_spacing
-from planner.search.trajectory.yaw_profile import YawProfile
+from planner.search.trajectory.yaw import YawProfile
 from tests.benchmarks.peers.case import Array, Case
 
 

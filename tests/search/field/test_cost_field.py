@@ -16,7 +16,7 @@ from planner.search.field.cost_field import (
 from planner.search.requests import SituationRequest
 from planner.search.resolution import WIDTH
 from planner.search.situation import situation_of
-from planner.search.trajectory.yaw_profile import core_of
+from planner.search.trajectory.yaw import core_of
 from planner.terrain.footprint import body_fits, middle_fits
 from planner.terrain.heightmap import Terrain
 from planner.terrain.obstacles import rectangle_free

@@ -21,7 +21,7 @@ from planner.search.solve.pipeline import Candidate
 from planner.search.solve.pipeline import priced as price
 from planner.search.trajectory.limit_checks import broken_limits
 from planner.search.trajectory.speed_profile import speed_profile
-from planner.search.trajectory.yaw_profile import yaw_profile
+from planner.search.trajectory.yaw import YawSearch
 from planner.search.turns import turning
 from planner.terrain.heightmap import Terrain
 from tests.search.grid.test_least_cost import hills
@@ -101,7 +101,7 @@ def test_once_there_is_a_route_nothing_begins_after_the_budget(
     monkeypatch.setattr("planner.search.plan.time", SimpleNamespace(perf_counter=lambda: 0.0))
     monkeypatch.setattr("planner.search.solve.pipeline.priced", found)
     for name, profile in (
-        ("drive.yaw_profile", yaw_profile),
+        ("drive.YawSearch", YawSearch),
         ("speed_search.speed_profile", speed_profile),
     ):
         monkeypatch.setattr(f"planner.search.trajectory.{name}", counted(profile))
@@ -109,7 +109,7 @@ def test_once_there_is_a_route_nothing_begins_after_the_budget(
     assert answer.status == "ok"
     assert clock.now == 99.0
     # A motion on either core may just have looked at the clock; a rough one does so once.
-    assert late.count(yaw_profile) <= 2
+    assert late.count(YawSearch) <= 2
     assert late.count(speed_profile) <= 2
 
 

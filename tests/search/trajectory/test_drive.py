@@ -10,7 +10,7 @@ from planner.search.trajectory.drive import CLOSELY, ROUGHLY, move, moved_alike
 from planner.search.trajectory.motion import Motion, assemble, room_to_move
 from planner.search.trajectory.speed_profile import speed_profile
 from planner.search.trajectory.track import lay_track, steps_of
-from planner.search.trajectory.yaw_profile import YawProfile
+from planner.search.trajectory.yaw import YawProfile
 from tests.benchmarks.peers.case import case_of
 from tests.search.maps import hills, terrain
 

@@ -11,7 +11,7 @@ from planner.search.trajectory.motion import assemble
 from planner.search.trajectory.speed_estimate import REACH, levels, reach_of
 from planner.search.trajectory.speed_profile import KnownStretch, relax, speed_profile
 from planner.search.trajectory.track import lay_track, steps_of
-from planner.search.trajectory.yaw_profile import YawProfile
+from planner.search.trajectory.yaw import YawProfile
 from tests.benchmarks.peers.case import case_of
 from tests.search.maps import hills, terrain
 

@@ -12,7 +12,7 @@ from planner.search.trajectory.limit_checks import broken_limits
 from planner.search.trajectory.motion import Motion
 from planner.search.trajectory.speed_search import SpeedSearch
 from planner.search.trajectory.track import lay_track, steps_of
-from planner.search.trajectory.yaw_profile import YawProfile
+from planner.search.trajectory.yaw import YawProfile
 from tests.benchmarks.peers.case import case_of
 from tests.search.maps import hills, terrain
 

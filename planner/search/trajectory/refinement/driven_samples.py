@@ -22,7 +22,7 @@ from planner.search.kernel_arguments import Steps
 from planner.search.trajectory.limit_checks import FINEST
 from planner.search.trajectory.motion import Motion, motion_rows, pieces_of
 from planner.search.trajectory.track import Track
-from planner.search.trajectory.yaw_profile import YawProfile
+from planner.search.trajectory.yaw import YawProfile
 
 SAMPLED_CELLS = 1.0
 """Cells that three samples of the motion stand for; where a limit is near, as few as its check."""

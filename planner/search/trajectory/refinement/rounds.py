@@ -26,7 +26,7 @@ from planner.search.trajectory.refinement.yaw_refinement import refined_yaw
 from planner.search.trajectory.speed_estimate import level_count
 from planner.search.trajectory.track import Track
 from planner.search.trajectory.turn_on_the_spot import first_contact
-from planner.search.trajectory.yaw_profile import YawProfile
+from planner.search.trajectory.yaw import YawProfile
 
 MOST_REFINED, LEFT_ALONE = 4, 1.0
 """Refinements of the yaw in a round at most, and m round a place where one breaks a limit that the

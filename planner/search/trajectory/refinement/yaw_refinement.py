@@ -34,8 +34,7 @@ from planner.search.resolution import WIDTH
 from planner.search.trajectory.motion import Motion
 from planner.search.trajectory.refinement.driven_samples import driven_samples
 from planner.search.trajectory.track import Track
-from planner.search.trajectory.yaw_moves import SURROUNDINGS, Surroundings
-from planner.search.trajectory.yaw_profile import YawProfile, crowded_at
+from planner.search.trajectory.yaw import SURROUNDINGS, Surroundings, YawProfile, crowded_at
 from planner.terrain.footprint import touches
 
 TURNED_AT = ((0.5, (1.0, 0.5)), (0.1, (1.0, 0.5, 0.25, 0.1)), (0.03, (0.25, 0.1, 0.03)))
@@ -44,6 +43,9 @@ TURNED_AT = ((0.5, (1.0, 0.5)), (0.1, (1.0, 0.5, 0.25, 0.1)), (0.03, (0.25, 0.1,
 On a side slope, rollers that turn downhill help to hold the robot, those that turn uphill drag.
 Between the two lies a fraction of a degree, and so small turns save much.
 """
+NO_FURTHER = 1.1
+"""Waypoints of the second distance per waypoint of the first, below which the first is left out:
+where samples of the track lie further apart, the second tries the same turns at the same places."""
 FAST_TURN, FAST_PENALTY = 0.8, 0.2
 """Share of the largest yaw rate from which a sample gets a penalty where the body is to turn
 evenly, and that penalty at the rate itself, as a share of what the sample costs."""
@@ -331,8 +333,10 @@ def refined_yaw(
         field.blocked, field.body_frame(), track.points, crowded_at(field, track.points)
     )
     arriving, leaving = yaw.arriving, yaw.leaving
-    for spacing, turns in TURNED_AT:
-        at = _waypoints(along, spacing, fixed)
+    levels = [(_waypoints(along, spacing, fixed), turns) for spacing, turns in TURNED_AT]
+    if len(levels[1][0]) < NO_FURTHER * len(levels[0][0]):
+        del levels[0]
+    for at, turns in levels:
         piece = np.clip(np.searchsorted(along[at], place, side="right") - 1, 0, len(at) - 2)
         span = np.diff(along[at])[piece]
         share = (place - along[at][piece]) / span

@@ -23,7 +23,7 @@ from planner.search.trajectory.refinement import rounds
 from planner.search.trajectory.refinement.yaw_refinement import refined_yaw, turned_on_ground
 from planner.search.trajectory.track import Track, steps_of
 from planner.search.trajectory.turn_on_the_spot import first_contact
-from planner.search.trajectory.yaw_profile import YawProfile
+from planner.search.trajectory.yaw import YawProfile
 from tests.benchmarks.hard_maps import made, places
 from tests.search.maps import drawn, hills, terrain
 

@@ -9,7 +9,7 @@ from planner.quantities import INDEX
 from planner.search.trajectory import Motion, motion_rows, move
 from planner.search.trajectory.limit_checks import coarse_pieces
 from planner.search.trajectory.track import lay_track, steps_of
-from planner.search.trajectory.yaw_profile import YawProfile, yaw_profile
+from planner.search.trajectory.yaw import YawProfile, YawSearch
 from tests.benchmarks.peers.case import case_of
 from tests.search.maps import hills, terrain
 
@@ -77,15 +77,25 @@ def test_an_angle_that_broke_a_limit_is_left_with_its_opposite(alike: bool) -> N
     settings = {"objective": 0, "start_yaw": None, "goal_yaw": None, "beside": 1}
     settings["most_waypoints"] = 240
     steps = steps_of(field, track)
-    plain = yaw_profile(conditions, field, track, steps, **settings)
+    search = YawSearch(conditions, field, track, steps, **settings)
+    plain = search.best()
     assert isinstance(plain, YawProfile)
     number = int(np.hypot(*(track.points - (6.0, 4.0)).T).argmin())
     angle = float(plain.leaving[number])
     shut = [(*track.points[number], angle)]
-    other = yaw_profile(conditions, field, track, steps, shut=shut, **settings)
+    other = search.best(shut)
     assert isinstance(other, YawProfile)
     turned = (other.leaving[number] - angle + 0.5 * np.pi) % np.pi - 0.5 * np.pi
     if alike:
         assert abs(turned) > np.radians(8.0)
     else:
         assert abs(turned) < 1e-9
+    # What it knew from before is what a search from nothing known works out.
+    anew = YawSearch(conditions, field, track, steps, **settings)
+    fresh = anew.best(shut)
+    assert isinstance(fresh, YawProfile)
+    assert other.cost == pytest.approx(fresh.cost, rel=1e-3)
+    kept, price = search.pieces.price, anew.pieces.price
+    both = np.isfinite(kept) & np.isfinite(price)
+    assert both.mean() > 0.5 * np.isfinite(price).mean()
+    np.testing.assert_array_equal(kept[both], price[both])

@@ -22,12 +22,12 @@ from planner.compiled_code import njit
 from planner.power.kernels import BLOCK_KERNEL
 from planner.search.kernel_arguments import I1, MODEL_ARRAYS, STEPS
 from planner.search.resolution import STATES, WIDTH
-from planner.search.trajectory.yaw_moves import (
+from planner.search.trajectory.yaw.yaw_moves import (
+    PIECES,
     SURROUNDINGS,
     WAYPOINTS,
     change_of,
     moves_near,
-    pieces_of,
     wrap,
 )
 from planner.search.turns import TURNING, spin_round, step_costs, turn_cost, turn_place
@@ -62,8 +62,6 @@ def _sweep(
     turning: Any,
     by_turn: Any,
     steady_twice: Any,
-    price: Any,
-    off: Any,
     exact: bool,
     start_state: int,
     first: int,
@@ -78,8 +76,6 @@ def _sweep(
         waypoints, pieces, turning: of the track, and costs of turning.
         by_turn: (TURNS, STATES) the table of ``turning``.
         steady_twice: (n - 1, 2·STATES) the ring of angles twice over: a change of angle is a shift.
-        price: (n - 1, changes of angle, STATES) exact prices, NaN where there is none.
-        off: (n - 1,) errors of the estimates.
         exact: whether estimates do not count.
         start_state: -1 leaves it free.
         first: the first waypoint after which anything is new; 0 begins anew.
@@ -89,6 +85,7 @@ def _sweep(
     driven, cost, came, spun = reached
     free, steady, spin = waypoints.free, waypoints.steady, waypoints.spin
     spans, bends, window = pieces.spans, pieces.bends, pieces.window
+    price, off = pieces.price, pieces.off
     last = driven.shape[0] - 1
     widest = price.shape[1] // 2
     next_cost, origin = np.empty(2 * STATES), np.empty(2 * STATES)
@@ -154,7 +151,7 @@ def _trace_back(reached: Any, goal_state: int, states: Any) -> float:
 
 @njit(
     types.float64(
-        *(BLOCK_KERNEL, MODEL_ARRAYS, types.int64, SURROUNDINGS, STEPS, WAYPOINTS, TURNING),
+        *(BLOCK_KERNEL, MODEL_ARRAYS, types.int64, SURROUNDINGS, STEPS, WAYPOINTS, PIECES, TURNING),
         *(types.int64, types.int64, types.int64, I1),
     ),
     cache=True,
@@ -168,6 +165,7 @@ def best_states(
     conditions: Any,
     steps: Any,
     waypoints: Any,
+    pieces: Any,
     turning: Any,
     start_state: int,
     goal_state: int,
@@ -181,6 +179,7 @@ def best_states(
     Args:
         kernel, arrays, objective: as for ``step_costs``.
         conditions, steps, waypoints: Surroundings, Steps and Waypoints of the track.
+        pieces: Pieces between the waypoints; prices that are found are written.
         turning: Turning.
         start_state, goal_state: -1 leaves them free.
         beside: states to either side of the best path that are priced with it.
@@ -194,12 +193,10 @@ def best_states(
         np.empty((count, STATES), np.int64),
         np.empty((count, STATES), np.int64),
     )
-    pieces = pieces_of(waypoints, steps.lengths, conditions.crowded, arrays.limits)
     refused, far = np.zeros(last, np.int64), np.empty(last, np.int64)
-    off = np.zeros(last)
-    # By the change of the angle to the travel, and the state before it.
-    widest = int(pieces.window.max())
-    price = np.full((last, 2 * widest + 1, STATES), np.float32(np.nan))
+    price, off = pieces.price, pieces.off
+    off[:] = 0.0  # of angles that are free no longer, it says nothing of the others
+    widest = price.shape[1] // 2
     every_price = price.reshape(-1)
     steady = waypoints.steady
     by_turn, steady_twice = turning.table.T.copy(), np.hstack((steady, steady))
@@ -210,7 +207,7 @@ def best_states(
         if exact != before:
             before, first = exact, 0
         _sweep(
-            *(waypoints, pieces, turning, by_turn, steady_twice, price, off),
+            *(waypoints, pieces, turning, by_turn, steady_twice),
             exact=exact,
             start_state=start_state,
             first=first,
@@ -234,7 +231,7 @@ def best_states(
         if most == 0:
             return best
         asked, moves, pairs = moves_near(
-            conditions, steps.lengths, waypoints, pieces, price, states, far, most
+            conditions, steps.lengths, waypoints, pieces, states, far, most
         )
         costs = np.empty(asked.shape[0])
         step_costs(kernel, arrays, objective, steps, asked, moves, costs)

@@ -91,6 +91,9 @@ class Pieces(NamedTuple):
         samples: steps that are looked at.
         window: states by which the angle to the travel may change at most.
         narrow: whether the body may touch something.
+        price: (n - 1, changes of the angle to the travel, STATES) exact, by the state before; NaN
+            where it is not known.
+        off: by which exact prices differ from estimates.
     """
 
     spans: Array
@@ -99,10 +102,13 @@ class Pieces(NamedTuple):
     samples: NDArray[np.int64]
     window: NDArray[np.int64]
     narrow: NDArray[np.bool_]
+    price: NDArray[np.float32]
+    off: Array
 
 
 SURROUNDINGS = tuple_type(Surroundings, B2, F1, F2, B1)
 WAYPOINTS = tuple_type(Waypoints, I1, F1, I1, F2, B2, F2, F2)
+PIECES = tuple_type(Pieces, F1, F1, F1, I1, I1, B1, types.float32[:, :, ::1], F1)
 
 
 @njit(cache=True)
@@ -182,18 +188,21 @@ def turn_to_what_holds(
     slopes, ground = steps.slopes, steps.ground
     columns, found = empty_block()
     row = np.empty(class_rows.shape[1])
-    last, count = slopes.shape[0] - 1, ANGLES * STATES
-    holds, middle = np.empty(count, np.bool_), ANGLES // 2
+    last = slopes.shape[0] - 1
+    holds, middle = np.empty(ANGLES * STATES, np.bool_), ANGLES // 2
     for k in range(at.shape[0]):
         before, after = max(at[k] - 1, 0), min(at[k], last)
         if not (_hardly_held(limit, steps, before) or _hardly_held(limit, steps, after)):
             continue
-        holds[:] = True
+        states = np.flatnonzero(free[k])
+        count = ANGLES * states.size
+        holds[:count] = True
         for j in (before, after):
             for first in range(0, count, BLOCK):
                 size = min(BLOCK, count - first)
                 for place in range(size):
-                    yaw = directions[k] + (first + place - middle) * WIDTH / ANGLES
+                    state, angle = divmod(first + place, ANGLES)
+                    yaw = directions[k] + (states[state] * ANGLES + angle - middle) * WIDTH / ANGLES
                     row[:] = class_rows[ground[j]]
                     set_motion(
                         *(row, slopes[j, 2], slopes[j, 3], yaw),
@@ -204,9 +213,9 @@ def turn_to_what_holds(
                 kernel(columns, size, parameters, body, wheels, found)
                 for place in range(size):
                     holds[first + place] &= broken_in_block(found, place, limits) < 0
-        for s in range(STATES):
-            own = holds[s * ANGLES : (s + 1) * ANGLES]
-            if free[k, s] and not own.all():
+        for state, s in enumerate(states):
+            own = holds[state * ANGLES : (state + 1) * ANGLES]
+            if not own.all():
                 place = int(round(shift[k, s] / WIDTH * ANGLES)) + middle
                 shift[k, s] = (_middle_of_run(own, place) - middle) * WIDTH / ANGLES
 
@@ -292,7 +301,8 @@ def pieces_of(waypoints: Any, lengths: Any, crowded: Any, limits: Any) -> Any:
         narrow[k] = crowded[at[k] : at[k + 1] + 1].any()
         bends[k] = wrap(waypoints.directions[k + 1] - waypoints.directions[k])
         window[k] = most_turn(spans[k], bends[k], limits)
-    return Pieces(spans, bends, scale, samples, window, narrow)
+    price = np.full((last, 2 * int(window.max()) + 1, STATES), np.float32(np.nan))
+    return Pieces(spans, bends, scale, samples, window, narrow, price, np.zeros(last))
 
 
 @njit(cache=True, error_model="numpy")
@@ -307,7 +317,6 @@ def moves_near(
     lengths: Any,
     waypoints: Any,
     pieces: Any,
-    price: Any,
     states: Any,
     far: Any,
     most: int,
@@ -318,7 +327,7 @@ def moves_near(
     off the path count, negative for none; ``most`` is how many moves that makes.
     """
     at, directions, stride, _, free, shift, _ = waypoints
-    spans, bends, scale, _, window, narrow = pieces
+    spans, bends, scale, _, window, narrow, price, _ = pieces
     blocked, frame, points, _ = conditions
     widest = price.shape[1] // 2
     asked, moves = np.empty(most, np.int64), np.empty((most, 3))
@@ -330,7 +339,7 @@ def moves_near(
             for b in range(t - far[k], t + far[k] + 1):
                 p, q = a % STATES, b % STATES
                 w = change_of(p, q)
-                if abs(w) > window[k] or not free[k + 1, q]:
+                if abs(w) > window[k] or not (free[k, p] and free[k + 1, q]):
                     continue
                 if not math.isnan(price[k, w + widest, p]):
                     continue
