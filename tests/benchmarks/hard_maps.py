@@ -33,6 +33,8 @@ from unittest import mock
 import numpy as np
 
 from planner import plan_route
+from planner.search.field import CostField
+from planner.search.grid import Lattice, build_lattice, cost_to_go, grid_path
 from planner.search.requests import PlanRequest
 from planner.search.resolution import MARGIN
 from planner.search.situation import situation_of
@@ -41,6 +43,7 @@ from planner.terrain.catalogue import open_map
 from planner.terrain.footprint import body_fits
 from planner.terrain.heightmap import Terrain
 
+Place = tuple[float, float]
 KINDS = {
     "obstacles": ("warehouse", "shelves", "rocks", "maze"),
     "relief": ("jacksboro-1to100", "jacksboro"),
@@ -173,6 +176,8 @@ def places(terrain: Terrain, count: int, seed: int) -> Iterator[dict[str, Any]]:
     )
     situation = situation_of(request, terrain=terrain)
     field = situation.field("energy", MARGIN)
+    # Of its own: what is found here is not to be known when the question is asked.
+    lattice = build_lattice(field)
     apart = 0.35 * min(east - west, north - south)
     across = terrain.name.endswith("walled")
     while count:
@@ -189,11 +194,17 @@ def places(terrain: Terrain, count: int, seed: int) -> Iterator[dict[str, Any]]:
         yaws = np.linspace(0.0, np.pi, 16, endpoint=False)
         if not all(any(body_fits(field, *end, yaw) for yaw in yaws) for end in ends):
             continue
-        if not across and situation.path("energy", field, *ends) is None:
+        if not across and not _leads(field, lattice, *ends):
             continue
         count -= 1
         start, goal = ({"x": x, "y": y} for x, y in ends)
         yield {"start": start, "goal": goal}
+
+
+def _leads(field: CostField, lattice: Lattice, start: Place, goal: Place) -> bool:
+    """Whether the grid has a path from start to goal."""
+    to_go = cost_to_go(field, lattice, goal, start=start)
+    return grid_path(field, lattice, to_go, start) is not None
 
 
 def ask(terrain: Terrain, asked: dict[str, Any], **further: Any) -> dict[str, Any]:

@@ -29,6 +29,7 @@ from planner.search.solve.sketch import (
     ANSWER,
     BASELINE,
     ONE_OF_MANY,
+    PATIENT_BASELINE,
     Closely,
     Effort,
     Sketch,
@@ -48,9 +49,7 @@ MUCH_TURNING = 1.1
 """Energy over that of even driving from which paths with more room are tried as well."""
 
 
-def on_grid(
-    run: Run, field: CostField, objective: str, effort: Effort = ANSWER, *, patient: bool = True
-) -> Attempt:
+def on_grid(run: Run, field: CostField, objective: str, effort: Effort = ANSWER) -> Attempt:
     """Search the grid; where no trajectory comes of it, search more cautiously.
 
     Args:
@@ -58,25 +57,24 @@ def on_grid(
         objective: "energy", "time" or "length".
         effort: BASELINE keeps to the same limits, but yaw and speed may be a few parts in ten
             thousand off the best.
-        patient: whether recovery goes on for as long as for an answer.
     """
-    if patient and effort is BASELINE:
+    if effort is PATIENT_BASELINE:
         # Recovery in small steps takes longer, and may end in a longer route.
-        quick = on_grid(run, field, objective, effort, patient=False)
+        quick = on_grid(run, field, objective, BASELINE)
         if quick.route is not None:
             return quick
     passages: Callable[[], Attempt | None] | None = None
-    if effort is not BASELINE:
+    if effort.closely:
         part = partial(_on_grid, field=field, objective=objective, effort=ONE_OF_MANY)
         passages = partial(through_passages, run, field, objective, part)
-    attempt = _on_grid(run, field, objective, effort, patient, passages)
+    attempt = _on_grid(run, field, objective, effort, passages)
     other = None if attempt.route is not None else _with_other_torque(run, attempt, effort)
     if other is not None:
         costs = other.field(objective, field.margin, field.factor)
-        found = _on_grid(other, costs, objective, effort, patient)
+        found = _on_grid(other, costs, objective, effort)
         attempt = attempt if found.route is None else found
     # Nobody asks why there is no baseline.
-    if attempt.route is None and not attempt.reason and effort is not BASELINE:
+    if attempt.route is None and not attempt.reason and effort.closely:
         cause = _why_not(run, attempt.field, objective)
         return replace(attempt, reason=cause.what, infeasible=cause)
     return attempt
@@ -87,7 +85,7 @@ def _with_other_torque(run: Run, attempt: Attempt, effort: Effort) -> Run | None
     situation = run.situation
     if run.conditions.lasting:
         # A short slope may take more than the continuous torque.
-        if effort is BASELINE or situation.slopes_outlast_heat:
+        if not effort.closely or situation.slopes_outlast_heat:
             return None
         return replace(run, situation=situation.with_peak_torque())
     if attempt.infeasible is None or not attempt.infeasible.too_warm:
@@ -101,12 +99,13 @@ def _on_grid(
     field: CostField,
     objective: str,
     effort: Effort,
-    patient: bool = False,
     passages: Callable[[], Attempt | None] | None = None,
 ) -> Attempt:
     """The best of all attempts within the limits that hold at every moment, and the mean torque."""
-    caution: Caution | None = first_caution(run, field, objective, patient=patient)
-    sketching = _Sketching(*(run, objective, effort, patient, field, passages), Closely(objective))
+    caution: Caution | None = first_caution(run, field, objective, patient=effort.patient)
+    sketching = _Sketching(
+        *(run, objective, effort, effort.patient, field, passages), Closely(objective)
+    )
     first: Attempt | None = None
     while caution is not None:
         sketches, caution = sketching.with_caution(caution)

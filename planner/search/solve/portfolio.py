@@ -14,8 +14,10 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from threading import Event
 
 from planner.arrays import Array
+from planner.cancellation import CancellationToken
 from planner.errors import Cancelled
 from planner.search.field import polyline_cost
 from planner.search.limit_places import Infeasible
@@ -27,7 +29,14 @@ from planner.search.solve.anytime import further_candidates
 from planner.search.solve.descent import dissipated
 from planner.search.solve.grid_planner import on_grid, path_exists
 from planner.search.solve.pipeline import Attempt, Candidate, cheapest_near, drive_legs
-from planner.search.solve.sketch import ANSWER, BASELINE, Effort, Legs, with_costs
+from planner.search.solve.sketch import (
+    ANSWER,
+    BASELINE,
+    PATIENT_BASELINE,
+    Effort,
+    Legs,
+    with_costs,
+)
 
 BASELINES = {"shortest": "length", "fastest": "time"}
 """Baselines by name, and the objective that each is best for."""
@@ -187,14 +196,19 @@ def _by_grid(run: Run) -> tuple[Attempt, list[Candidate]]:
     """
     objective = run.request.objective
     field = run.field(objective, MARGIN)
-    if not path_exists(run, field, objective):
-        # Others would look for it on the same ground, and find as little.
-        attempt = on_grid(run, field, objective)
-        # Narrow passages have no path on the grid; with another torque there may be one.
-        passed = attempt.candidate("narrow passages" if attempt.paths is None else "grid")
-        return attempt, [] if passed is None else [passed]
-    with run.within_budget() as limited:
-        others = baselines(limited)
+    hopeless = Event()
+    with (
+        run.within_budget() as limited,
+        CancellationToken(lambda: hopeless.is_set() or limited.cancelled()) as token,
+    ):
+        others = baselines(replace(limited, token=token))
+        if not path_exists(run, field, objective):
+            # Others look for it on the same ground, and find as little.
+            hopeless.set()
+            attempt = on_grid(run, field, objective)
+            # Narrow passages have no path on the grid; with another torque there may be one.
+            passed = attempt.candidate("narrow passages" if attempt.paths is None else "grid")
+            return attempt, [] if passed is None else [passed]
         own: dict[str, Attempt] = {objective: on_grid(run, field, objective)}
         rest = run if own[objective].route is None else limited
         own |= {aim: _in_time(rest, aim) for aim in ALSO_SOUGHT[objective]}
@@ -222,11 +236,11 @@ def _by_grid(run: Run) -> tuple[Attempt, list[Candidate]]:
     return own[objective], [one for one in found if one is not None]
 
 
-def _in_time(run: Run, objective: str, effort: Effort = ANSWER, *, patient: bool = True) -> Attempt:
+def _in_time(run: Run, objective: str, effort: Effort = ANSWER) -> Attempt:
     """What the grid comes to for an objective; nothing where the time budget ends before."""
     field = run.field(objective, MARGIN)
     try:
-        return on_grid(run, field, objective, effort, patient=patient)
+        return on_grid(run, field, objective, effort)
     except Cancelled:
         if run.seconds_left > 0.0:
             raise
@@ -236,10 +250,10 @@ def _in_time(run: Run, objective: str, effort: Effort = ANSWER, *, patient: bool
 def baselines(run: Run) -> Callable[[], dict[str, Attempt]]:
     """Begin to look for the shortest and the fastest route on the other core; call for them."""
     given = "time_budget_s" in run.request.model_fields_set
-    patient = given and run.request.time_budget_s >= UNHURRIED
+    unhurried = given and run.request.time_budget_s >= UNHURRIED
 
     def search(aim: str) -> Later[Attempt]:
-        task = partial(_in_time, run, aim, BASELINE, patient=patient)
+        task = partial(_in_time, run, aim, PATIENT_BASELINE if unhurried else BASELINE)
         return run.other_core.submit(task)
 
     waiting = {name: search(aim) for name, aim in BASELINES.items()}

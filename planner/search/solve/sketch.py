@@ -32,6 +32,8 @@ PLAIN = {8.0: (1.0,)}
 have no bends that cost more than they save."""
 WITH_YAW = {2.0: (1.0,), 4.0: (1.0,)}
 """The same for a path with yaw angles, which is left close to itself."""
+HASTILY = ROUGHLY._replace(every_end=False)
+"""How a path is driven roughly where nobody asks for another one past what is in the way."""
 Legs = list[tuple[Array, float]]
 """A polyline (k, 2) from one fixed place to the next, and its cost, for each leg."""
 
@@ -43,15 +45,18 @@ class Effort(NamedTuple):
         descent: whether waypoints are optimised, where that is likely to help.
         closely: whether the cheapest is driven again with more yaw angles and speeds. Without it,
             limits are checked on the rough trajectories, and the cheapest of these is answered.
+        patient: whether recovery goes on for as long as for an answer.
     """
 
     descent: bool
     closely: bool
+    patient: bool
 
 
-ANSWER = Effort(descent=True, closely=True)
-ONE_OF_MANY = Effort(descent=False, closely=True)
-BASELINE = Effort(descent=True, closely=False)
+ANSWER = Effort(descent=True, closely=True, patient=True)
+ONE_OF_MANY = Effort(descent=False, closely=True, patient=False)
+BASELINE = Effort(descent=True, closely=False, patient=False)
+PATIENT_BASELINE = BASELINE._replace(patient=True)
 
 
 class Driven(NamedTuple):
@@ -165,15 +170,15 @@ def _all_driven(
     several = run.other_core.all([partial(smoothed, *kind) for kind in smoothings.items()])
     # Several settings may smooth a path alike.
     chains = {_content(legs): legs for legs in itertools.chain.from_iterable(several)}
-    drive = partial(driven_roughly, run, field, objective=objective, checked=not effort.closely)
+    drive = partial(driven_roughly, run, field, objective=objective, effort=effort)
     return run.other_core.all([partial(drive, legs) for legs in chains.values()])
 
 
 def driven_roughly(
-    run: Run, field: CostField, legs: Legs, objective: str, *, checked: bool = False
+    run: Run, field: CostField, legs: Legs, objective: str, effort: Effort = ANSWER
 ) -> Driven:
-    """The trajectory along legs, roughly worked out; ``checked`` as in ``move``."""
-    motion = trajectory(run, field, legs, objective, closely=False, checked=checked)
+    """The trajectory along legs, roughly worked out."""
+    motion = trajectory(run, field, legs, objective, effort, closely=False)
     if isinstance(motion, Infeasible):
         return Driven(legs, motion)
     energy = energy_of(field, run.conditions, motion)
@@ -196,11 +201,14 @@ def trajectory(
     field: CostField,
     legs: Legs,
     objective: str,
+    effort: Effort = ANSWER,
     *,
     closely: bool = True,
-    checked: bool = True,
 ) -> Motion | Infeasible:
-    """The motion along legs, or where it is infeasible; ``checked`` as in ``move``."""
+    """The motion along legs, or where it is infeasible.
+
+    Without ``closely``, limits are checked between samples only where nothing is driven closely.
+    """
     run.check()
     if objective == "length":
         # Whichever way it goes, a robot turns as costs it least.
@@ -214,7 +222,7 @@ def trajectory(
         [path for path, _ in legs],
         run.yaws,
         objective=OBJECTIVES[objective],
-        care=CLOSELY if closely else ROUGHLY,
-        checked=checked,
+        care=CLOSELY if closely else ROUGHLY if effort.patient else HASTILY,
+        checked=closely or not effort.closely,
         check=run.check,
     )

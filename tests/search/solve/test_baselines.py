@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from planner import plan_route
@@ -19,8 +20,9 @@ from planner.search.requests import PlanRequest
 from planner.search.run import Run
 from planner.search.situation import situation_of
 from planner.search.solve import portfolio as best_route
-from planner.search.solve.sketch import ANSWER, BASELINE
+from planner.search.solve.sketch import ANSWER, BASELINE, PATIENT_BASELINE, sketch
 from planner.search.trajectory.limit_checks import broken_limits
+from planner.terrain.heightmap import Terrain
 from service.cli import as_tables
 from tests.service.cli.terminal import written
 
@@ -76,8 +78,7 @@ def test_patience_finds_a_shortest_route_no_longer_than_that_of_haste():
     run = Run(request, situation_of(request), silent, CancellationToken())
     field = run.field("length")
     at_once, patient = (
-        best_route.on_grid(run, field, "length", BASELINE, patient=patience)
-        for patience in (False, True)
+        best_route.on_grid(run, field, "length", effort) for effort in (BASELINE, PATIENT_BASELINE)
     )
     assert patient.route is not None
     assert at_once.route is None or patient.route.length_m <= at_once.route.length_m
@@ -100,8 +101,8 @@ def test_where_nothing_keeps_to_the_limits_there_is_no_route(monkeypatch):
     """The limit that is in the way stands beside the reason."""
     search = best_route.on_grid
 
-    def never(run, field, objective, effort=ANSWER, *, patient=True):
-        found = search(run, field, objective, effort, patient=patient)
+    def never(run, field, objective, effort=ANSWER):
+        found = search(run, field, objective, effort)
         stuck = Infeasible(20.0, 30.0, "wheels slide", limit="traction", value=1.1, allowed=1.0)
         return replace(found, route=None, infeasible=stuck, reason="wheels slide")
 
@@ -135,3 +136,43 @@ def test_an_answer_says_what_it_minimised(objective, tmp_path):
     write_report([answer], tmp_path / "page.html", "routes")
     assert f"route (least {objective})" in (tmp_path / "page.html").read_text()
     assert f"route (least {objective})" in answer._repr_html_()
+
+
+def test_only_who_looks_for_another_path_asks_for_every_place_in_the_way():
+    """On each ridge the shortest line is too steep; a hasty baseline stops at the first of them."""
+    run = Run(
+        request := PlanRequest.from_json(asked("steep, all round")),
+        situation_of(request),
+        silent,
+        CancellationToken(),
+    )
+    field = run.field("length")
+    path = run.situation.path("length", field, *run.places)
+    refused = {
+        effort: sketch(run, field, [path], "length", effort).infeasible
+        for effort in (BASELINE, PATIENT_BASELINE)
+    }
+    hasty, patient = refused.values()
+    assert len(hasty.places) == 1
+    assert len(patient.places) > 1
+    assert patient.places[0] == hasty.places[0]
+
+
+def test_baselines_begun_are_given_up_where_nothing_leads_to_the_goal(monkeypatch):
+    """They begin before it is known whether there is a path at all."""
+    begun = []
+    search = best_route.baselines
+
+    def kept(run):
+        begun.append(run)
+        return search(run)
+
+    monkeypatch.setattr(best_route, "baselines", kept)
+    heights = np.zeros((40, 40))
+    blocked = np.zeros((40, 40), bool)
+    blocked[:, 20] = True
+    relief = Terrain.from_arrays(heights, cell=(0.5, 0.5), obstacles=blocked, name="test")
+    ends = {"start": {"x": 5.0, "y": 10.0}, "goal": {"x": 15.0, "y": 10.0}}
+    assert plan_route(terrain=relief, **ends).status == "no_route"
+    [run] = begun
+    assert run.token.cancelled()
