@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planner.arrays import Array
-from planner.quantities import INDEX
+from planner.quantities import INDEX, STANDARD_GRAVITY
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.quantities_of_motion import (
     STANDSTILL,
@@ -28,6 +28,7 @@ from planner.telemetry.quantities_of_motion import (
     motion_axes,
     temperature_of,
 )
+from planner.telemetry.sampling import noise_of_motion
 
 HARMONICS = (1, 2, 3, 4, 5, 6, 8)
 """Orders of the harmonics over the heading."""
@@ -47,6 +48,8 @@ LEAST_RANGE = {
     "time_since_start": 5.0,
 }
 """SI; an axis that varies less (1st to 99th percentile) gets no shapes."""
+NOISE_RANGE = 4.65
+"""1st to 99th percentile of white noise over its standard deviation."""
 
 
 AT_ONCE = ("fading", "step")
@@ -126,7 +129,7 @@ class Dictionary:
     def of(cls, log: Telemetry) -> Dictionary:
         """The dictionary for a log: only axes that vary, with places inside their range."""
         temperature = temperature_of(log.rows)
-        axes = _axes(log.rows, temperature)
+        axes = _beyond_noise(log, _axes(log.rows, temperature))
         ranges: dict[str, tuple[float, float]] = {}
         for name, values in axes.items():
             known = values[np.isfinite(values)]
@@ -192,6 +195,21 @@ def _axes(rows: Array, temperature: str) -> dict[str, Array]:
     if temperature == "motor_temp":
         axes[AIR] = rows[:, INDEX["ambient_temp"]].copy()
     return axes
+
+
+def _beyond_noise(log: Telemetry, axes: dict[str, Array]) -> dict[str, Array]:
+    """The axes, without slopes whose readings vary by hardly more than the noise of the tilt.
+
+    On flat ground the tilt is noise, and what it makes of the predicted power goes along with it.
+    """
+    noise = noise_of_motion(log)
+    kept = dict(axes)
+    for name in ("slope_along", "slope_across"):
+        own = NOISE_RANGE * max(noise["gravity_x"], noise["gravity_y"]) / STANDARD_GRAVITY
+        low, high = np.percentile(axes[name], [1, 99])
+        if (high - low) ** 2 - own**2 < LEAST_RANGE[name] ** 2:
+            del kept[name]
+    return kept
 
 
 def levels(values: Array) -> float:

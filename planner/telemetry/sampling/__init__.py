@@ -1,10 +1,11 @@
 """A log of any length as a sample in memory and as chunks that pass by.
 
 open_source gives a LogSource. Speeds of steady drives are taken at their means, and rows are
-numbered by clusters.
+numbered by clusters. noise_of_motion is what its measured channels scatter by.
 """
 
 from planner.telemetry.sampling.clusters import ClusterCounter, cluster_numbers
+from planner.telemetry.sampling.noisier_motion import noise_of_motion
 from planner.telemetry.sampling.sample import LogSource, open_source
 from planner.telemetry.sampling.steady_drive import at_steady_speeds, stretches
 
@@ -13,6 +14,7 @@ __all__ = [
     "LogSource",
     "at_steady_speeds",
     "cluster_numbers",
+    "noise_of_motion",
     "open_source",
     "stretches",
 ]

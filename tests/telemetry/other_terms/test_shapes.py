@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from planner.quantities import INDEX
+from planner.quantities import INDEX, STANDARD_GRAVITY
 from planner.telemetry.other_terms.shapes import Dictionary, levels
 
 
@@ -29,6 +29,21 @@ def test_no_curve_over_a_quantity_with_three_levels(motion):
     assert "speed" in {shape.axis for shape in Dictionary.of(motion).shapes}
     assert "speed" not in axes
     assert "heading" in axes
+
+
+def test_no_shape_over_a_tilt_that_is_noise(motion):
+    """On flat ground; where the ground is as steep as that, the slope has shapes."""
+    random = np.random.default_rng(3)
+    axes = []
+    for smooth in (1, 40):
+        rows = motion.rows.copy()
+        for name in ("gravity_x", "gravity_y"):
+            white = random.standard_normal(len(motion) + smooth - 1)
+            tilt = 0.0035 * np.sqrt(smooth) * np.convolve(white, np.ones(smooth) / smooth, "valid")
+            rows[:, INDEX[name]] = STANDARD_GRAVITY * tilt
+        found = Dictionary.of(replace(motion, rows=rows)).shapes
+        axes.append({shape.axis for shape in found if "slope" in shape.axis})
+    assert axes == [set(), {"slope_along", "slope_across"}]
 
 
 def test_gradual_shapes_do_not_change_at_once(motion):
