@@ -9,7 +9,8 @@ slope, a step of the temperature, a decay since the start, alone and times the s
 has its thresholds and widths fitted (planner.telemetry.diagnosis.unknown_effect).
 
 A log that was driven at three speeds and nothing in between does not determine a curve: any bump on
-one of them would fit, and be wrong at the next speed. Such an axis has no shapes.
+one of them would fit, and be wrong at the next speed. Such an axis has no shapes. Two loads tell
+that something goes with the load: they have straight lines alone.
 """
 
 from __future__ import annotations
@@ -56,7 +57,8 @@ AT_ONCE = ("fading", "step")
 """Kinds of shapes that begin or end at once."""
 LEAST_LEVELS, LEAST_LOADS = 4, 3
 """Separate levels of an axis; with fewer, a log says nothing about a curve in between. Over the
-load shapes go one way only, and three tell a threshold from a straight line."""
+load shapes go one way only, and three tell a threshold from a straight line. Of two, a line says
+all that the log knows."""
 LEVEL_GAP, LEVEL_WIDTH = 0.2, 0.25
 """Least gap between levels and largest width of one, as shares of the axis' range."""
 STEPS = (0.2, 0.4, 0.6, 0.8)
@@ -131,15 +133,16 @@ class Dictionary:
         temperature = temperature_of(log.rows)
         axes = _beyond_noise(log, _axes(log.rows, temperature))
         ranges: dict[str, tuple[float, float]] = {}
+        shapes: list[Shape] = []
         for name, values in axes.items():
             known = values[np.isfinite(values)]
             if len(known) < 0.5 * len(values) or not len(known):
                 continue
             low, high = np.percentile(known, [1, 99])
-            least = LEAST_LOADS if name == "load" else LEAST_LEVELS
-            if high - low >= LEAST_RANGE[name] and levels(known) >= least:
-                ranges[name] = (float(low), float(high))
-        shapes = [shape for name, ends in ranges.items() for shape in shapes_over(name, *ends)]
+            if high - low >= LEAST_RANGE[name]:
+                over = _identifiable(levels(known), shapes_over(name, float(low), float(high)))
+                ranges |= {shape.axis: (float(low), float(high)) for shape in over}
+                shapes += over
         return cls(tuple(shapes), temperature, ranges)
 
     def columns(self, rows: Array) -> Array:
@@ -203,13 +206,21 @@ def _beyond_noise(log: Telemetry, axes: dict[str, Array]) -> dict[str, Array]:
     On flat ground the tilt is noise, and what it makes of the predicted power goes along with it.
     """
     noise = noise_of_motion(log)
+    own = NOISE_RANGE * max(noise["gravity_x"], noise["gravity_y"]) / STANDARD_GRAVITY
     kept = dict(axes)
     for name in ("slope_along", "slope_across"):
-        own = NOISE_RANGE * max(noise["gravity_x"], noise["gravity_y"]) / STANDARD_GRAVITY
         low, high = np.percentile(axes[name], [1, 99])
         if (high - low) ** 2 - own**2 < LEAST_RANGE[name] ** 2:
             del kept[name]
     return kept
+
+
+def _identifiable(count: float, shapes: list[Shape]) -> list[Shape]:
+    """Those of the shapes over an axis that so many separate levels of it identify."""
+    if shapes[0].axis != "load":
+        return shapes if count >= LEAST_LEVELS else []
+    lines = [shape for shape in shapes if (shape.kind, shape.at) == ("power", 1.0)]
+    return shapes if count >= LEAST_LOADS else lines
 
 
 def levels(values: Array) -> float:

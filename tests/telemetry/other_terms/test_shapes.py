@@ -61,3 +61,17 @@ def test_gradual_shapes_do_not_change_at_once(motion):
 
     assert steepest(dictionary.gradual) < 0.01
     assert steepest(dictionary) > 0.015
+
+
+def test_two_loads_tell_straight_lines(motion):
+    """And no threshold, which may lie anywhere between; one load tells nothing."""
+
+    def over_load(loads):
+        rows = motion.rows.copy()
+        rows[:, INDEX["payload"]] = np.array(loads)[motion.run % len(loads)]
+        shapes = Dictionary.of(replace(motion, rows=rows)).shapes
+        return {(shape.kind, shape.at) for shape in shapes if shape.axis == "load"}
+
+    assert over_load([0.0]) == set()
+    assert over_load([0.0, 3.0]) == {("power", 1.0)}
+    assert ("step", 0.6) in {(kind, round(at, 3)) for kind, at in over_load([0.0, 1.0, 3.0])}
