@@ -13,6 +13,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
+from planner.arrays import Array
 from planner.power.model import PowerModel
 from planner.telemetry.estimation import LONGEST_LAG, Fit, with_meter
 from planner.telemetry.holdout.heldout import (
@@ -27,7 +30,7 @@ from planner.telemetry.logs import Meter, Telemetry, same_meter
 from planner.telemetry.noise import strongest_columns
 from planner.telemetry.other_terms import Dictionary, given_columns
 from planner.telemetry.parameters import free_places
-from planner.telemetry.prediction import Nodes, tangent
+from planner.telemetry.prediction import Nodes, Readings, tangent
 
 MOST_ROUNDS = 3
 """Rounds of fitting the meter and the parameters."""
@@ -76,15 +79,17 @@ def metered_base_fit(
             fitted = base_fit(metered, start)
             found = (metered, fitted) if heldout_rmse(metered, fitted) < error else found
     log, whitened = found
-    return _predicting_best(start, log, _evenly_if_better(log, start, whitened))
+    return predicting_best(start, log, _evenly_if_better(log, start, whitened))
 
 
-def _predicting_best(start: PowerModel, log: Telemetry, fitted: Fit) -> tuple[Telemetry, Fit]:
+def predicting_best(start: PowerModel, log: Telemetry, fitted: Fit) -> tuple[Telemetry, Fit]:
     """The log and its fit with the time constant near the likeliest one that predicts best.
 
     The likelihood of rows follows errors of the inputs: a filter that is a little too long or too
     short may take some of them away. On held-out runs that helps less. They must support the change
-    as they must support a claim, or be predicted better by ENOUGH_FALL, however few they are.
+    as they must support a claim, or be predicted better by ENOUGH_FALL, however few they are. What
+    the model lacks can be blurred by a filter that is too long, so that they must also be predicted
+    better beside plain shapes.
     """
     meter = log.meter
     if meter is None or meter.time_constant_s <= 0.0:
@@ -101,9 +106,29 @@ def _predicting_best(start: PowerModel, log: Telemetry, fitted: Fit) -> tuple[Te
                     break
                 best, error, meter = found, less, tried
     much = error <= (1.0 - ENOUGH_FALL) * first
-    if much or supports(log, before, heldout_residual(*best), fitted.spread):
-        return best
-    return log, fitted
+    if not (much or supports(log, before, heldout_residual(*best), fitted.spread)):
+        return log, fitted
+    lacking = _lacking(log, fitted)
+    beside = [_error_beside(*found, lacking) for found in (best, (log, fitted))]
+    return best if beside[0] < beside[1] else (log, fitted)
+
+
+def _lacking(log: Telemetry, fitted: Fit) -> Array:
+    """(n, k) plain shapes that explain most of what a fit leaves, at the supply.
+
+    Their size is that of the residual: a missing effect may be as large.
+    """
+    columns = Dictionary.of(log).gradual.columns(log.rows)
+    _, own = tangent(fitted.model, Nodes.of(log, fitted.model), fitted.places)
+    shown = Readings.as_shown(log, columns)
+    chosen = strongest_columns(fitted.residual, own, shown)
+    sizes = np.sqrt(np.mean(shown[:, chosen] ** 2, axis=0))
+    return np.asarray(columns[:, chosen] * rms(fitted.residual) / sizes)
+
+
+def _error_beside(log: Telemetry, fitted: Fit, lacking: Array) -> float:
+    """W, held-out error of a fit beside columns (n, k) W at the supply."""
+    return rms(heldout_residual(log, fitted, Readings.as_shown(log, lacking)))
 
 
 def overall_error(log: Telemetry, fitted: Fit) -> float:

@@ -9,9 +9,15 @@ import pytest
 
 from planner.quantities import INDEX
 from planner.telemetry.estimation import LONGEST_LAG
-from planner.telemetry.holdout import base_fit, heldout_residual, metered_base_fit, rms
+from planner.telemetry.holdout import (
+    base_fit,
+    heldout_residual,
+    metered,
+    metered_base_fit,
+    rms,
+)
 from planner.telemetry.logs import Meter
-from planner.telemetry.prediction import predict
+from planner.telemetry.prediction import Readings, predict
 
 
 def shown_by(meter, log, robot):
@@ -59,3 +65,18 @@ def test_no_time_constant_is_longer_than_any_that_is_believed(motion, robot, bas
 def test_a_constant_power_shows_no_meter(motion, base):
     log, _ = metered_base_fit(replace(motion, power=np.full(len(motion), 5.3)), base)
     assert log.meter is None
+
+
+def test_a_missing_effect_makes_no_filter_longer(motion, robot, base, monkeypatch):
+    """What works in turns is blurred by a filter that is far too long: unseen runs are then
+    predicted better without it, though not beside a plain shape."""
+    meter = Meter(0.6)
+    turning = np.abs(motion.rows[:, INDEX["wz"]])[:, None]
+    extra = Readings.as_shown(replace(motion, meter=meter), 4.0 * turning / np.std(turning))
+    log = shown_by(meter, motion, robot)
+    log = replace(log, power=log.power + extra[:, 0])
+    each = [metered_base_fit(log, base, (known,)) for known in (meter, Meter(2.4))]
+    assert metered.overall_error(*each[1]) < metered.overall_error(*each[0])
+    monkeypatch.setattr(metered, "TIME_CONSTANT_STEPS", (4.0,))
+    found, _ = metered.predicting_best(base, *each[0])
+    assert found.meter == meter
