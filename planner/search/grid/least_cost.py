@@ -104,6 +104,7 @@ def cost_to_go(
         *(goal if start is None else start),
         width,
         0.0 if start is None else 0.999 * least,
+        ROUNDED * field.least_cost(),
         beyond,
         from_start,
         token.flag,
@@ -233,6 +234,7 @@ def _solve(
     start_y: float,
     width: float,
     metre: float,
+    cheapest: float,
     beyond: float,
     from_start: bool,
     stop: Any,
@@ -244,6 +246,7 @@ def _solve(
         goal_x, goal_y, start_x, start_y: m.
         width: cost that a bucket spans.
         metre: cost of a metre to the start, in the estimates by which nodes wait; 0 fills the map.
+        cheapest: cost of a metre that no move undercuts, near obstacles neither.
         beyond: as for ``cost_to_go``.
         from_start: costs from the goal instead.
         stop: (1,) True once the caller has cancelled.
@@ -265,7 +268,7 @@ def _solve(
     # Moves of two cells pass between two further nodes.
     long = np.maximum(np.abs(offsets[:, 0]), np.abs(offsets[:, 1])) > 1
     x0, y0, dx, dy = field.x0, field.y0, field.dx, field.dy
-    leasts = lattice.cheapest * ROUNDED * np.hypot(offsets[:, 0] * dx, offsets[:, 1] * dy)
+    leasts = cheapest * np.hypot(offsets[:, 0] * dx, offsets[:, 1] * dy)
     nodes, costs, estimates = _seeds(
         field, factor, goal_x, goal_y, start_x, start_y, metre, from_start
     )

@@ -14,7 +14,6 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from threading import Event
 
 from planner.arrays import Array
 from planner.cancellation import CancellationToken
@@ -196,15 +195,11 @@ def _by_grid(run: Run) -> tuple[Attempt, list[Candidate]]:
     """
     objective = run.request.objective
     field = run.field(objective, MARGIN)
-    hopeless = Event()
-    with (
-        run.within_budget() as limited,
-        CancellationToken(lambda: hopeless.is_set() or limited.cancelled()) as token,
-    ):
+    with run.within_budget() as limited, CancellationToken(limited.cancelled) as token:
         others = baselines(replace(limited, token=token))
         if not path_exists(run, field, objective):
             # Others look for it on the same ground, and find as little.
-            hopeless.set()
+            token.flag[0] = True
             attempt = on_grid(run, field, objective)
             # Narrow passages have no path on the grid; with another torque there may be one.
             passed = attempt.candidate("narrow passages" if attempt.paths is None else "grid")
