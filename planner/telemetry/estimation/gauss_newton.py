@@ -113,7 +113,11 @@ class Problem:
             # Squares of clipped residuals would not show that large ones have become smaller.
             cost = self._cost(white[:, -1], value)
             white = white[:, :-1]
-            if cost > best + close and stride > SMALLEST_STRIDE:
+            if cost > best - close:
+                if stride <= SMALLEST_STRIDE:
+                    # Whatever a step promises, at a kink no part of it gains anything.
+                    found = self.at(found.model, settled)
+                    break
                 # The step went too far: kinks of friction and gears make the power non-linear.
                 stride *= 0.5
                 value = value - stride * step

@@ -1,11 +1,23 @@
-"""The bounded step: the least of a quadratic form between bounds."""
+"""The bounded step: the least of a quadratic form between bounds. Steps at a kink of the power."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from planner.telemetry.estimation.gauss_newton import bounded_step
+from planner.telemetry.estimation.gauss_newton import (
+    Problem,
+    Solution,
+    bounded_step,
+    with_values,
+)
+from planner.telemetry.noise import Noise
+from planner.telemetry.parameters import Prior
+from planner.telemetry.prediction import Nodes
+from planner.telemetry.starting_model import starting_model
+from tests.telemetry.rows import plain_log
 
 
 def problem(seed: int, size: int = 5) -> tuple[np.ndarray, np.ndarray]:
@@ -53,3 +65,32 @@ def test_what_is_held_takes_its_step_and_the_others_follow() -> None:
     expected = np.linalg.solve(full[np.ix_(others, others)], rest)
     assert step[others] == pytest.approx(expected, rel=1e-6)
     assert bounded_step(full, right, step, step) == pytest.approx(step)
+
+
+class Kinked(Problem):
+    """Power |v| of one parameter v."""
+
+    asked = 0
+
+    def at(self, model, value):
+        """Counts how often it is asked."""
+        Kinked.asked += 1
+        rows = np.ones(len(self.log))
+        slope = rows if value[0] >= 0.0 else -rows
+        return Solution(with_values(model, self.index, value), np.abs(value) * rows, slope[:, None])
+
+
+@pytest.mark.parametrize("begin", [1.0, 0.7, -3.0])
+def test_steps_end_in_a_kink_that_no_part_of_one_leads_out_of(begin: float) -> None:
+    """A power that cannot be below zero is as near as can be to one that is, where it is zero."""
+    log = plain_log([30, 30])
+    log = replace(log, power=np.full(len(log), -0.5))
+    noise = Noise(np.zeros(1), np.ones(1), np.zeros((1, 1)), np.ones(1), np.zeros((2, 2)), 1.0)
+    prior = Prior(np.full(1, 1e-6), np.zeros((1, 1)), np.full(1, -10.0), np.full(1, 10.0))
+    model, index = starting_model("minibalance"), np.array([0])
+    problem = Kinked(log, Nodes.of(log, model), index, np.array([begin]), prior)
+    Kinked.asked = 0
+    found = problem.solve(problem.at(model, np.array([begin])), noise, np.ones(len(log)))
+    assert abs(found.model.parameters[0]) <= 0.03
+    # Full steps jump from one side to the other, for as long as they are let.
+    assert Kinked.asked <= 20
