@@ -156,12 +156,18 @@ class Noise:
 @njit(cache=True, nogil=True)
 def _filter(columns: Any, reflections: Any, shrink: Any, white: Any) -> None:
     last = reflections.shape[0] - 1
-    for k in range(columns.shape[0]):
+    rows, count = columns.shape
+    for k in range(rows):
         order = min(k, last)
-        white[k] = columns[k]
+        # Loops, not whole rows: these would be allocated for every lag.
+        for j in range(count):
+            white[k, j] = columns[k, j]
         for lag in range(order):
-            white[k] -= reflections[order, lag] * columns[k - 1 - lag]
-        white[k] /= shrink[order]
+            share = reflections[order, lag]
+            for j in range(count):
+                white[k, j] -= share * columns[k - 1 - lag, j]
+        for j in range(count):
+            white[k, j] /= shrink[order]
 
 
 @njit(cache=True, nogil=True)
