@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -73,7 +73,8 @@ LEAST_METER_ROWS = 100
 class _Search:
     """Likelihood of a log as a function of its meter.
 
-    ``together`` is (n, 1 + m): W of the model at the supply, and its columns.
+    ``together`` is (n, 1 + m): W of the model at the supply, and its columns; ``taken`` is
+    what Readings.taken_in gave, by sampling and period.
     """
 
     log: Telemetry
@@ -81,10 +82,15 @@ class _Search:
     spread: Array
     clusters: Integers
     interval: float
+    taken: dict[tuple[str, float] | None, Integers] = field(default_factory=dict)
 
     def rows(self, meter: Meter | None) -> Array:
         """(n,) log-likelihood of every row."""
-        readings = Readings.of(replace(self.log, meter=meter))
+        log = replace(self.log, meter=meter)
+        kind = None if meter is None else (meter.sampling, meter.period_s)
+        if kind not in self.taken:
+            self.taken[kind] = Readings.taken_in(log)
+        readings = Readings.of(log, self.taken[kind])
         shown, carried = self.together, np.zeros(len(self.log))
         if readings is not None:
             shown, carried = readings.change(shown), readings.carried

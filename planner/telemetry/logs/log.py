@@ -173,6 +173,10 @@ class Telemetry(Rows):
 
     def segments(self) -> list[tuple[int, int]]:
         """Stretches of consecutive rows: the same run, no gap in time."""
+        return self._segments
+
+    @cached_property
+    def _segments(self) -> list[tuple[int, int]]:
         step = np.diff(self.time)
         same = np.diff(self.run) == 0
         usual = float(np.median(step[same])) if same.any() else 0.0

@@ -49,8 +49,11 @@ class Readings(NamedTuple):
     carried: Array
 
     @classmethod
-    def of(cls, log: Telemetry) -> Readings | None:
-        """The operator of a log's meter; None where the log has none."""
+    def of(cls, log: Telemetry, taken: Integers | None = None) -> Readings | None:
+        """The operator of a log's meter; None where the log has none.
+
+        ``taken`` is what ``taken_in`` gave for a meter of the same sampling and period.
+        """
         meter = log.meter
         if meter is None or not len(log):
             return None
@@ -74,12 +77,18 @@ class Readings(NamedTuple):
             keep, ramp = np.exp(-step / tau), tau / step * -np.expm1(-step / tau)
         now = np.where(begins, 1.0 - keep, 1.0 - ramp)
         before = np.where(begins, 0.0, ramp - keep)
-        held = np.arange(count)
-        if meter.sampling == "held":
-            held = held_rows(log, meter.period_s)
+        held = cls.taken_in(log) if taken is None else taken
         carried = np.zeros(count)
         _carry(keep, begins, log.power, carried)
         return cls(low, share, keep, before, now, begins, held, carried[held])
+
+    @staticmethod
+    def taken_in(log: Telemetry) -> Integers:
+        """(n,) the row in which the log's meter took each row's reading."""
+        meter = log.meter
+        if meter is None or meter.sampling != "held":
+            return np.arange(len(log))
+        return held_rows(log, meter.period_s)
 
     @classmethod
     def as_shown(cls, log: Telemetry, columns: Array) -> Array:
@@ -136,11 +145,12 @@ def meter_columns(log: Telemetry, watts: Array) -> Array:
     if meter is None or not len(log):
         return np.empty((len(log), 0))
     interval = float(np.median(log.interval))
+    taken = Readings.taken_in(log)
 
     def slope(name: str, value: float, step: float) -> Array:
         shown = []
         for end in (value - step, value + step):
-            readings = Readings.of(replace(log, meter=meter.with_number(name, end)))
+            readings = Readings.of(replace(log, meter=meter.with_number(name, end)), taken)
             assert readings is not None  # the log has a meter
             shown.append(readings.shown(watts))
         return (shown[1] - shown[0]) / (2.0 * step)
