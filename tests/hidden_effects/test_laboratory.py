@@ -235,6 +235,14 @@ def test_of_two_effects_neither_stands_in_the_others_way(tmp_path: Path) -> None
     assert found.after.heldout_rmse_w < 0.65 * found.baseline.heldout_rmse_w
 
 
+@pytest.mark.nightly
+def test_a_third_effect_is_seen_beside_the_other_two(tmp_path: Path) -> None:
+    """Around a model that lacks three effects the third one gains less than it costs."""
+    log = draw("several", "gear_asymmetry+air_drag+yaw_scrub", 4889, "tuning", tmp_path)
+    found = diagnose(log.path, str(log.sheet), mapping=log.mapping)
+    assert set(found.selected) == {"gear_asymmetry", "air_drag", "yaw_scrub"}
+
+
 def test_usual_errors_do_not_spoil_a_right_pair(tmp_path: Path) -> None:
     """Fitted to few runs, errors of the data sheet made the right pair predict badly."""
     log = draw("several", "surface_rolling+stiction", 4006, "tuning", tmp_path)

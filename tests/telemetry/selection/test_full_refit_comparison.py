@@ -20,6 +20,7 @@ from planner.telemetry.selection.full_refit_comparison import (
     shown_in,
     simpler_first,
     sizes_of,
+    without_idle,
 )
 from planner.telemetry.selection.select_effects import RankedTerm, select
 from planner.telemetry.selection.subset_search import CompetingModel, Member, SubsetScorer
@@ -115,6 +116,20 @@ def test_a_member_is_shown_where_unseen_runs_miss_it(drive):
     entries = [both, only_a, only_b]
     assert shown_in(both, entries, log, np.abs(error)) == {"b"}
     assert shown_in(only_a, entries, log, np.abs(error)) == frozenset()
+
+
+@pytest.mark.parametrize(("share", "stays"), [(0.8, True), (0.93, False)])
+def test_a_further_member_must_predict_much_better_beside_the_selection(drive, share, stays):
+    log, error = drive
+    spread = np.abs(error)
+    pair = entry("ab", [10.0] * 20, left=error)
+    triple = entry("abc", [20.0] * 20, left=share * error)
+    other = entry("ad", [5.0] * 20, left=error)
+    names = frozenset("ab")
+    found = without_idle([triple, pair, other], names, [], log, spread)
+    assert found == ([triple, pair, other] if stays else [pair, other])
+    # What an earlier round had is no new guess.
+    assert triple in without_idle([triple, pair], names, [triple.names], log, spread)
 
 
 def test_what_unseen_runs_show_needs_no_test_on_sums(examined):
