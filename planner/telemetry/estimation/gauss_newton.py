@@ -122,10 +122,6 @@ class Problem:
                 stride *= 0.5
                 value = value - stride * step
             else:
-                if cost > best - close:
-                    # Whatever a step promises, at a kink no part of it gains anything.
-                    found = self.at(found.model, settled)
-                    break
                 best, stride, settled = cost, 1.0, value
                 gram, score = white[:, :-1].T @ white[:, :-1], white[:, :-1].T @ white[:, -1]
                 held = prior.weights**2 * (value - self.start) + prior.gauge @ value
