@@ -45,7 +45,7 @@ MOST_LARGER = 2
 looks smaller beside the others than it is."""
 LEAST_LARGER_FALL = 0.1
 """Share of the selection's held-out error that such a set must take off: the catalogue's form of an
-effect is never quite the robot's, and on drawn logs another effect took up to 8 % for it."""
+effect is never quite the robot's, and another effect may take what that leaves."""
 ALIAS_GAIN = 2.0
 """Log-likelihood; an alternative that trails by less is tied whatever its z."""
 ALIAS_Z = 1.64
