@@ -70,7 +70,7 @@ def code_folder(module: str) -> Path | None:
     base = cache_base() / "compiled"
     if module.startswith(KERNEL_PREFIX):
         key = module.removeprefix(KERNEL_PREFIX)
-    elif module.partition(".")[0] == __package__:
+    elif _sources().holds(module):
         key = _sources().key(module)
     else:
         return None
@@ -187,6 +187,10 @@ class Sources:
                 if called == name and (home := self._home(taken, own)) is not None:
                     return home
         return module
+
+    def holds(self, module: str) -> bool:
+        """Whether a module stands in the package's folder; a package may have further ones."""
+        return self._path(module) is not None
 
     @cache  # noqa: B019  one object a process
     def _path(self, module: str) -> Path | None:

@@ -29,9 +29,10 @@ def njit_once(function: Any) -> Any:
     """``njit`` of a function, the same for all modules of this process that call it.
 
     Each kernel of a model calls the formulas of its effects; a third of its time went into
-    compiling them again.
+    compiling them again. On disk they serve models that are seen first. A user's effect may
+    stand in no file, or change with another one, so its code is not kept.
     """
-    return njit(function)
+    return njit(function, cache=code_folder(function.__module__) is not None)
 
 
 class ContentLocator:

@@ -64,6 +64,33 @@ def test_a_model_seen_before_starts_without_compiling(tmp_path: Path) -> None:
     assert float(answers[1][1]) < 1.0
 
 
+FORMULAS = """
+import sys
+from planner.compiled_code import njit_once
+from planner.power.effects.gravity import Gravity
+from planner.power.model import PowerModel
+from planner.power.vehicles import load_vehicle
+PowerModel.from_vehicle(load_vehicle("minibalance"), effects=sys.argv[1:]).kernel
+stats = njit_once(Gravity.body_force).stats
+print(sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))
+"""
+
+
+def test_a_model_seen_first_finds_the_formulas_of_others(tmp_path: Path) -> None:
+    environment = {**os.environ, "JOULEPATH_CACHE_DIR": str(tmp_path)}
+    found = []
+    for effects in ([], ["vibration"]):
+        done = subprocess.run(
+            [sys.executable, "-c", FORMULAS, *effects],
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        found.append(done.stdout.split())
+    assert found == [["0", "1"], ["1", "0"]]
+
+
 def test_a_cache_that_cannot_be_written_is_no_failure(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
