@@ -170,48 +170,69 @@ def supports(
             the fall may be no merit of the claim.
     """
     one, other = counted(before, spread), counted(after, spread)
+    claimed = (one - other) / spread
     ratio = grown * rms(other) / max(rms(one), 1e-300)
     if formula:
         falls = rms(after) <= rms(before) and ratio <= 1.0 - LEAST_FORMULA_FALL
-        return falls and _z_by_run(log, one**2, other**2) >= LEAST_FORMULA_Z
+        return falls and _z_by_run(log, one**2, other**2, claimed) >= LEAST_FORMULA_Z
     surer, sure = huber(before / spread), huber(after / spread)
     share = 1.0 - float(huber(grown * after / spread).mean() / max(surer.mean(), 1e-300))
     # What helps unsure rows alone is no effect.
     falls = ratio <= 1.0 - LEAST_FALL and share >= LEAST_FALL
-    if falls and _z_by_run(log, one**2, other**2) >= LEAST_Z:
+    if falls and _z_by_run(log, one**2, other**2, claimed) >= LEAST_Z:
         return True
     return (
         ratio <= 1.0 + MOST_RISE
         and share >= LEAST_LOSS_FALL
-        and _z_by_run(log, surer, sure) >= LEAST_Z
+        and _z_by_run(log, surer, sure, claimed) >= LEAST_Z
     )
 
 
-def _z_by_run(log: Telemetry, before: Array, after: Array) -> float:
+def _z_by_run(log: Telemetry, before: Array, after: Array, claimed: Array) -> float:
     """Standard errors, over held-out parts, by which a loss (n,) per row falls.
 
     Of every part the share counts that it falls by: a run of hard driving has most of the loss, and
-    says no more about whether the gain is there everywhere.
+    says no more about whether the gain is there everywhere. Where a claim changes little, it gains
+    little: of a rope that pulls to one side, runs the other way show nothing. So what a part should
+    gain is half the same for all and half goes with what the claim changes there. How far a part is
+    from what other runs let expect is its error; so one run alone supports no claim.
+
+    Args:
+        log: the rows.
+        before, after: (n,) losses.
+        claimed: (n,) what the claim changes, over the spread of the row.
     """
-    part = _parts(log)
-    rows = np.bincount(part)
-    one, other = (np.maximum(np.bincount(part, loss), 1e-300) for loss in (before, after))
-    each = np.log(one / other)
-    mean = float(np.average(each, weights=rows))
-    scatter = np.sqrt(len(rows) / (len(rows) - 1) * np.sum((rows * (each - mean)) ** 2))
-    return mean * float(rows.sum()) / float(scatter) if scatter > 0.0 else 0.0
+    part, run = _parts(log)
+    rows = np.bincount(part, minlength=len(run))
+    one, other, changed = (
+        np.maximum(np.bincount(part, values, len(run)), 1e-300)
+        for values in (before, after, claimed**2)
+    )
+    fall = rows * np.log(one / other)
+    expected = np.log1p(changed / np.maximum(rows, 1))
+    expected = rows * (expected + np.average(expected, weights=rows))
+    falls, due = (np.bincount(run, values) for values in (fall, expected))
+    elsewhere = (falls.sum() - falls) / np.maximum(due.sum() - due, 1e-300)
+    scatter = float(np.linalg.norm(fall - elsewhere[run] * expected))
+    return float(fall.sum()) / scatter if scatter > 0.0 else 0.0
 
 
-def _parts(log: Telemetry) -> Integers:
-    """(n,) number of the part of a log: runs, halves of few runs, stretches of fewer."""
+def _parts(log: Telemetry) -> tuple[Integers, Integers]:
+    """(n,) number of the part of a log, and (parts,) number of the run that each part is of.
+
+    Parts are runs, halves of few runs, and of fewer stretches, each for itself.
+    """
     _, first, run, rows = np.unique(
         log.run, return_index=True, return_inverse=True, return_counts=True
     )
     if len(rows) < LEAST_RUNS:
-        return stretch_numbers(log)
-    if len(rows) >= FEW_RUNS:
-        return run
-    return np.asarray(2 * run + (np.arange(len(run)) - first[run] >= 0.5 * rows[run]))
+        part = stretch_numbers(log)
+    elif len(rows) < FEW_RUNS:
+        part = 2 * run + (np.arange(len(run)) - first[run] >= 0.5 * rows[run])
+        return part, np.arange(2 * len(rows)) // 2
+    else:
+        part = run
+    return part, np.arange(part.max() + 1)
 
 
 def heldout_residual(log: Telemetry, fitted: Fit, given: Array | None = None) -> Array:

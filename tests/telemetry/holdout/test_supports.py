@@ -75,6 +75,29 @@ def test_a_fall_in_one_run_is_no_support(log: Any) -> None:
     assert not supports(log, before, after, spread)
 
 
+def test_runs_that_a_claim_hardly_changes_do_not_speak_against_it(log: Any) -> None:
+    spread = np.full(ROWS, 0.2)
+    rng = np.random.default_rng(2)
+    noise = spread * rng.standard_normal(ROWS)
+    # What pulls to one side acts in three runs; what is claimed is off a little elsewhere.
+    there = np.isin(log.run, (2, 5, 6))
+    before = noise + np.where(there, 0.6, 0.0)
+    after = noise + np.where(there, 0.1, rng.choice([-0.05, 0.05], RUNS)[log.run])
+    assert supports(log, before, after, spread, formula=True)
+    # Runs that it changes as much, and that are no better with it, do.
+    wrong = np.where(there, after, noise + np.where(log.run % 2, 0.6, 0.0))
+    before = noise + 0.6 * np.where(there | (log.run % 2 == 0), 1.0, 0.0)
+    assert rms(wrong) < 0.95 * rms(before)
+    assert not supports(log, before, wrong, spread, formula=True)
+
+
+def test_a_run_of_one_row_is_no_failure() -> None:
+    log = SimpleNamespace(run=np.repeat(np.arange(5), [200, 200, 200, 200, 1]))
+    before = 0.2 * np.random.default_rng(1).standard_normal(len(log.run))
+    shares = np.linspace(0.7, 0.8, 5)[log.run]
+    assert supports(log, before, shares * before, np.full(len(before), 0.2))
+
+
 @pytest.mark.parametrize("count", [4, 5, 7, 9])
 def test_of_few_runs_all_speak_for_a_claim_and_one_does_not(count: int) -> None:
     log = runs(count)
