@@ -214,7 +214,7 @@ def _z_by_run(log: Telemetry, before: Array, after: Array, claimed: Array) -> fl
     falls, due = (np.bincount(run, values) for values in (fall, expected))
     elsewhere = (falls.sum() - falls) / np.maximum(due.sum() - due, 1e-300)
     scatter = float(np.linalg.norm(fall - elsewhere[run] * expected))
-    return float(fall.sum()) / scatter if scatter > 0.0 else 0.0
+    return float(fall.sum()) / max(scatter, 1e-300)  # all parts may gain exactly the same
 
 
 def _parts(log: Telemetry) -> tuple[Integers, Integers]:

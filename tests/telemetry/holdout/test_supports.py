@@ -91,6 +91,11 @@ def test_runs_that_a_claim_hardly_changes_do_not_speak_against_it(log: Any) -> N
     assert not supports(log, before, wrong, spread, formula=True)
 
 
+def test_parts_that_gain_the_same_support_a_claim(log: Any) -> None:
+    before = np.where(np.arange(ROWS) % 2, 0.2, -0.2)
+    assert supports(log, before, 0.8 * before, np.full(ROWS, 0.2), formula=True)
+
+
 def test_a_run_of_one_row_is_no_failure() -> None:
     log = SimpleNamespace(run=np.repeat(np.arange(5), [200, 200, 200, 200, 1]))
     before = 0.2 * np.random.default_rng(1).standard_normal(len(log.run))
