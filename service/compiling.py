@@ -13,7 +13,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import sys
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from contextlib import suppress
 from importlib import import_module
@@ -87,7 +87,7 @@ def run(waiting: dict[str, set[str]], say: Callable[[int, int], None], processes
     running: dict[Future[None], str] = {}
     with ProcessPoolExecutor(processes, context, end_with_parent) as pool:
         while waiting or running:
-            for name in order(waiting, done, processes - len(running)):
+            for name in order(waiting, done, [*running.values()], processes):
                 del waiting[name]
                 running[pool.submit(step, name)] = name
             for finished in wait(running, return_when=FIRST_COMPLETED).done:
@@ -96,10 +96,27 @@ def run(waiting: dict[str, set[str]], say: Callable[[int, int], None], processes
                 say(len(done), steps)
 
 
-def order(waiting: Mapping[str, set[str]], done: Collection[str], most: int) -> list[str]:
-    """Steps that wait for nothing any more, the long questions first."""
-    free = [name for name, needed in waiting.items() if needed.issubset(done)]
-    return sorted(free, key=lambda name: name not in QUESTIONS)[:most]
+def order(
+    waiting: Mapping[str, set[str]], done: Collection[str], running: Sequence[str], most: int
+) -> list[str]:
+    """Steps to begin: those that wait for nothing any more, the long questions first.
+
+    A module brings its whole part of the package along, such as planner.search. So two of one part
+    side by side would both compile what a third one has; they follow one another.
+    """
+    busy = [part_of(name) for name in running]
+    begun: list[str] = []
+    for name in sorted(waiting, key=lambda name: name not in QUESTIONS):
+        room = len(busy) < most and part_of(name) not in busy
+        if room and waiting[name].issubset(done):
+            begun.append(name)
+            busy.append(part_of(name))
+    return begun
+
+
+def part_of(name: str) -> str:
+    """Part of the package that a step compiles; a question is one of its own."""
+    return name if name in QUESTIONS else ".".join(name.split(".")[:2])
 
 
 def step(name: str) -> None:

@@ -35,12 +35,24 @@ def test_modules_with_compiled_code_know_what_they_import() -> None:
 def test_every_step_comes_after_what_it_needs() -> None:
     needs = compiling.needs()
     done: set[str] = set()
-    while ready := order(needs, done, most=3):
+    while ready := order(needs, done, [], most=3):
         for name in ready:
             assert done >= needs.pop(name), name
         done |= {*ready}
     assert not needs
     assert done == {*MODULES, *compiling.QUESTIONS}
+
+
+def test_no_two_steps_side_by_side_compile_the_same() -> None:
+    needs = compiling.needs()
+    first = order(needs, set(), [], most=9)
+    assert len(first) > 1
+    assert len({compiling.part_of(name) for name in first}) == len(first)
+    for name in first:
+        del needs[name]
+    assert order(needs, set(), first, most=9) == []
+    assert order(needs, set(), [], most=9) != []
+    assert len(order(needs, {*MODULES}, [], most=2)) == 2
 
 
 def test_a_new_machine_compiles_and_the_second_time_does_not(
