@@ -197,7 +197,8 @@ def _report(source: LogSource, start: PowerModel, found: Found, decision: Decisi
     after = rms(measured_residual(heldout_residual(log, answer.fit), sizes))
     before = after if answer.fit is found.base else rms(heldout_residual(log, found.base))
     errors: dict[str, Any] = {"after": Errors(fitted.rmse_w, after)}
-    floor = decision.floor * (after / rms(measured_residual(answer.left, sizes)))
+    exact = rms(measured_residual(answer.left, sizes))
+    floor = decision.floor * (after / exact)
     # Rows far out are in the errors beside it, so they are in the floor as well.
     baseline = Errors(found.base.rmse_w, before, after / decision.unexplained.heldout_over_floor)
     as_measured, stated = log, found.base
@@ -238,7 +239,7 @@ def _report(source: LogSource, start: PowerModel, found: Found, decision: Decisi
         experiments=_experiments(advice, found, decision, fitted),
         log=source.describe(),
     )
-    said = sentence_of(diagnosis, decision.alike, decision.near, odd)
+    said = sentence_of(diagnosis, decision.alike, decision.near, odd, exact)
     return replace(diagnosis, sentence=said)
 
 

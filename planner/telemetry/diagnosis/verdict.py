@@ -6,6 +6,7 @@ diagnosis = replace(diagnosis, sentence=sentence_of(diagnosis, alike=(), near=""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from planner.amounts import share, watts
@@ -37,7 +38,11 @@ def verdict_of(*, faulty: bool, formula: bool, named: bool, lost: bool) -> Verdi
 
 
 def sentence_of(
-    diagnosis: Diagnosis, alike: Sequence[str] = (), near: str = "", apart: Sequence[str] = ()
+    diagnosis: Diagnosis,
+    alike: Sequence[str] = (),
+    near: str = "",
+    apart: Sequence[str] = (),
+    exact_w: float = math.inf,
 ) -> str:
     """The verdict in words, how near it was, and whether the fit of the base model was refused.
 
@@ -46,8 +51,15 @@ def sentence_of(
         alike: effects that would look the same as what cannot be attributed.
         near: what decided narrowly.
         apart: what does not belong together in the log, in clauses.
+        exact_w: W, what the error on unseen runs may be without usual errors of the data sheet and
+            of the sensors.
     """
     said = [_verdict_in_words(diagnosis, alike, apart)]
+    if diagnosis.after.heldout_rmse_w > MOST_OVER_FLOOR * exact_w:
+        said.append(
+            "Usual errors of the data sheet and of the sensors are a part of this error: without "
+            f"them it may be {watts(exact_w)}."
+        )
     said += [f"{clause[0].upper()}{clause[1:]}." for clause in apart]
     if diagnosis.outside is not None:
         said.append(f"The formula is {diagnosis.outside.formula}.")

@@ -48,6 +48,15 @@ def test_the_first_sentence_says_where_the_error_is(made):
     assert "3.3 times the log's own noise" in said
 
 
+def test_what_the_data_sheet_may_explain_is_not_called_noise_alone(made):
+    found = results.complete(made)
+    error = found.after.heldout_rmse_w
+    words = "Usual errors of the data sheet and of the sensors"
+    for exact, there in ((0.6 * error, True), (0.95 * error, False), (error, False)):
+        assert (words in sentence_of(found, exact_w=exact)) is there
+    assert words not in first_sentence(found)
+
+
 def test_an_error_that_is_noise_is_not_called_something_missing(made):
     given = {**vars(results.complete(made)), "verdict": "not_identifiable"}
     alike = ("wheel_preload", "gear_asymmetry")
