@@ -280,3 +280,20 @@ def test_nothing_is_named_that_raises_the_error_of_who_adopts_it(tmp_path: Path)
     assert "stiction" in [one.effect for one in found.candidates]
     assert found.selected == ()
     assert found.after.heldout_rmse_w <= found.baseline.heldout_rmse_w
+
+
+def test_what_the_data_sheet_and_sensors_may_explain_is_gone_without_their_errors(
+    tmp_path: Path,
+) -> None:
+    said = "data sheet and of the sensors are a part of this error: without them it may be "
+    log = draw("none", "", 5379, "tuning", tmp_path)
+    found = diagnose(log.path, str(log.sheet), mapping=log.mapping)
+    promised = float(found.sentence.partition(said)[2].split(" W")[0])
+    assert promised < found.after.heldout_rmse_w / 1.2
+    exact: dict[str, Any] = dict.fromkeys(("speed_scale", "sideways_scale", "slip"), 0.0)
+    exact |= dict.fromkeys(("pitch_offset", "roll_offset", "clock_rate"), 0.0)
+    exact["acceleration_bias"] = (0.0, 0.0)
+    log = draw("none", "", 5379, "tuning", tmp_path / "exact", **exact)
+    found = diagnose(log.path, str(log.robot), mapping=log.mapping)
+    assert found.after.heldout_rmse_w == pytest.approx(promised, rel=0.15)
+    assert said not in found.sentence
