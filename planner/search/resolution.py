@@ -46,7 +46,7 @@ CREEP = (0.0, SLOWEST, 0.1, 0.15)
 """Standstill and three speeds to creep round corners, as shares of full speed."""
 LEVELS, MORE_LEVELS = len(CREEP) + 20, len(CREEP) + 40
 """Levels of speed: those of ``CREEP``, and an even grid of the squared speed. There are more where
-steps are short beside the way to full speed; where they are long, the grid takes much time."""
+steps are short beside the way to full speed, and a motion is worked out closely."""
 EVENLY = (LEVELS - len(CREEP)) ** -0.5
 """Share of the largest speed from which the grid of the squared speed is even."""
 

@@ -23,7 +23,7 @@ from planner.search.solve.alternatives import nearness
 from planner.search.solve.corridors import corridors, worth_looking
 from planner.search.solve.descent import dissipated
 from planner.search.solve.narrow_passages import through_passages
-from planner.search.solve.pipeline import NEARLY, Attempt, cheapest_near, finished
+from planner.search.solve.pipeline import Attempt, cheapest_near, finished
 from planner.search.solve.recovery import Caution, first_caution, more_clearance, next_caution
 from planner.search.solve.sketch import (
     ANSWER,
@@ -45,6 +45,9 @@ the best route costs more in each."""
 LEAST_TURN = 1e-6
 """rad, and share of the length, up to which a motion is straight: more than rounding, less than any
 turn that costs something."""
+MISSED = 0.01
+"""Share of a route's energy by which one that cannot be driven was cheaper, from which poses are
+searched as well."""
 MUCH_TURNING = 1.1
 """Energy over that of even driving from which paths with more room are tried as well."""
 
@@ -116,7 +119,7 @@ def _on_grid(
         attempt = finished(run, sketches, objective, effort, sketching.closely)
         if attempt.route is not None:
             best = attempt
-            if attempt.missed >= NEARLY:
+            if attempt.missed >= MISSED:
                 with run.within_budget() as limited:
                     sketching.run = limited
                     best = _cheaper(best, sketching.straight_up(caution, attempt) or best)

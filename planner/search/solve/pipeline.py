@@ -9,7 +9,6 @@ into it.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -31,10 +30,6 @@ from planner.search.solve.sketch import (
     trajectory,
 )
 from planner.search.trajectory import Motion
-
-NEARLY = 0.01
-"""Share by which a rough motion may take more than the best closely driven one, and its path still
-be driven closely: rough motions scatter by about that much."""
 
 
 @dataclass(frozen=True)
@@ -104,30 +99,18 @@ def finished(
     )
     moving = [pair for pair in order if isinstance(pair[0].motion, Motion)]
     failed, failed_of = (None, moving[0][1]) if moving else order[0]
-    kept: list[tuple[Driven, Route, Sketch]] = []
     descends = effort.descent and objective == "energy"
     found = descended(run, moving, closely) if descends else []
-    least = math.inf
-    with run.within_budget() as limited:
-        for one, of in sorted([*found, *moving], key=lambda pair: pair[0].energy):
-            if kept and (objective != "energy" or one.energy >= least + NEARLY * abs(least)):
-                break
-            closer = one.motion
-            if effort.closely:
-                closer = closely.drive(limited if kept else run, one.legs, of)
-            if isinstance(closer, Infeasible):
-                if failed is None:
-                    failed, failed_of = Driven(one.legs, closer, one.energy), of
-                continue
-            route = priced(run, of.field, closer)
-            kept.append((one, route, of))
-            least = min(least, route.energy_j)
-    if kept:
-        best, route, of = min(kept, key=lambda one: one[1].energy_j)
-        attempt = Attempt(of.field, of.paths, best.legs, route)
+    for one, of in sorted([*found, *moving], key=lambda pair: pair[0].energy):
+        motion = closely.drive(run, one.legs, of) if effort.closely else one.motion
+        if isinstance(motion, Infeasible):
+            if failed is None:
+                failed, failed_of = Driven(one.legs, motion, one.energy), of
+            continue
+        attempt = Attempt(of.field, of.paths, one.legs, priced(run, of.field, motion))
         if failed is None or not isinstance(failed.motion, Infeasible):
             return attempt
-        missed = (best.energy - failed.energy) / abs(best.energy)
+        missed = (one.energy - failed.energy) / abs(one.energy)
         return replace(attempt, infeasible=failed.motion, missed=missed)
     assert failed is not None  # whatever did not move is stuck
     where = failed.motion

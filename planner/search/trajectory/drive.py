@@ -20,7 +20,7 @@ from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
 from planner.search.kernel_arguments import Steps
 from planner.search.limit_places import Infeasible
-from planner.search.resolution import OBJECTIVES, SLOWEST
+from planner.search.resolution import LEVELS, MORE_LEVELS, OBJECTIVES, SLOWEST
 from planner.search.trajectory.limit_checks import overheated
 from planner.search.trajectory.motion import (
     Motion,
@@ -47,6 +47,7 @@ class Care(NamedTuple):
 
     Attributes:
         yaws, speeds: angles and levels of speed beside the best ones that are priced as well.
+        levels: of speed at most.
         waypoints: places at most at which the yaw is decided, where there is room.
         turned: yaw profiles at most where limits are checked, each without an angle that broke one
             before.
@@ -57,6 +58,7 @@ class Care(NamedTuple):
 
     yaws: int
     speeds: int
+    levels: int
     waypoints: int
     turned: int
     refined: int
@@ -66,7 +68,8 @@ class Care(NamedTuple):
 LEAST_SPACING = 0.06
 """Largest distance of a track's samples on fine maps, in twice the distance to full speed: the
 speed's grid needs some metres to change by one level."""
-ROUGHLY, CLOSELY = Care(1, 1, 240, 4, 1, True), Care(2, 3, 480, 8, 6, True)
+ROUGHLY = Care(1, 1, LEVELS, 240, 4, 1, True)
+CLOSELY = Care(2, 3, MORE_LEVELS, 480, 8, 6, True)
 """The first is good to a few parts in a thousand, to choose among paths."""
 MOST_ENDS = 8
 """Places beyond which no yaw leads that are looked for at once."""
@@ -146,6 +149,7 @@ def _move(
                 steps if roomy is track else steps_of(field, roomy),
                 objective=objective,
                 beside=care.speeds,
+                levels=care.levels,
                 checked=checked,
                 check=check,
             )

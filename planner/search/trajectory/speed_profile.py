@@ -191,6 +191,7 @@ def speed_profile(
     steps: Steps,
     objective: int,
     beside: int,
+    levels: int,
     fastest: Array,
     hardest: Array,
     known: list[KnownStretch] | None = None,
@@ -203,6 +204,7 @@ def speed_profile(
         track, yaw, steps: samples of the path, yaw there, and the steps between.
         objective: 1 minimises time, anything else energy.
         beside: levels to either side of the best ones that the power model prices as well.
+        levels: of speed at most.
         fastest, hardest: (steps,) m/s and (steps, 2) m/s², speeding up and slowing down, at most.
         known: what an earlier call for the same track and yaw found, under limits no lower; this
             one adds to it.
@@ -218,7 +220,8 @@ def speed_profile(
         conditions.model.vehicle.limits.acceleration,
     )
     middle = yaw.leaving[:-1] + 0.5 * turns
-    count, surface = level_count(conditions, track), surface_lengths(track, steps.slopes)
+    count = min(levels, level_count(conditions, track))
+    surface = surface_lengths(track, steps.slopes)
     pieces = stretches_of(conditions, track, steps.slopes, stops, turns)
     for number, (first, last, top) in enumerate(pieces):
         part, limits = slice(first, last), conditions.limits.copy()

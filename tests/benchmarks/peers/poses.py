@@ -50,6 +50,7 @@ def score_as_they_are(case: Case, poses: Array) -> float | None:
         steps_of(field, track),
         0,
         CLOSELY.speeds,
+        CLOSELY.levels,
         np.full(len(track.lengths), limits.speed),
         np.full((len(track.lengths), 2), limits.acceleration),
     )

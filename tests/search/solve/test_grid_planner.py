@@ -12,7 +12,7 @@ from planner.progress import silent
 from planner.search.requests import PlanRequest
 from planner.search.run import Run
 from planner.search.situation import situation_of
-from planner.search.solve import grid_planner, pipeline
+from planner.search.solve import grid_planner
 from planner.search.trajectory.limit_checks import broken_limits
 from planner.search.waypoints import waypoint_descent as optimise_waypoints
 from planner.terrain.heightmap import Terrain
@@ -31,7 +31,6 @@ def test_answers_at_once_are_cheaper_for_it_and_keep_all_limits(monkeypatch, nam
         found = grid_planner.on_grid(run, run.field("energy"), "energy")
         monkeypatch.setattr(grid_planner, "DETOURS", 0)
         monkeypatch.setattr(optimise_waypoints, "SURPLUS", math.inf)
-        monkeypatch.setattr(pipeline, "NEARLY", 0.0)
         plain = grid_planner.on_grid(run, run.field("energy"), "energy")
     assert found.route.energy_j < 0.997 * plain.route.energy_j
     assert not broken_limits(found.field, run.conditions, found.route.motion)

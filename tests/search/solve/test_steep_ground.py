@@ -84,7 +84,7 @@ def test_poses_are_searched_where_a_much_cheaper_path_than_the_best_is_refused(m
         {"map": "test", "start": {"x": 86.257, "y": 70.885}, "goal": {"x": 175.624, "y": 169.397}}
     )
     [found, *_] = plan_route(asked, terrain=relief).routes
-    monkeypatch.setattr(grid_planner, "NEARLY", math.inf)
+    monkeypatch.setattr(grid_planner, "MISSED", math.inf)
     [left, *_] = plan_route(asked, terrain=relief).routes
     assert found.energy_j < 0.99 * left.energy_j
 

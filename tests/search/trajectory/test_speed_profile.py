@@ -67,7 +67,7 @@ def test_lower_limits_lead_to_the_same_speeds_from_known_costs_as_from_none() ->
     count = len(track.lengths)
     fastest, hardest = np.full(count, limits.speed), np.full((count, 2), limits.acceleration)
     known: list[KnownStretch] = []
-    rest = conditions, track, profile, steps, 0, 3
+    rest = conditions, track, profile, steps, 0, 3, MORE_LEVELS
 
     def joules(speeds) -> float:
         motion = assemble(field, track, profile, speeds, yaw_rate=limits.yaw_rate, spacing=0.25)

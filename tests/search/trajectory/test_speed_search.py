@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from planner.search.limit_places import Infeasible
+from planner.search.resolution import MORE_LEVELS
 from planner.search.results import energy_of
 from planner.search.trajectory import speed_profile as profiles
 from planner.search.trajectory.limit_checks import broken_limits
@@ -41,7 +42,7 @@ def circumstances():
 
 
 def _search(circumstances) -> SpeedSearch:
-    return SpeedSearch(*circumstances, objective=0, beside=3, checked=True)
+    return SpeedSearch(*circumstances, objective=0, beside=3, levels=MORE_LEVELS, checked=True)
 
 
 def _ahead(track, turned: float = 0.0, where: slice = slice(0, 0)) -> YawProfile:
