@@ -189,6 +189,10 @@ def decide(found: Found, floor: Array) -> Decision:
         little = left_by_nothing.little
         other = _overlooked(found, floor, before if little else None)
         formula = formula if little and other is None else other
+        if little and other is not None and not best.claims and not wins(other):
+            # Too unsure for a formula, it is surer than noise: the floor holds slow power.
+            floor = _undercut(floor, [other.left])
+            left_by_nothing = unexplained_by(log, before, floor, found.base.watts)
     if formula is not None and wins(formula):
         best = formula
     elif formula is not None and _outdone(found, best, formula, floor):

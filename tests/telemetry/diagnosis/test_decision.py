@@ -152,6 +152,34 @@ def test_a_floor_that_holds_slow_power_hides_no_formula(motion, base, monkeypatc
         assert asked_for == (["temperature"] if watts else [])
 
 
+def test_what_is_too_unsure_for_a_formula_is_more_than_noise(motion, base, monkeypatch):
+    """A fan that lasts for runs: where they are too few for a formula, the model lacks it still.
+
+    Regimes take it for slow noise, as the floor does.
+    """
+
+    def effects_alone(*given, formula=False, **further):
+        return not formula and supports(*given, **further)
+
+    def over(_, left, floor, *__):
+        return Unexplained(rms(left) / rms(floor))
+
+    monkeypatch.setattr(decision_module, "supports", effects_alone)
+    monkeypatch.setattr(decision_module, "unexplained_by", over)
+    temperature = motion_axes(motion.rows)["temperature"]
+    for watts in (0.0, 1.0):
+        fan = watts * (temperature > np.nanmedian(temperature))
+        log = measured(motion, base, 0.02, seed=11, extra=fan)
+        found = investigate(log, base, (), lambda _share, _what: None)
+        nobody = replace(found.selection, members=(), shape=None)
+        unseen = replace(found, selection=nobody, additions=(), fitted=found.base)
+        floor = np.full(len(log), rms(found.heldout(found.base)) / 1.1)
+        decided = decide(unseen, floor)
+        assert not decided.answer.claims
+        assert decided.complete is not bool(watts)
+        assert (rms(decided.floor) < 0.8 * rms(floor)) is bool(watts)
+
+
 def test_a_claim_adds_nothing_to_rows_far_out(scrubbed, monkeypatch):
     """Scrub explains most rows; one in 200 would be predicted much worse by who adopts it."""
     spread = scrubbed.base.noise.floor_w
