@@ -191,7 +191,7 @@ def decide(found: Found, floor: Array) -> Decision:
         formula = formula if little and other is None else other
         if little and other is not None and not best.claims and not wins(other):
             # Too unsure for a formula, it is surer than noise: the floor holds slow power.
-            floor = _undercut(floor, [other.left])
+            floor, formula = _undercut(floor, [other.left]), None
             left_by_nothing = unexplained_by(log, before, floor, found.base.watts)
     if formula is not None and wins(formula):
         best = formula

@@ -129,9 +129,19 @@ def test_an_effect_that_a_formula_outdoes_is_not_named(motion, base, monkeypatch
         assert (decide(found, floor).answer.proposal is not None) is claimed
 
 
+def fan_in_runs(motion, base, watts: float) -> tuple[Found, np.ndarray]:
+    """A search that selected nothing of a fan that lasts for runs, and a floor that holds it."""
+    temperature = motion_axes(motion.rows)["temperature"]
+    fan = watts * (temperature > np.nanmedian(temperature))
+    log = measured(motion, base, 0.02, seed=11, extra=fan)
+    found = investigate(log, base, (), lambda _share, _what: None)
+    nobody = replace(found.selection, members=(), shape=None)
+    overlooked = replace(found, selection=nobody, additions=(), fitted=found.base)
+    return overlooked, np.full(len(log), rms(found.heldout(found.base)) / 1.1)
+
+
 def test_a_floor_that_holds_slow_power_hides_no_formula(motion, base, monkeypatch):
     """A fan that lasts for runs looks like slow noise, to the floor and to regimes as well."""
-    temperature = motion_axes(motion.rows)["temperature"]
     asked_for = []
 
     def propose(examination, axis, *_):
@@ -141,12 +151,7 @@ def test_a_floor_that_holds_slow_power_hides_no_formula(motion, base, monkeypatc
     monkeypatch.setattr(decision_module, "propose", propose)
     monkeypatch.setattr(decision_module, "unexplained_by", lambda *_: Unexplained(1.1))
     for watts in (0.0, 1.0):
-        fan = watts * (temperature > np.nanmedian(temperature))
-        log = measured(motion, base, 0.02, seed=11, extra=fan)
-        found = investigate(log, base, (), lambda _share, _what: None)
-        nobody = replace(found.selection, members=(), shape=None)
-        overlooked = replace(found, selection=nobody, additions=(), fitted=found.base)
-        floor = np.full(len(log), rms(found.heldout(found.base)) / 1.1)
+        overlooked, floor = fan_in_runs(motion, base, watts)
         with pytest.raises(InterruptedError) if watts else nullcontext():
             decide(overlooked, floor)
         assert asked_for == (["temperature"] if watts else [])
@@ -166,15 +171,9 @@ def test_what_is_too_unsure_for_a_formula_is_more_than_noise(motion, base, monke
 
     monkeypatch.setattr(decision_module, "supports", effects_alone)
     monkeypatch.setattr(decision_module, "unexplained_by", over)
-    temperature = motion_axes(motion.rows)["temperature"]
     for watts in (0.0, 1.0):
-        fan = watts * (temperature > np.nanmedian(temperature))
-        log = measured(motion, base, 0.02, seed=11, extra=fan)
-        found = investigate(log, base, (), lambda _share, _what: None)
-        nobody = replace(found.selection, members=(), shape=None)
-        unseen = replace(found, selection=nobody, additions=(), fitted=found.base)
-        floor = np.full(len(log), rms(found.heldout(found.base)) / 1.1)
-        decided = decide(unseen, floor)
+        overlooked, floor = fan_in_runs(motion, base, watts)
+        decided = decide(overlooked, floor)
         assert not decided.answer.claims
         assert decided.complete is not bool(watts)
         assert (rms(decided.floor) < 0.8 * rms(floor)) is bool(watts)
