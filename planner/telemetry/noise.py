@@ -143,8 +143,8 @@ class Noise:
         ahead = [scale[:, None], (watts * scale)[:, None]] if runs else []
         scaled = np.concatenate([columns * scale[:, None], *ahead], axis=1)
         white = np.empty_like(scaled)
-        for start, stop in log.segments():
-            _filter(scaled[start:stop], self.reflections, self.shrink, white[start:stop])
+        segments = np.array(log.segments(), np.int64).reshape(-1, 2)
+        _filter(scaled, segments, self.reflections, self.shrink, white)
         if not runs:
             return white
         kept, shared = white[:, : columns.shape[1]], white[:, columns.shape[1] :]
@@ -154,20 +154,21 @@ class Noise:
 
 
 @njit(cache=True, nogil=True)
-def _filter(columns: Any, reflections: Any, shrink: Any, white: Any) -> None:
-    last = reflections.shape[0] - 1
-    rows, count = columns.shape
-    for k in range(rows):
-        order = min(k, last)
-        # Loops, not whole rows: these would be allocated for every lag.
-        for j in range(count):
-            white[k, j] = columns[k, j]
-        for lag in range(order):
-            share = reflections[order, lag]
+def _filter(columns: Any, segments: Any, reflections: Any, shrink: Any, white: Any) -> None:
+    last, count = reflections.shape[0] - 1, columns.shape[1]
+    for piece in range(segments.shape[0]):
+        start, stop = segments[piece]
+        for k in range(start, stop):
+            order = min(k - start, last)
+            # Loops, not whole rows: these would be allocated for every lag.
             for j in range(count):
-                white[k, j] -= share * columns[k - 1 - lag, j]
-        for j in range(count):
-            white[k, j] /= shrink[order]
+                white[k, j] = columns[k, j]
+            for lag in range(order):
+                share = reflections[order, lag]
+                for j in range(count):
+                    white[k, j] -= share * columns[k - 1 - lag, j]
+            for j in range(count):
+                white[k, j] /= shrink[order]
 
 
 @njit(cache=True, nogil=True)

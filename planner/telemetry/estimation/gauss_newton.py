@@ -24,10 +24,10 @@ from planner.power.model import PowerModel
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import Noise, clipped, huber
 from planner.telemetry.parameters import Prior
-from planner.telemetry.prediction import Nodes, tangent
+from planner.telemetry.prediction import Nodes, predict, tangent
 
 MOST_NEWTON_STEPS = 25
-"""Gauss-Newton steps; kinks of friction may keep steps from ever becoming small."""
+"""Steps at most; kinks of friction may keep them from ever becoming small."""
 LEAST_STEP_GAIN = 0.01
 """Twice the log-likelihood that a further step must promise: 0.1 standard errors, squared."""
 SMALLEST_STRIDE = 1e-2
@@ -83,8 +83,15 @@ class Problem:
 
     def at(self, model: PowerModel, value: Array) -> Solution:
         """The model with other values (p,) of the free parameters, within their bounds."""
-        current = with_values(model, self.index, np.clip(value, self.prior.low, self.prior.high))
+        current = self._within(model, value)
         return Solution(current, *tangent(current, self.nodes, self.index.tolist()))
+
+    def predicted(self, model: PowerModel) -> Array:
+        """(n,) W that a model says for the rows."""
+        return predict(model, self.nodes)
+
+    def _within(self, model: PowerModel, value: Array) -> PowerModel:
+        return with_values(model, self.index, np.clip(value, self.prior.low, self.prior.high))
 
     def solve(
         self, begin: Solution, noise: Noise, spread: Array, close: float = LEAST_STEP_GAIN
@@ -98,44 +105,58 @@ class Problem:
                 must not earn a larger spread.
             close: gain, as of a cost, that is next to nothing.
         """
-        log = self.log
-        found = begin
-        value = begin.model.parameters[self.index]
-        best, stride, settled = np.inf, 1.0, value
-        step, prior = np.zeros(len(self.index)), self.prior
-        known = prior.precision
+        found, cost = begin, self.cost_of(begin.model, begin.watts, noise, spread)
         for _ in range(MOST_NEWTON_STEPS):
-            residual = log.power - found.watts
-            # Far from the solution most rows are "outliers"; the limit then follows the residual.
-            far = max(1.0, float(np.median(np.abs(residual) / spread)) / 0.6745)
-            everything = np.column_stack([found.columns, clipped(residual, far * spread), residual])
-            white = noise.whiten(log, found.watts, spread, everything)
-            # Squares of clipped residuals would not show that large ones have become smaller.
-            cost = self._cost(white[:, -1], value)
-            white = white[:, :-1]
-            if cost > best - close:
-                if stride <= SMALLEST_STRIDE:
-                    # Whatever a step promises, at a kink no part of it gains anything.
-                    found = self.at(found.model, settled)
-                    break
-                # The step went too far: kinks of friction and gears make the power non-linear.
-                stride *= 0.5
-                value = value - stride * step
-            else:
-                best, stride, settled = cost, 1.0, value
-                gram, score = white[:, :-1].T @ white[:, :-1], white[:, :-1].T @ white[:, -1]
-                held = prior.weights**2 * (value - self.start) + prior.gauge @ value
-                low, high = prior.low - value, prior.high - value
-                step = bounded_step(gram + known, score - held, low, high)
-                # Rounding may end beyond a bound.
-                value = np.clip(value + step, prior.low, prior.high)
-            found = self.at(found.model, value)
-            if stride == 1.0 and float(step @ gram @ step) < close:
-                break
-        else:
-            # The last step was not looked at.
-            found = self.at(found.model, settled)
+            step, gain = self._step(found, noise, spread)
+            full = self.at(found.model, found.model.parameters[self.index] + step)
+            if gain < close:
+                return full
+            ahead = self._part_of(step, found, full, cost - close, noise, spread)
+            if ahead is None:
+                # Whatever a step promises, at a kink no part of it gains anything.
+                return found
+            found, cost = ahead
         return found
+
+    def _part_of(
+        self,
+        step: Array,
+        found: Solution,
+        full: Solution,
+        most: float,
+        noise: Noise,
+        spread: Array,
+    ) -> tuple[Solution, float] | None:
+        """The largest part of a step with a cost of ``most`` at most, and its cost.
+
+        ``full`` is where the whole step leads. Kinks of friction and gears make the power
+        non-linear, so that it may lead too far.
+        """
+        begun, stride = found.model.parameters[self.index], 1.0
+        model, watts = full.model, full.watts
+        while (cost := self.cost_of(model, watts, noise, spread)) > most:
+            if stride <= SMALLEST_STRIDE:
+                return None
+            stride *= 0.5
+            # Derivatives take ten times as long as the power, and most parts gain nothing.
+            model = self._within(found.model, begun + stride * step)
+            watts = self.predicted(model)
+        return (full if stride == 1.0 else self.at(model, begun + stride * step)), cost
+
+    def _step(self, found: Solution, noise: Noise, spread: Array) -> tuple[Array, float]:
+        """The step (p,) that the rows ask for, and what they promise to gain by it, as a cost."""
+        log, prior, value = self.log, self.prior, found.model.parameters[self.index]
+        residual = log.power - found.watts
+        # Far from the solution most rows are "outliers"; the limit then follows the residual.
+        far = max(1.0, float(np.median(np.abs(residual) / spread)) / 0.6745)
+        both = np.column_stack([found.columns, clipped(residual, far * spread)])
+        white = noise.whiten(log, found.watts, spread, both)
+        gram, score = white[:, :-1].T @ white[:, :-1], white[:, :-1].T @ white[:, -1]
+        held = prior.weights**2 * (value - self.start) + prior.gauge @ value
+        step = bounded_step(
+            gram + prior.precision, score - held, prior.low - value, prior.high - value
+        )
+        return step, float(step @ gram @ step)
 
     def _cost(self, white: Array, value: Array) -> float:
         away = self.prior.weights * (value - self.start)

@@ -99,6 +99,7 @@ class Fit:
         start: (p,) of these, where the fit began: the middle of the prior.
         covariance: (p, p) of the free parameters.
         watts, residual: (n,) W of the fitted model, and measured less modelled.
+        columns: (n, p) W per unit, derivatives of the watts by the free parameters.
         spread: (n,) W, standard deviation of single rows.
         noise: what was taken for noise.
         rmse_w: root mean square of the residual, W.
@@ -112,6 +113,7 @@ class Fit:
     covariance: Array
     watts: Array
     residual: Array
+    columns: Array
     spread: Array
     noise: Noise
     rmse_w: float
@@ -250,4 +252,5 @@ def _finished(
     model = replace(model, stderr=stderr, covariance=None, energy_error=None)
     free = tuple(index.tolist()), problem.start, covariance
     rmse = float(np.sqrt(np.mean(residual**2)))
-    return Fit(model, *free, watts, residual, spread, noise, rmse, tuple(fitted))
+    rows = watts, residual, found.columns, spread
+    return Fit(model, *free, *rows, noise, rmse, tuple(fitted))

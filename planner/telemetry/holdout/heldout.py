@@ -23,7 +23,7 @@ from planner.telemetry.estimation import Fit, RefusedFit, bounded_step, fit
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import counted, huber
 from planner.telemetry.parameters import Prior
-from planner.telemetry.prediction import Nodes, predict, tangent
+from planner.telemetry.prediction import predict
 
 FOLDS = 5
 """Parts of the log, of which each is held out in turn."""
@@ -91,7 +91,7 @@ def _with_parts(log: Telemetry, start: PowerModel, fitted: Fit) -> Iterator[Powe
 
     Nothing says how large such a part may be, whatever its unit: it begins at PART of the power.
     """
-    watts, columns = tangent(fitted.model, Nodes.of(log, fitted.model), fitted.places)
+    watts, columns = fitted.watts, fitted.columns
     white = fitted.whitened(log, columns)
     for k, place in enumerate(fitted.places):
         if not _stated_as_none(start, place):
@@ -245,9 +245,8 @@ def heldout_residual(log: Telemetry, fitted: Fit, given: Array | None = None) ->
             then explain what they can; None takes what is given for exact.
     """
     model = fitted.model
-    nodes = Nodes.of(log, model)
-    moved = [place for place in fitted.places if not _shapes(model, place)]
-    _, columns = tangent(model, nodes, moved)
+    at = [k for k, place in enumerate(fitted.places) if not _shapes(model, place)]
+    moved, columns = [fitted.places[k] for k in at], fitted.columns[:, at]
     count = len(moved)
     if given is not None:
         columns = np.column_stack([columns, given])
@@ -260,7 +259,6 @@ def heldout_residual(log: Telemetry, fitted: Fit, given: Array | None = None) ->
     prior[:count, :count] = known.precision
     low = np.concatenate([known.low - value, np.full(free, -MOST_GIVEN)])
     high = np.concatenate([known.high - value, np.full(free, MOST_GIVEN)])
-    at = [fitted.places.index(place) for place in moved]
     away = np.concatenate([value - fitted.start[at], np.zeros(free)])
     folds = fold_numbers(log)
     left = np.empty(len(log))

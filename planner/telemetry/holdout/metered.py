@@ -119,9 +119,8 @@ def _lacking(log: Telemetry, fitted: Fit) -> Array:
     Their size is that of the residual: a missing effect may be as large.
     """
     columns = Dictionary.of(log).gradual.columns(log.rows)
-    _, own = tangent(fitted.model, Nodes.of(log, fitted.model), fitted.places)
     shown = Readings.as_shown(log, columns)
-    chosen = strongest_columns(fitted.residual, own, shown)
+    chosen = strongest_columns(fitted.residual, fitted.columns, shown)
     sizes = np.sqrt(np.mean(shown[:, chosen] ** 2, axis=0))
     return np.asarray(columns[:, chosen] * rms(fitted.residual) / sizes)
 

@@ -21,8 +21,9 @@ import numpy as np
 from numba import njit
 
 from planner.arrays import Array, Integers, Mask
-from planner.telemetry.logs import Telemetry
+from planner.telemetry.logs import Meter, Telemetry
 from planner.telemetry.prediction.held_readings import held_rows
+from planner.telemetry.prediction.per_log import per_log
 
 STEP_SHARE = 0.05
 """Step of a derivative over the time constant or over the interval of a row."""
@@ -54,9 +55,15 @@ class Readings(NamedTuple):
 
         ``taken`` is what ``taken_in`` gave for a meter of the same sampling and period.
         """
-        meter = log.meter
-        if meter is None or not len(log):
+        if log.meter is None or not len(log):
             return None
+        if taken is not None:
+            return cls._of(log, log.meter, taken)
+        meter = log.meter
+        return per_log(log, "readings", lambda: cls._of(log, meter, cls.taken_in(log)))
+
+    @classmethod
+    def _of(cls, log: Telemetry, meter: Meter, taken: Integers) -> Readings:
         count = len(log)
         interval = np.where(log.interval > 0.0, log.interval, 1.0)
         middle = log.time - 0.5 * interval
@@ -77,10 +84,9 @@ class Readings(NamedTuple):
             keep, ramp = np.exp(-step / tau), tau / step * -np.expm1(-step / tau)
         now = np.where(begins, 1.0 - keep, 1.0 - ramp)
         before = np.where(begins, 0.0, ramp - keep)
-        held = cls.taken_in(log) if taken is None else taken
         carried = np.zeros(count)
         _carry(keep, begins, log.power, carried)
-        return cls(low, share, keep, before, now, begins, held, carried[held])
+        return cls(low, share, keep, before, now, begins, taken, carried[taken])
 
     @staticmethod
     def taken_in(log: Telemetry) -> Integers:
@@ -88,7 +94,7 @@ class Readings(NamedTuple):
         meter = log.meter
         if meter is None or meter.sampling != "held":
             return np.arange(len(log))
-        return held_rows(log, meter.period_s)
+        return per_log(log, "taken", lambda: held_rows(log, meter.period_s))
 
     @classmethod
     def as_shown(cls, log: Telemetry, columns: Array) -> Array:

@@ -22,6 +22,7 @@ from planner.power.model import PowerModel
 from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.prediction.meter import Readings
+from planner.telemetry.prediction.per_log import per_log
 
 MOMENTS, MANY_MOMENTS = 3, 7
 """Moments of a divided row, and the number that shows how far so few of them are off."""
@@ -50,8 +51,13 @@ class Nodes(NamedTuple):
     def of(cls, log: Telemetry, model: PowerModel, *, finely: bool = False) -> Nodes:
         """The nodes of a log; ``finely`` takes more moments, to show what the few leave out."""
         moments = MANY_MOMENTS if finely else MOMENTS
-        plain = interval_nodes(log.rows_for(model.surfaces), log.interval, model, moments)
-        return plain._replace(readings=Readings.of(log))
+
+        def plain() -> Nodes:
+            return interval_nodes(log.rows_for(model.surfaces), log.interval, model, moments)
+
+        # A fit changes neither: a search asks for the same nodes a thousand times.
+        key = "nodes", moments, tuple(model.surfaces), model.wheels.tobytes()
+        return per_log(log, key, plain)._replace(readings=Readings.of(log))
 
     def unmetered(self) -> Nodes:
         """The same rows with the power as it is at the supply."""

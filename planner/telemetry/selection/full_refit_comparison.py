@@ -30,7 +30,6 @@ from planner.telemetry.holdout import heldout_residual, rms, supports
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import clipped, counted
 from planner.telemetry.other_terms import measured_residual
-from planner.telemetry.prediction import Nodes, tangent
 from planner.telemetry.sampling import cluster_numbers
 from planner.telemetry.selection.select_effects import Selection
 from planner.telemetry.selection.subset_search import CompetingModel
@@ -192,7 +191,9 @@ class FullFits:
         log, examination = self.log, self.examination
         residual = measured_residual(fitted.residual, sizes)
         spread = examination.spread
-        beside = np.empty((len(log), 0)) if exact else self._beside(fitted)
+        # What refitting and usual errors of data sheet and sensors can change.
+        both = np.column_stack([fitted.columns, examination.given])
+        beside = both[:, :0] if exact else both
         white = examination.noise.whiten(
             log, examination.watts, spread, np.column_stack([beside, clipped(residual, spread)])
         )
@@ -200,11 +201,6 @@ class FullFits:
         usual = {sensor.kind: sensor.usual for sensor in examination.competitors.sensors}
         cost += sum(0.5 * (size / usual[kind]) ** 2 for kind, size in sizes.items())
         return np.asarray(-0.5 * left**2), cost
-
-    def _beside(self, fitted: Fit) -> Array:
-        """(n, p + k) what refitting and usual errors of data sheet and sensors can change."""
-        _, own = tangent(fitted.model, Nodes.of(self.log, fitted.model), fitted.places)
-        return np.column_stack([own, self.examination.given])
 
     def _left(
         self, corrected: Telemetry, fitted: Fit, sizes: dict[str, float], *, exact: bool = True

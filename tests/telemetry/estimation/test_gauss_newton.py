@@ -79,6 +79,10 @@ class Kinked(Problem):
         slope = rows if value[0] >= 0.0 else -rows
         return Solution(with_values(model, self.index, value), np.abs(value) * rows, slope[:, None])
 
+    def predicted(self, model):
+        """(n,) W."""
+        return np.abs(model.parameters[self.index]) * np.ones(len(self.log))
+
 
 @pytest.mark.parametrize("begin", [1.0, 0.7, -3.0])
 def test_steps_end_in_a_kink_that_no_part_of_one_leads_out_of(begin: float) -> None:
@@ -92,5 +96,6 @@ def test_steps_end_in_a_kink_that_no_part_of_one_leads_out_of(begin: float) -> N
     Kinked.asked = 0
     found = problem.solve(problem.at(model, np.array([begin])), noise, np.ones(len(log)))
     assert abs(found.model.parameters[0]) <= 0.03
-    # Full steps jump from one side to the other, for as long as they are let.
-    assert Kinked.asked <= 20
+    # Full steps jump from one side to the other, for as long as they are let. Parts of a step need
+    # no derivatives before one of them gains something.
+    assert Kinked.asked <= 10
