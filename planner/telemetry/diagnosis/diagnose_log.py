@@ -20,6 +20,7 @@ at most 12,000 rows; memory does not grow with the log.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -28,6 +29,7 @@ from typing import Any
 
 import numpy as np
 
+from planner.cache import CACHE
 from planner.cancellation import CancellationToken
 from planner.errors import ModelError
 from planner.power.catalogue import all_effects, is_effect
@@ -127,7 +129,15 @@ def diagnose(
 def diagnose_source(
     source: LogSource, start: PowerModel, extra: Sequence[type[Effect]], watch: Progress
 ) -> Diagnosis:
-    """As ``diagnose``, for a log that is open."""
+    """As ``diagnose``, for a log that is open; adopting what was diagnosed finds it known."""
+    own = json.dumps(start.document()), start.sliding_speed, start.effects
+    key = "diagnosis", source.content, *own, tuple(all_effects().values()), tuple(extra)
+    return CACHE.get(key, lambda: _diagnosed(source, start, extra, watch))
+
+
+def _diagnosed(
+    source: LogSource, start: PowerModel, extra: Sequence[type[Effect]], watch: Progress
+) -> Diagnosis:
     watch(0.05, "reading the motion")
     source = source.with_findings(beyond_motors(source.sample, start))
     raw, usual, source = source, source.steady(), best_reading(source, start)

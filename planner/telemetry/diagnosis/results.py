@@ -272,6 +272,11 @@ class Diagnosis(FittedModels, Shown):
     pictures: Pictures
 
     @property
+    def nbytes(self) -> int:
+        """Bytes that it takes, about: its rows, and what fits and pictures made of them."""
+        return 8 * self.corrected.rows.nbytes
+
+    @property
     def meter(self) -> Meter | None:
         """What the power was read from; None shows the power as it is."""
         return self.corrected.meter

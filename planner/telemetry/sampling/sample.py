@@ -11,6 +11,8 @@ consecutive rows, evenly spread over all runs, because noise is correlated along
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -147,6 +149,19 @@ class LogSource:
         else:
             assert self.path is not None
             yield from Telemetry.chunks(self.path, self.mapping, rows=LogSource.CHUNK_ROWS)
+
+    @property
+    def content(self) -> str:
+        """SHA-256 of all that the log says, under this mapping and in this reading."""
+        whole = self.sample if self.log is None else self.log
+        said = self.mapping, self.steady_rows, self.half_width, whole.run_names, whole.surfaces
+        digest = hashlib.sha256(repr((said, sorted(whole.present), whole.meter)).encode())
+        digest.update(json.dumps(self.describe()).encode())
+        for name, values in whole.arrays().items():
+            digest.update(name.encode())
+            if values is not None:
+                digest.update(np.ascontiguousarray(values).data)
+        return digest.hexdigest()
 
     def describe(self) -> dict[str, Any]:
         """Source, hash, size and findings, ready for JSON."""

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from planner.errors import Cancelled, ModelError
+from planner.power.formulas import custom_effect
 from planner.power.model import PowerModel
 from planner.telemetry.adoption.adopt_effects import DIAGNOSED, adopt
 from planner.telemetry.adoption.versions import history, revert
+from planner.telemetry.diagnosis import diagnose_log
 from planner.telemetry.quantities_of_motion import motion_axes
 from tests.power.states import changed
 from tests.telemetry.rows import measured
@@ -190,6 +192,40 @@ def test_nothing_diagnosed_and_no_such_formula(motion, base):
         adopt(DIAGNOSED, quiet, base)
     with pytest.raises(ModelError, match="unknown_heading"):
         adopt("unknown_heading", quiet, base)
+
+
+def test_what_was_diagnosed_is_adopted_without_another_search(motion, base, monkeypatch):
+    """The same log and model only: other noise, another model or other rivals are searched."""
+    searched = []
+    search = diagnose_log.find_missing_effects
+
+    def counted(source, *given, **further):
+        searched.append(source)
+        return search(source, *given, **further)
+
+    monkeypatch.setattr(diagnose_log, "find_missing_effects", counted)
+    robot = PowerModel.from_vehicle(base.vehicle, effects=("yaw_scrub",))
+    quiet, other = (
+        measured(motion, changed(robot, yaw_scrub__scrub_moment=SCRUB), 0.02, seed=seed)
+        for seed in (77, 78)
+    )
+    found = diagnose_log.diagnose(quiet, base)
+    once = len(searched)
+    assert once > 0
+    assert adopt(DIAGNOSED, quiet, base).adopted == found.proposed
+    assert adopt("air_drag", quiet, base).diagnosis is found
+    assert len(searched) == once
+    tow = custom_effect(
+        name="tow",
+        formula="drag * abs(vx) * vx",
+        unit="W",
+        parameters={"drag": {"unit": "kg/s", "bounds": [0, 50], "null": 0}},
+    )
+    less = changed(base, gear_loss__efficiency=0.7)
+    for log, start, extra in ((other, base, ()), (quiet, less, ()), (quiet, base, (tow,))):
+        before = len(searched)
+        diagnose_log.diagnose(log, start, extra=extra)
+        assert len(searched) > before
 
 
 def test_versions_that_do_not_exist(base, second):
