@@ -18,6 +18,7 @@ again, and the interval grows until the fit has become as much worse as it shoul
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection
 
 import numpy as np
@@ -92,24 +93,22 @@ def covariance_of(
     inverse = inverse_of(full)
     _, run = np.unique(log.run, return_inverse=True)
     runs = _sums_by(run, scores)
-    lasting = np.diag(prior**2)
-    averaged = own.T @ white[:, count + 1]
-    lasting += np.outer(averaged, averaged)
+    # Columns whose outer products add up: rounding then leaves no variance below zero.
+    lasting = [np.diag(prior), (own.T @ white[:, count + 1])[:, None]]
     white, always = np.split(white, [white.shape[1] - unsure], axis=1)
     shared = own.T @ always
     clear = always - own @ (inverse @ shared)
-    likely = np.linalg.inv(redundancy * np.eye(unsure) + clear.T @ clear)
-    found = likely @ (clear.T @ white[:, count])
-    lasting += shared @ (redundancy * likely + np.outer(found, found)) @ shared.T
-    for column in white[:, count + 2 :].T:
-        by_run = _sums_by(run, own * column[:, None])
-        lasting += by_run.T @ by_run
+    unlikely = redundancy * np.eye(unsure) + clear.T @ clear
+    found = np.linalg.solve(unlikely, clear.T @ white[:, count])
+    each = np.linalg.solve(np.linalg.cholesky(unlikely), shared.T).T
+    lasting += [math.sqrt(redundancy) * each, (shared @ found)[:, None]]
+    lasting += [_sums_by(run, own * column[:, None]).T for column in white[:, count + 2 :].T]
+    moved = inverse @ np.concatenate(lasting, axis=1)
     left_out = without_each(full, own, scores, cluster_numbers(log))
-    covariance = left_out.T @ left_out * ((len(left_out) - 1) / len(left_out))
-    covariance += inverse @ lasting @ inverse
+    covariance = left_out.T @ left_out * ((len(left_out) - 1) / len(left_out)) + moved @ moved.T
     if len(runs) > 1:
-        middle = runs.T @ runs * (len(runs) / (len(runs) - 1)) + lasting
-        of_runs = np.diag(inverse @ middle @ inverse)
+        by_run = inverse @ runs.T * math.sqrt(len(runs) / (len(runs) - 1))
+        of_runs = (by_run**2).sum(axis=1) + (moved**2).sum(axis=1)
         wider = np.sqrt(np.maximum(of_runs / np.maximum(np.diag(covariance), 1e-300), 1.0))
         covariance *= np.outer(wider, wider)
     plain = np.diag(inverse)
