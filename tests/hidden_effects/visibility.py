@@ -87,7 +87,9 @@ class View:
     def _own(self, slug: str, settings: Mapping[str, Any]) -> Array:
         """Columns that the catalogue's effect has, with its change at the true strength."""
         model = with_settings(self.model, slug, settings)
-        secant = np.nan_to_num(model.watts(self.rows) - self.model.watts(self.rows))
+        secant = np.nan_to_num(
+            model.watts_in_blocks(self.rows) - self.model.watts_in_blocks(self.rows)
+        )
         return np.column_stack([secant, *self.columns[slug]])
 
     def rho(
@@ -209,12 +211,14 @@ def _derivatives(model: PowerModel, rows: Array) -> tuple[Array, dict[str, list[
 
 def _columns(model: PowerModel, rows: Array, places: list[int]) -> Array:
     """Differences by some parameters, (n, len(places)); at an upper bound the step goes inwards."""
-    before = model.watts(rows)
+    before = model.watts_in_blocks(rows)
     made = []
     for place in places:
         parameter, value = model.slots[place][2], float(model.parameters[place])
         step = 1e-3 * max(abs(parameter.default), 1e-3)
         if value + step > parameter.bounds[1]:
             step = -step
-        made.append((model.with_parameter(place, value + step).watts(rows) - before) / step)
+        made.append(
+            (model.with_parameter(place, value + step).watts_in_blocks(rows) - before) / step
+        )
     return np.column_stack(made)

@@ -168,3 +168,15 @@ def test_aliases_have_the_same_shape() -> None:
     shaking = model_with("vibration").account(rows)["shaft"] - model_with().account(rows)["shaft"]
     rolling = shaking / np.linspace(0.3, 1.0, 8)
     assert np.ptp(rolling) < 1e-3 * np.max(rolling)
+
+
+def test_the_share_of_an_effect_beside_others_is_what_the_power_lacks_without_it() -> None:
+    rows = rows_from(vx=[0.3, 0.6, -0.5], wz=[0.0, 0.4, 0.8])
+    model = model_with("air_drag", "yaw_scrub")
+    for slug, other in (("air_drag", "yaw_scrub"), ("yaw_scrub", "air_drag")):
+        alone = model_with(other)
+        share = model.share_of(slug, rows)
+        assert share == pytest.approx(model.watts(rows) - alone.watts(rows), abs=1e-9)
+        assert np.all(share[1:] > 0.0)
+    # Straight on, nothing scrubs.
+    assert model.share_of("yaw_scrub", rows)[0] == 0.0

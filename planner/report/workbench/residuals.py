@@ -185,7 +185,7 @@ def lacking(diagnosis: Diagnosis) -> Bins | None:
     outside, log, model = diagnosis.outside, diagnosis.corrected, diagnosis.model
     if outside is None:
         return None
-    own = model.watts_by_effect(log.rows_for(model.surfaces))[outside.name]
+    own = model.share_of(outside.name, log.rows_for(model.surfaces))
     # The log may know the motors' temperature, too.
     temperature = "ambient_temp" if "ambient_temp" in outside.formula else None
     return _curves(log, predict(model, log) - own, temperature).get(outside.quantities[0])

@@ -264,7 +264,7 @@ def _pictures(
     before, fitted = stated.watts, models.fitted
     known = {effect.slug for effect in models.base.effects}
     parts = {
-        effect.slug: fitted.watts - predict(_without(fitted.model, effect.slug), models.corrected)
+        effect.slug: fitted.watts - predict(fitted.model.without(effect.slug), models.corrected)
         for effect in fitted.model.effects
         if effect.slug not in known
     }
@@ -275,15 +275,6 @@ def _pictures(
     if sensors:
         parts = {sensors[0].kind: after - before, **parts}
     return pictures_of(as_measured, before, after, parts, regimes)
-
-
-def _without(model: PowerModel, slug: str) -> PowerModel:
-    """The same model with an effect at its null values."""
-    values = model.parameters.copy()
-    for place, (effect, _, parameter, _) in enumerate(model.slots):
-        if effect.slug == slug and parameter.null is not None:
-            values[place] = parameter.null
-    return replace(model, parameters=values)
 
 
 def _experiments(

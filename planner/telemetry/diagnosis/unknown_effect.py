@@ -386,7 +386,7 @@ def _curve(
     """Median of what the effect adds along its axis, W, over equal shares of the rows."""
     rows = log.rows_for(model.surfaces)
     values = dictionary.axes(rows)[axis]
-    watts = model.watts_by_effect(rows)[effect.slug]
+    watts = model.share_of(effect.slug, rows)
     known = np.flatnonzero(np.isfinite(values))
     low, high = np.percentile(values[known], [0.5, 99.5])
     edges = np.linspace(low, high, CURVE_EDGES)

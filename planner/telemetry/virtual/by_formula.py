@@ -66,7 +66,7 @@ def add_by_formula(
         labels = np.array([without.surfaces.index(name) for name in drive.surfaces])
         rows[:, INDEX["surface"]] = labels[surface]
         acting = replace(without, parameters=values)
-        watts = (acting.watts(rows) - without.watts(rows)).reshape(means.shape[:2])
+        watts = acting.share_of(slug, rows).reshape(means.shape[:2])
         means[:, :, MEANS.index("power")] += watts
         means[:, :, MEANS.index("battery_current")] += (
             watts / means[:, :, MEANS.index("battery_voltage")]

@@ -58,6 +58,7 @@ def assert_same(model: PowerModel, rows: Array) -> None:
     """Both kernels for blocks agree with the one for a row, bit by bit."""
     accounts, _ = model.evaluate(rows)
     np.testing.assert_array_equal(in_lean_blocks(model, rows), accounts[:, 0])
+    np.testing.assert_array_equal(model.watts_in_blocks(rows), accounts[:, 0])
     columns = [0, *(ACCOUNT.index(name) for name in LIMITS)]
     np.testing.assert_array_equal(with_limits(model, rows), accounts[:, columns])
     assert np.all(np.isfinite(accounts[:, columns]))
