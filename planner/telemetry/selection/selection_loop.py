@@ -34,10 +34,11 @@ from planner.telemetry.other_terms import SENSORS, Dictionary, Sensor
 from planner.telemetry.prediction import meter_columns
 from planner.telemetry.selection.full_refit_comparison import FullFits
 from planner.telemetry.selection.off_catalogue import ShapeFound, overlooked_shape
+from planner.telemetry.selection.predicting_fit import predicting_fit
 from planner.telemetry.selection.select_effects import RankedTerm, Selection, select
 from planner.telemetry.selection.subset_search import CompetingModel, Member, members_of
 from planner.telemetry.selection.unsure_power import unsure_power
-from planner.telemetry.terms import Addition, CandidateLibrary, candidate_library, fit_with
+from planner.telemetry.terms import Addition, CandidateLibrary, candidate_library
 
 MOST_REFITS = 3
 """Rounds of refitting and laying out anew."""
@@ -80,7 +81,9 @@ class Found:
         known = {effect.slug for effect in library.effects}
         within = library if all(a.declaration.slug in known for a in additions) else None
         unsure = self.local.given if tried else None
-        return fit_with(self.origin, self.log, additions, noise=noise, within=within, unsure=unsure)
+        return predicting_fit(
+            self.origin, self.log, additions, noise=noise, within=within, unsure=unsure
+        )
 
     def left_beside_base(self, fitted: Fit) -> Array | None:
         """(n,) W, held-out residual of a claim while the base model keeps its stated parts.
@@ -295,7 +298,7 @@ def _settled(
     def refit() -> tuple[tuple[Addition, ...], Fit]:
         wanted = additions_of(examination, selection)
         noise = examination.noise
-        return wanted, fit_with(base.model, log, wanted, noise=noise, within=library.model)
+        return wanted, predicting_fit(base.model, log, wanted, noise=noise, within=library.model)
 
     selection = _chosen(FullFits(log, base, examination, check), known)
     fitted = base
