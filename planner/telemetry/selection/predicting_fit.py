@@ -37,7 +37,7 @@ def predicting_fit(
 ) -> Fit:
     """The better of two fits; arguments as for ``fit_with``."""
     fitted = fit_with(model, log, additions, noise=noise, within=within, unsure=unsure)
-    if noise.even_w or not additions:
+    if noise.even_w:
         return fitted
     # A fit says itself how much its even rows weigh.
     evenly = replace(noise, even_w=noise.floor_w)
