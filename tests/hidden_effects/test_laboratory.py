@@ -244,6 +244,7 @@ def test_a_third_effect_is_seen_beside_the_other_two(tmp_path: Path) -> None:
     assert set(found.selected) == {"gear_asymmetry", "air_drag", "yaw_scrub"}
 
 
+@pytest.mark.nightly
 def test_usual_errors_do_not_spoil_a_right_pair(tmp_path: Path) -> None:
     """Fitted to few runs, errors of the data sheet made the right pair predict badly."""
     log = draw("several", "surface_rolling+stiction", 4006, "tuning", tmp_path)
