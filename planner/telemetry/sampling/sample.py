@@ -155,7 +155,8 @@ class LogSource:
         """SHA-256 of all that the log says, under this mapping and in this reading."""
         whole = self.sample if self.log is None else self.log
         said = self.mapping, self.steady_rows, self.half_width, whole.run_names, whole.surfaces
-        digest = hashlib.sha256(repr((said, sorted(whole.present), whole.meter)).encode())
+        read = sorted(whole.present), whole.power_at, whole.meter
+        digest = hashlib.sha256(repr((said, read)).encode())
         digest.update(json.dumps(self.describe()).encode())
         for name, values in whole.arrays().items():
             digest.update(name.encode())

@@ -99,3 +99,20 @@ def test_short_rows_are_read_in_several_ways(interval, rows):
     log = replace(plain_log([30, 30]), interval=np.full(60, interval))
     readings = open_source(log).readings()
     assert [reading.steady_rows for reading in readings] == rows
+
+
+def test_content_is_that_of_every_row_and_of_how_it_was_read():
+    log = numbered([13_000, 700])
+    content = open_source(log).content
+    assert open_source(numbered([13_000, 700])).content == content
+    power, chunk = log.power.copy(), open_source(log).sample
+    left_out = int(np.setdiff1d(np.arange(len(log)), chunk.power.astype(int))[0])
+    power[left_out] += 1.0
+    others = [
+        replace(log, power=power),
+        replace(log, power_at="source"),
+        replace(log, present=log.present | {"payload"}),
+        replace(log, surfaces=("carpet",)),
+    ]
+    assert content not in {open_source(other).content for other in others}
+    assert open_source(log).steady().content != content
