@@ -159,8 +159,11 @@ def _oddities(model: PowerModel, level: Motion, up: Motion) -> list[str]:
     plate = vehicle.mass / 12.0 * (vehicle.length**2 + vehicle.width**2)
     yaw = vehicle.parameters["inertia"]["yaw_inertia"]
     light = float(_account(model, np.array([level.speed_m_s]), 0.0, 0.0)["least_load"][0])
-    across = np.abs(vehicle.layout.table[:, 1]).max()
+    along, across = np.abs(vehicle.layout.table[:, :2]).max(axis=0)
+    floor_load = vehicle.mass / (vehicle.length * vehicle.width)
     findings = {
+        f"body.mass: {vehicle.mass:g} kg on {vehicle.length:g} by {vehicle.width:g} m is "
+        f"{floor_load:,.0f} kg/m²; usual are 5 to 3,000": not 5.0 <= floor_load <= 3000.0,
         "drive.resistance, drive.torque_constant: "
         f"{level.winding_w:.0f} W of {level.power_w:.0f} W heat the windings "
         f"at {level.speed_m_s:.2g} m/s on level ground; is a unit missing?": (
@@ -183,6 +186,9 @@ def _oddities(model: PowerModel, level: Motion, up: Motion) -> list[str]:
         f"{vehicle.mass:g} kg": turning > 2.0 * vehicle.mass,
         f"body.yaw_inertia: {yaw:.3g} kg·m², a plate of this mass and size has {plate:.3g}": (
             not plate / 4.0 <= yaw <= 4.0 * plate
+        ),
+        f"body.length: {vehicle.length:g} m, but a wheel's middle is {along:g} m from the centre": (
+            2.0 * along > vehicle.length
         ),
         f"body.width: {vehicle.width:g} m, but a wheel's middle is {across:g} m from the centre": (
             2.0 * across > vehicle.width

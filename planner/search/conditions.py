@@ -226,6 +226,12 @@ def assumptions(request: SituationRequest, conditions: OperatingConditions) -> t
                 f"{taken / BEYOND_REACH:.2g} {unit} on level ground"
             )
     reads = {name for effect in model.effects for name in effect.reads}
+    payload = request.payload
+    if payload.mass > 0.0 and (payload.x or payload.y) and not {"com_x", "com_y"} & reads:
+        notes.append(
+            "payload.x and payload.y change nothing but whether the robot stands: no active effect "
+            "reads them; com_offset does"
+        )
     for name in type(request.conditions).model_fields:
         unread = name != "battery_charge" and _READ_AS.get(name, name) not in reads
         if unread and name in request.conditions.model_fields_set:

@@ -38,7 +38,10 @@ def checked(folder: Path, **changes: str) -> VehicleReport:
         ("yaw_rate", "90.0", ["limits.yaw_rate: 90 rad/s", "degrees"]),
         ("rotor_inertia", "135e-6", ["the rotors act like"]),
         ("yaw_inertia", "30.0", ["a plate of this mass and size"]),
-        ("half_track", "0.45", ["a wheel's middle is 0.45 m"]),
+        ("half_track", "0.45", ["body.width: ", "a wheel's middle is 0.45 m"]),
+        # The whole wheelbase in the place of a half, and grams in the place of kilograms.
+        ("half_wheelbase", "0.56", ["body.length: ", "a wheel's middle is 0.56 m"]),
+        ("mass", "12000.0", ["body.mass: 12000 kg", "kg/m²"]),
         ("radius", "0.5", ["wheels.radius: 0.5 m"]),
         ("com_height", "1.2", ["body.com_height"]),
         ("voltage", "30.0", ["limits.voltage: 30 V"]),

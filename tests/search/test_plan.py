@@ -168,3 +168,16 @@ def test_a_load_beside_the_wheels_is_refused_as_a_load(level: Terrain) -> None:
     asked = {"terrain": level, **ASKED, "payload": {"mass": 8.0, "x": 2.0}}
     with pytest.raises(RequestError, match=r"payload: .* cannot stand even on level ground"):
         plan_route(**asked)
+
+
+def test_the_place_of_a_load_is_never_ignored_in_silence(tmp_path: Path, level: Terrain) -> None:
+    """Without com_offset it changes no watts, but a robot may tip over all the same."""
+    cart = tmp_path / "cart.toml"
+    cart.write_text(CART + MOTOR, encoding="utf-8")
+    asked = {"terrain": level, "vehicle": str(cart), **ASKED}
+    said = "payload.x and payload.y change nothing"
+    for place, notes in ({}, 0), ({"x": 0.05}, 1):
+        answer = plan_route(**asked, payload={"mass": 8.0, **place})
+        assert sum(said in note for note in answer.notes) == notes
+    with pytest.raises(RequestError, match=r"payload: .* cannot stand even on level ground"):
+        plan_route(**asked, payload={"mass": 8.0, "x": 2.0})

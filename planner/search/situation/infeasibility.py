@@ -12,9 +12,12 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from planner.amounts import span
+from planner.arrays import Array
 from planner.errors import RequestError
 from planner.power.limits import LIMIT_NAMES, broken_limit
 from planner.power.motion_row import set_motion
+from planner.power.vehicles import Vehicle
+from planner.quantities import INDEX
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField, sample_surface
 from planner.search.limit_places import Infeasible
@@ -88,6 +91,13 @@ def check_place(
         )
 
 
+def _tips(vehicle: Vehicle, row: Array) -> bool:
+    """Whether a load's place leaves some wheel without weight, whatever effects the model has."""
+    places = np.vstack([np.ones(vehicle.layout.wheel_count), vehicle.layout.table[:, :2].T])
+    centre = np.array([1.0, row[INDEX["com_x"]], row[INDEX["com_y"]]])
+    return bool((np.linalg.pinv(places) @ centre).min() <= 0.0)
+
+
 def check_hold(
     name: str, pose: PoseRequest, field: CostField, conditions: OperatingConditions
 ) -> None:
@@ -103,8 +113,10 @@ def check_hold(
     row = conditions.class_rows[kind].copy()
     set_motion(row, 0.0, 0.0, 0.0, 0.0, 0.0)
     broken = broken_limit(conditions.model.evaluate(row[None])[0][0], conditions.limits)
+    loaded = conditions.mass > conditions.model.vehicle.mass
+    if broken < 0 and loaded and _tips(conditions.model.vehicle, row):
+        broken = LIMIT_NAMES.index("wheel load")
     if broken >= 0:
-        loaded = conditions.mass > conditions.model.vehicle.mass
         raise RequestError(
             "payload" if loaded else "vehicle",
             f"the robot, {conditions.mass:.4g} kg, cannot stand even on level ground: "
@@ -257,7 +269,7 @@ def _between(
         float(bx),
         float(by),
         f"no way from start to goal: between x {line[0][0]:.2f}, y {line[0][1]:.2f} and "
-        f"x {line[-1][0]:.2f}, y {line[-1][1]:.2f} blocks {what} at x {bx:.2f}, y {by:.2f}",
+        f"x {line[-1][0]:.2f}, y {line[-1][1]:.2f} there is {what} at x {bx:.2f}, y {by:.2f}",
     )
 
 
