@@ -214,6 +214,8 @@ def strongest_columns(residual: Array, own: Array, others: Array) -> list[int]:
     left = residual - basis @ (basis.T @ residual)
     rest = others - basis @ (basis.T @ others)
     chosen: list[int] = []
+    if not others.shape[1]:
+        return chosen
     usable = np.ones(others.shape[1], bool)
     for _ in range(MOST_HELPERS):
         norms = np.linalg.norm(rest, axis=0)

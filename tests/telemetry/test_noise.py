@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag, toeplitz
 
-from planner.telemetry.noise import Noise, noise_of
+from planner.telemetry.noise import Noise, noise_of, strongest_columns
 from tests.telemetry.rows import autoregressive, plain_log
 
 PHI = 0.7
@@ -155,3 +155,8 @@ def test_runs_without_offsets_get_none():
     found, _ = noise_of(log, error, watts, np.zeros(len(log)), np.zeros((len(log), 0)))
     assert np.sqrt(found.by_run[0, 0]) < 0.1
     assert 40.0 * np.sqrt(found.by_run[1, 1]) < 0.15
+
+
+def test_nothing_beside_a_model_explains_nothing():
+    residual = np.random.default_rng(5).standard_normal(40)
+    assert strongest_columns(residual, np.ones((40, 1)), np.empty((40, 0))) == []

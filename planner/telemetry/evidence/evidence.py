@@ -28,6 +28,9 @@ from scipy import stats
 from planner.arrays import Array, Integers
 from planner.telemetry.evidence.gram_matrices import Clusters
 
+ALIAS_COSINE = 0.95
+"""Cosine of what refitting leaves of two effects' columns, from which they are aliases in this log:
+naming one says the other, too. Others that explain as much say that it is neither."""
 RIDGE = 1e-9
 """Added to scaled diagonals, so that collinear columns can be solved for."""
 SLOW_SHARE = 0.2
@@ -228,6 +231,10 @@ class Evidence:
         inner = self.partial[np.ix_(at, at)]
         size = inner[0, 0] * inner[1, 1]
         return float(abs(inner[0, 1]) / np.sqrt(size)) if size > 0 else 0.0
+
+    def aliased(self, first: int, second: int) -> bool:
+        """Whether two columns are the same up to a factor once the tangent is taken out."""
+        return self.collinearity(first, second) > ALIAS_COSINE
 
 
 def solve(matrix: Array, right: Array, ridge: float = RIDGE) -> Array:

@@ -10,6 +10,7 @@ not grow with the log.
 
 from __future__ import annotations
 
+import itertools
 from collections import deque
 from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -102,7 +103,7 @@ def examine_all(
         evidence=evidence,
         terms=terms,
         shapes=shapes,
-        raw=np.empty((0, len(kept))),
+        raw=sample.raw[:, kept],
     )
 
 
@@ -112,7 +113,8 @@ def _reduced(
     """The columns that matter, their old numbers in the new order, and the terms renumbered."""
     old = sample.competitors
     wanted_terms = _worth_summing(sample, chosen, alternatives)
-    used = sorted({n for term in wanted_terms for n in term.columns})
+    # What the model holds is in what it leaves, wanted or not.
+    used = sorted({*old.library.held, *(n for term in wanted_terms for n in term.columns)})
     number = {n: k for k, n in enumerate(used)}
     terms = tuple(
         replace(term, columns=tuple(number[n] for n in term.columns)) for term in wanted_terms
@@ -158,10 +160,19 @@ def _worth_summing(
     kept = []
     all_columns = sorted({sample.competitors.candidate(n) for a in sample.terms for n in a.columns})
     in_race = set(_open(sample, chosen, all_columns))
+    held = set(sample.competitors.library.held)
+    # What resembles them may be there in their place.
+    alike = [sample.competitors.candidate(n) for n in held]
+    in_race |= {
+        column
+        for column, other in itertools.product(all_columns, alike)
+        if sample.evidence.aliased(column, other)
+    }
     for term in sample.terms:
         columns = [sample.competitors.candidate(n) for n in term.columns]
-        picked = columns[0] in chosen
-        if term.effect not in alternatives and in_race.isdisjoint(columns):
+        # What the model holds was chosen around it.
+        picked = columns[0] in chosen or not held.isdisjoint(term.columns)
+        if not picked and term.effect not in alternatives and in_race.isdisjoint(columns):
             continue
         if not term.scanned:
             kept.append(term)

@@ -36,9 +36,6 @@ LEAST_TRIED_Z = 3.0
 EQUAL_SHARE = 0.8
 """Share of the squared error that the best one takes off, from which another explains a log as
 well. Errors of sensors that no column describes look a little like many effects."""
-ALIAS_COSINE = 0.95
-"""Cosine of what refitting leaves of two effects' columns, from which they are aliases in this log:
-naming one says the other, too. Others that explain as much say that it is neither."""
 
 
 @dataclass(frozen=True)
@@ -149,7 +146,7 @@ def fitted_singles(
 def _are_aliased(examination: Examination, one: Member, other: Member) -> bool:
     """Whether two effects have the same columns, up to a factor."""
     pairs = itertools.product(one.columns, other.columns)
-    return max(examination.evidence.collinearity(*pair) for pair in pairs) > ALIAS_COSINE
+    return any(examination.evidence.aliased(*pair) for pair in pairs)
 
 
 def with_equals(

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from planner.cache import CACHE
 from planner.power.model import PowerModel
 from planner.telemetry.diagnosis import diagnose
 from planner.telemetry.estimation import fit
@@ -17,6 +20,11 @@ from tests.power.states import changed
 from tests.telemetry.rows import measured
 
 SCRUB = 3.0
+LACKING = {"motor_temp", "ambient_temp", "battery_voltage"}
+STRONG = {
+    "viscous_drag": {"viscous_drag__viscous_torque": 2e-5},
+    "stiction": {"stiction__strength": 1.2, "stiction__stiction_speed": 0.05},
+}
 
 
 @pytest.fixture(scope="module")
@@ -94,9 +102,63 @@ def test_what_the_sample_refuted_is_told_all_the_same(turning, base, monkeypatch
     whole = diagnose(log, base)
     monkeypatch.setattr(LogSource, "SAMPLE_ROWS", 1400)
     monkeypatch.setattr(LogSource, "CHUNK_ROWS", 500)
+    CACHE.clear()  # it knows the diagnosis of the whole log
     found = diagnose(log, base)
     assert found.selected == whole.selected == ("yaw_scrub",)
     assert {c.effect for c in found.candidates} == {c.effect for c in whole.candidates}
     for candidate in found.candidates:
         if candidate.heldout_rmse_w is not None:
             assert candidate.heldout_rmse_w >= 0.98 * found.after.heldout_rmse_w
+
+
+@pytest.mark.parametrize("slug", ["viscous_drag", "stiction"])
+def test_a_long_log_is_asked_for_the_columns_that_it_lacks(slug, motion, base, monkeypatch):
+    """What part effects that look alike is worked out on the sample."""
+    real = changed(PowerModel.from_vehicle(base.vehicle, effects=(slug,)), **STRONG[slug])
+    log = replace(motion, present=motion.present - LACKING)
+    log = measured(log, real, 0.02, seed=31)
+    whole = diagnose(log, base)
+    monkeypatch.setattr(LogSource, "SAMPLE_ROWS", 1000)
+    monkeypatch.setattr(LogSource, "CHUNK_ROWS", 500)
+    CACHE.clear()  # it knows the diagnosis of the whole log
+    found = diagnose(log, base)
+    assert found.selected == whole.selected == (slug,)
+    assert [e.separates for e in found.experiments] == [e.separates for e in whole.experiments]
+
+
+def test_what_the_model_holds_is_summed_up(turning, whole, monkeypatch):
+    """An effect that refits have left behind is in what they leave, refuted or not."""
+    log, fitted = turning
+    rows = {"sample_rows": 700, "chunk_rows": 300}
+    all_rows, _ = streamed(monkeypatch, log, whole, **rows)
+    library, kept = whole[0].competitors.library, all_rows.competitors.library.candidates
+    dropped = [n for n, one in enumerate(library.candidates) if not any(one is k for k in kept)]
+    around = library.around(fitted.model, 1e-6 * library.amplitudes, dropped)
+    held = examine(log, replace(whole[0].competitors, library=around))
+    found, _ = streamed(monkeypatch, log, (held, None), **rows)
+    reduced = found.competitors.library
+    assert [reduced.candidates[n] for n in reduced.held] == [around.candidates[n] for n in dropped]
+    np.testing.assert_array_equal(
+        reduced.amplitudes[list(reduced.held)], around.amplitudes[dropped]
+    )
+
+
+def test_what_resembles_an_effect_that_the_model_holds_is_summed_up(motion, base, monkeypatch):
+    """Without a temperature, warm grease and viscous drag are told apart by the time alone."""
+    slug = "viscous_drag"
+    real = changed(PowerModel.from_vehicle(base.vehicle, effects=(slug,)), **STRONG[slug])
+    log = measured(replace(motion, present=motion.present - LACKING), real, 0.02, seed=31)
+    fitted = fit(log, base)
+    library = candidate_library(fitted.model, log)
+    held = [n for n, one in enumerate(library.candidates) if of(library, one) == slug]
+    around = library.around(fitted.model, library.amplitudes, held)
+    examined = examine(log, DesignColumns(around, Dictionary.of(log)))
+    rows = {"sample_rows": 700, "chunk_rows": 300}
+    found, _ = streamed(monkeypatch, log, (examined, None), **rows)
+    reduced = found.competitors.library
+    assert {slug, "cold_grease"} <= {of(reduced, one) for one in reduced.candidates}
+
+
+def of(library, candidate):
+    """The effect that a candidate belongs to."""
+    return library.model.slots[candidate.place][0].slug
