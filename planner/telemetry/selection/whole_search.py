@@ -74,9 +74,9 @@ def _with_all_rows(source: LogSource, found: Found, watch: Progress) -> Found:
     ranked = {ranked.name for ranked in selection.ranking}
     refuted = tuple(s for s in found.selection.ranking if s.name not in ranked)
     # Ties of the sample stay, whichever is chosen: alternatives were fitted there in full.
-    tied = [{name, *aliased} for name, aliased in found.selection.aliases.items()]
+    alike = [{name, *others} for name, others in found.selection.aliases.items()]
     aliases = {
-        m.name: tuple(sorted(set().union(*(each for each in tied if m.name in each)) - {m.name}))
+        m.name: tuple(sorted(set().union(*(each for each in alike if m.name in each)) - {m.name}))
         for m in selection.members
     }
     selection = replace(selection, aliases=aliases)
