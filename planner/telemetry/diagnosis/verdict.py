@@ -102,8 +102,16 @@ def _verdict_in_words(diagnosis: Diagnosis, alike: Sequence[str], apart: Sequenc
                 f"{_beside_noise(diagnosis)}."
             )
         like = f" ({', '.join(alike)} would look the same)" if alike else ""
+        left = diagnosis.unexplained
+        if left.where and left.heldout_over_floor <= MOST_OVER_FLOOR and not apart:
+            return (
+                f"Little is missing, if anything: the error on unseen runs is {error}, "
+                f"{_beside_noise(diagnosis)}, but not evenly{_most_of_all(diagnosis)}. This log "
+                f"cannot name what is missing there{like}; noise of the measured motion may do "
+                "the same."
+            )
         # What differs from run to run counts as noise wherever no column tells it.
-        noise = "" if apart and diagnosis.unexplained.little else f", {_beside_noise(diagnosis)}"
+        noise = "" if apart and left.little else f", {_beside_noise(diagnosis)}"
         return (
             f"Something is missing that this log cannot name{like}{_most_of_all(diagnosis)}: "
             f"the error on unseen runs is {error}{noise}."

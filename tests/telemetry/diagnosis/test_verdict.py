@@ -69,6 +69,17 @@ def test_an_error_that_is_noise_is_not_called_something_missing(made):
     assert "Something is missing" in said
 
 
+def test_an_error_near_the_noise_is_not_at_once_called_something_missing(made):
+    """A regime that stands out may be what noise of the acceleration does to its rows."""
+    fast = results.regime(where="above 1.2 m/s", bias_w=-1.8, share_of_squared_error=0.24)
+    given = {**vars(results.complete(made)), "verdict": "not_identifiable"}
+    for ratio, said in ((1.04, "Little is missing"), (1.3, "Something is missing")):
+        changed = {**given, "unexplained": Unexplained(ratio, (fast,))}
+        sentence = sentence_of(results.diagnosis(made, **changed))
+        assert sentence.startswith(said)
+        assert "above 1.2 m/s (1.80 W less than predicted, 24 % of the squared error)" in sentence
+
+
 def test_a_claim_says_what_it_leaves(made):
     carpet = results.regime(where="on carpet", share_of_squared_error=0.4)
     for ratio, said in ((1.19, False), (1.3, True)):
