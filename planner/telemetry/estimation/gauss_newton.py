@@ -134,7 +134,8 @@ class Problem:
         """
         begun, stride = found.model.parameters[self.index], 1.0
         model, watts = full.model, full.watts
-        while (cost := self.cost_of(model, watts, noise, spread)) > most:
+        # Where a formula has no value, the cost is no number, and no gain.
+        while not (cost := self.cost_of(model, watts, noise, spread)) <= most:
             if stride <= SMALLEST_STRIDE:
                 return None
             stride *= 0.5

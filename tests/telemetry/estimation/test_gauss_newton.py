@@ -84,18 +84,43 @@ class Kinked(Problem):
         return np.abs(model.parameters[self.index]) * np.ones(len(self.log))
 
 
+class Ending(Problem):
+    """Power v of one parameter v, which has no value beyond 2."""
+
+    def at(self, model, value):
+        """The power and its slope."""
+        rows = np.where(value[0] <= 2.0, 1.0, np.nan) * np.ones(len(self.log))
+        return Solution(with_values(model, self.index, value), value * rows, rows[:, None])
+
+    def predicted(self, model):
+        """(n,) W."""
+        return self.at(model, model.parameters[self.index]).watts
+
+
 @pytest.mark.parametrize("begin", [1.0, 0.7, -3.0])
 def test_steps_end_in_a_kink_that_no_part_of_one_leads_out_of(begin: float) -> None:
     """A power that cannot be below zero is as near as can be to one that is, where it is zero."""
-    log = plain_log([30, 30])
-    log = replace(log, power=np.full(len(log), -0.5))
-    noise = Noise(np.zeros(1), np.ones(1), np.zeros((1, 1)), np.ones(1), np.zeros((2, 2)), 1.0)
-    prior = Prior(np.full(1, 1e-6), np.zeros((1, 1)), np.full(1, -10.0), np.full(1, 10.0))
-    model, index = starting_model("minibalance"), np.array([0])
-    problem = Kinked(log, Nodes.of(log, model), index, np.array([begin]), prior)
     Kinked.asked = 0
-    found = problem.solve(problem.at(model, np.array([begin])), noise, np.ones(len(log)))
+    found = solved(Kinked, begin, -0.5)
     assert abs(found.model.parameters[0]) <= 0.03
     # Full steps jump from one side to the other, for as long as they are let. Parts of a step need
     # no derivatives before one of them gains something.
     assert Kinked.asked <= 10
+
+
+@pytest.mark.parametrize("begin", [1.0, 0.7, -3.0])
+def test_steps_stay_where_the_power_has_a_value(begin: float) -> None:
+    found = solved(Ending, begin, 5.0)
+    assert np.all(np.isfinite(found.watts))
+    assert begin < found.model.parameters[0] <= 2.0
+
+
+def solved(kind: type[Problem], begin: float, power_w: float) -> Solution:
+    """Where the steps of a problem of one parameter end that is asked for a constant power."""
+    log = plain_log([30, 30])
+    log = replace(log, power=np.full(len(log), power_w))
+    noise = Noise(np.zeros(1), np.ones(1), np.zeros((1, 1)), np.ones(1), np.zeros((2, 2)), 1.0)
+    prior = Prior(np.full(1, 1e-6), np.zeros((1, 1)), np.full(1, -10.0), np.full(1, 10.0))
+    model, index = starting_model("minibalance"), np.array([0])
+    problem = kind(log, Nodes.of(log, model), index, np.array([begin]), prior)
+    return problem.solve(problem.at(model, np.array([begin])), noise, np.ones(len(log)))
