@@ -42,6 +42,8 @@ from planner.telemetry.terms import Addition, CandidateLibrary, candidate_librar
 
 MOST_REFITS = 3
 """Rounds of refitting and laying out anew."""
+MOST_METERS = 5
+"""Meters that are estimated in turn around the same effects."""
 MOST_SENSOR_ROUNDS = 8
 """Searches of one log, each with other corrections of sensors."""
 Extra = Sequence[type[Effect]]
@@ -182,17 +184,20 @@ def investigate(
     found = search(known=known)
     if not found.additions:
         return found
-    # Around the effects that were found the meter may be another, or none.
-    places = found.fitted.places
-    metered = meter_beside(found.log, found.fitted.model, places)
-    if same_meter(metered.meter, found.log.meter):
-        return found
-    # A likelier meter must predict held-out runs as well, or it follows errors of the inputs.
-    anew = replace(found, log=metered).refit(found.additions)
-    before, after = heldout_residual(found.log, found.fitted), heldout_residual(metered, anew)
-    if rms(after) >= rms(before):
-        return found
-    return search(known=(metered.meter,))
+    # Around the effects that were found the meter may be another, or none. One that was estimated
+    # beside a large misfit is far off, and leaves a misfit for the next one.
+    log, fitted = found.log, found.fitted
+    error = rms(heldout_residual(log, fitted))
+    for _ in range(MOST_METERS):
+        metered = meter_beside(log, fitted.model, fitted.places)
+        if same_meter(metered.meter, log.meter):
+            break
+        # A likelier meter must predict held-out runs as well, or it follows errors of the inputs.
+        anew = replace(found, log=metered).refit(found.additions)
+        if (better := rms(heldout_residual(metered, anew))) >= error:
+            break
+        log, fitted, error = metered, anew, better
+    return found if log is found.log else search(known=(log.meter,))
 
 
 def _without_faults(
