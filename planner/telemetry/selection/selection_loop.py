@@ -129,10 +129,19 @@ class Found:
         Usual errors of what is given explain what they can where that predicts better. Beside a
         model that lacks much they may take its place, and on held-out runs make good ones worse.
         """
-        plain = heldout_residual(self.log, fitted)
+        each = (heldout_residual(self.log, fitted, columns) for columns in self._unsure)
+        return min(each, key=rms)
+
+    @cached_property
+    def _unsure(self) -> tuple[Array | None, ...]:
+        """Columns (n, k) W that may explain parts of a held-out residual; None is none of them."""
+        known, usual = self.given, self.local.given
+        if known is None:
+            return None, usual
+        if np.array_equal(known[:, : usual.shape[1]], usual):
+            return None, known
         # Beside a model that lacks much they may predict no better, and yet beside the claim.
-        given = self.local.given if self.given is None else self.given
-        return min(plain, heldout_residual(self.log, fitted, given), key=rms)
+        return None, known, np.column_stack([usual, known])
 
     @cached_property
     def given(self) -> Array | None:
