@@ -136,8 +136,14 @@ def test_widths_of_friction_explain_themselves_and_no_stiction(
     assert least * noise < left < min(most * noise, plain / 1.1)
 
 
-def test_a_usual_error_explains_beside_a_claim_what_it_did_not_beside_the_model(motion, base):
-    """A missing effect may hide that a sensor errs; nothing hides it from the effect's claim."""
+@pytest.mark.parametrize("helps", [False, True])
+def test_a_usual_error_explains_beside_a_claim_what_it_did_not_beside_the_model(
+    motion, base, helps
+):
+    """A missing effect may hide that a sensor errs; nothing hides it from the effect's claim.
+
+    Beside the model, friction nearer to rest helps or not; its place is no reason either.
+    """
     watts = predict(base, motion)
     off = given_columns(motion, base, watts)
     number = int(np.argmax(np.var(off, axis=0)))
@@ -145,6 +151,6 @@ def test_a_usual_error_explains_beside_a_claim_what_it_did_not_beside_the_model(
     log = measured(motion, robot, 0.02, seed=1, extra=2.0 * off[:, number])
     found = investigate(log, base, (), lambda _share, _what: None)
     assert "yaw_scrub" in [member.name for member in found.selection.members]
-    found.__dict__["given"] = None
+    found.__dict__["given"] = sided_sooner(log, base)[:, None] if helps else None
     claimed = rms(heldout_residual(found.log, found.fitted))
     assert rms(found.heldout(found.fitted)) < 0.98 * claimed
