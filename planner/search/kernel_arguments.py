@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 
 from planner.arrays import Array
 
+EAGER: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True}
+"""Options of loops that are compiled for the one signature that they state."""
 F1 = types.Array(types.float64, 1, "C")
 F2 = types.Array(types.float64, 2, "C")
 F3 = types.Array(types.float64, 3, "C")

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -154,6 +155,26 @@ class Terrain:
         i = math.floor((x - self.origin[0]) / self.cell[0] + 0.5)
         j = math.floor((y - self.origin[1]) / self.cell[1] + 0.5)
         return j, i
+
+    def cells_in(self, rings: Sequence[Any], *, touched: bool = False) -> NDArray[np.bool_]:
+        """(ny, nx) cells whose centres lie in a polygon, or all that it touches.
+
+        Args:
+            rings: corners (x, y) in m, of the outline and of holes in it.
+            touched: whether a cell counts whose centre lies outside.
+        """
+        from rasterio import Affine
+        from rasterio.features import geometry_mask
+
+        (west, _, _, north), (dx, dy) = self.extent, self.cell
+        inside: NDArray[np.bool_] = geometry_mask(
+            [{"type": "Polygon", "coordinates": rings}],
+            out_shape=self.heights.shape,
+            transform=Affine(dx, 0.0, west, 0.0, -dy, north),
+            all_touched=touched,
+            invert=True,
+        )
+        return inside[::-1]
 
     def height(self, x: ArrayLike, y: ArrayLike) -> Any:
         """Height at x, y (m, broadcast together), m; a number for two numbers."""

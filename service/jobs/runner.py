@@ -24,7 +24,6 @@ from typing import Any, TypeVar
 from sqlalchemy.orm import Session
 
 from service import problems
-from service.jobs import progress
 from service.jobs.names import Names
 from service.jobs.pace import Pace
 from service.jobs.pool import Workers
@@ -109,7 +108,7 @@ class Runner:
         """
         if len(self._tasks) >= self._most:
             raise Busy(self._pace.retry_after_s(len(self._tasks)))
-        await asyncio.to_thread(prepare, "", request, self._store, self._names)
+        await asyncio.to_thread(prepare, request, self._store, self._names)
         job = await asyncio.to_thread(self._store.jobs.create, kind, request)
         self._spawn(job["id"])
         return job
@@ -153,7 +152,7 @@ class Runner:
 
     async def _run(self, job: str) -> None:
         async with self._slots:
-            jobs, files = self._store.jobs, self._store.files
+            jobs = self._store.jobs
             if not await self._patiently(lambda: jobs.begin(job, self._until())):
                 return
             row = await self._patiently(lambda: jobs.get(job))
@@ -162,9 +161,7 @@ class Runner:
             kind, request = row["kind"], row["request"]
             finish: Callable[[], Any] | None = None
             try:
-                task = await self._patiently(
-                    partial(prepare, job, request, self._store, self._names)
-                )
+                task = await self._patiently(partial(prepare, request, self._store, self._names))
                 outcome = await self._work(job, kind, task)
                 complete = partial(self._complete, kind, request, outcome)
                 finish = partial(jobs.finish, job, complete)
@@ -180,7 +177,6 @@ class Runner:
             except Exception as error:
                 await self._patiently(partial(jobs.fail, job, problems.describe(error)))
             finally:
-                files.progress(job).unlink(missing_ok=True)
                 with suppress(DatabaseLocked):
                     self._tidy(kind, request)
 
@@ -194,8 +190,13 @@ class Runner:
 
     async def _work(self, job: str, kind: str, task: Task) -> Any:
         """The worker's outcome; meanwhile its progress is written to the row."""
-        work = asyncio.ensure_future(self._workers.run(kind, task))
-        watch = asyncio.ensure_future(self._watch(job, work))
+        told = [(0.0, "starting")]
+
+        def tell(share: float, sentence: str) -> None:
+            told[0] = min(max(share, 0.0), 1.0), sentence
+
+        work = asyncio.ensure_future(self._workers.run(kind, task, progress=tell))
+        watch = asyncio.ensure_future(self._watch(job, work, told))
         begun = time.monotonic()
         try:
             return await work
@@ -204,16 +205,15 @@ class Runner:
             watch.cancel()
             work.cancel()
 
-    async def _watch(self, job: str, work: asyncio.Future[Any]) -> None:
-        path = self._store.files.progress(job)
-        reported: tuple[float, str] = (0.0, "starting")
-        renewed = time.monotonic()
+    async def _watch(
+        self, job: str, work: asyncio.Future[Any], told: list[tuple[float, str]]
+    ) -> None:
+        reported, renewed = told[0], time.monotonic()
         while True:
             await asyncio.sleep(_TICK_S)
-            latest = progress.read(path) or reported
-            if latest == reported and time.monotonic() - renewed < RENEWAL_S:
+            if told[0] == reported and time.monotonic() - renewed < RENEWAL_S:
                 continue
-            reported, renewed = latest, time.monotonic()
+            reported, renewed = told[0], time.monotonic()
             try:
                 ours = await asyncio.to_thread(
                     self._store.jobs.renew, job, *reported, self._until()

@@ -17,14 +17,13 @@ from service.store import MAPPING, Store
 
 @dataclass(frozen=True)
 class Task:
-    """A log, an initial model, and a file for progress.
+    """A log, an initial model, and what to do with them.
 
     Attributes:
         folder: the log's folder and the worker's working directory, so that sentences about the
             log give its plain name.
         log: name of the log's file.
         mapping: name of its mapping file.
-        progress: path of the file for progress.
         vehicle, model: name or path of a vehicle, or path of a saved model.
         effects, definition: what to adopt, see service.workbench.effects_to_adopt.
         report: whether the document gets pictures and tables as HTML.
@@ -33,7 +32,6 @@ class Task:
     folder: str
     log: str
     mapping: str | None
-    progress: str
     vehicle: str | None = None
     model: str | None = None
     effects: tuple[str, ...] = ()
@@ -41,11 +39,10 @@ class Task:
     report: bool = False
 
 
-def prepare(job: str, request: Mapping[str, Any], store: Store, names: Names) -> Task:
+def prepare(request: Mapping[str, Any], store: Store, names: Names) -> Task:
     """The task of a job.
 
     Args:
-        job: its id.
         request: as in its row; that of a new log includes its name and mapping.
         store: where logs and models are.
         names: what requests may name.
@@ -64,7 +61,6 @@ def prepare(job: str, request: Mapping[str, Any], store: Store, names: Names) ->
         folder=str(store.files.log_folder(log)),
         log=known["name"],
         mapping=MAPPING if known["mapped"] else None,
-        progress=str(store.files.progress(job)),
         vehicle=None if vehicle is None else names.find("vehicle", vehicle),
         model=None if model is None else _saved(model, names),
         effects=tuple(request.get("effects") or ()),

@@ -26,8 +26,8 @@ from planner.report.workbench import as_html
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.virtual import Noise, VirtualRobot
 from service.documents import finite, model_text, strict
-from service.jobs import progress
 from service.jobs.outcomes import Adopted
+from service.jobs.process import report as tell
 from service.jobs.tasks import Task
 from service.workbench import effects_to_adopt, starting_model
 
@@ -50,13 +50,12 @@ def demo_log() -> bytes:
 def check(task: Task) -> dict[str, Any]:
     """Read a whole log: findings, derived quantities and assumptions."""
     os.chdir(task.folder)
-    say = progress.reporter(Path(task.progress))
     rows, seconds = 0, 0.0
-    say(0.0, "reading")
+    tell(0.0, "reading")
     for chunk in Telemetry.chunks(task.log, task.mapping):
         rows += len(chunk)
         seconds += float(chunk.interval.sum())
-        say(0.0, f"{rows:,} rows read")
+        tell(0.0, f"{rows:,} rows read")
     return {
         "rows": rows,
         "runs": len(chunk.run_names),
@@ -118,5 +117,4 @@ def _asked(function: Callable[..., Any], task: Task, *given: Any) -> Any:
     """Result of a function of the planner for a task's log and initial model."""
     os.chdir(task.folder)
     start = starting_model(task.vehicle, task.model)
-    say = progress.reporter(Path(task.progress))
-    return function(*given, task.log, start, mapping=task.mapping, progress=say)
+    return function(*given, task.log, start, mapping=task.mapping, progress=tell)

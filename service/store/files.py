@@ -4,7 +4,6 @@ STORE/joulepath.db                    the database, unless its address says othe
 STORE/incoming/                       unfinished uploads
 STORE/logs/<id>/<name>, mapping.toml  logs, under their original names
 STORE/models/<id>.json                versions of models, copied from the database
-STORE/progress/<job>                  progress reported by the worker of a job
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ MAPPING = "mapping.toml"
 _LONGEST_NAME = 120
 """Bytes of a log's name: file systems allow 255, encrypted ones 143."""
 _ABANDONED_S = 24 * 3600.0
-_FOLDERS = ("incoming", "logs", "models", "progress")
+_FOLDERS = ("incoming", "logs", "models")
 
 
 def default_folder() -> Path:
@@ -125,7 +124,3 @@ class Files:
         if not path.exists():
             write_whole(path, document)
         return path
-
-    def progress(self, job: str) -> Path:
-        """Path of a job's progress file."""
-        return self.folder / "progress" / job

@@ -42,7 +42,7 @@ from planner.power.model import PowerModel
 from planner.power.motion_row import empty_block, put, put_row, set_motion
 from planner.quantities import INDEX, STANDARD_GRAVITY
 from planner.search.conditions import OperatingConditions
-from planner.search.kernel_arguments import F1, F2, F3
+from planner.search.kernel_arguments import EAGER, F1, F2, F3
 from planner.search.second_core import CORE
 from planner.search.steady import kept_table
 
@@ -202,12 +202,7 @@ def tried_yaws(model: PowerModel, top: float) -> Array:
     return np.asarray(angles[np.append(True, np.diff(angles) > 1e-9)])
 
 
-@njit(
-    types.void(BLOCK_KERNEL, F1, F1, F2, F1, F1, F1, F1, F1, F1, F3, _B3),
-    cache=True,
-    error_model="numpy",
-    nogil=True,
-)
+@njit(types.void(BLOCK_KERNEL, F1, F1, F2, F1, F1, F1, F1, F1, F1, F3, _B3), **EAGER)
 def _fill(
     kernel: Any,
     parameters: Any,
@@ -274,12 +269,7 @@ def _driven(
     return costs, kept
 
 
-@njit(
-    types.void(BLOCK_KERNEL, F1, F1, F2, F1, F1, types.float64, F1, _B4, F2),
-    cache=True,
-    error_model="numpy",
-    nogil=True,
-)
+@njit(types.void(BLOCK_KERNEL, F1, F1, F2, F1, F1, types.float64, F1, _B4, F2), **EAGER)
 def _fill_closely(
     kernel: Any,
     parameters: Any,

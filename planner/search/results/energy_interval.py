@@ -39,6 +39,7 @@ from planner.compiled_code import njit
 from planner.power.account import ACCOUNT_LENGTH, PER_WHEEL
 from planner.power.kernels import KERNEL
 from planner.power.model import PowerModel
+from planner.search.kernel_arguments import EAGER, F1, F2
 
 NOISE = "noise"
 """Stands beside the effects for what one measured drive scatters by, whatever the parameters."""
@@ -50,8 +51,6 @@ DERIVATIVE_STEP = 1e-6
 LEAST_SHARE = 1e-3
 """Share of the variance below which a parameter is not reported."""
 _COVERED = 0.975  # two-sided 95 %
-_F1 = types.Array(types.float64, 1, "C")
-_F2 = types.Array(types.float64, 2, "C")
 _WIDTHS = (ACCOUNT_LENGTH, len(PER_WHEEL))
 
 
@@ -223,12 +222,7 @@ def _slopes(
     return changes / steps, watts
 
 
-@njit(
-    types.void(KERNEL, _F2, _F1, _F1, _F2, _F1, _F2, _F1, _F1),
-    cache=True,
-    nogil=True,
-    error_model="numpy",
-)
+@njit(types.void(KERNEL, F2, F1, F1, F2, F1, F2, F1, F1), **EAGER)
 def _changes(
     kernel: Any,
     rows: Any,

@@ -10,8 +10,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from rasterio import Affine
-from rasterio.features import geometry_mask
 
 from planner.errors import RequestError
 from planner.search.requests import SituationRequest
@@ -29,11 +27,8 @@ def without_areas(terrain: Terrain, request: SituationRequest) -> Terrain:
         RequestError: an area has no extent, or lies beside the map altogether.
     """
     obstacles = terrain.obstacles
-    (x0, y0), (dx, dy) = terrain.origin, terrain.cell
-    place = Affine(dx, 0.0, x0 - 0.5 * dx, 0.0, dy, y0 - 0.5 * dy)
     for number, area in enumerate(request.avoid):
-        shape = {"type": "Polygon", "coordinates": [area.ring()]}
-        covered = geometry_mask([shape], obstacles.shape, place, all_touched=True, invert=True)
+        covered = terrain.cells_in([area.ring()], touched=True)
         if not covered.any():
             raise RequestError(
                 f"avoid[{number}]",

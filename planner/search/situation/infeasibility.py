@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -28,6 +27,7 @@ from planner.search.situation.narrow_passage import narrowest_place, passage_wid
 from planner.search.situation.remedies import limit_on_slope, remedy
 from planner.search.situation.traversability import DrivingGround
 from planner.terrain.footprint import body_fits
+from planner.terrain.heightmap import Terrain
 from planner.terrain.interpolation import interpolate
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def check_place(
     if ground.blocked[j, i]:
         what = _what_blocks(ground, x, y)
         article = {"obstacle": "on an obstacle", "hole": "on a hole (height unknown)"}
-        area = _area_at(request, field, x, y)
+        area = _area_at(request, ground.terrain, x, y)
         raise RequestError(
             name,
             f"in {area}" if area else article.get(what, f"on a {what}"),
@@ -81,7 +81,7 @@ def check_place(
     yaws = _tried(pose.yaw)
     if not any(body_fits(field, x, y, yaw) for yaw in yaws):
         at = "with this yaw" if pose.yaw is not None else "with any yaw"
-        touched = _area_at(request, field, *_nearest_blocked(ground, x, y)) or "something"
+        touched = _area_at(request, terrain, *_nearest_blocked(ground, x, y)) or "something"
         raise RequestError(
             name,
             f"the body with {conditions.model.vehicle.limits.clearance:g} m clearance touches "
@@ -285,7 +285,7 @@ def _blocking(
     for x, y in points:
         j, i = field.nodes_at((x, y))
         if ground.blocked[j, i]:
-            if area := _area_at(request, field, x, y):
+            if area := _area_at(request, ground.terrain, x, y):
                 return area, x, y
             what = _what_blocks(ground, x, y)
             return f"an {what}" if what[0] in "aeiou" else f"a {what}", x, y
@@ -311,10 +311,12 @@ def _blocking(
     return steep[1], steep[2], steep[3]
 
 
-def _area_at(request: SituationRequest, field: CostField, x: float, y: float) -> str:
-    """The area of the request that blocks the cell round a point, in words; empty if none does."""
+def _area_at(request: SituationRequest, terrain: Terrain, x: float, y: float) -> str:
+    """The area of the request that blocks a cell round a point, in words; empty if none does."""
+    j, i = terrain.cell_index(x, y)
     for number, area in enumerate(request.avoid):
-        if _covers(area.ring(), x, y, max(field.dx, field.dy)):
+        covered = terrain.cells_in([area.ring()], touched=True)
+        if covered[max(j - 1, 0) : j + 2, max(i - 1, 0) : i + 2].any():
             return f"the area avoid[{number}] of the request"
     return ""
 
@@ -327,20 +329,6 @@ def _nearest_blocked(ground: DrivingGround, x: float, y: float) -> Place:
     px, py = ground.origin[0] + ground.cell[0] * i, ground.origin[1] + ground.cell[1] * j
     k = int(np.argmin((px - x) ** 2 + (py - y) ** 2))
     return float(px[k]), float(py[k])
-
-
-def _covers(ring: list[Place], x: float, y: float, cell: float) -> bool:
-    """Whether an area with a closed ring of corners lies on the cell round a point."""
-    inside = False
-    near = math.inf
-    for (xa, ya), (xb, yb) in itertools.pairwise(ring):
-        if (ya > y) != (yb > y) and x < xa + (xb - xa) * (y - ya) / (yb - ya):
-            inside = not inside
-        ex, ey = xb - xa, yb - ya
-        along = ((x - xa) * ex + (y - ya) * ey) / max(ex * ex + ey * ey, 1e-300)
-        along = min(max(along, 0.0), 1.0)
-        near = min(near, math.hypot(x - xa - along * ex, y - ya - along * ey))
-    return inside or near <= cell
 
 
 def _what_blocks(ground: DrivingGround, x: float, y: float) -> str:

@@ -15,7 +15,7 @@ tabulated with its cost.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
@@ -29,7 +29,7 @@ from planner.power.limits import broken_limit, limit_values
 from planner.power.model import PowerModel
 from planner.power.motion_row import set_motion
 from planner.quantities import INDEX, STANDARD_GRAVITY
-from planner.search.kernel_arguments import F1, F2, F3
+from planner.search.kernel_arguments import EAGER, F1, F2, F3
 from planner.search.resolution import (
     DIRECTIONS,
     GENTLE,
@@ -52,55 +52,58 @@ _VX, _VY = INDEX["vx"], INDEX["vy"]
 _WHEEL_COLUMNS = len(PER_WHEEL)
 
 
+class _Robot(NamedTuple):
+    """What a model is evaluated with.
+
+    Attributes:
+        parameters, body, wheels: of the model.
+        limits: see ``planner.power.limits``.
+        row: of the motion at 1 m/s; changed from one evaluation to the next.
+        account, per_wheel: scratch.
+    """
+
+    parameters: Any
+    body: Any
+    wheels: Any
+    limits: Any
+    row: Any
+    account: Any
+    per_wheel: Any
+
+
 @njit(cache=True, error_model="numpy")
-def _cost_at_speed(
-    kernel: Any,
-    parameters: Any,
-    body: Any,
-    wheels: Any,
-    row: Any,
-    limits: Any,
-    speed: float,
-    objective: int,
-    account: Any,
-    per_wheel: Any,
-) -> float:
-    """Cost per metre along the surface, or infinity where a limit is broken. Row is for 1 m/s."""
+def _watts(kernel: Any, robot: Any) -> float:
+    """Power of the motion in the row, or infinity where a limit is broken."""
+    parameters, body, wheels, limits, row, account, per_wheel = robot
+    watts: float = kernel(row, parameters, body, wheels, account, per_wheel)
+    return np.inf if broken_limit(account, limits) >= 0 else watts
+
+
+@njit(cache=True, error_model="numpy")
+def _cost_at_speed(kernel: Any, robot: Any, speed: float, objective: int) -> float:
+    """Cost per metre along the surface, or infinity where a limit is broken."""
+    row = robot.row
     vx, vy = row[_VX], row[_VY]
     row[_VX], row[_VY] = vx * speed, vy * speed
-    watts: float = kernel(row, parameters, body, wheels, account, per_wheel)
+    watts = _watts(kernel, robot)
     row[_VX], row[_VY] = vx, vy
-    if broken_limit(account, limits) >= 0:
-        return np.inf
-    if objective == 1:
+    if objective == 1 and watts < np.inf:
         return 1.0 / speed
     return watts / speed
 
 
 @njit(cache=True, error_model="numpy")
-def _best_cost(
-    kernel: Any,
-    parameters: Any,
-    body: Any,
-    wheels: Any,
-    row: Any,
-    limits: Any,
-    objective: int,
-    account: Any,
-    per_wheel: Any,
-) -> float:
+def _best_cost(kernel: Any, robot: Any, objective: int) -> float:
     """Least cost per metre along the surface over all speeds; the fastest one is bisected."""
     best, fastest, refused = np.inf, 0.0, 0.0
     for k in range(SPEEDS, -4, -1):
         if k > 0:
-            speed = limits[0] * k / SPEEDS
+            speed = robot.limits[0] * k / SPEEDS
         elif fastest > 0.0 and refused > 0.0:
             speed = 0.5 * (fastest + refused)
         else:
             break
-        cost = _cost_at_speed(
-            kernel, parameters, body, wheels, row, limits, speed, objective, account, per_wheel
-        )
+        cost = _cost_at_speed(kernel, robot, speed, objective)
         best = min(best, cost)
         if cost == np.inf and (fastest == 0.0 or k <= 0):
             refused = speed
@@ -112,14 +115,8 @@ def _best_cost(
 @njit(cache=True, error_model="numpy")
 def _with_crab_angles(
     kernel: Any,
-    parameters: Any,
-    body: Any,
-    wheels: Any,
-    row: Any,
-    limits: Any,
+    robot: Any,
     objective: int,
-    account: Any,
-    per_wheel: Any,
     pose: tuple[float, float, float],
     still: tuple[float, float],
 ) -> tuple[float, float]:
@@ -128,8 +125,7 @@ def _with_crab_angles(
     Costs are for energy without what climbing stores.
 
     Args:
-        kernel, parameters, body, wheels, row, limits, objective: of the model, and the aim.
-        account, per_wheel: scratch.
+        kernel, robot, objective: the model, what it is evaluated with, and the aim.
         pose: slope along and across the travel, and yaw to it in rad.
         still: angle at which rollers stand, and the crab angle off it, 0 where none stands; rad.
     """
@@ -140,24 +136,17 @@ def _with_crab_angles(
         turned = angle + CRAB_ANGLES[n] * crab if n >= 0 else yaw
         if n >= 0 and turned == yaw:
             continue
-        stretch = set_motion(row, along, across, turned, 0.0, 1.0)
-        cost: float = _best_cost(
-            kernel, parameters, body, wheels, row, limits, objective, account, per_wheel
-        )
+        stretch = set_motion(robot.row, along, across, turned, 0.0, 1.0)
+        cost: float = _best_cost(kernel, robot, objective)
         cost *= stretch
         if objective == 0:
-            cost = max(cost - limits[4] * STANDARD_GRAVITY * along, LEAST_COST)
+            cost = max(cost - robot.limits[4] * STANDARD_GRAVITY * along, LEAST_COST)
         if cost < best:
             best, best_yaw = cost, turned
     return best, best_yaw
 
 
-@njit(
-    types.void(KERNEL, F1, F1, F2, F2, F1, types.int64, F2, _F4, F3, _F4),
-    cache=True,
-    error_model="numpy",
-    nogil=True,
-)
+@njit(types.void(KERNEL, F1, F1, F2, F2, F1, types.int64, F2, _F4, F3, _F4), **EAGER)
 def _fill(
     kernel: Any,
     parameters: Any,
@@ -176,6 +165,7 @@ def _fill(
     crawl = limits[0] / SPEEDS
     for c in range(by_yaw.shape[0]):
         row = class_rows[c].copy()
+        robot = _Robot(parameters, body, wheels, limits, row, account, per_wheel)
         for t in range(YAWS):
             yaw = 2.0 * math.pi * t / YAWS
             for f in range(DIRECTIONS):
@@ -185,14 +175,12 @@ def _fill(
                 for _ in range(14):
                     middle = 0.5 * (low + high)
                     set_motion(row, px * middle, py * middle, yaw, 0.0, crawl)
-                    kernel(row, parameters, body, wheels, account, per_wheel)
-                    if broken_limit(account, limits) >= 0:
+                    if _watts(kernel, robot) == np.inf:
                         high = middle
                     else:
                         low = middle
                 set_motion(row, 0.0, 0.0, yaw, 0.0, crawl)
-                kernel(row, parameters, body, wheels, account, per_wheel)
-                level = broken_limit(account, limits) < 0
+                level = _watts(kernel, robot) < np.inf
                 yaw_limit[c, t, f] = low if level else -1.0
                 for s in range(STEEPNESSES):
                     # Just inside the limit, where the speed is not yet squeezed to a crawl.
@@ -206,19 +194,8 @@ def _fill(
                         by_yaw[c, t, f, s] = math.sqrt(1.0 + along * along)
                         continue
                     crab = still[t, 1] if objective == 0 else 0.0
-                    pose, near = (along, across, yaw), (still[t, 0], crab)
                     best, best_yaw = _with_crab_angles(
-                        kernel,
-                        parameters,
-                        body,
-                        wheels,
-                        row,
-                        limits,
-                        objective,
-                        account,
-                        per_wheel,
-                        pose,
-                        near,
+                        kernel, robot, objective, (along, across, yaw), (still[t, 0], crab)
                     )
                     by_yaw[c, t, f, s], crab_angle[c, t, f, s] = best, best_yaw - yaw
 

@@ -28,7 +28,17 @@ from planner.power.motion_row import (
 )
 from planner.quantities import INDEX
 from planner.search.conditions import OperatingConditions
-from planner.search.kernel_arguments import B1, F1, F2, F3, MODEL_ARRAYS, STEPS, Steps, tuple_type
+from planner.search.kernel_arguments import (
+    B1,
+    EAGER,
+    F1,
+    F2,
+    F3,
+    MODEL_ARRAYS,
+    STEPS,
+    Steps,
+    tuple_type,
+)
 from planner.search.resolution import CREEP, EVENLY, LEVELS, MORE_LEVELS
 from planner.search.trajectory.track import Track
 
@@ -144,12 +154,7 @@ def surface_lengths(track: Track, slopes: Array) -> Array:
     return np.asarray(track.lengths * np.sqrt(1.0 + along * along))
 
 
-@njit(
-    types.void(BLOCK_KERNEL, MODEL_ARRAYS, STRETCH, F1, F2, F3),
-    cache=True,
-    error_model="numpy",
-    nogil=True,
-)
+@njit(types.void(BLOCK_KERNEL, MODEL_ARRAYS, STRETCH, F1, F2, F3), **EAGER)
 def estimate(
     kernel: Any, arrays: Any, stretch: Any, fastest: Any, hardest: Any, expected: Any
 ) -> None:
@@ -249,7 +254,7 @@ def estimate(
                 expected[j, a, b - a + reach] = cost
 
 
-@njit(types.void(STRETCH, types.float64, F1, F2, F3), cache=True, error_model="numpy", nogil=True)
+@njit(types.void(STRETCH, types.float64, F1, F2, F3), **EAGER)
 def forbid(stretch: Any, top: float, fastest: Any, hardest: Any, expected: Any) -> None:
     """Make changes of speed infinitely expensive that lower limits no longer allow.
 

@@ -21,7 +21,7 @@ from planner.compiled_code import njit
 from planner.power.kernels import BLOCK, BLOCK_KERNEL
 from planner.power.motion_row import empty_block
 from planner.search.conditions import OperatingConditions
-from planner.search.kernel_arguments import B3, F1, F3, MODEL_ARRAYS, Steps
+from planner.search.kernel_arguments import B3, EAGER, F1, F3, MODEL_ARRAYS, Steps
 from planner.search.trajectory.speed_estimate import (
     STRETCH,
     Stretch,
@@ -108,12 +108,7 @@ def relax(expected: Any, exact: Any, only: bool, fresh: Any, cost: Any, came: An
             cost[j + 1, b] = over
 
 
-@njit(
-    types.boolean(BLOCK_KERNEL, MODEL_ARRAYS, STRETCH, F3, B3, types.int64, F1),
-    cache=True,
-    error_model="numpy",
-    nogil=True,
-)
+@njit(types.boolean(BLOCK_KERNEL, MODEL_ARRAYS, STRETCH, F3, B3, types.int64, F1), **EAGER)
 def _speeds(
     kernel: Any,
     arrays: Any,

@@ -16,7 +16,7 @@ from planner.power.kernels import BLOCK, BLOCK_KERNEL
 from planner.power.limits import broken_in_block
 from planner.power.motion_row import empty_block, put_row, set_motion
 from planner.quantities import INDEX
-from planner.search.kernel_arguments import F1, F2, I1, MODEL_ARRAYS
+from planner.search.kernel_arguments import EAGER, F1, F2, I1, MODEL_ARRAYS
 from planner.search.resolution import STATES, WIDTH
 
 SPUN = 4
@@ -25,12 +25,7 @@ SPUN = 4
 _WZ = INDEX["wz"]
 
 
-@njit(
-    types.void(BLOCK_KERNEL, MODEL_ARRAYS, F1, F2, I1, types.int64, F2),
-    cache=True,
-    error_model="numpy",
-    nogil=True,
-)
+@njit(types.void(BLOCK_KERNEL, MODEL_ARRAYS, F1, F2, I1, types.int64, F2), **EAGER)
 def spin_costs(
     kernel: Any,
     arrays: Any,

@@ -20,7 +20,7 @@ from planner.power.kernels import BLOCK, BLOCK_KERNEL
 from planner.power.limits import LIMIT_NAMES, broken_in_block
 from planner.power.motion_row import empty_block, motion_on_plane, put, put_row
 from planner.quantities import INDEX
-from planner.search.kernel_arguments import F1, F2, I1, MODEL_ARRAYS, STEPS
+from planner.search.kernel_arguments import EAGER, F1, F2, I1, MODEL_ARRAYS, STEPS
 from planner.search.resolution import OFF_MIDDLE, SLOWEST, STILL, WIDTH
 
 TRIES = 7
@@ -40,12 +40,7 @@ _WIND_X, _WIND_Y = INDEX["wind_x"], INDEX["wind_y"]
 _AX, _AY = INDEX["ax"], INDEX["ay"]
 
 
-@njit(
-    types.void(BLOCK_KERNEL, MODEL_ARRAYS, types.int64, STEPS, I1, F2, F1),
-    cache=True,
-    error_model="numpy",
-    nogil=True,
-)
+@njit(types.void(BLOCK_KERNEL, MODEL_ARRAYS, types.int64, STEPS, I1, F2, F1), **EAGER)
 def step_costs(
     kernel: Any, arrays: Any, objective: int, steps: Any, at: Any, moves: Any, costs: Any
 ) -> None:

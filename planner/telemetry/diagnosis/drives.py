@@ -293,11 +293,6 @@ def commands(settings: Settings) -> Array:
     return np.array(corners)
 
 
-def minutes_of(settings: Settings) -> float:
-    """Minutes that all runs of a drive take."""
-    return len(settings["runs"]) * float(commands(settings)[-1, 0]) / 60.0
-
-
 def sampled(settings: Settings, step: float) -> Array:
     """(k, 4) commands of a run at equal steps of s, which ends at rest."""
     corners = commands(settings)

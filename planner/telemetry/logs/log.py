@@ -200,12 +200,6 @@ class Telemetry(Rows):
         rows[:, column] = np.array([*table, -1], float)[rows[:, column].astype(np.int64)]
         return rows
 
-    @property
-    def energy_by_run(self) -> dict[str, float]:
-        """J measured in every run."""
-        joules = np.bincount(self.run, self.power * self.interval, minlength=len(self.run_names))
-        return {name: float(joules[k]) for k, name in enumerate(self.run_names)}
-
     @cached_property
     def sha256(self) -> str:
         """SHA-256 of the log's bytes (of a folder: of its files in the order of their names)."""

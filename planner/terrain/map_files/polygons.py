@@ -47,19 +47,7 @@ class Polygon:
 
     def cells(self, terrain: Terrain) -> NDArray[np.bool_]:
         """(ny, nx) cells whose centres lie inside."""
-        from rasterio.features import geometry_mask
-        from rasterio.transform import Affine
-
-        west, _, _, north = terrain.extent
-        dx, dy = terrain.cell
-        shape = {"type": "Polygon", "coordinates": [ring[:, :2].tolist() for ring in self.rings]}
-        inside: NDArray[np.bool_] = geometry_mask(
-            [shape],
-            out_shape=terrain.heights.shape,
-            transform=Affine(dx, 0.0, west, 0.0, -dy, north),
-            invert=True,
-        )
-        return inside[::-1]
+        return terrain.cells_in([ring[:, :2].tolist() for ring in self.rings])
 
 
 def read_polygons(file: Path) -> list[Polygon]:

@@ -15,7 +15,7 @@ from typing import Any
 from planner.cache import CACHE
 from planner.errors import LogError, MapError
 from planner.search.requests import PlanRequest
-from service.jobs import process, progress
+from service.jobs import process
 from service.jobs.outcomes import Catalogues
 from service.jobs.tasks import Task
 from tests.service.route_documents import answer
@@ -170,12 +170,12 @@ def compare(task: Task) -> dict[str, Any] | LogError:
     if task.vehicle == "dead":
         die()
     if task.vehicle == "patient":
-        progress.reporter(Path(task.progress))(0.5, "half way")
+        process.report(0.5, "half way")
         wait_for(str(Path(task.folder) / "go"))
     return {"vehicle": task.vehicle, "model": task.model, "folder": task.folder}
 
 
 def diagnose(task: Task) -> None:
     """Report half of the work, say which process this is, and never end."""
-    progress.reporter(Path(task.progress))(0.5, "half way")
+    process.report(0.5, "half way")
     hang(str(Path(task.folder) / "pid"))

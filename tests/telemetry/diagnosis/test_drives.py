@@ -14,7 +14,6 @@ from planner.telemetry.diagnosis.drives import (
     commands,
     drives_of,
     fitted_into,
-    minutes_of,
     poses_of,
     rows_of_round,
     sampled,
@@ -86,7 +85,6 @@ def test_rows_of_a_round_are_its_commands() -> None:
         rows, seconds = rows_of_round(settings, RUN, {"ambient_temp": 21.0})
         driven = commands(settings)
         assert seconds.sum() == pytest.approx(driven[-1, 0])
-        assert minutes_of(settings) == pytest.approx(driven[-1, 0] / 60.0)
         for column, name in enumerate(("vx", "vy", "wz"), start=1):
             # Distances by the trapezoids of the commands.
             gone = np.abs(0.5 * (driven[1:, column] + driven[:-1, column])) @ np.diff(driven[:, 0])

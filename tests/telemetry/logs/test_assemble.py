@@ -69,7 +69,6 @@ def test_odometer_runs_on_and_time_starts_anew_with_a_run(tmp_path: Path) -> Non
     log = Telemetry.read(written(tmp_path, columns))
     assert column(log, "odometer")[-1] == pytest.approx(60 * 0.05)
     assert column(log, "time_since_start")[[0, 29, 30, 59]] == pytest.approx([0.1, 3.0, 0.1, 3.0])
-    assert log.energy_by_run["run 1"] == pytest.approx(0.1 * log.power[30:].sum())
 
 
 def test_power_from_voltage_and_current(tmp_path: Path) -> None:

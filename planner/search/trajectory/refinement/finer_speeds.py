@@ -25,7 +25,7 @@ from planner.power.motion_row import empty_block, put, put_row
 from planner.quantities import INDEX, STANDARD_GRAVITY
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
-from planner.search.kernel_arguments import B1, F1, F2, F3, I1, MODEL_ARRAYS, tuple_type
+from planner.search.kernel_arguments import B1, EAGER, F1, F2, F3, I1, MODEL_ARRAYS, tuple_type
 from planner.search.resolution import CREEP, LEVELS, SLOWEST
 from planner.search.trajectory.limit_checks import (
     NEAR_A_LIMIT,
@@ -189,12 +189,7 @@ def _prices(
     return price
 
 
-@njit(
-    types.void(BLOCK_KERNEL, MODEL_ARRAYS, _DRIVEN, F2, F2, B1, F3),
-    cache=True,
-    error_model="numpy",
-    nogil=True,
-)
+@njit(types.void(BLOCK_KERNEL, MODEL_ARRAYS, _DRIVEN, F2, F2, B1, F3), **EAGER)
 def _add(
     kernel: Any, arrays: Any, driven: Any, before: Any, after: Any, stale: Any, price: Any
 ) -> None:

@@ -29,7 +29,7 @@ from planner.power.motion_row import empty_block, put, put_row
 from planner.quantities import INDEX
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
-from planner.search.kernel_arguments import B1, F1, F2, I1, MODEL_ARRAYS, Steps, tuple_type
+from planner.search.kernel_arguments import B1, EAGER, F1, F2, I1, MODEL_ARRAYS, Steps, tuple_type
 from planner.search.resolution import WIDTH
 from planner.search.trajectory.motion import Motion
 from planner.search.trajectory.refinement.driven_samples import driven_samples
@@ -233,9 +233,7 @@ def _touching(conditions: Any, waypoints: Any, k: int, before: float, after: flo
 
 @njit(
     types.void(BLOCK_KERNEL, MODEL_ARRAYS, _SAMPLES, _PLACES, SURROUNDINGS, F1, types.float64, F1),
-    cache=True,
-    error_model="numpy",
-    nogil=True,
+    **EAGER,
 )
 def _turned(
     kernel: Any,

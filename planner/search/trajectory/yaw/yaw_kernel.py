@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from planner.arrays import Array
 from planner.compiled_code import njit
 from planner.power.kernels import BLOCK_KERNEL
-from planner.search.kernel_arguments import I1, MODEL_ARRAYS, STEPS
+from planner.search.kernel_arguments import EAGER, I1, MODEL_ARRAYS, STEPS
 from planner.search.resolution import STATES, WIDTH
 from planner.search.trajectory.yaw.yaw_moves import (
     PIECES,
@@ -154,9 +154,7 @@ def _trace_back(reached: Any, goal_state: int, states: Any) -> float:
         *(BLOCK_KERNEL, MODEL_ARRAYS, types.int64, SURROUNDINGS, STEPS, WAYPOINTS, PIECES, TURNING),
         *(types.int64, types.int64, types.int64, I1),
     ),
-    cache=True,
-    error_model="numpy",
-    nogil=True,
+    **EAGER,
 )
 def best_states(
     kernel: Any,

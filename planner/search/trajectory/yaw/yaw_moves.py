@@ -23,7 +23,17 @@ from planner.compiled_code import njit
 from planner.power.kernels import BLOCK, BLOCK_KERNEL
 from planner.power.limits import broken_in_block
 from planner.power.motion_row import empty_block, put_row, set_motion, set_wind
-from planner.search.kernel_arguments import B1, B2, F1, F2, I1, MODEL_ARRAYS, STEPS, tuple_type
+from planner.search.kernel_arguments import (
+    B1,
+    B2,
+    EAGER,
+    F1,
+    F2,
+    I1,
+    MODEL_ARRAYS,
+    STEPS,
+    tuple_type,
+)
 from planner.search.resolution import DIRECTIONS, STATES, WIDTH
 from planner.search.steady import costs_for_yaws
 from planner.terrain.footprint import touches
@@ -155,12 +165,7 @@ def _middle_of_run(holds: Any, own: int) -> float:
     return 0.5 * (begin + end)
 
 
-@njit(
-    types.void(BLOCK_KERNEL, MODEL_ARRAYS, F2, I1, F1, STEPS, B2, F2),
-    cache=True,
-    error_model="numpy",
-    nogil=True,
-)
+@njit(types.void(BLOCK_KERNEL, MODEL_ARRAYS, F2, I1, F1, STEPS, B2, F2), **EAGER)
 def turn_to_what_holds(
     kernel: Any,
     arrays: Any,
