@@ -190,13 +190,13 @@ class Runner:
 
     async def _work(self, job: str, kind: str, task: Task) -> Any:
         """The worker's outcome; meanwhile its progress is written to the row."""
-        told = [(0.0, "starting")]
+        latest = [(0.0, "starting")]
 
-        def tell(share: float, sentence: str) -> None:
-            told[0] = min(max(share, 0.0), 1.0), sentence
+        def report(share: float, sentence: str) -> None:
+            latest[0] = min(max(share, 0.0), 1.0), sentence
 
-        work = asyncio.ensure_future(self._workers.run(kind, task, progress=tell))
-        watch = asyncio.ensure_future(self._watch(job, work, told))
+        work = asyncio.ensure_future(self._workers.run(kind, task, progress=report))
+        watch = asyncio.ensure_future(self._watch(job, work, latest))
         begun = time.monotonic()
         try:
             return await work
@@ -206,14 +206,14 @@ class Runner:
             work.cancel()
 
     async def _watch(
-        self, job: str, work: asyncio.Future[Any], told: list[tuple[float, str]]
+        self, job: str, work: asyncio.Future[Any], latest: list[tuple[float, str]]
     ) -> None:
-        reported, renewed = told[0], time.monotonic()
+        reported, renewed = latest[0], time.monotonic()
         while True:
             await asyncio.sleep(_TICK_S)
-            if told[0] == reported and time.monotonic() - renewed < RENEWAL_S:
+            if latest[0] == reported and time.monotonic() - renewed < RENEWAL_S:
                 continue
-            reported, renewed = told[0], time.monotonic()
+            reported, renewed = latest[0], time.monotonic()
             try:
                 ours = await asyncio.to_thread(
                     self._store.jobs.renew, job, *reported, self._until()
