@@ -25,6 +25,8 @@ from planner.quantities import INDEX
 from planner.telemetry.logs import Finding, Telemetry
 from planner.telemetry.noise import deviation
 
+BEYOND_MOTORS = TOO_FAST, TOO_STRONG, TOO_WEAK = "too fast", "too strong", "too weak"
+"""Kinds of findings that another unit or another robot explains."""
 LEAST_RUNS_APART = 6
 """Runs below which nothing is said about how they differ."""
 LEAST_RUN_ROWS = 8
@@ -48,6 +50,8 @@ FULL_BATTERY = 1.3
 """Voltage of a full battery over its nominal one, with the tolerance of a torque constant."""
 MOST_TOO_FAST = 0.01
 """Share of rows that may be faster than the motors: rolling down, or an outlier."""
+LEAST_OF_ELECTRONICS, NEARLY_ALL = 0.1, 0.99
+"""Share of the stated power of the electronics, and quantile of the rows that stay below it."""
 MOST_TOO_STRONG = 0.5
 """Share of rows that may have more power than the motors at a standstill: an arm or a heater."""
 
@@ -67,7 +71,16 @@ def beyond_motors(log: Telemetry, model: PowerModel) -> tuple[Finding, ...]:
     vehicle = model.vehicle
     stated = "battery.voltage" not in vehicle.provenance.defaults_taken
     volts = FULL_BATTERY * (vehicle.battery.voltage if stated else vehicle.limits.voltage)
-    return (*_too_fast(log, vehicle, volts), *_too_strong(log, vehicle, volts))
+    return (
+        *_too_fast(log, vehicle, volts),
+        *_too_strong(log, vehicle, volts),
+        *_too_weak(log, vehicle),
+    )
+
+
+def impossible(log: Telemetry) -> tuple[str, ...]:
+    """What ``beyond_motors`` found in a log, in sentences."""
+    return tuple(finding.sentence for finding in log.report if finding.kind in BEYOND_MOTORS)
 
 
 def _too_strong(log: Telemetry, vehicle: Vehicle, volts: float) -> Iterator[Finding]:
@@ -81,7 +94,19 @@ def _too_strong(log: Telemetry, vehicle: Vehicle, volts: float) -> Iterator[Find
             f"that {vehicle.name} takes with all motors at a standstill and a full battery: "
             "another unit, such as mW, or another robot"
         )
-        yield Finding("too strong", "power", many, said)
+        yield Finding(TOO_STRONG, "power", many, said)
+
+
+def _too_weak(log: Telemetry, vehicle: Vehicle) -> Iterator[Finding]:
+    least = LEAST_OF_ELECTRONICS * vehicle.parameters["electronics"]["power"]
+    if len(log) and float(np.quantile(np.abs(log.power), NEARLY_ALL)) < least:
+        many = int(np.count_nonzero(np.abs(log.power) < least))
+        said = (
+            f"power: {in_per_cent(many / len(log))} of the rows have less than {least:.2g} W, a "
+            f"tenth of what the electronics of {vehicle.name} take: another unit, such as kW, or "
+            "another robot"
+        )
+        yield Finding(TOO_WEAK, "power", many, said)
 
 
 def _too_fast(log: Telemetry, vehicle: Vehicle, volts: float) -> Iterator[Finding]:
@@ -97,7 +122,7 @@ def _too_fast(log: Telemetry, vehicle: Vehicle, volts: float) -> Iterator[Findin
         f"motors of {vehicle.name} can ({fastest:.3g} m/s at its rim, with a full battery): "
         "another unit, or another robot"
     )
-    yield Finding("too fast", "vx", many, said)
+    yield Finding(TOO_FAST, "vx", many, said)
 
 
 def _runs(log: Telemetry, residual: Array) -> Iterator[str]:

@@ -66,9 +66,17 @@ def test_speeds_beyond_the_motors_are_in_another_unit(motion, base, column, fact
 
 def test_a_power_beyond_the_motors_is_in_another_unit(motion, base):
     log = measured(motion, base, 0.02, seed=7)
-    (finding,) = beyond_motors(replace(log, power=1e3 * log.power), base)
-    assert "mW" in finding.sentence
+    for factor, unit in ((1e3, "mW"), (1e-3, "kW")):
+        (finding,) = beyond_motors(replace(log, power=factor * log.power), base)
+        assert unit in finding.sentence
     assert beyond_motors(log, base) == ()
+
+
+def test_another_unit_is_said_before_all_that_follows_from_it(motion, base):
+    log = measured(motion, base, 0.02, seed=7)
+    said = diagnose(replace(log, power=1e-3 * log.power), base).sentence.split(". ")
+    (place,) = [k for k, sentence in enumerate(said) if "another unit, such as kW" in sentence]
+    assert place <= 1
 
 
 def test_a_log_too_short_to_show_an_effect_says_so(motion, base):

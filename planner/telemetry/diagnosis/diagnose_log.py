@@ -37,7 +37,7 @@ from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.power.vehicles import Vehicle
 from planner.progress import Progress
-from planner.telemetry.belonging import apart, beyond_motors
+from planner.telemetry.belonging import apart, beyond_motors, impossible
 from planner.telemetry.diagnosis.best_reading import best_reading
 from planner.telemetry.diagnosis.decision import (
     Answer,
@@ -249,7 +249,7 @@ def _report(source: LogSource, start: PowerModel, found: Found, decision: Decisi
         experiments=_experiments(advice, found, decision, fitted),
         log=source.describe(),
     )
-    said = sentence_of(diagnosis, decision.alike, decision.near, odd, exact)
+    said = sentence_of(diagnosis, decision.alike, decision.near, odd, exact, impossible(log))
     return replace(diagnosis, sentence=said)
 
 

@@ -43,6 +43,7 @@ def sentence_of(
     near: str = "",
     apart: Sequence[str] = (),
     exact_w: float = math.inf,
+    impossible: Sequence[str] = (),
 ) -> str:
     """The verdict in words, how near it was, and whether the fit of the base model was refused.
 
@@ -53,8 +54,10 @@ def sentence_of(
         apart: what does not belong together in the log, in clauses.
         exact_w: W, what the error on unseen runs may be without usual errors of the data sheet and
             of the sensors.
+        impossible: what the vehicle's motors cannot have done, in clauses.
     """
     said = [_verdict_in_words(diagnosis, alike, apart)]
+    said += [f"{clause[0].upper()}{clause[1:]}." for clause in impossible]
     if diagnosis.after.heldout_rmse_w > MOST_OVER_FLOOR * exact_w:
         said.append(
             "Usual errors of the data sheet and of the sensors are a part of this error: without "
@@ -148,7 +151,9 @@ def _beside_noise(diagnosis: Diagnosis) -> str:
     if rest.heldout_over_floor <= MOST_OVER_FLOOR:
         return f"close to the log's own noise (about {floor})"
     most = _most_of_all(diagnosis) if diagnosis.proposed else ""
-    times = f"{rest.heldout_over_floor:.2g} times the log's own noise (about {floor})"
+    ratio = rest.heldout_over_floor
+    many = f"{ratio:.2g}" if ratio < 99.5 else f"{ratio:,.0f}"
+    times = f"{many} times the log's own noise (about {floor})"
     return f"still {times}{most}" if diagnosis.proposed else times
 
 

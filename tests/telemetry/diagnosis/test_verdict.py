@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import os
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -43,6 +44,8 @@ def test_the_first_sentence_says_where_the_error_is(made):
             "unexplained": Unexplained(3.3, (carpet,)),
         },
     )
+    far = replace(found, unexplained=Unexplained(1234.5, (carpet,)))
+    assert ", 1,234 times the log's own noise" in sentence_of(far)
     said = sentence_of(found)
     assert "on carpet (2.63 W more than predicted, 79 %" in said.split(". ")[0]
     assert "3.3 times the log's own noise" in said
