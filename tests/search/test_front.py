@@ -115,7 +115,7 @@ def test_no_path_and_what_cannot_be_used():
     assert front.cause is not None
     assert set(front.cause) == {"limit", "value", "allowed", "x", "y"}
     assert front.to_json()["cause"] == front.cause
-    assert "blocks" in front.reason
+    assert "there is an obstacle" in front.reason
     assert "No route" in front._repr_html_()
     with pytest.raises(RequestError, match="points"):
         energy_time_front(terrain=barred, **WAY, points=1)
