@@ -126,7 +126,7 @@ def test_a_region_that_cannot_be_reached_is_no_route(level):
     bar = {"polygon": [[-1.0, 9.0], [21.0, 9.0], [21.0, 10.0], [-1.0, 10.0]]}
     answer = plan_route(terrain=level, start=START, goal=CIRCLE, avoid=[bar])
     assert answer.status == "no_route"
-    assert "blocks" in answer.reason
+    assert "there is the area avoid[0] of the request" in answer.reason
     assert answer.goal is None
 
 
