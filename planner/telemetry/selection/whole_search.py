@@ -73,12 +73,8 @@ def _with_all_rows(source: LogSource, found: Found, watch: Progress) -> Found:
     selection = select(examination)
     ranked = {ranked.name for ranked in selection.ranking}
     refuted = tuple(s for s in found.selection.ranking if s.name not in ranked)
-    # Ties of the sample stay, whichever is chosen: alternatives were fitted there in full.
-    alike = [{name, *others} for name, others in found.selection.aliases.items()]
-    aliases = {
-        m.name: tuple(sorted(set().union(*(each for each in alike if m.name in each)) - {m.name}))
-        for m in selection.members
-    }
+    # Ties of the sample stay: alternatives were fitted there in full.
+    aliases = {m.name: found.selection.aliases.get(m.name, ()) for m in selection.members}
     selection = replace(selection, aliases=aliases)
     additions = additions_of(examination, selection)
     found = replace(found, examination=examination, selection=selection, refuted=refuted)
