@@ -51,7 +51,9 @@ class WorkersHere:
     async def stop(self) -> None:
         """Nothing to stop."""
 
-    async def run(self, job: str, *arguments: Any, limited: bool = True) -> Any:
+    async def run(
+        self, job: str, *arguments: Any, limited: bool = True, progress: Any = None
+    ) -> Any:
         """Result of a function of service.jobs.worker."""
         from service.jobs import worker
 
