@@ -63,6 +63,12 @@ def sentence_of(
             "Usual errors of the data sheet and of the sensors are a part of this error: without "
             f"them it may be {watts(exact_w)}."
         )
+    if diagnosis.unexplained.slow_w and not apart:
+        said.append(
+            f"About {watts(diagnosis.unexplained.slow_w)} of it lasts for seconds, more than power "
+            "meters drift, and no column tells when: a load that switches on and off, or a ground "
+            "that changes. Log what may tell it."
+        )
     said += [f"{clause[0].upper()}{clause[1:]}." for clause in apart]
     if diagnosis.outside is not None:
         said.append(f"The formula is {diagnosis.outside.formula}.")
@@ -115,8 +121,9 @@ def _verdict_in_words(diagnosis: Diagnosis, alike: Sequence[str], apart: Sequenc
             )
         # What differs from run to run counts as noise wherever no column tells it.
         noise = "" if apart and left.little else f", {_beside_noise(diagnosis)}"
+        most = "" if left.slow_w and not left.where else _most_of_all(diagnosis)
         return (
-            f"Something is missing that this log cannot name{like}{_most_of_all(diagnosis)}: "
+            f"Something is missing that this log cannot name{like}{most}: "
             f"the error on unseen runs is {error}{noise}."
         )
     return (

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from planner.telemetry.diagnosis.unexplained import (
+    LASTING,
     MOST_OVER_FLOOR,
     Unexplained,
     floor_of,
@@ -13,13 +14,16 @@ from planner.telemetry.diagnosis.unexplained import (
 )
 from planner.telemetry.evidence import DesignColumns, examine
 from planner.telemetry.holdout import rms
+from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import CLIP
 from planner.telemetry.other_terms import Dictionary
 from planner.telemetry.prediction import predict
 from planner.telemetry.terms import candidate_library
-from tests.telemetry.rows import measured
+from tests.telemetry.rows import autoregressive, measured
 
 SPREAD = 0.3
+ON = 10.0
+"""s"""
 
 
 @pytest.fixture(scope="module")
@@ -58,6 +62,33 @@ def test_a_floor_does_not_hold_what_a_regime_shows(motion, watts):
     left = unexplained_by(motion, residual, np.full(len(motion), rms(residual)), watts)
     assert left.heldout_over_floor == pytest.approx(rms(residual) / SPREAD, rel=0.15)
     assert left.heldout_over_floor > 1.5
+
+
+def switched(log: Telemetry, seed: int) -> np.ndarray:
+    """(n,) of -1 and 1: a load that is on and off for ON s in turn, whatever the robot does."""
+    first = np.random.default_rng(seed).uniform(0.0, 2.0 * ON, int(log.run.max()) + 1)
+    return np.where((log.time + first[log.run]) % (2.0 * ON) < ON, 1.0, -1.0)
+
+
+def test_a_load_that_no_column_tells_is_no_noise(motion, watts):
+    """The floor was estimated beside it, and is as large as the error."""
+    half = 6.0 * SPREAD
+    residual = scatter(len(motion)) + half * switched(motion, 1)
+    left = unexplained_by(motion, residual, np.full(len(motion), rms(residual)), watts)
+    # Rows LASTING apart see different states where a switch lies between them.
+    assert left.slow_w == pytest.approx(half * np.sqrt(1.0 - 2.0 * LASTING / ON), rel=0.1)
+    fast = np.sqrt(rms(residual) ** 2 - left.slow_w**2)
+    assert left.heldout_over_floor == pytest.approx(rms(residual) / fast)
+    assert not left.little
+
+
+def test_a_drift_of_the_meter_is_noise(motion, watts):
+    row = float(np.median(np.diff(motion.time[:100])))
+    drift = autoregressive(len(motion), np.exp(-row / 4.0), np.random.default_rng(4))
+    residual = scatter(len(motion)) + 0.02 * float(np.mean(np.abs(watts))) * drift
+    left = unexplained_by(motion, residual, np.full(len(motion), rms(residual)), watts)
+    assert left.slow_w == 0.0
+    assert left.little
 
 
 def test_a_few_rows_far_out_count_at_the_clip(motion, watts):

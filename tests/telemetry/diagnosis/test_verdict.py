@@ -154,6 +154,19 @@ def test_a_formula_lowers_the_error_clearly_or_is_not_named(motion, base, streng
     assert found.outside is None or fall <= 1.0 - LEAST_FORMULA_FALL
 
 
+def test_a_load_that_nobody_logged_is_not_called_noise(motion, base):
+    """A computer that works for 7 s at a time: half of the time 6 W more, where the mean is 14."""
+    first = np.random.default_rng(5).uniform(0.0, 14.0, 14)
+    works = (motion.time + first[motion.run]) % 14.0 < 7.0
+    found = diagnose(measured(motion, base, 0.02, seed=7, extra=6.0 * works), base)
+    assert found.verdict == "not_identifiable"
+    assert found.selected == ()
+    assert "lasts for seconds" in found.sentence
+    quiet = diagnose(measured(motion, base, 0.02, seed=7), base)
+    assert quiet.verdict == "complete"
+    assert "lasts for seconds" not in quiet.sentence
+
+
 @pytest.fixture
 def foreign(tmp_path):
     """Diagnoses a log of another simulator by its name."""
