@@ -121,6 +121,13 @@ class Decision:
         """Whether nothing is missing that the log could show."""
         return not self.answer.claims and not self.alike and self.unexplained.little
 
+    def without_claims(self, found: Found, least_w: float) -> Decision:
+        """The decision with nothing claimed; another reading of the log leaves ``least_w``, W."""
+        left = unexplained_by(found.log, self.before, self.floor, found.base.watts)
+        ratio = max(left.heldout_over_floor, rms(self.before) / least_w)
+        left = replace(left, heldout_over_floor=ratio)
+        return replace(self, answer=Answer(found.base, self.before), unexplained=left, alike=())
+
 
 def decide(found: Found, floor: Array) -> Decision:
     """Choose the answer that held-out runs support.

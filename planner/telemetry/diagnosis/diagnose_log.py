@@ -68,12 +68,14 @@ from planner.telemetry.diagnosis.supported_sensors import (
     floor_behind,
     with_supported_sensors,
 )
+from planner.telemetry.diagnosis.unexplained import MOST_OVER_FLOOR
 from planner.telemetry.diagnosis.untestable import Untestable
 from planner.telemetry.diagnosis.verdict import sentence_of, verdict_of
 from planner.telemetry.estimation import Fit
 from planner.telemetry.evidence import Examination
 from planner.telemetry.holdout import LinearHeldout, base_fit, heldout_residual, rms
 from planner.telemetry.logs import LogLike, MappingLike, Telemetry
+from planner.telemetry.misread import Misread, misread
 from planner.telemetry.other_terms import SENSORS, measured_residual
 from planner.telemetry.pictures import Pictures, pictures_of
 from planner.telemetry.prediction import predict
@@ -188,14 +190,18 @@ def _decided(
 
 
 def _report(source: LogSource, start: PowerModel, found: Found, decision: Decision) -> Diagnosis:
-    answer, sensors, log = decision.answer, _sensor_faults(found), found.log
+    wrongly = _misread(source, start, found, decision)
+    if wrongly is not None:
+        decision = decision.without_claims(found, wrongly.error_w)
+    answer, log = decision.answer, found.log
+    sensors = _sensor_faults(found) if wrongly is None else ()
     selected = tuple(m.name for m in answer.members)
     odd = apart(log, answer.left)
     verdict = verdict_of(
         faulty=bool(sensors),
         formula=answer.proposal is not None,
         named=bool(selected),
-        lost=not decision.complete or bool(odd),
+        lost=not decision.complete or bool(odd) or wrongly is not None,
     )
     fitted = answer.fit
     if answer.proposal is None and answer.members:
@@ -246,11 +252,27 @@ def _report(source: LogSource, start: PowerModel, found: Found, decision: Decisi
         unexplained=decision.unexplained,
         outside=answer.proposal.outside if answer.proposal else None,
         sensors=sensors,
-        experiments=_experiments(advice, found, decision, fitted),
+        experiments=() if wrongly else _experiments(advice, found, decision, fitted),
         log=source.describe(),
     )
-    said = sentence_of(diagnosis, decision.alike, decision.near, odd, exact, impossible(log))
+    instead = wrongly.sentence if wrongly is not None else ""
+    said = sentence_of(
+        diagnosis, decision.alike, decision.near, odd, exact, impossible(log), instead
+    )
     return replace(diagnosis, sentence=said)
+
+
+def _misread(
+    source: LogSource, start: PowerModel, found: Found, decision: Decision
+) -> Misread | None:
+    """Another reading of a log that the model as it is does not explain."""
+    least = rms(decision.before)
+    if least <= MOST_OVER_FLOOR * rms(decision.floor):
+        return None
+    # A formula can follow what a wrong reading does, too.
+    if decision.answer.proposal is None:
+        least = min(least, rms(decision.answer.left))
+    return misread(source.sample, start, least)
 
 
 def _pictures(

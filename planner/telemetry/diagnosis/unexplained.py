@@ -59,7 +59,7 @@ LASTING = 2.0
 MOST_DRIFT = 0.04
 """Slow power over mean power that meters, and the noise of the motion, may make: on 38 logs that
 hide nothing it was at most 0.026; loads that nobody logged made 0.09 and 0.15."""
-BLOCK, SURE = 20.0, 3.0
+COMPARED, LASTING_Z = 20.0, 3.0
 """s, stretches whose slow powers are compared, and standard errors that their mean must reach."""
 UNSURE_GROUPS = 4
 """Groups of unsure rows, of at least 40 rows, whose own scatter is measured."""
@@ -172,14 +172,14 @@ def _slow_power(log: Telemetry, residual: Array, watts: Array) -> float:
         later = np.searchsorted(since, since + LASTING - 5e-7)
         paired = np.flatnonzero(later < len(own))
         products.append(own[paired] * own[later[paired]])
-        blocks.append(count + (since[paired] // BLOCK).astype(np.int64))
-        count += int(since[-1] // BLOCK) + 1
+        blocks.append(count + (since[paired] // COMPARED).astype(np.int64))
+        count += int(since[-1] // COMPARED) + 1
     product, block = np.concatenate(products), np.concatenate(blocks)
     mean = float(product.mean()) if len(product) else 0.0
     if mean <= (MOST_DRIFT * float(np.mean(np.abs(watts)))) ** 2:
         return 0.0
     error = math.sqrt(float(np.sum(np.bincount(block, product - mean) ** 2))) / len(product)
-    return math.sqrt(mean) if mean > SURE * error else 0.0
+    return math.sqrt(mean) if mean > LASTING_Z * error else 0.0
 
 
 def _alike(unsure: Array) -> list[Integers]:

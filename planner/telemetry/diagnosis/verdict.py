@@ -44,6 +44,7 @@ def sentence_of(
     apart: Sequence[str] = (),
     exact_w: float = math.inf,
     impossible: Sequence[str] = (),
+    misread: str = "",
 ) -> str:
     """The verdict in words, how near it was, and whether the fit of the base model was refused.
 
@@ -55,9 +56,12 @@ def sentence_of(
         exact_w: W, what the error on unseen runs may be without usual errors of the data sheet and
             of the sensors.
         impossible: what the vehicle's motors cannot have done, in clauses.
+        misread: another reading of the log, in which the model does much better, in a sentence.
     """
-    said = [_verdict_in_words(diagnosis, alike, apart)]
-    said += [f"{clause[0].upper()}{clause[1:]}." for clause in impossible]
+    beyond = [f"{clause[0].upper()}{clause[1:]}." for clause in impossible]
+    if misread:
+        return " ".join([f"{misread}.", *beyond])
+    said = [_verdict_in_words(diagnosis, alike, apart), *beyond]
     if diagnosis.after.heldout_rmse_w > MOST_OVER_FLOOR * exact_w:
         said.append(
             "Usual errors of the data sheet and of the sensors are a part of this error: without "

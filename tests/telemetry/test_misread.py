@@ -1,0 +1,116 @@
+"""A log with another sign, unit or axis than stated is told from a robot that lacks an effect."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from planner.quantities import INDEX
+from planner.telemetry.diagnosis.diagnose_log import diagnose
+from planner.telemetry.estimation import fit
+from planner.telemetry.holdout import overall_error
+from planner.telemetry.misread import misread
+from planner.telemetry.quantities_of_motion import motion_axes
+from tests.telemetry.rows import measured
+
+NOISE = 0.02
+
+
+@pytest.fixture(scope="module")
+def log(motion, robot):
+    """A log of a robot that lacks nothing; accelerations were derived."""
+    log = measured(motion, robot, NOISE, seed=3)
+    return replace(log, present=log.present - {"ax", "ay"})
+
+
+def written(log, **columns):
+    """The log with other values in columns of its rows; each is (n,)."""
+    rows = log.rows.copy()
+    for name, values in columns.items():
+        rows[:, INDEX[name]] = values
+    return replace(log, rows=rows)
+
+
+def faster(log):
+    """All that is in m/s and m/s² in km/h and km/h/s."""
+    names = ("vx", "vy", "ax", "ay", "odometer")
+    return written(log, **{name: 3.6 * column(log, name) for name in names})
+
+
+def column(log, name):
+    return log.rows[:, INDEX[name]]
+
+
+def turned(log, factor):
+    """As if its yaw rate were ``factor`` times as large, with accelerations that follow it."""
+    vx, vy, wz = (column(log, name) for name in ("vx", "vy", "wz"))
+    return written(
+        log,
+        wz=factor * wz,
+        yaw_acceleration=factor * column(log, "yaw_acceleration"),
+        ax=column(log, "ax") - (factor - 1.0) * wz * vy,
+        ay=column(log, "ay") + (factor - 1.0) * wz * vx,
+    )
+
+
+def exchanged(log):
+    """As a log of x to the right and y ahead would be."""
+    return written(
+        log,
+        vx=-column(log, "vy"),
+        vy=column(log, "vx"),
+        ax=-column(log, "ay"),
+        ay=column(log, "ax"),
+    )
+
+
+def error_of(log, base):
+    return overall_error(log, fit(log, base))
+
+
+WRONG = {
+    "its pitch is positive uphill": lambda log: written(log, gravity_x=-column(log, "gravity_x")),
+    "its pitch and its roll are exchanged": lambda log: written(
+        log, gravity_x=-column(log, "gravity_y"), gravity_y=-column(log, "gravity_x")
+    ),
+    "its vx and its vy are exchanged": exchanged,
+    "its wz is in degrees per second": lambda log: turned(log, 180.0 / math.pi),
+    "its vx and its vy are in km/h": faster,
+}
+
+
+@pytest.mark.parametrize("said", WRONG)
+def test_what_was_written_wrongly_is_said(log, base, said):
+    wrong = WRONG[said](log)
+    found = misread(wrong, base, error_of(wrong, base))
+    assert found is not None
+    assert said in found.sentence
+    # Read rightly, the noise is left.
+    assert found.error_w == pytest.approx(NOISE * np.mean(np.abs(log.power)), rel=0.15)
+
+
+def test_a_log_that_is_read_rightly_stays_as_it_is(log, base):
+    assert misread(log, base, error_of(log, base)) is None
+
+
+def test_a_missing_effect_is_no_wrong_reading(motion, base, robot):
+    for axis in ("speed", "heading", "slope_along"):
+        values = np.nan_to_num(motion_axes(motion.rows)[axis])
+        log = measured(motion, robot, NOISE, seed=4, extra=3.0 * np.sin(3.0 * values))
+        assert misread(log, base, error_of(log, base)) is None
+
+
+def test_a_wrong_sign_comes_before_any_effect(log, base):
+    wrong = WRONG["its pitch is positive uphill"](log)
+    found = diagnose(wrong, base)
+    assert found.verdict == "not_identifiable"
+    assert found.selected == ()
+    assert found.outside is None
+    assert found.experiments == ()
+    assert "if its pitch is positive uphill" in found.sentence
+    assert found.baseline.noise_floor_w == pytest.approx(
+        NOISE * np.mean(np.abs(log.power)), rel=0.15
+    )
