@@ -59,6 +59,8 @@ LASTING = 2.0
 MOST_DRIFT = 0.04
 """Slow power over mean power that meters, and the noise of the motion, may make: on 38 logs that
 hide nothing it was at most 0.026; loads that nobody logged made 0.09 and 0.15."""
+SHARES = (1.0, 0.618, 0.382, 0.236)
+"""Parts of that time, in the golden ratio: a power that swings is not back after all of them."""
 COMPARED, LASTING_Z = 20.0, 3.0
 """s, stretches whose slow powers are compared, and standard errors that their mean must reach."""
 UNSURE_GROUPS = 4
@@ -163,23 +165,36 @@ def unexplained_by(log: Telemetry, residual: Array, floor: Array, watts: Array) 
 def _slow_power(log: Telemetry, residual: Array, watts: Array) -> float:
     """W rms, the part of a residual (n,) W that lasts and is no drift; 0 where there is none.
 
-    Products of rows LASTING apart have the square of that part as their mean.
+    Products of rows some time apart have the square of that part as their mean. What swings comes
+    back at some times, and is gone at others.
     """
+    drift = (MOST_DRIFT * float(np.mean(np.abs(watts)))) ** 2
+    least = math.inf
+    for lag in LASTING * np.array(SHARES):
+        mean, error = _product_apart(log, residual, float(lag))
+        if mean <= max(drift, LASTING_Z * error):
+            return 0.0
+        least = min(least, mean)
+    return math.sqrt(least)
+
+
+def _product_apart(log: Telemetry, residual: Array, lag: float) -> tuple[float, float]:
+    """W², the mean product of rows ``lag`` s apart in one stretch, and its standard error."""
     products, blocks, count = [np.empty(0)], [np.empty(0, np.int64)], 0
     for start, stop in log.segments():
         since, own = log.time[start:stop] - log.time[start], residual[start:stop]
         # Times are decimal: half a millionth of a second keeps rounding from deciding.
-        later = np.searchsorted(since, since + LASTING - 5e-7)
+        later = np.searchsorted(since, since + lag - 5e-7)
         paired = np.flatnonzero(later < len(own))
         products.append(own[paired] * own[later[paired]])
         blocks.append(count + (since[paired] // COMPARED).astype(np.int64))
         count += int(since[-1] // COMPARED) + 1
     product, block = np.concatenate(products), np.concatenate(blocks)
-    mean = float(product.mean()) if len(product) else 0.0
-    if mean <= (MOST_DRIFT * float(np.mean(np.abs(watts)))) ** 2:
-        return 0.0
-    error = math.sqrt(float(np.sum(np.bincount(block, product - mean) ** 2))) / len(product)
-    return math.sqrt(mean) if mean > LASTING_Z * error else 0.0
+    if not len(product):
+        return 0.0, 0.0
+    mean = float(product.mean())
+    spread = np.bincount(block, product - mean)
+    return mean, math.sqrt(float(spread @ spread)) / len(product)
 
 
 def _alike(unsure: Array) -> list[Integers]:

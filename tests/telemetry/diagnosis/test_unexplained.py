@@ -82,6 +82,15 @@ def test_a_load_that_no_column_tells_is_no_noise(motion, watts):
     assert not left.little
 
 
+@pytest.mark.parametrize("period", [1.0, 2.0])
+def test_a_power_that_swings_does_not_last(motion, watts, period):
+    """It is the same again 2 s later, and was not in between."""
+    swing = np.where(np.floor(2.0 * motion.time / period) % 2.0 < 1.0, 1.0, -1.0)
+    residual = scatter(len(motion)) + 10.0 * SPREAD * swing
+    left = unexplained_by(motion, residual, np.full(len(motion), rms(residual)), watts)
+    assert left.slow_w == 0.0
+
+
 def test_a_drift_of_the_meter_is_noise(motion, watts):
     row = float(np.median(np.diff(motion.time[:100])))
     drift = autoregressive(len(motion), np.exp(-row / 4.0), np.random.default_rng(4))
