@@ -1,5 +1,6 @@
 """Compiled code: kept by content, found at another path, left alone where it is not planner's."""
 
+import gc
 import os
 import shutil
 import subprocess
@@ -7,10 +8,14 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
+from numba.core import event
+from numba.core.compiler import Flags
+from numba.core.errors import TypingError
 
 from planner.code_cache import code_folder
-from planner.compiled_code import ContentLocator
+from planner.compiled_code import OBJECTS_BEFORE_COLLECTION, ContentLocator, njit
 
 ROOT = Path(__file__).parents[1]
 PROGRAM = """
@@ -72,3 +77,72 @@ def test_the_own_variable_of_numba_is_obeyed(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setenv("NUMBA_CACHE_DIR", "/somewhere")
     function = type("function", (), {"__module__": "planner.terrain.interpolation"})
     assert ContentLocator.from_function(function, "interpolation.py") is None
+
+
+class Thresholds(event.Listener):
+    """Objects before a collection, at the start and at the end of each function's compiling."""
+
+    def __init__(self) -> None:
+        self.started: list[int] = []
+        self.ended: list[int] = []
+
+    def on_start(self, event: event.Event) -> None:
+        self.started.append(gc.get_threshold()[0])
+
+    def on_end(self, event: event.Event) -> None:
+        self.ended.append(gc.get_threshold()[0])
+
+
+def test_garbage_is_collected_seldom_only_while_numba_compiles() -> None:
+    usual, seen = gc.get_threshold(), Thresholds()
+    assert usual[0] < OBJECTS_BEFORE_COLLECTION
+    with event.install_listener("numba:compile", seen):
+        njit(lambda values: np.sort(values))(np.ones(3))  # compiles functions within
+    assert len(seen.started) > 1
+    assert {*seen.started} == {OBJECTS_BEFORE_COLLECTION}
+    assert gc.get_threshold() == usual
+    assert seen.ended[-1] == usual[0]
+
+
+@pytest.mark.parametrize("own", [0, 2 * OBJECTS_BEFORE_COLLECTION])
+def test_a_collector_at_rest_or_of_a_higher_threshold_stays(own: int) -> None:
+    usual, seen = gc.get_threshold(), Thresholds()
+    gc.set_threshold(own)
+    try:
+        with event.install_listener("numba:compile", seen):
+            njit(lambda value: value + 1)(1.0)
+        assert gc.get_threshold()[0] == seen.started[-1] == own
+    finally:
+        gc.set_threshold(*usual)
+
+
+def test_garbage_is_collected_as_usual_after_what_cannot_be_compiled() -> None:
+    usual = gc.get_threshold()
+    with pytest.raises(TypingError):
+        njit(lambda value: value.unknown)(1.0)
+    assert gc.get_threshold() == usual
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "agree"),
+    [
+        ({}, {}, True),
+        ({"nrt": True}, {"nrt": True}, True),
+        ({"nrt": True}, {"nrt": False}, False),
+        ({"nrt": True}, {}, False),
+        ({"nrt": False}, {}, True),  # the default
+        ({"nrt": False, "debuginfo": False}, {"fastmath": {}}, True),
+        ({"error_model": "numpy"}, {"nrt": True}, False),
+    ],
+)
+def test_options_of_numba_agree_where_all_their_values_do(
+    one: dict[str, object], other: dict[str, object], agree: bool
+) -> None:
+    first, second = Flags(), Flags()
+    for flags, given in ((first, one), (second, other)):
+        for name, value in given.items():
+            setattr(flags, name, value)
+    assert (first.values() == second.values()) is agree
+    assert (first == second) is (second == first) is agree
+    assert not agree or hash(first) == hash(second)
+    assert first != "Flags"
