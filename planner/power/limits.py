@@ -109,7 +109,8 @@ def _gear_torques(
     per_wheel = np.empty((wheels.shape[0], _WIDTHS[1]))
     for k in range(rows.shape[0]):
         kernel(rows[k], parameters, body, wheels, account, per_wheel)
-        torques[k] = per_wheel[:, _GEAR_TORQUE]
+        for wheel in range(wheels.shape[0]):
+            torques[k, wheel] = per_wheel[wheel, _GEAR_TORQUE]
 
 
 def rms_torques(

@@ -1,5 +1,6 @@
 """Rows of the power model for a motion on a plane, one at a time or in blocks.
 
+fill_row(row, class_rows[ground])
 stretch = set_motion(row, slope_x, slope_y, yaw, direction, speed)
 set_acceleration(row, along, centripetal, vx, vy, speed)
 set_wind(row, wind, yaw)
@@ -27,6 +28,16 @@ _AX, _AY = INDEX["ax"], INDEX["ay"]
 _WIND_X, _WIND_Y = INDEX["wind_x"], INDEX["wind_y"]
 _RESULTS = 1 + len(LIMITS)
 _GX, _GY, _GN = INDEX["gravity_x"], INDEX["gravity_y"], INDEX["gravity_normal"]
+
+
+@njit(cache=True, error_model="numpy")
+def fill_row(row: Any, source: Any) -> None:
+    """Copy a row of the power model.
+
+    ``row[:] = source`` would compile the text of an error for other shapes, for a second or two.
+    """
+    for quantity in range(ROW_LENGTH):
+        row[quantity] = source[quantity]
 
 
 @njit(cache=True, error_model="numpy")

@@ -185,7 +185,8 @@ def _below_chords(wall: Any, costs: Any, a: int, b: int) -> None:
     at, middle = np.empty(count), np.empty(count)
     for j in range(a, b):
         for i in range(costs.shape[1]):
-            at[:], middle[:] = costs[j, i, 0], costs[j, i, 1]
+            for k in range(count):
+                at[k], middle[k] = costs[j, i, 0, k], costs[j, i, 1, k]
             for half in range(2):
                 if wall[j, i, half]:
                     costs[j, i, half] = np.inf

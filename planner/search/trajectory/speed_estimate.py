@@ -20,6 +20,7 @@ from planner.compiled_code import njit
 from planner.power.kernels import BLOCK, BLOCK_KERNEL
 from planner.power.motion_row import (
     empty_block,
+    fill_row,
     put_row,
     set_acceleration,
     set_motion,
@@ -197,7 +198,7 @@ def estimate(
             if j % together == 0:
                 size = 0
                 for k in range(j, min(j + together, lengths.shape[0])):
-                    row[:] = class_rows[ground[k]]
+                    fill_row(row, class_rows[ground[k]])
                     further = set_motion(
                         row, slopes[k, 0], slopes[k, 1], yaw[k], directions[k], 1.0
                     )

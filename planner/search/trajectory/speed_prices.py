@@ -19,7 +19,7 @@ from planner.arrays import Array
 from planner.compiled_code import njit
 from planner.power.kernels import BLOCK
 from planner.power.limits import broken_in_block
-from planner.power.motion_row import put_row, set_acceleration, set_motion, set_wind
+from planner.power.motion_row import fill_row, put_row, set_acceleration, set_motion, set_wind
 from planner.quantities import INDEX
 from planner.search.trajectory.speed_estimate import Stretch
 
@@ -169,7 +169,7 @@ def price_near(
         if not fresh[j]:
             continue
         p, q = chosen[j], chosen[j + 1]
-        row[:] = class_rows[ground[j]]
+        fill_row(row, class_rows[ground[j]])
         longer = set_motion(row, slopes[j, 0], slopes[j, 1], yaw[j], directions[j], 1.0)
         unit[0], unit[1] = row[_VX], row[_VY]
         set_wind(row, wind, yaw[j])
@@ -211,7 +211,7 @@ def price_near(
                     if objective == 1:
                         expected[j, a, at] = 2.0 * bend[0] / (level[a] + level[b])
                 for k in range(size, size + rows):
-                    owners[k] = j, a, at
+                    owners[k, 0], owners[k, 1], owners[k, 2] = j, a, at
                 size += rows
     kernel(columns, size, parameters, body, wheels, found)
     _book(found, size, limits, objective, owners, shares, expected)

@@ -210,7 +210,9 @@ def _rounded(
             ends = np.empty((size, 2))
             curvatures = np.zeros(size)
             stops = np.zeros(size, np.bool_)
-            ends[:n], curvatures[:n], stops[:n] = old_ends[:n], old_curvatures[:n], old_stops[:n]
+            for old in range(n):
+                ends[old, 0], ends[old, 1] = old_ends[old, 0], old_ends[old, 1]
+                curvatures[old], stops[old] = old_curvatures[old], old_stops[old]
         if chords == 0:
             ends[n] = leg[k]
             stops[n] = abs(turns[k]) > STRAIGHT

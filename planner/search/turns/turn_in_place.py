@@ -14,7 +14,7 @@ from numba import types
 from planner.compiled_code import njit
 from planner.power.kernels import BLOCK, BLOCK_KERNEL
 from planner.power.limits import broken_in_block
-from planner.power.motion_row import empty_block, put_row, set_motion
+from planner.power.motion_row import empty_block, fill_row, put_row, set_motion
 from planner.quantities import INDEX
 from planner.search.kernel_arguments import EAGER, F1, F2, I1, MODEL_ARRAYS
 from planner.search.resolution import STATES, WIDTH
@@ -50,7 +50,7 @@ def spin_costs(
         waypoints = min(together, directions.shape[0] - first)
         for place in range(waypoints * priced):
             k, s = first + place // priced, place % priced * SPUN
-            row[:] = class_rows[ground[k]]
+            fill_row(row, class_rows[ground[k]])
             row[_WZ] = rate
             set_motion(row, slopes[k, 0], slopes[k, 1], directions[k] + s * WIDTH, 0.0, 0.0)
             put_row(columns, place, row)

@@ -249,7 +249,7 @@ def integrate(
         start = starts[run]
         winding[:], housing[:] = start[4], start[5]
         charge, odometer = start[6], start[7]
-        v[:] = motion[run, 0, :3]
+        v[0], v[1], v[2] = motion[run, 0, 0], motion[run, 0, 1], motion[run, 0, 2]
         error_sum[:] = 0.0
         book[run, :] = 0.0
         book[run, _KINETIC] = -_kinetic(chassis, hidden, v, start)

@@ -22,7 +22,7 @@ from planner.arrays import Array
 from planner.compiled_code import njit
 from planner.power.kernels import BLOCK, BLOCK_KERNEL
 from planner.power.limits import broken_in_block
-from planner.power.motion_row import empty_block, put_row, set_motion, set_wind
+from planner.power.motion_row import empty_block, fill_row, put_row, set_motion, set_wind
 from planner.search.kernel_arguments import (
     B1,
     B2,
@@ -208,7 +208,7 @@ def turn_to_what_holds(
                 for place in range(size):
                     state, angle = divmod(first + place, ANGLES)
                     yaw = directions[k] + (states[state] * ANGLES + angle - middle) * WIDTH / ANGLES
-                    row[:] = class_rows[ground[j]]
+                    fill_row(row, class_rows[ground[j]])
                     set_motion(
                         *(row, slopes[j, 2], slopes[j, 3], yaw),
                         *(steps.directions[j], SLOW * limits[0]),
