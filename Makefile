@@ -5,6 +5,7 @@ SHELL := /bin/bash
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+TOOLS := $(VENV)/.tools
 COMPARED := $(VENV)/.compared
 WRITING := $(VENV)/.writing
 NOTEBOOKS := $(VENV)/.notebooks
@@ -18,27 +19,33 @@ PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3; do \
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-9s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
-setup: $(READY) ## Create .venv with the locked versions and joulepath in it
+setup: $(TOOLS) ## Create .venv with the locked versions and joulepath in it
 
-$(READY): pyproject.toml requirements/dev.txt
+# What runs and installs joulepath; the demonstration needs no more.
+$(READY): pyproject.toml requirements/lock.txt requirements/build.txt
 	@test -n "$(PYTHON)" || { echo "joulepath needs Python 3.11 or newer, and none was found. On Debian or Ubuntu: apt-get install python3 python3-venv"; exit 1; }
 	@test -x $(BIN)/python || $(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { echo "$(PYTHON) cannot make a virtual environment (ensurepip is missing). On Debian or Ubuntu: apt-get install python3-venv"; exit 1; }
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/dev.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/lock.txt -r requirements/build.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 	$(BIN)/python -m service.compiling
 	@touch $(READY)
 
+# What joulepath is developed with, and the optional readers of logs.
+$(TOOLS): requirements/dev.txt | $(READY)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/dev.txt
+	@touch $(TOOLS)
+
 demo: $(READY) ## Plan on real relief, then find out what a robot hides; writes demo/
 	$(BIN)/python -m service.demo
 
-test: $(READY) ## Run the tests
+test: $(TOOLS) ## Run the tests
 	$(BIN)/python -m pytest -n 2 --dist worksteal -m "not bench and not nightly" tests
 
-nightly: $(READY) ## Run the slow tests: long pages, notebooks, every planner on every space
+nightly: $(TOOLS) ## Run the slow tests: long pages, notebooks, every planner on every space
 	$(BIN)/python -m pytest -n 2 --dist worksteal -m nightly tests
 
-check: $(READY) ## Style, types, layers, documentation
+check: $(TOOLS) ## Style, types, layers, documentation
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
@@ -48,28 +55,28 @@ check: $(READY) ## Style, types, layers, documentation
 	$(BIN)/codespell
 	$(BIN)/python -m pytest -q tests/test_documented.py tests/test_rooms.py
 
-docs: $(READY) $(WRITING) ## Build the documents and the API reference as a site in site/
+docs: $(TOOLS) $(WRITING) ## Build the documents and the API reference as a site in site/
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
 
 $(WRITING): requirements/docs.txt | $(READY)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/docs.txt
 	@touch $(WRITING)
 
-notebooks: $(READY) $(NOTEBOOKS) ## Execute docs/notebooks, outputs included
+notebooks: $(TOOLS) $(NOTEBOOKS) ## Execute docs/notebooks, outputs included
 	$(BIN)/python -m docs.run_notebooks
 
 $(NOTEBOOKS): requirements/notebooks.txt | $(READY)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/notebooks.txt
 	@touch $(NOTEBOOKS)
 
-bench: $(READY) $(COMPARED) ## Measure speed, route quality, naming of hidden effects
+bench: $(TOOLS) $(COMPARED) ## Measure speed, route quality, naming of hidden effects
 	$(BIN)/python -m tests.benchmarks
 
 $(COMPARED): requirements/bench.txt | $(READY)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/bench.txt
 	@touch $(COMPARED)
 
-serve: $(READY) ## Serve HTTP and the page on 127.0.0.1:8000
+serve: $(TOOLS) ## Serve HTTP and the page on 127.0.0.1:8000
 	$(BIN)/joulepath serve
 
 COMPILE := $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
@@ -82,7 +89,7 @@ lock: $(READY) ## Resolve the newest versions again and lock them with hashes
 	$(COMPILE) pyproject.toml --extra bench -c requirements/dev.txt -o requirements/bench.txt
 	$(COMPILE) pyproject.toml --extra docs -c requirements/dev.txt -o requirements/docs.txt
 	$(COMPILE) pyproject.toml --extra notebooks -c requirements/dev.txt -o requirements/notebooks.txt
-	echo "hatchling>=1.27" | $(COMPILE) - -c requirements/dev.txt -o requirements/build.txt
+	printf "hatchling>=1.27\neditables>=0.5\n" | $(COMPILE) - -c requirements/dev.txt -o requirements/build.txt
 
 clean: ## Remove what the targets make, the virtual environment included
 	rm -rf $(VENV) build dist demo site .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis *.egg-info
