@@ -122,13 +122,13 @@ def empty_block() -> Any:
 
 
 @njit(cache=True, inline="always")
-def put_row(columns: Any, k: int, row: Any) -> None:
+def put_row(columns: Any, k: int | np.int64, row: Any) -> None:
     """Copy a row to place ``k`` of a block."""
     for quantity in range(ROW_LENGTH):
         columns[quantity * BLOCK + k] = row[quantity]
 
 
 @njit(cache=True, inline="always")
-def put(columns: Any, k: int, quantity: int, value: float) -> None:
+def put(columns: Any, k: int | np.int64, quantity: int, value: float) -> None:
     """One quantity of the row at place ``k`` of a block."""
     columns[quantity * BLOCK + k] = value

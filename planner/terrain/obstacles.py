@@ -276,7 +276,7 @@ def rim_near(blocked: Any, frame: Any, x: float, y: float, reach: float, rim: An
                 across = blocked[j, i - 1] and blocked[j, i + 1]
                 if across and blocked[j - 1, i] and blocked[j + 1, i]:
                     continue
-            rim[count] = (i - u) * dx, (j - v) * dy
+            rim[count, 0], rim[count, 1] = (i - u) * dx, (j - v) * dy
             count += 1
     return count
 

@@ -108,7 +108,7 @@ def masked_cost(
     steepness: float,
     x: float,
     y: float,
-    exact: bool,
+    exact: bool | np.bool_,
 ) -> float:
     """Cheapest cost per metre among yaw angles at which the body is free.
 
@@ -192,7 +192,8 @@ def _tight_cost(
     mask = _free_round(field.mask, j, i)
     if mask == np.uint64(0):
         return np.inf
-    return masked_cost(field, ground, mask, direction, azimuth, steepness, x, y, True)
+    exact = np.bool_(True)  # a literal would be compiled beside what others ask for
+    return masked_cost(field, ground, mask, direction, azimuth, steepness, x, y, exact)
 
 
 @njit(cache=True, error_model="numpy")

@@ -241,7 +241,8 @@ def close_cost(field: Any, j: int, i: int, di: int, dj: int) -> float:
                 field.best, field.limit, ground, azimuth, steepness, field.margin
             )
         else:
-            cost = masked_cost(field, ground, mask, direction, azimuth, steepness, 0.0, 0.0, False)
+            exact = np.bool_(False)
+            cost = masked_cost(field, ground, mask, direction, azimuth, steepness, 0.0, 0.0, exact)
         if cost == np.inf:
             return np.inf
         total += max(cost + wind_cost(field, direction), LEAST_COST)

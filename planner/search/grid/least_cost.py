@@ -192,7 +192,7 @@ def _put(head: Any, after: Any, slot: int, place: int) -> int:
 
 
 @njit(cache=True, error_model="numpy")
-def _chain(after: Any, first: int) -> None:
+def _chain(after: Any, first: int | np.int64) -> None:
     """Make a list of the free places from ``first`` on."""
     for k in range(first, after.shape[0]):
         after[k] = k + 1
@@ -258,7 +258,7 @@ def _solve(
     head = np.full(BUCKETS, -1, np.int32)
     node_of, key_of = np.empty(FIRST_POOL, np.int32), np.empty(FIRST_POOL, np.float32)
     after = np.empty(FIRST_POOL, np.int32)
-    _chain(after, 0)
+    _chain(after, np.int64(0))
     free, waiting = 0, 0
     # Arrays by names of their own: taking them out of the tuples costs more than a look-up.
     slopes, table, offsets, beside = lattice.slopes, lattice.table, lattice.moves, lattice.beside

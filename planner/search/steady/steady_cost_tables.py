@@ -213,7 +213,8 @@ def _minimise_over_yaw(by_yaw: Any, yaw_limit: Any, best: Any, limit: Any, order
                     cost[t] = np.inf
                     if 0.0 <= edge >= steepness:
                         cost[t] = level_cost(by_yaw[c, t, f], edge, steepness, STEEPNESSES)
-                order[c, f, s] = np.argsort(cost)
+                for rank, t in enumerate(np.argsort(cost)):
+                    order[c, f, s, rank] = t
                 best[c, f, s] = cost.min()
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from planner.arrays import Array
 from planner.compiled_code import njit
-from planner.power.motion_row import set_acceleration, set_motion, set_wind
+from planner.power.motion_row import fill_row, set_acceleration, set_motion, set_wind
 from planner.quantities import INDEX, ROW_LENGTH
 from planner.search.field import CostField, sample_surface
 from planner.search.trajectory.track import Track
@@ -296,7 +296,7 @@ def _motion_rows(field: Any, motion: Any, class_rows: Any, wind: Any, pieces: An
                 px, py = x[j] + ex * gone, y[j] + ey * gone
                 i = min(max(int(math.floor((px - field.x0) / field.dx + 0.5)), 0), nx - 1)
                 k = min(max(int(math.floor((py - field.y0) / field.dy + 0.5)), 0), ny - 1)
-                rows[n] = class_rows[field.ground[k, i]]
+                fill_row(rows[n], class_rows[field.ground[k, i]])
                 _, slope_x, slope_y = interpolate(
                     field.heights, field.x0, field.y0, field.dx, field.dy, px, py
                 )

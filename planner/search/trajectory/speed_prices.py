@@ -47,7 +47,7 @@ class Block(NamedTuple):
 @njit(cache=True, error_model="numpy")
 def _put_ramp(
     columns: Any,
-    place: int,
+    place: int | np.int64,
     row: Any,
     steepest: Any,
     unit: Any,
@@ -110,7 +110,7 @@ def _put_ramp(
 @njit(cache=True, error_model="numpy")
 def _book(
     found: Any,
-    size: int,
+    size: int | np.int64,
     limits: Any,
     objective: int,
     owners: Any,
@@ -190,12 +190,12 @@ def price_near(
                 exact[j, a, at] = True
                 if size + 3 > BLOCK:
                     kernel(columns, size, parameters, body, wheels, found)
-                    _book(found, size, limits, objective, owners, shares, expected)
+                    _book(found, np.int64(size), limits, objective, owners, shares, expected)
                     size = 0
                 # Written out: a tuple of arrays on every call costs more than the call.
                 rows = _put_ramp(
                     columns,
-                    size,
+                    np.int64(size),  # or it is compiled for a literal, too
                     row,
                     steepest,
                     unit,
@@ -214,7 +214,7 @@ def price_near(
                     owners[k, 0], owners[k, 1], owners[k, 2] = j, a, at
                 size += rows
     kernel(columns, size, parameters, body, wheels, found)
-    _book(found, size, limits, objective, owners, shares, expected)
+    _book(found, np.int64(size), limits, objective, owners, shares, expected)
     for j in range(fresh.shape[0]):
         p, q = chosen[j], chosen[j + 1]
         if fresh[j] and expected[j, p, q - p + reach] == np.inf:

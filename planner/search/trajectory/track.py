@@ -214,7 +214,7 @@ def _rounded(
                 ends[old, 0], ends[old, 1] = old_ends[old, 0], old_ends[old, 1]
                 curvatures[old], stops[old] = old_curvatures[old], old_stops[old]
         if chords == 0:
-            ends[n] = leg[k]
+            ends[n, 0], ends[n, 1] = leg[k, 0], leg[k, 1]
             stops[n] = abs(turns[k]) > STRAIGHT
             n += 1
         else:
@@ -224,7 +224,7 @@ def _rounded(
                 gap = math.hypot(arc[0, 0] - ends[n - 1, 0], arc[0, 1] - ends[n - 1, 1])
                 first = 1 if gap < SHORTEST_CHORD else 0
             for c in range(first, chords + 1):
-                ends[n] = arc[c]
+                ends[n, 0], ends[n, 1] = arc[c, 0], arc[c, 1]
                 curvatures[n] = bend if c > 0 else 0.0
                 n += 1
     return ends[:n].copy(), curvatures[:n].copy(), stops[:n].copy()

@@ -265,7 +265,7 @@ def where_open(field: Any, waypoints: Any, shifts: Any) -> Any:
                 continue
             for n in (k - 1, k):
                 if moved[n, 0] != waypoints[n, 0] or moved[n, 1] != waypoints[n, 1]:
-                    moved[n] = waypoints[n]
+                    moved[n, 0], moved[n, 1] = waypoints[n, 0], waypoints[n, 1]
                     back = True
     return moved
 

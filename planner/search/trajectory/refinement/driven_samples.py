@@ -14,7 +14,7 @@ import numpy as np
 from planner.arrays import Array
 from planner.compiled_code import njit
 from planner.power.account import LIMITS
-from planner.power.motion_row import set_motion, set_wind
+from planner.power.motion_row import fill_row, set_motion, set_wind
 from planner.quantities import INDEX
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
@@ -126,7 +126,7 @@ def _steepest(class_rows: Any, wind: Any, steps: Any, yaw: Any, turns: Any, spee
     directions, lengths, _, slopes, _, ground = steps
     rows = np.empty((lengths.shape[0], class_rows.shape[1]))
     for j in range(lengths.shape[0]):
-        rows[j] = class_rows[ground[j]]
+        fill_row(rows[j], class_rows[ground[j]])
         longer = set_motion(rows[j], slopes[j, 2], slopes[j, 3], yaw[j], directions[j], 1.0)
         rows[j, _VX] *= longer * speeds[j]
         rows[j, _VY] *= longer * speeds[j]

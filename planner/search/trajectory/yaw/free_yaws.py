@@ -207,7 +207,8 @@ def leave_out_too_steep(
             limit += share * yaw_limit[g, s, (first + 1) % DIRECTIONS]
             allowed[s] = free[k, s] and steepness <= limit
         if allowed.any():
-            free[k] = allowed
+            for s in range(STATES):
+                free[k, s] = allowed[s]
 
 
 def state_of(yaw: float, direction: float) -> int:

@@ -64,7 +64,7 @@ def _sweep(
     steady_twice: Any,
     exact: bool,
     start_state: int,
-    first: int,
+    first: int | np.int64,
     reached: Any,
 ) -> None:
     """Least cost of every state at every waypoint, into ``reached``.
@@ -208,7 +208,7 @@ def best_states(
             *(waypoints, pieces, turning, by_turn, steady_twice),
             exact=exact,
             start_state=start_state,
-            first=first,
+            first=np.int64(first),  # or it is compiled for a literal, too
             reached=reached,
         )
         best = _trace_back(reached, goal_state, states)
@@ -229,7 +229,7 @@ def best_states(
         if most == 0:
             return best
         asked, moves, pairs = moves_near(
-            conditions, steps.lengths, waypoints, pieces, states, far, most
+            conditions, steps.lengths, waypoints, pieces, states, far, np.int64(most)
         )
         costs = np.empty(asked.shape[0])
         step_costs(kernel, arrays, objective, steps, asked, moves, costs)

@@ -324,7 +324,7 @@ def moves_near(
     pieces: Any,
     states: Any,
     far: Any,
-    most: int,
+    most: int | np.int64,
 ) -> Any:
     """Moves to price near the best path: step (m,), move (m, 3), and the pair of states (m,).
 
