@@ -141,7 +141,7 @@ class Found:
         if np.array_equal(known[:, : usual.shape[1]], usual):
             return None, known
         # Beside a model that lacks much they may predict no better, and yet beside the claim.
-        return None, known, np.column_stack([usual, known])
+        return None, known, usual
 
     @cached_property
     def given(self) -> Array | None:
