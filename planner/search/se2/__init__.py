@@ -3,10 +3,17 @@
 path = pose_path(situation, field, "energy", start, goal, stop=stop)
 """
 
-from planner.search.se2.hybrid_search import MOST_EXPANDED, PosePath, keeping_yaw, pose_path
+from planner.search.se2.hybrid_search import (
+    PoseLimits,
+    PosePath,
+    keeping_yaw,
+    pose_path,
+)
+from planner.search.se2.pose_costs import ANGLE
 
 __all__ = [
-    "MOST_EXPANDED",
+    "ANGLE",
+    "PoseLimits",
     "PosePath",
     "keeping_yaw",
     "pose_path",

@@ -24,7 +24,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -42,7 +42,8 @@ from planner.search.resolution import (
     TURNS,
     YAW_BINS,
 )
-from planner.search.se2.hybrid_kernel import ANGLE, End, search_poses
+from planner.search.se2.hybrid_kernel import search_poses
+from planner.search.se2.pose_costs import ANGLE, End
 from planner.search.situation import Situation
 from planner.search.turns import Turning, spin_costs, turning
 from planner.terrain.footprint import body_fits
@@ -62,6 +63,23 @@ SPIN_SLOPES = 100
 METRES_PER_RAD = 0.01
 """m that a rad of turning, and a stop, count as where length is minimised: of equally long paths
 the one with less turning wins."""
+
+
+class PoseLimits(NamedTuple):
+    """How far a search of poses goes.
+
+    Attributes:
+        spare: angles to either side that must hold as well while the body turns.
+        eager: times the least that a path may cost, for a fraction of the states: smoothing and
+            driving change it by more than the default.
+        most_expanded: states after which it gives up.
+        beyond: times the least cost without yaw that a path may cost, about.
+    """
+
+    spare: int = 1
+    eager: float = 1.05
+    most_expanded: int = MOST_EXPANDED
+    beyond: float = math.inf
 
 
 @dataclass(frozen=True)
@@ -92,8 +110,7 @@ def pose_path(
     start: tuple[Point, float | None],
     goal: tuple[Point, float | None],
     *,
-    most_expanded: int = MOST_EXPANDED,
-    beyond: float = math.inf,
+    limits: PoseLimits | None = None,
     token: CancellationToken,
 ) -> PosePath | None:
     """The least-cost path with yaw from start to goal.
@@ -103,8 +120,7 @@ def pose_path(
         field: of the situation, for the objective.
         objective: "energy", "time" or "length".
         start, goal: place in m, and yaw in rad or None where it is free.
-        most_expanded: states after which the search gives up.
-        beyond: times the least cost without yaw that a path may cost, about.
+        limits: how far the search goes.
         token: cancellation.
 
     Returns:
@@ -115,18 +131,22 @@ def pose_path(
     """
     if field.heights.size > MOST_NODES:
         return None
+    limits = limits or PoseLimits()
     lattice = situation.lattice(objective, field)
-    to_go = cost_to_go(field, lattice, goal[0], start=start[0], beyond=beyond, token=token)
+    to_go = cost_to_go(field, lattice, goal[0], start=start[0], beyond=limits.beyond, token=token)
     turning_costs, spin = _prices(situation.conditions, objective)
     # Straight on, rollers stand still; any turn has them roll, and the torque is that of the angles
     # beside it.
-    beside = [np.roll(field.yaw_limit, side, axis=1) for side in (-1, 0, 1)]
+    beside = [
+        np.roll(field.yaw_limit, side, axis=1) for side in range(-limits.spare, limits.spare + 1)
+    ]
     states, cost = search_poses(
         *(field, field.body_frame(), MOVES, to_go.values, turning_costs, spin),
         *(spin_limit(situation.conditions), np.min(beside, axis=0)),
         End(*start[0], _at_end(field, *start, spin)),
         End(*goal[0], _at_end(field, *goal, spin)),
-        most_expanded,
+        limits.most_expanded,
+        limits.eager,
         token.flag,
     )
     token.check()

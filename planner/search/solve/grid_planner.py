@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -35,7 +35,14 @@ from planner.search.solve.sketch import (
     Sketch,
     sketch,
 )
-from planner.search.solve.steep_ground import leg_poses, straight_up
+from planner.search.solve.steep_ground import (
+    FIRST,
+    FOR_A_BUDGET,
+    LAST,
+    PoseSearch,
+    leg_poses,
+    straight_up,
+)
 from planner.search.trajectory import Motion
 from planner.search.waypoints import suggests_detour
 
@@ -115,7 +122,7 @@ def _on_grid(
         if sketching.passed is not None:
             return sketching.passed
         if not sketches:
-            return first or Attempt(sketching.field)
+            break
         attempt = finished(run, sketches, objective, effort, sketching.closely)
         if attempt.route is not None:
             best = attempt
@@ -131,7 +138,9 @@ def _on_grid(
             if by_poses is not None:
                 return _or_cheaper(run, field, sketching, caution, attempt, by_poses)
         caution = next_caution(caution, attempt)
-    return first or Attempt(field)
+    if first is None:
+        return Attempt(sketching.field)
+    return sketching.at_last(field, first) or first
 
 
 def _or_cheaper(
@@ -320,13 +329,28 @@ class _Sketching:
         infeasible = refused.infeasible
         if not self.poses_left or infeasible is None or infeasible.too_warm:
             return None
-        if infeasible.for_want_of_room or not self.effort.closely or self.objective != "energy":
-            return None
-        if self.run.conditions.lasting:
-            return None  # a robot turns within a part of such cells
-        self.poses_left = False
         field = caution.unobstructed_field(self.run, self.objective)
-        return straight_up(self.run, field, self.objective, self.effort, self.closely)
+        return self._straight_up(field, infeasible, FIRST)
+
+    def at_last(self, field: CostField, refused: Attempt) -> Attempt | None:
+        """A route by poses where all else failed; searched for while a time budget lasts."""
+        assert refused.infeasible is not None  # it has no route
+        found = self._straight_up(field, refused.infeasible, LAST)
+        if found is None and math.isfinite(self.run.seconds_left):
+            with self.run.within_budget() as self.run:
+                found = self._straight_up(field, refused.infeasible, FOR_A_BUDGET)
+        return found
+
+    def _straight_up(
+        self, field: CostField, refused: Infeasible, searches: Iterable[PoseSearch]
+    ) -> Attempt | None:
+        """A route by poses for an answer; none where a robot turns within a part of a cell."""
+        if refused.for_want_of_room or not self.effort.closely or self.objective != "energy":
+            return None
+        if self.run.conditions.lasting or not self.effort.patient:
+            return None
+        self.poses_left = False
+        return straight_up(self.run, field, self.objective, self.effort, self.closely, searches)
 
 
 def _same(paths: Sequence[Array], others: Sequence[Array]) -> bool:

@@ -1,19 +1,20 @@
 """Routes by a search of poses, where ground near the slope limit refuses the path of least cost.
 
-    attempt = straight_up(run, field, "energy", ANSWER, closely)     # or None
+    attempt = straight_up(run, field, "energy", ANSWER, closely, FIRST)     # or None
 
 Near that limit only some yaw angles hold. Driven straight on the body climbs what it cannot climb
 while it turns, and a bend takes the torque that is left. The search of paths knows neither, that of
 poses knows both. Smoothing does not: stretches round places where a smoothed path breaks a limit
-are left as they were found.
+are left as they were found. Where no smoothing helps, the poses there are shut, and others are
+searched.
 """
 
 from __future__ import annotations
 
 import itertools
-import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +22,10 @@ from numpy.typing import NDArray
 from planner.arrays import Array
 from planner.search.field import CostField
 from planner.search.limit_places import Infeasible
-from planner.search.resolution import MARGIN
+from planner.search.resolution import MARGIN, YAW_BINS
+from planner.search.results import Route
 from planner.search.run import Run
-from planner.search.se2 import MOST_EXPANDED, PosePath, pose_path
+from planner.search.se2 import ANGLE, PoseLimits, PosePath, pose_path
 from planner.search.solve.pipeline import Attempt, finished
 from planner.search.solve.recovery import penalty_near
 from planner.search.solve.sketch import (
@@ -38,23 +40,59 @@ from planner.search.solve.sketch import (
 from planner.search.wanted_yaw import arriving, leaving
 from planner.search.waypoints import refine
 
-POSE_MARGINS = (MARGIN, MARGIN, 0.95, 0.95)
-"""Shares of the slope limit to search poses with, until one of their paths can be driven. Places
-where it cannot get a penalty from one search to the next."""
-MOST_EXPANDED_STEEP = 120_000
-"""States of a search on steep ground, a second: where it finds a path, it seldom needs more."""
-MOST_DETOUR = 1.5
-"""Times the least cost without yaw, as which a path of poses may cost: so much more is not found in
-that many states."""
+
+class PoseSearch(NamedTuple):
+    """How poses are searched near the slope limit.
+
+    Attributes:
+        margin: share of the slope limit.
+        limits: how far the search goes.
+    """
+
+    margin: float
+    limits: PoseLimits
+
+
+_SOON = PoseLimits(most_expanded=120_000, beyond=1.5)
+"""A third of a second at most: where it finds a path, it seldom needs more. So many states hardly
+ever find one that costs more than half as much again as without yaw."""
+_EAGER = PoseLimits(eager=1.5, most_expanded=200_000, beyond=2.0)
+"""Where that finds none: a path that need not be among the cheapest takes few states."""
+_EAGER_LAST = _EAGER._replace(most_expanded=300_000, beyond=4.0)
+"""Somewhat more, where nothing else is left."""
+_HOPEFUL = _EAGER_LAST._replace(spare=0)
+"""The same with turns that may break a limit: angles are 5.6° apart, and between two of them a body
+may turn where it cannot at either. Driving tells."""
+FIRST = (*(2 * (PoseSearch(MARGIN, _SOON),)), PoseSearch(MARGIN, _EAGER))
+"""Searches one after the other, until one of their paths can be driven."""
+LAST = (PoseSearch(1.0, _EAGER_LAST), PoseSearch(1.0, _HOPEFUL))
+"""The same where everything else failed."""
+FOR_A_BUDGET = 4 * tuple(
+    PoseSearch(margin, _HOPEFUL._replace(spare=spare, eager=eager))
+    for margin in (MARGIN, 1.02)
+    for eager in (1.05, 1.5)
+    for spare in (1, 0)
+)
+"""After these, while a time budget lasts. The slope at a node may be a little above
+what a path beside it climbs."""
+SHUT_CELLS = 1.5
+"""Cells round a place where a limit is broken within which a path's poses are shut."""
+ROUNDING = 1e-4
+"""Share by which a limit may be exceeded, since speeds and angles are rounded."""
 HELD_CELLS, WIDER_HELD = 4.0, 2.0
 """Cells round a place where a limit is broken within which the path is left as it is, and times as
 many where that is not enough. Beyond that, the path of poses itself cannot be driven there."""
-MOST_HELD = 12
+MOST_HELD = 6
 """Times that stretches are added at most, before other poses are searched."""
 
 
 def straight_up(
-    run: Run, field: CostField, objective: str, effort: Effort, closely: Closely
+    run: Run,
+    field: CostField,
+    objective: str,
+    effort: Effort,
+    closely: Closely,
+    searches: Iterable[PoseSearch],
 ) -> Attempt | None:
     """The best route that paths of poses lead to; None without any.
 
@@ -64,44 +102,80 @@ def straight_up(
         objective: "energy", "time" or "length".
         effort: how much work goes into it.
         closely: drives legs, and knows those that come up again.
+        searches: tried one after the other. Places that motors get too warm at cost more in the
+            next one; poses near other places where a limit is broken are shut.
     """
-    factor = field.factor
-    for margin in POSE_MARGINS:
-        field_of_poses = run.field(objective, margin, factor)
-        poses = leg_poses(run, field_of_poses, objective, MOST_EXPANDED_STEEP, MOST_DETOUR)
+    factor, mask = field.factor, field.mask
+    for search in searches:
+        costs = run.field(objective, search.margin, factor)._replace(mask=mask)
+        poses = leg_poses(run, costs, objective, search.limits)
         if poses is None:
-            return None
+            continue
+        paths = [one.polyline for one in poses]
         drive = partial(smoothed_where_it_moves, run, field, poses, objective, closely)
-        driven = run.other_core.all([partial(drive, cells) for cells in WITH_YAW])
+        driven = [_as_it_is(run, field, paths, objective, closely)]
+        driven += run.other_core.all([partial(drive, cells) for cells in WITH_YAW])
         driven.sort(key=lambda one: one.energy)
-        found = Sketch(field, [one.polyline for one in poses], tuple(driven))
+        found = Sketch(field, paths, tuple(driven))
         if found.best is not None:
             attempt = finished(run, [found], objective, effort, closely)
-            return None if attempt.route is None else attempt
+            beyond = None if attempt.route is None else beyond_a_limit(attempt.route)
+            if attempt.route is not None and beyond is None:
+                return attempt
+            driven += [] if beyond is None else [Driven([], beyond)]
         for one in driven:
-            assert isinstance(one.motion, Infeasible)  # none of them moves
-            factor = factor * penalty_near(field, one.motion)
+            if not isinstance(one.motion, Infeasible):
+                continue
+            if one.motion.too_warm:
+                factor = factor * penalty_near(field, one.motion)
+            else:
+                mask = without(mask, field, poses, one.motion)
     return None
 
 
+def beyond_a_limit(route: Route) -> Infeasible | None:
+    """Where the limits that a route states exceed what they allow: nothing such is answered."""
+    use = max(route.limits, key=lambda one: one.share)
+    if use.share <= 1.0 + ROUNDING:
+        return None
+    return Infeasible(use.x, use.y, f"{use.limit} is {use.share:.3g} times its limit")
+
+
+def without(
+    mask: NDArray[np.uint32], field: CostField, poses: Sequence[PosePath], refused: Infeasible
+) -> NDArray[np.uint32]:
+    """The free yaw angles (ny, nx) less those of paths near places where these break a limit."""
+    mask = mask.copy()
+    for place, path in itertools.product(refused.places, poses):
+        cells = np.hypot(*((path.points - place) / (field.dx, field.dy)).T)
+        near = np.flatnonzero(cells <= max(SHUT_CELLS, float(cells.min())))
+        rows, columns = field.nodes_at(path.points[near])
+        for j, i, yaw in zip(rows, columns, path.yaws[near], strict=True):
+            for angle in range(-1, 2):
+                mask[j, i] &= ~np.uint32(1 << (round(yaw / ANGLE) + angle) % YAW_BINS)
+    return mask
+
+
+def _as_it_is(
+    run: Run, field: CostField, paths: Sequence[Array], objective: str, closely: Closely
+) -> Driven:
+    """The legs along paths that are not smoothed."""
+    driven = driven_roughly(run, field, with_costs(field, paths), objective)
+    if isinstance(driven.motion, Infeasible):
+        return driven
+    close = closely.drive(run, driven.legs, Sketch(field, list(paths), (driven,)))
+    return Driven(driven.legs, close) if isinstance(close, Infeasible) else driven
+
+
 def leg_poses(
-    run: Run,
-    field: CostField,
-    objective: str,
-    most_expanded: int = MOST_EXPANDED,
-    beyond: float = math.inf,
+    run: Run, field: CostField, objective: str, limits: PoseLimits | None = None
 ) -> list[PosePath] | None:
-    """The path of poses for every leg, or None if a leg has none; limits as for ``pose_path``."""
+    """The path of poses for every leg, or None if a leg has none."""
     poses: list[PosePath] = []
     yaws = list(run.yaws)
     for k, (a, b) in enumerate(itertools.pairwise(run.places)):
         ends = (a, leaving(yaws[k])), (b, arriving(yaws[k + 1]))
-        path = pose_path(
-            *(run.situation, field, objective, *ends),
-            most_expanded=most_expanded,
-            beyond=beyond,
-            token=run.token,
-        )
+        path = pose_path(*(run.situation, field, objective, *ends), limits=limits, token=run.token)
         if path is None:
             return None
         poses.append(path)
@@ -138,6 +212,8 @@ def smoothed_where_it_moves(
             if not isinstance(close, Infeasible):
                 return driven
             refused = close
+            if refused.too_warm:
+                break  # no smoothing cools them
         before = sum(int(kept.sum()) for kept in held)
         for path, kept in zip(paths, held, strict=True):
             for place in refused.places:

@@ -24,7 +24,7 @@ from planner.search.situation import situation_of
 from planner.search.solve import grid_planner, steep_ground
 from planner.search.solve.pipeline import finished
 from planner.search.solve.sketch import Closely, Driven
-from planner.search.solve.steep_ground import smoothed_but_for
+from planner.search.solve.steep_ground import smoothed_but_for, without
 from planner.terrain.heightmap import Terrain
 from tests.benchmarks.hard_maps import made, rolling
 from tests.search.maps import hills, terrain
@@ -75,6 +75,29 @@ def test_a_loaded_robot_takes_little_more_than_its_metres_cost():
     [route, *_] = plan_route(run.request, terrain=relief).routes
     climbed = (EMPTY_KG + LOADED["mass"]) * STANDARD_GRAVITY * route.rise_m
     assert 0.98 < (route.energy_j - climbed) / cost_from(field, to_go, start) < 1.1
+
+
+def test_a_route_is_found_where_poses_first_found_cannot_be_driven():
+    """Heavy on steep hills: the poses that break a limit are shut until others keep them all."""
+    relief = Terrain.from_arrays(rolling((160, 160), 0.25, 8.0, 56), cell=(0.25, 0.25), name="here")
+    asked = run_on(relief, (17.02, 3.17), (23.21, 36.05), mass=28.0).request
+    [route, *_] = plan_route(asked, terrain=relief).routes
+    assert max(use.share for use in route.limits) <= 1.0
+    climbed = (EMPTY_KG + 28.0) * STANDARD_GRAVITY * route.rise_m
+    assert route.energy_j > climbed
+
+
+def test_poses_that_break_a_limit_are_shut_and_no_others():
+    run = run_on(terrain(hills(64, rms_degrees=6.0)), (2.0, 2.0), (11.0, 8.0))
+    field = run.field("energy")
+    path = PosePath(np.linspace((2.0, 2.0), (11.0, 8.0), 60), np.full(60, 0.5), 1.0)
+    mask = without(field.mask, field, [path], Infeasible(*path.points[30], "wheels slide"))
+    changed = np.argwhere(mask != field.mask)
+    apart = np.hypot(*(field.nodes_at(path.points[30]) - changed).T)
+    assert len(changed) > 0
+    assert apart.max() < 3.0
+    [j, i] = changed[0]
+    assert bin(int(field.mask[j, i] & ~mask[j, i])).count("1") == 3
 
 
 def test_poses_are_searched_where_a_much_cheaper_path_than_the_best_is_refused(monkeypatch):
