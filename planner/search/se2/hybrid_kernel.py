@@ -216,8 +216,7 @@ def search_poses(
     turning_limit: Any,
     start: End,
     goal: End,
-    most: int,
-    eager: float,
+    limits: Any,
     stop: Any,
 ) -> Any:
     """States along the cheapest path, and its cost; none without a path.
@@ -231,9 +230,7 @@ def search_poses(
         spin_limit: (grounds,) slope up to which that is possible.
         turning_limit: as the field's ``yaw_limit``, while the body turns.
         start, goal: both ends.
-        most: states after which the search gives up.
-        eager: factor on the cost-to-go in the order of the search: so many times the least may a
-            path cost, for a fraction of the states (Pohl, 1970).
+        limits: PoseLimits: how far the search goes.
         stop: (1,) not zero ends the search.
     """
     # Arrays by names of their own: taking them out of the tuple costs more than a look-up.
@@ -252,14 +249,14 @@ def search_poses(
     spent = np.zeros(states, np.float32)  # cost and 1, so that 0 is a state not seen yet
     came = np.zeros(states, np.uint16)
     closed = np.zeros(states, np.bool_)
-    waiting = _begin(field, frame, start, to_go, eager, spent, came)
+    waiting = _begin(field, frame, start, to_go, limits.eager, spent, came)
     arriving = {}
     for node, b, cost in states_near(field, frame, goal, False):
         arriving[node * YAW_BINS + b] = cost
     best, last, expanded = np.inf, -1, 0
     while len(waiting) > 0:
         expected, known, state = heapq.heappop(waiting)
-        if expected >= best or expanded > most or stop[0]:
+        if expected >= best or expanded > limits.most_expanded or stop[0]:
             break
         node, b = state // YAW_BINS, state % YAW_BINS
         j, i = node // nx, node % nx
@@ -278,7 +275,7 @@ def search_poses(
             best, last = value + arriving[state], state
         here = mask[j, i]
         if slopes[j, i, 2] <= spin_limit[grounds[j, i]]:
-            _spin(here, spent, came, closed, waiting, state, eager * to_go[j, i], halt, spin)
+            _spin(here, spent, came, closed, waiting, state, limits.eager * to_go[j, i], halt, spin)
         for m in range(offsets.shape[0]):
             to_i, to_j = i + offsets[m, 0], j + offsets[m, 1]
             inside = 0 <= to_i < nx and 0 <= to_j < ny
@@ -336,5 +333,5 @@ def search_poses(
                         continue
                 spent[other] = whole
                 came[other] = m * _TURNS + w + MOST_TURN
-                heapq.heappush(waiting, (cost + eager * still, whole, other))
+                heapq.heappush(waiting, (cost + limits.eager * still, whole, other))
     return _trace_back(came, last, offsets, nx), best

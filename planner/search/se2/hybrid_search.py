@@ -145,8 +145,7 @@ def pose_path(
         *(spin_limit(situation.conditions), np.min(beside, axis=0)),
         End(*start[0], _at_end(field, *start, spin)),
         End(*goal[0], _at_end(field, *goal, spin)),
-        limits.most_expanded,
-        limits.eager,
+        limits,
         token.flag,
     )
     token.check()

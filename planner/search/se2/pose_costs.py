@@ -28,7 +28,7 @@ MOST_BEND = YAW_BINS // 2
 STRAIGHT_CELLS = 6
 """Cells from an end on steep ground within which nodes may be next: straight lines to more of them
 have more directions than moves of the grid, and few directions may leave such a place."""
-ROUNDING = 1e-9
+DIRECTION_ROUNDING = 1e-9
 """rad by which a bend may be larger, since directions are rounded."""
 
 
@@ -120,7 +120,7 @@ def bends_of(
             )
             if cost == np.inf:
                 break
-    return found[0] + ROUNDING, found[1] + ROUNDING
+    return found[0] + DIRECTION_ROUNDING, found[1] + DIRECTION_ROUNDING
 
 
 @njit(cache=True, error_model="numpy")

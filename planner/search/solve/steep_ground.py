@@ -77,7 +77,7 @@ FOR_A_BUDGET = 4 * tuple(
 what a path beside it climbs."""
 SHUT_CELLS = 1.5
 """Cells round a place where a limit is broken within which a path's poses are shut."""
-ROUNDING = 1e-4
+LIMIT_ROUNDING = 1e-4
 """Share by which a limit may be exceeded, since speeds and angles are rounded."""
 HELD_CELLS, WIDER_HELD = 4.0, 2.0
 """Cells round a place where a limit is broken within which the path is left as it is, and times as
@@ -136,7 +136,7 @@ def straight_up(
 def beyond_a_limit(route: Route) -> Infeasible | None:
     """Where the limits that a route states exceed what they allow: nothing such is answered."""
     use = max(route.limits, key=lambda one: one.share)
-    if use.share <= 1.0 + ROUNDING:
+    if use.share <= 1.0 + LIMIT_ROUNDING:
         return None
     return Infeasible(use.x, use.y, f"{use.limit} is {use.share:.3g} times its limit")
 
