@@ -29,9 +29,9 @@ FEW_SLOPE_MARGINS = {"energy": (MARGIN, 0.9), "time": (MARGIN, 0.9), "length": (
 the limit is hardly ever shorter than the fastest route."""
 CLEARANCE_PENALTIES = (0.0, 0.4, 1.0, 2.0, 5.0, 16.0)
 """Shares by which ground costs more where the body fits with hardly a yaw, tried in this order."""
-PENALISED_PLACES, PENALISED_LATER = 4, 2
+PENALISED_PLACES = 4
 """Paths whose places where a limit was broken get a penalty, before less of the slope limit is
-used; then fewer for each share of it: what the third of them do not pass, more hardly ever do."""
+used; then as many again."""
 PENALTY, PENALISED_CELLS = 2.0, 3.0
 """Factor on the cost near such a place, and how many cells round it count as near."""
 
@@ -45,7 +45,7 @@ class Caution:
         slope_margins: share of the slope limit to search with, and those to try after it.
         clearance_penalties: clearance penalty to search with, and those to try after it.
         places_left: how many more paths' places may get a penalty with this slope margin.
-        places_each: how many with every later margin.
+        places_each: how many with every margin.
     """
 
     factor: Array
@@ -76,7 +76,7 @@ def first_caution(run: Run, field: CostField, objective: str, *, patient: bool) 
     penalties = CLEARANCE_PENALTIES if run.ground.blocked.any() else CLEARANCE_PENALTIES[:1]
     margins = SLOPE_MARGINS if patient else FEW_SLOPE_MARGINS[objective]
     places = PENALISED_PLACES if patient else 0
-    return Caution(field.factor, margins, penalties, places, min(places, PENALISED_LATER))
+    return Caution(field.factor, margins, penalties, places, places)
 
 
 def more_clearance(caution: Caution, attempt: Attempt) -> Caution | None:

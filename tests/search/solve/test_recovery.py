@@ -16,7 +16,6 @@ from planner.search.situation import situation_of
 from planner.search.solve.pipeline import Attempt
 from planner.search.solve.recovery import (
     CLEARANCE_PENALTIES,
-    PENALISED_LATER,
     PENALISED_PLACES,
     SLOPE_MARGINS,
     first_caution,
@@ -58,8 +57,7 @@ def test_a_broken_limit_asks_for_another_place_and_then_for_gentler_slopes(open_
     caution, attempt = first_of(open_ground)
     broken = replace(attempt, infeasible=STEEP)
     for margin in SLOPE_MARGINS:
-        most = PENALISED_PLACES if margin == SLOPE_MARGINS[0] else PENALISED_LATER
-        for left in range(most, -1, -1):
+        for left in range(PENALISED_PLACES, -1, -1):
             assert caution.slope_margins[0] == margin
             assert caution.places_left == left
             caution = next_caution(caution, broken)
