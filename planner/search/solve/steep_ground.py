@@ -63,9 +63,9 @@ _EAGER_LAST = _EAGER._replace(most_expanded=300_000, beyond=4.0)
 _HOPEFUL = _EAGER_LAST._replace(spare=0)
 """The same with turns that may break a limit: angles are 5.6° apart, and between two of them a body
 may turn where it cannot at either. Driving tells."""
-FIRST = (*(2 * (PoseSearch(MARGIN, _SOON),)), PoseSearch(MARGIN, _EAGER))
+FIRST = PoseSearch(MARGIN, _SOON), PoseSearch(MARGIN, _EAGER)
 """Searches one after the other, until one of their paths can be driven."""
-LAST = (PoseSearch(1.0, _EAGER_LAST), PoseSearch(1.0, _HOPEFUL))
+LAST = (PoseSearch(1.0, _EAGER_LAST),)
 """The same where everything else failed."""
 FOR_A_BUDGET = 4 * tuple(
     PoseSearch(margin, _HOPEFUL._replace(spare=spare, eager=eager))
