@@ -52,6 +52,7 @@ def test_each_constant_stands_once() -> None:
     assert len({one.label for one in TABLE}) == len(TABLE)
 
 
+@pytest.mark.nightly
 def test_an_absurd_value_changes_what_is_measured() -> None:
     margin = next(one for one in TABLE if one.name == "SURPLUS")
     assert not in_compiled_code(margin.module, margin.name), "it would compile for minutes"

@@ -41,7 +41,9 @@ def test_a_log_whose_load_nobody_wrote_down_is_not_complete(motion, base):
     found = diagnose(log, base)
     assert found.verdict != "complete"
     assert "from run to run" in found.sentence
-    assert "the log's own noise" not in found.sentence
+    # What runs differ by is no noise: its floor is what was added.
+    added = 0.02 * float(np.mean(np.abs(predict(base, motion))))
+    assert found.baseline.noise_floor_w == pytest.approx(added, rel=0.25)
     assert "from run to run" in how_far(compare(log, base).to_json())
 
 

@@ -37,7 +37,13 @@ from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.power.vehicles import Vehicle
 from planner.progress import Progress
-from planner.telemetry.belonging import apart, beyond_motors, impossible
+from planner.telemetry.belonging import (
+    TOO_STRONG,
+    TOO_WEAK,
+    apart,
+    beyond_motors,
+    impossible,
+)
 from planner.telemetry.diagnosis.best_reading import best_reading
 from planner.telemetry.diagnosis.decision import (
     Answer,
@@ -267,8 +273,9 @@ def _misread(
 ) -> Misread | None:
     """Another reading of a log that the model as it is does not explain."""
     least = rms(decision.before)
-    if least <= MOST_OVER_FLOOR * rms(decision.floor):
-        return None
+    other_power = any(finding.kind in (TOO_STRONG, TOO_WEAK) for finding in source.sample.report)
+    if other_power or least <= MOST_OVER_FLOOR * rms(decision.floor):
+        return None  # a power in another unit says nothing of the motion
     # A formula can follow what a wrong reading does, too.
     if decision.answer.proposal is None:
         least = min(least, rms(decision.answer.left))
