@@ -25,8 +25,7 @@ from planner.telemetry.logs import Telemetry
 
 MOST_OF_ERROR, WORTH_A_METER = 0.7, 0.85
 """Held-out error in another reading over that in the one at hand: half of the square; and the ratio
-with the meter at hand, from which one is looked for anew. On 60 logs of the laboratory that are
-read rightly it was at least 0.88."""
+with the meter at hand, from which one is looked for anew."""
 LONG_FILTER = 1.0
 """s; a longer filter of the meter may blur what the wrong reading does."""
 

@@ -57,8 +57,8 @@ TAIL = 2.0
 LASTING = 2.0
 """s; what still is there after so long is slow. The filters of usual meters forget it sooner."""
 MOST_DRIFT = 0.04
-"""Slow power over mean power that meters, and the noise of the motion, may make: on 38 logs that
-hide nothing it was at most 0.026; loads that nobody logged made 0.09 and 0.15."""
+"""Slow power over mean power that meters, and the noise of the motion, may make. Meters wander by
+one or two hundredths of what they read."""
 SHARES = (1.0, 0.618, 0.382, 0.236)
 """Parts of that time, in the golden ratio: a power that swings is not back after all of them."""
 COMPARED, LASTING_Z = 20.0, 3.0
