@@ -10,8 +10,8 @@ from it.
 
 ``JOULEPATH_CACHE_DIR`` moves the folder. ``NUMBA_CACHE_DIR``, where set, leaves all to numba.
 
-Two things let numba itself compile in a sixth less time. Garbage is collected seldom meanwhile,
-and numba's options are compared by what is set in them. What is compiled is the same.
+Two things let numba itself compile in less time. Garbage is collected seldom meanwhile, and
+numba's options are compared by what is set in them. What is compiled is the same.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ from numba.core.targetconfig import TargetConfig
 from planner.code_cache import code_folder
 
 OBJECTS_BEFORE_COLLECTION = 100_000
-"""New objects after which garbage is collected while numba compiles. At Python's 700, a tenth of
-the time goes into looking at objects that stay; at this, a process takes up to 60 MB more."""
+"""New objects after which garbage is collected while numba compiles. At Python's 700, much of the
+time goes into looking at objects that stay; at this, a process takes little more memory."""
 
 
 @cache  # one for each formula of an effect
@@ -111,8 +111,7 @@ def same_options(one: Any, other: Any) -> Any:
     """Whether two of numba's sets of options agree.
 
     For each call that it types, numba compares these with each set it has seen. It asks both for
-    all of their options by name, for a tenth of the time of compiling. What is not set is a
-    default.
+    all of their options by name, which is slow. What is not set is a default.
     """
     if type(one) is not type(other):
         return NotImplemented

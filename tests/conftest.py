@@ -10,8 +10,8 @@ settings.register_profile("any machine", deadline=None, suppress_health_check=sl
 settings.load_profile("any machine")
 
 NEW_OBJECTS = 20_000
-"""Objects after which garbage is collected. At Python's 700, a fourteenth of the tests' time goes
-into looking again at half a million that stay, and a fifth of the time to gather the tests."""
+"""Objects after which garbage is collected. At Python's 700, time goes into looking again and again
+at those that stay."""
 gc.set_threshold(NEW_OBJECTS, *gc.get_threshold()[1:])
 
 

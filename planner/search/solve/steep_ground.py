@@ -54,8 +54,8 @@ class PoseSearch(NamedTuple):
 
 
 _SOON = PoseLimits(most_expanded=120_000, beyond=1.5)
-"""A third of a second at most: where it finds a path, it seldom needs more. So many states hardly
-ever find one that costs more than half as much again as without yaw."""
+"""Where it finds a path, it seldom needs more. So many states hardly ever find one that costs more
+than half as much again as without yaw."""
 _EAGER = PoseLimits(eager=1.5, most_expanded=200_000, beyond=2.0)
 """Where that finds none: a path that need not be among the cheapest takes few states."""
 _EAGER_LAST = _EAGER._replace(most_expanded=300_000, beyond=4.0)

@@ -258,7 +258,7 @@ def _report(source: LogSource, start: PowerModel, found: Found, decision: Decisi
         unexplained=decision.unexplained,
         outside=answer.proposal.outside if answer.proposal else None,
         sensors=sensors,
-        experiments=() if wrongly else _experiments(advice, found, decision, fitted),
+        experiments=() if wrongly is not None else _experiments(advice, found, decision, fitted),
         log=source.describe(),
     )
     instead = wrongly.sentence if wrongly is not None else ""
