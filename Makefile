@@ -40,7 +40,7 @@ demo: $(READY) ## Plan on real relief, then find out what a robot hides; writes 
 	$(BIN)/python -m service.demo
 
 test: $(TOOLS) ## Run the tests
-	$(BIN)/python -m pytest -n 2 --dist worksteal -m "not bench and not nightly" tests
+	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not bench and not nightly" tests
 
 nightly: $(TOOLS) ## Run the slow tests: long pages, notebooks, every planner on every space
 	$(BIN)/python -m pytest -n 2 --dist worksteal -m nightly tests

@@ -275,6 +275,7 @@ def test_a_page_keeps_one_section(tmp_path: Path) -> None:
     assert text.count(HEADING) == 1
 
 
+@pytest.mark.nightly
 def test_nothing_is_named_that_raises_the_error_of_who_adopts_it(tmp_path: Path) -> None:
     """Nothing is hidden here; stiction lowers only what usual errors of the robot leave."""
     log = draw("none", "", 8256, "validation", tmp_path)
@@ -284,6 +285,7 @@ def test_nothing_is_named_that_raises_the_error_of_who_adopts_it(tmp_path: Path)
     assert found.after.heldout_rmse_w <= found.baseline.heldout_rmse_w
 
 
+@pytest.mark.nightly
 def test_what_the_data_sheet_and_sensors_may_explain_is_gone_without_their_errors(
     tmp_path: Path,
 ) -> None:
