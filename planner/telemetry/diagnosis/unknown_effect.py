@@ -81,6 +81,7 @@ _BODIES = {
     "below": "hinge(threshold - {x})",
     "decay": "exp(-{x} / time_constant)",
     "fading": "tanh({x} / standstill) * exp(-{x} / fading_speed)",
+    "moving": "tanh({x} / standstill)",
     "step": "(0.5 + 0.5 * tanh(({x} - threshold) / width))",
 }
 _ORDERS = {"size": 1, "above": 1, "outside": 1, "below": 1}
@@ -179,7 +180,7 @@ def formula_of(
         shaping[name] = {"unit": moved_in, "bounds": bounds, "default": value}
         start[name, 0] = float(np.clip(value, *bounds))
     fixed = dict(text.fixed)
-    if shape.kind == "fading":
+    if shape.kind in ("fading", "moving"):
         fixed |= _STILL
     if shape.kind == "hump":
         fixed |= _STEADY
@@ -251,15 +252,21 @@ def propose(
     tuner = _Tuner(examination, log, given)
     tuned = [tuner.tuned(tried) for tried in _ranked(examination, axis, given)[:TUNED_SHAPES]]
     best, coefficients = min(tuned, key=lambda entry: tuner.heldout_rmse(entry[0]))
+    if best.axis == "heading" and "speed" in dictionary.ranges:
+        # A wide lobe is the same in every direction: brakes, or motors that are switched on.
+        plain = tuner.tuned(Shape("speed", "moving"))
+        left, less = (tuner.heldout_residual(one) for one in (plain[0], best))
+        if not supports(log, left, less, examination.spread):
+            best, coefficients = plain
     if axis != "load" and "load" in dictionary.ranges:
         laden = tuner.tuned(replace(best, own_load=dictionary.ranges["load"][1]))
         left, less = (tuner.heldout_residual(one) for one in (best, laden[0]))
         if supports(log, left, less, examination.spread):
             best, coefficients = laden
-    effect, start = formula_of(best, dictionary.ranges[axis], dictionary.temperature, coefficients)
+    effect, start = formula_of(best, dictionary.ranges[best.axis], dictionary.temperature, coefficients)
     addition = Addition(effect, start)
     fitted = fit_with(model, log, [*additions, addition], noise=examination.noise)
-    curve = _curve(fitted.model, effect, log, axis, dictionary)
+    curve = _curve(fitted.model, effect, log, best.axis, dictionary)
     formula = str((effect.definition or {})["formula"])
     outside = Outside(best.quantities, curve, effect.slug, formula, effect, shape.z, shape.size)
     return Proposal(outside, addition, fitted)

@@ -284,6 +284,7 @@ _FUNCTIONS: dict[str, Callable[[Array, Shape], Array]] = {
         np.tanh(np.abs(x) / STEADY_YAW) * np.exp(-(((np.abs(x) - shape.at) / shape.width) ** 2))
     ),
     "fading": lambda x, shape: np.tanh(x / STANDSTILL) * np.exp(-x / shape.at),
+    "moving": lambda x, shape: np.tanh(x / STANDSTILL),
     "step": lambda x, shape: 0.5 + 0.5 * np.tanh((x - shape.at) / shape.width),
     "cos": lambda x, shape: np.cos(shape.at * x),
     "sin": lambda x, shape: np.sin(shape.at * x),

@@ -34,7 +34,7 @@ def test_a_formula_is_its_shape(motion):
     """Where the robot moves; a shape of heading or slope fades out otherwise at standstill."""
     dictionary = Dictionary.of(motion)
     laden = [replace(shape, own_load=2.5) for shape in dictionary.shapes if shape.axis != "load"]
-    dictionary = dictionary.only((*dictionary.shapes, *laden))
+    dictionary = dictionary.only((*dictionary.shapes, *laden, Shape("speed", "moving")))
     rows = motion.rows[motion_axes(motion.rows)["speed"] > 5.0 * STANDSTILL]
     columns = dictionary.columns(rows)
     known = {q.name: rows[:, INDEX[q.name]] for q in QUANTITIES}
@@ -226,3 +226,17 @@ def test_a_strength_goes_with_the_load_where_runs_show_it(motion, base, monkeypa
     if laden:
         assert start["strength", 0] == pytest.approx(2.0, rel=0.2)
         assert start["own_load", 0] == pytest.approx(1.0, abs=1.0)
+
+
+def test_what_is_the_same_in_every_direction_is_no_effect_over_the_heading(motion, base):
+    """Brakes that are held open while the robot moves; a wide lobe would describe them as well."""
+    axes = motion_axes(motion.rows)
+    moving = np.tanh(axes["speed"] / STANDSTILL)
+    aside = moving * np.maximum(np.cos(np.nan_to_num(axes["heading"]) - 0.4), 0.0)
+    shape = ShapeFound(0, 0, 9.0, 1.0, True, ())
+    for extra, axis in ((moving, "speed"), (aside, "heading")):
+        log = measured(motion, base, NOISE, seed=16, extra=2.0 * WATTS * extra)
+        library = candidate_library(fit(log, base).model, log)
+        examination = examine(log, DesignColumns(library, Dictionary.of(log)))
+        found = unknown_effect.propose(examination, "heading", shape, log, base, (), ())
+        assert found.outside.quantities == (axis,)
