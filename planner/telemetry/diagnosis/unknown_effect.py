@@ -263,7 +263,8 @@ def propose(
         left, less = (tuner.heldout_residual(one) for one in (best, laden[0]))
         if supports(log, left, less, examination.spread):
             best, coefficients = laden
-    effect, start = formula_of(best, dictionary.ranges[best.axis], dictionary.temperature, coefficients)
+    span = dictionary.ranges[best.axis]
+    effect, start = formula_of(best, span, dictionary.temperature, coefficients)
     addition = Addition(effect, start)
     fitted = fit_with(model, log, [*additions, addition], noise=examination.noise)
     curve = _curve(fitted.model, effect, log, best.axis, dictionary)
