@@ -14,6 +14,7 @@ from planner.telemetry.estimation import fit
 from planner.telemetry.holdout import overall_error
 from planner.telemetry.misread import misread
 from planner.telemetry.quantities_of_motion import motion_axes
+from tests.power.states import changed
 from tests.telemetry.rows import measured
 
 NOISE = 0.02
@@ -114,3 +115,17 @@ def test_a_wrong_sign_comes_before_any_effect(log, base):
     assert found.baseline.noise_floor_w == pytest.approx(
         NOISE * np.mean(np.abs(log.power)), rel=0.15
     )
+
+
+def test_a_power_without_its_sign_is_no_limit_of_braking(motion, base, robot):
+    """Steep slopes, and electronics that take little, so that braking gives energy back."""
+    steep = written(motion, gravity_x=4.0 * column(motion, "gravity_x"))
+    start, true = (changed(model, electronics__power=0.5) for model in (base, robot))
+    log = measured(steep, true, NOISE, seed=5)
+    found = diagnose(replace(log, power=np.abs(log.power)), start)
+    assert found.selected == ()
+    assert "if its power has lost its sign" in found.sentence
+    # Near nil the model's sign is a guess, so that more than the noise is left.
+    assert found.baseline.noise_floor_w < 0.5 * found.after.heldout_rmse_w
+    # Braking power that is refused is the effect.
+    assert "sign" not in diagnose(replace(log, power=np.maximum(log.power, 0.0)), start).sentence
