@@ -59,6 +59,11 @@ class Sensor:
     signs: tuple[str, ...]
     correct: Callable[[Telemetry, float], Telemetry]
 
+    def is_read_in(self, present: Collection[str]) -> bool:
+        """Whether a log that measured these quantities reads this sensor at all."""
+        angle, acceleration, _ = _TILTED.get(self.kind, ((), "", 0.0))
+        return not angle or acceleration in present or any(name in present for name in angle)
+
     def said(self, value: float, stderr: float, present: Collection[str] = ()) -> str:
         """An error in words, its size in degrees or per cent, and what does the same.
 
@@ -71,10 +76,13 @@ class Sensor:
         size = f"{scale * abs(value):.3g}{unit} (± {scale * stderr:.1g}{unit})"
         chosen = self.signs[::2] if value > 0.0 else self.signs[1::2]
         sentence = self.sentence.format(size, *chosen)
-        name, sign = _AS_ACCELERATION.get(self.kind, ("", 0.0))
+        angle, name, sign = _TILTED.get(self.kind, ((), "", 0.0))
         if name in present:
             also = sign * STANDARD_GRAVITY * value
-            sentence += f", or {name} {abs(also):.2g} m/s² too {_HIGH[0 if also > 0.0 else 1]}"
+            biased = f"{abs(also):.2g} m/s² too {_HIGH[0 if also > 0.0 else 1]}"
+            if not any(one in present for one in angle):
+                return f"{name} reads {biased}"
+            sentence += f", or {name} {biased}"
         return sentence
 
     def column(
@@ -155,9 +163,13 @@ _TURN = 0.01, 0.05, 0.3, 0.02
 _POWER = 0.01, 0.05, 0.4, 0.02
 """Share of the power."""
 _HIGH = "high", "low"
-_AS_ACCELERATION = {"slope_offset": ("ax", -1.0), "roll_offset": ("ay", 1.0)}
-"""What a biased accelerometer reads where an angle seems to be off: g times the angle, with this
-sign. The wheels of a moving robot give the sum of both forces; only rows at rest differ."""
+_TILTED: dict[str, tuple[tuple[str, ...], str, float]] = {
+    "slope_offset": (("pitch", "gravity_x"), "ax", -1.0),
+    "roll_offset": (("roll", "gravity_y"), "ay", 1.0),
+}
+"""Of a tilted angle: columns that it stands in, and what a biased accelerometer reads that does the
+same, g times the angle with this sign. The wheels of a moving robot give the sum of both forces;
+only rows at rest differ."""
 _TURNED = "the velocity in the body frame is turned {} to the {}"
 _SCALED = "power reads {} too {}, or the mass in the data sheet is too {} by as much"
 SENSORS: dict[str, Sensor] = {

@@ -232,7 +232,7 @@ def _without_faults(
         competing = tuple(
             replace(s, least=0.0) if s.kind in corrections else s
             for s in SENSORS.values()
-            if s.kind in believed
+            if s.kind in believed and s.is_read_in(log.present)
         )
         share = 0.2 + 0.05 * number
         found = _settled(log, origin, library, competing, watch, share, exact=as_stated)

@@ -7,10 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from planner import diagnose
 from planner.power.rows import gravity_columns
 from planner.quantities import INDEX, STANDARD_GRAVITY
+from planner.telemetry.other_terms.given_errors import GIVEN, given_columns
 from planner.telemetry.other_terms.sensor_errors import SENSORS
 from planner.telemetry.prediction import predict
+from tests.telemetry.rows import measured
 
 
 def column(log, name):
@@ -131,6 +134,28 @@ def test_an_error_is_said_in_degrees_and_per_cent():
 
 
 @pytest.mark.parametrize(("kind", "axis", "sign"), SIGNS)
+def test_what_a_log_does_not_read_cannot_be_wrong(motion, base, kind, axis, sign):
+    """Neither named nor among the usual errors; an acceleration alone is called by its name."""
+    blind = replace(motion, present=motion.present - {"pitch", "roll", "ax", "ay"})
+    assert not SENSORS[kind].is_read_in(blind.present)
+    assert SENSORS[kind].is_read_in({axis})
+    said = SENSORS[kind].said(0.02, 0.001, {axis})
+    assert said == f"{axis} reads 0.2 m/s² too {'high' if sign > 0.0 else 'low'}"
+    watts = predict(base, blind)
+    columns = given_columns(blind, base, watts)
+    assert not columns[:, GIVEN.own[kind]].any()
+
+
+def test_a_force_to_one_side_is_no_slope_that_nobody_measured(motion, base):
+    part = motion.take(slice(0, 770))
+    force = 0.03 * SENSORS["slope_offset"].column(part, base, predict(base, part))
+    log = measured(part, base, 0.02, seed=4, extra=force)
+    blind = replace(log, present=log.present - {"pitch", "roll", "ax", "ay"})
+    assert [fault.kind for fault in diagnose(log, base).sensors] == ["slope_offset"]
+    assert diagnose(blind, base).sensors == ()
+
+
+@pytest.mark.parametrize(("kind", "axis", "sign"), SIGNS)
 def test_a_biased_accelerometer_looks_like_a_tilt_and_is_named_beside_it(
     motion, base, kind, axis, sign
 ):
@@ -144,6 +169,6 @@ def test_a_biased_accelerometer_looks_like_a_tilt_and_is_named_beside_it(
     unbiased = predict(base, with_columns(motion, **{axis: bias})) - watts
     cosine = tilted_back @ unbiased / np.linalg.norm(tilted_back) / np.linalg.norm(unbiased)
     assert cosine > 0.98
-    said = SENSORS[kind].said(angle, 0.001, present={axis})
+    said = SENSORS[kind].said(angle, 0.001, present={axis, "pitch", "roll"})
     assert said.endswith(f", or {axis} 0.049 m/s² too {'high' if sign > 0 else 'low'}")
     assert axis not in SENSORS[kind].said(angle, 0.001, present={"vx"})
