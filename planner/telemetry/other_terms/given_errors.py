@@ -33,6 +33,11 @@ HEIGHT_SHARE = 0.2
 """The same of the height of the centre of mass, which hardly anybody measures."""
 TILT = 0.003
 """rad; usual error of a tilt sensor that was levelled."""
+LAG = 0.1
+"""s; usual time by which an inertial sensor's filter makes pitch and roll late."""
+_ATTITUDE = "gravity_x", "gravity_y", "gravity_normal"
+_READ_AS = {"pitch", "roll", "gravity_x", "gravity_y"}
+"""Columns that pitch and roll act by, and are logged in."""
 SCALE = 0.01
 """Usual error of a scale of the odometry, and of vy against vx, whose rollers slip."""
 TURN_SCALE = 0.01
@@ -117,15 +122,35 @@ def _biased(name: str) -> Callable[[Telemetry, float], Telemetry]:
     return change
 
 
+def _tilted(kind: str) -> Callable[[Telemetry, float], Telemetry]:
+    def change(log: Telemetry, tilt: float) -> Telemetry:
+        sensor = SENSORS[kind]
+        return sensor.correct(log, tilt) if sensor.is_read_in(log.present) else log
+
+    return change
+
+
+def _late_attitude(log: Telemetry, lag: float) -> Telemetry:
+    """As pitch and roll would be without a filter that makes them late by ``lag``, s."""
+    rows = log.rows.copy()
+    for name in _ATTITUDE if _READ_AS & log.present else ():
+        column = rows[:, INDEX[name]]
+        for start, stop in log.segments():
+            time = log.time[start:stop]
+            column[start:stop] = np.interp(time + lag, time, column[start:stop])
+    return replace(log, rows=rows)
+
+
 _SENSORS: tuple[tuple[float, Callable[[Telemetry, float], Telemetry]], ...] = (
     (SCALE, _scaled("vx", "vy", "ax", "ay")),
     (SCALE, _scaled("vy", "ay")),
     (TURN_SCALE, _scaled("wz", "yaw_acceleration")),
-    (TILT, SENSORS["slope_offset"].correct),
-    (TILT, SENSORS["roll_offset"].correct),
+    (TILT, _tilted("slope_offset")),
+    (TILT, _tilted("roll_offset")),
     (USUAL_TURN, SENSORS["heading_misalignment"].correct),
     (BIAS, _biased("ax")),
     (BIAS, _biased("ay")),
+    (LAG, _late_attitude),
 )
 LATE_ROWS, LATEST = 0.5, 0.06
 """Rows, and s at most, by which the power may be late or early against the motion: what a row's

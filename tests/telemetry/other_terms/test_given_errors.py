@@ -24,8 +24,8 @@ from planner.telemetry.other_terms.sensor_errors import SENSORS
 from planner.telemetry.prediction import predict
 from tests.telemetry.rows import measured
 
-MASS = 0
-"""Column of the data sheet's mass."""
+MASS, LATE = 0, -GIVEN.moments - 1
+"""Columns of the data sheet's mass and of a late attitude."""
 
 
 @pytest.fixture(scope="module")
@@ -106,6 +106,26 @@ def test_a_turned_velocity_is_among_them(motion, base):
     used = columns[:, norms > 0.0] / norms[norms > 0.0]
     cosines = np.abs(used.T @ turned) / np.linalg.norm(turned)
     assert cosines.max() > 0.9
+
+
+def test_pitch_and_roll_behind_a_filter_are_among_them(motion, base):
+    """A filter of 0.1 s, on slopes that the robot turns on; without a slope there is no column."""
+    rows, smooth = motion.rows.copy(), 0.1 / motion.interval.mean()
+    rows[:, INDEX["gravity_x"]] = np.sin(0.3 * motion.time)
+    rows[:, INDEX["gravity_y"]] = np.cos(0.3 * motion.time)
+    true = replace(motion, rows=rows)
+    late = replace(motion, rows=rows.copy())
+    for name in ("gravity_x", "gravity_y"):
+        read = late.rows[:, INDEX[name]]
+        for start, stop in late.segments():
+            for k in range(start + 1, stop):
+                read[k] = (smooth * read[k - 1] + rows[k, INDEX[name]]) / (1.0 + smooth)
+    watts = predict(base, late)
+    missed = predict(base, true) - watts
+    column = given_columns(late, base, watts)[:, LATE]
+    assert abs(column @ missed) > 0.95 * np.linalg.norm(column) * np.linalg.norm(missed)
+    level = replace(late, present=late.present - {"pitch", "roll"})
+    assert not given_columns(level, base, watts)[:, LATE].any()
 
 
 @pytest.mark.parametrize("kind", sorted(set(SENSORS) - {"power_scale"}))
