@@ -3,23 +3,50 @@
     route, reason = in_time(run, 120.0)
 
 The front of duration against energy (planner.search.front) is looked at only where it crosses the
-limit: the two neighbours on either side are brought closer by the price of their chord. Then the
-paths of both are driven at time weights that close in on the limit, since the same path with other
-speeds fills the gap between two corners of the front.
+limit: the two neighbours on either side are brought closer by the price of their chord, as long as
+whole searches find other paths. Then the paths of both are driven at time weights that close in on
+the limit, since the same path with other speeds fills the gap between two corners of the front.
+
+A motion that is the best for a time weight bounds what its path can do: within the limit the path
+takes no less than E + λ·(T - limit). Where this leaves next to nothing to gain, it is left alone.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
 from planner.amounts import seconds
 from planner.search.results import Route
 from planner.search.run import Run
-from planner.search.tradeoff.hull import between, ends_of, lower_hull
+from planner.search.tradeoff.hull import (
+    LEAST_CHORD_GAIN,
+    MOST_WEIGHT,
+    between,
+    chord_price,
+    ends_of,
+    lower_hull,
+    mean_power,
+)
 from planner.search.tradeoff.weighted_objective import DrivenRoute, PricedSearch
 
 CHORD_SEARCHES = 4
 """Chord prices that are searched at; each is a whole search."""
-BISECTIONS = 10
-"""Time weights tried on each path: raised until it is quick enough, then bisected."""
+WEIGHTS_TRIED = 10
+"""Time weights tried on each path at most."""
+LEFT_TO_GAIN = 2e-4
+"""Share of the energy that may be left to gain on a path: motions scatter by about as much."""
+FARTHER = 4.0
+"""Factor from one time weight to the next, until there is a motion on either side of the limit."""
+LEAST_STEP = 0.1
+"""Share of the bracket by which the next time weight stays inside it."""
+
+
+class _Tried(NamedTuple):
+    """A motion, and the time weight, W, that it was searched with."""
+
+    watts: float
+    driven: DrivenRoute
 
 
 def in_time(run: Run, most_s: float) -> tuple[Route | None, str]:
@@ -43,18 +70,26 @@ def in_time(run: Run, most_s: float) -> tuple[Route | None, str]:
             break
         pool = [*pool, found]
         front = lower_hull(pool)
+        if found.legs is quick.legs or found.legs is slow.legs:
+            # The whole search found no better path for this weight.
+            break
     quick, slow = _round(front, most_s)
     if quick is None:
         return None, (
             f"the fastest route that was found takes {seconds(front[0].route.duration_s)}, "
             f"and {seconds(most_s)} are allowed"
         )
-    driven_routes = [
-        *pool,
-        *(driven for known in (quick, slow) if known for driven in _driven(search, known, most_s)),
-    ]
-    good = [driven.route for driven in driven_routes if driven.route.duration_s <= most_s]
-    return min(good, key=lambda route: route.energy_j), ""
+    best = min((one for one in pool if one.route.duration_s <= most_s), key=_energy)
+    if slow is None:
+        return best.route, ""
+    watts = chord_price(quick, slow)
+    for known in {id(one.legs): one for one in (slow, quick)}.values():
+        best, watts = _closing_in(search, known, best, most_s, watts)
+    return best.route, ""
+
+
+def _energy(driven: DrivenRoute) -> float:
+    return driven.route.energy_j
 
 
 def _round(
@@ -66,19 +101,73 @@ def _round(
     return (quick[-1] if quick else None), (slow[0] if slow else None)
 
 
-def _driven(search: PricedSearch, known: DrivenRoute, most_s: float) -> list[DrivenRoute]:
-    """Motions on one path at time weights that close in on a duration."""
-    driven_routes: list[DrivenRoute] = []
-    low, high = 0.0, 0.0
-    watts = max(known.route.energy_j / max(known.route.duration_s, 1e-9), 1e-3)
-    for _ in range(BISECTIONS):
+def _closing_in(
+    search: PricedSearch, known: DrivenRoute, best: DrivenRoute, most_s: float, watts: float
+) -> tuple[DrivenRoute, float]:
+    """The best of a route in time and of motions on a path, at weights that close in on the limit.
+
+    Args:
+        search: of the question.
+        known: the path.
+        best: the best route in time so far.
+        most_s: s from start to goal.
+        watts: time weight to begin with.
+
+    Returns:
+        The best, and the time weight that was tried last.
+    """
+    tried: list[_Tried] = []
+    late: _Tried | None = None
+    early: _Tried | None = None
+    heaviest = MOST_WEIGHT * mean_power(known.route)
+    for _ in range(WEIGHTS_TRIED):
         driven = search.along(known, watts)
         if driven is None:
             break
-        driven_routes.append(driven)
+        below = late is None or early is None or _below(driven, watts, early.driven, late.driven)
+        tried.append(_Tried(watts, driven))
         if driven.route.duration_s > most_s:
-            low = watts
+            late = tried[-1]
         else:
-            high = watts
-        watts = 0.5 * (low + high) if high > 0.0 else 4.0 * watts
-    return driven_routes
+            early = tried[-1]
+            best = min(best, driven, key=_energy)
+        left = _energy(best) - _least(tried, most_s)
+        if not below or left <= LEFT_TO_GAIN * abs(_energy(best)):
+            break
+        if early is None and watts >= heaviest:
+            break
+        watts = _next_weight(late, early)
+    return best, watts
+
+
+def _least(tried: Sequence[_Tried], most_s: float) -> float:
+    """J that motions on a path take at least within a limit, by those that were tried.
+
+    For each weight no motion costs less than the best of them, whichever weight it was found with.
+    """
+    return max(
+        min(other.driven.cost(one.watts) for other in tried) - one.watts * most_s for one in tried
+    )
+
+
+def _below(driven: DrivenRoute, watts: float, quick: DrivenRoute, slow: DrivenRoute) -> bool:
+    """Whether a motion is better for a weight than two others: there is no dent between these."""
+    spread = abs(_energy(quick) - _energy(slow))
+    known = min(quick.cost(watts), slow.cost(watts))
+    return driven.cost(watts) < known - LEAST_CHORD_GAIN * spread
+
+
+def _next_weight(late: _Tried | None, early: _Tried | None) -> float:
+    """W at which a motion may lie between one that is late and one that is early.
+
+    None stands for that which is still to be found.
+    """
+    if early is None:
+        assert late is not None  # at least one was driven
+        return late.watts * FARTHER
+    if late is None:
+        return early.watts / FARTHER
+    # Motions scatter: their chord may ask for a weight outside the bracket.
+    inside = LEAST_STEP * (early.watts - late.watts)
+    chord = chord_price(early.driven, late.driven)
+    return min(max(chord, late.watts + inside), early.watts - inside)

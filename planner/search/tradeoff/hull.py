@@ -31,7 +31,7 @@ def ends_of(search: PricedSearch) -> list[DrivenRoute]:
     frugal = search.at(0.0)
     if frugal is None:
         return []
-    power = _power(frugal.route)
+    power = mean_power(frugal.route)
     if power == 0.0:
         return [frugal]
     search.run.step(0.1, "least time")
@@ -46,7 +46,9 @@ def ends_of(search: PricedSearch) -> list[DrivenRoute]:
 def between(search: PricedSearch, quick: DrivenRoute, frugal: DrivenRoute) -> DrivenRoute | None:
     """The best route at the price of a chord; None where it does not lie below the chord."""
     watts = chord_price(quick, frugal)
-    tried = (search.at(watts), search.along(quick, watts), search.along(frugal, watts))
+    # Of equals the first counts: a known path, before what a whole search makes of it.
+    paths = {id(known.legs): known for known in (quick, frugal)}.values()
+    tried = (*(search.along(known, watts) for known in paths), search.at(watts))
     found = [route for route in tried if route is not None]
     best = min(found, key=lambda r: r.cost(watts), default=quick)
     spread = quick.route.energy_j - frugal.route.energy_j
@@ -66,9 +68,9 @@ def lower_hull(routes: Sequence[DrivenRoute]) -> list[DrivenRoute]:
         while len(hull) > 1 and chord_price(hull[-1], route) >= chord_price(hull[-2], hull[-1]):
             hull.pop()
         hull.append(route)
-    while len(hull) > 1 and chord_price(*hull[:2]) > MOST_WEIGHT * _power(hull[1].route):
+    while len(hull) > 1 and chord_price(*hull[:2]) > MOST_WEIGHT * mean_power(hull[1].route):
         hull.pop(0)
-    while len(hull) > 1 and chord_price(*hull[-2:]) < LEAST_WEIGHT * _power(hull[-2].route):
+    while len(hull) > 1 and chord_price(*hull[-2:]) < LEAST_WEIGHT * mean_power(hull[-2].route):
         hull.pop()
     return hull
 
@@ -78,7 +80,7 @@ def _optimised(search: PricedSearch, found: list[DrivenRoute]) -> list[DrivenRou
     pool, done = list(found), set[tuple[int, float]]()
     while True:
         front = lower_hull(pool)
-        heaviest = MOST_WEIGHT * _power(front[-1].route)
+        heaviest = MOST_WEIGHT * mean_power(front[-1].route)
         outermost = [(known, heaviest) for known in front[:2]] + [
             (known, 0.0) for known in front[-2:]
         ]
@@ -124,7 +126,7 @@ def chord_price(quick: DrivenRoute, frugal: DrivenRoute) -> float:
     return more / later if later > 0.0 else math.inf
 
 
-def _power(route: Route) -> float:
+def mean_power(route: Route) -> float:
     """Mean W of a route, what comes back counted as positive."""
     steps = np.diff(route.arrays["t"], prepend=0.0)
     return float(np.abs(route.arrays["watts"]) @ steps) / max(route.duration_s, 1e-9)

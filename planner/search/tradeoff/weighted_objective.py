@@ -11,12 +11,15 @@ then priced by the model without it.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from planner.arrays import Array
 from planner.power.time_weight import with_time_weight
 from planner.search.field import CostField
 from planner.search.goals import settled
+from planner.search.grid import Lattice
 from planner.search.limit_places import Infeasible
 from planner.search.ompl import solved
 from planner.search.resolution import MARGIN
@@ -24,7 +27,12 @@ from planner.search.results import Route, drive, price
 from planner.search.run import Run
 from planner.search.situation import Situation
 from planner.search.solve import on_grid
+from planner.search.steady import SteadyCosts
 from planner.search.wanted_yaw import Wanted
+
+WEIGHT_STEP = 2.0
+"""Factor between time weights for which steady driving is tabulated: a table takes as long as the
+motions on eight paths. So the tables for any two weights are soon those of other questions."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +46,22 @@ class PricedSituation(Situation):
 
     plain: Situation
     watts: float
+
+    @cached_property
+    def _tabulated(self) -> Situation:
+        """That of the step next to the weight: what is tabulated and searched is as for it."""
+        step = WEIGHT_STEP ** round(math.log(self.watts, WEIGHT_STEP))
+        return self if step == self.watts else self.of(self.plain, step)
+
+    def costs(self, objective: str) -> SteadyCosts:
+        """Costs of steady driving at the step next to the weight."""
+        at = self._tabulated
+        return super().costs(objective) if at is self else at.costs(objective)
+
+    def lattice(self, objective: str, field: CostField) -> Lattice:
+        """The moves on the grid at the step next to the weight."""
+        at = self._tabulated
+        return super().lattice(objective, field) if at is self else at.lattice(objective, field)
 
     @classmethod
     def of(cls, plain: Situation, watts: float) -> PricedSituation:
