@@ -30,7 +30,8 @@ Node = tuple[int, int]
 TRIED_NEIGHBOURS, LEARNING_PASSES = 4, 3
 """Nearest places whose paths a place may try, and how often what was learned is passed on."""
 LEAST_RATIO_GAIN = 0.006
-"""Share by which a neighbour's ratio must be lower before its path is tried; less is noise."""
+"""Share by which the neighbours' median ratio must be lower before the best path of theirs is
+tried; less is noise. Where only one of them does better, its path hardly ever helps."""
 
 
 class EdgeRoutes:
@@ -46,7 +47,7 @@ class EdgeRoutes:
     ) -> None:
         self.situation, self.field, self.fields = situation, field, fields
         self.yaw, self.token = yaw, token
-        self.planner = LegPlanner(situation, field, token)
+        self.planner = LegPlanner(situation, field, token, many=True)
         self.weight = situation.conditions.mass * STANDARD_GRAVITY
         self.legs: dict[Node, tuple[Leg, ...]] = {}
         self.tried: set[tuple[Node, Node, float]] = set()
@@ -104,7 +105,7 @@ class EdgeRoutes:
         return tuple(legs)
 
     def _lessons(self) -> tuple[list[Node], list[Node]]:
-        """Places, and for each a neighbour that does better and whose path was not tried there."""
+        """Places whose neighbours do better, and for each the best of them, if it is a new one."""
         places, ratios = self.ratios()
         nodes = list(self.legs)
         pupils: list[Node] = []
@@ -114,13 +115,14 @@ class EdgeRoutes:
         count = min(TRIED_NEIGHBOURS + 1, len(nodes))
         near = np.asarray(cKDTree(places).query(places, count)[1])
         for n, node in enumerate(nodes):
-            for m in near[n][np.argsort(ratios[near[n]])]:
-                key = node, nodes[m], float(ratios[m])
-                if ratios[m] < (1.0 - LEAST_RATIO_GAIN) * ratios[n] and key not in self.tried:
-                    self.tried.add(key)
-                    pupils.append(node)
-                    teachers.append(nodes[m])
-                    break
+            around = near[n][near[n] != n]
+            m = around[ratios[around].argmin()]
+            key = node, nodes[m], float(ratios[m])
+            astray = np.median(ratios[around]) < (1.0 - LEAST_RATIO_GAIN) * ratios[n]
+            if astray and key not in self.tried:
+                self.tried.add(key)
+                pupils.append(node)
+                teachers.append(nodes[m])
         return pupils, teachers
 
     def _learned(self, node: Node, neighbour: Node) -> tuple[Node, tuple[Leg, ...] | None]:

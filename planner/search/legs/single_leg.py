@@ -23,7 +23,7 @@ from planner.search.resolution import MARGIN
 from planner.search.results import Route, drive
 from planner.search.run import Run
 from planner.search.situation import Situation
-from planner.search.solve import on_grid
+from planner.search.solve import ONE_OF_MANY, on_grid
 from planner.search.waypoints import (
     VARIANTS,
     Driven,
@@ -67,11 +67,14 @@ class LegPlanner:
         situation: map and model.
         field: of the situation, for energy.
         token: the caller's wish to stop, which raises Cancelled.
+        many: whether a leg is one of so many that waypoint descent is not worth its time among
+            obstacles: it saves 0.1 % there on average, and takes nearly half of the time.
     """
 
     situation: Situation
     field: CostField
     token: CancellationToken
+    many: bool = False
 
     def near(self, path: Array, yaws: Yaws = (None, None)) -> Leg | None:
         """The best motion near a path; None where there is none even with more caution.
@@ -95,14 +98,18 @@ class LegPlanner:
         leg = self._best_of(paths, yaws)
         if leg is not None:
             return leg
-        # Among obstacles, or where a limit was broken: as carefully as for a single request.
+        # Among obstacles, or where a limit was broken: with more care.
         start, goal = (
             PoseRequest(x=float(x), y=float(y), yaw=yaw)
             for (x, y), yaw in zip((path[0], path[-1]), yaws, strict=True)
         )
         request = PlanRequest(map=self.situation.ground.terrain.name, start=start, goal=goal)
         run = Run(request, self.situation, silent, self.token)
-        route = on_grid(run, run.field("energy", MARGIN), "energy").route
+        field, route = run.field("energy", MARGIN), None
+        if self.many:
+            route = on_grid(run, field, "energy", ONE_OF_MANY).route
+        if route is None:
+            route = on_grid(run, field, "energy").route
         return None if route is None else Leg(route)
 
     def like_neighbour(self, leg: Leg, path: Array, yaws: Yaws = (None, None)) -> Leg:

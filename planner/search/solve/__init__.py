@@ -7,11 +7,11 @@ attempt = on_grid(run, run.field("energy"), "energy")
 from planner.search.solve.alternatives import find_alternatives
 from planner.search.solve.certification import with_bounds
 from planner.search.solve.grid_planner import on_grid
-from planner.search.solve.pipeline import Attempt
 from planner.search.solve.portfolio import Found, best_along, best_route, summary_of
+from planner.search.solve.sketch import ONE_OF_MANY
 
 __all__ = [
-    "Attempt",
+    "ONE_OF_MANY",
     "Found",
     "best_along",
     "best_route",
