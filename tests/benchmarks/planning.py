@@ -33,6 +33,7 @@ AREAS = (
     ("fractal-512", (30.0, 90.0), 400.0),
     ("tilted-plane", (12.0, 12.0), 150.0),
     ("cone", (20.0, 10.0), 200.0),
+    ("warehouse", (2.0, 2.0), 300.0),
 )
 """Maps, starts and J of reachable areas."""
 EDGE = 25

@@ -51,6 +51,26 @@ def test_the_edge_of_the_area_takes_the_energy(relief):
         assert single.routes[0].energy_j == pytest.approx(150.0, rel=0.02)
 
 
+def test_the_edge_among_obstacles_takes_the_energy():
+    solid = np.zeros((100, 100), bool)
+    solid[20:80, 30:34] = solid[48:52, 34:60] = True
+    terrain = Terrain.from_arrays(np.zeros(solid.shape), cell=(0.1, 0.1), obstacles=solid)
+    start = {"x": 1.5, "y": 5.0}
+    reach = reachable_area(terrain=terrain, start=start, energy_j=75.0)
+    places = np.vstack(reach.outlines)
+    columns, rows = np.rint(places / 0.1).astype(int).T
+    room = [
+        np.isfinite(reach.needed_j[j - 4 : j + 5, i - 4 : i + 5])
+        for i, j in zip(columns, rows, strict=True)
+    ]
+    # Elsewhere the map or a wall ends the area.
+    open_edge = places[[one.shape == (9, 9) and bool(one.all()) for one in room]]
+    assert len(open_edge) > 20
+    for x, y in open_edge[:: len(open_edge) // 6]:
+        single = plan_route(terrain=terrain, start=start, goal={"x": float(x), "y": float(y)})
+        assert single.routes[0].energy_j == pytest.approx(75.0, rel=0.03)
+
+
 def test_uphill_is_not_as_far_as_downhill():
     x = 0.5 * np.arange(80)
     terrain = Terrain.from_arrays(np.tile(0.05 * x, (80, 1)), cell=(0.5, 0.5))
@@ -80,7 +100,7 @@ def test_no_place_beside_a_wall_is_driven_to():
     needed = search.needed(np.ones(solid.shape))
     wall = np.flatnonzero(np.isfinite(needed[30]))[-1]
     search.budget = 1.02 * needed[30, wall]
-    places = search.edge(needed, 0)
+    places = search.edge(needed, 1)
     assert len(places) > 10
     _, columns = field.nodes_at(np.array(places))
     assert columns.max() < wall

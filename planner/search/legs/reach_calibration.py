@@ -30,8 +30,8 @@ Node = tuple[int, int]
 TRIED_NEIGHBOURS, LEARNING_PASSES = 4, 3
 """Nearest places whose paths a place may try, and how often what was learned is passed on."""
 LEAST_RATIO_GAIN = 0.006
-"""Share by which the neighbours' median ratio must be lower before the best path of theirs is
-tried; less is noise. Where only one of them does better, its path hardly ever helps."""
+"""Share by which the neighbours' median ratio must be lower before a path of theirs is tried; less
+is noise. Where only one or two of them do better, their paths hardly ever help."""
 
 
 class EdgeRoutes:
@@ -105,7 +105,7 @@ class EdgeRoutes:
         return tuple(legs)
 
     def _lessons(self) -> tuple[list[Node], list[Node]]:
-        """Places whose neighbours do better, and for each the best of them, if it is a new one."""
+        """Places whose neighbours do better, and for each the best one not tried there."""
         places, ratios = self.ratios()
         nodes = list(self.legs)
         pupils: list[Node] = []
@@ -116,13 +116,16 @@ class EdgeRoutes:
         near = np.asarray(cKDTree(places).query(places, count)[1])
         for n, node in enumerate(nodes):
             around = near[n][near[n] != n]
-            m = around[ratios[around].argmin()]
-            key = node, nodes[m], float(ratios[m])
-            astray = np.median(ratios[around]) < (1.0 - LEAST_RATIO_GAIN) * ratios[n]
-            if astray and key not in self.tried:
-                self.tried.add(key)
-                pupils.append(node)
-                teachers.append(nodes[m])
+            likely = (1.0 - LEAST_RATIO_GAIN) * ratios[n]
+            if np.median(ratios[around]) >= likely:
+                continue
+            for m in around[np.argsort(ratios[around])]:
+                key = node, nodes[m], float(ratios[m])
+                if ratios[m] < likely and key not in self.tried:
+                    self.tried.add(key)
+                    pupils.append(node)
+                    teachers.append(nodes[m])
+                    break
         return pupils, teachers
 
     def _learned(self, node: Node, neighbour: Node) -> tuple[Node, tuple[Leg, ...] | None]:

@@ -51,3 +51,19 @@ def test_a_route_to_an_edge_that_went_astray_follows_its_neighbours(hilly):
     after, found = routes.ratios()
     np.testing.assert_array_equal(after, before)
     np.testing.assert_allclose(found, ratios, rtol=0.02)
+
+
+def test_a_place_asks_a_neighbour_only_where_most_of_them_do_better(hilly):
+    """Of equal routes one always takes a little less; its path would not help the others."""
+    situation, field = hilly
+    start = (12.0, 12.0)
+    from_start = situation.least_cost_from(field, start)
+    routes = EdgeRoutes(situation, field, [from_start], None, CancellationToken())
+    routes.drive([(16.0, 12.0), (15.5, 14.0), (16.0, 10.5), (15.0, 10.0), (16.0, 13.0)])
+    ratios = {node: routes.ratio(node) for node in routes.legs}
+    cheapest, dearest = min(ratios, key=ratios.get), max(ratios, key=ratios.get)
+    assert ratios[dearest] > 1.006 * ratios[cheapest]
+    for pupil, teacher, _ in routes.tried:
+        others = [ratio for node, ratio in ratios.items() if node != pupil]
+        assert np.median(others) < 0.994 * ratios[pupil]
+        assert ratios[teacher] < 0.994 * ratios[pupil]

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from planner import energy_time_front, plan_route
+from planner.cancellation import CancellationToken
 from planner.errors import RequestError
+from planner.progress import silent
+from planner.search.requests import PlanRequest
+from planner.search.run import Run
+from planner.search.situation import situation_of
+from planner.search.tradeoff import PricedSearch
 from planner.terrain.heightmap import Terrain
 from tests.search.grid.test_least_cost import hills
 from tests.search.test_front import WAY
@@ -57,3 +64,37 @@ def test_a_region_is_entered_in_time(relief):
 def test_what_is_no_limit_is_refused(relief, wrong):
     with pytest.raises(RequestError, match="max_duration_s"):
         plan_route(terrain=relief, **WAY, **wrong)
+
+
+@pytest.fixture
+def weights(monkeypatch) -> list[float]:
+    """Time weights at which known paths are driven, in their order."""
+    tried: list[float] = []
+    along = PricedSearch.along
+
+    def counted(self, known, watts):
+        tried.append(watts)
+        return along(self, known, watts)
+
+    monkeypatch.setattr(PricedSearch, "along", counted)
+    return tried
+
+
+def test_few_weights_find_what_many_find(relief, weights):
+    free = plan_route(terrain=relief, **WAY).routes[0]
+    quick = plan_route(terrain=relief, **WAY, objective="time").routes[0]
+    most = 0.5 * (free.duration_s + quick.duration_s)
+    route = plan_route(terrain=relief, **WAY, max_duration_s=most).routes[0]
+    assert len(weights) <= 16
+    power = free.energy_j / free.duration_s
+    request = PlanRequest.from_json({"map": "here", **WAY})
+    situation = situation_of(request, terrain=relief)
+    search = PricedSearch(Run(request, situation, silent, CancellationToken()))
+    scanned = [
+        search.along(path, float(watts)).route
+        for path in (search.at(0.0), search.at(power))
+        for watts in power * np.geomspace(0.03, 10.0, 20)
+    ]
+    timely = min(one.energy_j for one in scanned if one.duration_s <= most)
+    assert route.duration_s <= most
+    assert route.energy_j <= 1.001 * timely
