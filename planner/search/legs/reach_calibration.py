@@ -115,11 +115,11 @@ class EdgeRoutes:
         count = min(TRIED_NEIGHBOURS + 1, len(nodes))
         near = np.asarray(cKDTree(places).query(places, count)[1])
         for n, node in enumerate(nodes):
-            around = near[n][near[n] != n]
+            neighbours = near[n][near[n] != n]
             likely = (1.0 - LEAST_RATIO_GAIN) * ratios[n]
-            if np.median(ratios[around]) >= likely:
+            if np.median(ratios[neighbours]) >= likely:
                 continue
-            for m in around[np.argsort(ratios[around])]:
+            for m in neighbours[np.argsort(ratios[neighbours])]:
                 key = node, nodes[m], float(ratios[m])
                 if ratios[m] < likely and key not in self.tried:
                     self.tried.add(key)

@@ -39,13 +39,19 @@ def test_a_leg_learns_from_a_neighbour_and_only_what_is_better(level):
     assert legs.like_neighbour(better, crooked) is better
 
 
-def test_one_leg_of_many_costs_hardly_more_among_obstacles():
+@pytest.fixture(scope="module")
+def walled():
+    """Level ground of 8 m by 8 m with a wall, and the path past it."""
     solid = np.zeros((80, 80), bool)
     solid[:55, 38:42] = True
     situation, field = situation_on(
         Terrain.from_arrays(np.zeros(solid.shape), cell=(0.1, 0.1), obstacles=solid)
     )
-    path = situation.path("energy", field, (2.0, 2.0), (6.5, 2.0))
+    return situation, field, situation.path("energy", field, (2.0, 2.0), (6.5, 2.0))
+
+
+def test_one_leg_of_many_costs_hardly_more_among_obstacles(walled):
+    situation, field, path = walled
     careful, quick = (
         LegPlanner(situation, field, CancellationToken(), many=many).near(path).route.energy_j
         for many in (False, True)
@@ -53,9 +59,9 @@ def test_one_leg_of_many_costs_hardly_more_among_obstacles():
     assert careful * (1.0 - 1e-9) <= quick <= 1.02 * careful
 
 
-def test_one_leg_of_many_is_found_where_only_much_care_finds_it(level, monkeypatch):
+def test_one_leg_of_many_is_found_where_only_much_care_finds_it(walled, monkeypatch):
     """Recovery is short for one of many: the leg is then looked for as a single answer is."""
-    situation, field = level
+    situation, field, path = walled
     efforts = []
     plain = single_leg.on_grid
 
@@ -64,8 +70,6 @@ def test_one_leg_of_many_is_found_where_only_much_care_finds_it(level, monkeypat
         return Attempt(field) if effort else plain(run, field, objective)
 
     monkeypatch.setattr(single_leg, "on_grid", picky)
-    monkeypatch.setattr(LegPlanner, "_best_of", lambda *_: None)
-    path = np.array([[3.0, 3.0], [20.0, 3.0]])
     leg = LegPlanner(situation, field, CancellationToken(), many=True).near(path)
-    assert leg.route.length_m == pytest.approx(17.0)
+    assert leg.route.length_m > 8.0
     assert efforts == [(ONE_OF_MANY,), ()]

@@ -85,7 +85,7 @@ def test_few_weights_find_what_many_find(relief, weights):
     quick = plan_route(terrain=relief, **WAY, objective="time").routes[0]
     most = 0.5 * (free.duration_s + quick.duration_s)
     route = plan_route(terrain=relief, **WAY, max_duration_s=most).routes[0]
-    assert len(weights) <= 16
+    assert len(weights) <= 10
     power = free.energy_j / free.duration_s
     request = PlanRequest.from_json({"map": "here", **WAY})
     situation = situation_of(request, terrain=relief)
