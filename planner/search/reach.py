@@ -48,7 +48,7 @@ CALIBRATION_ROUNDS = 6
 """Rounds at most; two to four usually meet EDGE_TOLERANCE."""
 EDGE_TOLERANCE, MET_BY = 0.015, 0.9
 """No further round is needed where so large a share of a round's new places had at most this
-relative error. That is the error before they are taken into account; afterwards it is about half.
+relative error. That is the error before they are taken into account; afterwards it is less.
 The largest one would never do: some routes take 1 % more than their neighbours."""
 NEAR_EDGE = 0.1
 """Share of the energy within which a node on an outline is at the edge: else a wall ends it."""

@@ -68,7 +68,7 @@ class LegPlanner:
         field: of the situation, for energy.
         token: the caller's wish to stop, which raises Cancelled.
         many: whether a leg is one of so many that waypoint descent is not worth its time among
-            obstacles: it saves 0.1 % there on average, and takes nearly half of the time.
+            obstacles: it saves little there, and takes nearly half of the time.
     """
 
     situation: Situation

@@ -31,8 +31,8 @@ from planner.search.steady import SteadyCosts
 from planner.search.wanted_yaw import Wanted
 
 WEIGHT_STEP = 2.0
-"""Factor between time weights for which steady driving is tabulated: a table takes as long as the
-motions on eight paths. So the tables for any two weights are soon those of other questions."""
+"""Factor between time weights for which steady driving is tabulated. A table takes longer than the
+motions that it serves, and weights of a question are hardly ever those of another one."""
 
 
 @dataclass(frozen=True)
