@@ -86,13 +86,13 @@ def _put_ramp(
     count = 0
     if steepest.shape[0]:
         vx, vy = steepest[_VX], steepest[_VY]
-        steepest[_VX], steepest[_VY], steepest[_WZ] = vx * faster, vy * faster, turn / time
+        steepest[_VX], steepest[_VY] = vx * faster, vy * faster
+        steepest[_WZ] = turn * faster / surface
         set_acceleration(steepest, acceleration, sideways, vx, vy, 1.0)
         put_row(columns, place, steepest)
         steepest[_VX], steepest[_VY] = vx, vy
         shares[place] = 0.0
         count = 1
-    row[_WZ] = turn / time
     row[_SLOPE_RATE] = slope_change / time
     for at, share in _TWO:
         if speed_a == speed_b and at > 0.5:
@@ -100,6 +100,7 @@ def _put_ramp(
             break
         speed = speed_a + (speed_b - speed_a) * at
         row[_VX], row[_VY] = unit[0] * speed, unit[1] * speed
+        row[_WZ] = turn * speed / surface
         set_acceleration(row, acceleration, speed * speed * curvature, unit[0], unit[1], 1.0)
         put_row(columns, place + count, row)
         shares[place + count] = share * time

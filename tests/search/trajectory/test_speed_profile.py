@@ -7,10 +7,11 @@ import pytest
 
 from planner.search.resolution import CREEP, MORE_LEVELS
 from planner.search.results import energy_of
+from planner.search.trajectory.limit_checks import broken_limits
 from planner.search.trajectory.motion import assemble
 from planner.search.trajectory.speed_estimate import REACH, levels, reach_of
 from planner.search.trajectory.speed_profile import KnownStretch, relax, speed_profile
-from planner.search.trajectory.track import lay_track, steps_of
+from planner.search.trajectory.track import Track, lay_track, steps_of
 from planner.search.trajectory.yaw import YawProfile
 from tests.benchmarks.peers.case import case_of
 from tests.search.maps import hills, terrain
@@ -84,3 +85,32 @@ def test_lower_limits_lead_to_the_same_speeds_from_known_costs_as_from_none() ->
     assert (again[1:] <= most).all()
     assert joules(anew) > 1.005 * joules(first), "the lower limits cost nothing"
     assert joules(again) == pytest.approx(joules(anew), rel=1e-3)
+
+
+def test_a_robot_at_rest_begins_to_turn_as_slowly_as_it_begins_to_drive() -> None:
+    """Yaw goes with the distance. Across a slope it turns while it drives, slowly enough.
+
+    Loaded so that the torque limits it, no wheel has to change its direction on this bend. On one
+    more than twice as tight some wheels do, and that breaks the limit.
+    """
+    slope, tight, step = 0.1, 1.5, 0.15
+    relief = terrain(np.tile(slope * 0.25 * np.arange(40.0)[:, None], (1, 40)))
+    asked = {"start": {"x": 2.0, "y": 5.0}, "goal": {"x": 6.0, "y": 5.0}, "payload": {"mass": 28.0}}
+    situation = case_of("test", asked, relief).situation
+    field, conditions = situation.field("energy"), situation.conditions
+    limits = conditions.model.vehicle.limits
+    nothing = np.zeros(2)
+    points = np.column_stack([4.0 + step * np.arange(3.0), np.full(3, 5.0)])
+    stops = np.array([True, False, True])
+    track = Track(points, nothing, np.full(2, step), nothing, stops, (0, 2))
+    yaw = 0.5 + tight * step * np.arange(3.0)
+    profile, steps = YawProfile(yaw, yaw, 0.0), steps_of(field, track)
+    fastest, hardest = np.full(2, limits.speed), np.full((2, 2), limits.acceleration)
+    rest = conditions, track, profile, steps, 0, 3, MORE_LEVELS, fastest, hardest
+    speeds, _ = speed_profile(*rest)
+    assert speeds is not None
+    motion = assemble(field, track, profile, speeds, yaw_rate=limits.yaw_rate, spacing=0.25)
+    assert not broken_limits(field, conditions, motion, finely=True)
+    turned = yaw[0] + 2.2 * (yaw - yaw[0])
+    tighter = YawProfile(turned, turned, 0.0)
+    assert speed_profile(*rest[:2], tighter, *rest[3:])[0] is None
