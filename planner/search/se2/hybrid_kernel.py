@@ -231,7 +231,8 @@ def search_poses(
         turning: Turning.
         spin: cost of turning on the spot by one angle.
         spin_limit: (grounds,) slope up to which that is possible.
-        turning_limit: as the field's ``yaw_limit``, while the body turns.
+        turning_limit: (MOST_TURN, ...) as the field's ``yaw_limit``, while the body turns by as
+            many angles on a move.
         start, goal: both ends.
         limits: PoseLimits: how far the search goes.
         stop: (1,) not zero ends the search.
@@ -245,7 +246,7 @@ def search_poses(
     ny, nx = heights.shape
     states = ny * nx * YAW_BINS
     slopes = _node_slopes(field)
-    edges, here_cost = np.stack((yaw_limit, turning_limit)), np.empty(2)
+    here_cost = np.empty(1 + MOST_TURN)
     moves = _moves(field, offsets, turning)
     length, direction, wind = moves.length, moves.direction, moves.wind
     relative, turns = moves.relative, moves.turns
@@ -299,17 +300,17 @@ def search_poses(
                     continue
                 if hard:
                     # Few yaw angles hold here, other ones half a cell on, and fewer while it turns.
-                    turns_on = int(w != 0)
                     ground, end = grounds[j, i], grounds[to_j, to_i]
-                    if here_cost[turns_on] < 0.0:
-                        here_cost[turns_on] = 0.5 * metre_cost(
-                            *(by_yaw[ground], edges[turns_on, ground], margin, slopes[j, i, 2]),
+                    edges = yaw_limit if w == 0 else turning_limit[abs(w) - 1]
+                    if here_cost[abs(w)] < 0.0:
+                        here_cost[abs(w)] = 0.5 * metre_cost(
+                            *(by_yaw[ground], edges[ground], margin, slopes[j, i, 2]),
                             *(slopes[j, i, 3] - direction[m], relative[m, b]),
                         )
-                    straight = here_cost[turns_on]
+                    straight = here_cost[abs(w)]
                     if straight < np.inf:
                         straight += 0.5 * metre_cost(
-                            *(by_yaw[end], edges[turns_on, end], margin, slopes[to_j, to_i, 2]),
+                            *(by_yaw[end], edges[end], margin, slopes[to_j, to_i, 2]),
                             *(slopes[to_j, to_i, 3] - direction[m], relative[m, to_b]),
                         )
                 elif straight < 0.0:

@@ -14,7 +14,7 @@ never too high but for the rounding of angles. Five per cent are added to it: fe
 looked at, and the path may cost so much more than the least.
 
 Near the slope limit both ends of a move are priced with the yaw there, and what turns has to hold
-with the angles beside its own: rollers that move take torque.
+while it does (turning_limits): rollers that move take torque.
 
 Costs are estimates by tables; the yaw and speed profiles price the motion afterwards.
 """
@@ -29,6 +29,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from planner.arrays import Array
+from planner.cache import CACHE
 from planner.cancellation import CancellationToken
 from planner.compiled_code import njit
 from planner.search.conditions import OperatingConditions
@@ -36,14 +37,16 @@ from planner.search.field import CostField
 from planner.search.grid import cost_to_go
 from planner.search.resolution import (
     ALL_YAWS,
+    DIRECTIONS,
     MOVES,
     OBJECTIVES,
     STATES,
     TURNS,
     YAW_BINS,
 )
-from planner.search.se2.hybrid_kernel import search_poses
+from planner.search.se2.hybrid_kernel import MOST_TURN, search_poses
 from planner.search.se2.pose_costs import ANGLE, End
+from planner.search.se2.turning_limits import turning_limits
 from planner.search.situation import Situation
 from planner.search.turns import Turning, spin_costs, turning
 from planner.terrain.footprint import body_fits
@@ -69,14 +72,12 @@ class PoseLimits(NamedTuple):
     """How far a search of poses goes.
 
     Attributes:
-        spare: angles to either side that must hold as well while the body turns.
         eager: times the least that a path may cost, for a fraction of the states: smoothing and
             driving change it by more than the default.
         most_expanded: states after which it gives up.
         beyond: times the least cost without yaw that a path may cost, about.
     """
 
-    spare: int = 1
     eager: float = 1.05
     most_expanded: int = MOST_EXPANDED
     beyond: float = math.inf
@@ -135,14 +136,9 @@ def pose_path(
     lattice = situation.lattice(objective, field)
     to_go = cost_to_go(field, lattice, goal[0], start=start[0], beyond=limits.beyond, token=token)
     turning_costs, spin = _prices(situation.conditions, objective)
-    # Straight on, rollers stand still; any turn has them roll, and the torque is that of the angles
-    # beside it.
-    beside = [
-        np.roll(field.yaw_limit, side, axis=1) for side in range(-limits.spare, limits.spare + 1)
-    ]
     states, cost = search_poses(
         *(field, field.body_frame(), MOVES, to_go.values, turning_costs, spin),
-        *(spin_limit(situation.conditions), np.min(beside, axis=0)),
+        *(spin_limit(situation.conditions), _turning_limits(situation.conditions, field)),
         End(*start[0], _at_end(field, *start, spin)),
         End(*goal[0], _at_end(field, *goal, spin)),
         limits,
@@ -194,6 +190,21 @@ def spin_limit(conditions: OperatingConditions) -> Array:
         held = np.logical_and.accumulate(np.isfinite(spin).all(axis=1))
         limit[ground] = slopes[held, 0].max(initial=0.0)
     return limit
+
+
+def _turning_limits(conditions: OperatingConditions, field: CostField) -> Array:
+    """As the field's ``yaw_limit``, while the body turns by one angle and more on a cell's length.
+
+    (MOST_TURN, grounds, STATES, DIRECTIONS); without steep ground nobody asks.
+    """
+    if not field.steep.any():
+        return np.empty((MOST_TURN, 0, STATES, DIRECTIONS))
+    steady, steepest = conditions.steady, float(field.yaw_limit.max())
+    curvatures = ANGLE / min(field.dx, field.dy) * np.arange(1.0, MOST_TURN + 1.0)
+    return CACHE.get(
+        ("turning_limits", steady.key, curvatures.tobytes()),
+        lambda: turning_limits(steady, curvatures, steepest),
+    )
 
 
 def _at_end(field: CostField, place: Point, yaw: float | None, spin: float) -> Array:

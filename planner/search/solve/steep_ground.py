@@ -60,18 +60,14 @@ _EAGER = PoseLimits(eager=1.5, most_expanded=200_000, beyond=2.0)
 """Where that finds none: a path that need not be among the cheapest takes few states."""
 _EAGER_LAST = _EAGER._replace(most_expanded=300_000, beyond=4.0)
 """Somewhat more, where nothing else is left."""
-_HOPEFUL = _EAGER_LAST._replace(spare=0)
-"""The same with turns that may break a limit: angles are 5.6° apart, and between two of them a body
-may turn where it cannot at either. Driving tells."""
 FIRST = PoseSearch(MARGIN, _SOON), PoseSearch(MARGIN, _EAGER)
 """Searches one after the other, until one of their paths can be driven."""
 LAST = (PoseSearch(1.0, _EAGER_LAST),)
 """The same where everything else failed."""
-FOR_A_BUDGET = 4 * tuple(
-    PoseSearch(margin, _HOPEFUL._replace(spare=spare, eager=eager))
+FOR_A_BUDGET = 8 * tuple(
+    PoseSearch(margin, _EAGER_LAST._replace(eager=eager))
     for margin in (MARGIN, 1.02)
     for eager in (1.05, 1.5)
-    for spare in (1, 0)
 )
 """After these, while a time budget lasts. The slope at a node may be a little above
 what a path beside it climbs."""
