@@ -40,6 +40,8 @@ OFF_MIDDLE = 1.0 / 3.0
 STILL = 1e-9
 """rad: what turns less does not turn."""
 
+SPIN_UP = 2.0
+"""1/s: a turn on the spot gets to its full yaw rate within half a second."""
 SLOWEST = 0.05
 """Share of full speed below which the robot stops rather than creeps."""
 CREEP = (0.0, SLOWEST, 0.1, 0.15)

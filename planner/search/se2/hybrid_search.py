@@ -172,7 +172,7 @@ def _prices(conditions: OperatingConditions, objective: str) -> tuple[Turning, f
         return Turning(METRES_PER_RAD, prices.tightest, table), METRES_PER_RAD * ANGLE
     spin = np.empty((1, STATES))
     level = (np.zeros(1), np.zeros((1, 4)), np.zeros(1, np.int64))
-    spin_costs(conditions.model.limits_kernel, conditions.arrays, *level, aim, spin)
+    spin_costs(conditions.model.limits_kernel, conditions.arrays, *level, aim, 0.0, spin)
     return prices, float(spin.mean()) * ANGLE
 
 
@@ -185,7 +185,7 @@ def spin_limit(conditions: OperatingConditions) -> Array:
         spin = np.empty((SPIN_SLOPES, STATES))
         spin_costs(
             *(conditions.model.limits_kernel, conditions.arrays, np.zeros(SPIN_SLOPES), slopes),
-            *(np.full(SPIN_SLOPES, ground), OBJECTIVES["energy"], spin),
+            *(np.full(SPIN_SLOPES, ground), OBJECTIVES["energy"], 0.0, spin),
         )
         held = np.logical_and.accumulate(np.isfinite(spin).all(axis=1))
         limit[ground] = slopes[held, 0].max(initial=0.0)

@@ -23,7 +23,6 @@ from planner.arrays import Array
 from planner.search.field import CostField
 from planner.search.limit_places import Infeasible
 from planner.search.resolution import MARGIN, YAW_BINS
-from planner.search.results import Route
 from planner.search.run import Run
 from planner.search.se2 import ANGLE, PoseLimits, PosePath, pose_path
 from planner.search.solve.pipeline import Attempt, finished
@@ -73,8 +72,6 @@ FOR_A_BUDGET = 8 * tuple(
 what a path beside it climbs."""
 SHUT_CELLS = 1.5
 """Cells round a place where a limit is broken within which a path's poses are shut."""
-LIMIT_ROUNDING = 1e-4
-"""Share by which a limit may be exceeded, since speeds and angles are rounded."""
 HELD_CELLS, WIDER_HELD = 4.0, 2.0
 """Cells round a place where a limit is broken within which the path is left as it is, and times as
 many where that is not enough. Beyond that, the path of poses itself cannot be driven there."""
@@ -115,10 +112,8 @@ def straight_up(
         found = Sketch(field, paths, tuple(driven))
         if found.best is not None:
             attempt = finished(run, [found], objective, effort, closely)
-            beyond = None if attempt.route is None else beyond_a_limit(attempt.route)
-            if attempt.route is not None and beyond is None:
+            if attempt.route is not None:
                 return attempt
-            driven += [] if beyond is None else [Driven([], beyond)]
         for one in driven:
             if not isinstance(one.motion, Infeasible):
                 continue
@@ -127,14 +122,6 @@ def straight_up(
             else:
                 mask = without(mask, field, poses, one.motion)
     return None
-
-
-def beyond_a_limit(route: Route) -> Infeasible | None:
-    """Where the limits that a route states exceed what they allow: nothing such is answered."""
-    use = max(route.limits, key=lambda one: one.share)
-    if use.share <= 1.0 + LIMIT_ROUNDING:
-        return None
-    return Infeasible(use.x, use.y, f"{use.limit} is {use.share:.3g} times its limit")
 
 
 def without(

@@ -139,7 +139,7 @@ def broken_limits(
     finely: bool = False,
     kept: Kept | None = None,
 ) -> Broken:
-    """Where a motion breaks a limit; turns on the spot were checked when they were chosen.
+    """Where a motion breaks a limit; no speed helps a turn on the spot.
 
     Args:
         field, conditions, motion: map, model and the motion.
@@ -176,12 +176,12 @@ def _broken_among(
     found = conditions.model.power_and_limits(rows)
     numbers = _numbers(found, conditions.limits)
     moving = np.hypot(np.diff(motion.x), np.diff(motion.y)) > 1e-9
-    at = np.flatnonzero((numbers >= 0) & moving[owner])
+    at = np.flatnonzero(numbers >= 0)
     allowed = np.array([0.0, 0.0, *conditions.limits[1:4]])
     steps, limits = [owner[at]], [numbers[at]]
     reached, most = [found[at, _RESULT[numbers[at]]]], [allowed[numbers[at]]]
     creeping = _creeping(conditions, rows[at])
-    always = [_numbers(creeping, conditions.limits) >= 0]
+    always = [(_numbers(creeping, conditions.limits) >= 0) | ~moving[owner[at]]]
     slow = creeping[np.arange(len(at)), _RESULT[numbers[at]]]
     with np.errstate(divide="ignore", invalid="ignore"):
         kept = [np.nan_to_num(np.clip((most[0] - slow) / (reached[0] - slow), 0.0, 1.0))]

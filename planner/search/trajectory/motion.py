@@ -20,6 +20,7 @@ from planner.compiled_code import njit
 from planner.power.motion_row import fill_row, set_acceleration, set_motion, set_wind
 from planner.quantities import INDEX, ROW_LENGTH
 from planner.search.field import CostField, sample_surface
+from planner.search.resolution import SPIN_UP
 from planner.search.trajectory.track import Track
 from planner.search.trajectory.yaw import YawProfile
 from planner.terrain.interpolation import interpolate
@@ -241,8 +242,8 @@ def _divided(
 
 
 def _turn_on_the_spot(spin: float, rate: float) -> list[tuple[float, float, float]]:
-    """(angle so far, s since the point before, rad/s²) with half a second to full yaw rate."""
-    acceleration = 2.0 * rate
+    """(angle so far, s since the point before, rad/s²) of a turn that ramps its yaw rate."""
+    acceleration = SPIN_UP * rate
     ramp = min(rate / acceleration, math.sqrt(abs(spin) / acceleration))
     top = acceleration * ramp
     cruise = (abs(spin) - top * ramp) / top

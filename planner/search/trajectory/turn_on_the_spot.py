@@ -7,17 +7,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from planner.arrays import Array
 from planner.compiled_code import njit
-from planner.power.limits import broken_limit
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
 from planner.search.limit_places import Infeasible
-from planner.search.trajectory.motion import Motion, assemble, motion_rows
+from planner.search.trajectory.limit_checks import broken_limits
+from planner.search.trajectory.motion import Motion, assemble
 from planner.search.trajectory.track import Track
 from planner.search.trajectory.yaw import YawProfile
 from planner.terrain.footprint import touches
@@ -66,15 +67,16 @@ def turn_on_the_spot(
         for turn in (short, short - math.copysign(2.0 * math.pi, short)):
             profile = YawProfile(np.array(leaving[-1:]), np.array([leaving[-1] + turn]), 0.0)
             motion = assemble(field, track, profile, np.zeros(1), yaw_rate=rate, spacing=spacing)
-            rows, _, _ = motion_rows(field, motion, conditions.class_rows, conditions.wind)
-            accounts, _ = conditions.model.evaluate(rows)
-            held = all(broken_limit(account, conditions.limits) < 0 for account in accounts)
-            if held and first_contact(field, motion) < 0:
+            broken = broken_limits(field, conditions, motion, finely=True)
+            if not broken and first_contact(field, motion) < 0:
                 break
         else:
             x, y = place
-            what = "the body touches something" if held else "a limit is broken"
-            return Infeasible(float(x), float(y), f"{what} in turning on the spot", held)
+            if broken:
+                cause = broken.at(x, y)
+                return replace(cause, what=f"{cause.what} in turning on the spot")
+            what = "the body touches something in turning on the spot"
+            return Infeasible(float(x), float(y), what, True)
         arriving.append(leaving[-1])
         leaving.append(leaving[-1] + turn)
     # One sample for each turn; the first one stands.

@@ -14,18 +14,18 @@ from numba import types
 from planner.compiled_code import njit
 from planner.power.kernels import BLOCK, BLOCK_KERNEL
 from planner.power.limits import broken_in_block
-from planner.power.motion_row import empty_block, fill_row, put_row, set_motion
+from planner.power.motion_row import empty_block, fill_row, put, put_row, set_motion
 from planner.quantities import INDEX
 from planner.search.kernel_arguments import EAGER, F1, F2, I1, MODEL_ARRAYS
-from planner.search.resolution import STATES, WIDTH
+from planner.search.resolution import SPIN_UP, STATES, WIDTH
 
 SPUN = 4
 """Turning on the spot is priced at every so many states, and interpolated in between."""
 
-_WZ = INDEX["wz"]
+_WZ, _YAW_ACCELERATION = INDEX["wz"], INDEX["yaw_acceleration"]
 
 
-@njit(types.void(BLOCK_KERNEL, MODEL_ARRAYS, F1, F2, I1, types.int64, F2), **EAGER)
+@njit(types.void(BLOCK_KERNEL, MODEL_ARRAYS, F1, F2, I1, types.int64, types.float64, F2), **EAGER)
 def spin_costs(
     kernel: Any,
     arrays: Any,
@@ -33,12 +33,14 @@ def spin_costs(
     slopes: Any,
     ground: Any,
     objective: int,
+    gentle: float,
     spin: Any,
 ) -> None:
     """Cost per rad of turning on the spot at every waypoint and state, into ``spin``.
 
     ``directions``, ``slopes`` and ``ground`` (n, ...) are those at the waypoints, ``spin``
-    (n, STATES) is infinite where a limit would be broken.
+    (n, STATES) is infinite where a limit would be broken. Above the slope ``gentle`` they hold
+    while the body turns faster and faster as well.
     """
     parameters, body, wheels, class_rows, limits, _ = arrays
     columns, found = empty_block()
@@ -60,6 +62,14 @@ def spin_costs(
             spin[k, s] = max(1.0 if objective == 1 else found[place], 0.0) / rate
             if broken_in_block(found, place, limits) >= 0:
                 spin[k, s] = np.inf
+            put(columns, place, _YAW_ACCELERATION, SPIN_UP * rate)
+        steep = np.hypot(slopes[first : first + waypoints, 0], slopes[first : first + waypoints, 1])
+        if steep.max() <= gentle:
+            continue
+        kernel(columns, waypoints * priced, parameters, body, wheels, found)
+        for place in range(waypoints * priced):
+            if broken_in_block(found, place, limits) >= 0 and steep[place // priced] > gentle:
+                spin[first + place // priced, place % priced * SPUN] = np.inf
     for k in range(directions.shape[0]):
         for s in range(STATES):
             low = s - s % SPUN

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from planner.search.limit_places import Infeasible
+from planner.search.trajectory.limit_checks import broken_limits
+from planner.search.trajectory.limit_use import limits_used
 from planner.search.trajectory.motion import Motion
 from planner.search.trajectory.turn_on_the_spot import turn_on_the_spot
 from tests.benchmarks.peers.case import case_of
@@ -16,10 +18,11 @@ from tests.search.maps import terrain
 PLACE = np.array([5.0, 5.0])
 
 
-def case_with(obstacles=None):
+def case_with(obstacles=None, slope=0.0, mass=0.0):
     asked = {"start": {"x": 2, "y": 5}, "goal": {"x": 8, "y": 5}}
-    shape = (100, 100)
-    case = case_of("test", asked, terrain(np.zeros(shape), cell=0.1, obstacles=obstacles))
+    asked["payload"] = {"mass": mass}
+    heights = np.tile(slope * 0.1 * np.arange(100.0), (100, 1))
+    case = case_of("test", asked, terrain(heights, cell=0.1, obstacles=obstacles))
     return case.field, case.situation.conditions
 
 
@@ -46,3 +49,30 @@ def test_between_walls_nobody_turns_round() -> None:
     assert isinstance(found, Infeasible)
     assert found.for_want_of_room
     assert (found.x, found.y) == (5.0, 5.0)
+
+
+def test_a_turn_that_is_driven_keeps_the_limits_while_its_rate_ramps_up() -> None:
+    """Steeper and steeper: as long as it turns, no limit is above 1; then the limit is named."""
+    stated = []
+    for slope in np.linspace(0.05, 0.25, 41):
+        field, conditions = case_with(slope=slope, mass=28.0)
+        found = turn_on_the_spot(field, conditions, PLACE, [0.0, math.pi / 2.0])
+        if isinstance(found, Infeasible):
+            assert found.limit == "torque peak"
+            assert found.value > found.allowed
+            break
+        stated.append(max(use.share for use in limits_used(field, conditions, found)))
+    assert 0.9 < max(stated) <= 1.0
+    assert len(stated) < 41
+
+
+def test_a_motion_with_a_turn_on_the_spot_that_breaks_a_limit_is_found_out() -> None:
+    """No speed helps there: the yaw has to be another one."""
+    field, conditions = case_with()
+    motion = turn_on_the_spot(field, conditions, PLACE, [0.0, math.pi / 2.0])
+    assert isinstance(motion, Motion)
+    assert not broken_limits(field, conditions, motion, finely=True)
+    steep, loaded = case_with(slope=0.3, mass=28.0)
+    broken = broken_limits(steep, loaded, motion, finely=True)
+    assert broken
+    assert broken.however_slow.all()

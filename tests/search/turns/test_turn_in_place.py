@@ -22,14 +22,14 @@ def conditions():
     return situation_of(SituationRequest(map=ground.name), terrain=ground).conditions
 
 
-def costs_of(conditions, slopes, objective=0):
+def costs_of(conditions, slopes, objective=0, gentle=math.inf):
     """Cost per rad (slopes, STATES) for travel along x on slopes (n, 2)."""
     slopes = np.hstack([slopes, slopes]).astype(float)
     count = len(slopes)
     spin = np.empty((count, STATES))
     ground = np.zeros(count, np.int64)
     kernel = conditions.model.limits_kernel
-    spin_costs(kernel, conditions.arrays, np.zeros(count), slopes, ground, objective, spin)
+    spin_costs(kernel, conditions.arrays, np.zeros(count), slopes, ground, objective, gentle, spin)
     return spin
 
 
@@ -86,3 +86,11 @@ def test_the_cheapest_path_round_is_that_of_all_paths() -> None:
         improved += spun[goal] != goal
         assert math.isfinite(driven[spun[goal]])
     assert improved > 5
+
+
+def test_on_steep_ground_a_turn_holds_while_it_speeds_up(conditions) -> None:
+    """Just below the slope at which an even turn breaks a limit, the ramp breaks it."""
+    slopes = np.column_stack([np.linspace(0.2, 0.7, 200), np.zeros(200)])
+    even, ramped = (np.isinf(costs_of(conditions, slopes, gentle=one)) for one in (math.inf, 0.0))
+    assert (ramped[even]).all()
+    assert even.sum() < ramped.sum()

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from planner.arrays import Array
 from planner.search.conditions import OperatingConditions
-from planner.search.field import CostField
+from planner.search.field import CostField, sample_surface
 from planner.search.kernel_arguments import Steps
 from planner.search.resolution import STATES, WIDTH
 from planner.search.trajectory.track import Track, gentle_slope
@@ -133,8 +133,10 @@ class YawSearch:
         steady, spin = np.empty((len(at) - 1, STATES)), np.empty(self._free.shape)
         steady_costs_of(field, at, steps, stride, steady)
         kernel, arrays = conditions.model.limits_kernel, conditions.arrays
-        slopes, ground = steps.slopes[after], steps.ground[after]
-        spin_costs(kernel, arrays, self._directions, slopes, ground, objective, spin)
+        (_, slopes), ground = sample_surface(field, places), steps.ground[after]
+        spin_costs(
+            *(kernel, arrays, self._directions, slopes, ground, objective, self._gentle, spin)
+        )
         self._waypoints = Waypoints(
             at, self._directions, stride, steady, self._free, self._shift, spin
         )
