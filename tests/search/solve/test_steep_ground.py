@@ -89,6 +89,15 @@ def test_a_route_is_found_where_poses_first_found_cannot_be_driven():
     assert route.energy_j > climbed
 
 
+def test_no_limit_is_broken_from_one_chord_of_a_bend_to_the_next():
+    """There a wheel turns the other way for a moment, between what is looked at everywhere."""
+    relief = Terrain.from_arrays(rolling((160, 160), 0.25, 8.0, 62), cell=(0.25, 0.25), name="here")
+    start = 23.84950625716868, 29.04149890056922
+    goal = 30.27615191267396, 11.794574847944977
+    [route, *_] = plan_route(run_on(relief, start, goal, mass=25.0).request, terrain=relief).routes
+    assert max(use.share for use in route.limits) <= 1.001
+
+
 def test_poses_that_break_a_limit_are_shut_and_no_others():
     run = run_on(terrain(hills(64, rms_degrees=6.0)), (2.0, 2.0), (11.0, 8.0))
     field = run.field("energy")
