@@ -30,7 +30,8 @@ CRAWL = 0.125
 """Share of full speed at which limits are looked for, as for the tables of steady costs."""
 _WZ = INDEX["wz"]
 _F4 = types.Array(types.float64, 4, "C")
-_SIDES = (1.0, -1.0)
+_EITHER_SIDE = (1.0, -1.0)
+"""Signs of a turn to the left and to the right."""
 
 
 @njit(types.void(BLOCK_KERNEL, MODEL_ARRAYS, F1, types.float64, _F4), **EAGER)
@@ -38,7 +39,7 @@ def _fill(kernel: Any, arrays: Any, curvatures: Any, steepest: float, limit: Any
     parameters, body, wheels, class_rows, limits, _ = arrays
     columns, found = empty_block()
     row = np.empty(class_rows.shape[1])
-    speed, together = CRAWL * limits[0], BLOCK // len(_SIDES)
+    speed, together = CRAWL * limits[0], BLOCK // len(_EITHER_SIDE)
     per_table = STATES * DIRECTIONS
     low, high = np.empty(together), np.empty(together)
     flat = limit.reshape(-1)
@@ -58,7 +59,7 @@ def _fill(kernel: Any, arrays: Any, curvatures: Any, steepest: float, limit: Any
                     *(state * WIDTH, 0.0, speed),
                 )
                 for side in range(2):
-                    row[_WZ] = _SIDES[side] * curvatures[turn] * speed
+                    row[_WZ] = _EITHER_SIDE[side] * curvatures[turn] * speed
                     put_row(columns, 2 * place + side, row)
             kernel(columns, 2 * size, parameters, body, wheels, found)
             for place in range(size):

@@ -165,7 +165,7 @@ def broken_limits(
 
 def on_bends_near(motion: Motion, used: Array) -> NDArray[np.bool_]:
     """(steps,) where a bend is looked at closely; ``used`` (steps,) of a limit elsewhere on it."""
-    return (motion.curvatures != 0.0) & (used >= NEAR_ON_BENDS)
+    return np.asarray((motion.curvatures != 0.0) & (used >= NEAR_ON_BENDS))
 
 
 def with_neighbours(steps: NDArray[np.bool_]) -> NDArray[np.bool_]:
