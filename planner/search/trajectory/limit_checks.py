@@ -38,9 +38,10 @@ lasts: on cells of tens of metres a step lasts for seconds, and little changes o
 NEAR_A_LIMIT = 0.85
 """Share of a limit from which it is near. Samples leave out a ninth of a step at either end; there
 a motor that speeds up evenly from rest needs an eighth more voltage."""
-NEAR_ON_BENDS = 0.6
-"""The same on a bend. From one of its chords to the next the travel changes its direction at once,
-and a wheel may turn the other way for a moment: its drag then loads the motor."""
+NEAR_A_JUMP = 0.6
+"""The same on a bend, and beside a stop. From one chord of a bend to the next the travel changes
+its direction at once, and a wheel may turn the other way for a moment: its drag then loads the
+motor. Drag that helps to brake fades at the very end."""
 MOST_KEPT, LEAST_KEPT = 0.98, 0.4
 """Largest and least factor on the speed, or on the acceleration, where a limit was broken: what it
 takes is read off the same motion creeping, and that is an estimate."""
@@ -155,7 +156,7 @@ def broken_limits(
     asked = np.ones(len(everywhere), bool) if kept is None else ~kept.on(motion)
     pieces = np.where(with_neighbours(asked), everywhere, 0)
     broken, used = _broken_among(field, conditions, motion, pieces)
-    near = asked & ((used >= NEAR_A_LIMIT) | on_bends_near(motion, used))
+    near = asked & ((used >= NEAR_A_LIMIT) | near_a_jump(motion, used))
     if not finely or not near.any():
         return broken
     beside = np.where(with_neighbours(near), everywhere, 0)
@@ -163,9 +164,10 @@ def broken_limits(
     return _broken_among(field, conditions, motion, pieces)[0].and_of(broken)
 
 
-def on_bends_near(motion: Motion, used: Array) -> NDArray[np.bool_]:
-    """(steps,) where a bend is looked at closely; ``used`` (steps,) of a limit elsewhere on it."""
-    return np.asarray((motion.curvatures != 0.0) & (used >= NEAR_ON_BENDS))
+def near_a_jump(motion: Motion, used: Array) -> NDArray[np.bool_]:
+    """(steps,) of bends and beside stops that use much of a limit; ``used`` (steps,)."""
+    jumps = (motion.curvatures != 0.0) | (motion.speed[1:] == 0.0) | (motion.speed[:-1] == 0.0)
+    return np.asarray(jumps & (used >= NEAR_A_JUMP))
 
 
 def with_neighbours(steps: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -28,7 +28,7 @@ from planner.search.trajectory.limit_checks import (
     fine_pieces,
     limit_shares,
     motion_rates,
-    on_bends_near,
+    near_a_jump,
 )
 from planner.search.trajectory.motion import Motion, motion_rows, place_at, shares_driven
 from planner.terrain.obstacles import rectangle_free
@@ -100,7 +100,7 @@ def _rows_near_largest(
     used = np.zeros((len(pieces), share.shape[1]))
     np.maximum.at(used, owner, share)
     near = (used >= NEAR_A_LIMIT * used.max(axis=0, initial=0.0)).any(axis=1)
-    near |= on_bends_near(motion, used.max(axis=1))
+    near |= near_a_jump(motion, used.max(axis=1))
     return motion_rows(*row_inputs, np.where(near, fine_pieces(field, motion), pieces))
 
 
