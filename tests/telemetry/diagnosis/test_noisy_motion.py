@@ -72,7 +72,7 @@ def test_noise_of_a_tilt_sensor_is_no_formula(
     assert noise**2 > 0.5 * found.baseline.heldout_rmse_w**2
     assert found.outside is None
     assert not found.selected
-    assert found.verdict == "not_identifiable"
+    assert found.verdict == "complete"
 
 
 def test_what_a_robot_does_is_named_beside_noise_of_a_tilt_sensor(

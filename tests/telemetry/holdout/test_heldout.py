@@ -93,7 +93,9 @@ def test_comparison_and_diagnosis_say_that_the_fit_is_refused(motion, base):
 def test_comparison_and_diagnosis_say_what_the_meter_does(filtered, base):
     compared = compare(filtered, base.vehicle)
     found = diagnose(filtered, base.vehicle)
-    assert found.verdict == "complete"
+    # Rows correlate behind the filter, and several effects follow them by chance.
+    assert not found.proposed
+    assert not found.sensors
     document = compared.to_json()
     for entry, sentence in (
         (document["meter"], how_far(document)),
