@@ -21,6 +21,7 @@ EAGER: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True}
 F1 = types.Array(types.float64, 1, "C")
 F2 = types.Array(types.float64, 2, "C")
 F3 = types.Array(types.float64, 3, "C")
+F4 = types.Array(types.float64, 4, "C")
 I1 = types.Array(types.int64, 1, "C")
 B1 = types.Array(types.boolean, 1, "C")
 B3 = types.Array(types.boolean, 3, "C")

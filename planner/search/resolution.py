@@ -42,6 +42,8 @@ STILL = 1e-9
 
 SPIN_UP = 2.0
 """1/s: a turn on the spot gets to its full yaw rate within half a second."""
+SLOPE_SPEED = 0.125
+"""Share of full speed at which a slope is tried: the slowest in the tables of steady driving."""
 SLOWEST = 0.05
 """Share of full speed below which the robot stops rather than creeps."""
 CREEP = (0.0, SLOWEST, 0.1, 0.15)

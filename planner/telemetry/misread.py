@@ -75,6 +75,8 @@ def misread(log: Telemetry, start: PowerModel, least_w: float) -> Misread | None
         if not log.present.issuperset(reading.needs):
             continue
         other = reading.read(quick, start)
+        if other is quick:
+            continue
         if overall_error(other, fit(other, start)) <= WORTH_A_METER * as_read:
             found.append((overall_error(*metered_base_fit(other, start)), reading))
     error, reading = min(found, key=lambda one: one[0], default=(math.inf, READINGS[0]))
@@ -98,6 +100,8 @@ def _mapped(
 def _signed(log: Telemetry, model: PowerModel) -> Telemetry:
     """A log whose power is negative where the model's is."""
     negative = predict(model, log) < 0.0
+    if not negative.any():
+        return log
     return replace(log, power=np.where(negative, -np.abs(log.power), log.power))
 
 

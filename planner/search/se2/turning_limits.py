@@ -21,25 +21,22 @@ from planner.power.limits import broken_in_block
 from planner.power.motion_row import empty_block, fill_row, put_row, set_motion
 from planner.quantities import INDEX
 from planner.search.conditions import OperatingConditions
-from planner.search.kernel_arguments import EAGER, F1, MODEL_ARRAYS
-from planner.search.resolution import DIRECTIONS, STATES, WIDTH
+from planner.search.kernel_arguments import EAGER, F1, F4, MODEL_ARRAYS
+from planner.search.resolution import DIRECTIONS, SLOPE_SPEED, STATES, WIDTH
 
 SLOPE_HALVINGS = 12
 """Bisections of every limit: to a few parts in ten thousand of the steepest slope."""
-CRAWL = 0.125
-"""Share of full speed at which limits are looked for, as for the tables of steady costs."""
 _WZ = INDEX["wz"]
-_F4 = types.Array(types.float64, 4, "C")
 _EITHER_SIDE = (1.0, -1.0)
 """Signs of a turn to the left and to the right."""
 
 
-@njit(types.void(BLOCK_KERNEL, MODEL_ARRAYS, F1, types.float64, _F4), **EAGER)
+@njit(types.void(BLOCK_KERNEL, MODEL_ARRAYS, F1, types.float64, F4), **EAGER)
 def _fill(kernel: Any, arrays: Any, curvatures: Any, steepest: float, limit: Any) -> None:
     parameters, body, wheels, class_rows, limits, _ = arrays
     columns, found = empty_block()
     row = np.empty(class_rows.shape[1])
-    speed, together = CRAWL * limits[0], BLOCK // len(_EITHER_SIDE)
+    speed, together = SLOPE_SPEED * limits[0], BLOCK // len(_EITHER_SIDE)
     per_table = STATES * DIRECTIONS
     low, high = np.empty(together), np.empty(together)
     flat = limit.reshape(-1)

@@ -14,11 +14,10 @@ from planner.power.motion_row import set_motion
 from planner.quantities import STANDARD_GRAVITY
 from planner.search.conditions import OperatingConditions
 from planner.search.limit_places import Infeasible
+from planner.search.resolution import SLOPE_SPEED
 
 YAW_TRIES = 64
 """Yaw angles over a full turn at which a slope is tried."""
-SLOPE_SPEED = 0.125
-"""Share of full speed at which a slope is tried, as in the tables of steady driving."""
 _BY_COLUMN = ("wheel load", "current", "voltage", "torque peak", "traction")
 
 

@@ -29,7 +29,7 @@ from planner.power.limits import broken_limit, limit_values
 from planner.power.model import PowerModel
 from planner.power.motion_row import set_motion
 from planner.quantities import INDEX, STANDARD_GRAVITY
-from planner.search.kernel_arguments import EAGER, F1, F2, F3
+from planner.search.kernel_arguments import EAGER, F1, F2, F3, F4
 from planner.search.resolution import (
     DIRECTIONS,
     GENTLE,
@@ -47,7 +47,6 @@ FULL_DRAG = 4.0
 CRAB_ANGLES = (0.0, 1.0, 2.0, -1.0, -2.0)
 """Angles off that of standing rollers that are tried, in those at which their drag is full."""
 
-_F4 = types.Array(types.float64, 4, "C")
 _VX, _VY = INDEX["vx"], INDEX["vy"]
 _WHEEL_COLUMNS = len(PER_WHEEL)
 
@@ -146,7 +145,7 @@ def _with_crab_angles(
     return best, best_yaw
 
 
-@njit(types.void(KERNEL, F1, F1, F2, F2, F1, types.int64, F2, _F4, F3, _F4), **EAGER)
+@njit(types.void(KERNEL, F1, F1, F2, F2, F1, types.int64, F2, F4, F3, F4), **EAGER)
 def _fill(
     kernel: Any,
     parameters: Any,

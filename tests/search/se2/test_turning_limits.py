@@ -11,8 +11,8 @@ from planner.power.limits import broken_in_results
 from planner.power.motion_row import set_motion
 from planner.quantities import INDEX
 from planner.search.requests import SituationRequest
-from planner.search.resolution import DIRECTIONS, STATES, WIDTH
-from planner.search.se2.turning_limits import CRAWL, turning_limits
+from planner.search.resolution import DIRECTIONS, SLOPE_SPEED, STATES, WIDTH
+from planner.search.se2.turning_limits import turning_limits
 from planner.search.situation import situation_of
 from tests.search.maps import terrain
 
@@ -37,7 +37,7 @@ def tables(situation):
 
 def broken(conditions, slope: float, azimuth: float, yaw: float) -> bool:
     """Whether turning to either side breaks a limit, by the model."""
-    speed = CRAWL * float(conditions.limits[0])
+    speed = SLOPE_SPEED * float(conditions.limits[0])
     rows = np.repeat(conditions.class_rows, 2, axis=0)
     for row, side in zip(rows, (1, -1), strict=True):
         set_motion(row, slope * math.cos(azimuth), slope * math.sin(azimuth), yaw, 0.0, speed)
