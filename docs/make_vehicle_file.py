@@ -8,7 +8,13 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from planner.power.vehicles.derived import DUTY, ROTOR_TIME, WHEEL_DENSITY, WHEEL_WIDTH
+from planner.power.vehicles.derived import (
+    DUTY,
+    NO_LOAD_HEAT,
+    ROTOR_TIME,
+    WHEEL_DENSITY,
+    WHEEL_WIDTH,
+)
 from planner.power.vehicles.motors import read_motors
 from planner.power.vehicles.vehicle_fields import DERIVED_KEYS, Field, vehicle_fields
 from planner.power.vehicles.vehicle_keys import between
@@ -60,7 +66,8 @@ the speed in rad/s of the motor, which is the wheel's times `gear_ratio` |
 | `body.yaw_inertia` | mass/12·(length² + width²), a plate |
 | `wheels.inertia` | `wheels.mass`/2·radius²; without the mass a disc of \
 {WHEEL_DENSITY:g} kg/m³ that is {WHEEL_WIDTH:g}·radius wide |
-| `drive.coulomb_torque` | torque_constant·no_load_current, where that is given |
+| `drive.coulomb_torque` | torque_constant·no_load_current; where that is not given, \
+torque_constant·√({NO_LOAD_HEAT:g} W/resistance) |
 | `drive.rotor_inertia` | {1e3 * ROTOR_TIME:g} ms·torque_constant²/resistance; at most so much \
 that all rotors act like the robot's mass |
 | `battery.voltage` | nominal voltage of the motor, where `motor` names one |

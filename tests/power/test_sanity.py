@@ -29,8 +29,8 @@ def checked(folder: Path, **changes: str) -> VehicleReport:
 @pytest.mark.parametrize(
     ("key", "value", "words"),
     [
-        # 3 mN·m/A in place of 30: ten times the current, a hundred times the heat.
-        ("torque_constant", "0.003", ["W heat the windings", "on level ground"]),
+        # 2 mN·m/A in place of 30: fifteen times the current, two hundred times the heat.
+        ("torque_constant", "0.002", ["W heat the windings", "on level ground"]),
         ("torque_constant", "0.5", ["1/min without load"]),
         ("resistance", "95.0", ["A at a standstill"]),
         ("resistance", "0.02", ["A at a standstill"]),

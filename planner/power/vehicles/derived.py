@@ -20,6 +20,10 @@ ROTOR_TIME = 0.009
 """s, mechanical time constant of a motor: its rotor's inertia times resistance over the square of
 the torque constant. Motors of 10 to 100 W have 5 to 20 ms whatever their size (Pittman 9233S013
 9.1 ms, Faulhaber 3564K024B 10 ms, maxon EC 45 flat 6 to 10 ms)."""
+NO_LOAD_HEAT = 0.05
+"""W in the windings of a motor that turns without load: its no-load current squared times the
+resistance. Motors of 1 to 100 W have 0.04 to 0.09 W whatever their size (Pittman 9233S013 0.050 W,
+Faulhaber 3564K024B 0.043 W, maxon EC 45 flat 0.042 and 0.053 W, Pololu 37D with gear 0.087 W)."""
 MECANUM_WHEELS = 4
 """Wheels of a robot whose file states no angles."""
 
@@ -57,5 +61,8 @@ def derive(tables: Tables, derived: dict[str, str]) -> None:
     if "no_load_current" in drive:
         torque = drive["torque_constant"] * drive["no_load_current"]
         put("drive", "coulomb_torque", torque, "torque_constant·no_load_current")
+    torque = drive["torque_constant"] * math.sqrt(NO_LOAD_HEAT / drive["resistance"])
+    formula = f"torque_constant·√({NO_LOAD_HEAT:g} W/resistance), a usual no-load current"
+    put("drive", "coulomb_torque", torque, formula)
     if "voltage" in tables["battery"]:
         put("limits", "voltage", DUTY * tables["battery"]["voltage"], f"{DUTY:g}·battery.voltage")

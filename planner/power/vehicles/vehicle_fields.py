@@ -96,7 +96,10 @@ class Field:
         return f"{self.table}.{self.key}"
 
 
-DERIVED_KEYS = ("body.yaw_inertia", "wheels.inertia", "drive.rotor_inertia")
+DERIVED_KEYS = (
+    *("body.yaw_inertia", "wheels.inertia"),
+    *("drive.rotor_inertia", "drive.coulomb_torque"),
+)
 """Keys that always follow from required ones."""
 
 

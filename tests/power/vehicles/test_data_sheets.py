@@ -156,6 +156,36 @@ def test_rotors_of_an_unstated_inertia_fit_motor_and_robot(tmp_path: Path, scale
     assert 0.005 < time < 0.02 or acts_like == pytest.approx(12.5)
 
 
+def friction(vehicle: Vehicle) -> float:
+    """N·m at the shaft of one motor."""
+    return vehicle.parameters["coulomb_drag"]["coulomb_torque"]
+
+
+@pytest.mark.parametrize("name", read_motors())
+def test_friction_of_an_unstated_motor_is_that_of_its_size(tmp_path: Path, name: str) -> None:
+    sheet = read_motors()[name].values
+    known = {"drive.no_load_current", "drive.coulomb_torque"} & sheet.keys()
+    motor = IN_SI.replace("torque_constant = 0.0335\nresistance = 0.978\n", f'motor = "{name}"\n')
+    vehicle = load(tmp_path, motor)
+    kt, ohm = (vehicle.parameters["copper_loss"][key] for key in ("torque_constant", "resistance"))
+    bare = IN_SI.replace("0.0335", f"{kt}").replace("0.978", f"{ohm}")
+    unstated = load(tmp_path, bare)
+    assert "drive.coulomb_torque" in unstated.provenance.derived
+    # Without load a motor takes a small part of its current at a standstill.
+    volts = read_motors()[name].voltage
+    assert 0.005 < friction(unstated) / kt / (volts / ohm) < 0.1
+    if known:
+        assert 0.5 < friction(unstated) / friction(vehicle) < 2.0
+
+
+def test_friction_of_a_toy_and_of_a_truck(tmp_path: Path) -> None:
+    """A gear motor of 12 mm with 0.1 A of 1.6 A at 6 V, and a motor of 32 kW."""
+    for kt, ohm, volts in ((0.0019, 3.75, 6.0), (0.2, 0.05, 80.0)):
+        text = IN_SI.replace("0.0335", f"{kt}").replace("0.978", f"{ohm}")
+        vehicle = load(tmp_path, text.replace("voltage = 24.0", f"voltage = {volts}"))
+        assert 0.0005 < friction(vehicle) / kt / (volts / ohm) < 0.1
+
+
 def test_a_given_value_is_not_derived(tmp_path: Path) -> None:
     text = IN_SI.replace("speed = 1.5", "speed = 1.5\nvoltage = 20.0")
     vehicle = load(tmp_path, text.replace("width = 0.5", "width = 0.5\nyaw_inertia = 0.9"))
