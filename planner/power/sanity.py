@@ -108,6 +108,12 @@ def check_vehicle(vehicle: Vehicle) -> VehicleReport:
     )
 
 
+def oddities(model: PowerModel) -> tuple[str, ...]:
+    """What is odd in the values of a model's vehicle, in sentences that begin with a key."""
+    level, up = (_motion(model, name, *_MOTIONS[name]) for name in list(_MOTIONS)[:2])
+    return tuple(_oddities(model, level, up))
+
+
 def _motion(model: PowerModel, name: str, pitch: float, heading: float) -> Motion:
     vehicle = model.vehicle
     limits, battery = vehicle.limits, vehicle.battery

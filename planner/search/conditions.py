@@ -16,6 +16,7 @@ from planner.power.limits import broken_limit, limit_values
 from planner.power.model import PowerModel
 from planner.power.motion_row import set_motion
 from planner.power.rows import rows_from
+from planner.power.sanity import oddities
 from planner.power.vehicles import Limits, Vehicle
 from planner.quantities import INDEX
 from planner.search.kernel_arguments import ModelArrays
@@ -225,6 +226,12 @@ def assumptions(request: SituationRequest, conditions: OperatingConditions) -> t
                 f"limits.{name}: {asked:g} {unit} is far beyond the drive, which reaches about "
                 f"{taken / BEYOND_REACH:.2g} {unit} on level ground"
             )
+    # A unit that is missing in the file makes an answer that is wrong by orders of magnitude.
+    notes += [
+        f"odd in the vehicle's file: {said}"
+        for said in oddities(model)
+        if not any(note.startswith(said.partition(":")[0]) for note in notes)
+    ]
     reads = {name for effect in model.effects for name in effect.reads}
     payload = request.payload
     if payload.mass > 0.0 and (payload.x or payload.y) and not {"com_x", "com_y"} & reads:

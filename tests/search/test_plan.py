@@ -102,6 +102,30 @@ def test_every_answer_says_what_it_assumed(
     assert document.get("joulepath", document)["notes"] == list(answer.notes)
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("mass = 12.0", "mass = 12000", "body.mass: 12000 kg on"),
+        ("gear_ratio = 27.0", "gear_ratio = 0.037", "heat the windings"),
+    ],
+)
+def test_an_answer_says_what_is_odd_in_the_vehicle(
+    tmp_path: Path, level: Terrain, old: str, new: str, said: str
+) -> None:
+    """Grams for kilograms, or a gear ratio the other way round: megajoules without a word."""
+    cart = tmp_path / "cart.toml"
+    right = CART + MOTOR
+    assert old in right
+    cart.write_text(right, "utf-8")
+    answers = [plan_route(terrain=level, vehicle=str(cart), **ASKED)]
+    cart.write_text(right.replace(old, new), "utf-8")
+    answers.append(plan_route(terrain=level, vehicle=str(cart), **ASKED))
+    odd = [[note for note in answer.notes if note.startswith("odd in")] for answer in answers]
+    assert not odd[0]
+    assert any(said in note for note in odd[1])
+    assert answers[1].routes[0].energy_j > 100.0 * answers[0].routes[0].energy_j
+
+
 def test_limits_far_beyond_the_drive_change_no_route(tmp_path: Path, level: Terrain) -> None:
     """Degrees in place of radians, or a motor that is weaker than was thought."""
     cart = tmp_path / "cart.toml"
