@@ -80,7 +80,8 @@ def misread(log: Telemetry, start: PowerModel, least_w: float) -> Misread | None
         if overall_error(other, fit(other, start)) <= WORTH_A_METER * as_read:
             found.append((overall_error(*metered_base_fit(other, start)), reading))
     error, reading = min(found, key=lambda one: one[0], default=(math.inf, READINGS[0]))
-    if error > MOST_OF_ERROR * least_w:
+    # A model that errs more than the mean power of the log explains none of it.
+    if error > min(MOST_OF_ERROR * least_w, float(log.power.std())):
         return None
     said = (
         f"This log seems to be read wrongly: if {reading.said}, the error on unseen runs is "
@@ -132,6 +133,29 @@ def _exchanged(
     return rows
 
 
+def _mirrored(axes: tuple[tuple[float, float], tuple[float, float]]) -> Callable[..., Array]:
+    """Rows whose vx and vy are these sums of both; accelerations derived of them follow."""
+
+    def rows(log: Telemetry) -> Array:
+        changed = log.rows.copy()
+        speeds = [INDEX["vx"], INDEX["vy"]]
+        wz = log.rows[:, INDEX["wz"]]
+        changed[:, speeds] = log.rows[:, speeds] @ np.transpose(axes)
+        if not {"ax", "ay"} & log.present:
+            pushes = [INDEX["ax"], INDEX["ay"]]
+            rates = log.rows[:, pushes] - _of_turning(log.rows[:, speeds], wz)
+            changed[:, pushes] = rates @ np.transpose(axes) + _of_turning(changed[:, speeds], wz)
+        return changed
+
+    return rows
+
+
+def _of_turning(speeds: Array, wz: Array) -> Array:
+    """Acceleration of a steady speed in a body that turns, (n, 2)."""
+    turned: Array = np.column_stack((-wz * speeds[:, 1], wz * speeds[:, 0]))
+    return turned
+
+
 def _yaw_rate(factor: float) -> Callable[[Telemetry], Array]:
     """Rows of another yaw rate; accelerations that were derived with it are derived anew."""
 
@@ -171,9 +195,21 @@ READINGS = (
     ),
     _mapped(
         ("vx", "vy"),
+        "its vx is to the right and its vy ahead",
+        "the two names exchanged, and sign = -1 for what is named vy then",
+        _exchanged(("vx", "ax"), ("vy", "ay"), (1.0, -1.0)),
+    ),
+    _mapped(
+        ("vx", "vy"),
         "its vx and its vy are exchanged",
         "the two names exchanged",
-        _exchanged(("vx", "ax"), ("vy", "ay"), (1.0, -1.0)),
+        _mirrored(((0.0, 1.0), (1.0, 0.0))),
+    ),
+    _mapped(
+        ("vy",),
+        "its vy is positive to the right",
+        "sign = -1 for vy",
+        _mirrored(((1.0, 0.0), (0.0, -1.0))),
     ),
     _mapped(("wz",), "its wz is in degrees per second", 'unit = "deg/s"', _yaw_rate(math.pi / 180)),
     _mapped(("wz",), "its wz is positive clockwise", "sign = -1 for wz", _yaw_rate(-1.0)),

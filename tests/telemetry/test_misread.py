@@ -68,16 +68,42 @@ def exchanged(log):
     )
 
 
+def mirrored(log):
+    """As a log of y to the right would be, with all else of ROS."""
+    vx, vy, wz = (column(log, name) for name in ("vx", "vy", "wz"))
+    return written(
+        log,
+        vy=-vy,
+        ax=column(log, "ax") + 2.0 * wz * vy,
+        ay=-column(log, "ay") + 2.0 * wz * vx,
+    )
+
+
+def swapped(log):
+    """As if the headings of vx and vy were exchanged; the accelerations were derived of them."""
+    vx, vy, wz = (column(log, name) for name in ("vx", "vy", "wz"))
+    return written(
+        log,
+        vx=vy,
+        vy=vx,
+        ax=column(log, "ay") - 2.0 * wz * vx,
+        ay=column(log, "ax") + 2.0 * wz * vy,
+    )
+
+
 def error_of(log, base):
     return overall_error(log, fit(log, base))
 
 
 WRONG = {
     "its pitch is positive uphill": lambda log: written(log, gravity_x=-column(log, "gravity_x")),
+    "its roll is positive with": lambda log: written(log, gravity_y=-column(log, "gravity_y")),
     "its pitch and its roll are exchanged": lambda log: written(
         log, gravity_x=-column(log, "gravity_y"), gravity_y=-column(log, "gravity_x")
     ),
-    "its vx and its vy are exchanged": exchanged,
+    "its vx is to the right and its vy ahead": exchanged,
+    "its vx and its vy are exchanged": swapped,
+    "its vy is positive to the right": mirrored,
     "its wz is in degrees per second": lambda log: turned(log, 180.0 / math.pi),
     "its vx and its vy are in km/h": faster,
 }
@@ -91,6 +117,12 @@ def test_what_was_written_wrongly_is_said(log, base, said):
     assert said in found.sentence
     # Read rightly, the noise is left.
     assert found.error_w == pytest.approx(NOISE * np.mean(np.abs(log.power)), rel=0.15)
+
+
+def test_a_power_that_does_not_vary_says_nothing_of_the_motion(log, base):
+    """A meter that stands still: a model of next to no motion errs least, and explains nothing."""
+    still = replace(log, power=np.full_like(log.power, log.power.mean()))
+    assert misread(still, base, error_of(still, base)) is None
 
 
 def test_a_log_that_is_read_rightly_stays_as_it_is(log, base):
