@@ -21,7 +21,7 @@ from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField, sample_surface
 from planner.search.limit_places import Infeasible
 from planner.search.requests import PoseRequest, SituationRequest
-from planner.search.resolution import ALL_YAWS, DIRECTIONS
+from planner.search.resolution import ALL_YAWS, DIRECTIONS, YAW_BINS
 from planner.search.situation.bottleneck import Node, bottleneck
 from planner.search.situation.narrow_passage import narrowest_place, passage_width
 from planner.search.situation.remedies import limit_on_slope, remedy
@@ -81,13 +81,13 @@ def check_place(
     yaws = _tried(pose.yaw)
     if not any(body_fits(field, x, y, yaw) for yaw in yaws):
         at = "with this yaw" if pose.yaw is not None else "with any yaw"
-        touched = _area_at(request, terrain, *_nearest_blocked(ground, x, y)) or "something"
+        touched = _touched(request, ground, x, y)
         raise RequestError(
             name,
             f"the body with {conditions.model.vehicle.limits.clearance:g} m clearance touches "
             f"{touched} {at}",
             value=(x, y) if pose.yaw is None else (x, y, pose.yaw),
-            accepted=_nearest_free(ground, field, x, y),
+            accepted=_nearest_free(ground, field, x, y, pose.yaw),
         )
 
 
@@ -321,6 +321,20 @@ def _area_at(request: SituationRequest, terrain: Terrain, x: float, y: float) ->
     return ""
 
 
+def _touched(request: SituationRequest, ground: DrivingGround, x: float, y: float) -> str:
+    """What a body at a place is nearest to, in words."""
+    west, south, east, north = ground.terrain.extent
+    px, py = _nearest_blocked(ground, x, y)
+    if not ground.blocked.any() or math.dist((x, y), (px, py)) > min(
+        x - west, east - x, y - south, north - y
+    ):
+        return "the edge of the map"
+    if area := _area_at(request, ground.terrain, px, py):
+        return area
+    what = _what_blocks(ground, px, py)
+    return f"{'an' if what[0] in 'aeiou' else 'a'} {what} at x {px:.2f}, y {py:.2f}"
+
+
 def _nearest_blocked(ground: DrivingGround, x: float, y: float) -> Place:
     """The middle of the blocked cell nearest to a point; the point itself without any."""
     j, i = np.nonzero(ground.blocked)
@@ -342,12 +356,22 @@ def _tried(yaw: float | None) -> list[float]:
     return [2.0 * math.pi * k / YAW_TRIES for k in range(YAW_TRIES)]
 
 
-def _nearest_free(ground: DrivingGround, field: CostField, x: float, y: float) -> str:
-    """The nearest place with room for the body, in words."""
+def _nearest_free(
+    ground: DrivingGround, field: CostField, x: float, y: float, yaw: float | None = None
+) -> str:
+    """The nearest place with room for the body, with a yaw if that is anywhere, in words."""
     free: NDArray[np.bool_] = ground.mask != 0
     if not free.any():
-        return "a map with room for the robot somewhere"
+        return "a map with room for the robot somewhere; `joulepath maps check` shows it"
+    what = "free ground"
+    if yaw is not None:
+        below = math.floor(yaw / math.pi * YAW_BINS)
+        fits = free.copy()
+        for k in (below, below + 1):
+            fits &= (ground.mask >> np.uint32(k % YAW_BINS)) & np.uint32(1) != 0
+        if fits.any():
+            free, what = fits, "free ground for this yaw"
     j, i = np.nonzero(free)
     px, py = field.x0 + field.dx * i, field.y0 + field.dy * j
     k = int(np.argmin((px - x) ** 2 + (py - y) ** 2))
-    return f"free ground, the nearest at x {px[k]:.2f}, y {py[k]:.2f}"
+    return f"{what}, the nearest at x {px[k]:.2f}, y {py[k]:.2f}"

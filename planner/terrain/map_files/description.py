@@ -9,10 +9,16 @@ from typing import Any
 
 import numpy as np
 
+from planner.arrays import Array, Mask
 from planner.terrain.heightmap import Terrain
 
 STEEPER_THAN = (2.0, 5.0, 10.0, 20.0)
 """Degrees of which the share of steeper ground is given."""
+NOISE_GROWTH = 1.2
+"""Difference of heights over two cells to that over one: 2 on a slope, √2 on the roughest ground,
+1 where each height errs by itself."""
+NOISE_SLOPE = 5.0
+"""Degrees between neighbours below which such errors harm no route: a ramp's."""
 
 
 def describe_map(terrain: Terrain) -> dict[str, Any]:
@@ -37,10 +43,12 @@ def describe_map(terrain: Terrain) -> dict[str, Any]:
     relief = float(np.ptp(heights)) if some else 0.0
     west, south, east, north = terrain.extent
     least = min(east - west, north - south)
-    odd = [
+    found = {
         f"heights differ by {relief:.4g} m on a map {least:.4g} m wide; perhaps they are in mm, cm "
-        "or gray steps"
-    ]
+        "or gray steps": relief > least,
+        "heights jump from cell to cell without a slope that lasts: noise of a sensor, which makes "
+        "ledges and drag; smooth them over some cells first": _noisy(terrain, ground),
+    }
     return {
         "name": terrain.name,
         "source": terrain.source,
@@ -56,7 +64,7 @@ def describe_map(terrain: Terrain) -> dict[str, Any]:
                 for limit in STEEPER_THAN
             },
         },
-        "odd": odd if relief > least else [],
+        "odd": [sentence for sentence, holds in found.items() if holds],
         "obstacles_share": float(terrain.obstacles.mean()),
         "unknown_share": float(1.0 - terrain.known.mean()),
         "ground_shares": {
@@ -64,3 +72,22 @@ def describe_map(terrain: Terrain) -> dict[str, Any]:
             for number, kind in enumerate(terrain.ground_classes)
         },
     }
+
+
+def _noisy(terrain: Terrain, ground: Mask) -> bool:
+    """Whether neighbours differ as much as heights two cells apart, and much for their distance."""
+    jumps: dict[int, list[Array]] = {1: [], 2: []}
+    slopes = []
+    for heights, known, size in (
+        (terrain.heights, ground, terrain.cell[1]),
+        (terrain.heights.T, ground.T, terrain.cell[0]),
+    ):
+        for lag, squares in jumps.items():
+            both = known[lag:] & known[:-lag]
+            squares.append((heights[lag:] - heights[:-lag])[both] ** 2)
+        slopes.append(np.sqrt(jumps[1][-1]) / size)
+    one, two = (np.concatenate(squares) for squares in jumps.values())
+    if not len(one) or not len(two):
+        return False
+    steep = float(np.median(np.concatenate(slopes))) > np.tan(np.radians(NOISE_SLOPE))
+    return bool(steep and two.mean() < NOISE_GROWTH**2 * one.mean())

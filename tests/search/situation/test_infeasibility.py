@@ -215,6 +215,25 @@ def test_a_start_that_cannot_be_is_refused(place, words):
     assert "\n" not in str(refused.value)
 
 
+def test_the_place_that_is_offered_has_room_for_the_yaw():
+    """Beside the wall there is room across only: 0.86 m by 0.52 m, and cells of 0.5 m."""
+    asked = {"terrain": drawn(ROOM, cell=0.5), "goal": {"x": 8.0, "y": 2.0}}
+    with pytest.raises(RequestError, match="touches an obstacle at x 0") as refused:
+        plan_route(**asked, start={"x": 0.6, "y": 2.0, "yaw": 0.0})
+    offered = re.search(r"for this yaw, the nearest at x (\S+), y (\S+)", refused.value.accepted)
+    x, y = (float(word) for word in offered.groups())
+    assert plan_route(**asked, start={"x": x, "y": y, "yaw": 0.0}).status == "ok"
+
+
+def test_at_the_border_the_edge_of_the_map_is_touched():
+    with pytest.raises(RequestError, match="touches the edge of the map with this yaw"):
+        plan_route(
+            terrain=terrain(np.zeros((40, 40))),
+            start={"x": 0.2, "y": 4.0, "yaw": 0.0},
+            goal={"x": 7, "y": 7},
+        )
+
+
 def test_a_slope_that_cannot_be_held_is_refused():
     """30° is beyond traction: the start is refused with slope and limit."""
     x = 0.25 * np.arange(60)
