@@ -95,6 +95,8 @@ class Checks:
     """Running account of one log."""
 
     where: str
+    multiplied: bool = False
+    """Whether the power is battery_voltage · battery_current."""
     kept: int = 0
     seen: int = 0
     notes: list[Finding] = field(default_factory=list)
@@ -207,18 +209,30 @@ class Checks:
         if self.kept >= 20 and self.negative > 0.95 * self.kept:
             raise LogError(
                 f"{self.where}: power",
-                f"is negative in {self.negative} of {self.kept} rows",
-                accepted="power drawn is positive; a mapping file turns it with sign = -1",
+                f"{self._source}is negative in {self.negative} of {self.kept} rows",
+                accepted=f"power drawn is positive; {self._turned}",
             )
+
+    @property
+    def _source(self) -> str:
+        return "which is battery_voltage · battery_current, " if self.multiplied else ""
+
+    @property
+    def _turned(self) -> str:
+        which = "battery_current" if self.multiplied else "it"
+        return f"a mapping file turns {which} with sign = -1"
 
     def _refuse_unit(self, column: str, odd: _Count) -> None:
         low, high = POSSIBLE.get(column, (-1e4, 1e4))
         unit = unit_of(column)
         guess = f" (perhaps {OFTEN_MISTAKEN[column]})" if column in OFTEN_MISTAKEN else ""
+        source = ""
+        if column == "power" and self.multiplied:
+            source, guess = self._source, " (perhaps mA or mV are read as A and V)"
         raise LogError(
             f"{self.where}: {column}",
-            f"{odd.rows} of {self.seen} rows are out of the possible range, the first is row "
-            f"{odd.first}; the unit is not {unit}{guess}",
+            f"{source}{odd.rows} of {self.seen} rows are out of the possible range, the first is "
+            f"row {odd.first}; the unit is not {unit}{guess}",
             accepted=f"{low:.4g} to {high:.4g} {unit}, or a mapping file that names the unit",
         )
 
@@ -327,7 +341,9 @@ class Checks:
             )
             yield Finding("clipped", "power", power.at_least, text)
         if self.negative > 0.5 * self.kept:
-            text = f"power: negative in {self.negative} of {self.kept} rows; sign = -1 perhaps"
+            which = " for battery_current" if self.multiplied else ""
+            text = f"power: negative in {self.negative} of {self.kept} rows; sign = -1{which}"
+            text += " perhaps"
             yield Finding("sign", "power", self.negative, text)
         measured, product = self.products
         if product and abs(measured / product - 1.0) > 0.1:

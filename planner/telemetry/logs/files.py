@@ -182,7 +182,8 @@ class LogFile:
                 where,
                 f"column {name!r} has a cell that is not a number in row {at}",
                 value=cell[3].strip(),
-                accepted="numbers with a decimal point; empty, NaN or NA where not measured",
+                accepted="numbers with a decimal point; empty, NaN or NA where not measured; "
+                "for times also moments such as 2026-03-01T10:00:00.5Z",
             )
         if "straddling" in message or "block" in message.lower():
             return LogError(where, f"a line after row {row} is too long", accepted=ACCEPTED)

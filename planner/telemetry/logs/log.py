@@ -137,7 +137,9 @@ class Telemetry(Rows):
         resolved = used.resolve(file.columns, where, file.dates)
         given = {*resolved, *used.constants}
         _require(given, file.columns, where)
-        checks = Checks(where, ragged=file.ragged, notes=_format_notes(file, resolved))
+        checks = Checks(
+            where, "power" not in given, ragged=file.ragged, notes=_format_notes(file, resolved)
+        )
         if not blocks:
             numeric = [c.heading for name, c in resolved.items() if name not in TEXT]
             text = [c.heading for name, c in resolved.items() if name in TEXT]

@@ -112,7 +112,7 @@ REFUSED: dict[str, tuple[Callable[[Path], Path], str]] = {
         as_bytes(SOUND.encode() + "run 1,Höhe\n".encode("latin-1")),
         "UTF-8",
     ),
-    "text in time": (changed(time=[f"12:00:{k:02d}" for k in range(60)]), "'time'.*row 1"),
+    "text in time": (changed(time=[f"12:00:{k:02d}" for k in range(60)]), "'time'.*row 1.*moments"),
     "nothing measured": (changed(power=[""] * 60), "none of its 60 rows.*60 have no value"),
     "all infinite": (changed(vx=[math.inf] * 60), "none of its 60 rows"),
     "time runs back": (changed(time=BACK), r"backwards.*row 18.*'run 0'"),
@@ -125,6 +125,15 @@ REFUSED: dict[str, tuple[Callable[[Path], Path], str]] = {
     "time in ms": (changed(time=table()["time"] * 1e4), "time.*not s"),
     "time in ns since 1970": (changed(time=1.7e18 + table()["time"] * 1e9), "time.*ns"),
     "power negative": (changed(power=-table()["power"]), "power.*negative in 60 of 60.*sign = -1"),
+    # ROS counts discharge as negative, and shunts speak of mV and mA; no column is named power.
+    "current negative": (
+        changed(power=None, battery_voltage=[24.0] * 60, battery_current=-table()["power"]),
+        r"battery_voltage · battery_current, is negative.*turns battery_current with sign = -1",
+    ),
+    "current in mA, voltage in mV": (
+        changed(power=None, battery_voltage=[24e3] * 60, battery_current=300.0 + table()["power"]),
+        "battery_voltage · battery_current, 60 of 60 rows.*mA or mV are read as A and V",
+    ),
     "ragged": (
         as_bytes(SOUND.replace(",0.1,", ",0.1,7,").encode() + b"a,b\n" * 9),
         "more or fewer",
