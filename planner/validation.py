@@ -82,8 +82,13 @@ def as_request_error(asked: type[BaseModel], error: ValidationError) -> RequestE
     accepted = accepted_at(asked, location)
     if kind == "missing":
         return RequestError(_path(location), "is missing", accepted=accepted)
-    problem = _PROBLEMS.get(kind, first.message)
+    problem = problem_of(first, first.message)
     return RequestError(_path(location), problem, value=first.value, accepted=accepted)
+
+
+def problem_of(complaint: Complaint, otherwise: str) -> str:
+    """What is wrong with a value, without what is accepted; ``otherwise`` where no words fit."""
+    return _PROBLEMS.get(complaint.kind, otherwise)
 
 
 def accepted_at(asked: type[BaseModel], location: tuple[int | str, ...]) -> str:
@@ -94,6 +99,8 @@ def accepted_at(asked: type[BaseModel], location: tuple[int | str, ...]) -> str:
 
 _PROBLEMS = {
     "float_type": "is not a number",
+    "int_parsing": "is not a whole number",
+    "float_parsing": "is not a number",
     "bool_type": "is neither true nor false",
     "bool_parsing": "is neither true nor false",
     "string_type": "is not text",

@@ -13,7 +13,7 @@ from contextlib import AsyncExitStack, asynccontextmanager
 from importlib.metadata import version
 from typing import Any
 
-from fastapi import FastAPI
+from fastapi import Depends, FastAPI
 from pydantic.json_schema import models_json_schema
 from starlette.datastructures import MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -143,7 +143,7 @@ def create_app(
     )
     error_handlers.install(app)
     for module in (planning, logs, workbench, jobs, models, catalogues, health):
-        app.include_router(module.router)
+        app.include_router(module.router, dependencies=[Depends(error_handlers.known_parameters)])
     app.include_router(keys.router)
     page.install(app)
     if settings.keys:

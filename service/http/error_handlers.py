@@ -15,8 +15,8 @@ from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 
-from planner.errors import InputError
-from planner.validation import first_complaint
+from planner.errors import InputError, RequestError
+from planner.validation import first_complaint, printable, problem_of
 from service.problems import STATUS, TooSlow, Unavailable, describe, document
 
 MEDIA_TYPE = "application/problem+json"
@@ -52,11 +52,35 @@ async def _described(request: Request, error: Exception) -> JSONResponse:
     return respond(describe(error), headers)
 
 
+async def known_parameters(request: Request) -> None:
+    """Refuse a query parameter that the endpoint does not have, such as a misspelt one.
+
+    Raises:
+        RequestError: naming it, and those that the endpoint has.
+    """
+    if not request.query_params:
+        return
+    endpoint = request.app.openapi()["paths"][request.scope["route"].path_format]
+    declared = endpoint[request.method.lower()].get("parameters", ())
+    known = [one["name"] for one in declared if one["in"] == "query"]
+    for name in request.query_params:
+        if name not in known:
+            raise RequestError(
+                f"query.{printable(name)}",
+                "no such parameter",
+                accepted=", ".join(known) or "no parameters",
+            )
+
+
 async def _bad_parameter(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, RequestValidationError)
     first = first_complaint(error.errors())
-    detail = f"{first.place}: {first.message}"
-    return respond(document(422, "bad-input", detail, field=first.place, accepted=first.message))
+    # "Input should be a valid integer, unable to parse …"
+    accepted = first.message.removeprefix("Input should be ").partition(",")[0]
+    described = RequestError(
+        first.place, problem_of(first, "cannot be"), value=first.value, accepted=accepted
+    )
+    return respond(describe(described))
 
 
 async def _nobody(request: Request, error: Exception) -> Response:
