@@ -54,6 +54,7 @@ class VehicleReader:
 
     def vehicle(self) -> Vehicle:
         self._refuse_unknown(self.document, {*NUMBERS, "name", "title", "effects"}, "")
+        self._refuse_unknown_layout()  # Its keys would be unknown, too.
         for table in NUMBERS:
             self._refuse_unknown(self._table(table), known_keys(table), f"[{table}] ")
         motor = self._motor()
@@ -263,6 +264,17 @@ class VehicleReader:
                 accepted=accepted,
             )
 
+    def _refuse_unknown_layout(self) -> None:
+        kind = self._table("wheels").get("layout")
+        if kind is not None and kind not in tuple(GEOMETRY):
+            raise self._wrong(
+                "[wheels] layout",
+                "unknown wheel layout",
+                value=kind,
+                accepted=f"{', '.join(GEOMETRY)}; a robot that cannot drive sideways, such as one "
+                "with a differential drive, has no model here",
+            )
+
     def _refuse_other_layout(self) -> None:
         """What only another layout has would be passed over."""
         wheels = self.document["wheels"]
@@ -374,6 +386,4 @@ class VehicleReader:
                 radius=radius,
                 roller_angle=math.pi / 2 if math.isnan(angle) else angle,
             )
-        raise self._wrong(
-            "[wheels] layout", "unknown wheel layout", value=kind, accepted="mecanum, omni"
-        )
+        raise NotImplementedError(kind)  # A layout in GEOMETRY needs its branch here.

@@ -186,6 +186,14 @@ def test_friction_of_a_toy_and_of_a_truck(tmp_path: Path) -> None:
         assert 0.0005 < friction(vehicle) / kt / (volts / ohm) < 0.1
 
 
+@pytest.mark.parametrize("layout", ['"differential"', "3", "[1]"])
+def test_an_unknown_layout_is_said_before_its_keys(tmp_path: Path, layout: str) -> None:
+    """Who writes half_track in the place of track has no differential robot then either."""
+    text = IN_SI.replace('"omni"\nbase_radius = 0.2', f"{layout}\ntrack = 0.4")
+    with pytest.raises(VehicleError, match=r"unknown wheel layout.*mecanum, omni; .*sideways"):
+        load(tmp_path, text)
+
+
 def test_a_given_value_is_not_derived(tmp_path: Path) -> None:
     text = IN_SI.replace("speed = 1.5", "speed = 1.5\nvoltage = 20.0")
     vehicle = load(tmp_path, text.replace("width = 0.5", "width = 0.5\nyaw_inertia = 0.9"))
