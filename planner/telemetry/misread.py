@@ -80,7 +80,7 @@ def misread(log: Telemetry, start: PowerModel, least_w: float) -> Misread | None
         if overall_error(other, fit(other, start)) <= WORTH_A_METER * as_read:
             found.append((overall_error(*metered_base_fit(other, start)), reading))
     error, reading = min(found, key=lambda one: one[0], default=(math.inf, READINGS[0]))
-    # A model that errs more than the mean power of the log explains none of it.
+    # A model that errs more than the power itself varies explains none of it.
     if error > min(MOST_OF_ERROR * least_w, float(log.power.std())):
         return None
     said = (
