@@ -35,8 +35,9 @@ WIDTH = 2.0 * math.pi / STATES
 """rad from one to the next."""
 TURNS = 24
 """Bends of the table of what turning on the move adds."""
-OFF_MIDDLE = 1.0 / 3.0
-"""Share of a step, and of its turn, between its middle and where it is looked at early and late."""
+OFF_MIDDLE = 0.5
+"""Share of a step, and of its turn, between its middle and where it is looked at early and late: at
+its ends, where a body that turns stands most askew to the travel."""
 STILL = 1e-9
 """rad: what turns less does not turn."""
 

@@ -21,17 +21,21 @@ from planner.power.limits import LIMIT_NAMES, broken_in_block
 from planner.power.motion_row import empty_block, motion_on_plane, put, put_row
 from planner.quantities import INDEX
 from planner.search.kernel_arguments import EAGER, F1, F2, I1, MODEL_ARRAYS, STEPS
-from planner.search.resolution import OFF_MIDDLE, SLOWEST, STILL, WIDTH
+from planner.search.resolution import OFF_MIDDLE, SLOPE_SPEED, SLOWEST, STILL, WIDTH
 
 TRIES = 7
-"""Speeds that are tried on a step, down to 0.38 of the largest."""
+"""Speeds that are tried on a step, down to 0.38 of the largest. Where none of them holds, a slow
+one is tried: a bend near the slope limit takes torque that grows with the square of the speed."""
 SLOWER = 0.85
 """Factor from one speed that is tried to the next."""
+LITTLE = 0.1
+"""Share of a state that a body turns on a steep step at most without a look at both ends. Rollers
+of a body that turns may change the side to which they roll there, and their drag its sign."""
 HOT = 1.0
 """Share by which a step counts more whose squared torque is twice that of the continuous one, where
 slopes last: motors get too warm over many such steps, and any yaw that spares them comes first."""
 _MIDDLE, _STEEPEST, _LATE, _EARLY = range(4)
-_SLOWED = SLOWER ** np.arange(TRIES)
+_SLOWED = np.append(SLOWER ** np.arange(TRIES), SLOPE_SPEED)
 _VOLTAGE = LIMIT_NAMES.index("voltage")
 _TORQUE = 1 + list(LIMITS).index("motor_torque")
 _VX, _VY, _WZ = INDEX["vx"], INDEX["vy"], INDEX["wz"]
@@ -46,8 +50,8 @@ def step_costs(
 ) -> None:
     """Cost of steps, (n,) into ``costs``; infinity where one is impossible.
 
-    Limits hold in a step's middle, and on a steep one where it is steepest; where the body turns by
-    more than a state, early and late in it as well.
+    Limits hold in a step's middle, and on a steep one where it is steepest; where the body turns,
+    at both ends as well.
 
     Args:
         kernel: ``limits_kernel`` of the power model.
@@ -74,7 +78,7 @@ def step_costs(
     ux, uy = np.cos(directions), np.sin(directions)
     placed = np.empty(BLOCK, np.int64)
     for n in range(count):
-        turns = abs(moves[n, 2]) > WIDTH
+        turns = abs(moves[n, 2]) > LITTLE * WIDTH
         look[n] = _MIDDLE if not steep[at[n]] else _EARLY if turns else _STEEPEST
         costs[n] = np.inf
     while count:
@@ -123,12 +127,12 @@ def step_costs(
                 n = placed[place]
                 broken = broken_in_block(found, place, limits)
                 if broken >= 0:
-                    if tries[n] == TRIES - 1:
+                    if tries[n] == TRIES:
                         continue
                     tries[n] += 1
                     # Going slower rarely helps here: all the other speeds fail with the slowest.
                     if broken != _VOLTAGE and back[n] == 0:
-                        back[n], tries[n] = tries[n], TRIES - 1
+                        back[n], tries[n] = tries[n], TRIES
                 elif 0 < back[n] < tries[n]:
                     tries[n], back[n] = back[n], TRIES
                 elif look[n] == _MIDDLE:

@@ -13,9 +13,9 @@ from planner.power.motion_row import set_acceleration, set_motion, set_wind
 from planner.quantities import INDEX
 from planner.search.kernel_arguments import Steps
 from planner.search.requests import SituationRequest
-from planner.search.resolution import SLOWEST, STILL, WIDTH
+from planner.search.resolution import SLOPE_SPEED, SLOWEST, STILL, WIDTH
 from planner.search.situation import situation_of
-from planner.search.turns.turning_steps import SLOWER, TRIES, step_costs
+from planner.search.turns.turning_steps import LITTLE, SLOWER, TRIES, step_costs
 from tests.search.maps import terrain
 
 
@@ -39,9 +39,8 @@ def one_by_one(conditions, objective, direction, bend, slope, steep, ground, mov
         speed = min(speed, math.sqrt(model.vehicle.limits.acceleration / abs(bend)))
     if steep:
         looks.insert(0, (slope[2:4], middle))
-    if steep and abs(turn) > WIDTH:
-        # A sixth of the step from either end.
-        looks = [(slope[6:], middle - turn / 3.0), (slope[4:6], middle + turn / 3.0), *looks]
+    if steep and abs(turn) > LITTLE * WIDTH:
+        looks = [(slope[6:], middle - turn / 2.0), (slope[4:6], middle + turn / 2.0), *looks]
     for place, yaw in looks:
         row = conditions.class_rows[ground].copy()
         set_wind(row, conditions.wind, yaw)
@@ -52,7 +51,9 @@ def one_by_one(conditions, objective, direction, bend, slope, steep, ground, mov
             if speed < 1.1 * SLOWEST * limits[0]:
                 return math.inf
         cost = math.inf
-        for _ in range(TRIES):
+        fastest = speed
+        for share in (*SLOWER ** np.arange(TRIES), SLOPE_SPEED):
+            speed = fastest * share
             row[[INDEX["vx"], INDEX["vy"]]] = unit * speed
             row[INDEX["wz"]] = turn * speed / surface
             set_acceleration(row, 0.0, speed * speed * bend, *unit, 1.0)
@@ -60,7 +61,6 @@ def one_by_one(conditions, objective, direction, bend, slope, steep, ground, mov
             if broken_limit(accounts[0], limits) < 0:
                 cost = surface / speed * (1.0 if objective == 1 else accounts[0, 0])
                 break
-            speed *= SLOWER
         if cost == math.inf:
             return cost
     return cost
@@ -97,6 +97,69 @@ def test_steps_cost_what_single_rows_say(conditions, objective) -> None:
     ]
     assert 20 < np.isinf(costs).sum() < moves - 100, "nothing is tested"
     np.testing.assert_allclose(costs, expected, rtol=1e-12)
+
+
+def one_step(conditions, slope: float, curvature: float, turn: float, yaw: float) -> float:
+    """Cost of a steep step of 0.2 m along x, where the ground rises to the left."""
+    gradients = np.tile([0.0, slope], 4)[None]
+    track = Steps(
+        *(np.zeros(1), np.ones(1), np.array([curvature]), gradients),
+        *(np.ones(1, bool), np.zeros(1, np.int64)),
+    )
+    costs, moves = np.empty(1), np.array([[yaw, 0.2, turn]])
+    kernel, arrays = conditions.model.limits_kernel, conditions.arrays
+    step_costs(kernel, arrays, 0, track, np.zeros(1, np.int64), moves, costs)
+    return float(costs[0])
+
+
+def held(conditions, slope: float, yaw: float, rate: float, share: float, bend: float) -> bool:
+    """Whether the limits hold at a share of full speed, with a turn of ``rate`` rad/m."""
+    row = conditions.class_rows[0].copy()
+    speed = share * conditions.limits[0]
+    set_wind(row, conditions.wind, yaw)
+    set_motion(row, 0.0, slope, yaw, 0.0, 1.0)
+    unit = row[[INDEX["vx"], INDEX["vy"]]]
+    row[[INDEX["vx"], INDEX["vy"]]] = unit * speed
+    row[INDEX["wz"]] = rate * speed
+    set_acceleration(row, 0.0, speed * speed * bend, *unit, 1.0)
+    return broken_limit(conditions.model.evaluate(row[None])[0][0], conditions.limits) < 0
+
+
+def test_a_bend_that_only_a_slow_robot_takes_is_possible(conditions) -> None:
+    """Beside a slope that takes almost all there is, towards the side that rises."""
+    bend = 1.5
+    slopes = np.linspace(0.0, 1.0, 400)
+    full = math.sqrt(conditions.limits[7] / bend) / conditions.limits[0]
+    slowest = min(1.0, full) * SLOWER ** (TRIES - 1)
+    only_slow = [
+        slope
+        for slope in slopes
+        if held(conditions, slope, 0.0, 0.0, SLOPE_SPEED * min(1.0, full), bend)
+        and not held(conditions, slope, 0.0, 0.0, slowest, bend)
+    ]
+    assert only_slow
+    for slope in only_slow:
+        assert one_step(conditions, slope, bend, 0.0, 0.0) < math.inf
+
+
+def test_a_turn_whose_end_breaks_a_limit_is_impossible(conditions) -> None:
+    """Although its middle, and a third of it to either side, keep them all when it is slow."""
+    turn, seen = 0.08, 0
+    rate, shares = turn / 0.2, (SLOPE_SPEED, *SLOWER ** np.arange(TRIES))
+    for slope in np.linspace(0.1, 0.6, 40):
+        for middle in np.linspace(-0.5, 0.5, 60):
+            inner = (middle, middle + turn / 3.0, middle - turn / 3.0)
+            if not all(held(conditions, slope, yaw, rate, SLOPE_SPEED, 0.0) for yaw in inner):
+                continue
+            ends = (middle - turn / 2.0, middle + turn / 2.0)
+            if all(
+                any(held(conditions, slope, yaw, rate, share, 0.0) for share in shares)
+                for yaw in ends
+            ):
+                continue
+            seen += 1
+            assert one_step(conditions, slope, 0.0, turn, middle) == math.inf
+    assert seen
 
 
 def test_power_and_limits_are_those_of_the_account(conditions) -> None:
