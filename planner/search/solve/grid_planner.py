@@ -153,13 +153,14 @@ def _or_cheaper(
 ) -> Attempt:
     """A route by poses, or what recovery finds next, where that costs less.
 
-    Recovery goes on while time is left, and the metres of its paths cost less than the route.
+    Recovery goes on while time is left, and the metres of its paths cost less than the route. It
+    leaves the slope limit alone: what keeps to gentler slopes hardly ever costs less.
     """
     with run.within_budget() as limited:
         sketching.run = limited
         while _metres(field, attempt) < _dissipated(run, by_poses):
             following = next_caution(caution, attempt)
-            if following is None:
+            if following is None or following.slope_margins != caution.slope_margins:
                 break
             sketches, caution = sketching.with_caution(following)
             if not sketches:

@@ -18,13 +18,14 @@ from planner.search.field import polyline_cost
 from planner.search.grid import cost_from, cost_to_go
 from planner.search.limit_places import Infeasible
 from planner.search.requests import PlanRequest
-from planner.search.resolution import SPIN_UP
+from planner.search.resolution import MARGIN, SPIN_UP
 from planner.search.run import Run
 from planner.search.se2 import PosePath
 from planner.search.se2.hybrid_search import spin_limit
 from planner.search.situation import situation_of
 from planner.search.solve import grid_planner, steep_ground
-from planner.search.solve.pipeline import finished
+from planner.search.solve.pipeline import Attempt, finished
+from planner.search.solve.recovery import PENALISED_PLACES
 from planner.search.solve.sketch import Closely, Driven
 from planner.search.solve.steep_ground import smoothed_but_for, without
 from planner.terrain.heightmap import Terrain
@@ -62,6 +63,21 @@ def test_recovery_beside_a_route_by_poses_ends_with_the_budget(monkeypatch):
     monkeypatch.setattr(grid_planner, "finished", counted)
     assert plan_route(hurried, terrain=relief).routes
     assert driven.count("energy") == 1  # the path of least cost, which is refused
+
+
+def test_beside_a_route_by_poses_no_gentler_slopes_are_tried(monkeypatch):
+    """Only paths past places of those before, where none of them can be driven."""
+    _, run = loaded_on_hills()
+    margins = []
+
+    def refused(run, sketches, *more):
+        margins.append(sketches[0].field.margin)
+        stuck = Infeasible(9.0, 9.0, "wheels slide")
+        return Attempt(sketches[0].field, legs=[], infeasible=stuck)
+
+    monkeypatch.setattr(grid_planner, "finished", refused)
+    assert grid_planner.on_grid(run, run.field("energy"), "energy").route is not None
+    assert margins == [MARGIN] * (1 + PENALISED_PLACES)
 
 
 def test_a_loaded_robot_takes_little_more_than_its_metres_cost():
