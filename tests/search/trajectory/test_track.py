@@ -116,7 +116,7 @@ def test_the_steepest_slope_of_a_step_is_none_of_its_middle_on_a_bump() -> None:
     bumpy = terrain(np.tile(bump, (60, 1)))
     asked = {"start": {"x": 2.0, "y": 2.0}, "goal": {"x": 2.0, "y": 8.0}}
     case = case_of("test", asked, bumpy)
-    slopes = slopes_of_steps(case.field, np.array([[5.5, 7.0], [8.5, 7.0]]))
+    slopes = slopes_of_steps(case.field, np.array([[5.75, 7.0], [8.25, 7.0]]))
     assert abs(slopes[0, 0]) < 0.02
     assert abs(slopes[0, 2]) > 0.25
     # Up early, down late.
