@@ -102,7 +102,8 @@ def step_costs(
                     fastest[n] = min(fastest[n], limits[6] * surface[size] / abs(turn))
                     if fastest[n] < 1.1 * SLOWEST * limits[0]:
                         continue
-                bend = curvatures[j] if steep[j] else 0.0
+                # At the ends, what no slowness mends counts: a bend may help a fast robot.
+                bend = curvatures[j] if steep[j] and look[n] < _LATE else 0.0
                 if tries[n] == 0 and bend != 0.0:
                     fastest[n] = min(fastest[n], math.sqrt(limits[7] / abs(bend)))
                 speed = fastest[n] * _SLOWED[tries[n]]

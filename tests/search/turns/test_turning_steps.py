@@ -32,16 +32,18 @@ def one_by_one(conditions, objective, direction, bend, slope, steep, ground, mov
     model, limits = conditions.model, conditions.limits
     middle, length, turn = move
     speed, cost = limits[0], math.inf
-    looks = [(slope[:2], middle)]
+    looks = [(slope[:2], middle, True)]
     # Where limits are near, a bend takes the speed and the force that it takes on the way.
     bend = bend if steep else 0.0
-    if bend:
-        speed = min(speed, math.sqrt(model.vehicle.limits.acceleration / abs(bend)))
     if steep:
-        looks.insert(0, (slope[2:4], middle))
+        looks.insert(0, (slope[2:4], middle, True))
     if steep and abs(turn) > LITTLE * WIDTH:
-        looks = [(slope[6:], middle - turn / 2.0), (slope[4:6], middle + turn / 2.0), *looks]
-    for place, yaw in looks:
+        early, late = middle - turn / 2.0, middle + turn / 2.0
+        looks = [(slope[6:], early, False), (slope[4:6], late, False), *looks]
+    for place, yaw, bends in looks:
+        sideways = bend if bends else 0.0
+        if sideways:
+            speed = min(speed, math.sqrt(model.vehicle.limits.acceleration / abs(bend)))
         row = conditions.class_rows[ground].copy()
         set_wind(row, conditions.wind, yaw)
         surface = length * set_motion(row, *place, yaw, direction, 1.0)
@@ -56,7 +58,7 @@ def one_by_one(conditions, objective, direction, bend, slope, steep, ground, mov
             speed = fastest * share
             row[[INDEX["vx"], INDEX["vy"]]] = unit * speed
             row[INDEX["wz"]] = turn * speed / surface
-            set_acceleration(row, 0.0, speed * speed * bend, *unit, 1.0)
+            set_acceleration(row, 0.0, speed * speed * sideways, *unit, 1.0)
             accounts, _ = model.evaluate(row[None])
             if broken_limit(accounts[0], limits) < 0:
                 cost = surface / speed * (1.0 if objective == 1 else accounts[0, 0])
