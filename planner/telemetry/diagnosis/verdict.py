@@ -17,6 +17,8 @@ from planner.telemetry.regimes import Regime
 
 CLOSE_ERRORS = 1.05
 """Held-out error over the noise floor up to which both are called the same."""
+WORTH_A_WORD = 0.2
+"""Probability from which an effect that is not named is spoken of: one of five such is there."""
 
 
 def verdict_of(*, faulty: bool, formula: bool, named: bool, lost: bool) -> Verdict:
@@ -78,6 +80,8 @@ def sentence_of(
         said.append(f"The formula is {diagnosis.outside.formula}.")
     if near:
         said.append(f"This is a near decision: {near}.")
+    if diagnosis.verdict in ("complete", "not_identifiable") and not apart:
+        said.append(_likeliest(diagnosis, alike))
     if diagnosis.verdict == "complete":
         said.append(_scope(diagnosis))
     if diagnosis.meter is not None:
@@ -202,6 +206,23 @@ def _titled(slug: str) -> str:
     if effect is None or set(effect.title.split()) <= set(slug.split("_")):
         return slug
     return f"{slug} ({effect.title})"
+
+
+def _likeliest(diagnosis: Diagnosis, alike: Sequence[str]) -> str:
+    """The likeliest effect that was not named, where it lowers the error on unseen runs."""
+    before = diagnosis.baseline.heldout_rmse_w
+    better = [
+        (c.probability or 0.0, c.effect, c.heldout_rmse_w)
+        for c in diagnosis.candidates
+        if c.effect not in alike and c.heldout_rmse_w is not None and c.heldout_rmse_w < before
+    ]
+    chance, effect, error = max(better, default=(0.0, "", 0.0))
+    if chance < WORTH_A_WORD:
+        return ""
+    return (
+        f"The likeliest effect that it may lack is {_titled(effect)} ({share(chance)}): with it "
+        f"the error on unseen runs is {watts(error)}. This is too little to name it."
+    )
 
 
 def _scope(diagnosis: Diagnosis) -> str:

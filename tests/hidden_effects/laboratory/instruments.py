@@ -5,7 +5,7 @@
 meter       first-order filter; the moment of the row's end, the row's mean, or the held value of a
             slower meter; delay; quantisation; clipping at full scale
 odometry    scale, a scale of its own sideways, slip with acceleration, white noise
-IMU         bias and noise of acceleration and of the angles
+IMU         bias and noise of acceleration and of the angles, which its filter makes late
 clock       jitter, rows that are missing, gaps, a rate that is off
 """
 
@@ -26,6 +26,7 @@ from planner.telemetry.virtual.dynamics import MEANS, by_name
 Columns = dict[str, NDArray[np.generic]]
 
 LONGEST_FILTER = 0.8  # s
+LONGEST_LAG = 0.2  # s, of pitch and roll
 
 
 @dataclass(frozen=True)
@@ -74,6 +75,7 @@ class Instruments:
         speed_noise, yaw_noise: m/s and rad/s, white.
         acceleration_bias, acceleration_noise: m/s².
         pitch_offset, roll_offset, angle_noise: rad.
+        angle_lag: s of the first-order filter that pitch and roll come from.
         jitter: standard deviation of the time of a row, as a share of it; ``jitter_logged`` where
             the time column tells it.
         missing, gaps: share of rows that are not there; number of gaps of a second.
@@ -93,6 +95,7 @@ class Instruments:
     pitch_offset: float = 0.0
     roll_offset: float = 0.0
     angle_noise: float = 0.0
+    angle_lag: float = 0.0
     jitter: float = 0.0
     jitter_logged: bool = True
     missing: float = 0.0
@@ -126,6 +129,8 @@ class Instruments:
             outliers=maybe(0.25, rng.uniform(0.001, 0.01)),
         )
         bias = rng.normal(0.0, 0.03, 2)
+        # A stream of its own: what is drawn after it stays as it was before angles were late.
+        lags = rng.spawn(1)[0]
         return cls(
             meter=meter,
             noise=noise,
@@ -139,6 +144,7 @@ class Instruments:
             pitch_offset=float(rng.normal(0.0, 0.002)),
             roll_offset=float(rng.normal(0.0, 0.002)),
             angle_noise=rng.uniform(0.0005, 0.004),
+            angle_lag=lags.uniform(0.03, LONGEST_LAG) if lags.random() < 0.5 else 0.0,
             jitter=maybe(0.5, rng.uniform(0.02, 0.2)),
             jitter_logged=bool(rng.random() < 0.6),
             missing=maybe(0.4, rng.uniform(0.001, 0.03)),
@@ -187,6 +193,8 @@ class Instruments:
             taken = self._times(rng, drive.row, length)
             bins = means.shape[1]
             series = {name: values[k] for name, values in table.items()}
+            for name in ("pitch", "roll"):
+                series[name] = filtered(series[name], drive.bin_length, self.angle_lag)
             part = {name: self._channel(series[name], taken, drive) for name in self._names(series)}
             part["surface"] = np.array(drive.surfaces)[
                 series["surface"][

@@ -111,6 +111,29 @@ def test_a_near_decision_says_so(made):
     assert "near decision: 1.19 of 1.2" in sentence_of(found, near="1.19 of 1.2")
 
 
+def test_a_likely_effect_is_spoken_of_though_it_is_not_named(made):
+    """Nothing may stand in the table that the sentence passes over."""
+
+    def said(probability: float | None, error: float | None, **changes: object) -> str:
+        likely = results.candidate("air_drag", probability, heldout_rmse_w=error)
+        given = {**vars(results.complete(made)), "candidates": (likely,), **changes}
+        return sentence_of(results.diagnosis(made, **given))
+
+    error = results.BEFORE.heldout_rmse_w
+    for verdict in ("complete", "not_identifiable"):
+        found = said(0.32, 0.9 * error, verdict=verdict)
+        assert "The likeliest effect that it may lack is air_drag (32 %)" in found
+    for probability, after in (
+        (0.1, 0.9 * error),
+        (None, 0.9 * error),
+        (0.32, None),
+        (0.32, error),
+    ):
+        assert "likeliest" not in said(probability, after)
+    named = said(0.9, 0.9 * error, verdict="missing_effect", selected=("air_drag",))
+    assert "likeliest" not in named
+
+
 def test_a_sentence_without_a_proposal_shows_one_error(made):
     found = results.diagnosis(made, **{**vars(results.complete(made)), "verdict": "complete"})
     assert " to " not in first_sentence(found)
