@@ -41,7 +41,7 @@ from planner.quantities import INDEX
 from planner.shown import Shown, frame
 from planner.telemetry.belonging import apart, beyond_motors
 from planner.telemetry.comparison.sums import RunComparison, Sums, curve_bins
-from planner.telemetry.estimation import FittedParameter, RefusedFit
+from planner.telemetry.estimation import FittedParameter, RefusedFit, followed_between
 from planner.telemetry.holdout import heldout_residual, meter_beside, metered_base_fit, rms
 from planner.telemetry.logs import Finding, LogLike, MappingLike, Meter, Telemetry
 from planner.telemetry.noise import Noise, noise_of, strongest_columns
@@ -55,7 +55,7 @@ from planner.telemetry.quantities_of_motion import (
     temperature_of,
 )
 from planner.telemetry.regimes import Regime, find_regimes
-from planner.telemetry.sampling import LogSource, at_steady_speeds, open_source
+from planner.telemetry.sampling import LogSource, open_source
 from planner.telemetry.starting_model import is_model, starting_model
 
 if TYPE_CHECKING:
@@ -183,12 +183,14 @@ def compare(
     start = starting_model(model)
     source = open_source(log, mapping, watch)
     source = source.with_findings(beyond_motors(source.sample, start))
-    settled, sums, share = _settle(source, start, not is_model(model), watch)
+    fitted = not is_model(model)
+    reading = followed_between(source, start, settled=not fitted) or source.steady()
+    settled, reading, sums, share = _settle(source, reading, start, fitted, watch)
     done = 0
     for chunk in source.chunks():
         watch(0.65 + 0.35 * done / source.rows, f"comparing {source.rows:,} rows")
-        metered = replace(at_steady_speeds(chunk), meter=settled.meter)
-        sums.add(chunk, predict(settled.model, metered))
+        read = reading.reading_of(chunk)
+        sums.add(chunk, predict(settled.model, replace(read, meter=reading.sample.meter)))
         done += len(chunk)
     whole = sums.whole()
     watch(1.0, "compared")
@@ -207,14 +209,14 @@ def compare(
 
 
 def _settle(
-    source: LogSource, model: PowerModel, fitted: bool, watch: Progress
-) -> tuple[ComparedModel, Sums, float]:
-    """The model, empty sums for all rows, and the sample's held-out error over its error."""
+    source: LogSource, reading: LogSource, model: PowerModel, fitted: bool, watch: Progress
+) -> tuple[ComparedModel, LogSource, Sums, float]:
+    """The model, the reading with its meter, empty sums, and the held-out error over the error."""
     sample = source.sample
     parameters: tuple[FittedParameter, ...] = ()
     refused: RefusedFit | None = None
     unseen: Array | None = None
-    steady = at_steady_speeds(sample)
+    steady = reading.sample
     if fitted:
         watch(0.3, "fitting the base model")
         steady, result = metered_base_fit(steady, model)
@@ -251,13 +253,13 @@ def _settle(
         parameters=parameters,
         refused=refused,
         noise_floor_w=noise.floor_w,
-        meter=steady.meter,
+        meter=steady.meter_as_logged,
         apart=apart(steady, residual if unseen is None else unseen[finite]),
         measured=sample.power[cloud],
         predicted=watts[cloud],
     )
     share = rms(unseen) / rmse if unseen is not None and rmse > 0.0 else 1.0
-    return settled, sums, share
+    return settled, reading.with_meter(steady.meter), sums, share
 
 
 def _noise(sample: Telemetry, model: PowerModel, watts: Array) -> tuple[Noise, Array]:

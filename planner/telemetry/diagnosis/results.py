@@ -279,7 +279,7 @@ class Diagnosis(FittedModels, Shown):
     @property
     def meter(self) -> Meter | None:
         """What the power was read from; None shows the power as it is."""
-        return self.corrected.meter
+        return self.corrected.meter_as_logged
 
     @property
     def model(self) -> PowerModel:

@@ -2,21 +2,22 @@
 
 fit gives a Fit with standard errors and remarks; energy_error says how well the fitted model
 predicts energies. A fit that held-out runs refute carries a RefusedFit. with_meter finds the meter
-that a log was read from.
+that a log was read from, followed_between whether its power follows the motion between rows.
 """
 
 from planner.telemetry.estimation.energy_errors import energy_error
 from planner.telemetry.estimation.gauss_newton import bounded_step
-from planner.telemetry.estimation.meter_fit import LONGEST_LAG, with_meter
+from planner.telemetry.estimation.meter_fit import with_meter
 from planner.telemetry.estimation.model_fit import Fit, FittedParameter, RefusedFit, fit
+from planner.telemetry.estimation.motion_between import followed_between
 
 __all__ = [
-    "LONGEST_LAG",
     "Fit",
     "FittedParameter",
     "RefusedFit",
     "bounded_step",
     "energy_error",
     "fit",
+    "followed_between",
     "with_meter",
 ]

@@ -49,8 +49,6 @@ TIME_CONSTANTS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 """Rows; where the search begins."""
 DELAYS = (-1.0, -0.5, 0.5, 1.0, 2.0, 4.0, 8.0)
 """Rows; where the search for a plain delay begins."""
-LONGEST_LAG = 5.0
-"""s; longest time constant and delay that are believed."""
 LEAST_DELAY = 0.06
 """s; a smaller delay without a filter is what derivatives and slipping wheels blur."""
 END_ROWS = 0.5
@@ -65,6 +63,8 @@ FIRST_STEP, ERROR_STEP = 0.3, 0.1
 """Rows, or logarithms of the time constant: first steps of a search, and of a derivative."""
 TIME_CONSTANT, DELAY = BOTH = "time_constant_s", "delay_s"
 """Numbers of a meter that are fitted."""
+USUAL_LAGS = (-0.5, 0.0, 0.5, 1.0)
+"""Rows by which readings are late, of the meters beside which two motions are compared."""
 LEAST_METER_ROWS = 100
 """Rows below which a log does not identify its meter."""
 
@@ -83,6 +83,34 @@ class _Search:
     clusters: Integers
     interval: float
     taken: dict[tuple[str, float] | None, Integers] = field(default_factory=dict)
+
+    @classmethod
+    def beside(
+        cls, log: Telemetry, model: PowerModel, places: Sequence[int], further: Array | None = None
+    ) -> _Search:
+        """The search beside a model, its parameters ``places`` and (n, m) W per unit further."""
+        watts, columns = tangent(model, Nodes.of(log, model), places)
+        if further is not None:
+            columns = np.column_stack([columns, further])
+        input_error = input_uncertainty(model, log.rows_for(model.surfaces))
+        noise, _ = noise_of(log, log.power - watts, watts, input_error, columns)
+        spread = noise.spread(watts, input_error)
+        together = np.column_stack([watts, columns])
+        return cls(log, together, spread, cluster_numbers(log), float(np.median(log.interval)))
+
+    def kinds(self) -> list[Meter]:
+        """Meters without filter or delay: that of the rows, and those that hold a reading."""
+        held = (Meter(sampling="held", period_s=period) for period in periods_of(self.log))
+        return [Meter(), *held]
+
+    def usual_meters(self) -> list[Meter]:
+        """Some of every kind, with and without a filter, at USUAL_LAGS."""
+        return [
+            replace(kind, time_constant_s=rows * self.interval, delay_s=late * self.interval)
+            for kind in self.kinds()
+            for rows in (0.0, *TIME_CONSTANTS)
+            for late in USUAL_LAGS
+        ]
 
     def rows(self, meter: Meter | None) -> Array:
         """(n,) log-likelihood of every row."""
@@ -131,7 +159,7 @@ class _Search:
         for name, place in zip(names, x, strict=True):
             rows = np.exp(place) if name == TIME_CONSTANT else place
             meter = meter.with_number(
-                name, float(np.clip(rows * self.interval, -LONGEST_LAG, LONGEST_LAG))
+                name, float(np.clip(rows * self.interval, -Meter.LONGEST_LAG, Meter.LONGEST_LAG))
             )
         return meter
 
@@ -191,33 +219,44 @@ def with_meter(
     # A constant power shows no motion, late or averaged: the longest filter would fit it best.
     if len(log) < LEAST_METER_ROWS or not np.ptp(log.power):
         return log
-    watts, columns = tangent(model, Nodes.of(log, model), places)
-    if beside is not None:
-        columns = np.column_stack([columns, beside])
-    input_error = input_uncertainty(model, log.rows_for(model.surfaces))
-    noise, _ = noise_of(log, log.power - watts, watts, input_error, columns)
-    spread = noise.spread(watts, input_error)
-    interval = float(np.median(log.interval))
-    together = np.column_stack([watts, columns])
-    search = _Search(log, together, spread, cluster_numbers(log), interval)
-    return replace(log, meter=_believed(search, filtering))
+    return replace(log, meter=_believed(_Search.beside(log, model, places, beside), filtering))
+
+
+def is_likelier(other: Telemetry, log: Telemetry, model: PowerModel, places: Sequence[int]) -> bool:
+    """Whether the power follows another motion of the same rows, each beside its likeliest meter.
+
+    Args:
+        other, log: the rows with either motion; the other one must lead by LEAST_GAIN.
+        model: around which the power is linear.
+        places: numbers of its parameters that may take what they can.
+    """
+    if len(log) < LEAST_METER_ROWS or not np.ptp(log.power):
+        return False
+    first = _Search.beside(replace(log, meter=None), model, places)
+    second = _Search.beside(replace(other, meter=None), model, places)
+    second = replace(second, spread=first.spread)  # likelihoods of one noise can be compared
+    least, most = (
+        max(float(search.rows(meter).sum()) for meter in search.usual_meters())
+        for search in (first, second)
+    )
+    return most > least + LEAST_GAIN
 
 
 def _believed(search: _Search, filtering: bool) -> Meter | None:
-    log, interval = search.log, search.interval
+    interval = search.interval
     nothing = search.rows(None)
-    kinds = [Meter(), *(Meter(sampling="held", period_s=period) for period in periods_of(log))]
+    kinds = search.kinds()
     delays = [
         replace(kind, delay_s=rows * interval)
         for kind in kinds
         for rows in ((0.0, *DELAYS) if kind.sampling == "held" else DELAYS)
-        if abs(rows) * interval <= LONGEST_LAG
+        if abs(rows) * interval <= Meter.LONGEST_LAG
     ]
     filters = [
         replace(kind, time_constant_s=rows * interval)
         for kind in kinds
         for rows in TIME_CONSTANTS
-        if filtering and rows * interval <= LONGEST_LAG
+        if filtering and rows * interval <= Meter.LONGEST_LAG
     ]
     least = float(nothing.sum()) + LEAST_GAIN
     if max(float(search.rows(meter).sum()) for meter in (*delays, *filters)) < least - NEAR_GAIN:

@@ -17,7 +17,7 @@ import numpy as np
 
 from planner.arrays import Array
 from planner.power.model import PowerModel
-from planner.telemetry.estimation import LONGEST_LAG, Fit, with_meter
+from planner.telemetry.estimation import Fit, with_meter
 from planner.telemetry.holdout.heldout import (
     CLAIMED_RATIO,
     base_fit,
@@ -99,7 +99,7 @@ def predicting_best(start: PowerModel, log: Telemetry, fitted: Fit) -> tuple[Tel
     for step in TIME_CONSTANT_STEPS:
         for factor in (step, 1.0 / step):
             # A power that hardly follows the motion is predicted better by every longer one.
-            while factor * meter.time_constant_s <= LONGEST_LAG:
+            while factor * meter.time_constant_s <= Meter.LONGEST_LAG:
                 tried = meter.with_number("time_constant_s", factor * meter.time_constant_s)
                 found = metered_base_fit(log, start, (tried,))
                 if (less := overall_error(*found)) >= error:

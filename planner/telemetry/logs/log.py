@@ -76,7 +76,8 @@ class Telemetry(Rows):
         report: what was found; of a chunk, up to its end, so that the last chunk's is complete.
         source: path of the log; of a table in memory the name of its class.
         power_at: "terminals" or "source", from the mapping file.
-        meter: what the power was read from; None shows the power as it is.
+        meter: what the power was read from, beside this motion; None shows the power as it is.
+        ahead: whether the motion is that between each row and the next.
     """
 
     run_names: tuple[str, ...]
@@ -88,6 +89,7 @@ class Telemetry(Rows):
     source: str
     power_at: str = "terminals"
     meter: Meter | None = None
+    ahead: bool = False
 
     SPEED_ERROR: ClassVar[tuple[float, float, float]] = (0.01, 0.01, 0.03)
     """m/s, m/s and rad/s: what odometry usually errs by in vx, vy and wz."""
@@ -201,6 +203,13 @@ class Telemetry(Rows):
         column = INDEX["surface"]
         rows[:, column] = np.array([*table, -1], float)[rows[:, column].astype(np.int64)]
         return rows
+
+    @property
+    def meter_as_logged(self) -> Meter | None:
+        """The meter beside the motion of the rows as they were logged."""
+        if not self.ahead:
+            return self.meter
+        return (self.meter or Meter()).half_a_row_later(float(np.median(self.interval)))
 
     @cached_property
     def sha256(self) -> str:

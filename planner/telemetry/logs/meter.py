@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 Sampling = Literal["mean", "end", "held"]
 SAME_PERIOD = 0.01
@@ -43,10 +43,24 @@ class Meter:
     time_constant_shift_s: float = 0.0
     period_s: float = 0.0
 
+    LONGEST_LAG: ClassVar[float] = 5.0
+    """s; longest time constant and delay that are believed."""
+
     def with_number(self, name: str, value: float) -> Meter:
         """The meter with another ``time_constant_s`` or ``delay_s``."""
         numbers: dict[str, Any] = {name: value}
         return replace(self, **numbers)
+
+    def half_a_row_later(self, interval: float) -> Meter:
+        """The same meter beside a motion that is half a row of ``interval`` s earlier."""
+        lag = self.delay_s - 0.5 * interval
+        if self.sampling == "held":
+            return replace(self, delay_s=lag)
+        # What leads the mean of its row by half a row is read at its end.
+        lag -= 0.5 * interval * (self.sampling == "end")
+        if lag < -0.25 * interval:
+            return replace(self, sampling="end", delay_s=lag + 0.5 * interval)
+        return replace(self, sampling="mean", delay_s=lag)
 
     @property
     def time_constant_stderr_s(self) -> float:

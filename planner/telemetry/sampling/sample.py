@@ -31,12 +31,15 @@ from planner.telemetry.logs import (
     Telemetry,
     pieces_of,
 )
+from planner.telemetry.sampling.between_rows import with_motion_between
 from planner.telemetry.sampling.noisier_motion import with_more_noise
 from planner.telemetry.sampling.smoothed_motion import can_be_smoothed, with_smoothed_motion
 from planner.telemetry.sampling.steady_drive import LEAST_SEGMENT_ROWS, at_steady_speeds
 
 STEADY_TIME = 0.2
 """s; a drive that a robot keeps up, where rows are short: motors need a tenth to change a speed."""
+SAME_ROW = 0.1
+"""Share by which rows of one length may differ."""
 HALF_WIDTHS = (0.2, 0.1)
 """s on either side that a motion is smoothed over."""
 FEWEST_ROWS = 10
@@ -58,6 +61,7 @@ class LogSource:
         steady_rows: least rows of the steady drives whose speeds are at their means in ``sample``
             and chunks; 0 where all are as read.
         half_width: s on either side of a row that its motion is smoothed over; 0 for none.
+        ahead: whether the motion is that between each row and the next.
     """
 
     sample: Telemetry
@@ -69,6 +73,7 @@ class LogSource:
     mapping: MappingLike | None
     steady_rows: int = 0
     half_width: float = 0.0
+    ahead: bool = False
 
     SAMPLE_ROWS: ClassVar[int] = 12_000
     PIECE_ROWS: ClassVar[int] = 200
@@ -76,14 +81,14 @@ class LogSource:
     LONGEST_RUN: ClassVar[int] = 20_000
     """Most rows of a run that are held back until its end is there."""
 
-    def read_as(self, steady_rows: int, half_width: float) -> LogSource:
+    def read_as(self, steady_rows: int, half_width: float, ahead: bool = False) -> LogSource:
         """The same log, its motion smoothed, and the speeds of steady drives at their means.
 
         Args:
-            steady_rows, half_width: as the attributes.
+            steady_rows, half_width, ahead: as the attributes.
         """
-        read = replace(self, steady_rows=steady_rows, half_width=half_width)
-        return replace(read, sample=read._reading_of(self.sample))
+        read = replace(self, steady_rows=steady_rows, half_width=half_width, ahead=ahead)
+        return replace(read, sample=read.reading_of(self.sample))
 
     def steady(self) -> LogSource:
         """The same log in its usual reading: the speeds of steady drives at their means."""
@@ -98,7 +103,8 @@ class LogSource:
         copies = []
         for number in range(NOISIER_COPIES):
             noisier = with_more_noise(self.sample, np.random.default_rng(number))
-            again = replace(self, sample=noisier).read_as(read.steady_rows, read.half_width)
+            again = replace(self, sample=noisier)
+            again = again.read_as(read.steady_rows, read.half_width, read.ahead)
             copies.append(again.sample)
         return tuple(copies)
 
@@ -111,9 +117,18 @@ class LogSource:
         report = (*self.sample.report, *findings)
         return replace(self, sample=replace(self.sample, report=report))
 
-    def _reading_of(self, log: Telemetry) -> Telemetry:
+    def reading_of(self, log: Telemetry) -> Telemetry:
+        """Rows as they were opened in this reading of the log."""
         smooth = with_smoothed_motion(log, self.half_width) if self.half_width else log
-        return at_steady_speeds(log, self.steady_rows, smooth) if self.steady_rows else smooth
+        read = at_steady_speeds(log, self.steady_rows, smooth) if self.steady_rows else smooth
+        return with_motion_between(read) if self.ahead else read
+
+    def between_rows(self) -> LogSource | None:
+        """The log in its usual reading with its motion between rows; None where rows are short."""
+        short = STEADY_TIME / LEAST_SEGMENT_ROWS
+        if not len(self.sample) or np.median(self.sample.interval) < short * (1.0 - SAME_ROW):
+            return None
+        return self.read_as(LEAST_SEGMENT_ROWS, 0.0, ahead=True)
 
     def readings(self) -> tuple[LogSource, ...]:
         """The log at steady speeds; where rows are short also otherwise.
@@ -140,7 +155,7 @@ class LogSource:
         if self.complete:
             yield self.sample
         else:
-            yield from map(self._reading_of, _whole_runs(self._read()))
+            yield from map(self.reading_of, _whole_runs(self._read()))
 
     def _read(self) -> Iterator[Telemetry]:
         if self.log is not None:
@@ -154,7 +169,8 @@ class LogSource:
     def content(self) -> str:
         """SHA-256 of all that the log says, under this mapping and in this reading."""
         whole = self.sample if self.log is None else self.log
-        said = self.mapping, self.steady_rows, self.half_width, whole.run_names, whole.surfaces
+        reading = self.steady_rows, self.half_width, self.ahead
+        said = self.mapping, *reading, whole.run_names, whole.surfaces
         read = sorted(whole.present), whole.power_at, whole.meter
         digest = hashlib.sha256(repr((said, read)).encode())
         digest.update(json.dumps(self.describe()).encode())

@@ -26,7 +26,7 @@ from planner.telemetry.virtual.dynamics import MEANS, by_name
 Columns = dict[str, NDArray[np.generic]]
 
 LONGEST_FILTER = 0.8  # s
-LONGEST_LAG = 0.2  # s, of pitch and roll
+LONGEST_ANGLE_LAG = 0.2  # s, of pitch and roll
 
 
 @dataclass(frozen=True)
@@ -144,7 +144,7 @@ class Instruments:
             pitch_offset=float(rng.normal(0.0, 0.002)),
             roll_offset=float(rng.normal(0.0, 0.002)),
             angle_noise=rng.uniform(0.0005, 0.004),
-            angle_lag=lags.uniform(0.03, LONGEST_LAG) if lags.random() < 0.5 else 0.0,
+            angle_lag=lags.uniform(0.03, LONGEST_ANGLE_LAG) if lags.random() < 0.5 else 0.0,
             jitter=maybe(0.5, rng.uniform(0.02, 0.2)),
             jitter_logged=bool(rng.random() < 0.6),
             missing=maybe(0.4, rng.uniform(0.001, 0.03)),

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from planner.quantities import INDEX
-from planner.telemetry.estimation import LONGEST_LAG
 from planner.telemetry.holdout import (
     base_fit,
     heldout_residual,
@@ -59,7 +58,7 @@ def test_quiet_rows_do_not_decide_what_a_model_misses(motion, robot, base):
 def test_no_time_constant_is_longer_than_any_that_is_believed(motion, robot, base):
     """A power in kW is predicted better by every longer filter, without an end."""
     log, _ = metered_base_fit(replace(motion, power=predict(robot, motion) / 1000.0), base)
-    assert log.meter is None or log.meter.time_constant_s <= LONGEST_LAG
+    assert log.meter is None or log.meter.time_constant_s <= Meter.LONGEST_LAG
 
 
 def test_a_constant_power_shows_no_meter(motion, base):
