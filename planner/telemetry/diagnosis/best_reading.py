@@ -4,15 +4,15 @@
 
 Where rows are short, changes of speed within some tenths of a second are noise of the odometry or
 the robot's motion, and accelerations follow them. Held-out runs say which (LogSource.readings).
-Where rows are long, the power may follow the motion between them (LogSource.between_rows).
+The power may also follow a motion of another moment (LogSource.motions).
 """
 
 from __future__ import annotations
 
 from planner.power.model import PowerModel
-from planner.telemetry.estimation import followed_between
+from planner.telemetry.estimation import followed_motion
 from planner.telemetry.holdout import metered_base_fit, overall_error
-from planner.telemetry.logs import Meter
+from planner.telemetry.logs import Finding, Meter
 from planner.telemetry.sampling import LogSource
 
 CLEARLY_LESS = 0.98
@@ -30,21 +30,33 @@ def best_reading(source: LogSource, start: PowerModel) -> LogSource:
         start: the model as stated.
     """
     usual, *others = source.readings()
-    between = followed_between(source, start)
-    if not others and between is None:
+    followed = followed_motion(source, start)
+    if not others and followed is None:
         return usual
     log, base = metered_base_fit(usual.sample, start)
     best, least, meter = usual, CLEARLY_LESS * overall_error(log, base), log.meter
-    # A smooth motion shows a meter best; it is the same whatever the reading. Beside a motion
-    # between rows it is another one.
+    # A smooth motion shows a meter best; it is the same whatever the reading. Beside a motion of
+    # another moment it is another one.
     trials: list[tuple[LogSource, tuple[Meter | None] | None]] = []
     for reading in others:
         trials += [(reading, (meter,)), *([(reading, None)] if reading is others[0] else [])]
-    if between is not None:
-        trials.append((between, None))
+    if followed is not None:
+        trials.append((followed, None))
     for reading, known in trials:
         log, base = metered_base_fit(reading.sample, start, known)
         error = overall_error(log, base)
         if error < least:
             best, least, meter = reading, error, log.meter
+    if best.lag:
+        best = best.with_findings([_late(best.lag)])
     return best.with_meter(meter)
+
+
+def _late(lag: float) -> Finding:
+    return Finding(
+        "late motion",
+        "",
+        0,
+        f"motion: the power leads it, as if a filter of about {lag:g} s had made the speeds late, "
+        "such as that of fused odometry; this filter was undone",
+    )

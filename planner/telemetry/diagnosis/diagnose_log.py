@@ -154,7 +154,9 @@ def _diagnosed(
         watch(0.9, "adding noise to the motion")
         noisier = raw.noisier_as(source)
         decided = [(found, beside_noise(found, one, noisier)) for found, one in decided]
-    otherwise = (source.steady_rows, source.half_width) != (usual.steady_rows, usual.half_width)
+    # Of two moments of one motion the power follows one; the usual reading tells nothing then.
+    smoothed = (source.steady_rows, source.half_width) != (usual.steady_rows, usual.half_width)
+    otherwise = smoothed and not source.lag
     if otherwise and any(one.answer.claims for _, one in decided):
 
         def again(share: float, said: str) -> None:

@@ -63,8 +63,11 @@ FIRST_STEP, ERROR_STEP = 0.3, 0.1
 """Rows, or logarithms of the time constant: first steps of a search, and of a derivative."""
 TIME_CONSTANT, DELAY = BOTH = "time_constant_s", "delay_s"
 """Numbers of a meter that are fitted."""
-USUAL_LAGS = (-0.5, 0.0, 0.5, 1.0)
-"""Rows by which readings are late, of the meters beside which two motions are compared."""
+USUAL_LAGS, USUAL_FILTERS = (-0.5, 0.0, 0.5, 1.0), (0.0, 0.05, 0.2, 0.8)
+"""Rows by which readings are late, and s of their filters, of the meters beside which motions are
+compared."""
+COMPARED_ROWS = 4000
+"""Rows that motions are compared on: many times those that tell them from each other."""
 LEAST_METER_ROWS = 100
 """Rows below which a log does not identify its meter."""
 
@@ -106,10 +109,10 @@ class _Search:
     def usual_meters(self) -> list[Meter]:
         """Some of every kind, with and without a filter, at USUAL_LAGS."""
         return [
-            replace(kind, time_constant_s=rows * self.interval, delay_s=late * self.interval)
+            replace(kind, time_constant_s=seconds, delay_s=rows * self.interval)
             for kind in self.kinds()
-            for rows in (0.0, *TIME_CONSTANTS)
-            for late in USUAL_LAGS
+            for seconds in USUAL_FILTERS
+            for rows in USUAL_LAGS
         ]
 
     def rows(self, meter: Meter | None) -> Array:
@@ -222,24 +225,29 @@ def with_meter(
     return replace(log, meter=_believed(_Search.beside(log, model, places, beside), filtering))
 
 
-def is_likelier(other: Telemetry, log: Telemetry, model: PowerModel, places: Sequence[int]) -> bool:
-    """Whether the power follows another motion of the same rows, each beside its likeliest meter.
+def likelihoods(
+    readings: Sequence[Telemetry], model: PowerModel, places: Sequence[int]
+) -> list[float]:
+    """Log-likelihood of the power by readings of the same rows, each beside its likeliest meter.
 
     Args:
-        other, log: the rows with either motion; the other one must lead by LEAST_GAIN.
+        readings: the rows with one motion each; the first says how the power scatters.
         model: around which the power is linear.
         places: numbers of its parameters that may take what they can.
+
+    Returns:
+        One for each of them; 0 for all of a log that is too short or never varies.
     """
+    log = readings[0].take(slice(0, COMPARED_ROWS))
     if len(log) < LEAST_METER_ROWS or not np.ptp(log.power):
-        return False
-    first = _Search.beside(replace(log, meter=None), model, places)
-    second = _Search.beside(replace(other, meter=None), model, places)
-    second = replace(second, spread=first.spread)  # likelihoods of one noise can be compared
-    least, most = (
-        max(float(search.rows(meter).sum()) for meter in search.usual_meters())
-        for search in (first, second)
-    )
-    return most > least + LEAST_GAIN
+        return [0.0] * len(readings)
+    spread = _Search.beside(replace(log, meter=None), model, places).spread
+    found = []
+    for reading in readings:
+        one = replace(reading.take(slice(0, COMPARED_ROWS)), meter=None)
+        search = replace(_Search.beside(one, model, places), spread=spread)
+        found.append(max(float(search.rows(meter).sum()) for meter in search.usual_meters()))
+    return found
 
 
 def _believed(search: _Search, filtering: bool) -> Meter | None:

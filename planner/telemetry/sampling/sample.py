@@ -31,7 +31,8 @@ from planner.telemetry.logs import (
     Telemetry,
     pieces_of,
 )
-from planner.telemetry.sampling.between_rows import with_motion_between
+from planner.telemetry.sampling.between_rows import with_averaged_motion, with_motion_between
+from planner.telemetry.sampling.late_odometry import with_undone_lag
 from planner.telemetry.sampling.noisier_motion import with_more_noise
 from planner.telemetry.sampling.smoothed_motion import can_be_smoothed, with_smoothed_motion
 from planner.telemetry.sampling.steady_drive import LEAST_SEGMENT_ROWS, at_steady_speeds
@@ -44,6 +45,8 @@ HALF_WIDTHS = (0.2, 0.1)
 """s on either side that a motion is smoothed over."""
 FEWEST_ROWS = 10
 """Rows of a log that anything is fitted to: more than a base model has parameters."""
+LAGS = (0.1, 0.2)
+"""s of filters of the odometry that are tried; a meter's delay takes what is between them."""
 NOISIER_COPIES = 2
 """Copies of a log with noise added, over which the chance of what was added averages out."""
 
@@ -62,6 +65,7 @@ class LogSource:
             and chunks; 0 where all are as read.
         half_width: s on either side of a row that its motion is smoothed over; 0 for none.
         ahead: whether the motion is that between each row and the next.
+        lag: s of a filter of the odometry that is undone; 0 for none.
     """
 
     sample: Telemetry
@@ -74,6 +78,7 @@ class LogSource:
     steady_rows: int = 0
     half_width: float = 0.0
     ahead: bool = False
+    lag: float = 0.0
 
     SAMPLE_ROWS: ClassVar[int] = 12_000
     PIECE_ROWS: ClassVar[int] = 200
@@ -81,13 +86,15 @@ class LogSource:
     LONGEST_RUN: ClassVar[int] = 20_000
     """Most rows of a run that are held back until its end is there."""
 
-    def read_as(self, steady_rows: int, half_width: float, ahead: bool = False) -> LogSource:
+    def read_as(
+        self, steady_rows: int, half_width: float, *, ahead: bool = False, lag: float = 0.0
+    ) -> LogSource:
         """The same log, its motion smoothed, and the speeds of steady drives at their means.
 
         Args:
-            steady_rows, half_width, ahead: as the attributes.
+            steady_rows, half_width, ahead, lag: as the attributes.
         """
-        read = replace(self, steady_rows=steady_rows, half_width=half_width, ahead=ahead)
+        read = replace(self, steady_rows=steady_rows, half_width=half_width, ahead=ahead, lag=lag)
         return replace(read, sample=read.reading_of(self.sample))
 
     def steady(self) -> LogSource:
@@ -104,8 +111,8 @@ class LogSource:
         for number in range(NOISIER_COPIES):
             noisier = with_more_noise(self.sample, np.random.default_rng(number))
             again = replace(self, sample=noisier)
-            again = again.read_as(read.steady_rows, read.half_width, read.ahead)
-            copies.append(again.sample)
+            kind = read.steady_rows, read.half_width
+            copies.append(again.read_as(*kind, ahead=read.ahead, lag=read.lag).sample)
         return tuple(copies)
 
     def with_meter(self, meter: Meter | None) -> LogSource:
@@ -120,15 +127,37 @@ class LogSource:
     def reading_of(self, log: Telemetry) -> Telemetry:
         """Rows as they were opened in this reading of the log."""
         smooth = with_smoothed_motion(log, self.half_width) if self.half_width else log
+        smooth = with_undone_lag(smooth, self.lag) if self.lag else smooth
         read = at_steady_speeds(log, self.steady_rows, smooth) if self.steady_rows else smooth
         return with_motion_between(read) if self.ahead else read
 
-    def between_rows(self) -> LogSource | None:
-        """The log in its usual reading with its motion between rows; None where rows are short."""
-        short = STEADY_TIME / LEAST_SEGMENT_ROWS
-        if not len(self.sample) or np.median(self.sample.interval) < short * (1.0 - SAME_ROW):
-            return None
-        return self.read_as(LEAST_SEGMENT_ROWS, 0.0, ahead=True)
+    @property
+    def _long_rows(self) -> bool:
+        """Whether even the fewest rows of a steady drive last as long as one does."""
+        least = STEADY_TIME / LEAST_SEGMENT_ROWS * (1.0 - SAME_ROW)
+        return bool(len(self.sample) and np.median(self.sample.interval) >= least)
+
+    def motions(self) -> tuple[LogSource, ...]:
+        """The log with motions that its power may follow: not that of its rows, or before a filter.
+
+        Half a row matters where rows are long. Where they are short, a change of speed is taken
+        from the smoothed motion.
+        """
+        if self._long_rows:
+            between = self.read_as(LEAST_SEGMENT_ROWS, 0.0, ahead=True)
+            return between, *(self.read_as(LEAST_SEGMENT_ROWS, 0.0, lag=lag) for lag in LAGS)
+        if not can_be_smoothed(self.sample, HALF_WIDTHS[0]):
+            return ()
+        return tuple(self.read_as(LEAST_SEGMENT_ROWS, HALF_WIDTHS[0], lag=lag) for lag in LAGS)
+
+    def averaged(self) -> tuple[Telemetry, ...]:
+        """The sample with its motion averaged over neighbouring rows, as little as ``motions``."""
+        some = []
+        if self._long_rows:
+            some.append(with_averaged_motion(self.steady().sample))
+        if can_be_smoothed(self.sample, HALF_WIDTHS[0]):
+            some.append(self.read_as(LEAST_SEGMENT_ROWS, HALF_WIDTHS[0]).sample)
+        return tuple(some)
 
     def readings(self) -> tuple[LogSource, ...]:
         """The log at steady speeds; where rows are short also otherwise.
@@ -169,7 +198,7 @@ class LogSource:
     def content(self) -> str:
         """SHA-256 of all that the log says, under this mapping and in this reading."""
         whole = self.sample if self.log is None else self.log
-        reading = self.steady_rows, self.half_width, self.ahead
+        reading = self.steady_rows, self.half_width, self.ahead, self.lag
         said = self.mapping, *reading, whole.run_names, whole.surfaces
         read = sorted(whole.present), whole.power_at, whole.meter
         digest = hashlib.sha256(repr((said, read)).encode())

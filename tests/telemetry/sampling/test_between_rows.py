@@ -9,7 +9,7 @@ import pytest
 
 from planner.quantities import INDEX
 from planner.telemetry.sampling import open_source
-from planner.telemetry.sampling.between_rows import with_motion_between
+from planner.telemetry.sampling.between_rows import with_averaged_motion, with_motion_between
 from tests.telemetry.rows import STEP, plain_log
 
 RATE, TURN = 0.3, 0.4
@@ -56,8 +56,17 @@ def test_what_was_measured_is_the_mean_of_both_rows(speeding):
 
 def test_short_rows_have_no_motion_between_them(speeding):
     short = replace(speeding, time=speeding.time / 20, interval=speeding.interval / 20)
-    assert open_source(short).between_rows() is None
-    between = open_source(speeding).between_rows()
-    assert between is not None
+    assert not any(motion.ahead for motion in open_source(short).motions())
+    between, *_ = open_source(speeding).motions()
     assert between.ahead
     assert between.content != open_source(speeding).steady().content
+
+
+def test_an_average_over_neighbours_leaves_an_even_change(speeding):
+    log = with_averaged_motion(speeding)
+    assert values(log, "vx") == pytest.approx(values(speeding, "vx"))
+    assert np.array_equal(log.rows[[0, 11]], speeding.rows[[0, 11]], equal_nan=True)
+    shaken = speeding.rows.copy()
+    shaken[5, INDEX["vx"]] += 0.4
+    mean = values(with_averaged_motion(replace(speeding, rows=shaken)), "vx")
+    assert mean[4:7] - values(speeding, "vx")[4:7] == pytest.approx([0.1, 0.2, 0.1])

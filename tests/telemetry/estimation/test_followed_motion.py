@@ -1,16 +1,19 @@
-"""A power that is read at the end of long rows follows the motion between them."""
+"""A power may follow another motion than that of its rows: half a row apart, or before a filter."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from planner.quantities import INDEX
 from planner.telemetry.comparison import compare
 from planner.telemetry.diagnosis.best_reading import best_reading
-from planner.telemetry.estimation import followed_between
+from planner.telemetry.estimation import followed_motion
+from planner.telemetry.holdout import metered_base_fit
 from planner.telemetry.logs import Meter
 from planner.telemetry.sampling import open_source
 from tests.telemetry.rows import plain_log
@@ -44,9 +47,18 @@ def accelerate(rows: np.ndarray, step: float) -> None:
         rows[:, INDEX[name]] = turning + slope
 
 
+class Driven(NamedTuple):
+    """Motion in steps of FINE s; means and last values of every row; power, (rows, MANY) W."""
+
+    fine: np.ndarray
+    means: np.ndarray
+    ends: np.ndarray
+    power: np.ndarray
+
+
 @pytest.fixture(scope="module")
 def driven(robot):
-    """Means and last values of every row's motion, and the power in every step."""
+    """A drive that no row tells all of."""
     random = np.random.default_rng(7)
     count = RUNS * round(RUN / FINE)
     fine = plain_log([round(RUN / FINE)] * RUNS).rows
@@ -54,26 +66,23 @@ def driven(robot):
         fine[:, INDEX[name]] = np.concatenate([ramps(random, most, pull) for _ in range(RUNS)])
     accelerate(fine, FINE)
     by_row = fine.reshape(count // MANY, MANY, -1)
-    return by_row.mean(axis=1), by_row[:, -1], robot.watts(fine).reshape(-1, MANY)
+    return Driven(fine, by_row.mean(axis=1), by_row[:, -1], robot.watts(fine).reshape(-1, MANY))
 
 
-def log_of(motion: np.ndarray, power: np.ndarray):
-    """Rows of COARSE s with accelerations from neighbouring rows."""
-    lengths = [round(RUN / COARSE)] * RUNS
-    log = plain_log(lengths)
-    time = np.concatenate([COARSE * np.arange(1.0, n + 1.0) for n in lengths])
+def log_of(motion: np.ndarray, power: np.ndarray, step: float = COARSE):
+    """Rows of ``step`` s with accelerations from neighbouring rows."""
+    lengths = [round(RUN / step)] * RUNS
+    time = np.concatenate([step * np.arange(1.0, n + 1.0) for n in lengths])
     rows = motion.copy()
-    accelerate(rows, COARSE)
-    noise = (
-        0.02 * float(np.mean(np.abs(power))) * np.random.default_rng(3).standard_normal(len(rows))
-    )
-    return replace(
-        log, rows=rows, time=time, interval=np.full(len(rows), COARSE), power=power + noise
-    )
+    accelerate(rows, step)
+    size = 0.02 * float(np.mean(np.abs(power)))
+    noise = size * np.random.default_rng(3).standard_normal(len(rows))
+    interval = np.full(len(rows), step)
+    return replace(plain_log(lengths), rows=rows, time=time, interval=interval, power=power + noise)
 
 
 def test_a_power_at_the_end_of_rows_follows_the_motion_between_them(driven, base):
-    means, _, power = driven
+    _, means, _, power = driven
     chosen = best_reading(open_source(log_of(means, power[:, -1])), base)
     assert chosen.ahead
     meter = chosen.sample.meter_as_logged
@@ -82,7 +91,7 @@ def test_a_power_at_the_end_of_rows_follows_the_motion_between_them(driven, base
 
 
 def test_a_mean_power_beside_speeds_of_the_rows_ends_is_half_a_row_late(driven, base):
-    _, ends, power = driven
+    _, _, ends, power = driven
     chosen = best_reading(open_source(log_of(ends, power.mean(axis=1))), base)
     assert chosen.ahead
     meter = chosen.sample.meter_as_logged
@@ -91,13 +100,35 @@ def test_a_mean_power_beside_speeds_of_the_rows_ends_is_half_a_row_late(driven, 
 
 
 def test_a_power_of_the_same_moment_follows_the_rows(driven, base):
-    _, ends, power = driven
-    assert followed_between(open_source(log_of(ends, power[:, -1])), base) is None
+    _, _, ends, power = driven
+    assert followed_motion(open_source(log_of(ends, power[:, -1])), base) is None
+
+
+def late(rows: np.ndarray, time_constant: float) -> np.ndarray:
+    """Speeds of steps of FINE s behind a first-order filter."""
+    keep, shown = np.exp(-FINE / time_constant), rows.copy()
+    for name in ("vx", "vy", "wz"):
+        runs = np.split(rows[:, INDEX[name]], RUNS)
+        shown[:, INDEX[name]] = np.concatenate([lfilter([1 - keep], [1, -keep], r) for r in runs])
+    return shown
+
+
+@pytest.mark.parametrize("time_constant", [0.1, 0.2])
+def test_a_filter_of_the_odometry_is_undone(driven, base, time_constant):
+    power = driven.power.reshape(-1, MANY // 2).mean(axis=1)
+    means = late(driven.fine, time_constant).reshape(len(power), MANY // 2, -1).mean(axis=1)
+    source = open_source(log_of(means, power, 0.5 * COARSE))
+    chosen = best_reading(source, base)
+    assert chosen.lag == time_constant
+    assert any(finding.kind == "late motion" for finding in chosen.sample.report)
+    _, found = metered_base_fit(chosen.sample, base)
+    _, usual = metered_base_fit(source.steady().sample, base)
+    assert found.rmse_w < 0.92 * usual.rmse_w
 
 
 def test_a_comparison_reads_the_motion_so_too(driven, base, robot):
     """With the robot's own model little but the noise is left, in each row of the log."""
-    means, _, power = driven
+    _, means, _, power = driven
     log = log_of(means, power[:, -1])
     found = compare(log, robot)
     assert found.meter.sampling == "end"
@@ -105,12 +136,12 @@ def test_a_comparison_reads_the_motion_so_too(driven, base, robot):
 
 
 def test_a_model_without_a_finite_power_is_left_to_others(driven, base):
-    means, _, power = driven
+    _, means, _, power = driven
     values = base.parameters.copy()
     values[:] = np.nan
     broken = replace(base, parameters=values)
     source = open_source(log_of(means, power[:, -1]))
-    assert followed_between(source, broken, settled=True) is None
+    assert followed_motion(source, broken, settled=True) is None
 
 
 @pytest.mark.parametrize(
