@@ -67,7 +67,7 @@ USUAL_LAGS, USUAL_FILTERS = (-0.5, 0.0, 0.5, 1.0), (0.0, 0.05, 0.2, 0.8)
 """Rows by which readings are late, and s of their filters, of the meters beside which motions are
 compared."""
 COMPARED_ROWS = 4000
-"""Rows that motions are compared on: many times those that tell them from each other."""
+"""Rows that motions are compared on: many times those that distinguish them."""
 LEAST_METER_ROWS = 100
 """Rows below which a log does not identify its meter."""
 

@@ -9,7 +9,7 @@ taken to change evenly. Its acceleration is then the difference of two rows, in 
 difference over the rows on either side. A meter says which mean of such powers a reading shows: it
 is late by half a row where motion and power belong to the same row.
 
-The power says whether it is so (planner.telemetry.estimation.followed_motion).
+The power says whether it is so (planner.telemetry.estimation.moment_of_motion).
 """
 
 from __future__ import annotations

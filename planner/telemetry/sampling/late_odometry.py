@@ -8,7 +8,7 @@ the acceleration. A first-order filter says that its output changes by the diffe
 is and what it shows, over its time constant. So the motion is what it shows, and the time constant
 times the change of that.
 
-The power says whether it is so (planner.telemetry.estimation.followed_motion).
+The power says whether it is so (planner.telemetry.estimation.moment_of_motion).
 
 Left out
     accelerations that were measured, which no odometry delays; tilts, which another filter may.
