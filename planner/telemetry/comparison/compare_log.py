@@ -41,7 +41,7 @@ from planner.quantities import INDEX
 from planner.shown import Shown, frame
 from planner.telemetry.belonging import apart, beyond_motors
 from planner.telemetry.comparison.sums import RunComparison, Sums, curve_bins
-from planner.telemetry.estimation import FittedParameter, RefusedFit, followed_motion
+from planner.telemetry.estimation import FittedParameter, RefusedFit, followed_motions
 from planner.telemetry.holdout import heldout_residual, meter_beside, metered_base_fit, rms
 from planner.telemetry.logs import Finding, LogLike, MappingLike, Meter, Telemetry
 from planner.telemetry.noise import Noise, noise_of, strongest_columns
@@ -184,7 +184,7 @@ def compare(
     source = open_source(log, mapping, watch)
     source = source.with_findings(beyond_motors(source.sample, start))
     fitted = not is_model(model)
-    reading = followed_motion(source, start, settled=not fitted) or source.steady()
+    reading, *_ = *followed_motions(source, start, settled=not fitted), source.steady()
     settled, reading, sums, share = _settle(source, reading, start, fitted, watch)
     done = 0
     for chunk in source.chunks():

@@ -10,7 +10,7 @@ The power may also follow a motion of another moment (LogSource.motions).
 from __future__ import annotations
 
 from planner.power.model import PowerModel
-from planner.telemetry.estimation import followed_motion
+from planner.telemetry.estimation import followed_motions
 from planner.telemetry.holdout import metered_base_fit, overall_error
 from planner.telemetry.logs import Finding, Meter
 from planner.telemetry.sampling import LogSource
@@ -30,8 +30,8 @@ def best_reading(source: LogSource, start: PowerModel) -> LogSource:
         start: the model as stated.
     """
     usual, *others = source.readings()
-    followed = followed_motion(source, start)
-    if not others and followed is None:
+    followed = followed_motions(source, start)
+    if not others and not followed:
         return usual
     log, base = metered_base_fit(usual.sample, start)
     best, least, meter = usual, CLEARLY_LESS * overall_error(log, base), log.meter
@@ -40,8 +40,7 @@ def best_reading(source: LogSource, start: PowerModel) -> LogSource:
     trials: list[tuple[LogSource, tuple[Meter | None] | None]] = []
     for reading in others:
         trials += [(reading, (meter,)), *([(reading, None)] if reading is others[0] else [])]
-    if followed is not None:
-        trials.append((followed, None))
+    trials += [(reading, None) for reading in followed]
     for reading, known in trials:
         log, base = metered_base_fit(reading.sample, start, known)
         error = overall_error(log, base)

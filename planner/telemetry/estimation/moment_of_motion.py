@@ -1,6 +1,6 @@
 """Whether the power of a log follows another motion than that of its rows.
 
-    other = followed_motion(source, model)     # the log read so, or None
+    followed_motions(source, model)     # the log read so, the likeliest first
 
 The motion of a row may belong half a row earlier or later than its power, or be late by a filter of
 the odometry. What each such motion can explain is compared by the likelihood of the power, beside
@@ -20,10 +20,10 @@ from planner.telemetry.prediction import predict
 from planner.telemetry.sampling import LogSource
 
 
-def followed_motion(
+def followed_motions(
     source: LogSource, model: PowerModel, *, settled: bool = False
-) -> LogSource | None:
-    """The log with the motion that its power follows clearly more than that of its rows.
+) -> list[LogSource]:
+    """The log with motions that its power follows clearly more than that of its rows.
 
     Args:
         source: the log as read.
@@ -31,19 +31,18 @@ def followed_motion(
         settled: the model is taken as it is; otherwise it is fitted first.
 
     Returns:
-        The log in that reading; None where there is none.
+        The log in these readings, the likeliest first.
     """
     usual, motions = source.steady().sample, source.motions()
     if not motions:
-        return None
+        return []
     if not settled:
         model = fit(usual, model).model
     elif not np.isfinite(predict(model, usual)).all():
-        return None
+        return []
     plain = [usual, *source.averaged()]
     samples = [*plain, *(motion.sample for motion in motions)]
     found = likelihoods(samples, model, free_places(model, usual))
-    best = int(np.argmax(found))
-    if best < len(plain) or found[best] < max(found[: len(plain)]) + LEAST_GAIN:
-        return None
-    return motions[best - len(plain)]
+    least = max(found[: len(plain)]) + LEAST_GAIN
+    by_motion = zip(found[len(plain) :], range(len(motions)), strict=True)
+    return [motions[k] for lead, k in sorted(by_motion, reverse=True) if lead > least]

@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 from planner.quantities import INDEX
 from planner.telemetry.comparison import compare
 from planner.telemetry.diagnosis.best_reading import best_reading
-from planner.telemetry.estimation import followed_motion
+from planner.telemetry.estimation import followed_motions
 from planner.telemetry.holdout import metered_base_fit
 from planner.telemetry.logs import Meter
 from planner.telemetry.sampling import open_source
@@ -101,7 +101,7 @@ def test_a_mean_power_beside_speeds_of_the_rows_ends_is_half_a_row_late(driven, 
 
 def test_a_power_of_the_same_moment_follows_the_rows(driven, base):
     _, _, ends, power = driven
-    assert followed_motion(open_source(log_of(ends, power[:, -1])), base) is None
+    assert followed_motions(open_source(log_of(ends, power[:, -1])), base) == []
 
 
 def late(rows: np.ndarray, time_constant: float) -> np.ndarray:
@@ -141,7 +141,7 @@ def test_a_model_without_a_finite_power_is_left_to_others(driven, base):
     values[:] = np.nan
     broken = replace(base, parameters=values)
     source = open_source(log_of(means, power[:, -1]))
-    assert followed_motion(source, broken, settled=True) is None
+    assert followed_motions(source, broken, settled=True) == []
 
 
 @pytest.mark.parametrize(
