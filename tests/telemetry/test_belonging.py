@@ -74,11 +74,16 @@ def test_a_power_beyond_the_motors_is_in_another_unit(motion, base):
     assert beyond_motors(log, base) == ()
 
 
-def test_another_unit_is_said_before_all_that_follows_from_it(motion, base):
-    log = measured(motion.take(slice(0, 440)), base, 0.02, seed=7)
-    said = diagnose(replace(log, power=1e-3 * log.power), base).sentence.split(". ")
-    (place,) = [k for k, sentence in enumerate(said) if "another unit, such as kW" in sentence]
+@pytest.mark.parametrize(("factor", "unit", "rows"), [(1e-3, "kW", 440), (1e3, "mW", 1540)])
+def test_another_unit_is_said_and_nothing_is_claimed(motion, base, factor, unit, rows):
+    log = measured(motion.take(slice(0, rows)), base, 0.02, seed=7)
+    found = diagnose(replace(log, power=factor * log.power), base)
+    said = found.sentence.split(". ")
+    (place,) = [k for k, one in enumerate(said) if f"another unit, such as {unit}" in one]
     assert place <= 1
+    assert found.verdict == "not_identifiable"
+    assert not found.proposed
+    assert not found.sensors
 
 
 def test_a_log_too_short_to_show_an_effect_says_so(motion, base):

@@ -198,18 +198,22 @@ def _decided(
 
 
 def _report(source: LogSource, start: PowerModel, found: Found, decision: Decision) -> Diagnosis:
-    wrongly = _misread(source, start, found, decision)
+    other_power = any(finding.kind in (TOO_STRONG, TOO_WEAK) for finding in source.sample.report)
+    wrongly = None if other_power else _misread(source, start, found, decision)
     if wrongly is not None:
         decision = decision.without_claims(found, wrongly.error_w)
+    elif other_power:
+        # A power that is none of these motors' says nothing of the motion, nor of an effect.
+        decision = decision.without_claims(found, rms(decision.before))
     answer, log = decision.answer, found.log
-    sensors = _sensor_faults(found) if wrongly is None else ()
+    sensors = () if wrongly is not None or other_power else _sensor_faults(found)
     selected = tuple(m.name for m in answer.members)
     odd = apart(log, answer.left)
     verdict = verdict_of(
         faulty=bool(sensors),
         formula=answer.proposal is not None,
         named=bool(selected),
-        lost=not decision.complete or bool(odd) or wrongly is not None,
+        lost=not decision.complete or bool(odd) or wrongly is not None or other_power,
     )
     fitted = answer.fit
     if answer.proposal is None and answer.members:
@@ -275,9 +279,8 @@ def _misread(
 ) -> Misread | None:
     """Another reading of a log that the model as it is does not explain."""
     least = rms(decision.before)
-    other_power = any(finding.kind in (TOO_STRONG, TOO_WEAK) for finding in source.sample.report)
-    if other_power or least <= MOST_OVER_FLOOR * rms(decision.floor):
-        return None  # a power in another unit says nothing of the motion
+    if least <= MOST_OVER_FLOOR * rms(decision.floor):
+        return None
     # A formula can follow what a wrong reading does, too.
     if decision.answer.proposal is None:
         least = min(least, rms(decision.answer.left))
