@@ -209,7 +209,8 @@ class Telemetry(Rows):
         """The meter beside the motion of the rows as they were logged."""
         if not self.ahead:
             return self.meter
-        return (self.meter or Meter()).half_a_row_later(float(np.median(self.interval)))
+        meter = (self.meter or Meter()).half_a_row_later(float(np.median(self.interval)))
+        return None if meter.plain else meter
 
     @cached_property
     def sha256(self) -> str:

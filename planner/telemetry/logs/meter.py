@@ -17,6 +17,8 @@ from typing import Any, ClassVar, Literal
 Sampling = Literal["mean", "end", "held"]
 SAME_PERIOD = 0.01
 """Share by which estimates of one period may differ."""
+NO_DELAY = 1e-9
+"""s; a shorter delay is none."""
 SETTLED_ERRORS = 0.5
 """Standard errors by which estimates of one meter may differ."""
 
@@ -61,6 +63,12 @@ class Meter:
         if lag < -0.25 * interval:
             return replace(self, sampling="end", delay_s=lag + 0.5 * interval)
         return replace(self, sampling="mean", delay_s=lag)
+
+    @property
+    def plain(self) -> bool:
+        """Whether it shows the power of its rows, as far as the error of its delay tells."""
+        no_filter = self.time_constant_s == 0.0 and self.sampling == "mean"
+        return no_filter and abs(self.delay_s) <= max(self.delay_error_s, NO_DELAY)
 
     @property
     def time_constant_stderr_s(self) -> float:

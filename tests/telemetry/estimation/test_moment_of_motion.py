@@ -144,6 +144,12 @@ def test_a_model_without_a_finite_power_is_left_to_others(driven, base):
     assert followed_motions(source, broken, settled=True) == []
 
 
+def test_a_power_that_is_the_mean_of_its_row_needs_no_meter():
+    log = replace(plain_log([9]), meter=Meter(delay_s=0.25), ahead=True)
+    assert log.meter_as_logged is None
+    assert replace(log, ahead=False).meter_as_logged == log.meter
+
+
 @pytest.mark.parametrize(
     ("meter", "sampling", "delay"),
     [
@@ -158,3 +164,4 @@ def test_a_meter_is_read_by_the_stamps_of_the_rows(meter, sampling, delay):
     later = meter.half_a_row_later(1.0)
     assert later.sampling == sampling
     assert later.delay_s == pytest.approx(delay)
+    assert later.plain == (meter == Meter(delay_s=0.5))
