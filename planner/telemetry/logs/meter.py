@@ -66,7 +66,7 @@ class Meter:
 
     @property
     def plain(self) -> bool:
-        """Whether it shows the power of its rows, as far as the error of its delay tells."""
+        """Whether it shows the power of its rows, as far as the error of its delay shows."""
         no_filter = self.time_constant_s == 0.0 and self.sampling == "mean"
         return no_filter and abs(self.delay_s) <= max(self.delay_error_s, NO_DELAY)
 
