@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from planner.quantities import INDEX
@@ -14,6 +15,7 @@ from planner.telemetry.estimation import fit
 from planner.telemetry.holdout import overall_error
 from planner.telemetry.misread import misread
 from planner.telemetry.quantities_of_motion import motion_axes
+from planner.telemetry.virtual import Noise, VirtualRobot
 from tests.power.states import changed
 from tests.telemetry.rows import measured
 
@@ -147,6 +149,20 @@ def test_a_wrong_sign_comes_before_any_effect(log, base):
     assert found.baseline.noise_floor_w == pytest.approx(
         NOISE * np.mean(np.abs(log.power)), rel=0.15
     )
+
+
+@pytest.mark.nightly
+def test_a_floor_that_a_wrong_reading_raises_hides_it_from_nobody(tmp_path):
+    """In a long log many columns follow what a wrong axis does, and so does the floor."""
+    robot = VirtualRobot("minibalance", hidden={"regeneration_limit": {}}, seed=1)
+    path = tmp_path / "drive.csv"
+    robot.drive("rich", noise=Noise(level=NOISE)).split()[0].write_csv(path)
+    read = ("run", "time", "vx", "vy", "wz", "power", "roll", "pitch", "payload")
+    log = pd.read_csv(path)[list(read)]
+    log[["vx", "vy"]] = log[["vy", "vx"]].to_numpy()
+    found = diagnose(log, "minibalance")
+    assert "if its vx and its vy are exchanged" in found.sentence
+    assert found.baseline.noise_floor_w < 0.1 * found.baseline.heldout_rmse_w
 
 
 def test_a_power_without_its_sign_is_no_limit_of_braking(motion, base, robot):

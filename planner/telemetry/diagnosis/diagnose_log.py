@@ -279,7 +279,9 @@ def _misread(
 ) -> Misread | None:
     """Another reading of a log that the model as it is does not explain."""
     least = rms(decision.before)
-    if least <= MOST_OVER_FLOOR * rms(decision.floor):
+    # A floor that was estimated beside a wrong reading is too high; what is left in regimes shows it.
+    ratio = max(least / rms(decision.floor), decision.unexplained.heldout_over_floor)
+    if ratio <= MOST_OVER_FLOOR:
         return None
     # A formula can follow what a wrong reading does, too.
     if decision.answer.proposal is None:
