@@ -279,7 +279,7 @@ def _misread(
 ) -> Misread | None:
     """Another reading of a log that the model as it is does not explain."""
     least = rms(decision.before)
-    # A floor that was estimated beside a wrong reading is too high; what is left in regimes shows it.
+    # A floor estimated beside a wrong reading is too high; what is left in regimes shows it.
     ratio = max(least / rms(decision.floor), decision.unexplained.heldout_over_floor)
     if ratio <= MOST_OVER_FLOOR:
         return None
