@@ -42,7 +42,13 @@ from planner.shown import Shown, frame
 from planner.telemetry.belonging import apart, beyond_motors
 from planner.telemetry.comparison.sums import RunComparison, Sums, curve_bins
 from planner.telemetry.estimation import FittedParameter, RefusedFit, followed_motions
-from planner.telemetry.holdout import heldout_residual, meter_beside, metered_base_fit, rms
+from planner.telemetry.holdout import (
+    heldout_residual,
+    meter_beside,
+    metered_base_fit,
+    overall_error,
+    rms,
+)
 from planner.telemetry.logs import Finding, LogLike, MappingLike, Meter, Telemetry
 from planner.telemetry.noise import Noise, noise_of, strongest_columns
 from planner.telemetry.other_terms import Dictionary
@@ -184,7 +190,7 @@ def compare(
     source = open_source(log, mapping, watch)
     source = source.with_findings(beyond_motors(source.sample, start))
     fitted = not is_model(model)
-    reading, *_ = *followed_motions(source, start, settled=not fitted), source.steady()
+    reading = _reading(source, start, fitted)
     settled, reading, sums, share = _settle(source, reading, start, fitted, watch)
     done = 0
     for chunk in source.chunks():
@@ -206,6 +212,20 @@ def compare(
         curves=sums.curves(),
         not_computed=sums.not_computed,
     )
+
+
+def _reading(source: LogSource, model: PowerModel, fitted: bool) -> LogSource:
+    """The log as usual, or with the motion that its power follows, where the model errs less."""
+
+    def error(reading: LogSource) -> float:
+        if fitted:
+            return overall_error(*metered_base_fit(reading.sample, model))
+        log = meter_beside(reading.sample, model)
+        return rms(log.power - predict(model, log))
+
+    usual = source.steady()
+    followed = followed_motions(source, model, settled=not fitted)
+    return followed[0] if followed and error(followed[0]) < error(usual) else usual
 
 
 def _settle(

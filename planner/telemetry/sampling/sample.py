@@ -145,7 +145,9 @@ class LogSource:
         """
         if self._long_rows:
             between = self.read_as(LEAST_SEGMENT_ROWS, 0.0, ahead=True)
-            return between, *(self.read_as(LEAST_SEGMENT_ROWS, 0.0, lag=lag) for lag in LAGS)
+            # A filter that is shorter than half a row leaves no trace between rows.
+            lags = [lag for lag in LAGS if lag >= 0.5 * float(np.median(self.sample.interval))]
+            return between, *(self.read_as(LEAST_SEGMENT_ROWS, 0.0, lag=lag) for lag in lags)
         if not can_be_smoothed(self.sample, HALF_WIDTHS[0]):
             return ()
         return tuple(self.read_as(LEAST_SEGMENT_ROWS, HALF_WIDTHS[0], lag=lag) for lag in LAGS)
