@@ -379,11 +379,12 @@ class VehicleReader:
                 radius=radius,
                 roller_angle=math.pi / 4 if math.isnan(angle) else angle,
             )
-        if kind == "omni":
-            return omni(
-                base_radius=self._number("wheels", "base_radius"),
-                angles=tuple(self.si["wheels"]["angles"]),
-                radius=radius,
-                roller_angle=math.pi / 2 if math.isnan(angle) else angle,
-            )
-        raise NotImplementedError(kind)  # A layout in GEOMETRY needs its branch here.
+        assert (
+            kind == "omni"
+        )  # Others are refused above; a new one in GEOMETRY has its branch here.
+        return omni(
+            base_radius=self._number("wheels", "base_radius"),
+            angles=tuple(self.si["wheels"]["angles"]),
+            radius=radius,
+            roller_angle=math.pi / 2 if math.isnan(angle) else angle,
+        )

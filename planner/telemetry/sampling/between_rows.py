@@ -20,9 +20,8 @@ import numpy as np
 
 from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
+from planner.telemetry.sampling.accelerations import RATES, SPEEDS, put_accelerations
 
-_SPEEDS = ("vx", "vy", "wz")
-_RATES = ("ax", "ay", "yaw_acceleration")
 _OTHERS = ("gravity_x", "gravity_y", "gravity_normal", "slope_rate", "wind_x", "wind_y")
 
 
@@ -39,15 +38,12 @@ def with_motion_between(log: Telemetry) -> Telemetry:
     ends = [stop - 1 for _, stop in log.segments()]
     here = np.setdiff1d(np.arange(len(log)), ends)
     one, other = log.rows[here], log.rows[here + 1]
-    places = np.array([INDEX[name] for name in (*_SPEEDS, *_RATES, *_OTHERS)])
+    places = np.array([INDEX[name] for name in (*SPEEDS, *RATES, *_OTHERS)])
     rows = log.rows.copy()
     rows[np.ix_(here, places)] = 0.5 * (one + other)[:, places]
-    speeds = np.array([INDEX[name] for name in _SPEEDS])
+    speeds = np.array([INDEX[name] for name in SPEEDS])
     slopes = (other - one)[:, speeds] / (log.time[here + 1] - log.time[here])[:, None]
-    vx, vy, wz = rows[np.ix_(here, speeds)].T
-    for name, turning, slope in zip(_RATES, (-wz * vy, wz * vx, 0.0), slopes.T, strict=True):
-        if name not in log.present:
-            rows[here, INDEX[name]] = turning + slope
+    put_accelerations(log, rows, here, slopes)
     return replace(log, rows=rows, ahead=True)
 
 
@@ -59,7 +55,7 @@ def with_averaged_motion(log: Telemetry) -> Telemetry:
     ends = np.array(log.segments(), np.int64).reshape(-1, 2)
     inside = np.setdiff1d(np.arange(len(log)), [ends[:, 0], ends[:, 1] - 1])
     between, rows = with_motion_between(log).rows, log.rows.copy()
-    places = np.array([INDEX[name] for name in (*_SPEEDS, *_RATES, *_OTHERS)])
+    places = np.array([INDEX[name] for name in (*SPEEDS, *RATES, *_OTHERS)])
     mean = 0.5 * (between[inside - 1] + between[inside])
     rows[np.ix_(inside, places)] = mean[:, places]
     return replace(log, rows=rows)

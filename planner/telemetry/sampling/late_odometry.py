@@ -23,9 +23,7 @@ import numpy as np
 from planner.arrays import Array
 from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
-
-_SPEEDS = ("vx", "vy", "wz")
-_RATES = ("ax", "ay", "yaw_acceleration")
+from planner.telemetry.sampling.accelerations import SPEEDS, put_accelerations
 
 
 def with_undone_lag(log: Telemetry, lag: float) -> Telemetry:
@@ -39,14 +37,11 @@ def with_undone_lag(log: Telemetry, lag: float) -> Telemetry:
         A log with the same rows; speeds, and accelerations that were not measured, differ.
     """
     rows = log.rows.copy()
-    speeds = np.array([INDEX[name] for name in _SPEEDS])
+    speeds = np.array([INDEX[name] for name in SPEEDS])
     slopes = _slopes(log, rows[:, speeds])
     rows[:, speeds] += lag * slopes
     slopes += lag * _slopes(log, slopes)
-    vx, vy, wz = rows[:, speeds].T
-    for name, turning, slope in zip(_RATES, (-wz * vy, wz * vx, 0.0), slopes.T, strict=True):
-        if name not in log.present:
-            rows[:, INDEX[name]] = turning + slope
+    put_accelerations(log, rows, np.arange(len(log)), slopes)
     return replace(log, rows=rows)
 
 

@@ -25,6 +25,7 @@ import numpy as np
 from planner.arrays import Array, Integers
 from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
+from planner.telemetry.sampling.accelerations import RATES, SPEEDS, put_accelerations
 
 LEAST_NEIGHBOURS = 3
 """Rows on either side, at least: a parabola through five leaves 70 % of a value's noise."""
@@ -32,9 +33,7 @@ MOST_FITTED_ROWS = 25
 """Rows on either side that a parabola is drawn through; of more, so many evenly chosen ones."""
 ROUNDING = 1e-6
 """Share of a time that rounding adds: ten rows of 10 ms are within a tenth of a second."""
-_SPEEDS = ("vx", "vy", "wz")
-_RATES = ("ax", "ay", "yaw_acceleration")
-_MEASURED = (*_SPEEDS, *_RATES, "gravity_x", "gravity_y", "gravity_normal")
+_MEASURED = (*SPEEDS, *RATES, "gravity_x", "gravity_y", "gravity_normal")
 
 
 def can_be_smoothed(log: Telemetry, half_width: float) -> bool:
@@ -54,7 +53,7 @@ def with_smoothed_motion(log: Telemetry, half_width: float) -> Telemetry:
         Rows with fewer than LEAST_NEIGHBOURS on either side stay, as do those at rest.
     """
     reach = _neighbours(log, half_width)
-    moving = np.any(log.rows[:, [INDEX[name] for name in _SPEEDS]] != 0.0, axis=1)
+    moving = np.any(log.rows[:, [INDEX[name] for name in SPEEDS]] != 0.0, axis=1)
     wide = np.flatnonzero((reach >= LEAST_NEIGHBOURS) & moving)
     if not len(wide):
         return log
@@ -62,11 +61,7 @@ def with_smoothed_motion(log: Telemetry, half_width: float) -> Telemetry:
     values, slopes = _parabolas(log.time, log.rows[:, places], wide, reach[wide])
     rows = log.rows.copy()
     rows[np.ix_(wide, places)] = values
-    vx, vy, wz = values[:, : len(_SPEEDS)].T
-    turning = {"ax": -wz * vy, "ay": wz * vx, "yaw_acceleration": np.zeros(len(wide))}
-    for (name, frame), slope in zip(turning.items(), slopes.T, strict=False):
-        if name not in log.present:
-            rows[wide, INDEX[name]] = frame + slope
+    put_accelerations(log, rows, wide, slopes[:, : len(SPEEDS)])
     return replace(log, rows=rows)
 
 

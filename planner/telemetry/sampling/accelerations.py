@@ -1,0 +1,28 @@
+"""Accelerations that follow from changes of the speeds, as a body that turns feels them.
+
+put_accelerations(log, rows, where, slopes)     # into rows; measured ones stay
+"""
+
+from __future__ import annotations
+
+from planner.arrays import Array, Integers
+from planner.quantities import INDEX
+from planner.telemetry.logs import Telemetry
+
+SPEEDS = ("vx", "vy", "wz")
+RATES = ("ax", "ay", "yaw_acceleration")
+
+
+def put_accelerations(log: Telemetry, rows: Array, where: Integers, slopes: Array) -> None:
+    """Set the accelerations that a log did not measure.
+
+    Args:
+        log: says which ones were measured.
+        rows: (n, ROW_LENGTH) with the speeds; changed.
+        where: (k,) numbers of the rows to change.
+        slopes: (k, 3) changes of SPEEDS per second, without the turning of the frame.
+    """
+    vx, vy, wz = (rows[where, INDEX[name]] for name in SPEEDS)
+    for name, turning, slope in zip(RATES, (-wz * vy, wz * vx, 0.0), slopes.T, strict=True):
+        if name not in log.present:
+            rows[where, INDEX[name]] = turning + slope
