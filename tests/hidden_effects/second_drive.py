@@ -4,8 +4,8 @@
     drive_again(case, made, experiment) -> Path of the first log and the second drive together
     tie_broken(case, made, found, diagnose) -> what was recommended and whether it parted the tie
 
-``settings`` is what an experiment says in numbers (planner.telemetry.diagnosis.drives). The robot
-drives the same commands that `joulepath experiment` writes.
+``settings`` is what an experiment says in numbers (planner.telemetry.diagnosis.advice.drives). The
+robot drives the same commands that `joulepath experiment` writes.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.telemetry.diagnosis.drives import poses_of, sampled, tilt_of
+from planner.telemetry.diagnosis.advice.drives import poses_of, sampled, tilt_of
 from planner.telemetry.virtual import Noise, Profile, VirtualLog, VirtualRobot
 from tests.hidden_effects.cases import Case
 from tests.hidden_effects.logs import VEHICLE, Made

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from planner.telemetry.diagnosis.drives import Drive, settings_of, there_and_back
+from planner.telemetry.diagnosis.advice.drives import Drive, settings_of, there_and_back
 from planner.telemetry.virtual import QUIET, VirtualRobot
 from tests.hidden_effects.cases import cases
 from tests.hidden_effects.second_drive import recommended_drive, tie_broken

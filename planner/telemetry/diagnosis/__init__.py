@@ -5,8 +5,8 @@ tell more. sampled gives the commands of a recommended drive, fitted_into
 makes it fit an area.
 """
 
+from planner.telemetry.diagnosis.advice import fitted_into, sampled
 from planner.telemetry.diagnosis.diagnose_log import diagnose, diagnose_source
-from planner.telemetry.diagnosis.drives import fitted_into, sampled
 from planner.telemetry.diagnosis.results import Candidate, Diagnosis, Errors, Experiment
 
 __all__ = [

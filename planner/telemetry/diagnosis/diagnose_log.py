@@ -27,8 +27,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from planner.cache import CACHE
 from planner.cancellation import CancellationToken
 from planner.errors import ModelError
@@ -44,14 +42,20 @@ from planner.telemetry.belonging import (
     beyond_motors,
     impossible,
 )
+from planner.telemetry.diagnosis.advice import (
+    UNKNOWN,
+    WIDE,
+    Advice,
+    Aliases,
+    Untestable,
+    slope_to_log,
+)
 from planner.telemetry.diagnosis.best_reading import best_reading
+from planner.telemetry.diagnosis.candidates import adoptable, candidates_of
 from planner.telemetry.diagnosis.decision import (
-    Answer,
     Decision,
     decide,
 )
-from planner.telemetry.diagnosis.experiments import UNKNOWN, WIDE, Advice
-from planner.telemetry.diagnosis.missing_columns import Aliases, slope_to_log
 from planner.telemetry.diagnosis.reconcile import (
     beside_noise,
     confirmed,
@@ -60,10 +64,8 @@ from planner.telemetry.diagnosis.reconcile import (
     undisputed,
 )
 from planner.telemetry.diagnosis.results import (
-    Candidate,
     Diagnosis,
     Errors,
-    Estimate,
     Experiment,
     FittedModels,
     SensorFault,
@@ -75,11 +77,9 @@ from planner.telemetry.diagnosis.supported_sensors import (
     with_supported_sensors,
 )
 from planner.telemetry.diagnosis.unexplained import MOST_OVER_FLOOR
-from planner.telemetry.diagnosis.untestable import Untestable
 from planner.telemetry.diagnosis.verdict import sentence_of, verdict_of
 from planner.telemetry.estimation import Fit
-from planner.telemetry.evidence import Examination
-from planner.telemetry.holdout import LinearHeldout, base_fit, heldout_residual, rms
+from planner.telemetry.holdout import base_fit, heldout_residual, rms
 from planner.telemetry.logs import LogLike, MappingLike, Telemetry
 from planner.telemetry.misread import Misread, misread
 from planner.telemetry.other_terms import SENSORS, measured_residual
@@ -89,11 +89,10 @@ from planner.telemetry.regimes import Regime, regimes_of
 from planner.telemetry.sampling import LogSource, open_source
 from planner.telemetry.selection import (
     Found,
-    RankedTerm,
     find_missing_effects,
 )
 from planner.telemetry.starting_model import starting_model
-from planner.telemetry.terms import Addition, trimmed
+from planner.telemetry.terms import trimmed
 
 MOST_EXPERIMENTS = 3
 """Recommendations of a diagnosis."""
@@ -242,7 +241,7 @@ def _report(source: LogSource, start: PowerModel, found: Found, decision: Decisi
     models = FittedModels(
         base=found.base.model,
         fitted=fitted,
-        additions=_additions(found, answer),
+        additions=adoptable(found, answer),
         corrected=log,
         refused=found.base.refused,
     )
@@ -259,7 +258,7 @@ def _report(source: LogSource, start: PowerModel, found: Found, decision: Decisi
         **seen,
         verdict=verdict,
         selected=selected,
-        candidates=_candidates(found, decision, fitted, after),
+        candidates=candidates_of(found, decision, fitted, after),
         not_testable=Untestable(advice).listed(selected),
         unexplained=decision.unexplained,
         outside=answer.proposal.outside if answer.proposal else None,
@@ -348,32 +347,6 @@ def _wide(fitted: Fit, names: Sequence[str]) -> list[str]:
     return wide
 
 
-def _additions(found: Found, answer: Answer) -> dict[str, Addition]:
-    """How to add everything that could be adopted, supported by the log or not."""
-    examination = found.examination
-    library = examination.competitors.library
-    additions: dict[str, Addition] = {}
-    for slug, effect in all_effects().items():
-        if not effect.base and slug not in library.own:
-            additions[slug] = Addition.usual(effect, library.model)
-    for ranked, where in _ranking(found):
-        known = where.competitors.library
-        addition = Addition.of(known, ranked.member.term, ranked.coefficients)
-        additions[ranked.name] = addition.completed(known)
-    for member, addition in zip(answer.members, answer.additions, strict=True):
-        additions[member.name] = addition
-    if answer.proposal is not None:
-        additions[answer.proposal.outside.name] = answer.proposal.addition
-    return additions
-
-
-def _ranking(found: Found) -> list[tuple[RankedTerm, Examination]]:
-    """Competing effects, and the examination that their members are counted in."""
-    all_rows = [(ranked, found.examination) for ranked in found.selection.ranking]
-    refuted = [(ranked, found.local) for ranked in found.refuted]
-    return [entry for entry in [*all_rows, *refuted] if not entry[0].member.sensor]
-
-
 def _sensor_faults(found: Found) -> tuple[SensorFault, ...]:
     faults = []
     for kind, (value, stderr) in corrections_of(found).items():
@@ -381,76 +354,3 @@ def _sensor_faults(found: Found) -> tuple[SensorFault, ...]:
         said = sensor.said(value, stderr, found.log.present)
         faults.append(SensorFault(kind, value, stderr, sensor.unit, said))
     return tuple(faults)
-
-
-def _candidates(
-    found: Found, decision: Decision, fitted: Fit, after_w: float
-) -> tuple[Candidate, ...]:
-    entries = []
-    examination, answer = found.examination, decision.answer
-    selected = {m.name for m in answer.members}
-    in_full = {one.name: rms(heldout_residual(found.log, one.fit)) for one in decision.tried}
-    if decision.searched is not None and not selected:
-        names = [m.name for m in decision.searched.members]
-        in_full = {
-            **dict.fromkeys(names, rms(heldout_residual(found.log, decision.searched.fit))),
-            **in_full,
-        }
-    # The statistics of a long log do not keep its rows: the sample's errors stand for it.
-    linear = LinearHeldout(found.log, found.local, exact=True)
-    order = sorted(_ranking(found), key=lambda entry: entry[0].name not in selected)
-    for ranked, where in order:
-        chosen = ranked.name in selected
-        if chosen:
-            parameters = _fitted_estimates(fitted, ranked.name)
-        else:
-            parameters = _linear_estimates(where, ranked)
-        # An effect alone; a selected one with all that were selected.
-        probability: float | None = ranked.probability
-        if chosen:
-            heldout = after_w
-        elif ranked.name in in_full:
-            heldout = in_full[ranked.name]
-        else:
-            heldout = linear.rmse(ranked.member.columns_in(found.local, where))
-        if chosen != (ranked.probability >= 0.5):
-            # The weights are those of the search, which held-out runs have overruled.
-            probability = None
-        known = ranked.name, probability, heldout, parameters
-        test = ranked.z, ranked.p_value, ranked.size, ranked.gain
-        aliases = tuple(answer.aliases.get(ranked.name, ())) if chosen else ()
-        entries.append(Candidate(*known, *test, len(ranked.member.columns), aliases))
-    listed = {entry.effect for entry in entries}
-    rest = sorted(examination.testable.items(), key=lambda item: (item[1] is not None, item[0]))
-    for slug, why in rest:
-        if slug not in listed:
-            # Testable and not ranked: the log asks for a sign or size that the effect cannot have.
-            entries.append(Candidate(slug, 0.0, None, {}, 0.0, 1.0, 0.0, 0.0, 0, (), why))
-    return tuple(entries)
-
-
-def _fitted_estimates(fitted: Fit, slug: str) -> dict[str, Estimate]:
-    estimates = {}
-    keys = [key[:2] for key in fitted.model.parameter_names]
-    for parameter in fitted.parameters:
-        if parameter.effect == slug:
-            several = keys.count((slug, parameter.name)) > 1
-            name = f"{parameter.name} {parameter.element}" if several else parameter.name
-            estimates[name] = Estimate(parameter.value, parameter.stderr, parameter.unit)
-    return estimates
-
-
-def _linear_estimates(examination: Examination, ranked: RankedTerm) -> dict[str, Estimate]:
-    library = examination.competitors.library
-    estimates = {}
-    clear = examination.evidence.partial
-    member = ranked.member
-    each = zip(member.term.columns, member.columns, ranked.coefficients, strict=True)
-    for number, column, value in each:
-        candidate = library.candidates[number]
-        _, _, parameter, _ = library.model.slots[candidate.place]
-        null = parameter.null or 0.0
-        stderr = float(1.0 / np.sqrt(max(clear[column, column], 1e-300)))
-        bounded = float(np.clip(null + value, *parameter.bounds))
-        estimates[candidate.parameter] = Estimate(bounded, stderr, parameter.unit)
-    return estimates

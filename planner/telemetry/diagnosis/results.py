@@ -194,7 +194,7 @@ class Experiment:
     Attributes:
         separates: slugs that it tells apart, or whose interval it halves.
         run: what to do, in words.
-        settings: of a drive, SI (planner.telemetry.diagnosis.drives); {} for a quantity to log.
+        settings: of a drive, SI (telemetry.diagnosis.advice.drives); {} for a quantity to log.
         minutes: that a drive takes, changes of load and temperature included.
         gain: bits; the standard error of what is asked falls by a factor of 2 to this power.
     """

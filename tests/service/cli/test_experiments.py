@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from planner.power.vehicles import load_vehicle
-from planner.telemetry.diagnosis.drives import drives_of, settings_of
+from planner.telemetry.diagnosis.advice.drives import drives_of, settings_of
 from service.cli import run
 
 LOG_IT = {"separates": [], "run": "Log pitch and roll.", "settings": {}}

@@ -27,7 +27,7 @@ from scipy.optimize import minimize
 
 from planner.arrays import Array, Integers
 from planner.quantities import INDEX
-from planner.telemetry.diagnosis.experiments import CLEARLY, COLD, WARM, Advice
+from planner.telemetry.diagnosis.advice.experiments import CLEARLY, COLD, WARM, Advice
 from planner.telemetry.diagnosis.results import Experiment
 from planner.telemetry.evidence import Examination
 from planner.telemetry.logs import Telemetry

@@ -8,7 +8,13 @@ import numpy as np
 import pytest
 
 from planner.quantities import INDEX
-from planner.telemetry.diagnosis.experiments import CLEARLY, HALVED, Advice, Question, left_after
+from planner.telemetry.diagnosis.advice.experiments import (
+    CLEARLY,
+    HALVED,
+    Advice,
+    Question,
+    left_after,
+)
 from planner.telemetry.estimation import fit
 from planner.telemetry.evidence import DesignColumns, Examination, examine
 from planner.telemetry.logs import Telemetry

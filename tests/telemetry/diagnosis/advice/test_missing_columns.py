@@ -10,8 +10,8 @@ import pytest
 
 from planner.power.rows import gravity_columns
 from planner.quantities import INDEX, STANDARD_GRAVITY
-from planner.telemetry.diagnosis.experiments import Advice
-from planner.telemetry.diagnosis.missing_columns import Aliases, slope_to_log
+from planner.telemetry.diagnosis.advice.experiments import Advice
+from planner.telemetry.diagnosis.advice.missing_columns import Aliases, slope_to_log
 from planner.telemetry.estimation import fit
 from planner.telemetry.evidence import DesignColumns, examine
 from planner.telemetry.logs import Telemetry

@@ -14,7 +14,7 @@ which the standard error falls, which is Lindley's information in bits. This is 
 of Atkinson & Fedorov, and D-optimal for a single parameter, over a list.
 
 Where no drive would do, a column is recommended, if one is missing
-(planner.telemetry.diagnosis.missing_columns).
+(planner.telemetry.diagnosis.advice.missing_columns).
 
 Source
     A. C. Atkinson, V. V. Fedorov, The design of experiments for discriminating between two rival
@@ -36,7 +36,7 @@ from planner.arrays import Array, Integers
 from planner.power.catalogue import all_effects
 from planner.power.effect import Effect
 from planner.quantities import INDEX
-from planner.telemetry.diagnosis.drives import (
+from planner.telemetry.diagnosis.advice.drives import (
     Drive,
     drives_of,
     rows_of_round,

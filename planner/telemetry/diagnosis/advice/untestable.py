@@ -15,7 +15,7 @@ import numpy as np
 from planner.arrays import Array
 from planner.power.catalogue import all_effects
 from planner.power.effect import Effect
-from planner.telemetry.diagnosis.experiments import (
+from planner.telemetry.diagnosis.advice.experiments import (
     CLEARLY,
     USUAL_MINUTES,
     Advice,

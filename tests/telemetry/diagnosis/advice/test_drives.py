@@ -10,7 +10,7 @@ import pytest
 from planner.errors import InputError
 from planner.power.vehicles import load_vehicle
 from planner.quantities import INDEX
-from planner.telemetry.diagnosis.drives import (
+from planner.telemetry.diagnosis.advice.drives import (
     commands,
     drives_of,
     fitted_into,
