@@ -110,16 +110,23 @@ class Found:
         return self.heldout(fit(self.log, kept, free=free, noise=self.local.noise))
 
     def pushed_out(self, fitted: Fit) -> dict[int, float]:
-        """Numbers of base parameters that a fit left at the end of their range → stated values."""
-        begun = self.base.begun
+        """Numbers of base parameters that a claim drives to the end of their range → stated values.
+
+        One that stands there without the claim, too, is not driven by it: the log asks for it.
+        """
+        begun, alone = self.base.begun, self.base.model
         stated = dict(zip(begun.parameter_names, begun.parameters.tolist(), strict=True))
+        before = dict(zip(alone.parameter_names, alone.parameters.tolist(), strict=True))
         pushed = {}
         for place in fitted.places:
             key = fitted.model.parameter_names[place]
             low, high = fitted.model.slots[place][2].bounds
             value, near = float(fitted.model.parameters[place]), NEAR_BOUND * (high - low)
             at_end = value - low <= near or high - value <= near
-            if key in stated and at_end and abs(stated[key] - value) > near:
+            driven = (
+                key in stated and min(abs(each[key] - value) for each in (stated, before)) > near
+            )
+            if at_end and driven:
                 pushed[place] = stated[key]
         return pushed
 

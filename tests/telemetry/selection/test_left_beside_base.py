@@ -37,6 +37,13 @@ def test_a_part_that_is_gone_is_pushed_out_and_others_are_not(found, base):
     assert found.pushed_out(with_rolling(found.base, 0.0)) == {place: stated}
 
 
+def test_a_part_that_is_gone_without_a_claim_is_pushed_out_by_none(found):
+    """A robot that rolls more easily than its file says does so whatever else is claimed."""
+    alone = replace(found, base=with_rolling(found.base, 0.0))
+    assert alone.pushed_out(with_rolling(found.base, 0.0)) == {}
+    assert alone.left_beside_base(with_rolling(found.base, 0.0)) is None
+
+
 def test_with_the_part_back_the_error_is_that_of_a_fit_that_keeps_it(found, base):
     """Whatever a fit without rolling resistance explains, it is judged with it."""
     left = found.left_beside_base(with_rolling(found.base, 0.0))
