@@ -152,10 +152,18 @@ def _runs(log: Telemetry, residual: Array) -> Iterator[str]:
 
 
 def _power(log: Telemetry, residual: Array) -> Iterator[str]:
-    """A power that varies, and not with the motion."""
-    variation = float(log.power.std())
+    """A power that varies, and not with the motion, or one that does not vary as it must."""
+    variation, expected = float(log.power.std()), float((log.power - residual).std())
     varies = variation >= VARYING * abs(float(log.power.mean())) and variation > 0.0
-    if len(log) < LEAST_ROWS or not varies:
+    if len(log) < LEAST_ROWS:
+        return
+    if not varies and variation < VARYING * expected:
+        yield (
+            f"the power varies by {watts(variation)}, though this motion needs one that varies by "
+            f"about {watts(expected)}: a set-point, a reading that is held, or another quantity"
+        )
+        return
+    if not varies:
         return
     explained = max(0.0, 1.0 - float(np.mean(residual**2)) / variation**2)
     if explained < LEAST_EXPLAINED_POWER:

@@ -57,6 +57,20 @@ def test_a_power_that_does_not_follow_the_motion_is_not_complete(motion, base):
     assert "how the power varies" in found.sentence
 
 
+@pytest.mark.parametrize("scatter", [0.0, 0.01])
+def test_a_power_that_stays_the_same_is_none_of_a_robot_that_drives(motion, base, scatter):
+    watts = predict(base, motion)
+    power = watts.mean() + scatter * np.random.default_rng(6).standard_normal(len(motion))
+    (said,) = apart(replace(motion, power=power), power - watts)
+    assert "varies by" in said
+    # A robot that stands needs such a power.
+    assert apart(replace(motion, power=power), power - power.mean()) == ()
+    found = diagnose(replace(motion, power=power), base)
+    assert found.verdict == "not_identifiable"
+    assert "varies by" in found.sentence
+    assert "times the log's own noise" not in found.sentence
+
+
 @pytest.mark.parametrize(("column", "factor"), [("vx", 3.6), ("wz", 57.3)])
 def test_speeds_beyond_the_motors_are_in_another_unit(motion, base, column, factor):
     rows = motion.rows.copy()

@@ -128,7 +128,7 @@ def _verdict_in_words(diagnosis: Diagnosis, alike: Sequence[str], apart: Sequenc
                 "the same."
             )
         # What differs from run to run counts as noise wherever no column tells it.
-        noise = "" if apart and left.little else f", {_beside_noise(diagnosis)}"
+        noise = "" if apart else f", {_beside_noise(diagnosis)}"
         most = "" if left.slow_w and not left.where else _most_of_all(diagnosis)
         return (
             f"Something is missing that this log cannot name{like}{most}: "
