@@ -92,7 +92,6 @@ class Hook:
 
     stage: Stage
     reads: tuple[str, ...]
-    returns: tuple[str, ...]
     combine: Literal["add", "multiply", "replace"]
     doc: str
 
@@ -128,79 +127,62 @@ REAL_INPUTS = frozenset(
 
 HOOKS: dict[str, Hook] = {
     "centre_of_mass": Hook(
-        "wheel load", _BODY, ("x", "y"), "add", "m, the centre of mass from the geometric centre"
+        "wheel load", _BODY, "add", "m, the centre of mass from the geometric centre"
     ),
-    "centre_spread": Hook(
-        "wheel load", (), ("x", "y"), "add", "m ≥ 0, the same towards an unknown side"
-    ),
+    "centre_spread": Hook("wheel load", (), "add", "m ≥ 0, the same towards an unknown side"),
     "body_force": Hook(
         "body force",
         (*_BODY, "centre_x", "centre_y"),
-        ("fx", "fy", "mz"),
         "add",
         "N, N, N·m that the wheels must supply",
     ),
     "contact_factor": Hook(
-        "contact", _CONTACT, ("factor",), "multiply", "factor on rolling and roller drag of a wheel"
+        "contact", _CONTACT, "multiply", "factor on rolling and roller drag of a wheel"
     ),
     "roller_factor": Hook(
-        "contact", _CONTACT, ("factor",), "multiply", "factor on the roller drag of a wheel alone"
+        "contact", _CONTACT, "multiply", "factor on the roller drag of a wheel alone"
     ),
     "wheel_drag": Hook(
-        "contact", _CONTACT, ("force",), "add", "N at the rim, ≥ 0, against the wheel's rolling"
+        "contact", _CONTACT, "add", "N at the rim, ≥ 0, against the wheel's rolling"
     ),
-    "roller_drag": Hook(
-        "contact", _CONTACT, ("force",), "add", "N, signed as the roller's surface speed"
-    ),
+    "roller_drag": Hook("contact", _CONTACT, "add", "N, signed as the roller's surface speed"),
     "circulation": Hook(
-        "contact", _BODY, ("force",), "add", "N per wheel of the force mode in which wheels fight"
+        "contact", _BODY, "add", "N per wheel of the force mode in which wheels fight"
     ),
     "slip": Hook(
         "contact",
         (*_CONTACT, "axis_force"),
-        ("share",),
         "add",
         "speed of sliding along the roller's axle over the rim's speed",
     ),
     "axle_torque": Hook(
-        "contact", _AXLE, ("torque",), "add", "N·m at the wheel's axle, signed as the wheel's speed"
+        "contact", _AXLE, "add", "N·m at the wheel's axle, signed as the wheel's speed"
     ),
     "gear_return": Hook(
-        "drive", _DRIVE, ("share",), "add", "change of the gear's efficiency when driven backwards"
+        "drive", _DRIVE, "add", "change of the gear's efficiency when driven backwards"
     ),
     "gear": Hook(
         "drive",
         (*_DRIVE, "gear_return"),
-        ("torque",),
         "replace",
         "N·m at the motor's side of the gear for the wheel's torque",
     ),
     "static_torque": Hook(
-        "drive", _DRIVE, ("torque",), "add", "N·m at the motor that friction can hold at rest"
+        "drive", _DRIVE, "add", "N·m at the motor that friction can hold at rest"
     ),
     "motor_torque": Hook(
-        "drive", (*_DRIVE, "motor_torque_in"), ("torque",), "add", "N·m added at the motor's shaft"
+        "drive", (*_DRIVE, "motor_torque_in"), "add", "N·m added at the motor's shaft"
     ),
-    "winding": Hook(
-        "drive", _DRIVE, ("resistance", "constant"), "multiply", "factors on R and on k_t"
-    ),
-    "winding_resistance": Hook("drive", (), ("ohm",), "add", "Ω of one motor when cold"),
-    "motor_constant": Hook("drive", (), ("constant",), "add", "N·m/A of one motor when cold"),
-    "motor_loss": Hook("drive", _MOTOR, ("watts",), "add", "W lost in one motor"),
-    "motor_power": Hook(
-        "driver", ("motor_watts",), ("watts",), "add", "W added to one motor's terminal power"
-    ),
-    "driver": Hook("driver", (*_MOTOR, "active"), ("watts",), "add", "W of one motor's bridge"),
-    "electronics": Hook("bus", _BODY, ("watts",), "add", "W of control and sensors"),
-    "converter": Hook(
-        "bus", ("electronics_watts",), ("watts",), "add", "W lost in feeding the electronics"
-    ),
-    "bus": Hook(
-        "bus", (*_BODY, "motors_watts"), ("watts",), "add", "W of anything else on the bus"
-    ),
-    "supply": Hook(
-        "supply", ("bus_watts",), ("watts",), "add", "W between the bus and what the source gives"
-    ),
+    "winding": Hook("drive", _DRIVE, "multiply", "factors on R and on k_t"),
+    "winding_resistance": Hook("drive", (), "add", "Ω of one motor when cold"),
+    "motor_constant": Hook("drive", (), "add", "N·m/A of one motor when cold"),
+    "motor_loss": Hook("drive", _MOTOR, "add", "W lost in one motor"),
+    "motor_power": Hook("driver", ("motor_watts",), "add", "W added to one motor's terminal power"),
+    "driver": Hook("driver", (*_MOTOR, "active"), "add", "W of one motor's bridge"),
+    "electronics": Hook("bus", _BODY, "add", "W of control and sensors"),
+    "converter": Hook("bus", ("electronics_watts",), "add", "W lost in feeding the electronics"),
+    "bus": Hook("bus", (*_BODY, "motors_watts"), "add", "W of anything else on the bus"),
+    "supply": Hook("supply", ("bus_watts",), "add", "W between the bus and what the source gives"),
 }
 """Hooks in the order in which the pipeline calls them."""
 

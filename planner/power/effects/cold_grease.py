@@ -17,6 +17,8 @@ Left out
 from planner.power.effect import Effect, Parameter, WorkedExample
 from planner.power.kernel_math import exponential, known
 
+_OIL = {"viscosity": 2e-6, "temperature_rate": 0.05}  # of the examples
+
 
 class ColdGrease(Effect):
     """Viscous drag that follows temperature."""
@@ -52,37 +54,19 @@ class ColdGrease(Effect):
     examples = (
         WorkedExample(
             "motor_torque",
-            {
-                "motor_speed": -200,
-                "motor_temp": 5.0,
-                "ambient_temp": 60.0,
-                "viscosity": 2e-6,
-                "temperature_rate": 0.05,
-            },
+            {"motor_speed": -200, "motor_temp": 5.0, "ambient_temp": 60.0, **_OIL},
             -1.0873127314e-3,
             "-2e-6·200·e^(0.05·20) = -4e-4·2.718281828",
         ),
         WorkedExample(
             "motor_torque",
-            {
-                "motor_speed": 200,
-                "motor_temp": float("nan"),
-                "ambient_temp": 45.0,
-                "viscosity": 2e-6,
-                "temperature_rate": 0.05,
-            },
+            {"motor_speed": 200, "motor_temp": float("nan"), "ambient_temp": 45.0, **_OIL},
             1.4715177647e-4,
             "air instead of motor: 4e-4/e",
         ),
         WorkedExample(
             "motor_torque",
-            {
-                "motor_speed": 200,
-                "motor_temp": float("nan"),
-                "ambient_temp": float("nan"),
-                "viscosity": 2e-6,
-                "temperature_rate": 0.05,
-            },
+            {"motor_speed": 200, "motor_temp": float("nan"), "ambient_temp": float("nan"), **_OIL},
             4e-4,
             "no temperature known: 2e-6·200",
         ),

@@ -22,6 +22,8 @@ Left out
 from planner.power.effect import Effect, Parameter, WorkedExample
 from planner.power.kernel_math import known, root
 
+_SQUARES = {"offset_x_squared": 0.01, "offset_y_squared": 0.0025}  # of the examples
+
 
 class ComOffset(Effect):
     """Position of the centre of mass."""
@@ -78,23 +80,13 @@ class ComOffset(Effect):
         ),
         WorkedExample(
             "centre_spread",
-            {
-                "com_x": float("nan"),
-                "com_y": 0.04,
-                "offset_x_squared": 0.01,
-                "offset_y_squared": 0.0025,
-            },
+            {"com_x": float("nan"), "com_y": 0.04, **_SQUARES},
             (0.1, 0.0),
             "√0.01; y is known",
         ),
         WorkedExample(
             "centre_spread",
-            {
-                "com_x": -0.1,
-                "com_y": float("nan"),
-                "offset_x_squared": 0.01,
-                "offset_y_squared": 0.0025,
-            },
+            {"com_x": -0.1, "com_y": float("nan"), **_SQUARES},
             (0.0, 0.05),
             "x is known; √0.0025",
         ),

@@ -23,6 +23,12 @@ Left out
 from planner.power.effect import Effect, Parameter, WorkedExample
 from planner.power.kernel_math import known
 
+_MAGNETS = {
+    "copper_coefficient": 0.004,
+    "magnet_coefficient": -0.002,
+    "magnet_share": 0.5,
+}  # of the examples
+
 
 class MotorHeating(Effect):
     """Resistance and torque constant that follow the motors' temperature."""
@@ -62,25 +68,9 @@ class MotorHeating(Effect):
 
     examples = (
         WorkedExample(
-            "winding",
-            {
-                "motor_temp": 75,
-                "copper_coefficient": 0.004,
-                "magnet_coefficient": -0.002,
-                "magnet_share": 0.5,
-            },
-            (1.2, 0.95),
-            "1 + 0.004·50; 1 - 0.002·0.5·50",
+            "winding", {"motor_temp": 75, **_MAGNETS}, (1.2, 0.95), "1 + 0.004·50; 1 - 0.002·0.5·50"
         ),
         WorkedExample(
-            "winding",
-            {
-                "motor_temp": float("nan"),
-                "copper_coefficient": 0.004,
-                "magnet_coefficient": -0.002,
-                "magnet_share": 0.5,
-            },
-            (1.0, 1.0),
-            "temperature not known",
+            "winding", {"motor_temp": float("nan"), **_MAGNETS}, (1.0, 1.0), "temperature not known"
         ),
     )

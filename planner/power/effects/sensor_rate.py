@@ -20,6 +20,13 @@ Left out
 from planner.power.effect import Effect, Parameter, WorkedExample
 from planner.power.kernel_math import known, smaller
 
+_SAMPLING = {
+    "energy_per_sample": 0.02,
+    "base_rate": 12,
+    "rate_per_speed": 40,
+    "top_rate": 50,
+}  # of the examples
+
 
 class SensorRate(Effect):
     """Sampling energy of the sensors."""
@@ -65,40 +72,19 @@ class SensorRate(Effect):
     examples = (
         WorkedExample(
             "electronics",
-            {
-                "speed": 0.5,
-                "sensor_rate": float("nan"),
-                "energy_per_sample": 0.02,
-                "base_rate": 12,
-                "rate_per_speed": 40,
-                "top_rate": 50,
-            },
+            {"speed": 0.5, "sensor_rate": float("nan"), **_SAMPLING},
             0.64,
             "0.02·(12 + 40·0.5)",
         ),
         WorkedExample(
             "electronics",
-            {
-                "speed": 2.0,
-                "sensor_rate": float("nan"),
-                "energy_per_sample": 0.02,
-                "base_rate": 12,
-                "rate_per_speed": 40,
-                "top_rate": 50,
-            },
+            {"speed": 2.0, "sensor_rate": float("nan"), **_SAMPLING},
             1.0,
             "0.02·50, the highest rate",
         ),
         WorkedExample(
             "electronics",
-            {
-                "speed": 2.0,
-                "sensor_rate": 25.0,
-                "energy_per_sample": 0.02,
-                "base_rate": 12,
-                "rate_per_speed": 40,
-                "top_rate": 50,
-            },
+            {"speed": 2.0, "sensor_rate": 25.0, **_SAMPLING},
             0.5,
             "0.02·25, the measured rate",
         ),
