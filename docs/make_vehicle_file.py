@@ -16,8 +16,7 @@ from planner.power.vehicles.derived import (
     WHEEL_WIDTH,
 )
 from planner.power.vehicles.motors import read_motors
-from planner.power.vehicles.vehicle_fields import DERIVED_KEYS, Field, vehicle_fields
-from planner.power.vehicles.vehicle_keys import between
+from planner.power.vehicles.vehicle_keys import Key, between, vehicle_keys
 
 PAGE = Path(__file__).with_name("vehicle-file.md")
 
@@ -96,16 +95,15 @@ bridge_resistance = { value = 30, unit = "mΩ", source = "data sheet of the brid
 def vehicle_file_page() -> str:
     """Text of docs/vehicle-file.md."""
     lines = [HEAD, "## Fields", "", "`name` and `title` are text.", ""]
-    for field in vehicle_fields():
-        if f"### [{field.table}]" not in lines:
-            lines += [
-                *([""] if lines[-1].startswith("|") else []),
-                f"### [{field.table}]",
-                "",
-                "| key | unit | default | range | |",
-                "|---|---|---|---|---|",
-            ]
-        lines.append(_row(field))
+    for table, keys in vehicle_keys().items():
+        lines += [
+            *([""] if lines[-1].startswith("|") else []),
+            f"### [{table}]",
+            "",
+            "| key | unit | default | range | |",
+            "|---|---|---|---|---|",
+            *map(_row, keys.values()),
+        ]
     lines += [EFFECTS, "## Motors", "", '`motor = "NAME"` in `[drive]` takes these values:', ""]
     lines += ["| name | what | values |", "|---|---|---|"]
     for motor in read_motors().values():
@@ -118,20 +116,20 @@ def vehicle_file_page() -> str:
     return "\n".join(lines) + "\n"
 
 
-def _row(field: Field) -> str:
-    unit = "text" if not field.unit else "" if field.unit == "1" else field.unit
-    bounds = "" if field.bounds is None else between(*field.bounds, "1")
-    return f"| `{field.key}` | {unit} | {_default(field)} | {bounds} | {field.meaning} |"
+def _row(key: Key) -> str:
+    unit = "text" if not key.unit else "" if key.unit == "1" else key.unit
+    bounds = "" if key.bounds is None else between(*key.bounds, "1")
+    return f"| `{key.name}` | {unit} | {_default(key)} | {bounds} | {key.meaning} |"
 
 
-def _default(field: Field) -> str:
-    if field.required:
-        return "required" if field.required == "yes" else "required by its layout"
-    if field.place in DERIVED_KEYS:
+def _default(key: Key) -> str:
+    if key.required:
+        return "required" if key.required == "yes" else "required by its layout"
+    if key.derived:
         return "derived"
-    if field.default is None:
+    if key.default is None or math.isnan(key.default):
         return ""
-    return "no limit" if math.isinf(field.default) else f"{field.default:g}"
+    return "no limit" if math.isinf(key.default) else f"{key.default:g}"
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from planner.power.vehicles.vehicle_file import load_vehicle
-from planner.power.vehicles.vehicle_keys import EFFECT_KEYS, HELPING, NUMBERS, unit_and_range
+from planner.power.vehicles.vehicle_keys import vehicle_keys
 from planner.telemetry.logs.columns import TEXT, UNITS
 from planner.telemetry.logs.mapping import read_mapping
 from tests.power.vehicles.test_data_sheets import numbers
@@ -51,7 +51,7 @@ SHEET: dict[str, dict[str, float]] = {
     **{name: {} for name in ("contact", "electronics", "limits", "battery")},
 }
 KEYS = sorted(
-    {*EFFECT_KEYS, *HELPING, *((table, row[0]) for table, rows in NUMBERS.items() for row in rows)}
+    (table, name) for table, keys in vehicle_keys().items() for name in keys if keys[name].bounds
 )
 
 
@@ -59,7 +59,7 @@ def usual(table: str, key: str) -> float:
     """A value that any robot might have."""
     known = {"half_wheelbase": 0.2, "half_track": 0.25, "base_radius": 0.15, "voltage": 24.0}
     known |= {"no_load_current": 0.1, "capacity": 4e5, **SHEET[table]}
-    _, low, high = unit_and_range(table, key)
+    low, high = vehicle_keys()[table][key].range
     return known.get(key, low + 0.3 * (min(high, low + 1.0) - low))
 
 
@@ -85,7 +85,7 @@ def test_a_vehicle_file_means_the_same_in_three_units(tmp_path: Path, table: str
         path.write_text(sheet(table, key, entry), "utf-8")
         return [n for n in numbers(load_vehicle(str(path))) if math.isfinite(n)]
 
-    value, spelled = usual(table, key), SPELLED[unit_and_range(table, key)[0]]
+    value, spelled = usual(table, key), SPELLED[vehicle_keys()[table][key].unit]
     expected = load(repr(value))
     assert len(spelled) == 3
     for unit, factor in spelled.items():

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from planner.power.sanity import VehicleReport, check_vehicle
-from planner.power.vehicles.vehicle_fields import commented_toml, template, vehicle_fields
+from planner.power.vehicles.vehicle_fields import commented_toml, template
 from planner.power.vehicles.vehicle_file import load_vehicle
 
 
@@ -93,13 +93,6 @@ def test_a_commented_file_is_the_same_vehicle(tmp_path: Path, name: str) -> None
     path.write_text(commented_toml(name), "utf-8")
     assert load_vehicle(str(path)).document() == load_vehicle(name).document()
     assert commented_toml(str(path)) == commented_toml(name)
-
-
-def test_every_key_that_the_reader_knows_is_a_field() -> None:
-    from planner.power.vehicles.vehicle_keys import NUMBERS, known_keys
-
-    fields = {(field.table, field.key) for field in vehicle_fields()}
-    assert fields == {(table, key) for table in NUMBERS for key in known_keys(table)}
 
 
 def test_the_page_of_fields_is_up_to_date() -> None:

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Set
 
 from planner.power.catalogue import all_effects
 from planner.power.vehicles.vehicle import Vehicle
-from planner.power.vehicles.vehicle_keys import EFFECT_KEYS, NUMBERS
+from planner.power.vehicles.vehicle_keys import vehicle_keys
 
 Values = Mapping[tuple[str, str], Set[float]]
 """Effect's slug and name of a parameter → its values in a model."""
@@ -40,14 +40,16 @@ def defaults_in_words(vehicle: Vehicle, values: Values) -> list[str]:
 def _value(vehicle: Vehicle, values: Values, key: str) -> tuple[float, str] | None:
     """Value and unit; None for a given value, or a key of another version's model file."""
     table, _, name = key.partition(".")
-    if (table, name) in EFFECT_KEYS:
-        return _parameter(vehicle, values, *EFFECT_KEYS[table, name])
     if table == "effects":
         return _parameter(vehicle, values, *name.partition(".")[::2])
-    units = {row[0]: row[1] for row in NUMBERS.get(table, ())}
+    known = vehicle_keys().get(table, {}).get(name)
+    if known is None:
+        return None
+    if known.effect is not None:
+        return _parameter(vehicle, values, *known.effect)
     owners = {"wheels": vehicle.layout, "limits": vehicle.limits, "battery": vehicle.battery}
     value = getattr(owners.get(table, vehicle), name, None)
-    return None if value is None or name not in units else (value, units[name])
+    return None if value is None else (value, known.unit)
 
 
 def _parameter(vehicle: Vehicle, values: Values, slug: str, name: str) -> tuple[float, str] | None:

@@ -19,12 +19,13 @@ from typing import Any
 import numpy as np
 
 from planner.power.kinematics import COLUMNS, WheelLayout
-from planner.power.vehicles.vehicle_keys import EFFECT_KEYS, NUMBERS, between
+from planner.power.vehicles.vehicle_keys import between, every_key, vehicle_keys
 from planner.reading import finite_number
 
 PEAK_SHARE = 2.0
 """Largest torque over the continuous one, where a vehicle does not give it: a motor of this size
 delivers several times its rated torque until its magnets weaken."""
+_ADDED = ("limits.peak_torque", "limits.thermal_time")
 _NUMBERS = ("mass", "length", "width", "com_height", "gear_ratio", "traction")
 
 
@@ -112,11 +113,9 @@ class Vehicle:
             slug: of the effect, "copper_loss".
             name: of its parameter, "resistance".
         """
-        keys = [
-            f"{table}.{key}" for (table, key), own in EFFECT_KEYS.items() if own == (slug, name)
-        ]
+        places = [key.place for key in every_key() if key.effect == (slug, name)]
         stated = (
-            self.provenance.uncertainties.get(key) for key in (*keys, f"effects.{slug}.{name}")
+            self.provenance.uncertainties.get(key) for key in (*places, f"effects.{slug}.{name}")
         )
         return next((share for share in stated if share is not None), None)
 
@@ -206,21 +205,23 @@ def vehicle_limits(numbers: Mapping[str, float]) -> Limits:
 
 def _numbers(table: str, given: Mapping[str, Any]) -> dict[str, float]:
     """Numbers of a table; models saved by older versions lack keys that were added since."""
-    added = {"peak_torque": math.nan, "thermal_time": 60.0} if table == "limits" else {}
-    return {
-        key: _number(table, key, given[key]) if key in given or key not in added else added[key]
-        for key, *_ in NUMBERS[table]
-    }
+    numbers = {}
+    for name, key in vehicle_keys()[table].items():
+        if key.place in _ADDED and name not in given:
+            numbers[name] = float(key.default or math.nan)
+        elif key.effect is None:
+            numbers[name] = _number(table, name, given[name])
+    return numbers
 
 
 def _number(table: str, key: str, value: Any) -> float:
     """A number in the range that the TOML file has for it; None stands for no limit."""
-    _, unit, default, low, high = next(row for row in NUMBERS[table] if row[0] == key)
-    if value is None and (default == math.inf or key == "peak_torque"):
+    declared = vehicle_keys()[table][key]
+    if value is None and (declared.default == math.inf or key == "peak_torque"):
         return math.inf
-    number = float(value)
+    number, (low, high) = float(value), declared.range
     if not low <= number <= high:
-        raise ValueError(f"{key}: {value!r} is not in {between(low, high, unit)}")
+        raise ValueError(f"{key}: {value!r} is not in {between(low, high, declared.unit)}")
     return number
 
 

@@ -24,15 +24,11 @@ from planner.power.vehicles.derived import Tables, derive
 from planner.power.vehicles.motors import read_motors
 from planner.power.vehicles.vehicle import Battery, Provenance, Vehicle, vehicle_limits
 from planner.power.vehicles.vehicle_keys import (
-    EFFECT_KEYS,
     GEOMETRY,
-    NUMBERS,
-    REQUIRED,
     accepted_units,
     between,
-    known_keys,
-    unit_and_range,
-    what_fits,
+    every_key,
+    vehicle_keys,
 )
 from planner.reading import finite_number
 from planner.units import conversion
@@ -44,7 +40,8 @@ class VehicleReader:
     def __init__(self, place: str, document: dict[str, Any]) -> None:
         self.place = place
         self.document = document
-        self.si: Tables = {table: {} for table in NUMBERS}
+        self.keys = vehicle_keys()
+        self.si: Tables = {table: {} for table in self.keys}
         self.sources: dict[str, str] = {}
         self.uncertainties: dict[str, float] = {}
         self.derived: dict[str, str] = {}
@@ -53,25 +50,24 @@ class VehicleReader:
         self.parameters: dict[str, dict[str, Any]] = {}
 
     def vehicle(self) -> Vehicle:
-        self._refuse_unknown(self.document, {*NUMBERS, "name", "title", "effects"}, "")
+        self._refuse_unknown(self.document, {*self.keys, "name", "title", "effects"}, "")
         self._refuse_unknown_layout()  # Its keys would be unknown, too.
-        for table in NUMBERS:
-            self._refuse_unknown(self._table(table), known_keys(table), f"[{table}] ")
+        for table, keys in self.keys.items():
+            self._refuse_unknown(self._table(table), set(keys), f"[{table}] ")
         motor = self._motor()
         self._refuse_missing()
         self._refuse_other_layout()
-        for table in ("battery", *NUMBERS):  # A capacity in Ah needs the voltage.
+        for table in ("battery", *self.keys):  # A capacity in Ah needs the voltage.
             self._read_table(table)
         if motor and "voltage" not in self.si["battery"]:
             self.si["battery"]["voltage"] = read_motors()[motor].voltage
             self.derived["battery.voltage"] = f"nominal voltage of motor {motor}"
         derive(self.si, self.derived)
-        for key in self.derived:
-            table, name = key.split(".")
-            _, low, high = unit_and_range(table, name)
-            self.si[table][name] = min(max(self.si[table][name], low), high)
-        for (table, key), (slug, parameter) in EFFECT_KEYS.items():
-            self._base_parameter(table, key, slug, parameter)
+        for place in self.derived:
+            table, key = place.split(".")
+            low, high = self.keys[table][key].range
+            self.si[table][key] = min(max(self.si[table][key], low), high)
+        self._base_parameters()
         name = self._text("name", self.document)
         layout = self._layout()
         active = self._effects(layout.wheel_count)
@@ -106,9 +102,7 @@ class VehicleReader:
             raise self._wrong(
                 "drive.motor", "no such motor", value=named, accepted=", ".join(motors)
             )
-        self.document = {table: dict(self._table(table)) for table in NUMBERS} | {
-            key: value for key, value in self.document.items() if key not in NUMBERS
-        }
+        self.document = self.document | {table: dict(self._table(table)) for table in self.keys}
         for place, value in motors[named].values.items():
             table, key = place.split(".")
             # A measured drag at hand is better than the no-load current of the data sheet.
@@ -126,13 +120,13 @@ class VehicleReader:
             if key == "angles":
                 self.si[table][key] = self._angles(raw)
                 continue
-            unit, low, high = unit_and_range(table, key)
             if place == "battery.capacity" and "voltage" in self._table(table):
-                voltage = self._table(table)["voltage"]
-                self.si[table]["voltage"] = self._value(
-                    "battery.voltage", voltage, *unit_and_range("battery", "voltage")
-                )
-            self.si[table][key] = self._value(place, raw, unit, low, high)
+                self._read_number("battery", "voltage", self._table(table)["voltage"])
+            self._read_number(table, key, raw)
+
+    def _read_number(self, table: str, name: str, raw: Any) -> None:
+        key = self.keys[table][name]
+        self.si[table][name] = self._value(key.place, raw, key.unit, *key.range)
 
     def _angles(self, raw: Any) -> list[float]:
         factor = 1.0
@@ -251,12 +245,16 @@ class VehicleReader:
         """Name all required keys that the file does not give, in one sentence."""
         layout = self._table("wheels").get("layout")
         geometry = GEOMETRY.get(layout, ()) if isinstance(layout, str) else ()
-        needed = (*REQUIRED, *(("wheels", key) for key in geometry))
-        missing = [(t, key) for t, key in needed if self._table(t).get(key) is None]
+        needed = [
+            key
+            for key in every_key()
+            if key.required == "yes" or (key.table == "wheels" and key.name in geometry)
+        ]
+        missing = [key for key in needed if self._table(key.table).get(key.name) is None]
         if missing:
-            *others, last = [f"{table}.{key}" for table, key in missing]
-            accepted = ", ".join(f"{t}.{key} ({what_fits(t, key)})" for t, key in missing)
-            if {("drive", "torque_constant"), ("drive", "resistance")} & set(missing):
+            *others, last = [key.place for key in missing]
+            accepted = ", ".join(f"{key.place} ({key.accepted})" for key in missing)
+            if {"drive.torque_constant", "drive.resistance"} & {last, *others}:
                 accepted += f", or drive.motor ({', '.join(read_motors())})"
             raise VehicleError(
                 f"vehicle file {self.place}",
@@ -290,20 +288,25 @@ class VehicleReader:
     def _number(self, table: str, key: str) -> float:
         if key in self.si[table]:
             return float(self.si[table][key])
-        default = next(row[2] for row in NUMBERS[table] if row[0] == key)
+        default = self.keys[table][key].default
         assert default is not None  # _refuse_missing was called
         self.defaults.append(f"{table}.{key}")
         return default
 
     def _numbers(self, table: str) -> dict[str, float]:
-        return {key: self._number(table, key) for key, *_ in NUMBERS[table]}
+        own = [key for key in self.keys[table].values() if key.effect is None]
+        return {key.name: self._number(table, key.name) for key in own}
 
-    def _base_parameter(self, table: str, key: str, slug: str, name: str) -> None:
-        value = self.si[table].get(key)
-        if value is None:
-            self.defaults.append(f"{table}.{key}")
-            value = all_effects()[slug].parameters[name].default
-        self.parameters.setdefault(slug, {})[name] = value
+    def _base_parameters(self) -> None:
+        for key in every_key():
+            if key.effect is None:
+                continue
+            value = self.si[key.table].get(key.name)
+            if value is None:
+                self.defaults.append(key.place)
+                value = key.default
+            slug, name = key.effect
+            self.parameters.setdefault(slug, {})[name] = value
 
     def _effects(self, wheels: int) -> tuple[str, ...]:
         effects = dict(self._table("effects"))
