@@ -55,8 +55,7 @@ def check_differentiable(formula: Callable[..., Any], real: Collection[str], whe
         TypeError: a construct drops the step or does not compile; says which, and what to use.
     """
     code = formula.__code__
-    text = "".join(linecache.getlines(code.co_filename))
-    for nodes in _definitions(text).get(code.co_firstlineno, ()):
+    for nodes in _definitions(source_tree(formula)).get(code.co_firstlineno, ()):
         arguments = {node.arg for node in nodes if isinstance(node, ast.arg)}
         stepped = _stepped(nodes, arguments - {*real})
         comparisons = [node for node in nodes if isinstance(node, ast.Compare)]
@@ -70,11 +69,22 @@ def check_differentiable(formula: Callable[..., Any], real: Collection[str], whe
                 raise TypeError(f"{where}, line {line}: {fault}")
 
 
+def source_tree(formula: Callable[..., Any]) -> ast.Module:
+    """The file in which a function is written; empty where it is not known."""
+    return _tree("".join(linecache.getlines(formula.__code__.co_filename)))
+
+
 @lru_cache(maxsize=4)  # the hooks of one file follow each other
-def _definitions(text: str) -> dict[int, list[list[ast.AST]]]:
+def _tree(text: str) -> ast.Module:
+    found: ast.Module = parsed(text)
+    return found
+
+
+@lru_cache(maxsize=4)  # as above
+def _definitions(tree: ast.Module) -> dict[int, list[list[ast.AST]]]:
     """First line of every function or lambda of a file → the nodes of each that begins there."""
     found: dict[int, list[list[ast.AST]]] = {}
-    for node in ast.walk(parsed(text)):
+    for node in ast.walk(tree):
         if isinstance(node, ast.FunctionDef | ast.Lambda):
             decorators = getattr(node, "decorator_list", ())
             first = min(part.lineno for part in (node, *decorators))

@@ -5,7 +5,8 @@ One file in ``planner/power/effects/`` declares one effect::
     class ViscousDrag(Effect):
         slug = "viscous_drag"
         title = "viscous drag of motor and gear"
-        viscous_torque = Parameter(unit="N·m·s", default=2.3e-6, null=0.0, bounds=(0, 1), doc=...)
+        viscous_torque = Parameter(unit="N·m·s", default=2.3e-6, null=0.0, bounds=(0.0, 1.0))
+        \"\"\"Torque at the motor's shaft over its speed.\"\"\"
 
         @staticmethod
         def motor_torque(motor_speed, viscous_torque):
@@ -30,12 +31,14 @@ it (planner.telemetry.virtual). Optional attributes say what cannot be derived: 
 
 from __future__ import annotations
 
+import ast
 import inspect
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any, ClassVar, Literal
 
-from planner.power.complex_step import check_differentiable
+from planner.power.complex_step import check_differentiable, source_tree
 from planner.quantities import INDEX
 
 Stage = Literal["body force", "wheel load", "contact", "drive", "driver", "bus", "supply"]
@@ -49,7 +52,7 @@ class Parameter:
         unit: SI unit, "1" for a pure number.
         default: value when neither vehicle nor model gives one.
         bounds: physically possible range; a fit stays inside, a TOML value outside is refused.
-        doc: one sentence.
+        doc: one sentence; left out, it is the docstring below the parameter.
         null: value at which the effect is absent; None in the base model's effects and in
             parameters that only shape an effect.
         fitted: whether a fit may change it; False for what is given or scanned on ``grid``.
@@ -62,7 +65,7 @@ class Parameter:
     unit: str
     default: float
     bounds: tuple[float, float]
-    doc: str
+    doc: str = ""
     null: float | None = None
     fitted: bool = True
     grid: tuple[float, ...] = ()
@@ -219,8 +222,10 @@ class Effect:
         """Collect parameters and hooks; refuse undefined names."""
         super().__init_subclass__()
         own = vars(cls)
-        cls.parameters = {k: v for k, v in own.items() if isinstance(v, Parameter)}
         cls.hooks = {k: v.__func__ for k, v in own.items() if isinstance(v, staticmethod)}
+        declared = {k: v for k, v in own.items() if isinstance(v, Parameter)}
+        docs = cls._docstrings() if cls.definition is None else {}
+        cls.parameters = {k: replace(v, doc=v.doc or docs.get(k, "")) for k, v in declared.items()}
         for name, formula in cls.hooks.items():
             cls._check_hook(name, formula)
         arguments = (name for hook in cls.hooks.values() for name in _arguments(hook))
@@ -230,6 +235,21 @@ class Effect:
         for name in ("slug", "title"):
             if not isinstance(getattr(cls, name, None), str):
                 raise TypeError(f"{cls.__name__}.{name}: missing; an effect declares it as text")
+
+    @classmethod
+    def _docstrings(cls) -> dict[str, str]:
+        """Texts below the assignments of the class's body; none where its source is not known."""
+        for hook in cls.hooks.values():
+            for node in ast.walk(source_tree(hook)):
+                if isinstance(node, ast.ClassDef) and node.name == cls.__name__:
+                    return {
+                        ast.unparse(line.targets[0]): " ".join(str(below.value.value).split())
+                        for line, below in pairwise(node.body)
+                        if isinstance(line, ast.Assign)
+                        and isinstance(below, ast.Expr)
+                        and isinstance(below.value, ast.Constant)
+                    }
+        return {}
 
     @classmethod
     def _check_hook(cls, name: str, formula: Callable[..., Any]) -> None:

@@ -30,9 +30,8 @@ class TimeWeight(Effect):
     title = "time weight"
     loss = True
 
-    price = Parameter(
-        unit="W", default=0.0, null=0.0, bounds=(0.0, 1e12), fitted=False, doc="J for a second."
-    )
+    price = Parameter(unit="W", default=0.0, null=0.0, bounds=(0.0, 1e12), fitted=False)
+    """J for a second."""
 
     @staticmethod
     def supply(price):  # type: ignore[no-untyped-def]  # takes real and complex numbers

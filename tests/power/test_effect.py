@@ -366,6 +366,30 @@ def test_a_candidate_needs_a_null_value() -> None:
         type("Mistake", (Effect,), {"slug": "mistake", "more": some})
 
 
+class Hum(Effect):
+    """An effect whose parameters state their meaning in both forms."""
+
+    slug = "hum"
+    title = "hum"
+
+    loud = Parameter(unit="W", default=1.0, null=0.0, bounds=(0.0, 2.0))
+    """Power of
+    the hum."""
+    brief = Parameter(unit="W", default=1.0, bounds=(0.0, 2.0), doc="Given.")
+    """Not read."""
+    silent = Parameter(unit="W", default=1.0, bounds=(0.0, 2.0))
+
+    @staticmethod
+    def electronics(loud, brief, silent):  # type: ignore[no-untyped-def]
+        """W."""
+        return loud + brief + silent
+
+
+def test_a_parameters_sentence_stands_below_it() -> None:
+    docs = {name: parameter.doc for name, parameter in Hum.parameters.items()}
+    assert docs == {"loud": "Power of the hum.", "brief": "Given.", "silent": ""}
+
+
 def test_every_file_is_in_the_catalogue() -> None:
     files = {path.stem for path in Path(next(iter(effects_package.__path__))).glob("[a-z]*.py")}
     assert files == set(EFFECTS)

@@ -23,17 +23,10 @@ class AirDrag(Effect):
     slug = "air_drag"
     title = "air"
 
-    drag_area = Parameter(
-        unit="m²",
-        default=0.18,
-        null=0.0,
-        bounds=(0.0, 50.0),
-        doc="Drag coefficient times area.",
-        spread=0.3,
-    )
-    air_density = Parameter(
-        unit="kg/m³", default=1.2, bounds=(0.3, 2.0), fitted=False, doc="Of dry air at 20 °C."
-    )
+    drag_area = Parameter(unit="m²", default=0.18, null=0.0, bounds=(0.0, 50.0), spread=0.3)
+    """Drag coefficient times area."""
+    air_density = Parameter(unit="kg/m³", default=1.2, bounds=(0.3, 2.0), fitted=False)
+    """Of dry air at 20 °C."""
 
     @staticmethod
     def body_force(vx, vy, wind_x, wind_y, drag_area, air_density):

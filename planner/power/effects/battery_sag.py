@@ -33,20 +33,11 @@ class BatterySag(Effect):
     how_to_measure = "Measure the power at the source, and state this in the mapping file."
 
     internal_resistance = Parameter(
-        unit="Ω",
-        default=0.08,
-        null=0.0,
-        bounds=(0.0, 10.0),
-        doc="Of the battery with its wiring.",
-        spread=0.5,
+        unit="Ω", default=0.08, null=0.0, bounds=(0.0, 10.0), spread=0.5
     )
-    open_circuit_voltage = Parameter(
-        unit="V",
-        default=25.2,
-        bounds=(1.0, 1e5),
-        fitted=False,
-        doc="Voltage without load where none is measured.",
-    )
+    """Of the battery with its wiring."""
+    open_circuit_voltage = Parameter(unit="V", default=25.2, bounds=(1.0, 1e5), fitted=False)
+    """Voltage without load where none is measured."""
 
     @staticmethod
     def supply(bus_watts, battery_voltage, internal_resistance, open_circuit_voltage):

@@ -27,22 +27,16 @@ class ColdGrease(Effect):
     title = "grease of the gears"
     loss = True
 
-    viscosity = Parameter(
-        unit="N·m·s",
-        default=2e-6,
-        null=0.0,
-        bounds=(0.0, 1.0),
-        doc="Drag torque of one motor per rad/s of its shaft at 25 °C.",
-        spread=0.5,
-    )
+    viscosity = Parameter(unit="N·m·s", default=2e-6, null=0.0, bounds=(0.0, 1.0), spread=0.5)
+    """Drag torque of one motor per rad/s of its shaft at 25 °C."""
     temperature_rate = Parameter(
         unit="1/K",
         default=0.03,
         bounds=(0.0, 0.2),
         fitted=False,
         grid=(0.01, 0.02, 0.03, 0.05, 0.08),
-        doc="Relative fall of the viscosity per kelvin.",
     )
+    """Relative fall of the viscosity per kelvin."""
 
     @staticmethod
     def motor_torque(motor_speed, motor_temp, ambient_temp, viscosity, temperature_rate):

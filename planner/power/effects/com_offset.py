@@ -32,30 +32,12 @@ class ComOffset(Effect):
     title = "centre of mass off the centre"
     how_to_measure = "Carry a load off the centre, with columns com_x and com_y."
 
-    gain = Parameter(
-        unit="1",
-        default=1.0,
-        null=0.0,
-        bounds=(-1.0, 3.0),
-        doc="Factor on the given centre of mass; 1 is exact statics.",
-        spread=0.1,
-    )
-    offset_x_squared = Parameter(
-        unit="m²",
-        default=0.0,
-        null=0.0,
-        bounds=(0.0, 4.0),
-        doc="Square of the offset forward or backward where com_x is not known.",
-        spread=1.0,
-    )
-    offset_y_squared = Parameter(
-        unit="m²",
-        default=0.0,
-        null=0.0,
-        bounds=(0.0, 4.0),
-        doc="Square of the offset to the left or right where com_y is not known.",
-        spread=1.0,
-    )
+    gain = Parameter(unit="1", default=1.0, null=0.0, bounds=(-1.0, 3.0), spread=0.1)
+    """Factor on the given centre of mass; 1 is exact statics."""
+    offset_x_squared = Parameter(unit="m²", default=0.0, null=0.0, bounds=(0.0, 4.0), spread=1.0)
+    """Square of the offset forward or backward where com_x is not known."""
+    offset_y_squared = Parameter(unit="m²", default=0.0, null=0.0, bounds=(0.0, 4.0), spread=1.0)
+    """Square of the offset to the left or right where com_y is not known."""
 
     @staticmethod
     def centre_of_mass(com_x, com_y, gain):

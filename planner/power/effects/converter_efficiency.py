@@ -25,14 +25,8 @@ class ConverterEfficiency(Effect):
     loss = True
     how_to_measure = "Vary the load of the electronics, or measure before and behind it."
 
-    efficiency = Parameter(
-        unit="1",
-        default=0.88,
-        null=1.0,
-        bounds=(0.3, 1.0),
-        doc="Share of the bus power that reaches the electronics.",
-        spread=0.05,
-    )
+    efficiency = Parameter(unit="1", default=0.88, null=1.0, bounds=(0.3, 1.0), spread=0.05)
+    """Share of the bus power that reaches the electronics."""
 
     @staticmethod
     def converter(electronics_watts, efficiency):

@@ -22,17 +22,12 @@ class CopperLoss(Effect):
     title = "motor windings"
     base = True
 
-    resistance = Parameter(
-        unit="Ω", default=3.94, bounds=(1e-3, 100.0), doc="Of one motor at 25 °C.", spread=0.1
-    )
+    resistance = Parameter(unit="Ω", default=3.94, bounds=(1e-3, 100.0), spread=0.1)
+    """Of one motor at 25 °C."""
     torque_constant = Parameter(
-        unit="N·m/A",
-        default=0.0373,
-        bounds=(1e-4, 10.0),
-        fitted=False,
-        doc="Of one motor at 25 °C; only R/k_t² shows without currents or temperatures.",
-        spread=0.05,
+        unit="N·m/A", default=0.0373, bounds=(1e-4, 10.0), fitted=False, spread=0.05
     )
+    """Of one motor at 25 °C; only R/k_t² shows without currents or temperatures."""
 
     @staticmethod
     def winding_resistance(resistance):

@@ -23,13 +23,8 @@ class CoulombDrag(Effect):
     title = "motor friction"
     base = True
 
-    coulomb_torque = Parameter(
-        unit="N·m",
-        default=4.2e-3,
-        bounds=(0.0, 10.0),
-        doc="Friction torque at one motor's shaft.",
-        spread=0.2,
-    )
+    coulomb_torque = Parameter(unit="N·m", default=4.2e-3, bounds=(0.0, 10.0), spread=0.2)
+    """Friction torque at one motor's shaft."""
 
     @staticmethod
     def motor_torque(motor_speed, coulomb_torque):

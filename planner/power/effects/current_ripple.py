@@ -25,14 +25,8 @@ class CurrentRipple(Effect):
     loss = True
     how_to_measure = "Measure the currents of the motors, or the winding's resistance."
 
-    ripple_squared = Parameter(
-        unit="1",
-        default=0.25,
-        null=0.0,
-        bounds=(0.0, 10.0),
-        doc="Variance of a motor's current over the square of its mean.",
-        spread=0.5,
-    )
+    ripple_squared = Parameter(unit="1", default=0.25, null=0.0, bounds=(0.0, 10.0), spread=0.5)
+    """Variance of a motor's current over the square of its mean."""
 
     @staticmethod
     def motor_loss(current, resistance_now, ripple_squared):

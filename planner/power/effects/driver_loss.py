@@ -27,31 +27,15 @@ class DriverLoss(Effect):
     loss = True
 
     bridge_resistance = Parameter(
-        unit="Ω",
-        default=0.03,
-        null=0.0,
-        bounds=(0.0, 10.0),
-        fitted=False,
-        doc="On-resistance of one bridge's current path.",
-        spread=0.5,
+        unit="Ω", default=0.03, null=0.0, bounds=(0.0, 10.0), fitted=False, spread=0.5
     )
+    """On-resistance of one bridge's current path."""
     diode_voltage = Parameter(
-        unit="V",
-        default=0.0,
-        null=0.0,
-        bounds=(0.0, 5.0),
-        doc="Constant voltage drop in one bridge.",
-        spread=0.5,
-        hidden_at=0.5,
+        unit="V", default=0.0, null=0.0, bounds=(0.0, 5.0), spread=0.5, hidden_at=0.5
     )
-    switching_power = Parameter(
-        unit="W",
-        default=0.15,
-        null=0.0,
-        bounds=(0.0, 50.0),
-        doc="Lost in one bridge while it drives its motor.",
-        spread=0.5,
-    )
+    """Constant voltage drop in one bridge."""
+    switching_power = Parameter(unit="W", default=0.15, null=0.0, bounds=(0.0, 50.0), spread=0.5)
+    """Lost in one bridge while it drives its motor."""
 
     @staticmethod
     def driver(current, active, bridge_resistance, diode_voltage, switching_power):

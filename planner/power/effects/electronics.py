@@ -24,7 +24,8 @@ class Electronics(Effect):
     title = "electronics"
     base = True
 
-    power = Parameter(unit="W", default=5.0, bounds=(0.0, 500.0), doc="Constant load on the bus.")
+    power = Parameter(unit="W", default=5.0, bounds=(0.0, 500.0))
+    """Constant load on the bus."""
 
     @staticmethod
     def electronics(power):

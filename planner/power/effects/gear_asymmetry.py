@@ -23,14 +23,8 @@ class GearAsymmetry(Effect):
     slug = "gear_asymmetry"
     title = "gear driven backwards"
 
-    return_change = Parameter(
-        unit="1",
-        default=-0.1,
-        null=0.0,
-        bounds=(-0.8, 0.5),
-        doc="Departure of the back-driven efficiency from 2 - 1/η.",
-        spread=0.5,
-    )
+    return_change = Parameter(unit="1", default=-0.1, null=0.0, bounds=(-0.8, 0.5), spread=0.5)
+    """Departure of the back-driven efficiency from 2 - 1/η."""
 
     @staticmethod
     def gear_return(return_change):

@@ -27,9 +27,8 @@ class GearLoss(Effect):
     title = "gear"
     base = True
 
-    efficiency = Parameter(
-        unit="1", default=0.8, bounds=(0.5, 1.0), doc="Share that passes when driving.", spread=0.05
-    )
+    efficiency = Parameter(unit="1", default=0.8, bounds=(0.5, 1.0), spread=0.05)
+    """Share that passes when driving."""
 
     @staticmethod
     def gear(wheel_torque, motor_speed, gear_ratio, gear_return, efficiency):

@@ -27,18 +27,12 @@ class Inertia(Effect):
     base = True
     exchange = True
 
-    yaw_inertia = Parameter(
-        unit="kg·m²", default=1.0, bounds=(1e-4, 1e4), doc="Of the body about the vertical."
-    )
-    wheel_inertia = Parameter(
-        unit="kg·m²",
-        default=0.0023,
-        bounds=(0.0, 50.0),
-        doc="Of one wheel; a fit puts all rotating mass here.",
-    )
-    rotor_inertia = Parameter(
-        unit="kg·m²", default=3.2e-6, bounds=(0.0, 1.0), fitted=False, doc="Of one motor's rotor."
-    )
+    yaw_inertia = Parameter(unit="kg·m²", default=1.0, bounds=(1e-4, 1e4))
+    """Of the body about the vertical."""
+    wheel_inertia = Parameter(unit="kg·m²", default=0.0023, bounds=(0.0, 50.0))
+    """Of one wheel; a fit puts all rotating mass here."""
+    rotor_inertia = Parameter(unit="kg·m²", default=3.2e-6, bounds=(0.0, 1.0), fitted=False)
+    """Of one motor's rotor."""
 
     @staticmethod
     def body_force(mass, ax, ay, yaw_acceleration, centre_x, centre_y, yaw_inertia):

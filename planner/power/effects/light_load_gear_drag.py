@@ -24,22 +24,12 @@ class LightLoadGearDrag(Effect):
     title = "idling gears"
     loss = True
 
-    drag_torque = Parameter(
-        unit="N·m",
-        default=0.02,
-        null=0.0,
-        bounds=(0.0, 100.0),
-        doc="Drag of one unloaded gear at the wheel's side.",
-        spread=0.5,
-    )
+    drag_torque = Parameter(unit="N·m", default=0.02, null=0.0, bounds=(0.0, 100.0), spread=0.5)
+    """Drag of one unloaded gear at the wheel's side."""
     fading_torque = Parameter(
-        unit="N·m",
-        default=0.2,
-        bounds=(1e-4, 1e4),
-        fitted=False,
-        grid=(0.05, 0.1, 0.2, 0.5, 1.0),
-        doc="Wheel torque at which the drag has fallen to 37 %.",
+        unit="N·m", default=0.2, bounds=(1e-4, 1e4), fitted=False, grid=(0.05, 0.1, 0.2, 0.5, 1.0)
     )
+    """Wheel torque at which the drag has fallen to 37 %."""
 
     @staticmethod
     def motor_torque(wheel_torque, motor_speed, gear_ratio, drag_torque, fading_torque):

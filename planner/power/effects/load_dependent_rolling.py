@@ -25,14 +25,8 @@ class LoadDependentRolling(Effect):
     slug = "load_dependent_rolling"
     title = "load on the wheels"
 
-    exponent = Parameter(
-        unit="1",
-        default=0.3,
-        null=0.0,
-        bounds=(0.0, 1.5),
-        doc="Exponent of the load in the drag coefficients.",
-        spread=0.5,
-    )
+    exponent = Parameter(unit="1", default=0.3, null=0.0, bounds=(0.0, 1.5), spread=0.5)
+    """Exponent of the load in the drag coefficients."""
 
     @staticmethod
     def contact_factor(load, nominal_load, exponent):

@@ -37,28 +37,15 @@ class MotorHeating(Effect):
     title = "heat of the motors"
 
     copper_coefficient = Parameter(
-        unit="1/K",
-        default=0.00393,
-        null=0.0,
-        bounds=(0.0, 0.02),
-        doc="Relative rise of the winding's resistance per kelvin.",
-        spread=0.1,
+        unit="1/K", default=0.00393, null=0.0, bounds=(0.0, 0.02), spread=0.1
     )
+    """Relative rise of the winding's resistance per kelvin."""
     magnet_coefficient = Parameter(
-        unit="1/K",
-        default=-0.0020,
-        null=0.0,
-        bounds=(-0.005, 0.0),
-        doc="Relative change of the torque constant per kelvin.",
-        spread=0.3,
+        unit="1/K", default=-0.0020, null=0.0, bounds=(-0.005, 0.0), spread=0.3
     )
-    magnet_share = Parameter(
-        unit="1",
-        default=1.0,
-        bounds=(0.0, 1.5),
-        fitted=False,
-        doc="Temperature rise of the magnets as a share of motor_temp's.",
-    )
+    """Relative change of the torque constant per kelvin."""
+    magnet_share = Parameter(unit="1", default=1.0, bounds=(0.0, 1.5), fitted=False)
+    """Temperature rise of the magnets as a share of motor_temp's."""
 
     @staticmethod
     def winding(motor_temp, copper_coefficient, magnet_coefficient, magnet_share):

@@ -26,21 +26,10 @@ class RegenerationLimit(Effect):
     title = "refused braking power"
     loss = True
 
-    motor_share = Parameter(
-        unit="1",
-        default=1.0,
-        null=1.0,
-        bounds=(0.0, 1.0),
-        doc="Share of a motor's negative power that its driver passes to the bus.",
-        hidden_at=0.0,
-    )
-    source_share = Parameter(
-        unit="1",
-        default=0.0,
-        null=1.0,
-        bounds=(0.0, 1.0),
-        doc="Share of negative bus power that the source takes back.",
-    )
+    motor_share = Parameter(unit="1", default=1.0, null=1.0, bounds=(0.0, 1.0), hidden_at=0.0)
+    """Share of a motor's negative power that its driver passes to the bus."""
+    source_share = Parameter(unit="1", default=0.0, null=1.0, bounds=(0.0, 1.0))
+    """Share of negative bus power that the source takes back."""
 
     @staticmethod
     def motor_power(motor_watts, motor_share):

@@ -28,12 +28,10 @@ class RollerDrag(Effect):
     title = "rolling of the rollers"
     base = True
 
-    roller = Parameter(
-        unit="1", default=0.045, bounds=(0.0, 0.5), doc="Drag coefficient of a roller.", spread=0.25
-    )
-    roller_viscous = Parameter(
-        unit="N·s/m", default=0.0, bounds=(0.0, 200.0), doc="Drag that grows with roller speed."
-    )
+    roller = Parameter(unit="1", default=0.045, bounds=(0.0, 0.5), spread=0.25)
+    """Drag coefficient of a roller."""
+    roller_viscous = Parameter(unit="N·s/m", default=0.0, bounds=(0.0, 200.0))
+    """Drag that grows with roller speed."""
 
     @staticmethod
     def roller_drag(load, roller_speed, sliding_speed, roller, roller_viscous):

@@ -34,14 +34,8 @@ class RollerPresliding(Effect):
     slug = "roller_presliding"
     title = "rollers that give before they turn"
 
-    presliding = Parameter(
-        unit="1",
-        default=0.1,
-        null=0.0,
-        bounds=(0.0, 2.0),
-        doc="Path over which a roller's friction builds up, over the distance between two rollers.",
-        spread=0.5,
-    )
+    presliding = Parameter(unit="1", default=0.1, null=0.0, bounds=(0.0, 2.0), spread=0.5)
+    """Path over which a roller's friction builds up, over the distance between two rollers."""
 
     @staticmethod
     def roller_factor(rim_speed, roller_speed, presliding):

@@ -36,31 +36,14 @@ class SensorRate(Effect):
     loss = True
     how_to_measure = "Vary the sampling rate at standstill, with a column sensor_rate."
 
-    energy_per_sample = Parameter(
-        unit="J",
-        default=0.02,
-        null=0.0,
-        bounds=(0.0, 10.0),
-        doc="Energy of one sample of all sensors.",
-        spread=0.5,
-    )
-    base_rate = Parameter(
-        unit="Hz",
-        default=10.0,
-        bounds=(0.0, 1e4),
-        fitted=False,
-        doc="Sampling rate at standstill where no rate is measured.",
-    )
-    rate_per_speed = Parameter(
-        unit="1/m",
-        default=40.0,
-        bounds=(0.0, 1e4),
-        fitted=False,
-        doc="Rise of the sampling rate with speed.",
-    )
-    top_rate = Parameter(
-        unit="Hz", default=50.0, bounds=(0.0, 1e5), fitted=False, doc="Highest sampling rate."
-    )
+    energy_per_sample = Parameter(unit="J", default=0.02, null=0.0, bounds=(0.0, 10.0), spread=0.5)
+    """Energy of one sample of all sensors."""
+    base_rate = Parameter(unit="Hz", default=10.0, bounds=(0.0, 1e4), fitted=False)
+    """Sampling rate at standstill where no rate is measured."""
+    rate_per_speed = Parameter(unit="1/m", default=40.0, bounds=(0.0, 1e4), fitted=False)
+    """Rise of the sampling rate with speed."""
+    top_rate = Parameter(unit="Hz", default=50.0, bounds=(0.0, 1e5), fitted=False)
+    """Highest sampling rate."""
 
     @staticmethod
     def electronics(speed, sensor_rate, energy_per_sample, base_rate, rate_per_speed, top_rate):

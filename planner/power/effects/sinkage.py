@@ -27,14 +27,9 @@ class Sinkage(Effect):
     loss = True
 
     compaction = Parameter(
-        unit="1",
-        default=0.05,
-        null=0.0,
-        bounds=(0.0, 5.0),
-        doc="Resistance over load at the nominal load.",
-        spread=1.0,
-        hidden_at=0.01,
+        unit="1", default=0.05, null=0.0, bounds=(0.0, 5.0), spread=1.0, hidden_at=0.01
     )
+    """Resistance over load at the nominal load."""
 
     @staticmethod
     def wheel_drag(load, nominal_load, compaction):

@@ -27,13 +27,9 @@ class SlopeTransition(Effect):
     loss = True
 
     transition_drag = Parameter(
-        unit="N·s/rad",
-        default=5.0,
-        null=0.0,
-        bounds=(0.0, 1e4),
-        doc="Resistance per rate of change of the slope.",
-        spread=1.0,
+        unit="N·s/rad", default=5.0, null=0.0, bounds=(0.0, 1e4), spread=1.0
     )
+    """Resistance per rate of change of the slope."""
 
     @staticmethod
     def body_force(vx, vy, slope_rate, transition_drag):

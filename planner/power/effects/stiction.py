@@ -28,22 +28,16 @@ class Stiction(Effect):
     slug = "stiction"
     title = "friction at creep speed"
 
-    strength = Parameter(
-        unit="1",
-        default=0.5,
-        null=0.0,
-        bounds=(0.0, 5.0),
-        doc="Excess of static over sliding friction.",
-        spread=0.5,
-    )
+    strength = Parameter(unit="1", default=0.5, null=0.0, bounds=(0.0, 5.0), spread=0.5)
+    """Excess of static over sliding friction."""
     stiction_speed = Parameter(
         unit="m/s",
         default=0.03,
         bounds=(1e-3, 1.0),
         fitted=False,
         grid=(0.01, 0.02, 0.03, 0.05, 0.1),
-        doc="Contact speed at which the excess has fallen to 37 %.",
     )
+    """Contact speed at which the excess has fallen to 37 %."""
 
     @staticmethod
     def contact_factor(rim_speed, roller_speed, strength, stiction_speed):

@@ -28,10 +28,10 @@ class SurfaceRolling(Effect):
         null=0.0,
         bounds=(-0.9, 20.0),
         per="surface",
-        doc="Relative change of the drag coefficients on this ground.",
         spread=0.5,
         hidden_at=0.4,
     )
+    """Relative change of the drag coefficients on this ground."""
 
     @staticmethod
     def contact_factor(excess):

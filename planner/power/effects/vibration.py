@@ -24,14 +24,8 @@ class Vibration(Effect):
     title = "shaking"
     loss = True
 
-    shaking_force = Parameter(
-        unit="N",
-        default=0.5,
-        null=0.0,
-        bounds=(0.0, 1e3),
-        doc="Resistance against the direction of travel.",
-        spread=1.0,
-    )
+    shaking_force = Parameter(unit="N", default=0.5, null=0.0, bounds=(0.0, 1e3), spread=1.0)
+    """Resistance against the direction of travel."""
 
     @staticmethod
     def body_force(vx, vy, shaking_force):

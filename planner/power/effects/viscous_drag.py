@@ -24,13 +24,9 @@ class ViscousDrag(Effect):
     loss = True
 
     viscous_torque = Parameter(
-        unit="N·m·s",
-        default=2.3e-6,
-        null=0.0,
-        bounds=(0.0, 1.0),
-        doc="Drag torque of one motor per rad/s of its shaft.",
-        spread=0.3,
+        unit="N·m·s", default=2.3e-6, null=0.0, bounds=(0.0, 1.0), spread=0.3
     )
+    """Drag torque of one motor per rad/s of its shaft."""
 
     @staticmethod
     def motor_torque(motor_speed, viscous_torque):

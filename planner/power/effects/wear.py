@@ -25,14 +25,9 @@ class Wear(Effect):
     how_to_measure = "Repeat the same laps weeks apart."
 
     wear_rate = Parameter(
-        unit="1/m",
-        default=1e-6,
-        null=0.0,
-        bounds=(0.0, 0.1),
-        doc="Relative rise of rolling and roller drag per metre.",
-        spread=1.0,
-        hidden_at=1e-4,
+        unit="1/m", default=1e-6, null=0.0, bounds=(0.0, 0.1), spread=1.0, hidden_at=1e-4
     )
+    """Relative rise of rolling and roller drag per metre."""
 
     @staticmethod
     def contact_factor(odometer, wear_rate):

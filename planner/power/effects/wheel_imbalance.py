@@ -25,15 +25,9 @@ class WheelImbalance(Effect):
     title = "differences between wheels"
 
     excess = Parameter(
-        unit="1",
-        default=0.0,
-        null=0.0,
-        bounds=(-1.0, 10.0),
-        per="wheel",
-        doc="Relative change of this wheel's drag; the mean over wheels is taken off.",
-        spread=0.5,
-        hidden_at=0.4,
+        unit="1", default=0.0, null=0.0, bounds=(-1.0, 10.0), per="wheel", spread=0.5, hidden_at=0.4
     )
+    """Relative change of this wheel's drag; the mean over wheels is taken off."""
 
     @staticmethod
     def contact_factor(excess):

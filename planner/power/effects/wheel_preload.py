@@ -28,14 +28,8 @@ class WheelPreload(Effect):
     title = "wheels fighting each other"
     loss = True
 
-    preload_squared = Parameter(
-        unit="N²",
-        default=4.0,
-        null=0.0,
-        bounds=(0.0, 1e6),
-        doc="Square of the internal force along the rim of each wheel.",
-        spread=1.0,
-    )
+    preload_squared = Parameter(unit="N²", default=4.0, null=0.0, bounds=(0.0, 1e6), spread=1.0)
+    """Square of the internal force along the rim of each wheel."""
 
     @staticmethod
     def circulation(preload_squared):

@@ -24,13 +24,8 @@ class WheelRolling(Effect):
     title = "rolling of the wheels"
     base = True
 
-    rolling = Parameter(
-        unit="1",
-        default=0.035,
-        bounds=(0.0, 0.5),
-        doc="Rolling coefficient of a wheel.",
-        spread=0.25,
-    )
+    rolling = Parameter(unit="1", default=0.035, bounds=(0.0, 0.5), spread=0.25)
+    """Rolling coefficient of a wheel."""
 
     @staticmethod
     def wheel_drag(load, rolling):

@@ -28,14 +28,8 @@ class WheelSlip(Effect):
     title = "slip of the wheels"
     loss = True
 
-    creep = Parameter(
-        unit="1",
-        default=0.05,
-        null=0.0,
-        bounds=(0.0, 2.0),
-        doc="Slip per ratio of axle force to load.",
-        spread=0.5,
-    )
+    creep = Parameter(unit="1", default=0.05, null=0.0, bounds=(0.0, 2.0), spread=0.5)
+    """Slip per ratio of axle force to load."""
 
     @staticmethod
     def slip(axis_force, load, nominal_load, rim_speed, sliding_speed, creep):

@@ -24,14 +24,8 @@ class YawScrub(Effect):
     title = "scrub in turns"
     loss = True
 
-    scrub_moment = Parameter(
-        unit="N·m",
-        default=1.0,
-        null=0.0,
-        bounds=(0.0, 1e4),
-        doc="Moment against the yaw rate in addition to that of rolling.",
-        spread=1.0,
-    )
+    scrub_moment = Parameter(unit="N·m", default=1.0, null=0.0, bounds=(0.0, 1e4), spread=1.0)
+    """Moment against the yaw rate in addition to that of rolling."""
 
     @staticmethod
     def body_force(wz, scrub_moment):
