@@ -22,7 +22,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -43,20 +43,45 @@ _TOKEN = re.compile(
     r" +|[A-Za-z_][A-Za-z0-9_]*|[-+*/(),]|(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?"
     r"(?![A-Za-z0-9_.])"
 )
-FUNCTIONS: dict[str, tuple[int, int]] = {
-    "abs": (1, 1),
-    "sqrt": (1, 1),
-    "exp": (1, 1),
-    "sin": (1, 1),
-    "cos": (1, 1),
-    "tanh": (1, 1),
-    "min": (2, 4),
-    "max": (2, 4),
-    "sign": (1, 1),
-    "hinge": (1, 1),
-    "bump": (3, 3),
+
+
+class Function(NamedTuple):
+    """A function that formulas may call.
+
+    Attributes:
+        least, most: number of its arguments.
+        kernel: its name in planner.power.kernel_math.
+        value: of arrays.
+    """
+
+    least: int
+    most: int
+    kernel: str
+    value: Callable[..., Any]
+
+
+def _bump(x: Any, centre: Any, width: Any) -> Any:
+    apart = x - centre
+    return np.exp(-apart * apart / (width * width + 1e-300))
+
+
+def _of_all(reduced: np.ufunc) -> Callable[..., Any]:
+    return lambda *parts: reduced.reduce(np.broadcast_arrays(*parts))
+
+
+FUNCTIONS = {
+    "abs": Function(1, 1, "absolute", np.abs),
+    "sqrt": Function(1, 1, "root", lambda x: np.sqrt(np.maximum(x, 0.0))),
+    "exp": Function(1, 1, "exponential", np.exp),
+    "sin": Function(1, 1, "sine", np.sin),
+    "cos": Function(1, 1, "cosine", np.cos),
+    "tanh": Function(1, 1, "saturating", np.tanh),
+    "min": Function(2, 4, "smaller", _of_all(np.minimum)),
+    "max": Function(2, 4, "larger", _of_all(np.maximum)),
+    "sign": Function(1, 1, "sign", lambda x: x / np.sqrt(x * x + SLIDING_SPEED * SLIDING_SPEED)),
+    "hinge": Function(1, 1, "positive", lambda x: np.maximum(x, 0.0)),
+    "bump": Function(3, 3, "bell", _bump),
 }
-"""Function to the least and the largest number of its arguments."""
 
 _ACCEPTED = "numbers, quantities, declared parameters, + - * / **, brackets, and " + ", ".join(
     FUNCTIONS
@@ -222,7 +247,7 @@ class _Checker:
     def _call(self, node: ast.Call, depth: int) -> Dimension | None:
         if not isinstance(node.func, ast.Name) or node.func.id not in FUNCTIONS:
             raise self.refuse(node.func, "there is no such function")
-        least, most = FUNCTIONS[node.func.id]
+        least, most, *_ = FUNCTIONS[node.func.id]
         if node.keywords or not least <= len(node.args) <= most:
             raise self.refuse(
                 node,
@@ -264,42 +289,8 @@ def _exponent(node: ast.expr) -> float | None:
     return None
 
 
-def _bump(x: Any, centre: Any, width: Any) -> Any:
-    apart = x - centre
-    return np.exp(-apart * apart / (width * width + 1e-300))
-
-
 def _real_power(x: Any, exponent: float) -> Any:
     return np.where(np.asarray(x) > 0.0, np.power(np.maximum(x, 1e-300), exponent), 0.0)
-
-
-_VALUES: dict[str, Callable[..., Any]] = {
-    "abs": np.abs,
-    "sqrt": lambda x: np.sqrt(np.maximum(x, 0.0)),
-    "exp": np.exp,
-    "sin": np.sin,
-    "cos": np.cos,
-    "tanh": np.tanh,
-    "min": lambda *parts: np.minimum.reduce(np.broadcast_arrays(*parts)),
-    "max": lambda *parts: np.maximum.reduce(np.broadcast_arrays(*parts)),
-    "sign": lambda x: x / np.sqrt(x * x + SLIDING_SPEED * SLIDING_SPEED),
-    "hinge": lambda x: np.maximum(x, 0.0),
-    "bump": _bump,
-}
-_KERNEL = {
-    "abs": "absolute",
-    "sqrt": "root",
-    "exp": "exponential",
-    "sin": "sine",
-    "cos": "cosine",
-    "tanh": "saturating",
-    "min": "smaller",
-    "max": "larger",
-    "sign": "sign",
-    "hinge": "positive",
-    "bump": "bell",
-}
-"""Functions of a formula in planner.power.kernel_math."""
 
 
 def _value(node: ast.expr, values: Mapping[str, Any]) -> Any:
@@ -325,7 +316,7 @@ def _value(node: ast.expr, values: Mapping[str, Any]) -> Any:
         return left * right if isinstance(node.op, ast.Mult) else np.divide(left, right)
     assert isinstance(node, ast.Call)
     assert isinstance(node.func, ast.Name)
-    return _VALUES[node.func.id](*(_value(argument, values) for argument in node.args))
+    return FUNCTIONS[node.func.id].value(*(_value(argument, values) for argument in node.args))
 
 
 def _call(name: str, *arguments: ast.expr) -> ast.expr:
@@ -350,7 +341,7 @@ def _translated(node: ast.expr, names: Mapping[str, str]) -> ast.expr:
     assert isinstance(node, ast.Call)
     assert isinstance(node.func, ast.Name)
     parts = [_translated(argument, names) for argument in node.args]
-    target = _KERNEL[node.func.id]
+    target = FUNCTIONS[node.func.id].kernel
     if node.func.id == "sign":
         return _call(target, parts[0], ast.Constant(SLIDING_SPEED))
     if node.func.id in ("min", "max"):

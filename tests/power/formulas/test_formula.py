@@ -207,7 +207,7 @@ def test_what_does_not_add_up(text: str) -> None:
 
 
 def test_every_function_has_a_dimension_rule_a_value_and_a_kernel_name() -> None:
-    for name, (least, _) in FUNCTIONS.items():
+    for name, (least, *_) in FUNCTIONS.items():
         formula = check_formula(f"{name}({', '.join(['heading'] * least)})", NAMES, UNITS["1"])
         assert np.isfinite(formula.evaluate({"heading": np.array([0.3, -0.3])})).all()
         assert formula.kernel_expression({"heading": "h"}).count("h") >= least
