@@ -26,7 +26,6 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import io
-import math
 import os
 import tomllib
 from functools import cache
@@ -44,9 +43,6 @@ if TYPE_CHECKING:
 _MAPS = Path(__file__).resolve().parents[2] / "maps"
 _LISTED = ("name", "title", "size", "cell", "crs", "source", "licence", "sha256")
 
-# WGS 84 (NIMA TR8350.2): semi-major axis, m, and first eccentricity squared.
-_SEMI_MAJOR_AXIS = 6_378_137.0
-_ECCENTRICITY_SQUARED = 6.694_379_990_14e-3  # no unit
 # The true north edge of Jacksboro's first row, and the spacing of its rows and columns, degrees.
 _JACKSBORO_NORTH = 36.44625
 _ARC_SECONDS_3 = 3.0 / 3600.0
@@ -133,6 +129,9 @@ def _open_jacksboro(entry: dict[str, Any]) -> Terrain:
         elevation = archive["elevation"]
     _verify(entry, elevation.astype("<i2").tobytes())
     middle = _JACKSBORO_NORTH - 0.5 * elevation.shape[0] * _ARC_SECONDS_3
+    # As above: this loads a compiler.
+    from planner.terrain.geotiff import local_scale
+
     dx, dy = local_scale(middle, _ARC_SECONDS_3)
     reduction = float(entry["reduction"])
     heights = elevation[::-1].astype(np.float64) / reduction
@@ -147,23 +146,6 @@ def _centred(
 
     origin = 0.5 * cell[0], 0.5 * cell[1]
     return _named(entry, Terrain.from_arrays(heights, cell=cell, origin=origin))
-
-
-def local_scale(latitude: float, spacing: float) -> tuple[float, float]:
-    """Metres east and north that a small angle spans on the WGS 84 ellipsoid.
-
-    Args:
-        latitude: where, degrees north.
-        spacing: the angle in longitude and latitude, degrees.
-
-    Returns:
-        dx, dy in m.
-    """
-    phi, angle = math.radians(latitude), math.radians(spacing)
-    root = 1.0 - _ECCENTRICITY_SQUARED * math.sin(phi) ** 2
-    across = _SEMI_MAJOR_AXIS / math.sqrt(root)
-    along = _SEMI_MAJOR_AXIS * (1.0 - _ECCENTRICITY_SQUARED) / root**1.5
-    return across * math.cos(phi) * angle, along * angle
 
 
 def _named(entry: dict[str, Any], terrain: Terrain) -> Terrain:

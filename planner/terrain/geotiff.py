@@ -36,8 +36,9 @@ by as much. UTM stays below 0.001, national systems below 0.01, continental ones
 Web Mercator is at 0.5 in central Europe."""
 STRETCH_LENGTH = 1000.0
 """m of the map over which it is measured."""
-_EARTH_RADIUS, _EARTH_ECCENTRICITY2 = 6378137.0, 0.00669437999014
-"""m and squared eccentricity of the WGS 84 ellipsoid."""
+# WGS 84 (NIMA TR8350.2): semi-major axis, m, and first eccentricity squared.
+_SEMI_MAJOR_AXIS = 6_378_137.0
+_ECCENTRICITY_SQUARED = 6.694_379_990_14e-3  # no unit
 USUAL_NODATA = (-9999.0, -32768.0, -32767.0)
 """Heights that stand for none in many files which do not say so."""
 # International foot: exactly 0.3048 m. US survey foot: exactly 1200/3937 m.
@@ -245,24 +246,37 @@ def _check_stretch(file: Path, crs: Any, centre: tuple[float, float]) -> None:
 
     (x, y), half = centre, 0.5 * STRETCH_LENGTH
     places = [x, x - half, x + half, x, x], [y, y, y, y - half, y + half]
-    longitudes, latitudes = (
-        np.radians(one) for one in transform(crs, CRS.from_epsg(4326), *places)
-    )
-    bent = 1.0 - _EARTH_ECCENTRICITY2 * math.sin(latitudes[0]) ** 2
-    east = _EARTH_RADIUS / math.sqrt(bent) * math.cos(latitudes[0]) * np.diff(longitudes)[[1, 3]]
-    north = _EARTH_RADIUS * (1.0 - _EARTH_ECCENTRICITY2) / bent**1.5 * np.diff(latitudes)[[1, 3]]
-    metres = np.hypot(east, north) / STRETCH_LENGTH
+    longitudes, latitudes = map(np.array, transform(crs, CRS.from_epsg(4326), *places))
+    east, north = local_scale(float(latitudes[0]), 1.0)
+    apart = np.hypot(east * np.diff(longitudes), north * np.diff(latitudes))[[1, 3]]
+    metres = apart / STRETCH_LENGTH
     # Far outside the area of a system there may be no longitude at all.
     if np.isfinite(metres).all() and np.abs(metres - 1.0).max() > MOST_STRETCH:
         worst = float(metres[np.abs(metres - 1.0).argmax()])
-        degrees = float(np.degrees(longitudes[0])), float(np.degrees(latitudes[0]))
         raise refused(
             file,
             f"has a coordinate system whose metre is {worst:.2f} m on the ground there, so slopes "
             "would be wrong",
-            _reprojected(file, *degrees),
+            _reprojected(file, float(longitudes[0]), float(latitudes[0])),
             value=crs.to_string()[:60],
         )
+
+
+def local_scale(latitude: float, spacing: float) -> tuple[float, float]:
+    """Metres east and north that a small angle spans on the WGS 84 ellipsoid.
+
+    Args:
+        latitude: where, degrees north.
+        spacing: the angle in longitude and latitude, degrees.
+
+    Returns:
+        dx, dy in m.
+    """
+    phi, angle = math.radians(latitude), math.radians(spacing)
+    root = 1.0 - _ECCENTRICITY_SQUARED * math.sin(phi) ** 2
+    across = _SEMI_MAJOR_AXIS / math.sqrt(root)
+    along = _SEMI_MAJOR_AXIS * (1.0 - _ECCENTRICITY_SQUARED) / root**1.5
+    return across * math.cos(phi) * angle, along * angle
 
 
 def _crs_parts(crs: Any) -> list[dict[str, Any]]:

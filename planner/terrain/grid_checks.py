@@ -8,7 +8,7 @@ The sentences name the file, what is wrong and the command or entry that fixes i
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 from planner.errors import MapError, short
@@ -73,3 +73,19 @@ def check_entries(
     require(file, not unknown, f"has the unknown entry '{first}'", accepted)
     for key in required:
         require(file, key in entries, f"has no '{key}'", accepted)
+
+
+def beside(file: Path, key: str, name: Any) -> Path:
+    """The file that an entry of another file names, in the same folder or below.
+
+    Raises:
+        MapError: there is none. A map from someone else must not point at other files.
+    """
+    plain = PurePosixPath(name) if isinstance(name, str) else PurePosixPath()
+    below = bool(plain.parts) and not plain.is_absolute() and ".." not in plain.parts
+    require(file, below, f"has a bad '{key}'", "the name of a file in its folder")
+    path = file.parent / plain
+    require(file, path.is_file(), f"names the file {plain}, which is absent", "a file beside it")
+    inside = path.resolve().is_relative_to(file.parent.resolve())
+    require(file, inside, f"has a '{key}' that leads elsewhere", "a file beside it")
+    return path

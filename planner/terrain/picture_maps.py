@@ -29,7 +29,9 @@ Left out: map_server's modes scale and raw.
 from __future__ import annotations
 
 import math
-from pathlib import Path, PurePosixPath
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -37,7 +39,7 @@ from numpy.typing import NDArray
 
 from planner.errors import MapError, short
 from planner.reading import finite_number
-from planner.terrain.grid_checks import check_cells, check_entries, refused, require
+from planner.terrain.grid_checks import beside, check_cells, check_entries, refused, require
 from planner.terrain.heightmap import Terrain
 
 _COMMON = {"image", "resolution", "origin"}
@@ -74,7 +76,7 @@ def read_picture_yaml(file: Path, *, max_cells: int) -> Terrain:
     resolution = _number(file, entries, "resolution")
     require(file, resolution > 0, "has a bad 'resolution'", "metres a pixel, above 0")
     west, south = _origin(file, entries)
-    gray, white = _read_gray(file, _image_path(file, entries), max_cells)
+    gray, white = _read_gray(beside(file, "image", entries["image"]), max_cells)
     gray = gray[::-1]
     if _HEIGHTS & set(entries):
         heights, known = _heights(file, entries, gray, white)
@@ -129,40 +131,34 @@ def _origin(file: Path, entries: dict[str, Any]) -> tuple[float, float]:
     return numbers[0], numbers[1]
 
 
-def _image_path(file: Path, entries: dict[str, Any]) -> Path:
-    image = entries["image"]
-    name = PurePosixPath(image) if isinstance(image, str) else PurePosixPath()
-    # A map from someone else must not be able to point at other files of this machine.
-    below = bool(name.parts) and not name.is_absolute() and ".." not in name.parts
-    require(file, below, "has a bad 'image'", "the name of a picture in the folder of the YAML")
-    path, accepted = file.parent / name, "a picture beside it"
-    require(file, path.is_file(), f"names the picture {name}, which is absent", accepted)
-    inside = path.resolve().is_relative_to(file.parent.resolve())
-    require(file, inside, "has an 'image' that leads elsewhere", accepted)
-    return path
-
-
-def _read_gray(file: Path, path: Path, max_cells: int) -> tuple[NDArray[np.float64], float]:
+@contextmanager
+def _opened(path: Path, accepted: str, *formats: str) -> Iterator[Any]:
+    """A picture of one of these formats, named as Pillow does."""
     import warnings
 
     from PIL import Image
 
     try:
         with warnings.catch_warnings():
-            # Pillow warns of large pictures; the check of cells below decides instead.
+            # Pillow warns of large pictures; the check of cells decides instead.
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)
-            with Image.open(path, formats=("PNG", "PPM")) as opened:
-                check_cells(path, opened.width, opened.height, max_cells)
-                plain = {"P": "RGB", "PA": "RGB", "1": "L"}
-                picture = opened.convert(plain.get(opened.mode, opened.mode))
-                mode = picture.mode
-                values = np.asarray(picture, dtype=np.float64)
+            with Image.open(path, formats=formats) as opened:
+                yield opened
+    except MapError:
+        raise
     except Image.DecompressionBombError as problem:
-        raise refused(path, "is too large a picture", f"at most {max_cells:,} pixels") from problem
+        raise refused(path, "is too large a picture", "fewer pixels") from problem
     except (OSError, SyntaxError, ValueError) as problem:
-        raise refused(
-            path, "is not a readable picture, or is cut off", "a PNG or PGM picture"
-        ) from problem
+        raise refused(path, "is not a readable picture, or is cut off", accepted) from problem
+
+
+def _read_gray(path: Path, max_cells: int) -> tuple[NDArray[np.float64], float]:
+    with _opened(path, "a PNG or PGM picture", "PNG", "PPM") as opened:
+        check_cells(path, opened.width, opened.height, max_cells)
+        plain = {"P": "RGB", "PA": "RGB", "1": "L"}
+        picture = opened.convert(plain.get(opened.mode, opened.mode))
+        mode = picture.mode
+        values = np.asarray(picture, dtype=np.float64)
     if values.ndim == 3:
         channels = values.shape[2] - (1 if mode.endswith("A") else 0)
         values = values[:, :, :channels].mean(axis=2)
@@ -179,19 +175,10 @@ def read_colours(path: Path, size: tuple[int, int]) -> NDArray[np.int64]:
     Raises:
         MapError: it has another size or cannot be read.
     """
-    from PIL import Image
-
-    try:
-        with Image.open(path, formats=("PNG",)) as opened:
-            given = f"has {opened.width} by {opened.height} pixels"
-            require(path, opened.size == size, given, f"{size[0]} by {size[1]}, as the map")
-            values = np.asarray(opened.convert("RGB"), dtype=np.int64)
-    except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as problem:
-        if isinstance(problem, MapError):
-            raise
-        raise refused(
-            path, "is not a readable picture, or is cut off", "a PNG picture"
-        ) from problem
+    with _opened(path, "a PNG picture", "PNG") as opened:
+        given = f"has {opened.width} by {opened.height} pixels"
+        require(path, opened.size == size, given, f"{size[0]} by {size[1]}, as the map")
+        values = np.asarray(opened.convert("RGB"), dtype=np.int64)
     return (values[:, :, 0] << 16) + (values[:, :, 1] << 8) + values[:, :, 2]
 
 

@@ -21,13 +21,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from planner.terrain.grid_checks import check_entries, refused, require
+from planner.terrain.grid_checks import beside, check_entries, refused, require
 from planner.terrain.heightmap import Terrain
 from planner.terrain.layers import ground_class, read_toml
 from planner.terrain.map_files.polygons import read_polygons
@@ -62,7 +62,7 @@ def read_map_toml(file: Path, load: Callable[[Path], Terrain]) -> Terrain:
     check_entries(file, content, _ACCEPTED, known=(*_FILES, *_TABLES, "crs"))
     needed = "plan" in content or "heights" in content
     require(file, needed, "names neither a plan nor heights", _ACCEPTED)
-    paths = {key: _beside(file, key, content[key]) for key in _FILES if key in content}
+    paths = {key: beside(file, key, content[key]) for key in _FILES if key in content}
     given = [key for key in ("plan", "heights") if key in paths]
     for key in given:
         plain = paths[key].suffix.lower() != ".toml"
@@ -99,18 +99,6 @@ def read_map_toml(file: Path, load: Callable[[Path], Terrain]) -> Terrain:
         crs=crs,
         source=f"{file}: {', '.join(f'{key} {path.name}' for key, path in paths.items())}",
     )
-
-
-def _beside(file: Path, key: str, name: Any) -> Path:
-    """A file in the folder of the map; one from someone else must not point elsewhere."""
-    plain = PurePosixPath(name) if isinstance(name, str) else PurePosixPath()
-    below = bool(plain.parts) and not plain.is_absolute() and ".." not in plain.parts
-    require(file, below, f"has a bad '{key}'", "the name of a file in its folder")
-    path = file.parent / plain
-    require(file, path.is_file(), f"names the file {plain}, which is absent", "a file beside it")
-    inside = path.resolve().is_relative_to(file.parent.resolve())
-    require(file, inside, f"has a '{key}' that leads elsewhere", "a file beside it")
-    return path
 
 
 def _centres(terrain: Terrain) -> tuple[NDArray[Any], NDArray[Any]]:
