@@ -173,7 +173,7 @@ def _from_text(text: str) -> type[Effect]:
             hook: _kernel_function(formula, parameters, arguments, slug, hook, unit, coefficient)
         },
         "summary": classmethod(lambda cls: str(cls.__doc__)),
-        hook: staticmethod(_array_function(formula, arguments, unit, coefficient)),
+        hook: staticmethod(_hook_with(arguments)),
         **parameters,
     }
     return type(f"Custom_{slug}", (Effect,), namespace)
@@ -237,28 +237,11 @@ def _kernel_function(
     return "\n".join(lines)
 
 
-def _array_function(
-    formula: Formula, arguments: list[str], unit: str, coefficient: str
-) -> Callable[..., Any]:
-    """The hook for numbers and arrays, with the signature that the pipeline reads."""
+def _hook_with(arguments: list[str]) -> Callable[..., Any]:
+    """A hook with the signature that the pipeline reads; its text in the kernel computes."""
 
-    def hook(*given: Any) -> Any:
-        values = {name: np.asarray(v, float) for name, v in zip(arguments, given, strict=True)}
-        if "vx" in values and "vy" in values:
-            values["speed"] = np.hypot(values["vx"], values["vy"])
-            values["heading"] = np.arctan2(values["vy"], values["vx"])
-        result = np.asarray(formula.evaluate(values), float)
-        for name in arguments:
-            if name in _MAY_BE_UNKNOWN or name.startswith("wind_"):
-                result = np.where(np.isnan(values[name]), 0.0, result)
-        if unit == "W":
-            return result
-        if unit == "N":
-            share = result / np.sqrt(values["speed"] ** 2 + SLIDING_SPEED**2)
-            return share * values["vx"], share * values["vy"], 0.0 * share
-        factor = np.maximum(1.0 + result, 0.0)
-        one = np.ones_like(factor)
-        return {"contact": factor, "resistance": (factor, one)}.get(coefficient, (one, factor))
+    def hook(*_: Any) -> Any:
+        raise NotImplementedError("a custom effect is computed by its kernel")
 
     hook.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
         [inspect.Parameter(n, inspect.Parameter.POSITIONAL_OR_KEYWORD) for n in arguments]
