@@ -1,7 +1,6 @@
 """The program ``joulepath``: its commands, exit statuses and error messages.
 
-    joulepath plan | matrix | reach | front …     see service.cli.planning
-    joulepath compare-planners …                  see service.cli.planners
+    joulepath plan | matrix | compare-planners …  see service.cli.planning
     joulepath compare | diagnose | adopt … LOG    see service.cli.workbench
     joulepath logs join … | experiment …          see service.cli.logs
     joulepath maps | vehicles | effects | doctor  see service.cli.catalogues
@@ -27,7 +26,7 @@ from pydantic import ValidationError
 
 from planner.errors import Cancelled, InputError
 from planner.validation import first_complaint
-from service.cli import catalogues, logs, planners, planning, workbench
+from service.cli import catalogues, logs, planning, workbench
 from service.cli.terminal import Verbose
 
 app = typer.Typer(
@@ -74,14 +73,7 @@ def serve(
     run(host=host, port=port)
 
 
-VERBS = (
-    *planning.VERBS,
-    *planners.VERBS,
-    *workbench.VERBS,
-    *logs.VERBS,
-    *catalogues.VERBS,
-    serve,
-)
+VERBS = (*planning.VERBS, *workbench.VERBS, *logs.VERBS, *catalogues.VERBS, serve)
 for verb in VERBS:
     app.command()(verb)
 

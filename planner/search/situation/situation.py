@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from planner.arrays import Array
 from planner.cache import CACHE
 from planner.cancellation import CancellationToken
+from planner.errors import RequestError
 from planner.power.model import PowerModel
 from planner.power.vehicles import Vehicle, load_vehicle
 from planner.search.conditions import OperatingConditions, operating_conditions
@@ -76,10 +77,7 @@ def situation_of(
     model = load_model(request) if model is None else model
     terrain = open_map(request.map) if terrain is None else terrain
     if request.avoid:
-        # rasterio is slow to import: only where it is used.
-        from planner.search.situation.exclusion_zones import without_areas
-
-        terrain = without_areas(terrain, request)
+        terrain = _without_areas(terrain, request)
     key = "ground", ground_key(terrain, model.vehicle)
     ground = CACHE.get(key, lambda: driving_ground(terrain, model.vehicle))
     conditions = operating_conditions(request, model, terrain)
@@ -88,6 +86,31 @@ def situation_of(
     # A slope as long as a cell lasts longer than motors may give their peak torque.
     lasting = min(terrain.cell) >= limits.speed * limits.thermal_time * share**2
     return Situation(ground, replace(conditions, lasting=lasting))
+
+
+def _without_areas(terrain: Terrain, request: SituationRequest) -> Terrain:
+    """The terrain with the cells that areas touch as obstacles.
+
+    No part of the body enters such an area, nor of its clearance.
+
+    Args:
+        terrain: a map.
+        request: with circles and polygons to avoid, in the map's frame, m.
+
+    Raises:
+        RequestError: an area has no extent, or lies beside the map altogether.
+    """
+    obstacles = terrain.obstacles
+    for number, area in enumerate(request.avoid):
+        covered = terrain.cells_in([area.ring()], touched=True)
+        if not covered.any():
+            raise RequestError(
+                f"avoid[{number}]",
+                "covers nothing of the map",
+                accepted="a circle or a polygon on the map, in metres",
+            )
+        obstacles = obstacles | covered
+    return replace(terrain, obstacles=np.ascontiguousarray(obstacles))
 
 
 def ground_key(terrain: Terrain, vehicle: Vehicle) -> tuple[str, str]:
