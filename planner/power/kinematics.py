@@ -129,10 +129,7 @@ def omni(
     for angle in angles:
         c, s = math.cos(angle), math.sin(angle)
         tangent, outward = (-s, c), (c, s)
-        axle = (
-            along * tangent[0] + across * outward[0],
-            along * tangent[1] + across * outward[1],
-        )
+        axle = (along * tangent[0] + across * outward[0], along * tangent[1] + across * outward[1])
         wheels.append((base_radius * c, base_radius * s, angle + math.pi / 2, axle))
     return _layout(wheels, radius)
 

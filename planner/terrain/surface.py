@@ -93,9 +93,7 @@ def footprint_kernel(*, half_length: float, cell: tuple[float, float]) -> NDArra
     return kernel
 
 
-def _nodes_round(
-    offset: NDArray[np.float64],
-) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+def _nodes_round(offset: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """The four nodes round points on a line (n,), in cells, and their weights; (4, n) each."""
     first = np.floor(offset)
     weights = np.array(cubic_weights(offset - first)[:4])

@@ -23,8 +23,7 @@ def maps(
         str | None, typer.Argument(metavar="[FILE]", help="For check: a name, file or folder.")
     ] = None,
     vehicle: Annotated[
-        str | None,
-        typer.Option(help="Also print where it can go: a name, or a TOML file."),
+        str | None, typer.Option(help="Also print where it can go: a name, or a TOML file.")
     ] = None,
     report: Annotated[
         Path | None,

@@ -120,7 +120,7 @@ def graph(document: Document) -> Group:
     ]
     lines = [
         f"{len(edges)} of {summary['edges'] + summary['added']} edges between "
-        f"{summary['places']} places can be driven; {summary['added']} were added.",
+        f"{summary['places']} places can be driven; {summary['added']} were added."
     ]
     if edges:
         energies = [edge["energy_j"] for edge in edges]

@@ -112,10 +112,7 @@ def hidden_effect(console: Console, folder: Path = REPORT.parent) -> Answers:
 
 def summary(story: ClosedLoop) -> str:
     """Benefit of adopting: smaller errors of the plans, and less energy."""
-    old, new = (
-        sum(d.took_before_j for d in story.drives),
-        sum(d.takes_j for d in story.drives),
-    )
+    old, new = (sum(d.took_before_j for d in story.drives), sum(d.takes_j for d in story.drives))
     said_old = sum(d.before.routes[0].energy_j for d in story.drives)
     said_new = sum(d.said_j for d in story.drives)
     return (

@@ -22,8 +22,7 @@ Report = Annotated[bool, Query(description="add `report`: its pictures and table
 Files = Annotated[bool, Query(description="add `files`: the routes in every other format, as text")]
 BaselinePoses = Annotated[bool, Query(description="add `poses` to the baselines")]
 WithProgress = Annotated[
-    bool,
-    Query(description="answer in lines of JSON: `progress` while it works, then `answer`"),
+    bool, Query(description="answer in lines of JSON: `progress` while it works, then `answer`")
 ]
 
 

@@ -8,7 +8,4 @@ A formula is read, checked for names and dimensions, and translated; it is never
 
 from planner.power.formulas.custom import custom_effect, effect_from_definition
 
-__all__ = [
-    "custom_effect",
-    "effect_from_definition",
-]
+__all__ = ["custom_effect", "effect_from_definition"]

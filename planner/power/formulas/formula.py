@@ -274,8 +274,7 @@ class _Checker:
         for part in known[1:]:
             if part != known[0]:
                 raise self.refuse(
-                    node,
-                    f"mixes {format_dimension(known[0])} and {format_dimension(part)}",
+                    node, f"mixes {format_dimension(known[0])} and {format_dimension(part)}"
                 )
         return known[0] if known else None
 

@@ -11,11 +11,4 @@ from planner.power.kernels.kernel import BLOCK_KERNEL, KERNEL, Kernel
 from planner.power.kernels.row_blocks import BLOCK
 from planner.power.kernels.specialise import KernelSpec
 
-__all__ = [
-    "BLOCK",
-    "BLOCK_KERNEL",
-    "KERNEL",
-    "Kernel",
-    "KernelSpec",
-    "compile_kernel",
-]
+__all__ = ["BLOCK", "BLOCK_KERNEL", "KERNEL", "Kernel", "KernelSpec", "compile_kernel"]

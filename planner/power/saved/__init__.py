@@ -7,9 +7,4 @@ PowerModel.save and PowerModel.load write and read the file.
 from planner.power.saved.energy_error import EnergyError, ParameterCovariance
 from planner.power.saved.saved_model import ACCEPTED, SavedModel
 
-__all__ = [
-    "ACCEPTED",
-    "EnergyError",
-    "ParameterCovariance",
-    "SavedModel",
-]
+__all__ = ["ACCEPTED", "EnergyError", "ParameterCovariance", "SavedModel"]

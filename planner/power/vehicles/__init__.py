@@ -8,11 +8,7 @@ Their TOML files stand in this folder, or anywhere else.
 from planner.power.vehicles.defaults import defaults_in_words
 from planner.power.vehicles.vehicle import Limits, Vehicle
 from planner.power.vehicles.vehicle_fields import commented_toml, template
-from planner.power.vehicles.vehicle_file import (
-    list_vehicles,
-    load_vehicle,
-    wheel_values,
-)
+from planner.power.vehicles.vehicle_file import list_vehicles, load_vehicle, wheel_values
 
 __all__ = [
     "Limits",

@@ -25,16 +25,7 @@ from planner.power.model import PowerModel
 from planner.power.sanity import steepest_slopes
 from planner.power.vehicles import Vehicle
 from planner.report.axes import Axes
-from planner.report.markup import (
-    Markup,
-    bullets,
-    document,
-    dot,
-    element,
-    figure,
-    joined,
-    paragraph,
-)
+from planner.report.markup import Markup, bullets, document, dot, element, figure, joined, paragraph
 from planner.report.routes.relief_image import ground_colours
 from planner.report.routes.relief_map import ground_axes, relief_map
 from planner.terrain.heightmap import Terrain

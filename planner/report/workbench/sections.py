@@ -21,13 +21,7 @@ from planner.report.markup import (
     table,
 )
 from planner.report.workbench.residuals import Look, axis_of
-from planner.report.workbench_wording import (
-    Document,
-    about,
-    model_name,
-    run_name,
-    untestable,
-)
+from planner.report.workbench_wording import Document, about, model_name, run_name, untestable
 from planner.telemetry.comparison import RunComparison
 from planner.telemetry.diagnosis import Diagnosis, Experiment
 from planner.telemetry.pictures import ResidualCurve, Stretch

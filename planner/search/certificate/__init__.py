@@ -14,11 +14,4 @@ from planner.search.certificate.certified_bound import (
 )
 from planner.search.certificate.quick_bound import lower_bound
 
-__all__ = [
-    "ALL",
-    "STEADY",
-    "CertifiedBound",
-    "certify",
-    "legs_bound",
-    "lower_bound",
-]
+__all__ = ["ALL", "STEADY", "CertifiedBound", "certify", "legs_bound", "lower_bound"]

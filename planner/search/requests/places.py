@@ -26,9 +26,7 @@ from pydantic import (
 from pydantic_core import CoreSchema, PydanticCustomError
 
 from planner.reading import finite_number
-from planner.validation import (
-    AMONG,
-)
+from planner.validation import AMONG
 
 CIRCLE_CORNERS = 64
 """Corners of the polygon around a circle; it reaches 0.1 % beyond it."""

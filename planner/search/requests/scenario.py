@@ -18,23 +18,12 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import (
-    AfterValidator,
-    BeforeValidator,
-    Field,
-    ValidationError,
-    model_validator,
-)
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
 from planner.errors import RequestError
 from planner.search.requests.places import Area, Number, Part
-from planner.validation import (
-    as_request_error,
-    fields_of,
-    printable,
-    too_deep,
-)
+from planner.validation import as_request_error, fields_of, printable, too_deep
 
 DEFAULT_VEHICLE = "minibalance"
 RequestLike = Mapping[str, Any] | str | PathLike[str] | None

@@ -4,12 +4,7 @@ route = drive(field, conditions, legs, yaws, objective=0)    # Route, or Infeasi
 route = price(field, conditions, motion)
 """
 
-from planner.search.results.energy_account import (
-    drive,
-    energy_by_step,
-    energy_of,
-    price,
-)
+from planner.search.results.energy_account import drive, energy_by_step, energy_of, price
 from planner.search.results.route import Answer, Baseline, Route
 from planner.search.results.search_summary import SearchSummary
 

@@ -188,11 +188,7 @@ def _called(model: PowerModel, place: int) -> str:
 
 
 def _slopes(
-    model: PowerModel,
-    rows: Array,
-    seconds: Array,
-    places: NDArray[np.int64],
-    deviations: Array,
+    model: PowerModel, rows: Array, seconds: Array, places: NDArray[np.int64], deviations: Array
 ) -> tuple[Array, Array]:
     """∂E/∂parameter, J per unit, at some places, and the power (n,) W.
 

@@ -8,11 +8,4 @@ from planner.search.tradeoff.deadline import in_time
 from planner.search.tradeoff.hull import chord_price, ends_of, filled_in
 from planner.search.tradeoff.weighted_objective import DrivenRoute, PricedSearch
 
-__all__ = [
-    "DrivenRoute",
-    "PricedSearch",
-    "chord_price",
-    "ends_of",
-    "filled_in",
-    "in_time",
-]
+__all__ = ["DrivenRoute", "PricedSearch", "chord_price", "ends_of", "filled_in", "in_time"]

@@ -172,10 +172,7 @@ def _read(path: Path, used: Mapping, vehicle: Vehicle | None, findings: list[str
 
 
 def _body_velocities(
-    wheels: dict[str, Array],
-    vehicle: Vehicle | None,
-    where: str,
-    found: list[str],
+    wheels: dict[str, Array], vehicle: Vehicle | None, where: str, found: list[str]
 ) -> dict[str, Array]:
     if vehicle is None:
         raise LogError(where, "has wheel speeds", accepted="the vehicle whose wheels they are")

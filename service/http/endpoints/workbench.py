@@ -58,12 +58,7 @@ async def adopt(
 
 
 async def _as_job(
-    kind: str,
-    asked: type[BaseModel],
-    request: Request,
-    service: Service,
-    wait: float,
-    report: bool,
+    kind: str, asked: type[BaseModel], request: Request, service: Service, wait: float, report: bool
 ) -> Response:
     body = await json_body(request, service.settings.max_body_bytes, "max_body_bytes")
     wanted = read_json(asked, body).model_dump(mode="json", exclude_none=True)
