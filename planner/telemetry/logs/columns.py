@@ -1,73 +1,36 @@
 """Names, units and possible values of the columns of a telemetry log.
 
-The names are those of planner.quantities and of ``LOG_ONLY``. A value outside ``POSSIBLE`` is not a
-measurement of a ground robot but a fault or another unit.
+They are declared in columns.toml; those without a unit there are of planner.quantities. A value
+outside ``POSSIBLE`` is not a measurement of a ground robot but a fault or another unit.
 """
 
 from __future__ import annotations
 
 import difflib
-import math
 import re
 from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
 
 from planner.quantities import QUANTITIES
+from planner.reading import parse_toml
 
-LOG_ONLY: dict[str, str] = {
-    "run": "text",
-    "time": "s",
-    "power": "W",
-    "roll": "rad",
-    "pitch": "rad",
-    "battery_current": "A",
-}
-UNITS: dict[str, str] = {
-    **{quantity.name: quantity.unit for quantity in QUANTITIES},
-    **LOG_ONLY,
-    "surface": "text",
-}
-TEXT = ("run", "surface")
-REQUIRED = ("run", "time", "vx", "vy", "wz", "power")
-MAY_BE_UNKNOWN = ("com_x", "com_y", "motor_temp", "ambient_temp", "battery_voltage", "sensor_rate")
+_DECLARED = parse_toml((Path(__file__).parent / "columns.toml").read_bytes())
+
+
+def _having(key: str) -> dict[str, Any]:
+    """Names of the columns that declare a key, with its value."""
+    return {name: entry[key] for name, entry in _DECLARED.items() if key in entry}
+
+
+UNITS: dict[str, str] = {q.name: q.unit for q in QUANTITIES} | _having("unit")
+TEXT = tuple(name for name, unit in UNITS.items() if unit == "text")
+REQUIRED = tuple(_having("required"))
+MAY_BE_UNKNOWN = tuple(_having("may_be_unknown"))
 """Quantities that a row may leave unknown (NaN)."""
-
-POSSIBLE: dict[str, tuple[float, float]] = {
-    **dict.fromkeys(("vx", "vy", "wz"), (-50.0, 50.0)),
-    **dict.fromkeys(("ax", "ay"), (-200.0, 200.0)),
-    "yaw_acceleration": (-2000.0, 2000.0),
-    **dict.fromkeys(("roll", "pitch"), (-0.5 * math.pi, 0.5 * math.pi)),
-    **dict.fromkeys(("gravity_x", "gravity_y", "com_x", "com_y"), (-10.0, 10.0)),
-    "gravity_normal": (0.0, 10.0),
-    "power": (-1e6, 1e6),
-    "payload": (0.0, 1e5),
-    "motor_temp": (-80.0, 250.0),  # 293 is room temperature in K
-    "ambient_temp": (-90.0, 100.0),
-    "battery_voltage": (0.0, 2000.0),
-    "battery_current": (-1e4, 1e4),
-    **dict.fromkeys(("wind_x", "wind_y"), (-100.0, 100.0)),
-    "sensor_rate": (0.0, 1e7),
-    "traction_factor": (0.0, 1e2),
-    **dict.fromkeys(("rolling_factor", "slope_rate"), (0.0, 1e3)),
-}
-OFTEN_MISTAKEN: dict[str, str] = {
-    **dict.fromkeys(("vx", "vy"), "mm/s, cm/s or km/h"),
-    "wz": "deg/s",
-    **dict.fromkeys(("roll", "pitch"), "degrees"),
-    "power": "mW",
-    "motor_temp": "kelvin",
-    "ambient_temp": "kelvin or °F",
-    **dict.fromkeys(("com_x", "com_y"), "mm"),
-    "battery_voltage": "mV",
-    "battery_current": "mA",
-}
-OTHER_NAMES: dict[str, tuple[str, ...]] = {
-    "run": ("trial", "trial_id", "run_id", "drive", "session", "experiment", "test"),
-    "time": ("t", "stamp", "timestamp", "times", "seconds", "elapsed", "time_ms", "epoch"),
-    "vx": ("linear.x", "vel_x", "x_vel", "velocity_x", "twist.linear.x", "twist.twist.linear.x"),
-    "vy": ("linear.y", "vel_y", "y_vel", "velocity_y", "twist.linear.y", "twist.twist.linear.y"),
-    "wz": ("angular.z", "yaw_rate", "twist.angular.z", "twist.twist.angular.z", "gyro_z"),
-    "power": ("p", "p_w", "watts", "watt", "p_bat", "p_elec", "power_total", "battery_power"),
-}
+POSSIBLE: dict[str, list[float]] = _having("possible")
+OFTEN_MISTAKEN: dict[str, str] = _having("mistaken")
+OTHER_NAMES: dict[str, list[str]] = _having("other_names")
 """What other logs call the required columns; only asked about, never taken."""
 _WHEEL_CURRENT = re.compile(r"wheel_current_([1-9][0-9]?)")
 _WHEEL_SPEED = re.compile(r"wheel_speed_[1-9][0-9]?")
