@@ -12,7 +12,7 @@ from planner import PowerModel, adopt, diagnose, plan_route, revert
 from planner.errors import InputError
 from planner.power.vehicles import load_vehicle
 from planner.telemetry.virtual import VirtualRobot
-from planner.terrain import Terrain
+from planner.terrain.heightmap import Terrain
 
 LOG = "not-read.csv"
 WRONG: dict[str, tuple[Callable[[], Any], str]] = {

@@ -13,7 +13,7 @@ import yaml
 from planner.power.vehicles import load_vehicle
 from planner.search.requests import FrontRequest, MatrixRequest, PlanRequest, ReachRequest
 from planner.telemetry.logs.mapping import read_mapping
-from planner.terrain import open_map
+from planner.terrain.catalogue import open_map
 from tests.documents.blocks import blocks_of
 from tests.documents.given import give
 

@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 import maps
 from maps import make_fixed_maps
 from planner.errors import MapError
-from planner.terrain import Terrain, list_maps, open_map, yaw_mask
+from planner.terrain.catalogue import list_maps, open_map
+from planner.terrain.heightmap import Terrain
+from planner.terrain.obstacles import yaw_mask
 
 FIXED = Path(maps.__file__).parent / "fixed"
 NAMES = [entry["name"] for entry in list_maps()]

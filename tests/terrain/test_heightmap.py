@@ -9,7 +9,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from planner.errors import MapError
-from planner.terrain import GroundClass, Terrain, interpolate
+from planner.terrain.heightmap import Terrain
+from planner.terrain.interpolation import interpolate
+from planner.terrain.surface import GroundClass
 
 CELL = (0.5, 0.2)
 ORIGIN = (3.0, -1.0)

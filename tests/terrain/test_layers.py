@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from planner.errors import MapError
-from planner.terrain import GroundClass
 from planner.terrain.formats import load_terrain
+from planner.terrain.surface import GroundClass
 
 HEADER = "ncols 5\nnrows 4\nxllcorner 100\nyllcorner 200\ncellsize 2\n"
 # North row first, as the format has it: 20 is the south-west cell.

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from planner.errors import MapError
-from planner.terrain import GroundClass
 from planner.terrain.formats import load_terrain
+from planner.terrain.surface import GroundClass
 
 
 def write(path: Path, text: str) -> Path:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from planner.terrain import Terrain, rectangle_free, yaw_mask
-from planner.terrain.obstacles import clear_of, rim_near
+from planner.terrain.heightmap import Terrain
+from planner.terrain.obstacles import clear_of, rectangle_free, rim_near, yaw_mask
 
 LONG, WIDE = 0.43, 0.26
 

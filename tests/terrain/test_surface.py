@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from planner.terrain import Terrain
+from planner.terrain.heightmap import Terrain
 from planner.terrain.surface import footprint_heights, footprint_kernel
 
 HALF_LENGTH = 0.6

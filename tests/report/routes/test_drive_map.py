@@ -16,7 +16,8 @@ from planner.power.model import PowerModel
 from planner.power.sanity import steepest_slopes
 from planner.power.vehicles import load_vehicle
 from planner.report.routes import drive_page, ground_layer
-from planner.terrain import Terrain, open_map
+from planner.terrain.catalogue import open_map
+from planner.terrain.heightmap import Terrain
 
 VEHICLE = load_vehicle("minibalance")  # 0.86 m by 0.52 m, 0.05 m of clearance
 

@@ -14,7 +14,7 @@ from planner.search.run import Run
 from planner.search.situation import situation_of
 from planner.search.solve import grid_planner
 from planner.search.solve.corridors import CELLS_BESIDE, MOST_MORE, corridors, worth_looking
-from planner.terrain import Terrain
+from planner.terrain.heightmap import Terrain
 from tests.search.maps import hills
 
 ENDS = {"start": {"x": 60.0, "y": 80.0}, "goal": {"x": 500.0, "y": 470.0}}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from planner.terrain import Terrain
+from planner.terrain.heightmap import Terrain
 from planner.terrain.map_files import describe_map
 
 

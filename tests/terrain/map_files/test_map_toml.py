@@ -12,7 +12,8 @@ import pytest
 from PIL import Image
 
 from planner.errors import MapError
-from planner.terrain import Terrain, open_map
+from planner.terrain.catalogue import open_map
+from planner.terrain.heightmap import Terrain
 from planner.terrain.map_files import describe_map
 
 NX, NY, CELL = 40, 20, 0.25  # 10 m by 5 m
